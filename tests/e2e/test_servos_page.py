@@ -4,9 +4,11 @@ import re
 from collections.abc import Iterator
 
 import pytest
-from playwright.sync_api import Page, expect
+from playwright.sync_api import Browser, Page, expect
 
 from e2e.conftest import Demo, ready_demo
+from e2e.hand import WAYS, hand_of
+from e2e.looks import complaints, too_small
 
 
 @pytest.fixture(scope="module")
@@ -42,14 +44,121 @@ def test_a_press_on_a_column_sorts_and_says_so_by_keyboard_too(page: Page, demo:
     assert own in ([], names(page))
 
 
-def test_the_list_is_narrowed_to_a_model_and_nothing_in_a_row_is_cut(page: Page, demo: Demo) -> None:
+HEIGHTS = "rows => rows.map(one => one.getBoundingClientRect().height)"
+
+
+@pytest.fixture
+def troubled(demo: Demo) -> Iterator[str]:
+    """A servo with a name, a fault and advice that are longer than a row has room for."""
+    uid = demo.api.get("/servos").json()[0]["uid"]
+    patch = {"label": "Left wing / Aileron outboard, behind the third inspection cover"}
+    demo.api.patch(f"/servos/{uid}", json=patch).raise_for_status()
+    demo.api.patch(f"/sim/servos/{uid}", json={"faults": {"sensor_weak": True}}).raise_for_status()
+    yield uid
+    demo.api.patch(f"/sim/servos/{uid}", json={"faults": {"sensor_weak": False}}).raise_for_status()
+    demo.api.patch(f"/servos/{uid}", json={"label": "Delta"}).raise_for_status()
+
+
+@pytest.mark.parametrize(("view", "height"), [("List", 72), ("Compact", 36)])
+def test_every_row_is_as_high_as_the_next_and_says_in_its_tooltip_what_has_no_room(
+    view: str, height: int, page: Page, demo: Demo, troubled: str
+) -> None:
+    page.goto(demo.url + "servos")
+    page.get_by_role("button", name=view, exact=True).click()
+    health = page.get_by_test_id(f"servo-row-{troubled}").locator(".c-health")
+    expect(health).to_contain_text("Warning")
+    assert set(page.locator(".servo-row").evaluate_all(HEIGHTS)) == {height}
+    expect(health).to_have_attribute("title", re.compile(r"Warning: angle sensor field weak\. .*magnet"))
+
+
+def test_compact_shows_twenty_rows_at_900_px_and_is_kept(page: Page, demo: Demo) -> None:
+    page.set_viewport_size({"width": 1440, "height": 900})
+    page.goto(demo.url + "servos")
+    page.get_by_role("button", name="Compact", exact=True).click()
+    page.reload()
+    expect(page.get_by_role("button", name="Compact", exact=True)).to_have_attribute("aria-pressed", "true")
+    first = page.locator(".servo-row").first.bounding_box()
+    scroll = page.locator(".servos-page > .scroll").bounding_box()
+    assert first
+    assert scroll
+    assert (scroll["y"] + scroll["height"] - first["y"]) / first["height"] >= 20
+
+
+def test_a_finger_has_rows_of_56_px_in_compact(browser: Browser, demo: Demo) -> None:
+    with hand_of(browser, "touch") as hand:
+        hand.page.goto(demo.url + "servos")
+        hand.page.get_by_role("button", name="Compact", exact=True).tap()
+        expect(hand.page.locator(".servo-row")).to_have_count(6)
+        assert set(hand.page.locator(".servo-row").evaluate_all(HEIGHTS)) == {56}
+        assert too_small(hand.page) == []
+
+
+def test_keys_go_through_the_rows_tick_them_and_open_one(page: Page, demo: Demo) -> None:
+    page.goto(demo.url + "servos")
+    links = page.locator(".servo-row .row-link")
+    expect(links).to_have_count(6)
+    for key, at in (("j", 0), ("j", 1), ("ArrowDown", 2), ("k", 1), ("ArrowUp", 0), ("k", 0)):
+        page.keyboard.press(key)
+        expect(links.nth(at), key).to_be_focused()
+    page.keyboard.press("x")
+    page.keyboard.press("j")
+    page.keyboard.press("x")
+    bar = page.get_by_test_id("selection-bar")
+    expect(bar).to_contain_text("2 servos selected")
+    page.keyboard.press("x")
+    expect(bar).to_contain_text("1 servo selected")
+    page.get_by_role("searchbox").press_sequentially("jx")
+    expect(page.get_by_role("searchbox")).to_have_value("jx")
+    expect(bar).to_contain_text("1 servo selected")
+    page.get_by_role("searchbox").fill("")
+    page.keyboard.press("Escape")
+    page.keyboard.press("j")
+    uid = page.locator(".servo-row").first.get_attribute("data-testid")
+    page.keyboard.press("Enter")
+    expect(page).to_have_url(f"{demo.url}servos/{(uid or '').removeprefix('servo-row-')}")
+    assert demo.api.get("/stop").json()["latched"] is False
+
+
+@pytest.fixture
+def placed(demo: Demo) -> Iterator[dict[str, list[str]]]:
+    """Servos whose labels begin with a place: names by place, in the order of the list."""
+    servos = demo.api.get("/servos").json()
+    before = {one["uid"]: one["label"] for one in servos}
+    names = ("Wing / Flap", "Tail / Rudder", "Wing / Aileron", "Winch", "Tail / Elevator", "Wing / Slat")
+    for one, label in zip(servos, names, strict=True):
+        demo.api.patch(f"/servos/{one['uid']}", json={"label": label}).raise_for_status()
+    yield {"Tail": ["Elevator", "Rudder"], "Wing": ["Aileron", "Flap", "Slat"], "": ["Winch"]}
+    for uid, label in before.items():
+        demo.api.patch(f"/servos/{uid}", json={"label": label}).raise_for_status()
+
+
+@pytest.mark.parametrize("way", ["mouse", *WAYS])
+def test_servos_of_a_place_stand_under_one_heading_that_folds_and_ticks_them(
+    way: str, browser: Browser, demo: Demo, placed: dict[str, list[str]]
+) -> None:
+    with hand_of(browser, way) as hand:
+        page = hand.page
+        page.goto(demo.url + "servos?sort=name")
+        page.get_by_test_id("group-by").select_option("place")
+        expect(page.locator(".servo-group")).to_have_text(["Tail 2", "Wing 3", "Others 1"])
+        assert names(page) == [one for each in placed.values() for one in each]
+        hand.press("group-Tail")
+        expect(page.locator(".servo-row")).to_have_count(4)
+        page.reload()
+        expect(page.get_by_test_id("group-Tail")).to_have_attribute("aria-expanded", "false")
+        assert names(page) == [*placed["Wing"], "Winch"]
+        page.get_by_test_id("select-group-Wing").check()
+        expect(page.get_by_test_id("selection-bar")).to_contain_text("3 servos selected")
+        expect(page.get_by_test_id("select-all")).to_have_js_property("indeterminate", True)
+        assert complaints(page) == []
+        page.get_by_test_id("group-by").select_option("state")
+        expect(page).to_have_url(re.compile(r"group=state(?!.*folded)"))
+        expect(page.locator(".servo-group").first).to_be_visible()
+
+
+def test_the_list_is_narrowed_to_a_model(page: Page, demo: Demo) -> None:
     page.goto(demo.url + "servos")
     expect(page.locator(".servo-row")).to_have_count(6)
-    cut = page.evaluate(
-        """() => [...document.querySelectorAll('.servo-row *')].filter(one =>
-            getComputedStyle(one).textOverflow === 'ellipsis' && one.scrollWidth > one.clientWidth).length"""
-    )
-    assert cut == 0
     model = demo.api.get("/servos").json()[0]["model"]
     page.get_by_test_id("filter-model").select_option(model)
     same = [one for one in demo.api.get("/servos").json() if one["model"] == model]

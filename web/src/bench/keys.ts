@@ -114,8 +114,9 @@ export function listen(target: Window, stop: (key: StopKey) => void): () => void
     }
     const turns = TURNS.has(event.key) && !covered() && (event.key.length === 1 || free(event.target));
     if (turns && newest(event.key, event)) event.preventDefault();
-    const wiggles = event.key.toLowerCase() === "w" && !event.repeat && !covered();
-    if (wiggles && newest("w", event)) event.preventDefault();
+    const letter = event.key.toLowerCase();
+    const once = ONCE.has(letter) && !event.repeat && !covered();
+    if (once && newest(letter, event)) event.preventDefault();
     gAt = event.key === "g" ? performance.now() : Number.NEGATIVE_INFINITY;
     if ((event.key === "/" || event.key === "?") && newest(event.key, event)) event.preventDefault();
   };
@@ -131,11 +132,16 @@ export function listen(target: Window, stop: (key: StopKey) => void): () => void
   };
 }
 
-/** To another servo. Arrows mean that only where they mean nothing else, and never beside a horn that they could jog. */
-const TURNS: ReadonlySet<string> = new Set(["j", "k", "ArrowLeft", "ArrowRight"]);
+/** A held one is one press: wiggle, tick. */
+const ONCE: ReadonlySet<string> = new Set(["w", "x"]);
 
+/** To another servo. Arrows mean that only where they mean nothing else, and never beside a horn that they could jog. */
+const TURNS: ReadonlySet<string> = new Set(["j", "k", "ArrowLeft", "ArrowRight", "ArrowUp", "ArrowDown"]);
+
+/** Whether arrows have no other meaning there; what they lead through is marked with `data-turns`. */
 function free(target: EventTarget | null): boolean {
-  return (target === document.body || target === document.querySelector("main")) && !motionOn();
+  const through = target instanceof HTMLElement && "turns" in target.dataset;
+  return (through || target === document.body || target === document.querySelector("main")) && !motionOn();
 }
 
 /** Whether a dialog is open: what acts on the servo of the page waits behind it. */

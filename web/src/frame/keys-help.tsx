@@ -10,7 +10,7 @@ import "./keys.css";
 type Line = readonly [key: string, what: string];
 
 const HERE: Partial<Record<Page, readonly Line[]>> = {
-  servos: [words.search, words.wiggle, words.scroll],
+  servos: [words.search, words.rows, words.open, words.tick, words.wiggle],
   matrix: [words.number, words.enter, words.reviewAll, words.saveAll],
   parameters: [
     words.search,

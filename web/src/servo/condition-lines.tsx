@@ -1,4 +1,4 @@
-/** The words of a servo's condition, the same in its row and in its head: headline, line, output, and the way to a remedy. */
+/** The words of a servo's condition, the same in its row and in its head: headline, output, line, and the way to a remedy. */
 import type { Condition } from "../bench/condition";
 import { pathOf } from "../bench/route";
 import { follow } from "../kit/follow";
@@ -10,13 +10,20 @@ export function ConditionLines({ uid, of }: { uid: string; of: Condition }) {
       <span class={of.kind === "ok" ? "" : of.kind === "offline" ? "strong dim" : "strong"}>
         {of.headline}
       </span>
-      <small class={of.alarming ? "strong k-failure" : "second"} title={of.line}>
-        {of.line || "\u00a0"}
-      </small>
-      {of.doing && <small class="second">{of.doing}</small>}
-      {of.romLost && <ToSnapshots uid={uid} />}
+      <span class="condition-more">
+        {of.romLost && <ToSnapshots uid={uid} />}
+        {of.doing && <small class="second">{of.doing}</small>}
+        {(of.line || !of.doing) && (
+          <small class={of.alarming ? "strong k-failure" : "second"}>{of.line || "\u00a0"}</small>
+        )}
+      </span>
     </span>
   );
+}
+
+/** All of it, where a line of it may be cut. */
+export function wholeCondition(of: Condition): string {
+  return [of.headline, of.doing, of.line].filter(Boolean).join(". ");
 }
 
 /** Where what a servo held is kept: the remedy for saved values that are lost. */

@@ -1,9 +1,8 @@
 /** The heads of the list's columns: a press sorts by one, and says so. */
 import type { AddressChoice } from "../bench/route";
-import { Button } from "../kit/button";
-import { Choice, cell, Tick } from "../kit/field";
+import { cell, Tick } from "../kit/field";
 import { text } from "../text";
-import { COLUMNS, pressed, type SortColumn, type Sorting } from "./order";
+import { pressed, type SortColumn, type Sorting } from "./order";
 import { isSelected, select } from "./selection";
 
 interface Props {
@@ -36,49 +35,6 @@ export function Head({ shown, sorting }: Props) {
       <Sorted column="age" label={head.age} place="c-age" sorting={sorting} />
       <Sorted column="rom" label={head.rom} place="c-rom" sorting={sorting} />
     </div>
-  );
-}
-
-/** The same for a narrow window, where some heads have no room: a column to choose, and which way round. */
-export function SortChoice({ sorting }: { sorting: AddressChoice<Sorting | null> }) {
-  const { head, sort } = text.servos;
-  const label: Record<SortColumn, string> = {
-    angle: head.angle,
-    name: head.servo,
-    ids: head.ids,
-    health: head.health,
-    supply: head.supply,
-    age: head.age,
-    rom: head.rom,
-  };
-  const present = sorting.value;
-  return (
-    <span class="sort-choice">
-      <Choice
-        label={sort.label}
-        bare
-        testid="sort-column"
-        at={cell<string>(present?.column ?? "", key => {
-          const column = COLUMNS.find(one => one === key);
-          sorting.value = column ? { column, way: sorting.peek()?.way ?? "ascending" } : null;
-        })}
-        options={[
-          { key: "", label: sort.none },
-          ...COLUMNS.map(key => ({ key, label: text.servos.sortBy(label[key]) })),
-        ]}
-      />
-      {present && (
-        <Button
-          testid="sort-way"
-          onClick={() => {
-            const way = present.way === "ascending" ? "descending" : "ascending";
-            sorting.value = { ...present, way };
-          }}
-        >
-          {sort[present.way]}
-        </Button>
-      )}
-    </span>
   );
 }
 

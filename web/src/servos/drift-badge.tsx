@@ -1,5 +1,7 @@
-/** In a servo's row: somebody else wrote to its ROM: leads to what differs. */
+/** In a servo's row: that somebody else wrote to its ROM, or that a restart took RAM values; each leads to what differs. */
+import { pathOf } from "../bench/route";
 import { openDrift } from "../change/requests";
+import { follow } from "../kit/follow";
 import { Glyph } from "../kit/glyph";
 import { text } from "../text";
 
@@ -17,5 +19,22 @@ export function DriftBadge({ uid, name }: { uid: string; name: string }) {
       <Glyph kind="warning" size={14} />
       <span>{text.servos.changedOutside}</span>
     </button>
+  );
+}
+
+/** A restart took RAM values: leads to where they can be staged again. */
+export function LostBadge({ uid, name, n }: { uid: string; name: string; n: number }) {
+  const path = pathOf("parameters", uid);
+  return (
+    <a
+      class="drift-badge lost-badge"
+      data-testid={`lost-${uid}`}
+      aria-label={`${name}: ${text.servos.ramLost(n)}`}
+      href={path}
+      onClick={event => follow(event, path)}
+    >
+      <Glyph kind="warning" size={14} />
+      <span>{text.servos.ramLost(n)}</span>
+    </a>
   );
 }

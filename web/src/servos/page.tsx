@@ -9,19 +9,20 @@ import { all, angleOf, isFound, type KnownServo, loaded, nameOf, peekServo, serv
 import { figureNow } from "../bench/fresh";
 import { up } from "../bench/link";
 import { motionOn } from "../bench/moving";
-import { changeChoices, inAddress, oneInAddress, wordInAddress } from "../bench/route";
+import { type AddressChoice, changeChoices, inAddress, oneInAddress, wordInAddress } from "../bench/route";
 import { conditionHere } from "../bench/servo-condition";
 import { RestoreButton, RestoreRefused } from "../change/restore-button";
 import { restorable } from "../change/restoring";
 import { Button } from "../kit/button";
-import { Choice } from "../kit/field";
+import { Choice, cell } from "../kit/field";
 import { lazy } from "../kit/lazy";
 import { Search } from "../kit/search";
 import { Segments } from "../kit/segments";
-import { EmptyServos, Reconnect } from "../servo/empty";
 import { Waiting } from "../servo/waiting-nodes";
 import { text } from "../text";
-import { Head, SortChoice } from "./columns";
+import { Head } from "./columns";
+import { density } from "./density";
+import { GROUPINGS, type Grouping, groupBy, grouping } from "./grouping";
 import {
   ordered,
   type SortColumn,
@@ -35,9 +36,18 @@ import { ServoRow } from "./row";
 import { selected } from "./selection";
 import "./selection.css";
 
+const GroupedRows = lazy<{ uids: readonly string[]; by: Grouping }>(() =>
+  import("./headings").then(file => file.GroupedRows),
+);
 const ManyPlot = lazy<{ uids: readonly string[] }>(() => import("./many-plot").then(file => file.ManyPlot));
+const EmptyServos = lazy<{ loading: boolean }>(() => import("../servo/empty").then(file => file.EmptyServos));
+const Reconnect = lazy<object>(() => import("../servo/empty").then(file => file.Reconnect));
+const RowKeys = lazy<object>(() => import("./row-keys").then(file => file.RowKeys));
 const SelectionBar = lazy<{ plotting: boolean; onPlot: () => void }>(() =>
   import("./selection-bar").then(file => file.SelectionBar),
+);
+const SortChoice = lazy<{ sorting: AddressChoice<Sorting | null> }>(() =>
+  import("./sort-choice").then(file => file.SortChoice),
 );
 const WallOfHorns = lazy<{ uids: readonly string[] }>(() =>
   import("../view3d/wall").then(file => file.WallOfHorns),
@@ -71,17 +81,18 @@ export function ServosPage() {
   );
   const shown = useComputed(() => sorted(words(found.value), sorting.value).join(" ")).value;
   const uids = words(shown);
+  const by = grouping.value;
   const models = words(
     useComputed(() => [...new Set(all.value.flatMap(one => one.model ?? []))].sort().join(" ")).value,
   );
   const chosen = selected.value;
   const showAll = () => changeChoices({ q: "", filter: "", model: "" });
   return (
-    <div class="page">
+    <div class="page servos-page" data-density={density.value}>
       <div class="page-head">
         <h1>{text.servos.title}</h1>
         {counts.known > 0 && (
-          <span class="dim">{text.servos.known(counts.known, up.value ? counts.online : null)}</span>
+          <span class="dim known">{text.servos.known(counts.known, up.value ? counts.online : null)}</span>
         )}
         {counts.known > 0 && (
           <>
@@ -116,15 +127,28 @@ export function ServosPage() {
                 ]}
               />
             )}
-            {view.value === "list" && <SortChoice sorting={sorting} />}
-            <Segments<"list" | "wall">
+            {view.value === "list" && (
+              <>
+                <Choice
+                  label={text.servos.group.label}
+                  bare
+                  testid="group-by"
+                  at={cell<string>(by, key => groupBy(key))}
+                  options={GROUPINGS.map(key => ({ key, label: text.servos.group[key] }))}
+                />
+                <SortChoice sorting={sorting} />
+              </>
+            )}
+            <Segments<"list" | "compact" | "wall">
               label={text.servos.view}
-              chosen={view.value}
+              chosen={view.value === "wall" ? "wall" : density.value}
               onChoose={key => {
-                view.value = key;
+                view.value = key === "wall" ? "wall" : "list";
+                if (key !== "wall") density.value = key;
               }}
               options={[
                 { key: "list", label: text.servos.list },
+                { key: "compact", label: text.servos.compact },
                 { key: "wall", label: text.servos.wall },
               ]}
             />
@@ -138,9 +162,11 @@ export function ServosPage() {
         {counts.known > 0 && view.value === "list" && (
           <div role="table" aria-label={text.servos.title} class="servos">
             <Head shown={uids} sorting={sorting} />
-            {uids.map(uid => (
-              <ServoRow key={uid} uid={uid} />
-            ))}
+            {by === "none" ? (
+              uids.map(uid => <ServoRow key={uid} uid={uid} />)
+            ) : (
+              <GroupedRows uids={uids} by={by} />
+            )}
           </div>
         )}
         {counts.known > 0 && uids.length === 0 && (
@@ -148,6 +174,7 @@ export function ServosPage() {
             {text.servos.nothingFound} <Button onClick={showAll}>{text.servos.showAll}</Button>
           </p>
         )}
+        {view.value === "list" && <RowKeys />}
         <Waiting />
         {counts.known === 0 && <EmptyServos loading={!loaded.value} />}
         {counts.known > 0 && view.value === "list" && <p class="small dim below">{text.servos.more}</p>}

@@ -17,14 +17,18 @@ import { Icon } from "../kit/icon";
 import { lazy } from "../kit/lazy";
 import { everyFrame } from "../plots/frames";
 import { Sparkline } from "../plots/sparkline";
-import { ConditionLines } from "../servo/condition-lines";
+import { ConditionLines, wholeCondition } from "../servo/condition-lines";
 import { LiveDial } from "../servo/live-dial";
 import { UnitMark } from "../servo/unit-mark";
 import { telemetry } from "../telemetry/store";
 import { text } from "../text";
+import { nameBelow } from "./grouping";
 import { Nickname } from "./nickname";
 import { isSelected, select } from "./selection";
 
+const LostBadge = lazy<{ uid: string; name: string; n: number }>(() =>
+  import("./drift-badge").then(file => file.LostBadge),
+);
 const DriftBadge = lazy<{ uid: string; name: string }>(() =>
   import("./drift-badge").then(file => file.DriftBadge),
 );
@@ -76,7 +80,7 @@ export function ServoRow({ uid }: { uid: string }) {
         </span>
         <small>{text.servos.firmware(one.firmware ?? NONE)}</small>
       </span>
-      <span role="cell" class="c-health" title={`${condition.headline}. ${condition.line}`}>
+      <span role="cell" class="c-health" title={wholeCondition(condition)}>
         <Glyph kind={condition.kind} />
         <ConditionLines uid={uid} of={condition} />
       </span>
@@ -112,13 +116,14 @@ function NameCell({ one }: { one: KnownServo }) {
           class="row-link strong"
           href={path}
           title={text.servos.open(name)}
+          data-turns=""
           onClick={event => follow(event, path)}
         >
-          {name}
+          {nameBelow(name)}
         </a>
         <Nickname uid={one.uid} label={one.label} name={name} />
       </span>
-      <small>
+      <small class="facts">
         {modelName(one)}
         {one.serial && (
           <>
@@ -188,21 +193,4 @@ function RomCell({ one }: { one: KnownServo }) {
     );
   }
   return <span class="dim">{romKnown(one) ? text.servos.saved : text.servos.notKnown}</span>;
-}
-
-/** A restart took RAM values: leads to where they can be staged again. */
-function LostBadge({ uid, name, n }: { uid: string; name: string; n: number }) {
-  const path = pathOf("parameters", uid);
-  return (
-    <a
-      class="drift-badge lost-badge"
-      data-testid={`lost-${uid}`}
-      aria-label={`${name}: ${text.servos.ramLost(n)}`}
-      href={path}
-      onClick={event => follow(event, path)}
-    >
-      <Glyph kind="warning" size={14} />
-      <span>{text.servos.ramLost(n)}</span>
-    </a>
-  );
 }

@@ -40,7 +40,15 @@ export const servos = {
   model: "Model",
   everyModel: "All models",
   list: "List",
+  compact: "Compact",
   wall: "3D",
+  group: {
+    label: "Group",
+    none: "Not grouped",
+    place: "By label",
+    model: "By model",
+    state: "By state",
+  },
   view: "View",
   sort: {
     label: "Sort",

@@ -1,0 +1,15 @@
+/** The Japanese headings of groups in the list. */
+import type { Said } from "../text/language";
+import type { words as english } from "./groups.en";
+
+export const words = {
+  rest: "その他",
+  ok: "OK",
+  notice: "通知",
+  warning: "警告",
+  protected: "保護動作",
+  failure: "故障",
+  busy: "処理中",
+  identifying: "識別中",
+  offline: "オフライン",
+} satisfies Said<typeof english>;
