@@ -64,7 +64,7 @@ def test_all_are_acknowledged_at_once_and_one_servo_can_be_looked_at_alone(page:
         page.get_by_test_id("faults-servo").select_option("")
         expect(page).to_have_url(re.compile(r"/faults$"))
         expect(now.get_by_test_id("fault-temperature_low")).to_be_visible(timeout=10_000)
-        expect(now.locator("li").first, "the worst first").to_have_attribute("data-level", "failure")
+        expect(now.locator("tbody tr").first, "the worst first").to_have_attribute("data-level", "failure")
         page.get_by_test_id("acknowledge-all").click()
         expect(page.get_by_test_id("acknowledge-all")).to_be_disabled()
         wait_for(lambda: open_faults(demo) == 0, 5, "not all are acknowledged")

@@ -7,8 +7,8 @@ import { who } from "../bench/holder";
 import { connection, up } from "../bench/link";
 import { go, pathOf } from "../bench/route";
 import { Button } from "../kit/button";
+import { type Column, DataTable, RowLink } from "../kit/data-table";
 import { Choice, cell } from "../kit/field";
-import { follow } from "../kit/follow";
 import { Glyph } from "../kit/glyph";
 import { Guides } from "../kit/guide";
 import { instant, Unread } from "../kit/loaded";
@@ -126,58 +126,53 @@ function Empty({ known }: { known: number }) {
   );
 }
 
-function Part({
-  title,
-  lines,
-  none,
-  testid,
-}: {
+interface PartProps {
   title: string;
   lines: KnownFault[];
   none: string;
   testid: string;
-}) {
+}
+
+function Part({ title, lines, none, testid }: PartProps) {
   return (
     <section class="faults-part" aria-label={title} data-testid={testid}>
       <h2>
         {title} {lines.length > 0 && <span class="second">{lines.length}</span>}
       </h2>
-      {lines.length === 0 && (
-        <p class="faults-none">
-          <Glyph kind="ok" /> {none}
-        </p>
-      )}
-      <ul>
-        {lines.map(one => (
-          <FaultItem key={`${one.uid}/${one.key}`} one={one} />
-        ))}
-      </ul>
+      <DataTable
+        label={title}
+        rows={lines}
+        id={one => `${one.uid}/${one.key}`}
+        data={one => ({
+          testid: `fault-${one.key}`,
+          uid: one.uid,
+          level: one.level,
+          active: one.active,
+          stale: unknown(one),
+          unseen: unseen(one),
+        })}
+        columns={columns()}
+        empty={
+          <p class="faults-none">
+            <Glyph kind="ok" /> {none}
+          </p>
+        }
+      />
     </section>
   );
 }
 
-function FaultItem({ one }: { one: KnownFault }) {
-  const known = servo(one.uid);
-  const name = nameOf(known);
-  const path = pathOf("overview", one.uid);
-  const open = unseen(one);
-  return (
-    <li
-      class="fault"
-      data-testid={`fault-${one.key}`}
-      data-uid={one.uid}
-      data-level={one.level}
-      data-active={one.active}
-      data-stale={unknown(one)}
-      data-unseen={open}
-    >
-      <span class="fault-glyph">
-        <Glyph kind={KIND[one.level]} size={18} />
-        <span class="small second">{words.level[one.level]}</span>
-      </span>
-      <div class="fault-what">
+const columns = (): readonly Column<KnownFault>[] => [
+  {
+    key: "what",
+    head: words.title,
+    by: one => one.label,
+    look: () => "fault-what",
+    cell: one => (
+      <>
         <h3>
-          {one.label}
+          <Glyph kind={KIND[one.level]} size={18} /> {one.label}
+          <span class="small second">{words.level[one.level]}</span>
           <Chips one={one} />
         </h3>
         <p>
@@ -186,40 +181,63 @@ function FaultItem({ one }: { one: KnownFault }) {
         <p class="small">
           <HappenedLink from={one.first_seen} to={one.last_seen} />
         </p>
-      </div>
-      <a class="fault-servo" href={path} title={words.open(name)} onClick={event => follow(event, path)}>
-        <span>{name}</span>
-        <small class="second">{known?.model}</small>
-      </a>
-      <dl class="fault-times small">
-        <dt>{words.first}</dt>
-        <dd>{instant(one.first_seen)}</dd>
-        <dt>{words.last}</dt>
-        <dd>{instant(one.last_seen)}</dd>
-        <dt class="hidden-text">{words.how}</dt>
-        <dd class="fault-count">{words.count(one.count)}</dd>
-      </dl>
-      <div class="fault-seen">
-        {open ? (
-          <Button
-            live
-            testid={`acknowledge-${one.key}`}
-            label={words.ackOf(one.label, name)}
-            onClick={() => void acknowledge(one.uid, one.key)}
-          >
-            {words.ack}
-          </Button>
-        ) : (
-          one.acknowledged_at != null && (
-            <small class="second">
-              {words.seenBy(who(one.acknowledged_by ?? ""), instant(one.acknowledged_at))}
-            </small>
-          )
+      </>
+    ),
+  },
+  {
+    key: "servo",
+    head: words.servo,
+    by: one => nameOf(servo(one.uid)),
+    cell: one => {
+      const name = nameOf(servo(one.uid));
+      return (
+        <>
+          <RowLink path={pathOf("overview", one.uid)} title={words.open(name)}>
+            {name}
+          </RowLink>
+          <small>{servo(one.uid)?.model}</small>
+        </>
+      );
+    },
+  },
+  {
+    key: "last",
+    head: words.last,
+    by: one => -one.last_seen,
+    cell: one => (
+      <>
+        {instant(one.last_seen)}
+        <small>{words.count(one.count)}</small>
+        {one.count > 1 && (
+          <small>
+            {words.first} {instant(one.first_seen)}
+          </small>
         )}
-      </div>
-    </li>
-  );
-}
+      </>
+    ),
+  },
+  {
+    key: "seen",
+    head: words.ack,
+    bare: true,
+    right: true,
+    cell: one =>
+      unseen(one) ? (
+        <Button
+          live
+          testid={`acknowledge-${one.key}`}
+          label={words.ackOf(one.label, nameOf(servo(one.uid)))}
+          onClick={() => void acknowledge(one.uid, one.key)}
+        >
+          {words.ack}
+        </Button>
+      ) : (
+        one.acknowledged_at != null && (
+          <small>{words.seenBy(who(one.acknowledged_by ?? ""), instant(one.acknowledged_at))}</small>
+        )
+      ),
+  },
+];
 
 /** It was so when it was last told, and nobody knows whether it still is: the servo is silent, or hornbill is. */
 function unknown(one: KnownFault): boolean {

@@ -28,7 +28,6 @@ export const words = {
   first: "First",
   last: "Last",
   count: (n: number) => (n === 1 ? "once" : `${n} times`),
-  how: "How often",
   seenBy: (who: string, at: string) => `Acknowledged by ${who}, ${at}`,
   emptyTitle: "No fault was ever seen",
   emptyText:

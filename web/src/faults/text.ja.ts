@@ -26,7 +26,6 @@ export const words = {
   first: "初回",
   last: "最終",
   count: n => `${n}回`,
-  how: "回数",
   seenBy: (who, at) => `${who}が確認、${at}`,
   emptyTitle: "異常の記録はありません",
   emptyText:
