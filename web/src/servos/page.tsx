@@ -18,7 +18,6 @@ import { Choice, cell } from "../kit/field";
 import { lazy } from "../kit/lazy";
 import { Search } from "../kit/search";
 import { Segments } from "../kit/segments";
-import { Waiting } from "../servo/waiting-nodes";
 import { text } from "../text";
 import { Head } from "./columns";
 import { density } from "./density";
@@ -49,6 +48,7 @@ const SelectionBar = lazy<{ plotting: boolean; onPlot: () => void }>(() =>
 const SortChoice = lazy<{ sorting: AddressChoice<Sorting | null> }>(() =>
   import("./sort-choice").then(file => file.SortChoice),
 );
+const Waiting = lazy<object>(() => import("../servo/waiting-nodes").then(file => file.Waiting));
 const WallOfHorns = lazy<{ uids: readonly string[] }>(() =>
   import("../view3d/wall").then(file => file.WallOfHorns),
 );
