@@ -122,17 +122,3 @@ def test_the_last_action_copied_as_curl_does_the_same_again(page: Page, demo: De
         assert demo.api.get(row).json()["value"] == before - 1
     finally:
         demo.api.put(row, json={"value": before}).raise_for_status()
-
-
-def test_every_operation_of_the_document_is_found_and_unfolds(page: Page, demo: Demo) -> None:
-    document = demo.api.get("/openapi.json").json()
-    number = sum(len(verbs) for verbs in document["paths"].values())
-    page.goto(demo.url + "api-page")
-    expect(page.get_by_test_id("api-found")).to_have_text(f"{number} of {number}")
-    page.keyboard.press("/")
-    page.keyboard.type("post latches")
-    expect(page.get_by_test_id("api-found")).to_have_text(f"1 of {number}")
-    operation = page.locator(".a-operations details")
-    operation.locator("summary").press("Enter")
-    expect(operation).to_contain_text("invalid_value")
-    expect(operation).to_contain_text("query")

@@ -24,24 +24,17 @@ export class Problem extends Error {
 
 type Verb = "GET" | "PUT" | "POST" | "PATCH" | "DELETE";
 
-/** The generated paths, and that of the document itself, which does not name itself. */
-interface Paths extends paths {
-  "/api/v1/openapi.json": {
-    get: { parameters: object; responses: { 200: { content: { "application/json": unknown } } } };
-  };
-}
-
 /** The paths below the root of the API that know a verb. */
 type PathOf<V extends Verb> = {
-  [P in keyof Paths]: Paths[P] extends Record<Lowercase<V>, object>
+  [P in keyof paths]: paths[P] extends Record<Lowercase<V>, object>
     ? P extends `/api/v1${infer Rest}`
       ? Rest
       : never
     : never;
-}[keyof Paths];
+}[keyof paths];
 
 type Operation<V extends Verb, P> = P extends string
-  ? Paths[`/api/v1${P}` & keyof Paths] extends Record<Lowercase<V>, infer O>
+  ? paths[`/api/v1${P}` & keyof paths] extends Record<Lowercase<V>, infer O>
     ? O
     : never
   : never;

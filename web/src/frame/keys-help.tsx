@@ -27,7 +27,7 @@ const HERE: Partial<Record<Page, readonly Line[]>> = {
   scope: [words.scopeCursors, words.scopeArm, words.scopeMemory],
   bus: [words.search, words.monitor],
   recorder: [words.scrub, words.scrubEnds, words.scroll],
-  api: [words.search, words.scroll],
+  api: [words.scroll],
 };
 
 const PAGES: readonly Line[] = [

@@ -16,6 +16,7 @@ const PLACES = {
   rigs: "rigs",
   move: "how-to/move",
   socket: "reference/websocket",
+  reference: "reference/api/index",
 } as const;
 
 export type GuidePlace = keyof typeof PLACES;

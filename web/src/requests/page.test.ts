@@ -1,8 +1,7 @@
-/** The API page: requests as commands that can be pasted and carry no secret, and operations read from a document. */
+/** The API page: requests as commands that can be pasted and carry no secret. */
 import { beforeEach, describe, expect, test, vi } from "vitest";
 import type { Sent } from "../api/sent";
 import { asCurl, quoted } from "./curl";
-import { matching, operationsOf } from "./document";
 
 const base: Sent = {
   number: 1,
@@ -79,79 +78,5 @@ describe("what was sent last", () => {
       headers: undefined,
     });
     expect(lastSent(true)).toEqual([]);
-  });
-});
-
-describe("the document", () => {
-  test("what operations share is found under components", () => {
-    const [only] = operationsOf(
-      {
-        paths: {
-          "/stop": {
-            post: {
-              parameters: [{ $ref: "#/components/parameters/uid" }],
-              responses: { default: { $ref: "#/components/responses/CommonProblem" } },
-            },
-          },
-        },
-        components: {
-          parameters: { uid: { name: "uid", in: "path", required: true, description: "Unique ID." } },
-          responses: { CommonProblem: { description: "Refused: `unauthorized`." } },
-        },
-      },
-      of => of,
-    );
-    expect(only?.arguments).toEqual([
-      { name: "uid", where: "path", type: "", required: true, what: "Unique ID." },
-    ]);
-    expect(only?.answers).toEqual([{ status: "default", what: "Refused: unauthorized." }]);
-  });
-
-  const found = operationsOf(
-    {
-      paths: {
-        "/api/v1/servos/{uid}": {
-          get: {
-            summary: "Get Servo",
-            description: "One servo.",
-            tags: ["servos"],
-            parameters: [
-              { name: "uid", in: "path", required: true, schema: { type: "string" } },
-              {
-                name: "n",
-                in: "query",
-                schema: { anyOf: [{ type: "integer", minimum: 1, maximum: 9 }, { type: "null" }] },
-              },
-            ],
-            responses: { 200: { description: "Fine" }, 404: { description: "`unknown_servo`" } },
-          },
-          put: {
-            requestBody: {
-              content: { "application/json": { schema: { $ref: "#/components/schemas/Name" } } },
-            },
-            responses: {},
-          },
-        },
-      },
-    },
-    of => `array of ${of}`,
-  );
-
-  test("is read into operations with parameters, body and codes", () => {
-    expect(found.map(one => [one.verb, one.summary, one.body])).toEqual([
-      ["GET", "One servo.", null],
-      ["PUT", "", "Name"],
-    ]);
-    expect(found[0]?.arguments.map(one => [one.name, one.type, one.required])).toEqual([
-      ["uid", "string", true],
-      ["n", "integer 1…9", false],
-    ]);
-    expect(found[0]?.answers[1]).toEqual({ status: "404", what: "unknown_servo" });
-  });
-
-  test("every word of a search must be found", () => {
-    expect(matching(found, "get SERVOS")).toHaveLength(1);
-    expect(matching(found, "get stop")).toHaveLength(0);
-    expect(matching(found, " ")).toHaveLength(2);
   });
 });

@@ -1,26 +1,23 @@
-/** The API page: what a rig needs at first sight, the last requests as commands, examples, every operation. */
-import { signal, useSignal } from "@preact/signals";
+/** The API page: what a rig needs at first sight, the last requests as commands, and examples. */
+import { useSignal } from "@preact/signals";
 import type { ComponentChildren } from "preact";
-import { useEffect } from "preact/hooks";
-import { API, ask } from "../api/client";
+import { API } from "../api/client";
 import { ROOT } from "../api/root";
 import { all, nameOf } from "../bench/fleet";
 import { version } from "../bench/link";
 import { lastUid } from "../bench/route";
+import { session } from "../bench/session";
 import { Copy } from "../kit/copy";
 import { Guides } from "../kit/guide";
 import { Scroll } from "../kit/scroll";
 import { Segments } from "../kit/segments";
 import { beginning, examples } from "./examples";
-import { has, openApi, readOpenApi } from "./open-api";
-import { Operations } from "./operations";
 import { LastSent } from "./sent";
 import { api as words } from "./words";
 import "../kit/table.css";
 import "./requests.css";
 
 export function ApiPage() {
-  useEffect(() => void readOpenApi(), []);
   return (
     <div class="page api" data-testid="api-page">
       <div class="page-head">
@@ -32,7 +29,7 @@ export function ApiPage() {
           <div>
             <Part title={words.first.title}>
               <First />
-              <Guides places={["rigs", "move", "socket", "contents"]} />
+              <Guides places={["reference", "rigs", "move", "socket"]} />
             </Part>
             <Part title={words.sent.title}>
               <LastSent />
@@ -42,9 +39,6 @@ export function ApiPage() {
             <Examples />
           </Part>
         </div>
-        <Part title={words.operations.title}>
-          <Operations />
-        </Part>
       </Scroll>
     </div>
   );
@@ -59,27 +53,7 @@ function Part({ title, children }: { title: string; children: ComponentChildren 
   );
 }
 
-/** Who the server takes this page for; a server without sessions has no such path. */
-interface Session {
-  name?: string | null;
-  role?: string | null;
-}
-
-const session = signal<Session | null>(null);
-
 function First() {
-  const asks = has(openApi.value, "get", "/session");
-  useEffect(() => {
-    if (!asks) return;
-    ask("GET", "/session").then(
-      found => {
-        session.value = found;
-      },
-      () => {
-        session.value = null;
-      },
-    );
-  }, [asks]);
   const { origin, host, protocol } = location;
   const said = words.first;
   const who = session.value;

@@ -55,23 +55,4 @@ export const words = {
     stop: "Stop every servo; needs no lease",
     token: "The token is taken from HORNBILL_TOKEN. Without tokens on the server, leave its line out.",
   },
-
-  operations: {
-    title: "Operations",
-    search: "Path, summary or tag",
-    found: (n: number, of: number) => `${n} of ${of}`,
-    loading: "Reading the OpenAPI document.",
-    failed: (why: string) => `The OpenAPI document could not be read. ${why}`,
-    again: "Try again",
-    all: (n: number) => `Show all ${n}`,
-    none: (what: string) => `No operation matches “${what}”.`,
-    parameters: "Parameters",
-    body: "Body",
-    answers: "Answers",
-    head: { name: "Name", where: "In", type: "Type", what: "What" },
-    required: "required",
-    noParameters: "No parameters.",
-    where: { path: "path", query: "query", header: "header", cookie: "cookie" } as Record<string, string>,
-    list: (of: string) => `array of ${of}`,
-  },
 };

@@ -29,6 +29,7 @@ export const text = {
     rigs: "Rigs: Python, pytest, LabVIEW and others",
     move: "How to move servos from a program",
     socket: "The WebSocket",
+    reference: "Every operation",
   },
   docs: "Docs",
   docsLabel: "Docs, in a new tab",

@@ -28,6 +28,7 @@ export const text = {
     rigs: "試験装置: Python、pytest、LabVIEWなど（英語）",
     move: "プログラムからサーボを動かす方法（英語）",
     socket: "WebSocket（英語）",
+    reference: "すべての操作（英語）",
   },
   docs: "文書",
   docsLabel: "文書（英語）を新しいタブで開く",
