@@ -1,13 +1,16 @@
-/** The left rail: the pages that exist, in the order of work, with what needs a look at their right. */
-import { useSignalEffect } from "@preact/signals";
+/** The left rail: the pages that exist, in the order of work, with what needs a look at their right. A phone has four of them below, and More. */
+import { useSignal, useSignalEffect } from "@preact/signals";
 import type { ComponentChildren } from "preact";
+import { useEffect, useRef } from "preact/hooks";
 import { stopped } from "../bench/bench";
 import { complaints } from "../bench/doctor";
 import { all, nameOf, servo, uids } from "../bench/fleet";
+import { onKey } from "../bench/keys";
 import { up } from "../bench/link";
 import { motion } from "../bench/motion";
 import { reload } from "../bench/reload";
 import { lastUid, type Page, pathOf, type Route, route } from "../bench/route";
+import { phone } from "../bench/screen";
 import { chooseTheme, type ThemeWish, themeWish } from "../bench/theme";
 import { follow } from "../kit/follow";
 import { Glyph } from "../kit/glyph";
@@ -16,6 +19,9 @@ import { Icon, type IconName } from "../kit/icon";
 import { Segments } from "../kit/segments";
 import { text } from "../text";
 import { chooseLanguage, LANGUAGES, type Language, spoken } from "../text/language";
+
+/** What a phone shows without asking for more. */
+const FIRST: ReadonlySet<Page> = new Set(["servos", "motion", "faults", "bus"]);
 
 function nameOfPage(page: Page): string {
   if (page === "missing") return text.missing.page;
@@ -36,9 +42,10 @@ export function Rail({ onKeys }: { onKeys: () => void }) {
     lastUid.value !== null && known.includes(lastUid.value) ? lastUid.value : (known[0] ?? route.value.uid);
   useSignalEffect(nameTab);
   const language = spoken();
+  const more = useMore();
   const unsaved = all.value.reduce((sum, one) => sum + one.unsaved.length, 0);
   return (
-    <aside class="rail" aria-label={text.nav.label}>
+    <aside ref={more.box} class="rail" aria-label={text.nav.label} data-more={more.open.value}>
       <nav>
         <Item page="servos" uid={null} icon="servos" label={text.nav.servos}>
           {known.length > 0 && <span class="badge">{known.length}</span>}
@@ -80,6 +87,23 @@ export function Rail({ onKeys }: { onKeys: () => void }) {
         <Item page="recorder" uid={null} icon="recorder" label={text.nav.recorder} />
         <Item page="records" uid={null} icon="records" label={text.nav.records} />
         <Item page="api" uid={null} icon="api" label={text.nav.api} />
+        {phone.value && (
+          <button
+            type="button"
+            ref={more.button}
+            class="rail-item"
+            data-first
+            data-testid="more"
+            aria-expanded={more.open.value}
+            aria-current={FIRST.has(shownBy(route.value)) ? undefined : "page"}
+            onClick={() => {
+              more.open.value = !more.open.peek();
+            }}
+          >
+            <Icon name="more" />
+            <span>{text.nav.more}</span>
+          </button>
+        )}
       </nav>
       <div class="rail-foot">
         <button type="button" class="rail-item" onClick={onKeys} data-testid="keys">
@@ -122,6 +146,32 @@ export function Rail({ onKeys }: { onKeys: () => void }) {
       </div>
     </aside>
   );
+}
+
+/** The rest of the rail on a phone: closed by another page, a press beside it and Esc. */
+function useMore() {
+  const open = useSignal(false);
+  const box = useRef<HTMLElement>(null);
+  const button = useRef<HTMLButtonElement>(null);
+  useSignalEffect(() => {
+    if (route.value && phone.value) open.value = false;
+  });
+  useEffect(() => {
+    if (!open.value) return undefined;
+    const away = (event: Event) => {
+      if (!box.current?.contains(event.target as Node)) open.value = false;
+    };
+    const forget = onKey("Escape", () => {
+      open.value = false;
+      button.current?.focus();
+    });
+    document.addEventListener("pointerdown", away, true);
+    return () => {
+      forget();
+      document.removeEventListener("pointerdown", away, true);
+    };
+  }, [open.value]);
+  return { open, box, button };
 }
 
 /** For the keyboard: past bar and rail. A button, for what stands behind the # is a part of the page. */
@@ -185,6 +235,7 @@ function Item({ page, uid, icon, label, children }: ItemProps) {
     <a
       class="rail-item"
       href={path}
+      data-first={FIRST.has(page) || undefined}
       aria-current={shownBy(route.value) === page ? "page" : undefined}
       onClick={event => follow(event, path)}
     >

@@ -17,6 +17,7 @@ export const nav = {
   recorder: "Recorder",
   records: "Records",
   api: "API",
+  more: "More",
   label: "Pages",
   on: "on",
   stopped: "stopped",

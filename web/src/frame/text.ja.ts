@@ -17,6 +17,7 @@ export const frame = {
     recorder: "レコーダー",
     records: "記録",
     api: "API",
+    more: "その他",
     label: "ページ",
     on: "動作中",
     stopped: "停止中",

@@ -1,0 +1,79 @@
+"""A phone: from the list to a servo to its dial with one thumb, Stop first and never covered."""
+
+from collections.abc import Iterator
+
+import pytest
+from playwright.sync_api import Browser, Page, expect
+
+from e2e.conftest import Demo
+from e2e.looks import complaints, too_small
+from e2e.test_stop_reach import SEEN
+from e2e.test_technician import servo_of, wait_for
+
+PHONES = {"smallest": (320, 640), "small": (360, 740), "usual": (390, 844), "last": (767, 1024)}
+THEMES = ("light", "dark")
+
+
+@pytest.fixture(params=[(size, theme) for size in PHONES for theme in THEMES], ids=lambda one: "-".join(one))
+def phone(request: pytest.FixtureRequest, browser: Browser, demo: Demo) -> Iterator[Page]:
+    """A phone of each width, light and dark."""
+    size, theme = request.param
+    width, height = PHONES[size]
+    context = browser.new_context(viewport={"width": width, "height": height}, has_touch=True)
+    context.set_default_timeout(15_000)
+    page = context.new_page()
+    page.add_init_script(f"localStorage.setItem('hornbill.theme', '{theme}')")
+    page.goto(f"{demo.url}servos")
+    expect(page.locator(".servo-row")).to_have_count(6)
+    yield page
+    context.close()
+
+
+def well(page: Page, where: str) -> None:
+    """Stop is whole, at the top and as wide as the window; nothing is cut off, nothing too small for a finger."""
+    found = page.evaluate(SEEN)
+    assert (found["inside"], found["hit"], found["cut"]) == (True, True, False), where
+    assert found["width"] == page.evaluate("innerWidth"), where
+    assert page.evaluate("document.documentElement.scrollWidth <= innerWidth"), where
+    assert complaints(page) == [], where
+    assert too_small(page) == [], where
+
+
+def test_list_then_servo_then_dial(phone: Page, demo: Demo) -> None:
+    uid = servo_of(demo, "BLA21-12U-A0")
+    well(phone, "list")
+    row = phone.get_by_test_id(f"servo-row-{uid}")
+    row.locator("a.row-link").tap()
+    expect(phone.get_by_test_id("servo-tab-motion")).to_be_visible()
+    well(phone, "servo")
+    phone.get_by_test_id("servo-tab-motion").tap()
+    phone.get_by_test_id("enable-motion").tap()
+    expect(phone.get_by_test_id("walk-cw")).to_be_visible()
+    well(phone, "motion")
+    expect(phone.get_by_test_id("more"), "Motion has the whole screen").to_be_hidden()
+    phone.get_by_test_id("stop").tap()
+    expect(phone.get_by_test_id("stop-band")).to_be_visible()
+    wait_for(lambda: demo.api.get("/leases").json() == [], 6, "motion control was not given back")
+    demo.api.delete("/stop").raise_for_status()
+
+
+def test_four_pages_and_more_below(phone: Page) -> None:
+    shown = phone.locator(".rail nav > :visible")
+    expect(shown).to_have_count(5)
+    for one in shown.all():
+        box = one.bounding_box()
+        assert box is not None
+        assert box["y"] + box["height"] <= phone.evaluate("innerHeight") + 1
+        assert box["height"] >= 60
+    more = phone.get_by_test_id("more")
+    more.tap()
+    expect(more).to_have_attribute("aria-expanded", "true")
+    well(phone, "more")
+    phone.keyboard.press("Escape")
+    expect(phone.get_by_test_id("docs")).to_be_hidden()
+    expect(more).to_be_focused()
+    more.tap()
+    phone.get_by_role("link", name="Records").tap()
+    expect(phone.get_by_test_id("docs"), "a page that was chosen closes it").to_be_hidden()
+    expect(more, "where one is").to_have_attribute("aria-current", "page")
+    assert phone.url.endswith("/records")
