@@ -71,7 +71,7 @@ def create_api(
             Middleware(Idempotency),
         ],
         servers=[{"url": root_path}] if root_path else None,
-        separate_input_output_schemas=False,
+        separate_input_output_schemas=True,
     )
     app.state.demo = demo
     app.state.access = access

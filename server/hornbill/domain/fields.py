@@ -53,11 +53,11 @@ ConfirmCode = TypeAliasType("ConfirmCode", Literal[_Safety, _Motion])
 """Every confirmation code; a type of its own in the document."""
 Confirmed = Annotated[list[ConfirmCode], Field(description=_CONFIRM)]
 
-STRICT = ConfigDict(extra="forbid")
+STRICT = ConfigDict(extra="forbid", json_schema_serialization_defaults_required=True)
 """Configuration of the dataclasses: no undeclared fields, in the schema either."""
 
 
 class Model(BaseModel):
     """Base of every fact and request: unknown fields are refused, objects are readable by attribute."""
 
-    model_config = ConfigDict(extra="forbid", from_attributes=True)
+    model_config = ConfigDict(**STRICT, from_attributes=True)

@@ -20,7 +20,9 @@ MARKS_MOST: Final = 1000
 class _Form(BaseModel):
     """A field that a newer hornbill writes is passed over; NaN and the infinite are refused."""
 
-    model_config = ConfigDict(frozen=True, extra="ignore", allow_inf_nan=False)
+    model_config = ConfigDict(
+        frozen=True, extra="ignore", allow_inf_nan=False, json_schema_serialization_defaults_required=True
+    )
 
 
 class Mark(_Form):

@@ -23,7 +23,7 @@ class Reading:
     """
 
     __pydantic_config__ = ConfigDict(
-        extra="forbid",
+        **STRICT,
         json_schema_extra={
             "description": "One parameter as last read from RAM, with its ROM value and this model's limits."
         },

@@ -22,7 +22,9 @@ Scale: TypeAlias = Annotated[int, Field(ge=1)]
 class Row(BaseModel):
     """The shape shared by every table row: frozen, strict, and no field that is not known."""
 
-    model_config = ConfigDict(frozen=True, strict=True, extra="forbid")
+    model_config = ConfigDict(
+        frozen=True, strict=True, extra="forbid", json_schema_serialization_defaults_required=True
+    )
 
 
 class Choice(Row):

@@ -17,5 +17,5 @@ export type FindingCode = Finding["code"];
 export type Advice = NonNullable<Finding["advice"]>;
 export type BusNode = Shapes["Node"];
 export type LogState = Shapes["LogState"];
-export type LogFormat = Shapes["LogRequest"]["format"];
+export type LogFormat = NonNullable<Shapes["LogRequest"]["format"]>;
 export type LogFile = Shapes["LogFile"];

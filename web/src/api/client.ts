@@ -1,4 +1,4 @@
-/** REST: one typed fetch, and problem+json as an error that can be branched on. */
+/** REST: one fetch over the generated paths, and problem+json as an error that can be branched on. */
 import { ROOT } from "./root";
 import type { paths } from "./schema";
 import { type Answered, note } from "./sent";
@@ -25,7 +25,7 @@ export class Problem extends Error {
 type Verb = "GET" | "PUT" | "POST" | "PATCH" | "DELETE";
 
 /** The paths below the root of the API that know a verb. */
-type PathOf<V extends Verb> = {
+export type PathOf<V extends Verb> = {
   [P in keyof paths]: paths[P] extends Record<Lowercase<V>, object>
     ? P extends `/api/v1${infer Rest}`
       ? Rest
@@ -42,12 +42,8 @@ type Operation<V extends Verb, P> = P extends string
 /** Part of the parameters: as the document has it, or left out where it has none. */
 type Part<O, K extends string> = O extends { parameters: infer P } ? Pick<P, K & keyof P> : never;
 
-/** A body as it may be sent: the document calls required what has a default, so all may be left out. */
-type Given<T> = T extends readonly (infer E)[]
-  ? readonly Given<E>[]
-  : T extends object
-    ? { readonly [K in keyof T]?: Given<T[K]> }
-    : T;
+/** A body as it may be sent: nothing changes it. */
+type Given<T> = { readonly [K in keyof T]: Given<T[K]> };
 
 type Content<C> =
   | { body: Given<C[keyof C & "application/json"]>; file?: never }
@@ -75,7 +71,7 @@ export type AskOptions<V extends Verb, P extends PathOf<V>> = Sending &
 
 type Json<R> = R extends { content: { "application/json": infer J } } ? J : undefined;
 
-type Answer<V extends Verb, P extends PathOf<V>> =
+export type Answer<V extends Verb, P extends PathOf<V>> =
   Operation<V, P> extends { responses: infer R } ? Json<R[keyof R & (200 | 201 | 202 | 204)]> : never;
 
 /** Options may be left out where nothing in them is required. */
@@ -99,11 +95,10 @@ export function ask<V extends Verb, P extends PathOf<V>>(
   ...[given]: Rest<AskOptions<V, P>>
 ): Promise<Answer<V, P>> {
   const options = (given ?? {}) as Plain;
-  return askUntyped(verb, filled(template, options), options);
+  return told(verb, filled(template, options), options);
 }
 
-/** As `ask`, of a path put together by the caller, which nothing checks: to be replaced by `ask`. */
-export async function askUntyped<Told>(verb: Verb, path: string, options: Plain = {}): Promise<Told> {
+async function told<Told>(verb: Verb, path: string, options: Plain): Promise<Told> {
   const init: RequestInit = {
     method: verb,
     headers: { Accept: "application/json", ...options.headers },

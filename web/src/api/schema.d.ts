@@ -3337,7 +3337,7 @@ export interface components {
              * @description Confirmation codes of earlier `needs_confirmation` problems.
              * @default []
              */
-            confirm: components["schemas"]["ConfirmCode"][];
+            confirm?: components["schemas"]["ConfirmCode"][];
             /**
              * Angle boost
              * @description Motor output added on top while an angle is held. More makes the horn follow small errors against friction, and hunt sooner; less is calmer. Raise it in small steps when small moves stick. Unit: %. Register 0x2F, section 4.24. Since firmware 1.200.
@@ -3350,7 +3350,7 @@ export interface components {
              * @description Confirmation codes of earlier `needs_confirmation` problems.
              * @default []
              */
-            confirm: components["schemas"]["ConfirmCode"][];
+            confirm?: components["schemas"]["ConfirmCode"][];
             /**
              * Angle D gain
              * @description How early the servo brakes before the target. Higher brakes sooner; lower overshoots and swings back. Raise it when steps overshoot. Register 0x2D, section 4.22.
@@ -3363,7 +3363,7 @@ export interface components {
              * @description Confirmation codes of earlier `needs_confirmation` problems.
              * @default []
              */
-            confirm: components["schemas"]["ConfirmCode"][];
+            confirm?: components["schemas"]["ConfirmCode"][];
             /**
              * Angle dead band
              * @description Angle error the servo leaves alone. Wider stops hunting from backlash; narrower answers small commands. A few tenths of a degree do for most uses; more than 5° is rarely meant. Unit: °. Register 0x2E, section 4.23.
@@ -3376,7 +3376,7 @@ export interface components {
              * @description Confirmation codes of earlier `needs_confirmation` problems.
              * @default []
              */
-            confirm: components["schemas"]["ConfirmCode"][];
+            confirm?: components["schemas"]["ConfirmCode"][];
             /**
              * Angle limit CCW
              * @description Furthest counter-clockwise an angle command can go; a command beyond stops here. It is never above 0°, so 0° is always inside. With torque off nothing pulls the horn back inside. Unit: °. Register 0x39, section 4.31.
@@ -3389,7 +3389,7 @@ export interface components {
              * @description Confirmation codes of earlier `needs_confirmation` problems.
              * @default []
              */
-            confirm: components["schemas"]["ConfirmCode"][];
+            confirm?: components["schemas"]["ConfirmCode"][];
             /**
              * Angle limit CW
              * @description Furthest clockwise an angle command can go; a command beyond stops here. It is never below 0°, so 0° is always inside. Widen it before commanding turns. Unit: °. Register 0x38, section 4.31.
@@ -3402,7 +3402,7 @@ export interface components {
              * @description Confirmation codes of earlier `needs_confirmation` problems.
              * @default []
              */
-            confirm: components["schemas"]["ConfirmCode"][];
+            confirm?: components["schemas"]["ConfirmCode"][];
             /**
              * Angle P gain
              * @description How hard the servo answers an angle error. Higher holds stiffer and hunts sooner; lower is softer and calmer. Raise it until the horn starts to tremble under its real load, then go back a little. Register 0x2C, section 4.21.
@@ -3431,11 +3431,11 @@ export interface components {
             /** @description Action, such as `write` or `save`. */
             action: string;
             /** @description Value afterwards. */
-            after?: unknown;
+            after: unknown;
             /** @description Seconds since 1970 UTC. */
             at: number;
             /** @description Value before. */
-            before?: unknown;
+            before: unknown;
             /** @description Client that did it. */
             by: string;
             /** @description Its notes as one text, in English. */
@@ -3451,7 +3451,7 @@ export interface components {
             /** @description Result of the action. */
             outcome: string;
             /** @description Requested value. */
-            requested?: unknown;
+            requested: unknown;
             /** @description Unique ID of the servo, 32 hex digits. Null if it concerns none. */
             uid: string | null;
         };
@@ -3463,22 +3463,22 @@ export interface components {
             /** @description Changes, row by row. */
             changes: components["schemas"]["Change"][];
             /** @description ID of the save job, with `save`. Null otherwise. */
-            job?: string | null;
+            job: string | null;
             /**
              * @description rejected: nothing was written; not_tried: an earlier servo ended the batch.
              * @enum {string}
              */
             outcome: "applied" | "rolled_back" | "planned" | "rejected" | "not_tried";
             /** @description Reason for rejected or rolled_back. Null otherwise. */
-            problem?: components["schemas"]["Problem"] | null;
+            problem: components["schemas"]["Problem"] | null;
             /** @description Effect of the save on the horn. */
-            restart?: components["schemas"]["Forecast"] | null;
+            restart: components["schemas"]["Forecast"] | null;
             /** @description Revision of the values afterwards. Null if nothing was read. */
             revision: string | null;
             /** @description Rows that ROM is known to hold differently, and requested rows. */
-            rom_changes?: components["schemas"]["RomChange"][];
+            rom_changes: components["schemas"]["RomChange"][];
             /** @description Keys of rows that are saved unchanged and whose ROM value is unknown. */
-            rom_unknown?: components["schemas"]["ParameterKey"][];
+            rom_unknown: components["schemas"]["ParameterKey"][];
             /** @description Unique ID of the servo, 32 hex digits. */
             uid: string;
         };
@@ -3491,14 +3491,14 @@ export interface components {
              * @description If one servo rejects its plan, write to none.
              * @default false
              */
-            all_or_none: boolean;
+            all_or_none?: boolean;
             /** @description Confirmation codes of earlier `needs_confirmation` problems. */
             confirm?: components["schemas"]["SafetyCode"][];
             /**
              * @description Check everything and return the plan. Nothing is changed.
              * @default false
              */
-            dry_run: boolean;
+            dry_run?: boolean;
             /** @description Revisions as in If-Match, by unique ID. */
             revisions?: {
                 [key: string]: string;
@@ -3507,7 +3507,7 @@ export interface components {
              * @description Then write ROM: the servo restarts, its horn may move, and all rows are read back.
              * @default false
              */
-            save: boolean;
+            save?: boolean;
             /** @description Values by unique ID and key. */
             servos: {
                 [key: string]: {
@@ -3543,7 +3543,7 @@ export interface components {
                 [key: string]: components["schemas"]["Reading"];
             };
             /** @description Reason why there are none. Null otherwise. */
-            problem?: components["schemas"]["Problem"] | null;
+            problem: components["schemas"]["Problem"] | null;
             /** @description Revision of the values, for If-Match. */
             revision: string | null;
         };
@@ -3561,8 +3561,8 @@ export interface components {
             /** @description File name. */
             name: string;
             /** @description Reason why the file cannot be read. Null if it can. */
-            problem?: string | null;
-            problem_params?: components["schemas"]["Params"];
+            problem: string | null;
+            problem_params: components["schemas"]["Params"];
             /** @description Type of trigger. */
             reason: components["schemas"]["MarkReason"] | null;
             /** @description Duration, s. Null if the file cannot be read. */
@@ -3610,13 +3610,13 @@ export interface components {
         BundleMark: {
             /** @description Time of the trigger, seconds since 1970 UTC. */
             at: number;
-            params?: components["schemas"]["Params"];
+            params: components["schemas"]["Params"];
             /** @description Type of trigger. */
             reason: components["schemas"]["MarkReason"];
             /** @description One sentence for users. */
             text: string;
             /** @description Unique ID of the servo, 32 hex digits. Null if it concerns none. */
-            uid?: string | null;
+            uid: string | null;
         };
         /**
          * BundleReading
@@ -3643,7 +3643,7 @@ export interface components {
              * @description Reason, shown to users and used in the file name.
              * @default By hand.
              */
-            reason: string;
+            reason?: string;
         };
         /**
          * BundleServo
@@ -3693,7 +3693,7 @@ export interface components {
              * @description Move to the nearest legal value instead of refusing.
              * @default false
              */
-            clamp: boolean;
+            clamp?: boolean;
             /** @description Commands, one per servo. */
             commands: components["schemas"]["BurstCommand"][];
             /** @description Confirmation codes of earlier `needs_confirmation` problems. */
@@ -3816,7 +3816,7 @@ export interface components {
              * @description Bit rate, bit/s. Servos are delivered with 1000000.
              * @default 1000000
              */
-            bitrate: number;
+            bitrate?: number;
             /** @description Pause between frames of one transfer, ms. Default 0, or the address's ?frame_gap_ms=3. */
             frame_gap_ms?: number | null;
         };
@@ -4000,19 +4000,19 @@ export interface components {
              * @description Settling band around the target, °.
              * @default 0.5
              */
-            band_deg: number;
+            band_deg?: number;
             /**
              * @description Move to the nearest legal value instead of refusing.
              * @default false
              */
-            clamp: boolean;
+            clamp?: boolean;
             /** @description Confirmation codes of earlier `needs_confirmation` problems. */
             confirm?: components["schemas"]["MotionCode"][];
             /**
              * @description Time within the band before the move counts as settled, s.
              * @default 0.2
              */
-            dwell_s: number;
+            dwell_s?: number;
             /** @description Time limit for use with a held button, for speed and torque only. Null: none. */
             hold?: components["schemas"]["MotionHold"] | null;
             /** @description Speed and acceleration of the move, for angles only. Null: without limits. */
@@ -4021,7 +4021,7 @@ export interface components {
              * @description Timeout for settling, s.
              * @default 5
              */
-            timeout_s: number;
+            timeout_s?: number;
             /** @description Type of the value: angle (°), speed (rpm) or torque (%). */
             type: components["schemas"]["CommandKind"];
             /** @description Angle (°), speed (rpm) or torque (%), rounded to the servo's step. */
@@ -4031,7 +4031,7 @@ export interface components {
              * @default sent
              * @enum {string}
              */
-            wait: "sent" | "settled";
+            wait?: "sent" | "settled";
         };
         /** CommandAngleValue */
         CommandAngleValue: {
@@ -4039,7 +4039,7 @@ export interface components {
              * @description Confirmation codes of earlier `needs_confirmation` problems.
              * @default []
              */
-            confirm: components["schemas"]["ConfirmCode"][];
+            confirm?: components["schemas"]["ConfirmCode"][];
             /**
              * Command angle
              * @description Angle the horn moves to and holds; + is clockwise seen from the name plate, 0° is the notch. Beyond the angle limits the horn stops at the limit. Turns past ±180° are counted, not sensed, and are lost when the supply goes off. Unit: °. Register 0x00, section 4.1.
@@ -4069,7 +4069,7 @@ export interface components {
              * @description Confirmation codes of earlier `needs_confirmation` problems.
              * @default []
              */
-            confirm: components["schemas"]["ConfirmCode"][];
+            confirm?: components["schemas"]["ConfirmCode"][];
             /**
              * Command speed
              * @description Speed the horn turns at without end; 0 brakes, and ±1 to ±9 rpm are not usable. Without load a BLA21 reaches about 150 rpm at nominal supply. Angle limits do not stop it. Unit: rpm. Register 0x01, section 4.2.
@@ -4082,7 +4082,7 @@ export interface components {
              * @description Confirmation codes of earlier `needs_confirmation` problems.
              * @default []
              */
-            confirm: components["schemas"]["ConfirmCode"][];
+            confirm?: components["schemas"]["ConfirmCode"][];
             /**
              * Command torque
              * @description About how hard the horn pushes, in percent of the most this servo can; 0 brakes, and ±1 to ±9 % are not usable. It is made from motor current, so take it as a rough figure. Angle and speed limits do not hold it back. Unit: %. Register 0x02, section 4.3.
@@ -4099,11 +4099,11 @@ export interface components {
             /** @description A limit of the servo was sent instead of the requested value. */
             clamped: boolean;
             /** @description Time within the band at the end, s. Null if not waited for. */
-            in_band_s?: number | null;
+            in_band_s: number | null;
             /** @description Greatest deviation of these samples from the target, °. Null if none. */
-            max_deviation_deg?: number | null;
+            max_deviation_deg: number | null;
             /** @description Number of consecutive samples within the band at the end. Null if not waited for. */
-            samples?: number | null;
+            samples: number | null;
             /** @description Seconds since 1970 UTC. */
             sent_at: number;
             /** @description Time from sending to settling, s. Null if not waited for or never settled. */
@@ -4111,11 +4111,11 @@ export interface components {
             /** @description The horn settled at the target. Null if not waited for. */
             settled: boolean | null;
             /** @description with settled false, what was not met at the end: band: the angle is outside the band; dwell: within it, not yet for dwell_s; samples: the servo did not answer when its angle was read */
-            unmet?: ("band" | "dwell" | "samples") | null;
+            unmet: ("band" | "dwell" | "samples") | null;
             /** @description Sent value, in steps of 0.1°, 1 rpm or 1 %. */
             value: number;
             /** @description Warnings, one sentence each. */
-            warnings?: string[];
+            warnings: string[];
         };
         /**
          * CommissionPlan
@@ -4125,11 +4125,11 @@ export interface components {
             /** @description Rows to write. */
             changes: components["schemas"]["Change"][];
             /** @description Effect of the save on the horn. */
-            restart?: components["schemas"]["Forecast"] | null;
+            restart: components["schemas"]["Forecast"] | null;
             /** @description Rows that ROM is known to hold differently, and requested rows. */
-            rom_changes?: components["schemas"]["RomChange"][];
+            rom_changes: components["schemas"]["RomChange"][];
             /** @description Keys of rows that are saved unchanged and whose ROM value is unknown. */
-            rom_unknown?: components["schemas"]["ParameterKey"][];
+            rom_unknown: components["schemas"]["ParameterKey"][];
             /** @description Unique ID, 32 lower-case hex digits. */
             uid: string;
         };
@@ -4142,7 +4142,7 @@ export interface components {
              * @description Nickname.
              * @default
              */
-            label: string;
+            label?: string;
             /** @description Static node ID. 0 for dynamic. Null to keep it. */
             node_id?: number | null;
             /** @description Servo ID (0x45), 1 to 254. Null to keep it. */
@@ -4161,24 +4161,24 @@ export interface components {
              * @description Check everything and return the plan. Nothing is changed.
              * @default false
              */
-            dry_run: boolean;
+            dry_run?: boolean;
             /**
              * @description Wiggle each horn before the servo gets its identity.
              * @default false
              */
-            identify: boolean;
+            identify?: boolean;
             /**
              * @description After the first servo with an unexpected result: leave the remaining servos unchanged, or continue.
              * @default stop
              */
-            on_anomaly: components["schemas"]["OnAnomaly"];
+            on_anomaly?: components["schemas"]["OnAnomaly"];
             /** @description Name of the profile to apply to all servos. Null for none. */
             profile?: string | null;
             /**
              * @description Then write ROM: the servo restarts, its horn may move, and all rows are read back.
              * @default true
              */
-            save: boolean;
+            save?: boolean;
             /** @description Servos to commission. */
             servos: components["schemas"]["CommissionServo"][];
         };
@@ -4222,7 +4222,7 @@ export interface components {
              */
             last_command: components["schemas"]["CommandKind"][];
             /** @description Key of the row to check. Null for conditions on the last command. */
-            parameter?: string | null;
+            parameter: string | null;
             /**
              * @description True while the row has one of these values, raw.
              * @default []
@@ -4242,21 +4242,21 @@ export interface components {
              * @description Check everything and return the plan. Nothing is changed.
              * @default false
              */
-            dry_run: boolean;
+            dry_run?: boolean;
             /** @description Source: servo:UID, rom:UID, snapshot:ID, snapshot-rom:ID, profile:NAME or default:MODEL[@FIRMWARE]. */
             from: string;
             /**
              * @description Include origin, servo ID and node ID (0x44 to 0x46).
              * @default false
              */
-            identity: boolean;
+            identity?: boolean;
             /** @description Keys of the rows. Null for all rows of the servo. */
             keys?: string[] | null;
             /**
              * @description Then write ROM: the servo restarts, its horn may move, and all rows are read back.
              * @default false
              */
-            save: boolean;
+            save?: boolean;
         };
         /**
          * DecodedTransfer
@@ -4337,7 +4337,7 @@ export interface components {
              * @description Then write ROM: the servo restarts, its horn may move, and all rows are read back.
              * @default false
              */
-            save: boolean;
+            save?: boolean;
         };
         /**
          * DriftRow
@@ -4390,7 +4390,7 @@ export interface components {
             /** @description Section of the specification. */
             section: string;
             /** @description The rule does not apply to servos with this row. Null if it always applies. */
-            unless_row?: string | null;
+            unless_row: string | null;
             /** @description Conditions, all of which must be met. */
             when: components["schemas"]["Condition"][];
             /** @description Reason, continuing “No effect now”. */
@@ -4410,7 +4410,7 @@ export interface components {
             code: string;
             /** @description One sentence with the details. */
             detail: string;
-            params?: components["schemas"]["Params"];
+            params: components["schemas"]["Params"];
             /** @description Sequence number on this connection. A gap means lost messages. */
             seq: number;
             /** @description `detail` without requests for programs. */
@@ -4443,7 +4443,7 @@ export interface components {
              */
             level: "info" | "notice" | "warning" | "failure";
             /** @description Values in the text, by name. Empty for events without values. */
-            params?: {
+            params: {
                 [key: string]: unknown;
             };
             /** @description Sequence number on this connection. A gap means lost messages. */
@@ -4466,7 +4466,7 @@ export interface components {
              * @description Confirmation codes of earlier `needs_confirmation` problems.
              * @default []
              */
-            confirm: components["schemas"]["ConfirmCode"][];
+            confirm?: components["schemas"]["ConfirmCode"][];
             /**
              * Extended angle
              * @description On counts whole turns while a speed or torque command runs; off wraps the angle at ±180°. With it on, a command of 0° after ten turns turns back ten times. Register 0x24, section 4.17.
@@ -4482,12 +4482,12 @@ export interface components {
              * @description Check everything and return the plan. Nothing is changed.
              * @default false
              */
-            dry_run: boolean;
+            dry_run?: boolean;
             /**
              * @description Keep origin, servo ID and node ID.
              * @default true
              */
-            keep_identity: boolean;
+            keep_identity?: boolean;
         };
         /**
          * Fault
@@ -4495,9 +4495,9 @@ export interface components {
          */
         Fault: {
             /** @description Time of acknowledgement, seconds since 1970 UTC. Null if not acknowledged. */
-            acknowledged_at?: number | null;
+            acknowledged_at: number | null;
             /** @description Client that acknowledged it. Null if not acknowledged. */
-            acknowledged_by?: string | null;
+            acknowledged_by: string | null;
             /** @description Set in the last reading, which is fresh. */
             active: boolean;
             /** @description What to do about it. */
@@ -4551,7 +4551,7 @@ export interface components {
             /** @description Severity. */
             level: components["schemas"]["FaultLevel"];
             /** @description Parameter that sets its threshold. Null if none. */
-            limit?: string | null;
+            limit: string | null;
             /**
              * @description Reported by older firmware only, and not in the specification.
              * @default false
@@ -4607,14 +4607,14 @@ export interface components {
          */
         Finding: {
             /** @description Code of `remedy`. Null if there is none. */
-            advice?: components["schemas"]["Advice"] | null;
+            advice: components["schemas"]["Advice"] | null;
             /** @description Code for programs. Stable. */
             code: components["schemas"]["FindingCode"];
             /** @description Observed values. */
             evidence: string;
             /** @description IDs of the nodes concerned. */
-            node_ids?: number[];
-            params?: components["schemas"]["Params"];
+            node_ids: number[];
+            params: components["schemas"]["Params"];
             /** @description What to do about it. Null if nothing. */
             remedy: string | null;
             /**
@@ -4625,7 +4625,7 @@ export interface components {
             /** @description One sentence for users. */
             text: string;
             /** @description Unique IDs of the servos concerned. */
-            uids?: string[];
+            uids: string[];
         };
         /** @enum {string} */
         FindingCode: "adapter" | "bus_off" | "bit_rate" | "no_traffic" | "own_node_id" | "duplicate_node_id" | "duplicate_servo_id" | "servos_without_id" | "other_commands" | "second_allocator" | "allocation_stuck" | "frames_dropped" | "errors_rising" | "load_over_budget" | "serial_line_full" | "silent_node" | "answers_lost" | "answers_slow" | "servo_offline" | "foreign_frames" | "no_bus" | "adapter_failed" | "adapter_lost" | "interface_down" | "sample_point" | "only_errors" | "unacknowledged" | "nothing_received" | "makers_program" | "allocator_off" | "allocation_refused" | "adapter_silent" | "bit_rate_fixed" | "baud_unknown" | "adapter_echoes" | "line_noise" | "latency_timer";
@@ -4681,33 +4681,33 @@ export interface components {
              * @description Kind of transfer. Null for all.
              * @default null
              */
-            kind: components["schemas"]["TransferKind"] | null;
+            kind?: components["schemas"]["TransferKind"] | null;
             /**
              * @description Source or destination node ID. 0 for anonymous. Null for all.
              * @default null
              */
-            node_id: number | null;
+            node_id?: number | null;
             /**
              * @description Only frames that match no transfer.
              * @default false
              */
-            problems_only: boolean;
+            problems_only?: boolean;
             /**
              * @description Part of the summary, identifier or data. Null for all.
              * @default null
              */
-            text: string | null;
+            text?: string | null;
             /**
              * @description Part of the DSDL name, case-insensitive. Null for all.
              * @default null
              */
-            type: string | null;
+            type?: string | null;
             /**
              * @description Raw frames or decoded transfers.
              * @default decoded
              * @enum {string}
              */
-            view: "raw" | "decoded";
+            view?: "raw" | "decoded";
         };
         /**
          * FramesMessage
@@ -5003,7 +5003,7 @@ export interface components {
             /** @description Default of this model. Null if none or unknown. */
             default: number | null;
             /** @description `configured` differs from the default. Null if either is unknown or there is none. */
-            differs_from_default?: boolean | null;
+            differs_from_default: boolean | null;
             /** @description false: the row has no effect now. Null if unknown. */
             in_effect: boolean | null;
             /** @description Parameter key. */
@@ -5021,7 +5021,7 @@ export interface components {
             /** @description Unit of the value. Empty if none. */
             unit: string;
             /** @description `configured` differs from ROM. Null if either is unknown or ROM lacks the row. */
-            unsaved?: boolean | null;
+            unsaved: boolean | null;
             /** @description Engineering value or choice key. Null for the dummy value and if never read. */
             value: number | null;
             /** @description `why_not` by code. Null while it has an effect. */
@@ -5089,21 +5089,21 @@ export interface components {
          */
         JobStep: {
             /** @description End of `evidence` that describes remaining work. Obsolete once the job has ended. Null if none. */
-            ahead?: string | null;
+            ahead: string | null;
             /** @description Code of the step; with the kind of the job it says what is done. */
             code: components["schemas"]["StepCode"];
             /** @description End, seconds since 1970 UTC. Null until then. */
-            ended_at?: number | null;
+            ended_at: number | null;
             /** @description Observed values. Null if none yet. */
-            evidence?: string | null;
+            evidence: string | null;
             /** @description Code of `evidence`. problem: `evidence_params` has its code as `problem`. Null if none. */
-            evidence_code?: components["schemas"]["EvidenceCode"] | null;
-            evidence_params?: components["schemas"]["Params"];
+            evidence_code: components["schemas"]["EvidenceCode"] | null;
+            evidence_params: components["schemas"]["Params"];
             /** @description Name for programs. */
             name: string;
             params: components["schemas"]["Params"];
             /** @description Start, seconds since 1970 UTC. Null until then. */
-            started_at?: number | null;
+            started_at: number | null;
             /**
              * @description State of the step.
              * @enum {string}
@@ -5112,7 +5112,7 @@ export interface components {
             /** @description One sentence for users. */
             text: string;
             /** @description Servo of this step, in a job on several servos. Null otherwise. */
-            uid?: string | null;
+            uid: string | null;
         };
         /**
          * KnownServo
@@ -5208,19 +5208,19 @@ export interface components {
              * @description Take the lease from its current holder. Requires a reason.
              * @default false
              */
-            force: boolean;
+            force?: boolean;
             /** @description Name of the client, shown to other users. With access control, the token's name replaces it. */
             holder: string;
             /**
              * @description Reason, shown to users and written to the audit.
              * @default
              */
-            reason: string;
+            reason?: string;
             /**
              * @description Time to live after each renewal, s.
              * @default 3
              */
-            ttl_s: number;
+            ttl_s?: number;
         };
         /**
          * LeaseView
@@ -5259,11 +5259,11 @@ export interface components {
          */
         Limits: {
             /** @description Word that confirms a limit within the tolerance of the reading. Null for a command. */
-            confirm?: string | null;
+            confirm: string | null;
             /** @description Parameter that holds the lower limit. */
             lower: string;
             /** @description Error of the reading, raw. Null for a command. */
-            tolerance?: number | null;
+            tolerance: number | null;
             /** @description Parameter that holds the upper limit. */
             upper: string;
         };
@@ -5316,12 +5316,12 @@ export interface components {
              * @description File format.
              * @default candump
              */
-            format: components["schemas"]["LogFormat"];
+            format?: components["schemas"]["LogFormat"];
             /**
              * @description Size at which logging ends, MB.
              * @default 100
              */
-            limit_mb: number;
+            limit_mb?: number;
             /** @description File name without extension. Default: the start time. */
             name?: string | null;
         };
@@ -5382,13 +5382,13 @@ export interface components {
         Mark: {
             /** @description Seconds since 1970 UTC. */
             at: number;
-            params?: components["schemas"]["Params"];
+            params: components["schemas"]["Params"];
             /** @description Type of trigger. */
             reason: components["schemas"]["MarkReason"];
             /** @description One sentence for users. */
             text: string;
             /** @description Unique ID of the servo, 32 hex digits. Null if it concerns none. */
-            uid?: string | null;
+            uid: string | null;
         };
         /** @enum {string} */
         MarkReason: "failure" | "stop" | "lost" | "bus_lost" | "by_hand";
@@ -5403,12 +5403,12 @@ export interface components {
              * @description Time after which the servo is braked unless renewed, s.
              * @default 0.5
              */
-            for_s: number;
+            for_s?: number;
             /**
              * @description Only renew a running command. Refused as busy if it was braked.
              * @default false
              */
-            renew: boolean;
+            renew?: boolean;
         };
         /**
          * MotionProfile
@@ -5419,12 +5419,12 @@ export interface components {
              * @description Acceleration and deceleration, °/s².
              * @default 240
              */
-            accel_deg_s2: number;
+            accel_deg_s2?: number;
             /**
              * @description Speed limit, °/s.
              * @default 60
              */
-            speed_deg_s: number;
+            speed_deg_s?: number;
         };
         /**
          * NewSimServo
@@ -5435,18 +5435,18 @@ export interface components {
              * @description Initial horn angle, °.
              * @default 0
              */
-            angle_deg: number;
+            angle_deg?: number;
             /**
              * @description Allow a firmware that this model never had, for tests.
              * @default false
              */
-            any_firmware: boolean;
+            any_firmware?: boolean;
             /**
              * @description Firmware version, such as `1.300`.
              * @default 1.300
              * @example 1.300
              */
-            firmware: string;
+            firmware?: string;
             /**
              * @description Model, such as `BLA21-06U-A0`.
              * @example BLA21-06U-A0
@@ -5456,7 +5456,7 @@ export interface components {
              * @description 0: it asks for one
              * @default 0
              */
-            node_id: number;
+            node_id?: number;
             /** @description Values that model_number, firmware_version or hardware_version read instead, to simulate an unknown servo. */
             reads?: {
                 [key: string]: number;
@@ -5469,7 +5469,7 @@ export interface components {
              * @description 0: as delivered
              * @default 0
              */
-            servo_id: number;
+            servo_id?: number;
             /** @description Unique ID. Null for a generated one. */
             uid?: string | null;
         };
@@ -5482,7 +5482,7 @@ export interface components {
              * @description Reason, shown to users and written to the audit.
              * @default by hand
              */
-            reason: string;
+            reason?: string;
         };
         /**
          * NewStream
@@ -5493,12 +5493,12 @@ export interface components {
              * @description Bursts per second.
              * @default 50
              */
-            rate_hz: number;
+            rate_hz?: number;
             /**
              * @description Type of the values: angle (°), speed (rpm) or torque (%).
              * @default angle
              */
-            type: components["schemas"]["CommandKind"];
+            type?: components["schemas"]["CommandKind"];
             /** @description Servos that are commanded together, unique IDs. */
             uids: string[];
         };
@@ -5549,7 +5549,7 @@ export interface components {
              * @description Confirmation codes of earlier `needs_confirmation` problems.
              * @default []
              */
-            confirm: components["schemas"]["ConfirmCode"][];
+            confirm?: components["schemas"]["ConfirmCode"][];
             /**
              * Node ID
              * @description Number of the servo on the bus. 0 asks for a free one at each start; any other is fixed and must be used by no other node. 126 and 127 are for tools. Register 0x46, section 4.38.
@@ -5563,7 +5563,7 @@ export interface components {
         Note: {
             /** @description Code of `text`. */
             code: components["schemas"]["NoteCode"];
-            params?: components["schemas"]["Params"];
+            params: components["schemas"]["Params"];
             /** @description One sentence for users. */
             text: string;
         };
@@ -5587,7 +5587,7 @@ export interface components {
             /** @description Default of this model. Null if none or unknown. */
             default: number | null;
             /** @description `configured` differs from the default. Null if either is unknown or there is none. */
-            differs_from_default?: boolean | null;
+            differs_from_default: boolean | null;
             /** @description false: the row has no effect now. Null if unknown. */
             in_effect: boolean | null;
             /** @description Parameter key. */
@@ -5605,7 +5605,7 @@ export interface components {
             /** @description Unit of the value. Empty if none. */
             unit: string;
             /** @description `configured` differs from ROM. Null if either is unknown or ROM lacks the row. */
-            unsaved?: boolean | null;
+            unsaved: boolean | null;
             /** @description Engineering value or choice key. Null for the dummy value and if never read. */
             value: number | null;
             /** @description `why_not` by code. Null while it has an effect. */
@@ -5621,7 +5621,7 @@ export interface components {
              * @description Confirmation codes of earlier `needs_confirmation` problems.
              * @default []
              */
-            confirm: components["schemas"]["ConfirmCode"][];
+            confirm?: components["schemas"]["ConfirmCode"][];
             /**
              * Origin
              * @description Moves 0° away from the notch of the horn. Soft start goes to the new 0°. Look at the angle limits after a change: whether they move with it is not known. Unit: °. Register 0x44, section 4.36.
@@ -5659,7 +5659,7 @@ export interface components {
              * @description Check everything and return the plan. Nothing is changed.
              * @default false
              */
-            dry_run: boolean;
+            dry_run?: boolean;
             /** @description Servos, unique IDs. Null: all that are configured on and were switched off by a stop, lease or command. */
             uids?: string[] | null;
         };
@@ -5679,7 +5679,7 @@ export interface components {
              * @description Confirmation codes of earlier `needs_confirmation` problems.
              * @default []
              */
-            confirm: components["schemas"]["ConfirmCode"][];
+            confirm?: components["schemas"]["ConfirmCode"][];
             /**
              * Motor current limit
              * @description Most current the motor may draw. Lower spares the supply and its voltage dips less; higher gives more peak torque. Lower it when the supply sags. It acts whether 0x25 is on or off. Unit: A. Register 0x2A, section 4.20. Since firmware 1.100.
@@ -5716,7 +5716,7 @@ export interface components {
              */
             choices: components["schemas"]["Choice"][];
             /** @description Default, raw. Null if it depends on the model. */
-            default?: number | null;
+            default: number | null;
             /** @description What it does. */
             description: string;
             /**
@@ -5752,16 +5752,16 @@ export interface components {
             /** @description Display name. */
             label: string;
             /** @description The rows that bound it. Null where none do. */
-            limits?: components["schemas"]["Limits"] | null;
+            limits: components["schemas"]["Limits"] | null;
             /**
              * @description Changes without being written, and is read before a save, restart or reset.
              * @default false
              */
             live: boolean;
             /** @description Maximum, raw. Null if it depends on the model. */
-            maximum?: number | null;
+            maximum: number | null;
             /** @description Minimum, raw. Null if it depends on the model. */
-            minimum?: number | null;
+            minimum: number | null;
             /**
              * @description A change moves a held horn, so torque must be off.
              * @default false
@@ -5775,7 +5775,7 @@ export interface components {
              */
             per_unit: number;
             /** @description Period at which every servo is asked for it, s. Null: only on request. */
-            poll_s?: number | null;
+            poll_s: number | null;
             /**
              * @description Only on models with PWM input.
              * @default false
@@ -5801,18 +5801,18 @@ export interface components {
              */
             since: string;
             /** @description Smallest usable magnitude other than 0, raw. Null if none is known. */
-            smallest?: number | null;
+            smallest: number | null;
             /** @description Temporary value during soft start, raw. Null: soft start leaves it alone. */
-            soft_start?: number | null;
+            soft_start: number | null;
             /** @description The number is that of one servo alone. Null where servos may share it. */
-            unique?: components["schemas"]["UniqueNumber"] | null;
+            unique: components["schemas"]["UniqueNumber"] | null;
             /**
              * @description Unit of the engineering value. Empty if none.
              * @default
              */
             unit: string;
             /** @description Another unit, in force while another row has a certain value. Null if none. */
-            unit_when?: components["schemas"]["UnitWhen"] | null;
+            unit_when: components["schemas"]["UnitWhen"] | null;
         };
         /** @enum {string} */
         ParameterKey: "command_angle" | "command_speed" | "command_torque" | "current_angle" | "current_speed" | "current_torque" | "current_temperature" | "current_voltage" | "fault_overview" | "fault_notification" | "fault_warning" | "fault_failure" | "torque_mode" | "soft_start" | "smoothing" | "reverse" | "extended_angle" | "speed_torque_control" | "timeout_action" | "timeout_time" | "overcurrent_limit" | "angle_p_gain" | "angle_d_gain" | "angle_dead_band" | "angle_boost" | "speed_p_gain" | "speed_i_gain" | "speed_dead_band" | "speed_i_limit" | "pwm_neutral" | "pwm_range" | "pwm_output_range" | "pwm_mode" | "angle_limit_cw" | "angle_limit_ccw" | "speed_limit_cw" | "speed_limit_ccw" | "torque_limit_cw" | "torque_limit_ccw" | "temperature_limit_upper" | "temperature_limit_lower" | "voltage_limit_upper" | "voltage_limit_lower" | "origin" | "servo_id" | "node_id" | "model_number" | "product_number" | "firmware_version" | "hardware_version" | "production_year" | "production_month" | "production_day" | "production_hour" | "production_minute";
@@ -5845,17 +5845,17 @@ export interface components {
              * @description Confirmation codes of earlier `needs_confirmation` problems.
              * @default []
              */
-            confirm: components["schemas"]["ConfirmCode"][];
+            confirm?: components["schemas"]["ConfirmCode"][];
             /**
              * @description Check everything and return the plan. Nothing is changed.
              * @default false
              */
-            dry_run: boolean;
+            dry_run?: boolean;
             /**
              * @description Then write ROM: the servo restarts, its horn may move, and all rows are read back.
              * @default false
              */
-            save: boolean;
+            save?: boolean;
             values: components["schemas"]["InputByKey"];
         };
         /**
@@ -5866,21 +5866,21 @@ export interface components {
             /** @description Changes, row by row. */
             changes: components["schemas"]["Change"][];
             /** @description Reason for rolled_back, one sentence. Null otherwise. */
-            failure?: string | null;
+            failure: string | null;
             /** @description ID of the save job, with `save`. Null otherwise. */
-            job?: string | null;
+            job: string | null;
             /** @description All changes, or none: rolled_back restores the earlier values. */
             outcome: components["schemas"]["ChangeOutcome"];
             /** @description Reason for rolled_back, with code and facts. Null otherwise. */
-            problem?: components["schemas"]["Problem"] | null;
+            problem: components["schemas"]["Problem"] | null;
             /** @description Effect of the save on the horn. */
-            restart?: components["schemas"]["Forecast"] | null;
+            restart: components["schemas"]["Forecast"] | null;
             /** @description Revision of the values, for If-Match. */
             revision: string;
             /** @description Rows that ROM is known to hold differently, and requested rows. */
-            rom_changes?: components["schemas"]["RomChange"][];
+            rom_changes: components["schemas"]["RomChange"][];
             /** @description Keys of rows that are saved unchanged and whose ROM value is unknown. */
-            rom_unknown?: components["schemas"]["ParameterKey"][];
+            rom_unknown: components["schemas"]["ParameterKey"][];
         };
         /** @description Values in the text, by name with unit, unless unknown. Empty for texts without values. */
         Params: {
@@ -5948,7 +5948,7 @@ export interface components {
             evidence: string;
             /** @description Code of `evidence`. */
             evidence_code: components["schemas"]["NoteCode"];
-            evidence_params?: components["schemas"]["Params"];
+            evidence_params: components["schemas"]["Params"];
             /**
              * @description assumed: the maker's unit, not checked yet; confirmed: Status and 0x08 agree in it; conflict: they agree in another unit, in none, or in two, and no angle is sent by ArrayCommand; forced: set by a client
              * @enum {string}
@@ -5963,12 +5963,12 @@ export interface components {
          */
         Problem: {
             /** @description Code of what exactly went wrong. Stable. Null where `code` says all. */
-            cause?: string | null;
+            cause: string | null;
             /** @description Code for programs. Stable. */
             code: string;
             /** @description One sentence with the details. */
             detail: string;
-            params?: components["schemas"]["Params"];
+            params: components["schemas"]["Params"];
             /** @description HTTP status. */
             status: number;
             /** @description `detail` without requests for programs. */
@@ -5993,9 +5993,9 @@ export interface components {
              */
             description: string;
             /** @description Firmware it is made for, such as `1.300`. Null for any. */
-            firmware?: string | null;
+            firmware: string | null;
             /** @description Model it is made for. Null for any. */
-            model?: string | null;
+            model: string | null;
             /** @description Name of the profile. */
             name: string;
             /** @description Revision of the parameter tables at the time of writing. */
@@ -6022,17 +6022,17 @@ export interface components {
              * @description Check everything and return the plan. Nothing is changed.
              * @default false
              */
-            dry_run: boolean;
+            dry_run?: boolean;
             /**
              * @description After the first servo with an unexpected result: stop, or continue.
              * @default stop
              */
-            on_anomaly: components["schemas"]["OnAnomaly"];
+            on_anomaly?: components["schemas"]["OnAnomaly"];
             /**
              * @description Then write ROM: the servo restarts, its horn may move, and all rows are read back.
              * @default false
              */
-            save: boolean;
+            save?: boolean;
             /** @description Servos in the order of writing, unique IDs. */
             uids: string[];
         };
@@ -6045,7 +6045,7 @@ export interface components {
              * @description Purpose of the profile.
              * @default
              */
-            description: string;
+            description?: string;
             /** @description Firmware it is made for, such as `1.300`. Null for any. */
             firmware?: string | null;
             /** @description ID of the snapshot to take the values from. */
@@ -6056,7 +6056,7 @@ export interface components {
              * @description Include the identity rows 0x44 to 0x46.
              * @default false
              */
-            identity: boolean;
+            identity?: boolean;
             /** @description Keys of the rows to store. Null for all rows but identity. */
             keys?: string[] | null;
             /** @description Model it is made for. Null for any. */
@@ -6090,7 +6090,7 @@ export interface components {
             /** @description Default of this model. Null if none or unknown. */
             default: components["schemas"]["PwmModeChoice"] | (number | null);
             /** @description `configured` differs from the default. Null if either is unknown or there is none. */
-            differs_from_default?: boolean | null;
+            differs_from_default: boolean | null;
             /** @description false: the row has no effect now. Null if unknown. */
             in_effect: boolean | null;
             /** @description Parameter key. */
@@ -6108,7 +6108,7 @@ export interface components {
             /** @description Unit of the value. Empty if none. */
             unit: string;
             /** @description `configured` differs from ROM. Null if either is unknown or ROM lacks the row. */
-            unsaved?: boolean | null;
+            unsaved: boolean | null;
             /** @description Engineering value or choice key. Null for the dummy value and if never read. */
             value: components["schemas"]["PwmModeChoice"] | (number | null);
             /** @description `why_not` by code. Null while it has an effect. */
@@ -6122,7 +6122,7 @@ export interface components {
              * @description Confirmation codes of earlier `needs_confirmation` problems.
              * @default []
              */
-            confirm: components["schemas"]["ConfirmCode"][];
+            confirm?: components["schemas"]["ConfirmCode"][];
             /**
              * PWM mode
              * @description Whether a pulse asks for an angle or for a speed. A speed needs speed and torque control (0x25) on, and the angle limits do not stop it. Register 0x37, section 4.30. Since firmware 1.100. Only in models with PWM input.
@@ -6136,7 +6136,7 @@ export interface components {
              * @description Confirmation codes of earlier `needs_confirmation` problems.
              * @default []
              */
-            confirm: components["schemas"]["ConfirmCode"][];
+            confirm?: components["schemas"]["ConfirmCode"][];
             /**
              * Neutral pulse
              * @description Pulse width that means 0. Wider pulses turn clockwise, narrower ones counter-clockwise. Match it to the centre of the transmitter. Unit: µs. Register 0x34, section 4.29. Since firmware 1.100. Only in models with PWM input.
@@ -6149,7 +6149,7 @@ export interface components {
              * @description Confirmation codes of earlier `needs_confirmation` problems.
              * @default []
              */
-            confirm: components["schemas"]["ConfirmCode"][];
+            confirm?: components["schemas"]["ConfirmCode"][];
             /**
              * Output at full pulse
              * @description Angle or speed that a pulse at the end of its range asks for. Larger moves more for the same stick and is less fine. Enter it again after changing the PWM mode: its unit changes with it. Unit: °, or rpm by `pwm_mode`. Register 0x36, section 4.30. Since firmware 1.100. Only in models with PWM input.
@@ -6162,7 +6162,7 @@ export interface components {
              * @description Confirmation codes of earlier `needs_confirmation` problems.
              * @default []
              */
-            confirm: components["schemas"]["ConfirmCode"][];
+            confirm?: components["schemas"]["ConfirmCode"][];
             /**
              * Pulse range
              * @description How far the pulse may go from neutral to each side. Wider needs more stick for the same move; pulses at or past its ends raise a notification. Unit: µs. Register 0x35, section 4.29. Since firmware 1.100. Only in models with PWM input.
@@ -6201,7 +6201,7 @@ export interface components {
             /** @description Default of this model. Null if none or unknown. */
             default: boolean | number | string | null;
             /** @description `configured` differs from the default. Null if either is unknown or there is none. */
-            differs_from_default?: boolean | null;
+            differs_from_default: boolean | null;
             /** @description false: the row has no effect now. Null if unknown. */
             in_effect: boolean | null;
             /** @description Parameter key. */
@@ -6219,7 +6219,7 @@ export interface components {
             /** @description Unit of the value. Empty if none. */
             unit: string;
             /** @description `configured` differs from ROM. Null if either is unknown or ROM lacks the row. */
-            unsaved?: boolean | null;
+            unsaved: boolean | null;
             /** @description Engineering value or choice key. Null for the dummy value and if never read. */
             value: boolean | number | string | null;
             /** @description `why_not` by code. Null while it has an effect. */
@@ -6229,61 +6229,61 @@ export interface components {
         };
         /** ReadingByKey */
         ReadingByKey: {
-            angle_boost?: components["schemas"]["NumberReading"];
-            angle_d_gain?: components["schemas"]["IntegerReading"];
-            angle_dead_band?: components["schemas"]["NumberReading"];
-            angle_limit_ccw?: components["schemas"]["NumberReading"];
-            angle_limit_cw?: components["schemas"]["NumberReading"];
-            angle_p_gain?: components["schemas"]["IntegerReading"];
-            command_angle?: components["schemas"]["NumberReading"];
-            command_speed?: components["schemas"]["IntegerReading"];
-            command_torque?: components["schemas"]["IntegerReading"];
-            current_angle?: components["schemas"]["NumberReading"];
-            current_speed?: components["schemas"]["IntegerReading"];
-            current_temperature?: components["schemas"]["IntegerReading"];
-            current_torque?: components["schemas"]["IntegerReading"];
-            current_voltage?: components["schemas"]["NumberReading"];
-            extended_angle?: components["schemas"]["SwitchReading"];
-            fault_failure?: components["schemas"]["IntegerReading"];
-            fault_notification?: components["schemas"]["IntegerReading"];
-            fault_overview?: components["schemas"]["IntegerReading"];
-            fault_warning?: components["schemas"]["IntegerReading"];
-            firmware_version?: components["schemas"]["IntegerReading"];
-            hardware_version?: components["schemas"]["IntegerReading"];
-            model_number?: components["schemas"]["IntegerReading"];
-            node_id?: components["schemas"]["IntegerReading"];
-            origin?: components["schemas"]["NumberReading"];
-            overcurrent_limit?: components["schemas"]["NumberReading"];
-            product_number?: components["schemas"]["IntegerReading"];
-            production_day?: components["schemas"]["IntegerReading"];
-            production_hour?: components["schemas"]["IntegerReading"];
-            production_minute?: components["schemas"]["IntegerReading"];
-            production_month?: components["schemas"]["IntegerReading"];
-            production_year?: components["schemas"]["IntegerReading"];
-            pwm_mode?: components["schemas"]["PwmModeReading"];
-            pwm_neutral?: components["schemas"]["IntegerReading"];
-            pwm_output_range?: components["schemas"]["NumberReading"];
-            pwm_range?: components["schemas"]["IntegerReading"];
-            reverse?: components["schemas"]["SwitchReading"];
-            servo_id?: components["schemas"]["IntegerReading"];
-            smoothing?: components["schemas"]["SwitchReading"];
-            soft_start?: components["schemas"]["SwitchReading"];
-            speed_dead_band?: components["schemas"]["IntegerReading"];
-            speed_i_gain?: components["schemas"]["IntegerReading"];
-            speed_i_limit?: components["schemas"]["IntegerReading"];
-            speed_limit_ccw?: components["schemas"]["IntegerReading"];
-            speed_limit_cw?: components["schemas"]["IntegerReading"];
-            speed_p_gain?: components["schemas"]["IntegerReading"];
-            speed_torque_control?: components["schemas"]["SwitchReading"];
-            temperature_limit_lower?: components["schemas"]["IntegerReading"];
-            temperature_limit_upper?: components["schemas"]["IntegerReading"];
-            timeout_action?: components["schemas"]["TimeoutActionReading"];
-            timeout_time?: components["schemas"]["IntegerReading"];
-            torque_limit_ccw?: components["schemas"]["IntegerReading"];
-            torque_limit_cw?: components["schemas"]["IntegerReading"];
-            torque_mode?: components["schemas"]["TorqueModeReading"];
-            voltage_limit_lower?: components["schemas"]["NumberReading"];
-            voltage_limit_upper?: components["schemas"]["NumberReading"];
+            angle_boost: components["schemas"]["NumberReading"];
+            angle_d_gain: components["schemas"]["IntegerReading"];
+            angle_dead_band: components["schemas"]["NumberReading"];
+            angle_limit_ccw: components["schemas"]["NumberReading"];
+            angle_limit_cw: components["schemas"]["NumberReading"];
+            angle_p_gain: components["schemas"]["IntegerReading"];
+            command_angle: components["schemas"]["NumberReading"];
+            command_speed: components["schemas"]["IntegerReading"];
+            command_torque: components["schemas"]["IntegerReading"];
+            current_angle: components["schemas"]["NumberReading"];
+            current_speed: components["schemas"]["IntegerReading"];
+            current_temperature: components["schemas"]["IntegerReading"];
+            current_torque: components["schemas"]["IntegerReading"];
+            current_voltage: components["schemas"]["NumberReading"];
+            extended_angle: components["schemas"]["SwitchReading"];
+            fault_failure: components["schemas"]["IntegerReading"];
+            fault_notification: components["schemas"]["IntegerReading"];
+            fault_overview: components["schemas"]["IntegerReading"];
+            fault_warning: components["schemas"]["IntegerReading"];
+            firmware_version: components["schemas"]["IntegerReading"];
+            hardware_version: components["schemas"]["IntegerReading"];
+            model_number: components["schemas"]["IntegerReading"];
+            node_id: components["schemas"]["IntegerReading"];
+            origin: components["schemas"]["NumberReading"];
+            overcurrent_limit: components["schemas"]["NumberReading"];
+            product_number: components["schemas"]["IntegerReading"];
+            production_day: components["schemas"]["IntegerReading"];
+            production_hour: components["schemas"]["IntegerReading"];
+            production_minute: components["schemas"]["IntegerReading"];
+            production_month: components["schemas"]["IntegerReading"];
+            production_year: components["schemas"]["IntegerReading"];
+            pwm_mode: components["schemas"]["PwmModeReading"];
+            pwm_neutral: components["schemas"]["IntegerReading"];
+            pwm_output_range: components["schemas"]["NumberReading"];
+            pwm_range: components["schemas"]["IntegerReading"];
+            reverse: components["schemas"]["SwitchReading"];
+            servo_id: components["schemas"]["IntegerReading"];
+            smoothing: components["schemas"]["SwitchReading"];
+            soft_start: components["schemas"]["SwitchReading"];
+            speed_dead_band: components["schemas"]["IntegerReading"];
+            speed_i_gain: components["schemas"]["IntegerReading"];
+            speed_i_limit: components["schemas"]["IntegerReading"];
+            speed_limit_ccw: components["schemas"]["IntegerReading"];
+            speed_limit_cw: components["schemas"]["IntegerReading"];
+            speed_p_gain: components["schemas"]["IntegerReading"];
+            speed_torque_control: components["schemas"]["SwitchReading"];
+            temperature_limit_lower: components["schemas"]["IntegerReading"];
+            temperature_limit_upper: components["schemas"]["IntegerReading"];
+            timeout_action: components["schemas"]["TimeoutActionReading"];
+            timeout_time: components["schemas"]["IntegerReading"];
+            torque_limit_ccw: components["schemas"]["IntegerReading"];
+            torque_limit_cw: components["schemas"]["IntegerReading"];
+            torque_mode: components["schemas"]["TorqueModeReading"];
+            voltage_limit_lower: components["schemas"]["NumberReading"];
+            voltage_limit_upper: components["schemas"]["NumberReading"];
         };
         /** @enum {string} */
         ReasonCode: "by_hand" | "saving" | "factory_reset" | "drift_undone" | "change" | "commissioning" | "matrix" | "profile" | "restore";
@@ -6348,7 +6348,7 @@ export interface components {
              * @description Check everything and return the plan. Nothing is changed.
              * @default false
              */
-            dry_run: boolean;
+            dry_run?: boolean;
         };
         /**
          * RestartPreview
@@ -6389,25 +6389,25 @@ export interface components {
              * @description Check everything and return the plan. Nothing is changed.
              * @default false
              */
-            dry_run: boolean;
+            dry_run?: boolean;
             /**
              * @description Include origin, servo ID and node ID (0x44 to 0x46).
              * @default false
              */
-            identity: boolean;
+            identity?: boolean;
             /** @description Keys of the rows. Null for all rows of the servo. */
             keys?: string[] | null;
             /**
              * @description Then write ROM: the servo restarts, its horn may move, and all rows are read back.
              * @default false
              */
-            save: boolean;
+            save?: boolean;
             /**
              * @description Values to write: RAM, or what was known of ROM.
              * @default ram
              * @enum {string}
              */
-            source: "ram" | "rom";
+            source?: "ram" | "rom";
         };
         /**
          * Restored
@@ -6417,23 +6417,23 @@ export interface components {
             /** @description Changes, row by row. */
             changes: components["schemas"]["Change"][];
             /** @description Reason for rolled_back, one sentence. Null otherwise. */
-            failure?: string | null;
+            failure: string | null;
             /** @description ID of the save job, with `save`. Null otherwise. */
-            job?: string | null;
+            job: string | null;
             /** @description Rows that were not written. */
             left_out: components["schemas"]["LeftOut"][];
             /** @description All changes, or none: rolled_back restores the earlier values. */
             outcome: components["schemas"]["ChangeOutcome"];
             /** @description Reason for rolled_back, with code and facts. Null otherwise. */
-            problem?: components["schemas"]["Problem"] | null;
+            problem: components["schemas"]["Problem"] | null;
             /** @description Effect of the save on the horn. */
-            restart?: components["schemas"]["Forecast"] | null;
+            restart: components["schemas"]["Forecast"] | null;
             /** @description Revision of the values, for If-Match. */
             revision: string;
             /** @description Rows that ROM is known to hold differently, and requested rows. */
-            rom_changes?: components["schemas"]["RomChange"][];
+            rom_changes: components["schemas"]["RomChange"][];
             /** @description Keys of rows that are saved unchanged and whose ROM value is unknown. */
-            rom_unknown?: components["schemas"]["ParameterKey"][];
+            rom_unknown: components["schemas"]["ParameterKey"][];
         };
         /** ReverseValue */
         ReverseValue: {
@@ -6441,7 +6441,7 @@ export interface components {
              * @description Confirmation codes of earlier `needs_confirmation` problems.
              * @default []
              */
-            confirm: components["schemas"]["ConfirmCode"][];
+            confirm?: components["schemas"]["ConfirmCode"][];
             /**
              * Reverse
              * @description Swaps the direction of commands and of readings: clockwise becomes −. Turn torque off before changing it and look at the limits afterwards. Register 0x23, section 4.16.
@@ -6483,7 +6483,7 @@ export interface components {
              * @description Confirmation codes of earlier `needs_confirmation` problems.
              * @default []
              */
-            confirm: components["schemas"]["ConfirmCode"][];
+            confirm?: components["schemas"]["ConfirmCode"][];
             value: unknown;
         };
         /**
@@ -6509,17 +6509,17 @@ export interface components {
              * @description Confirmation codes of earlier `needs_confirmation` problems.
              * @default []
              */
-            confirm: components["schemas"]["ConfirmCode"][];
+            confirm?: components["schemas"]["ConfirmCode"][];
             /**
              * @description Check everything and return the plan. Nothing is changed.
              * @default false
              */
-            dry_run: boolean;
+            dry_run?: boolean;
             /**
              * @description ROM is to have torque on, whatever it holds now. Without it, ROM keeps the torque mode it holds.
              * @default false
              */
-            torque_on: boolean;
+            torque_on?: boolean;
         };
         /**
          * SavePreview
@@ -6527,11 +6527,11 @@ export interface components {
          */
         SavePreview: {
             /** @description Effect of the save on the horn. */
-            restart?: components["schemas"]["Forecast"] | null;
+            restart: components["schemas"]["Forecast"] | null;
             /** @description Rows that ROM is known to hold differently, and requested rows. */
-            rom_changes?: components["schemas"]["RomChange"][];
+            rom_changes: components["schemas"]["RomChange"][];
             /** @description Keys of rows that are saved unchanged and whose ROM value is unknown. */
-            rom_unknown?: components["schemas"]["ParameterKey"][];
+            rom_unknown: components["schemas"]["ParameterKey"][];
         };
         /**
          * SchemaDocument
@@ -6621,7 +6621,7 @@ export interface components {
             /** @description Last known angle command, °. Null while inactive. */
             command_deg: number | null;
             /** @description Keys of rows that another tool changed in ROM. Details: `GET …/drift`. */
-            drift?: string[];
+            drift: string[];
             faults: components["schemas"]["FaultWords"];
             /** @description Firmware version, such as `1.300`. Null if unknown. */
             firmware: string | null;
@@ -6636,7 +6636,7 @@ export interface components {
             /** @description Nickname, stored by the server. */
             label: string;
             /** @description RAM values lost in a restart. A value leaves when RAM holds it again, all of them leave after a successful save and DELETE …/lost */
-            lost?: components["schemas"]["LostValue"][];
+            lost: components["schemas"]["LostValue"][];
             /** @description Mode from NodeStatus. Null if unknown. */
             mode: string | null;
             /** @description Model, such as `BLA21-06U-A0`. Null if unknown. */
@@ -6687,7 +6687,7 @@ export interface components {
             /** @description Failures, then warnings, then notifications. Active before past. */
             faults: components["schemas"]["Fault"][];
             /** @description Reason why there are none. Null otherwise. */
-            problem?: components["schemas"]["Problem"] | null;
+            problem: components["schemas"]["Problem"] | null;
         };
         /** ServoIdValue */
         ServoIdValue: {
@@ -6695,7 +6695,7 @@ export interface components {
              * @description Confirmation codes of earlier `needs_confirmation` problems.
              * @default []
              */
-            confirm: components["schemas"]["ConfirmCode"][];
+            confirm?: components["schemas"]["ConfirmCode"][];
             /**
              * Servo ID
              * @description Number that commands for several servos go by; give each servo its own. 0, the default, cannot be commanded that way. Register 0x45, section 4.37.
@@ -6863,7 +6863,7 @@ export interface components {
              * @description Confirmation codes of earlier `needs_confirmation` problems.
              * @default []
              */
-            confirm: components["schemas"]["ConfirmCode"][];
+            confirm?: components["schemas"]["ConfirmCode"][];
             /**
              * Smoothing
              * @description On rounds off jumps in the command; off follows every step at once and can look jerky. Leave it on for control by hand, and note it with each step test: with it on the test measures the smoothing. Register 0x22, section 4.15.
@@ -6914,12 +6914,12 @@ export interface components {
              * @description Time limit of a speed or torque command. Null: the servo's own timeout applies.
              * @default null
              */
-            hold: components["schemas"]["MotionHold"] | null;
+            hold?: components["schemas"]["MotionHold"] | null;
             /**
              * @description Speed and acceleration of the move. Null: without limits.
              * @default null
              */
-            profile: components["schemas"]["MotionProfile"] | null;
+            profile?: components["schemas"]["MotionProfile"] | null;
             /** @description Type of the value: angle (°), speed (rpm) or torque (%). */
             type: components["schemas"]["CommandKind"];
             /** @description Unique ID of the servo, 32 hex digits. */
@@ -6933,7 +6933,7 @@ export interface components {
              * @description Confirmation codes of earlier `needs_confirmation` problems.
              * @default []
              */
-            confirm: components["schemas"]["ConfirmCode"][];
+            confirm?: components["schemas"]["ConfirmCode"][];
             /**
              * Soft start
              * @description On: after a start the horn goes to 0° at no more than 30 rpm and 30 % torque. Off: it takes hold where it is, at once and with full torque. Leave it on where a hard jerk could do harm; turn it off where 0° is a bad place to go. Register 0x21, section 4.14.
@@ -6946,7 +6946,7 @@ export interface components {
              * @description Confirmation codes of earlier `needs_confirmation` problems.
              * @default []
              */
-            confirm: components["schemas"]["ConfirmCode"][];
+            confirm?: components["schemas"]["ConfirmCode"][];
             /**
              * Speed dead band
              * @description Speed error the speed loop leaves alone. Wider is calmer near standstill; narrower answers smaller errors. The document gives no unit. Register 0x32, section 4.27.
@@ -6959,7 +6959,7 @@ export interface components {
              * @description Confirmation codes of earlier `needs_confirmation` problems.
              * @default []
              */
-            confirm: components["schemas"]["ConfirmCode"][];
+            confirm?: components["schemas"]["ConfirmCode"][];
             /**
              * Speed I gain
              * @description How fast the speed loop adds output while a speed error lasts. Higher removes the error sooner and can swing; lower leaves it longer. Register 0x31, section 4.26.
@@ -6972,7 +6972,7 @@ export interface components {
              * @description Confirmation codes of earlier `needs_confirmation` problems.
              * @default []
              */
-            confirm: components["schemas"]["ConfirmCode"][];
+            confirm?: components["schemas"]["ConfirmCode"][];
             /**
              * Speed I limit
              * @description Most output the I part of the speed loop may add. Higher overcomes more load and takes longer to unwind; lower stops it from winding up. Register 0x33, section 4.28.
@@ -6985,7 +6985,7 @@ export interface components {
              * @description Confirmation codes of earlier `needs_confirmation` problems.
              * @default []
              */
-            confirm: components["schemas"]["ConfirmCode"][];
+            confirm?: components["schemas"]["ConfirmCode"][];
             /**
              * Speed limit CCW
              * @description Fastest the horn turns counter-clockwise under an angle or speed command, as a negative speed. Nearer to 0 is gentler on the load, and nearer than −10 rpm it is not usable. Unit: rpm. Register 0x3B, section 4.32.
@@ -6998,7 +6998,7 @@ export interface components {
              * @description Confirmation codes of earlier `needs_confirmation` problems.
              * @default []
              */
-            confirm: components["schemas"]["ConfirmCode"][];
+            confirm?: components["schemas"]["ConfirmCode"][];
             /**
              * Speed limit CW
              * @description Fastest the horn turns clockwise under an angle or speed command. Lower is gentler on the load, and below 10 rpm it is not usable; higher leaves the speed to the supply and the load. Unit: rpm. Register 0x3A, section 4.32.
@@ -7011,7 +7011,7 @@ export interface components {
              * @description Confirmation codes of earlier `needs_confirmation` problems.
              * @default []
              */
-            confirm: components["schemas"]["ConfirmCode"][];
+            confirm?: components["schemas"]["ConfirmCode"][];
             /**
              * Speed P gain
              * @description How hard the speed loop answers a speed error. Higher follows more closely and can vibrate; lower gives way under load. Register 0x30, section 4.25.
@@ -7024,7 +7024,7 @@ export interface components {
              * @description Confirmation codes of earlier `needs_confirmation` problems.
              * @default []
              */
-            confirm: components["schemas"]["ConfirmCode"][];
+            confirm?: components["schemas"]["ConfirmCode"][];
             /**
              * Speed and torque control
              * @description On: angle, speed and torque loops run one inside the other, and speed and torque can be commanded and limited. Off: the angle loop drives the motor directly, which moves more smoothly but knows no speed or torque. Register 0x25, section 4.18. Since firmware 1.100.
@@ -7116,22 +7116,22 @@ export interface components {
              * @description Time measured on each side, s.
              * @default 1
              */
-            dwell_s: number;
+            dwell_s?: number;
             /**
              * @description Note on load, mounting or other conditions.
              * @default
              */
-            note: string;
+            note?: string;
             /**
              * @description Number of repetitions.
              * @default 1
              */
-            runs: number;
+            runs?: number;
             /**
              * @description Step size, °. The sign gives the direction.
              * @default 5
              */
-            step_deg: number;
+            step_deg?: number;
         };
         /**
          * StepTrace
@@ -7167,7 +7167,7 @@ export interface components {
             /** @description Torque off or brake. Null while not latched. */
             mode: components["schemas"]["StopMode"] | null;
             /** @description Nodes that broadcast actuator status and may be servos. */
-            nodes?: components["schemas"]["StopNode"][];
+            nodes: components["schemas"]["StopNode"][];
             /** @description Reason of the client. Null while not latched. */
             reason: string | null;
             /** @description One entry per servo. */
@@ -7182,17 +7182,17 @@ export interface components {
              * @description Client that stops, shown to other users.
              * @default page
              */
-            by: string;
+            by?: string;
             /**
              * @description Torque off or brake.
              * @default off
              */
-            mode: components["schemas"]["StopMode"];
+            mode?: components["schemas"]["StopMode"];
             /**
              * @description Reason, shown to users and written to the audit. At most 200 characters are stored.
              * @default
              */
-            reason: string;
+            reason?: string;
             /**
              * @description discriminator enum property added by openapi-typescript
              * @enum {string}
@@ -7222,12 +7222,12 @@ export interface components {
              * @description Torque off or brake.
              * @default off
              */
-            mode: components["schemas"]["StopMode"];
+            mode?: components["schemas"]["StopMode"];
             /**
              * @description 200 characters of it are kept
              * @default
              */
-            reason: string;
+            reason?: string;
         };
         /**
          * StopServo
@@ -7265,9 +7265,9 @@ export interface components {
             /** @description Share of the bus, 0 to 1. */
             bus_share: number;
             /** @description Reason why it ended. Null while it runs. */
-            ended?: string | null;
+            ended: string | null;
             /** @description `ended` without requests for programs. Null while it runs. */
-            ended_summary?: string | null;
+            ended_summary: string | null;
             /** @description Client with motion control. */
             holder: string;
             /** @description ID, as used in paths. */
@@ -7302,7 +7302,7 @@ export interface components {
              * @description Speed and acceleration of the move. Null: without limits.
              * @default null
              */
-            profile: components["schemas"]["MotionProfile"] | null;
+            profile?: components["schemas"]["MotionProfile"] | null;
             /**
              * @description discriminator enum property added by openapi-typescript
              * @enum {string}
@@ -7334,7 +7334,7 @@ export interface components {
              * @description Filter of topic `frames`.
              * @default null
              */
-            frames: components["schemas"]["FrameFilter"] | null;
+            frames?: components["schemas"]["FrameFilter"] | null;
             /** @description Topics to subscribe to. */
             topics: components["schemas"]["Topic"][];
             /**
@@ -7346,7 +7346,7 @@ export interface components {
              * @description Servos to limit all topics to, unique IDs. Null removes the limit; omit to keep it.
              * @default null
              */
-            uids: string[] | null;
+            uids?: string[] | null;
         };
         /**
          * SwitchReading
@@ -7366,7 +7366,7 @@ export interface components {
             /** @description Default of this model. Null if none or unknown. */
             default: boolean | number | null;
             /** @description `configured` differs from the default. Null if either is unknown or there is none. */
-            differs_from_default?: boolean | null;
+            differs_from_default: boolean | null;
             /** @description false: the row has no effect now. Null if unknown. */
             in_effect: boolean | null;
             /** @description Parameter key. */
@@ -7384,7 +7384,7 @@ export interface components {
             /** @description Unit of the value. Empty if none. */
             unit: string;
             /** @description `configured` differs from ROM. Null if either is unknown or ROM lacks the row. */
-            unsaved?: boolean | null;
+            unsaved: boolean | null;
             /** @description Engineering value or choice key. Null for the dummy value and if never read. */
             value: boolean | number | null;
             /** @description `why_not` by code. Null while it has an effect. */
@@ -7403,17 +7403,17 @@ export interface components {
              * @description Time after which the lease passes unless refused, s.
              * @default 10
              */
-            patience_s: number;
+            patience_s?: number;
             /**
              * @description Reason, shown to users and written to the audit.
              * @default
              */
-            reason: string;
+            reason?: string;
             /**
              * @description Time to live after each renewal, s.
              * @default 2
              */
-            ttl_s: number;
+            ttl_s?: number;
         };
         /**
          * TakeOverState
@@ -7425,11 +7425,11 @@ export interface components {
             /** @description Time until it is granted unless refused, s. */
             expires_in_s: number;
             /** @description Current lease. Null if nobody else has motion control. */
-            holder?: components["schemas"]["LeaseView"] | null;
+            holder: components["schemas"]["LeaseView"] | null;
             /** @description ID, as used in paths. */
             id: string;
             /** @description ID of the lease. Returned once, to the client that requested it, when granted. */
-            lease_id?: string | null;
+            lease_id: string | null;
             /** @description Reason for the request. */
             reason: string;
             /**
@@ -7533,14 +7533,14 @@ export interface components {
             /** @description Parameter keys. */
             channels: string[];
             /** @description Time until it expires, s. Null if it does not. */
-            expires_in_s?: number | null;
+            expires_in_s: number | null;
             /** @description Rate within the bus budget, Hz. */
             granted_hz: number;
             /** @description Reason why nothing is polled now. Null if polled. */
-            note?: string | null;
+            note: string | null;
             /** @description Code of the note. Null if polled. */
-            note_code?: components["schemas"]["NoteCode"] | null;
-            note_params?: components["schemas"]["Params"];
+            note_code: components["schemas"]["NoteCode"] | null;
+            note_params: components["schemas"]["Params"];
             /**
              * @description Owner of the subscription.
              * @default rest
@@ -7595,7 +7595,7 @@ export interface components {
              * @description Owner of the subscription. Each owner has one per servo.
              * @default rest
              */
-            owner: string;
+            owner?: string;
             /** @description Samples per second. */
             rate_hz: number;
             /** @description Time until the subscription expires, s. Null: until replaced. */
@@ -7607,7 +7607,7 @@ export interface components {
              * @description Confirmation codes of earlier `needs_confirmation` problems.
              * @default []
              */
-            confirm: components["schemas"]["ConfirmCode"][];
+            confirm?: components["schemas"]["ConfirmCode"][];
             /**
              * Temperature limit, lower
              * @description Below it the output goes off until the board is warmer. Higher protects a cold mechanism and may refuse to start in the cold. The reading is ±5 °C. Unit: °C. Register 0x3F, section 4.34.
@@ -7620,7 +7620,7 @@ export interface components {
              * @description Confirmation codes of earlier `needs_confirmation` problems.
              * @default []
              */
-            confirm: components["schemas"]["ConfirmCode"][];
+            confirm?: components["schemas"]["ConfirmCode"][];
             /**
              * Temperature limit, upper
              * @description Above it the output goes off until the board is cooler. Lower protects sooner and may drop the load sooner. The reading is ±5 °C. Unit: °C. Register 0x3E, section 4.34.
@@ -7657,7 +7657,7 @@ export interface components {
             /** @description Default of this model. Null if none or unknown. */
             default: components["schemas"]["TimeoutActionChoice"] | (number | null);
             /** @description `configured` differs from the default. Null if either is unknown or there is none. */
-            differs_from_default?: boolean | null;
+            differs_from_default: boolean | null;
             /** @description false: the row has no effect now. Null if unknown. */
             in_effect: boolean | null;
             /** @description Parameter key. */
@@ -7675,7 +7675,7 @@ export interface components {
             /** @description Unit of the value. Empty if none. */
             unit: string;
             /** @description `configured` differs from ROM. Null if either is unknown or ROM lacks the row. */
-            unsaved?: boolean | null;
+            unsaved: boolean | null;
             /** @description Engineering value or choice key. Null for the dummy value and if never read. */
             value: components["schemas"]["TimeoutActionChoice"] | (number | null);
             /** @description `why_not` by code. Null while it has an effect. */
@@ -7689,7 +7689,7 @@ export interface components {
              * @description Confirmation codes of earlier `needs_confirmation` problems.
              * @default []
              */
-            confirm: components["schemas"]["ConfirmCode"][];
+            confirm?: components["schemas"]["ConfirmCode"][];
             /**
              * Time-out action
              * @description What happens when no command arrives for the time-out time. Hold keeps the last command for ever, so a speed keeps turning; off and brake let go until the next command. Register 0x26, section 4.19.
@@ -7703,7 +7703,7 @@ export interface components {
              * @description Confirmation codes of earlier `needs_confirmation` problems.
              * @default []
              */
-            confirm: components["schemas"]["ConfirmCode"][];
+            confirm?: components["schemas"]["ConfirmCode"][];
             /**
              * Time-out time
              * @description How long the servo waits for a command (0x00 to 0x02 or 0x20) before the time-out action. Shorter lets go sooner when the link fails; send commands at least three times within it. On models with PWM input the pulse takes over after it. Unit: ms. Register 0x27, section 4.19.
@@ -7758,7 +7758,7 @@ export interface components {
              * @description Confirmation codes of earlier `needs_confirmation` problems.
              * @default []
              */
-            confirm: components["schemas"]["ConfirmCode"][];
+            confirm?: components["schemas"]["ConfirmCode"][];
             /**
              * Torque limit CCW
              * @description About the most torque the servo uses counter-clockwise, as a negative percentage, under every kind of command. Nearer to 0 protects more and holds less. Unit: %. Register 0x3D, section 4.33.
@@ -7771,7 +7771,7 @@ export interface components {
              * @description Confirmation codes of earlier `needs_confirmation` problems.
              * @default []
              */
-            confirm: components["schemas"]["ConfirmCode"][];
+            confirm?: components["schemas"]["ConfirmCode"][];
             /**
              * Torque limit CW
              * @description About the most torque the servo uses clockwise, under every kind of command. Lower protects what the horn can run into; too low, and it no longer holds its load. Unit: %. Register 0x3C, section 4.33.
@@ -7809,7 +7809,7 @@ export interface components {
             /** @description Default of this model. Null if none or unknown. */
             default: components["schemas"]["TorqueModeChoice"] | (number | null);
             /** @description `configured` differs from the default. Null if either is unknown or there is none. */
-            differs_from_default?: boolean | null;
+            differs_from_default: boolean | null;
             /** @description false: the row has no effect now. Null if unknown. */
             in_effect: boolean | null;
             /** @description Parameter key. */
@@ -7827,7 +7827,7 @@ export interface components {
             /** @description Unit of the value. Empty if none. */
             unit: string;
             /** @description `configured` differs from ROM. Null if either is unknown or ROM lacks the row. */
-            unsaved?: boolean | null;
+            unsaved: boolean | null;
             /** @description Engineering value or choice key. Null for the dummy value and if never read. */
             value: components["schemas"]["TorqueModeChoice"] | (number | null);
             /** @description `why_not` by code. Null while it has an effect. */
@@ -7841,7 +7841,7 @@ export interface components {
              * @description Confirmation codes of earlier `needs_confirmation` problems.
              * @default []
              */
-            confirm: components["schemas"]["ConfirmCode"][];
+            confirm?: components["schemas"]["ConfirmCode"][];
             /**
              * Torque
              * @description Whether the motor drives, is free, or brakes weakly. Turning torque on drops the previous command: the horn holds where it is, and speed and torque become 0. Saved as off, the servo starts without torque. Register 0x20, section 4.13.
@@ -7904,7 +7904,7 @@ export interface components {
              * @description Confirmation codes of earlier `needs_confirmation` problems.
              * @default []
              */
-            confirm: components["schemas"]["ConfirmCode"][];
+            confirm?: components["schemas"]["ConfirmCode"][];
             /**
              * Voltage limit, lower
              * @description Below it the output goes off until the supply is higher. Higher spares a battery and lets go earlier when the supply dips; keep room for the reading, which is ±0.5 V. Unit: V. Register 0x41, section 4.35.
@@ -7917,7 +7917,7 @@ export interface components {
              * @description Confirmation codes of earlier `needs_confirmation` problems.
              * @default []
              */
-            confirm: components["schemas"]["ConfirmCode"][];
+            confirm?: components["schemas"]["ConfirmCode"][];
             /**
              * Voltage limit, upper
              * @description Above it the output goes off until the supply is lower. Keep it well above the supply: the reading is ±0.5 V, and braking loads push the supply up. Unit: V. Register 0x40, section 4.35.
@@ -7932,7 +7932,7 @@ export interface components {
             /** @description Name of the reason. */
             code: string;
             /** @description Values in the sentence. `parameter` is the row that decides. */
-            params?: {
+            params: {
                 [key: string]: string;
             };
         };

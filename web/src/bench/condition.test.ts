@@ -33,6 +33,8 @@ const servo = (more: Partial<KnownServo> = {}): KnownServo => ({
   activity: { state: "holding", since: 0, peak_to_peak_deg: 0, torque_pct: 0, torque_limit_pct: 100 },
   unsaved: [],
   unacknowledged: 0,
+  drift: [],
+  lost: [],
   position_unit: {
     unit: "hundred_degrees",
     state: "confirmed",
@@ -186,6 +188,7 @@ describe("conditionOf", () => {
       by: "you",
       reason: "",
       servos: [{ uid: servo().uid, label: "Gripper", confirmed, ms: confirmed ? 4.2 : null }],
+      nodes: [],
     });
     expect(conditionOf(servo(), facts({ stop: stop(true) })).line).toBe("Torque off, confirmed in 4\u202fms");
     expect(conditionOf(servo(), facts({ stop: stop(false) }))).toMatchObject({

@@ -11,6 +11,8 @@ const finding = (code: string, severity: Finding["severity"]): Finding => ({
   text: code,
   evidence: "",
   remedy: null,
+  advice: null,
+  params: {},
   node_ids: [],
   uids: [],
 });

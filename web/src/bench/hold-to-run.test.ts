@@ -101,7 +101,7 @@ describe("a held button", () => {
       "a refusal",
       () => {
         for (const act of heard.refuse)
-          act({ type: "error", seq: 1, code: "busy", detail: "", summary: "", uid: UID });
+          act({ type: "error", seq: 1, code: "busy", detail: "", summary: "", params: {}, uid: UID });
       },
     ],
   ])("is let go by %s", (_, end) => {

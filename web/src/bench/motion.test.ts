@@ -281,6 +281,7 @@ describe("motion", () => {
       code: "needs_confirmation",
       detail: "Send it again.",
       summary: "Send it again.",
+      params: {},
     } as const;
     heard.refuse({ ...error, uid: UID });
     await settle();
@@ -366,6 +367,7 @@ describe("motion", () => {
       code: "unknown_lease",
       detail: "This lease has ended.",
       summary: "This lease has ended.",
+      params: {},
       uid: null,
     });
     const why = "Motion ended: motion control was lost.";

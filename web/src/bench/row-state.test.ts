@@ -39,6 +39,8 @@ const reading: KnownReading = {
   why_not: null,
   why: null,
   stale: false,
+  differs_from_default: false,
+  unsaved: false,
   readAt: 10,
 };
 

@@ -18,6 +18,10 @@ const finding = (code: FindingCode, more: Partial<Finding> = {}): Finding => ({
   text: "Said by the server",
   evidence: "0 frames.",
   remedy: "Do it.",
+  advice: null,
+  params: {},
+  node_ids: [],
+  uids: [],
   ...more,
 });
 

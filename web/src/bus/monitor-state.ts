@@ -16,7 +16,7 @@ export const feed = new FrameFeed(CAPACITY);
 
 /** What stands in the filter box. */
 export const box = signal("");
-export const view = oneInAddress<FrameFilter["view"]>("view", ["decoded", "raw"]);
+export const view = oneInAddress<NonNullable<FrameFilter["view"]>>("view", ["decoded", "raw"]);
 
 const parsed = computed(() => parseFilter(box.value));
 

@@ -33,6 +33,8 @@ const reading = (key: string, value: number): Reading => ({
   why_not: null,
   why: null,
   stale: false,
+  differs_from_default: false,
+  unsaved: false,
 });
 
 const change = (key: string, verdict: string, after = 5) => ({

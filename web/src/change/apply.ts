@@ -11,7 +11,7 @@ import { full } from "../bench/format";
 import type { Outcome, Sheet, WantedValue, Written } from "../bench/parameters";
 import { text } from "../text";
 import { type ChangeRequest, doChange, type Wish } from "./flow";
-import { followSave, followWrite, plannedPart, send, startJob } from "./send";
+import { followSave, followWrite, plannedPart, preview, send, startJob } from "./send";
 import { saving } from "./words";
 
 /** An uptime is told in whole seconds, and late. */
@@ -83,7 +83,10 @@ export function undoChange(sheet: Sheet, changes: readonly Change[]): ChangeRequ
 /** RAM goes into ROM, with what is staged written to RAM first. */
 export function saveChange(sheet: Sheet, keys: readonly string[]): ChangeRequest {
   const { uid } = sheet;
-  const path = `/servos/${uid}/save`;
+  const options = ({ confirm }: Wish, dry: { dry_run?: true } = {}) => ({
+    path: { uid },
+    body: { confirm, ...dry },
+  });
   return {
     kind: "save",
     save: "always",
@@ -93,7 +96,7 @@ export function saveChange(sheet: Sheet, keys: readonly string[]): ChangeRequest
       sheet.trouble.value = null;
       const answer: SavePreview =
         values.size === 0
-          ? await send("POST", path, { confirm: wish.confirm, dry_run: true })
+          ? await preview("/servos/{uid}/save", options(wish, { dry_run: true }))
           : await patch(sheet, values, wish, { dry_run: true });
       return [{ ...plannedPart(uid, answer, true), changes: [] }];
     },
@@ -103,7 +106,7 @@ export function saveChange(sheet: Sheet, keys: readonly string[]): ChangeRequest
       try {
         const why =
           values.size === 0
-            ? await followSave(uid, await startJob(path, { confirm: wish.confirm }), keys, tell)
+            ? await followSave(uid, await startJob("/servos/{uid}/save", options(wish)), keys, tell)
             : await followWrite(uid, await write(sheet, values, wish), tell, uid, keys);
         if (why !== null) sheet.trouble.value = saving.notSaved(why);
       } finally {
@@ -128,7 +131,9 @@ function patch(
     ...(save ? { save } : {}),
     ...dry,
   };
-  return send("PATCH", `/servos/${sheet.uid}/parameters`, body, {
+  return send("PATCH", "/servos/{uid}/parameters", {
+    path: { uid: sheet.uid },
+    body,
     headers: { "If-Match": sheet.revision, ...headers },
   });
 }

@@ -1,18 +1,9 @@
 /** The changes that are asked about in the dialog, as data: what each asks beforehand, and what does it. */
 
 import { type Signal, signal } from "@preact/signals";
-import { askUntyped, type Problem, problemOf } from "../api/client";
-import type {
-  BatchOutcome,
-  BatchPatched,
-  Drift,
-  Profile,
-  ResetPreview,
-  RestartPreview,
-  Restored,
-  SavePreview,
-} from "../api/config-types";
-import type { Change, Job, LeftOut, ParametersPatched, ProblemBody } from "../api/types";
+import { ask, type Problem, problemOf } from "../api/client";
+import type { BatchOutcome, Profile, ResetPreview, SavePreview } from "../api/config-types";
+import type { Change, Job, LeftOut, ProblemBody } from "../api/types";
 import { staged } from "../bench/draft";
 import { endText, failureText, problemText } from "../bench/facts";
 import { peekServo } from "../bench/fleet";
@@ -22,7 +13,7 @@ import { noteText } from "../bench/note-text";
 import { asProblem, readSheet, sheetOf, type WantedValue } from "../bench/parameters";
 import { refuse, takeOutcomes } from "./apply";
 import { type ChangeRequest, openChange, type Part, type Tell, type Turn, type Wish } from "./flow";
-import { changed, followSave, followWrite, plannedPart, send, startJob } from "./send";
+import { changed, followSave, followWrite, plannedPart, preview, send, startJob } from "./send";
 
 /** Every servo of a plan for itself: one that is refused says why. */
 function each(uids: readonly string[], look: (uid: string) => Promise<Part>): Promise<Part[]> {
@@ -37,8 +28,7 @@ const OF_ALL = new Set(["stopped", "lease_held", "bus_disconnected", "no_link", 
 /** A job for each, one after the other. The others go on when one fails; none is started after a stop. */
 async function inTurn(
   uids: readonly string[],
-  verb: "restart" | "factory-reset",
-  body: object,
+  start: (uid: string) => Promise<string>,
   tell: Tell,
 ): Promise<void> {
   let end: Problem | null = null;
@@ -49,7 +39,7 @@ async function inTurn(
     }
     tell(uid, { state: "running" });
     try {
-      const job = await startJob(`/servos/${uid}/${verb}`, body, { headers: leaseHeader() });
+      const job = await start(uid);
       tell(uid, { job });
       const done = await settled(job);
       const well = done.state === "succeeded";
@@ -73,19 +63,17 @@ export function restartChange(uids: readonly string[]): ChangeRequest {
     save: "never",
     plan: () =>
       each(uids, async uid => {
-        const { lost, restart } = await send<RestartPreview>(
-          "POST",
-          `/servos/${uid}/restart`,
-          { dry_run: true },
-          { headers: leaseHeader() },
-        );
+        const { lost, restart } = await preview("/servos/{uid}/restart", {
+          path: { uid },
+          body: { dry_run: true },
+          headers: leaseHeader(),
+        });
         return { uid, changes: rowsOf(lost), restart };
       }),
     run: (_, able, tell) =>
       inTurn(
         able.map(one => one.uid),
-        "restart",
-        {},
+        uid => startJob("/servos/{uid}/restart", { path: { uid }, body: {}, headers: leaseHeader() }),
         tell,
       ),
   };
@@ -102,23 +90,25 @@ export interface ResetFacts {
 
 export function resetChange(uid: string, name: string): ChangeRequest & { facts: ResetFacts } {
   const facts: ResetFacts = { keep: signal(true), name, typed: signal(""), kept: signal(null) };
-  const body = () => ({ keep_identity: facts.keep.peek() });
+  const options = (dry: { dry_run?: true } = {}) => ({
+    path: { uid },
+    body: { keep_identity: facts.keep.peek(), ...dry },
+    headers: leaseHeader(),
+  });
   return {
     kind: "factory-reset",
     save: "never",
     facts,
     ready: () => facts.typed.value.trim() === name,
     plan: async () => {
-      const { changes, restart, kept } = await send<ResetPreview>(
-        "POST",
-        `/servos/${uid}/factory-reset`,
-        { dry_run: true, ...body() },
-        { headers: leaseHeader() },
+      const { changes, restart, kept } = await preview(
+        "/servos/{uid}/factory-reset",
+        options({ dry_run: true }),
       );
       facts.kept.value ??= kept;
       return [{ uid, changes: rowsOf(changes), restart }];
     },
-    run: (_, __, tell) => inTurn([uid], "factory-reset", body(), tell),
+    run: (_, __, tell) => inTurn([uid], () => startJob("/servos/{uid}/factory-reset", options()), tell),
   };
 }
 
@@ -129,9 +119,12 @@ export function snapshotChange(
   keys: readonly string[] | null,
   onClose: (turns: readonly Turn[]) => void,
 ): ChangeRequest {
-  const path = `/servos/${uid}/snapshots/${id}/restore`;
   const sent = (wish: Wish, dry_run: boolean) =>
-    send<Restored>("POST", path, { ...wish, keys, dry_run }, { timeout_ms: 60_000 });
+    send("POST", "/servos/{uid}/snapshots/{snapshot_id}/restore", {
+      path: { uid, snapshot_id: id },
+      body: { ...wish, keys, dry_run },
+      timeout_ms: 60_000,
+    });
   return {
     kind: "snapshot",
     save: "ask",
@@ -152,15 +145,15 @@ const leftOutOf = (one: LeftOut) => ({ key: one.key, why: noteText(one.why, one.
 
 /** What another tool changed in ROM is written back, or accepted. */
 export function driftChange(uid: string): ChangeRequest {
-  const path = `/servos/${uid}/drift`;
+  const path = { uid };
   return {
     kind: "drift",
     save: "ask",
     quick: true,
     facts: uid,
-    other: () => askUntyped<void>("DELETE", path),
+    other: () => ask("DELETE", "/servos/{uid}/drift", { path }),
     plan: async wish => {
-      const { rows } = await askUntyped<Drift>("GET", path);
+      const { rows } = await ask("GET", "/servos/{uid}/drift", { path });
       const changes = rows.map(row => ({ key: row.key, now: row.now, next: row.was, doubt: !row.proved }));
       if (rows.length === 0) return [];
       const body = {
@@ -170,18 +163,14 @@ export function driftChange(uid: string): ChangeRequest {
       };
       // What cannot be written back can still be accepted.
       const [part] = await each([uid], async () =>
-        plannedPart(
-          uid,
-          await send<ParametersPatched>("PATCH", `/servos/${uid}/parameters`, body),
-          wish.save,
-        ),
+        plannedPart(uid, await send("PATCH", "/servos/{uid}/parameters", { path, body }), wish.save),
       );
       return part ? [{ ...part, changes, rom: [], unchanged: 0 }] : [];
     },
     run: async (wish, _, tell) => {
       await followWrite(
         uid,
-        await send<ParametersPatched>("POST", `${path}/restore`, wish, { timeout_ms: 60_000 }),
+        await send("POST", "/servos/{uid}/drift/restore", { path, body: wish, timeout_ms: 60_000 }),
         tell,
       );
     },
@@ -215,21 +204,18 @@ export function profileChange(
   uids: readonly string[] = [],
 ): ChangeRequest & { facts: ProfileFacts } {
   const facts: ProfileFacts = { name, chosen: signal(new Set(uids)), goOn: signal(false) };
-  const path = `/profiles/${encodeURIComponent(name)}/apply`;
-  const body = (wish: Wish, uids: readonly string[], dry_run: boolean) => ({
-    uids,
-    dry_run,
-    on_anomaly: dry_run || facts.goOn.peek() ? "continue" : "stop",
-    ...wish,
+  const options = (wish: Wish, uids: readonly string[], dry_run: boolean) => ({
+    path: { name },
+    query: dry_run ? { wait: true } : {},
+    body: { uids, dry_run, on_anomaly: dry_run || facts.goOn.peek() ? "continue" : "stop", ...wish } as const,
+    timeout_ms: 60_000,
   });
   return {
     kind: "profile",
     save: "ask",
     facts,
     plan: async wish => {
-      const job = await send<Job>("POST", `${path}?wait=true`, body(wish, [...facts.chosen.peek()], true), {
-        timeout_ms: 60_000,
-      });
+      const job = await send("POST", "/profiles/{name}/apply", options(wish, [...facts.chosen.peek()], true));
       return appliedBy(job).map(one => ({
         ...plannedPart(one.uid, one, wish.save),
         leftOut: one.left_out.map(leftOutOf),
@@ -238,7 +224,7 @@ export function profileChange(
     },
     run: async (wish, able, tell) => {
       const uids = able.map(one => one.uid);
-      const job = await startJob(path, body(wish, uids, false), { timeout_ms: 60_000 });
+      const job = await startJob("/profiles/{name}/apply", options(wish, uids, false));
       for (const uid of uids) tell(uid, { job });
       const end = await settled(job);
       const results = appliedBy(end);
@@ -302,7 +288,7 @@ export async function writeMatrix(
     revisions: Object.fromEntries([...values.keys()].map(uid => [uid, sheetOf(uid).revision])),
     ...wish,
   };
-  const answer = await send<BatchPatched>("PATCH", "/parameters", body, { timeout_ms: 90_000 });
+  const answer = await send("PATCH", "/parameters", { body, timeout_ms: 90_000 });
   if (!wish.dry_run) for (const one of answer.servos) tellRows(one, values);
   return answer.servos;
 }
@@ -355,7 +341,7 @@ export function batchSaveChange(uids: readonly string[]): ChangeRequest {
       each(online, async uid =>
         plannedPart(
           uid,
-          await send<SavePreview>("POST", `/servos/${uid}/save`, { confirm, dry_run: true }),
+          await preview("/servos/{uid}/save", { path: { uid }, body: { confirm, dry_run: true } }),
           true,
         ),
       ),
@@ -364,7 +350,12 @@ export function batchSaveChange(uids: readonly string[]): ChangeRequest {
         able.map(async ({ uid }) => {
           tell(uid, { state: "running" });
           try {
-            await followSave(uid, await startJob(`/servos/${uid}/save`, { confirm }), [], tell);
+            await followSave(
+              uid,
+              await startJob("/servos/{uid}/save", { path: { uid }, body: { confirm } }),
+              [],
+              tell,
+            );
           } catch (error) {
             tell(uid, { state: "failed", fault: "not_saved", why: problemText(problemOf(error)) });
           }

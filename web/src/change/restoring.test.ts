@@ -16,6 +16,8 @@ const HOT_PROBLEM = {
   code: "busy",
   detail: "It protects itself.",
   summary: "It protects itself.",
+  cause: null,
+  params: {},
 };
 
 let jobs = 0;

@@ -13,7 +13,7 @@ import { route } from "../bench/route";
 import { stopSeen } from "../bench/stop-sight";
 import { text } from "../text";
 import { beginChange, type ChangeRequest, type Tell } from "./flow";
-import { followTogether, send, startJob } from "./send";
+import { followTogether, preview, startJob } from "./send";
 
 /** Servos whose output the session took and can give back. */
 export const restorable = computed(() => all.value.filter(canRestore));
@@ -49,8 +49,7 @@ export function outputChange(uids: readonly string[] | null): ChangeRequest & { 
     facts,
     ready: () => !facts.stopped(),
     plan: async () => {
-      const body = { uids, dry_run: true };
-      const found = await send<OutputRestorePreview>("POST", path(), body, leased());
+      const found = await preview("/stop/restore", { body: { uids, dry_run: true }, ...leased() });
       if (found.servos.length === 0) throw new Problem("nothing_to_restore", 0, text.output.nothing);
       plan.value = found;
       return found.servos.map(one => ({
@@ -91,9 +90,12 @@ export async function restore(plan: OutputRestorePreview, tell: Tell): Promise<v
   const here = route.peek().uid;
   // Its page shows it under command, not another of them.
   if (here && uids.includes(here)) uids.unshift(...uids.splice(uids.indexOf(here), 1));
-  const confirm = able(plan).some(one => one.under_load) ? ["load"] : [];
+  const confirm = able(plan).some(one => one.under_load) ? (["load"] as const) : [];
   const run = async (lease: string | null) => {
-    const end = await followTogether(await startJob(path(), { uids, confirm }, leased(lease)), tell);
+    const end = await followTogether(
+      await startJob("/stop/restore", { body: { uids, confirm }, ...leased(lease) }),
+      tell,
+    );
     const on = restoredBy(end).flatMap(one => (one.outcome === "on" ? [one.uid] : []));
     for (const uid of on) forget(uid);
     return on;
@@ -118,6 +120,7 @@ function ownLease(): string | null {
   return present.phase === "held" ? present.lease : null;
 }
 
-const path = () => `/stop/restore?by=${encodeURIComponent(holder())}`;
-
-const leased = (lease = ownLease()) => ({ headers: lease === null ? {} : { Lease: lease } });
+const leased = (lease = ownLease()) => ({
+  query: { by: holder() },
+  headers: lease === null ? {} : { Lease: lease },
+});

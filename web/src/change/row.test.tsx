@@ -58,6 +58,8 @@ const reading = (more: Partial<Reading>): Reading => ({
   why_not: null,
   why: null,
   stale: false,
+  differs_from_default: false,
+  unsaved: false,
   ...more,
 });
 

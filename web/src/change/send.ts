@@ -1,5 +1,5 @@
 /** Sending a change, once however often it is sent, and following what it starts. */
-import { askUntyped } from "../api/client";
+import { type Answer, type AskOptions, ask, type PathOf } from "../api/client";
 import type { SavePreview } from "../api/config-types";
 import type { Change, Job, ProblemBody } from "../api/types";
 import { endText, failureText } from "../bench/facts";
@@ -8,28 +8,34 @@ import { jobs, setJob, settled } from "../bench/jobs";
 import { sheetOf } from "../bench/parameters";
 import type { Part, RowChange, Tell, Turn } from "./flow";
 
-interface SendOptions {
-  headers?: Record<string, string>;
-  timeout_ms?: number;
-}
-
 /** Sends a write or its dry run. A POST that does something is done once, however often it is sent. */
-export function send<Answer>(
-  verb: "POST" | "PATCH",
-  path: string,
-  body: object,
-  { headers = {}, timeout_ms = 30_000 }: SendOptions = {},
-): Promise<Answer> {
-  const once: Record<string, string> =
-    verb === "POST" && !("dry_run" in body && body.dry_run)
+export function send<V extends "POST" | "PATCH", P extends PathOf<V>>(
+  verb: V,
+  path: P,
+  options: AskOptions<V, P>,
+): Promise<Answer<V, P>> {
+  const { body, headers } = options as { body?: { dry_run?: boolean } | null; headers?: object };
+  const once =
+    verb === "POST" && !body?.dry_run
       ? { "Idempotency-Key": crypto.randomUUID?.() ?? `${Date.now()}-${Math.random()}` }
       : {};
-  return askUntyped<Answer>(verb, path, { body, headers: { ...headers, ...once }, timeout_ms });
+  return ask(verb, path, { timeout_ms: 30_000, ...options, headers: { ...headers, ...once } });
+}
+
+/** Asks what would become of a POST whose body says that it is a dry run. */
+export async function preview<P extends PathOf<"POST">>(
+  path: P,
+  options: AskOptions<"POST", P>,
+): Promise<Exclude<Answer<"POST", P>, Job>> {
+  return (await send("POST", path, options)) as Exclude<Answer<"POST", P>, Job>;
 }
 
 /** Starts a job; answers its id. */
-export async function startJob(path: string, body: object, options: SendOptions = {}): Promise<string> {
-  const job = await send<Job>("POST", path, body, options);
+export async function startJob<P extends PathOf<"POST">>(
+  path: P,
+  options: AskOptions<"POST", P>,
+): Promise<string> {
+  const job = (await send("POST", path, options)) as Job;
   // What the socket told of it meanwhile is newer than this answer.
   if (!jobs.peek().has(job.id)) setJob(job);
   return job.id;
@@ -65,7 +71,7 @@ export function plannedPart(uid: string, answer: Partial<Written>, save: boolean
   };
 }
 
-function romOf(answer: SavePreview): RowChange[] {
+function romOf(answer: Partial<SavePreview>): RowChange[] {
   return (answer.rom_changes ?? []).map(one => ({ key: one.key, now: one.before, next: one.after }));
 }
 

@@ -1,6 +1,5 @@
 /** Torque off without motion control: it needs no lease and asks nothing. */
 import { problemOf } from "../api/client";
-import type { Reading } from "../api/types";
 import { problemText } from "../bench/facts";
 import { sheetOf } from "../bench/parameters";
 import { send } from "./send";
@@ -8,8 +7,8 @@ import { send } from "./send";
 /** Null when torque is off, or why that is not known. */
 export async function torqueOff(uid: string): Promise<string | null> {
   try {
-    const mode = { mode: "off" };
-    sheetOf(uid).put(await send<Reading>("POST", `/servos/${uid}/torque`, mode, { timeout_ms: 15_000 }));
+    const body = { mode: "off" } as const;
+    sheetOf(uid).put(await send("POST", "/servos/{uid}/torque", { path: { uid }, body, timeout_ms: 15_000 }));
     return null;
   } catch (error) {
     return problemText(problemOf(error));

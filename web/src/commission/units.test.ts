@@ -20,6 +20,8 @@ const step = (
   uid,
   state,
   evidence: null,
+  evidence_code: null,
+  ahead: null,
   started_at: null,
   ended_at: null,
 });

@@ -83,7 +83,15 @@ describe("StopButton", () => {
 
   test("a stop seen from elsewhere latches this page too", () => {
     act(() => {
-      stop.value = { latched: true, mode: "off", at: 1, by: "Rig 3", reason: "", servos: [] } as Stop;
+      stop.value = {
+        latched: true,
+        mode: "off",
+        at: 1,
+        by: "Rig 3",
+        reason: "",
+        servos: [],
+        nodes: [],
+      } as Stop;
     });
     expect(button().dataset.latched).toBe("true");
   });

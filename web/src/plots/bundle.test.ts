@@ -64,6 +64,8 @@ test("other marks are told once", () => {
     at: 0,
     reason: "by_hand" as const,
     text,
+    params: {},
+    uid: null,
   }));
   expect(alsoMarked({ text: "a went silent", marks })).toEqual(["rattled"]);
 });

@@ -5,7 +5,7 @@ const recording = (name: string, started_at: number, seconds: number, ...marks: 
   name,
   started_at,
   seconds,
-  marks: marks.map(at => ({ at, reason: "stop" as const, text: "" })),
+  marks: marks.map(at => ({ at, reason: "stop" as const, text: "", params: {}, uid: null })),
 });
 const bundles = [recording("later", 1000, 40, 1030), recording("earlier", 900, 60, 930, 950)];
 

@@ -19,6 +19,8 @@ const plain: Fault = {
   first_seen: 1,
   last_seen: 1,
   count: 1,
+  acknowledged_at: null,
+  acknowledged_by: null,
 };
 let lists: Record<string, Fault[]>;
 let sent: string[];

@@ -20,7 +20,7 @@ Topic = TypeAliasType("Topic", Literal["servos", "telemetry", "events", "jobs", 
 class Message(BaseModel):
     """Base of every message."""
 
-    model_config = ConfigDict(extra="forbid")
+    model_config = ConfigDict(extra="forbid", json_schema_serialization_defaults_required=True)
 
 
 class FrameFilter(Message):

@@ -5,7 +5,7 @@ from dataclasses import MISSING
 from functools import cache
 from typing import Annotated, Any, Final, Literal, TypeAlias
 
-from pydantic import Field, WithJsonSchema, create_model
+from pydantic import ConfigDict, Field, WithJsonSchema, create_model
 from typing_extensions import TypeAliasType, TypedDict
 
 from hornbill.api.dependencies import LeaseHeader, TheHost, TheServo
@@ -97,7 +97,9 @@ def reading_types(catalog: Catalog) -> dict[str, type[Model]]:
 @cache
 def reading_set(catalog: Catalog) -> Any:
     """Readings by key, each of its row's type; rows that a servo lacks are absent."""
-    return _TypedDict("ReadingByKey", reading_types(catalog), total=False)
+    made = _TypedDict("ReadingByKey", reading_types(catalog), total=False)
+    made.__pydantic_config__ = ConfigDict(extra="forbid", json_schema_serialization_defaults_required=False)
+    return made
 
 
 @cache
