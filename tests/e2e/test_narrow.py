@@ -43,6 +43,11 @@ def test_list_then_servo_then_dial(phone: Page, demo: Demo) -> None:
     uid = servo_of(demo, "BLA21-12U-A0")
     well(phone, "list")
     row = phone.get_by_test_id(f"servo-row-{uid}")
+    size, button = row.bounding_box(), phone.get_by_test_id(f"wiggle-{uid}").bounding_box()
+    assert size is not None
+    assert button is not None
+    assert (round(button["width"]), round(button["height"])) == (56, 56)
+    assert size["height"] >= 72
     row.locator("a.row-link").tap()
     expect(phone.get_by_test_id("servo-tab-motion")).to_be_visible()
     well(phone, "servo")
@@ -77,3 +82,31 @@ def test_four_pages_and_more_below(phone: Page) -> None:
     expect(phone.get_by_test_id("docs"), "a page that was chosen closes it").to_be_hidden()
     expect(more, "where one is").to_have_attribute("aria-current", "page")
     assert phone.url.endswith("/records")
+
+
+def test_a_thumb_wiggles_from_the_list_and_is_told_why_not(browser: Browser, demo: Demo) -> None:
+    uid = servo_of(demo, "BLA21-12U-A0")
+    wait_for(lambda: demo.api.get("/leases").json() == [], 6, "somebody has motion control")
+    context = browser.new_context(viewport={"width": 390, "height": 844}, has_touch=True)
+    try:
+        page = context.new_page()
+        page.set_default_timeout(15_000)
+        page.goto(f"{demo.url}servos")
+        wiggle, row = page.get_by_test_id(f"wiggle-{uid}"), page.get_by_test_id(f"servo-row-{uid}")
+        wiggle.tap()
+        expect(row).to_have_attribute("data-wiggles", "true")
+        expect(row).to_have_attribute("data-wiggles", "false")
+        assert page.get_by_test_id(f"wiggle-says-{uid}").all_inner_texts() == []
+        assert page.url.endswith("/servos"), "the row stays closed"
+        # while somebody else moves servos it tells who, and moves nothing
+        lease = demo.api.post("/leases", json={"holder": "Rig 3", "ttl_s": 10}).json()["id"]
+        before = row.bounding_box()
+        wiggle.tap()
+        expect(page.get_by_test_id(f"wiggle-says-{uid}")).to_contain_text("Rig 3")
+        assert row.bounding_box() == before, "the rows stay where they are"
+        assert complaints(page) == []
+        page.get_by_test_id(f"wiggle-says-{uid}").tap()
+        expect(page.get_by_test_id(f"wiggle-says-{uid}")).to_have_count(0)
+        demo.api.delete(f"/leases/{lease}")
+    finally:
+        context.close()

@@ -10,6 +10,7 @@ import { figureNow } from "../bench/fresh";
 import { up } from "../bench/link";
 import { motionOn } from "../bench/moving";
 import { type AddressChoice, changeChoices, inAddress, oneInAddress, wordInAddress } from "../bench/route";
+import { phone } from "../bench/screen";
 import { conditionHere } from "../bench/servo-condition";
 import { RestoreButton, RestoreRefused } from "../change/restore-button";
 import { restorable } from "../change/restoring";
@@ -103,18 +104,7 @@ export function ServosPage() {
                 wanted.value = value;
               }}
             />
-            <Segments<Filter>
-              label={text.servos.filter}
-              chosen={filter.value}
-              onChoose={key => {
-                filter.value = key;
-              }}
-              options={[
-                { key: "all", label: text.servos.all(counts.known) },
-                { key: "attention", label: text.servos.attention(counts.attention) },
-                { key: "unsaved", label: text.servos.unsaved(counts.unsaved) },
-              ]}
-            />
+            <FilterChoice all={counts.known} attention={counts.attention} unsaved={counts.unsaved} />
             {models.length > 1 && (
               <Choice
                 label={text.servos.model}
@@ -191,6 +181,33 @@ export function ServosPage() {
         }}
       />
     </div>
+  );
+}
+
+/** Which servos: side by side, or where there is no room for that in a list. */
+function FilterChoice(counts: Record<Filter, number>) {
+  const options = FILTERS.map(key => ({ key, label: text.servos[key](counts[key]) }));
+  if (phone.value)
+    return (
+      <Choice
+        label={text.servos.filter}
+        bare
+        testid="filter"
+        at={cell<string>(filter.value, key => {
+          filter.value = FILTERS.find(one => one === key) ?? "all";
+        })}
+        options={options}
+      />
+    );
+  return (
+    <Segments<Filter>
+      label={text.servos.filter}
+      chosen={filter.value}
+      onChoose={key => {
+        filter.value = key;
+      }}
+      options={options}
+    />
   );
 }
 

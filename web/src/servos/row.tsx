@@ -8,6 +8,7 @@ import { connection, up } from "../bench/link";
 import { modelName } from "../bench/model";
 import { romKnown, wantSheet } from "../bench/parameters";
 import { pathOf } from "../bench/route";
+import { phone } from "../bench/screen";
 import { conditionHere, limitsOf } from "../bench/servo-condition";
 import { wiggled, wiggling } from "../bench/wiggle";
 import { cell, Tick } from "../kit/field";
@@ -26,6 +27,7 @@ import { nameBelow } from "./grouping";
 import { Nickname } from "./nickname";
 import { isSelected, select } from "./selection";
 
+const RowWiggle = lazy<{ one: KnownServo }>(() => import("./row-wiggle").then(file => file.RowWiggle));
 const LostBadge = lazy<{ uid: string; name: string; n: number }>(() =>
   import("./drift-badge").then(file => file.LostBadge),
 );
@@ -92,6 +94,7 @@ export function ServoRow({ uid }: { uid: string }) {
       <span role="cell" class="c-rom small">
         <RomCell one={one} />
       </span>
+      {phone.value && <RowWiggle one={one} />}
     </div>
   );
 }

@@ -95,6 +95,7 @@ export const head = {
 export const actions = {
   label: (name: string) => `Actions for ${name}`,
   wiggle: "Wiggle ±3°",
+  shortly: "Wiggle",
   wiggleHint:
     "The horn turns by 3° to either side, twice, and back, at most 30\u202frpm and 30\u202f% torque. About 3\u202fs.",
   asking: "Requesting motion control",

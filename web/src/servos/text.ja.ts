@@ -85,6 +85,7 @@ export const servos = {
   actions: {
     label: name => `${name}の操作`,
     wiggle: "±3°動かす",
+    shortly: "動かす",
     wiggleHint: "ホーンが左右に3°ずつ2回動いて戻ります。最大30\u202frpm、トルク30\u202f%、約3\u202fsです。",
     asking: "動作権を要求中",
     moving: at => `${at}を中心に±3.0°動作中`,

@@ -1,0 +1,41 @@
+/** The wiggle in a row on a phone: one thumb finds which horn it is. What speaks against it is told when it is pressed. */
+import { stopped } from "../bench/bench";
+import { type KnownServo, nameOf } from "../bench/fleet";
+import { wiggle, wiggled, wiggling } from "../bench/wiggle";
+import { Glyph } from "../kit/glyph";
+import { Icon, Spinner } from "../kit/icon";
+import { text } from "../text";
+
+export function RowWiggle({ one }: { one: KnownServo }) {
+  const last = wiggled.value?.uid === one.uid ? wiggled.value : null;
+  return (
+    <span role="cell" class="c-wiggle">
+      <button
+        type="button"
+        class="button"
+        aria-label={`${text.actions.shortly}: ${nameOf(one)}`}
+        aria-disabled={!one.online || stopped.value || wiggling.value}
+        data-testid={`wiggle-${one.uid}`}
+        onClick={() => void wiggle(one.uid)}
+      >
+        {wiggling.value && last ? <Spinner size={18} /> : <Icon name="wiggle" />}
+        {text.actions.shortly}
+      </button>
+      <span role="alert">
+        {last?.phase === "refused" && (
+          <button
+            type="button"
+            class="row-says"
+            data-testid={`wiggle-says-${one.uid}`}
+            title={text.actions.dismiss}
+            onClick={() => {
+              wiggled.value = null;
+            }}
+          >
+            <Glyph kind="warning" size={14} /> {text.actions.notWiggled(last.why)}
+          </button>
+        )}
+      </span>
+    </span>
+  );
+}
