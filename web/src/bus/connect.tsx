@@ -5,8 +5,7 @@ import { bus } from "../bench/bench";
 import { channelOf } from "../bench/bus-now";
 import { connectOpen } from "../bench/connect-open";
 import { findings, watchDoctor } from "../bench/doctor";
-import { Button } from "../kit/button";
-import { Dialog } from "../kit/dialog";
+import { Dialog, Quit } from "../kit/dialog";
 import { text } from "../text";
 import { Findings } from "./doctor";
 import { ConnectButton, isDemo, type Picker, PickerCards, usePicker } from "./picker";
@@ -30,9 +29,7 @@ export function ConnectDialog() {
       onClose={close}
       foot={
         <>
-          <span data-first-focus>
-            <Button onClick={close}>{text.cancel}</Button>
-          </span>
+          <Quit onClose={close} word={text.cancel} />
           <ConnectButton picker={picker} onOpen={close} />
         </>
       }

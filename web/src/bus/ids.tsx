@@ -15,6 +15,7 @@ import { Button } from "../kit/button";
 import { Confirm } from "../kit/confirm";
 import { DataTable } from "../kit/data-table";
 import { Glyph } from "../kit/glyph";
+import { Empty } from "../kit/loaded";
 import { Note } from "../kit/note";
 import { Scroll } from "../kit/scroll";
 import { Segments } from "../kit/segments";
@@ -46,12 +47,7 @@ export function NodeIds({ onChanged }: { onChanged: () => void }) {
       <Pending />
       <DataTable
         label={said.title}
-        empty={
-          <div class="part-empty">
-            <p class="strong">{said.empty}</p>
-            <p class="second">{said.emptyLine}</p>
-          </div>
-        }
+        empty={<Empty title={said.empty}>{said.emptyLine}</Empty>}
         rows={table}
         id={one => one.uid}
         data={one => ({ testid: `id-${one.uid}`, away: !one.online })}

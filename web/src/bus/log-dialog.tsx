@@ -14,7 +14,6 @@ import { Glyph } from "../kit/glyph";
 import { Icon } from "../kit/icon";
 import { Note } from "../kit/note";
 import { Segments } from "../kit/segments";
-import { text } from "../text";
 import { listLogs, log, logProblem, logs, removeLog, startLog, stopLog, urlOf } from "./log";
 import { busWords as words } from "./words";
 
@@ -31,16 +30,7 @@ export function LogDialog({ onClose }: { onClose: () => void }) {
     void listLogs();
   }, [state]);
   return (
-    <Dialog
-      title={said.title}
-      testid="log-dialog"
-      onClose={onClose}
-      foot={
-        <span data-first-focus>
-          <Button onClick={onClose}>{text.close}</Button>
-        </span>
-      }
-    >
+    <Dialog title={said.title} testid="log-dialog" onClose={onClose}>
       {log.value?.state === "running" ? <Running log={log.value} /> : <Start />}
       <Note>{logProblem.value}</Note>
       <Files />

@@ -15,6 +15,7 @@ import { poll } from "../bench/poll";
 import { pathOf, wordInAddress } from "../bench/route";
 import { type Column, DataTable, RowLink } from "../kit/data-table";
 import { Glyph } from "../kit/glyph";
+import { Empty } from "../kit/loaded";
 import { Note } from "../kit/note";
 import { Scroll } from "../kit/scroll";
 import { busWords as words } from "./words";
@@ -54,12 +55,7 @@ export function Nodes() {
       {problem.value !== null && <Note band>{said.failed(problem.value)}</Note>}
       <DataTable
         label={said.title}
-        empty={
-          <div class="part-empty">
-            <p class="strong">{said.empty}</p>
-            <p class="second">{said.emptyLine}</p>
-          </div>
-        }
+        empty={<Empty title={said.empty}>{said.emptyLine}</Empty>}
         rows={list}
         id={one => one.node_id}
         data={one => ({ testid: `node-${one.node_id}`, kind: one.kind, away: !one.online })}

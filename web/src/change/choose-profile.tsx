@@ -5,7 +5,7 @@ import type { Profile } from "../api/config-types";
 import { Asked } from "../bench/asked";
 import { go, pathOf } from "../bench/route";
 import { Button } from "../kit/button";
-import { Dialog } from "../kit/dialog";
+import { Dialog, Quit } from "../kit/dialog";
 import { Unread } from "../kit/loaded";
 import { text } from "../text";
 import { openChange } from "./flow";
@@ -25,11 +25,7 @@ export function ApplyProfile({ uids, onClose }: { uids: readonly string[]; onClo
       title={said.title(uids.length)}
       testid="choose-profile"
       onClose={onClose}
-      foot={
-        <span data-first-focus>
-          <Button onClick={onClose}>{text.cancel}</Button>
-        </span>
-      }
+      foot={<Quit onClose={onClose} word={text.cancel} />}
     >
       <Unread why={list.problem.value} onAgain={load} />
       {found === null && list.problem.value === null && <p>{said.loading}</p>}

@@ -4,7 +4,7 @@ import { type KnownServo, nameOf, servo } from "../bench/fleet";
 import { NONE } from "../bench/format";
 import { route } from "../bench/route";
 import { Button } from "../kit/button";
-import { Dialog } from "../kit/dialog";
+import { Dialog, Quit } from "../kit/dialog";
 import { Glyph } from "../kit/glyph";
 import { Spinner } from "../kit/icon";
 import { Note } from "../kit/note";
@@ -90,11 +90,11 @@ function Opened({ flow }: { flow: ChangeFlow }) {
         <>
           <span class="small second">{count(flow)}</span>
           <span class="grow" />
-          <span data-first-focus>
-            <Button testid="change-close" onClick={closeChange}>
-              {phase === "over" ? text.job.close : text.job.hide}
-            </Button>
-          </span>
+          <Quit
+            testid="change-close"
+            onClose={closeChange}
+            word={phase === "over" ? text.job.close : text.job.hide}
+          />
         </>
       }
     >
@@ -183,11 +183,7 @@ function Foot({ flow, about }: { flow: ChangeFlow; about: About }) {
         </span>
       )}
       <span class="grow" />
-      <span data-first-focus>
-        <Button testid="change-cancel" onClick={closeChange}>
-          {text.cancel}
-        </Button>
-      </span>
+      <Quit testid="change-cancel" onClose={closeChange} word={text.cancel} />
       {request.other && words.other && (
         <Button
           live

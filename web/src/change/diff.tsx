@@ -4,7 +4,6 @@ import { catalog } from "../bench/catalog";
 import { full } from "../bench/format";
 import type { Sheet } from "../bench/parameters";
 import { spanOf } from "../bench/row-state";
-import { Button } from "../kit/button";
 import { Dialog } from "../kit/dialog";
 import { text } from "../text";
 import { ValueTable } from "./value-table";
@@ -25,16 +24,7 @@ interface DiffProps {
 
 export function DiffDialog({ sheet, name, keys, onClose }: DiffProps) {
   return (
-    <Dialog
-      title={saving.diffTitle(keys.length, name)}
-      testid="diff-dialog"
-      onClose={onClose}
-      foot={
-        <span data-first-focus>
-          <Button onClick={onClose}>{text.close}</Button>
-        </span>
-      }
-    >
+    <Dialog title={saving.diffTitle(keys.length, name)} testid="diff-dialog" onClose={onClose}>
       <ChangeList sheet={sheet} keys={keys} />
     </Dialog>
   );

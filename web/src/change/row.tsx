@@ -1,23 +1,21 @@
 /** One parameter row: marker, name and state, box, range, RAM, ROM, default, and the message under it. */
 import { useSignal } from "@preact/signals";
 import type { Row } from "../api/types";
-import { now } from "../bench/clock";
 import type { Draft } from "../bench/draft";
 import { favourites, toggleFavourite } from "../bench/favourites";
-import { servo } from "../bench/fleet";
 import { bare, decimalsOf, full, number } from "../bench/format";
-import { up } from "../bench/link";
 import { nearestAllowed } from "../bench/number";
 import { outputLine, switchedOff } from "../bench/output";
 import type { Sheet } from "../bench/parameters";
 import { aboutRow } from "../bench/row-help";
-import { spanOf, viewOf } from "../bench/row-state";
+import type { spanOf } from "../bench/row-state";
 import { text } from "../text";
 import { ChoiceBox, SwitchBox } from "./choice-box";
 import { Marker } from "./marker";
 import { NumberBox } from "./number-box";
 import { Help } from "./row-help";
 import { Message } from "./row-message";
+import { rowView } from "./row-view";
 import { Ruler } from "./ruler";
 import { scaleOf } from "./scale";
 import { editing as words } from "./words";
@@ -42,21 +40,7 @@ const asNumber = (value: unknown) => (typeof value === "number" ? value : null);
 export function ParameterRow({ sheet, row, onGoTo, onRetry, locked }: Props) {
   const beginning = useSignal(false);
   const explained = useSignal(false);
-  const reading = sheet.reading(row.key).value;
-  const draft = sheet.drafts.get(row.key);
-  const outcome = sheet.outcomes.value.get(row.key);
-  const one = servo(sheet.uid);
-  const unsaved = one?.unsaved.includes(row.key) ?? false;
-  const span = spanOf(row, reading);
-  const view = viewOf({
-    row,
-    reading,
-    draft,
-    outcome,
-    unsaved,
-    reachable: up.value && one?.online === true,
-    now: () => now.value,
-  });
+  const { reading, draft, outcome, one, unsaved, view, span } = rowView(sheet, row);
   const quiet = beginning.value && (view.state === "invalid" || view.state === "out_of_range");
   const state = quiet ? "staged" : view.state;
   const stage = (next: Draft) => {

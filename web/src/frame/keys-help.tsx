@@ -1,7 +1,6 @@
 /** The list of keys: those of the page that is shown, and those that work everywhere. */
 import { type Page, page } from "../bench/route";
-import { Button } from "../kit/button";
-import { Dialog } from "../kit/dialog";
+import { Dialog, Quit } from "../kit/dialog";
 import { Guides } from "../kit/guide";
 import { text } from "../text";
 import { keys as words } from "./words";
@@ -54,9 +53,7 @@ export function KeysHelp({ onClose }: { onClose: () => void }) {
         <>
           <Guides places={["contents", "tutorial"]} />
           <span class="grow" />
-          <span data-first-focus>
-            <Button onClick={onClose}>{text.close}</Button>
-          </span>
+          <Quit onClose={onClose} />
         </>
       }
     >

@@ -7,7 +7,7 @@ import { problemText } from "../bench/facts";
 import { up } from "../bench/link";
 import { text } from "../text";
 import { Button } from "./button";
-import { Dialog } from "./dialog";
+import { Dialog, Quit } from "./dialog";
 import { Spinner } from "./icon";
 import { Note } from "./note";
 
@@ -60,9 +60,7 @@ export function Confirm<T>(props: Props<T>) {
       {...(props.testid ? { testid: props.testid } : {})}
       foot={
         <>
-          <span data-first-focus>
-            <Button onClick={close}>{props.cancel ?? text.cancel}</Button>
-          </span>
+          <Quit onClose={close} word={props.cancel ?? text.cancel} />
           <Button
             look={danger ? "danger" : "primary"}
             live={!local}

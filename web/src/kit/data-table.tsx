@@ -41,14 +41,12 @@ interface Props<R> {
   small?: boolean;
   /** The title of a part that begins with this row. */
   part?: (row: R) => ComponentChildren;
-  /** What is unfolded below a row. */
-  below?: (row: R) => ComponentChildren;
   /** The column sorted by, "-" before it for the other way round; kept in the address by some. */
   order?: Cell<string>;
 }
 
 export function DataTable<R>(props: Props<R>) {
-  const { label, columns, rows, id, data, part, below, old = false, small = false } = props;
+  const { label, columns, rows, id, data, part, old = false, small = false } = props;
   const own = useSignal("");
   const order = props.order ?? own;
   const down = order.value.startsWith("-");
@@ -96,7 +94,6 @@ export function DataTable<R>(props: Props<R>) {
         <tbody>
           {shown.map(row => {
             const title = part?.(row);
-            const more = below?.(row);
             return (
               <Fragment key={id(row)}>
                 {title && (
@@ -122,11 +119,6 @@ export function DataTable<R>(props: Props<R>) {
                     );
                   })}
                 </tr>
-                {more && (
-                  <tr class="table-below">
-                    <td colSpan={columns.length}>{more}</td>
-                  </tr>
-                )}
               </Fragment>
             );
           })}

@@ -2,12 +2,15 @@
 import type { ComponentChildren } from "preact";
 import { useEffect, useId, useRef } from "preact/hooks";
 import { onKey } from "../bench/keys";
+import { text } from "../text";
+import { Button } from "./button";
 
 interface Props {
   title: string;
   subtitle?: ComponentChildren;
   children: ComponentChildren;
-  foot: ComponentChildren;
+  /** What can be done; nothing but to close it, where it is left out. */
+  foot?: ComponentChildren;
   onClose: () => void;
   testid?: string;
 }
@@ -81,8 +84,25 @@ export function Dialog({ title, subtitle, children, foot, onClose, testid }: Pro
         <div ref={body} class="dialog-body">
           {children}
         </div>
-        <div class="dialog-foot">{foot}</div>
+        <div class="dialog-foot">{foot ?? <Quit onClose={onClose} />}</div>
       </div>
     </div>
+  );
+}
+
+interface QuitProps {
+  onClose: () => void;
+  word?: string;
+  testid?: string;
+}
+
+/** The button that closes a dialog without acting; it has the focus first. */
+export function Quit({ onClose, word = text.close, testid = "quit" }: QuitProps) {
+  return (
+    <span data-first-focus>
+      <Button testid={testid} onClick={onClose}>
+        {word}
+      </Button>
+    </span>
   );
 }

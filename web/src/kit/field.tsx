@@ -200,18 +200,25 @@ interface FileProps {
   testid: string;
   busy?: boolean;
   disabled?: boolean;
+  title?: string;
+  look?: "button" | "tool";
+  /** Before its word. */
+  children?: ComponentChildren;
   onFile: (file: File) => void;
 }
 
 /** A button that asks for a file; the same file can be chosen again. */
-export function FilePick({ label, accept, testid, busy = false, disabled = false, onFile }: FileProps) {
+export function FilePick(props: FileProps) {
+  const { label, accept, testid, busy = false, disabled = false, title, look = "button", onFile } = props;
   return (
-    <label class="button file-pick" data-busy={busy}>
+    <label class={`${look} file-pick`} data-busy={busy} title={title}>
       {busy && <Spinner />}
+      {props.children}
       {label}
       <input
         type="file"
         class="hidden-text"
+        aria-label={title}
         accept={accept}
         data-testid={testid}
         disabled={disabled || busy}

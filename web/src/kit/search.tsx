@@ -1,15 +1,15 @@
 /** The search box; "/" puts the focus in it, Esc clears and leaves it. */
 import { useLayoutEffect, useRef } from "preact/hooks";
 import { onKey } from "../bench/keys";
+import type { Cell } from "./field";
 import { Icon } from "./icon";
 
 interface Props {
   label: string;
-  value: string;
-  onInput: (value: string) => void;
+  at: Cell<string>;
 }
 
-export function Search({ label, value, onInput }: Props) {
+export function Search({ label, at }: Props) {
   const box = useRef<HTMLInputElement>(null);
   // Before it is painted: who sees the box can use its key.
   useLayoutEffect(() => onKey("/", () => box.current?.focus()), []);
@@ -21,13 +21,15 @@ export function Search({ label, value, onInput }: Props) {
         ref={box}
         type="search"
         placeholder={label}
-        value={value}
+        value={at.value}
         autocomplete="off"
-        onInput={event => onInput(event.currentTarget.value)}
+        onInput={event => {
+          at.value = event.currentTarget.value;
+        }}
         onKeyDown={event => {
           if (event.key !== "Escape") return;
           event.preventDefault();
-          onInput("");
+          at.value = "";
           document.querySelector("main")?.focus();
         }}
       />

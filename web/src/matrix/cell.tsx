@@ -2,14 +2,13 @@
 import { useSignal } from "@preact/signals";
 import { useLayoutEffect, useRef } from "preact/hooks";
 import type { Row } from "../api/types";
-import { now } from "../bench/clock";
 import { nameOf, servo } from "../bench/fleet";
 import { full, NONE } from "../bench/format";
-import { up } from "../bench/link";
 import { sheetOf } from "../bench/parameters";
-import { spanOf, viewOf } from "../bench/row-state";
+import type { spanOf } from "../bench/row-state";
 import { Marker } from "../change/marker";
 import { NumberBox } from "../change/number-box";
+import { rowView } from "../change/row-view";
 import { stageValue } from "../change/stage";
 import { Choice, cell } from "../kit/field";
 import type { Odd } from "./state";
@@ -26,20 +25,7 @@ export function MatrixCell({ uid, row, odd }: Props) {
   const cell = useRef<HTMLTableCellElement>(null);
   const editing = useSignal(false);
   const sheet = sheetOf(uid);
-  const one = servo(uid);
-  const reading = sheet.reading(row.key).value;
-  const draft = sheet.drafts.get(row.key);
-  const outcome = sheet.outcomes.value.get(row.key);
-  const span = spanOf(row, reading);
-  const view = viewOf({
-    row,
-    reading,
-    draft,
-    outcome,
-    unsaved: one?.unsaved.includes(row.key) ?? false,
-    reachable: up.value && one?.online === true,
-    now: () => now.value,
-  });
+  const { reading, draft, outcome, one, view, span } = rowView(sheet, row);
   const has = sheet.keys.value?.includes(row.key) ?? false;
   const held = reading?.raw === null ? undefined : reading?.value;
   const able =

@@ -82,13 +82,7 @@ export function MatrixPage({ hash }: { hash: string }) {
       <div class="page-head">
         <h1>{said.title}</h1>
         <span class="dim">{said.servos(uids.length)}</span>
-        <Search
-          label={said.search}
-          value={wanted.value}
-          onInput={value => {
-            wanted.value = value;
-          }}
-        />
+        <Search label={said.search} at={wanted} />
         <Segments<Filter>
           label={said.filter}
           chosen={filter.value}

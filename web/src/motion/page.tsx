@@ -2,27 +2,20 @@
 import { useEffect } from "preact/hooks";
 import type { TorqueMode } from "../api/types";
 import { servo } from "../bench/fleet";
-import { connection } from "../bench/link";
 import { endMotion, motion } from "../bench/motion";
-import { sheetOf } from "../bench/parameters";
 import { forgetAnswered } from "../bench/release";
 import { narrow } from "../bench/screen";
 import { lazy } from "../kit/lazy";
 import { MotionGate } from "../servo/motion-gate";
 import { SidePanel } from "../servo/side-panel";
+import { useSheet } from "../servo/use-sheet";
 
 const JogPad = lazy<{ uid: string; torque: TorqueMode }>(() => import("./jog-pad").then(file => file.JogPad));
 const GroupChoice = lazy<{ uid: string }>(() => import("./group-panel").then(file => file.GroupChoice));
 
 export function MotionPage({ uid }: { uid: string }) {
   const one = servo(uid);
-  const sheet = sheetOf(uid);
-  const round = connection.value;
-  const ready = one?.online === true && one.state !== "identifying" && one.state !== "restarting";
-  // Read anew after each connection, restart and identification.
-  useEffect(() => {
-    if (round > 0) void sheet.load();
-  }, [uid, round, ready]);
+  useSheet(uid);
   useEffect(() => {
     forgetAnswered();
     if (motion.peek().phase === "off") motion.value = { phase: "off", why: null };

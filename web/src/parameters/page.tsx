@@ -5,8 +5,7 @@ import { catalog } from "../bench/catalog";
 import { staged, wrong } from "../bench/draft";
 import { nameOf, servo } from "../bench/fleet";
 import { onKey } from "../bench/keys";
-import { connection } from "../bench/link";
-import { type Sheet, sheetOf } from "../bench/parameters";
+import type { Sheet } from "../bench/parameters";
 import { changeChoices, oneInAddress, wordInAddress } from "../bench/route";
 import { narrow } from "../bench/screen";
 import { apply, saveChange } from "../change/apply";
@@ -18,6 +17,7 @@ import { saving } from "../change/words";
 import { Search } from "../kit/search";
 import { Segments } from "../kit/segments";
 import { SidePanel } from "../servo/side-panel";
+import { useSheet } from "../servo/use-sheet";
 import { text } from "../text";
 import { LIVE_TAB, openTab, Tabs } from "./group-tabs";
 import { LostLine } from "./lost-values";
@@ -33,17 +33,10 @@ const filter = oneInAddress("filter", FILTERS);
 const chosenTab = wordInAddress("tab");
 
 export function ParametersPage({ uid, hash }: { uid: string; hash: string }) {
-  const sheet = sheetOf(uid);
+  const sheet = useSheet(uid);
   const one = servo(uid);
   const diff = useSignal(false);
   const checking = useSignal(false);
-  const round = connection.value;
-  const ready = one?.online === true && one.state !== "identifying" && one.state !== "restarting";
-
-  // Read anew after each connection, restart and identification.
-  useEffect(() => {
-    if (round > 0) void sheet.load();
-  }, [uid, round, ready]);
   useEffect(() => {
     // What was saved or refused on the last visit is no news on this one.
     if (sheet.busy.peek() === null) sheet.outcomes.value = new Map();
@@ -82,13 +75,7 @@ export function ParametersPage({ uid, hash }: { uid: string; hash: string }) {
           pwm={one.pwm}
         >
           <TorqueOff uid={uid} />
-          <Search
-            label={text.params.search}
-            value={wanted.value}
-            onInput={value => {
-              wanted.value = value;
-            }}
-          />
+          <Search label={text.params.search} at={wanted} />
           <Segments<Filter>
             label={text.params.filter}
             chosen={filter.value}

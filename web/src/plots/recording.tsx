@@ -1,12 +1,13 @@
 /** Recordings in the plot: telemetry.csv from the disk is drawn here; a bundle goes to Records, where it opens. */
 
 import { effect, useSignal } from "@preact/signals";
-import { useEffect, useId, useMemo } from "preact/hooks";
+import { useEffect, useMemo } from "preact/hooks";
 import { ask, problemOf } from "../api/client";
 import { catalog } from "../bench/catalog";
 import { problemText } from "../bench/facts";
 import { motion } from "../bench/motion";
 import { go, pathOf } from "../bench/route";
+import { FilePick } from "../kit/field";
 import { Icon } from "../kit/icon";
 import { fromCsv, type Recorded } from "../telemetry/csv";
 import { TelemetryStore } from "../telemetry/store";
@@ -27,7 +28,6 @@ export interface Recording {
 const CARRY_MS = 120_000;
 
 export function RecordingFile({ onOpen }: { onOpen: (found: Recording) => void }) {
-  const id = useId();
   const problem = useSignal<string | null>(null);
   const carrying = useSignal<string | null>(null);
   const take = async (file: File) => {
@@ -60,23 +60,16 @@ export function RecordingFile({ onOpen }: { onOpen: (found: Recording) => void }
           {problem.value}
         </span>
       )}
-      <label class="tool plot-file" for={id} title={words.fileTitle}>
+      <FilePick
+        look="tool"
+        label={words.file}
+        title={words.fileTitle}
+        accept=".csv,.zip"
+        testid="plot-file"
+        onFile={file => void take(file)}
+      >
         <Icon name="records" size={15} />
-        {words.file}
-        <input
-          id={id}
-          class="hidden-text"
-          type="file"
-          accept=".csv,.zip"
-          aria-label={words.fileTitle}
-          data-testid="plot-file"
-          onChange={event => {
-            const file = event.currentTarget.files?.[0];
-            event.currentTarget.value = "";
-            if (file) void take(file);
-          }}
-        />
-      </label>
+      </FilePick>
     </>
   );
 }

@@ -5,7 +5,7 @@ import { now } from "../bench/clock";
 import { who } from "../bench/holder";
 import { forgetMotion, motion } from "../bench/motion";
 import { Button } from "../kit/button";
-import { Dialog } from "../kit/dialog";
+import { Dialog, Quit } from "../kit/dialog";
 import { Glyph } from "../kit/glyph";
 import { Spinner } from "../kit/icon";
 import { text } from "../text";
@@ -83,9 +83,7 @@ export function TakeOver({ uid }: { uid: string }) {
           onClose={close}
           foot={
             <>
-              <span data-first-focus>
-                <Button onClick={close}>{text.cancel}</Button>
-              </span>
+              <Quit onClose={close} word={text.cancel} />
               <Button
                 look="danger"
                 testid="take-now"

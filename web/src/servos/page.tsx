@@ -97,13 +97,7 @@ export function ServosPage() {
         )}
         {counts.known > 0 && (
           <>
-            <Search
-              label={text.servos.search}
-              value={wanted.value}
-              onInput={value => {
-                wanted.value = value;
-              }}
-            />
+            <Search label={text.servos.search} at={wanted} />
             <FilterChoice all={counts.known} attention={counts.attention} unsaved={counts.unsaved} />
             {models.length > 1 && (
               <Choice

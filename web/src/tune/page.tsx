@@ -3,11 +3,11 @@ import { useEffect } from "preact/hooks";
 import { loaded, servo, uids } from "../bench/fleet";
 import { connection } from "../bench/link";
 import { endMotion, motion } from "../bench/motion";
-import { sheetOf } from "../bench/parameters";
 import { go, lastUid, pathOf } from "../bench/route";
 import { Button } from "../kit/button";
 import { Panel } from "../kit/panel";
 import { MotionGate } from "../servo/motion-gate";
+import { useSheet } from "../servo/use-sheet";
 import { text } from "../text";
 import { TuneForm } from "./form";
 import { TuneGains } from "./gains";
@@ -39,13 +39,8 @@ export function TunePage({ uid }: { uid: string | null }) {
 
 function Tune({ uid }: { uid: string }) {
   const one = servo(uid);
-  const sheet = sheetOf(uid);
+  const sheet = useSheet(uid);
   const round = connection.value;
-  const ready = one?.online === true && one.state !== "identifying" && one.state !== "restarting";
-  // Read anew after each connection, restart and identification.
-  useEffect(() => {
-    if (round > 0) void sheet.load();
-  }, [uid, round, ready]);
   useEffect(() => {
     if (round > 0) void turnTo(uid);
   }, [uid, round]);
