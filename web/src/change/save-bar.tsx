@@ -4,8 +4,7 @@ import { Button } from "../kit/button";
 import { Glyph } from "../kit/glyph";
 import { Spinner } from "../kit/icon";
 import { useKeys } from "../kit/use-keys";
-import { text } from "../text";
-import { saving } from "./words";
+import { actionWords, saving } from "./words";
 
 interface Props {
   name: string;
@@ -34,7 +33,7 @@ export function SaveBar(props: Props) {
     : !props.online
       ? said.offline(name)
       : props.changing
-        ? text.actions.underWay(1)
+        ? actionWords.underWay(1)
         : null;
   const waits = busy !== null || waiting !== null;
   const mayApply = !waits && staged > 0;

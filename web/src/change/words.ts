@@ -1,6 +1,10 @@
 /** The words of this folder; they are fetched with the first part that imports them. */
 import { wordsIn } from "../text/language";
 
+export const actionWords = wordsIn(
+  () => import("./actions.en"),
+  () => import("./actions.ja"),
+);
 export const changing = wordsIn(
   () => import("./changing.en"),
   () => import("./changing.ja"),

@@ -1,13 +1,14 @@
 /** The bar of the matrix: what is staged on how many servos, and the ways on. */
+
 import { all } from "../bench/fleet";
 import { up } from "../bench/link";
 import { sheetOf } from "../bench/parameters";
 import { underWay } from "../change/flow";
 import { stagedOn } from "../change/requests";
+import { actionWords } from "../change/words";
 import { Button } from "../kit/button";
 import { Glyph } from "../kit/glyph";
 import { useKeys } from "../kit/use-keys";
-import { text } from "../text";
 import { wrongOn } from "./state";
 import { matrix } from "./words";
 
@@ -72,11 +73,11 @@ export function MatrixBar({ uids, problem, onReview, onSave }: Props) {
       </Button>
       <Button look="two" testid="matrix-save" live disabled={!maySave} onClick={onSave}>
         {said.save}
-        <small>{busy ? text.actions.underWay(2) : said.saveSub(savable)}</small>
+        <small>{busy ? actionWords.underWay(2) : said.saveSub(savable)}</small>
       </Button>
       <Button look="two primary" testid="matrix-review" live disabled={!mayReview} onClick={onReview}>
         {said.review}
-        <small>{busy ? text.actions.underWay(2) : said.reviewSub}</small>
+        <small>{busy ? actionWords.underWay(2) : said.reviewSub}</small>
       </Button>
     </section>
   );

@@ -2,29 +2,6 @@
 
 const seconds = (n: unknown) => Math.max(1, Math.ceil(Number(n)));
 
-export const side = {
-  angle: "Angle",
-  command: "Command",
-  inactive: "inactive",
-  speed: "Speed",
-  torque: "Torque",
-  about: "about",
-  board: "Board",
-  boardTolerance: "±5\u202f°C",
-  supply: "Supply",
-  supplyTolerance: "±0.5\u202fV",
-};
-
-export const view = {
-  frame: "3D view",
-  live: (age: string) => `Live, ${age}`,
-  frozen: (age: string) => `Frozen. Last data ${age} ago`,
-  noData: "Frozen. No data yet",
-  limits: (low: string, high: string) => `Limits ${low} to ${high}`,
-  none: "3D view not available",
-  loading: "Opening the 3D view",
-};
-
 export const motion = {
   holder: (n: string) => `Page ${n}`,
   off: (name: string) => `Motion is off for ${name}`,

@@ -4,27 +4,6 @@ import type { Text } from "../text/language";
 const seconds = (n: unknown) => Math.max(1, Math.ceil(Number(n)));
 
 export const live = {
-  side: {
-    angle: "角度",
-    command: "指令",
-    inactive: "無効",
-    speed: "速度",
-    torque: "トルク",
-    about: "約",
-    board: "基板",
-    boardTolerance: "±5\u202f°C",
-    supply: "電源",
-    supplyTolerance: "±0.5\u202fV",
-  },
-  view: {
-    frame: "3D表示",
-    live: age => `ライブ、${age}`,
-    frozen: age => `静止。最終データは${age}前`,
-    noData: "静止。データ未受信",
-    limits: (low, high) => `制限 ${low}～${high}`,
-    none: "3D表示は利用できません",
-    loading: "3D表示を開いています",
-  },
   motion: {
     holder: n => `ページ${n}`,
     off: name => `${name}の動作はオフです`,

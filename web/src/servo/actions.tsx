@@ -7,17 +7,17 @@ import { angle } from "../bench/format";
 import { wiggle, wiggled, wiggling } from "../bench/wiggle";
 import { beginChange, underWay } from "../change/flow";
 import { resetChange, restartChange } from "../change/requests";
+import { actionWords } from "../change/words";
 import { Button } from "../kit/button";
 import { Glyph } from "../kit/glyph";
 import { Icon, Spinner } from "../kit/icon";
 import { Menu } from "../kit/menu";
 import { useKeys } from "../kit/use-keys";
-import { text } from "../text";
 import "./actions.css";
 
 type Verb = "restart" | "factory-reset";
 
-const said = text.actions;
+const said = actionWords;
 
 /** How long it is said that a wiggle went well. */
 const SAID_MS = 6000;

@@ -1,4 +1,5 @@
 /** What is round every page of one servo: its head, its tabs, the motion band; keys and buttons that lead to the next servo. */
+
 import type { ComponentChildren } from "preact";
 import { type KnownServo, nameOf, peekServo, uids } from "../bench/fleet";
 import { endMotion, membersOf, motion } from "../bench/motion";
@@ -11,6 +12,7 @@ import { Panel } from "../kit/panel";
 import { useKeys } from "../kit/use-keys";
 import { text } from "../text";
 import { ServoHead } from "./head";
+import { servoWords } from "./words";
 import "./page.css";
 
 /** The servo so many places further on in the list; undefined past its ends. */
@@ -46,7 +48,7 @@ export function ServoPage({
           <Turn uid={one.uid} />
         </ServoHead>
       </Panel>
-      <nav class="servo-tabs" aria-label={text.head.tabs}>
+      <nav class="servo-tabs" aria-label={servoWords.head.tabs}>
         {OF_A_SERVO.map(key => (
           <TabLink key={key} one={one} tab={key} chosen={key === tab} />
         ))}
@@ -96,7 +98,7 @@ function Turn({ uid }: { uid: string }) {
     <div class="neighbours">
       <Button
         testid="servo-before"
-        label={text.head.before}
+        label={servoWords.head.before}
         disabled={beside(uid, -1) === undefined}
         title="k"
         onClick={() => turn(-1)}
@@ -104,11 +106,11 @@ function Turn({ uid }: { uid: string }) {
         <Icon name="left" />
       </Button>
       <span class="second" data-testid="servo-place">
-        {text.head.place(known.indexOf(uid) + 1, known.length)}
+        {servoWords.head.place(known.indexOf(uid) + 1, known.length)}
       </span>
       <Button
         testid="servo-after"
-        label={text.head.after}
+        label={servoWords.head.after}
         disabled={beside(uid, 1) === undefined}
         title="j"
         onClick={() => turn(1)}

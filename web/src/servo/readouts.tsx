@@ -7,9 +7,10 @@ import { age, angle, NONE, number, withUnit } from "../bench/format";
 import { type Figure, figureNow } from "../bench/fresh";
 import { text } from "../text";
 import { UnitMark } from "./unit-mark";
+import { servoWords } from "./words";
 
 export function Readouts({ uid }: { uid: string }) {
-  const said = text.side;
+  const said = servoWords.side;
   const present = figureNow(uid, "current_angle");
   const command = commandNow(uid);
   const speed = figureNow(uid, "current_speed");
@@ -61,7 +62,7 @@ export function Readouts({ uid }: { uid: string }) {
 }
 
 function commandText({ kind, figure }: CommandShown): string {
-  if (kind === "none") return figure.stale ? NONE : text.side.inactive;
+  if (kind === "none") return figure.stale ? NONE : servoWords.side.inactive;
   if (figure.value === null) return NONE;
   return kind === "angle" ? angle(figure.value) : driveText(kind, figure.value);
 }

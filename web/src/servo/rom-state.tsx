@@ -1,4 +1,5 @@
 /** Whether ROM holds all that RAM holds, in the head of a servo: how many values do not, and which. */
+
 import type { ComponentChildren } from "preact";
 import { catalog } from "../bench/catalog";
 import type { KnownServo } from "../bench/fleet";
@@ -7,6 +8,7 @@ import { openDrift } from "../change/requests";
 import { Glyph } from "../kit/glyph";
 import { Icon } from "../kit/icon";
 import { text } from "../text";
+import { servoWords } from "./words";
 
 export function RomState({ one }: { one: KnownServo }) {
   const said = text.servos;
@@ -46,9 +48,9 @@ export function RomState({ one }: { one: KnownServo }) {
       />
     );
   return romKnown(one) ? (
-    <State glyph={<Icon name="tick" size={16} />} words={text.head.saved} />
+    <State glyph={<Icon name="tick" size={16} />} words={servoWords.head.saved} />
   ) : (
-    <State glyph={<Icon name="none" size={16} />} words={text.head.notKnown} />
+    <State glyph={<Icon name="none" size={16} />} words={servoWords.head.notKnown} />
   );
 }
 

@@ -9,3 +9,7 @@ export const takeOver = wordsIn(
   () => import("./take-over.en"),
   () => import("./take-over.ja"),
 );
+export const servoWords = wordsIn(
+  () => import("./text.en"),
+  () => import("./text.ja"),
+);

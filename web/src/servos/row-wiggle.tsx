@@ -1,10 +1,11 @@
 /** The wiggle in a row on a phone: one thumb finds which horn it is. What speaks against it is told when it is pressed. */
+
 import { stopped } from "../bench/bench";
 import { type KnownServo, nameOf } from "../bench/fleet";
 import { wiggle, wiggled, wiggling } from "../bench/wiggle";
+import { actionWords } from "../change/words";
 import { Glyph } from "../kit/glyph";
 import { Icon, Spinner } from "../kit/icon";
-import { text } from "../text";
 
 export function RowWiggle({ one }: { one: KnownServo }) {
   const last = wiggled.value?.uid === one.uid ? wiggled.value : null;
@@ -13,13 +14,13 @@ export function RowWiggle({ one }: { one: KnownServo }) {
       <button
         type="button"
         class="button"
-        aria-label={`${text.actions.shortly}: ${nameOf(one)}`}
+        aria-label={`${actionWords.shortly}: ${nameOf(one)}`}
         aria-disabled={!one.online || stopped.value || wiggling.value}
         data-testid={`wiggle-${one.uid}`}
         onClick={() => void wiggle(one.uid)}
       >
         {wiggling.value && last ? <Spinner size={18} /> : <Icon name="wiggle" />}
-        {text.actions.shortly}
+        {actionWords.shortly}
       </button>
       <span role="alert">
         {last?.phase === "refused" && (
@@ -27,12 +28,12 @@ export function RowWiggle({ one }: { one: KnownServo }) {
             type="button"
             class="row-says"
             data-testid={`wiggle-says-${one.uid}`}
-            title={text.actions.dismiss}
+            title={actionWords.dismiss}
             onClick={() => {
               wiggled.value = null;
             }}
           >
-            <Glyph kind="warning" size={14} /> {text.actions.notWiggled(last.why)}
+            <Glyph kind="warning" size={14} /> {actionWords.notWiggled(last.why)}
           </button>
         )}
       </span>

@@ -9,6 +9,7 @@ import { endRound, round, wiggleInTurn, wiggling } from "../bench/wiggle";
 import { beginChange, ChangeFlow, underWay } from "../change/flow";
 import { restartChange } from "../change/requests";
 import { torqueOff } from "../change/torque";
+import { actionWords } from "../change/words";
 import { Button } from "../kit/button";
 import { Glyph } from "../kit/glyph";
 import { Icon, Spinner } from "../kit/icon";
@@ -63,9 +64,9 @@ export function SelectionBar({ plotting, onPlot }: Props) {
       : turn && turn.at > turn.refused.size
         ? said.wiggled(turn.at - turn.refused.size)
         : checking.value
-          ? text.actions.checking
+          ? actionWords.checking
           : busy
-            ? text.actions.underWay(chosen.length)
+            ? actionWords.underWay(chosen.length)
             : done.value;
   const restart = async () => {
     if (checking.peek()) return;
@@ -112,11 +113,11 @@ export function SelectionBar({ plotting, onPlot }: Props) {
         </Button>
       )}
       <span class="grow" />
-      <Button live testid="wiggle-selected" title={text.actions.wiggleHint} onClick={shake}>
-        <Icon name="wiggle" /> {text.actions.wiggle} <kbd class="touch-hide">W</kbd>
+      <Button live testid="wiggle-selected" title={actionWords.wiggleHint} onClick={shake}>
+        <Icon name="wiggle" /> {actionWords.wiggle} <kbd class="touch-hide">W</kbd>
       </Button>
       <Button live testid="restart-selected" disabled={busy} onClick={() => void restart()}>
-        {text.actions.restart}
+        {actionWords.restart}
       </Button>
       <Button live testid="torque-off-selected" disabled={online.length === 0} onClick={() => void letGo()}>
         {text.params.torqueOff}

@@ -11,9 +11,9 @@ import { go, route, sameFor } from "../bench/route";
 import { limitsOf } from "../bench/servo-condition";
 import type { Sight } from "../bench/view-link";
 import { replayed } from "../plots/scrub";
+import { sceneWords } from "./words";
 import "./view3d.css";
 import { Dial } from "../kit/dial";
-import { text } from "../text";
 import { showsAll } from "./others";
 import { Overlay } from "./overlay";
 import { Replayed } from "./replay";
@@ -41,10 +41,10 @@ export function ViewLive({ uid }: { uid: string }) {
       data-frozen={replay ? !up.value : frozen}
       data-replay={replay !== null}
       data-selected={uid}
-      aria-label={text.view.frame}
+      aria-label={sceneWords.frame}
     >
       <Scene
-        title={text.view.frame}
+        title={sceneWords.frame}
         state={state}
         uid={replay ? replay.front.value : uid}
         poses={replay ? replay.poses.value : null}
@@ -55,8 +55,8 @@ export function ViewLive({ uid }: { uid: string }) {
       />
       {replay ? <Replayed scrub={replay} shown={shown} /> : <Now {...{ uid, shown, frozen }} />}
       {shown && !replay && <Overlay sight={sight} live={frozen ? null : { uid, angle: present.value }} />}
-      {state.value === "none" && <span class="chip bottom right">{text.view.none}</span>}
-      {state.value === "loading" && <span class="chip bottom right">{text.view.loading}</span>}
+      {state.value === "none" && <span class="chip bottom right">{sceneWords.none}</span>}
+      {state.value === "loading" && <span class="chip bottom right">{sceneWords.loading}</span>}
       {shown && (
         <ViewTools
           others={replay ? replay.poses.value.length > 1 : uids.value.length > 1}
@@ -84,24 +84,24 @@ function Now({ uid, shown, frozen }: { uid: string; shown: boolean; frozen: bool
             command={one?.command_deg ?? null}
             limits={limits}
             stale={frozen}
-            label={text.view.none}
+            label={sceneWords.none}
           />
         </div>
       )}
       {frozen && (
         <div class="frozen">
           <span class="chip">
-            {present.age === null ? text.view.noData : text.view.frozen(age(present.age))}
+            {present.age === null ? sceneWords.noData : sceneWords.frozen(age(present.age))}
           </span>
         </div>
       )}
       {!shown && <span class="chip top left">{nameOf(one)}</span>}
       {!frozen && present.age !== null && (
-        <span class="chip top right">{text.view.live(age(present.age))}</span>
+        <span class="chip top right">{sceneWords.live(age(present.age))}</span>
       )}
       {limits && (
         <span class={`chip left ${shown ? "top" : "bottom"}`}>
-          {text.view.limits(angle(limits.ccw), angle(limits.cw))}
+          {sceneWords.limits(angle(limits.ccw), angle(limits.cw))}
         </span>
       )}
     </>

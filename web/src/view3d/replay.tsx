@@ -5,7 +5,6 @@ import { up } from "../bench/link";
 import { Dial } from "../kit/dial";
 import { Icon } from "../kit/icon";
 import type { Scrub } from "../plots/scrub";
-import { text } from "../text";
 import { showsAll } from "./others";
 import { Scene, type SceneState } from "./scene";
 import { ViewTools } from "./tools";
@@ -38,8 +37,8 @@ export function ReplayView({ scrub }: { scrub: Scrub }) {
         alone={!showsAll.value}
       />
       <Replayed scrub={scrub} shown={shown} />
-      {state.value === "none" && <span class="chip bottom right">{text.view.none}</span>}
-      {state.value === "loading" && <span class="chip bottom right">{text.view.loading}</span>}
+      {state.value === "none" && <span class="chip bottom right">{words.none}</span>}
+      {state.value === "loading" && <span class="chip bottom right">{words.loading}</span>}
       {shown && (
         <ViewTools
           others={scrub.poses.value.length > 1}

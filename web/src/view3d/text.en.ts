@@ -2,6 +2,12 @@
 
 export const words = {
   frame: "3D view",
+  live: (age: string) => `Live, ${age}`,
+  frozen: (age: string) => `Frozen. Last data ${age} ago`,
+  noData: "Frozen. No data yet",
+  limits: (low: string, high: string) => `Limits ${low} to ${high}`,
+  none: "3D view not available",
+  loading: "Opening the 3D view",
   qualities: { auto: "Quality: auto", high: "Quality: high", low: "Quality: low" },
   qualityAuto: { high: "Quality: auto, high", low: "Quality: auto, low" },
   qualityHint: "High draws reflections and shadows. Low is for machines that draw in software.",

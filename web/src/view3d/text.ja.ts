@@ -4,6 +4,12 @@ import type { words as english } from "./text.en";
 
 export const words = {
   frame: "3D表示",
+  live: age => `ライブ、${age}`,
+  frozen: age => `静止。最終データは${age}前`,
+  noData: "静止。データ未受信",
+  limits: (low, high) => `制限 ${low}～${high}`,
+  none: "3D表示は利用できません",
+  loading: "3D表示を開いています",
   qualities: { auto: "画質: 自動", high: "画質: 高", low: "画質: 低" },
   qualityAuto: { high: "画質: 自動、高", low: "画質: 自動、低" },
   qualityHint: "高では反射と影を描きます。低はソフトウェアで描画するコンピューター向けです。",

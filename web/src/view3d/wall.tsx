@@ -13,7 +13,6 @@ import "./view3d.css";
 import { Dial } from "../kit/dial";
 import { follow } from "../kit/follow";
 import { Glyph } from "../kit/glyph";
-import { text } from "../text";
 import { Scene, type SceneState } from "./scene";
 import { ViewTools } from "./tools";
 import { boxOf, fill, type PictureBox, type Size } from "./wall-projection";
@@ -74,8 +73,8 @@ export function WallOfHorns({ uids }: { uids: readonly string[] }) {
           <span class="chip">{words.wallLost}</span>
         </div>
       )}
-      {state.value === "loading" && uids.length > 0 && <span class="chip top left">{text.view.loading}</span>}
-      {flat && <span class="chip bottom right">{text.view.none}</span>}
+      {state.value === "loading" && uids.length > 0 && <span class="chip top left">{words.loading}</span>}
+      {flat && <span class="chip bottom right">{words.none}</span>}
       {state.value === "shown" && <ViewTools />}
     </section>
   );

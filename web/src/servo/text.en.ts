@@ -1,0 +1,24 @@
+/** The English words round every page of one servo; loaded with them. */
+
+export const words = {
+  head: {
+    tabs: "Pages of this servo",
+    before: "Servo before",
+    after: "Servo after",
+    place: (n: number, of: number) => `${n} of ${of}`,
+    saved: "All values are in ROM",
+    notKnown: "ROM not known",
+  },
+  side: {
+    angle: "Angle",
+    command: "Command",
+    inactive: "inactive",
+    speed: "Speed",
+    torque: "Torque",
+    about: "about",
+    board: "Board",
+    boardTolerance: "±5\u202f°C",
+    supply: "Supply",
+    supplyTolerance: "±0.5\u202fV",
+  },
+};

@@ -1,0 +1,26 @@
+/** The Japanese words round every page of one servo; loaded with them. */
+import type { Said } from "../text/language";
+import type { words as english } from "./text.en";
+
+export const words = {
+  head: {
+    tabs: "このサーボのページ",
+    before: "前のサーボ",
+    after: "次のサーボ",
+    place: (n, of) => `${n} / ${of}`,
+    saved: "すべてROMに保存済み",
+    notKnown: "ROM不明",
+  },
+  side: {
+    angle: "角度",
+    command: "指令",
+    inactive: "無効",
+    speed: "速度",
+    torque: "トルク",
+    about: "約",
+    board: "基板",
+    boardTolerance: "±5\u202f°C",
+    supply: "電源",
+    supplyTolerance: "±0.5\u202fV",
+  },
+} satisfies Said<typeof english>;
