@@ -7,6 +7,7 @@ from playwright.sync_api import Browser, Page, expect
 
 from e2e.conftest import Demo
 from e2e.hand import WAYS, hand_of
+from e2e.looks import complaints, too_small
 
 
 def listed(demo: Demo) -> list[str]:
@@ -48,6 +49,74 @@ def test_keys_lead_to_the_next_servo_and_not_past_the_ends(page: Page, demo: Dem
         expect(page).to_have_url(f"{demo.url}servos/{uid}/parameters")
     page.get_by_role("searchbox").fill("jk")
     expect(page).to_have_url(re.compile(uids[0]))
+
+
+@pytest.mark.parametrize("way", ["mouse", *WAYS])
+def test_notes_and_name_are_written_on_the_overview_and_kept(way: str, browser: Browser, demo: Demo) -> None:
+    uid = listed(demo)[1]
+    before = demo.api.get(f"/inventory/{uid}").json()
+    try:
+        with hand_of(browser, way) as hand:
+            page = hand.page
+            page.goto(f"{demo.url}servos/{uid}")
+            hand.press("notes-edit")
+            expect(page.get_by_test_id("notes-box")).to_be_focused()
+            page.get_by_test_id("notes-box").fill("New gears.\nA little play.")
+            hand.press("notes-keep")
+            expect(page.get_by_test_id("card-notes")).to_contain_text("A little play.")
+            hand.press("act-rename")
+            page.get_by_test_id("rename-box").fill("Rig arm")
+            hand.press("rename-keep")
+            expect(page.get_by_test_id("choose-servo")).to_contain_text("Rig arm")
+            expect(page.get_by_test_id("card-history")).to_contain_text("Notes")
+            page.reload()
+            expect(page.get_by_test_id("card-notes")).to_contain_text("New gears.")
+            assert complaints(page) == []
+            if way == "touch":
+                assert too_small(page) == []
+        now = demo.api.get(f"/inventory/{uid}").json()
+        assert (now["notes"], now["label"]) == ("New gears.\nA little play.", "Rig arm")
+    finally:
+        patch = {"notes": "", "label": before["label"]}
+        demo.api.patch(f"/inventory/{uid}", json=patch).raise_for_status()
+
+
+def test_brake_takes_the_output_away_and_is_said(page: Page, demo: Demo) -> None:
+    uid = listed(demo)[0]
+    page.goto(f"{demo.url}servos/{uid}")
+    output = page.get_by_test_id("act-output")
+    output.get_by_role("button", name="Brake").click()
+    expect(output.get_by_role("button", name="Brake")).to_have_attribute("aria-pressed", "true")
+    expect(page.get_by_test_id("overview-actions")).to_contain_text("Brake on")
+    assert demo.api.get(f"/servos/{uid}/parameters/torque_mode").json()["value"] == "brake"
+    output.get_by_role("button", name="Off").click()
+    expect(output.get_by_role("button", name="Off")).to_have_attribute("aria-pressed", "true")
+
+
+def test_what_the_servo_does_now_is_read_beside_its_drawn_case(page: Page, demo: Demo) -> None:
+    page.goto(f"{demo.url}servos/{listed(demo)[1]}")
+    readings = page.locator(".o-now .readouts > div")
+    expect(readings).to_have_count(8)
+    expect(page.get_by_test_id("tracking-readout")).to_have_text(re.compile(r"[+−]?\d+\.\d°"))
+    expect(page.get_by_test_id("powered-readout")).to_have_text(re.compile(r"\d+\s?(s|min|h)"))
+    expect(page.locator(".o-now .case-outline")).to_be_attached()
+
+
+def test_the_profile_that_was_applied_last_is_named_and_compared(page: Page, demo: Demo) -> None:
+    uid = listed(demo)[2]
+    row = f"/servos/{uid}/parameters/angle_p_gain"
+    held = demo.api.get(row).json()["value"]
+    page.goto(f"{demo.url}servos/{uid}")
+    expect(page.get_by_test_id("card-profile")).to_contain_text("No profile applied yet")
+    demo.api.put("/profiles/Follower", json={"from_uid": uid}).raise_for_status()
+    try:
+        demo.api.put(row, json={"value": held + 1}).raise_for_status()
+        applied = demo.api.post("/profiles/Follower/apply", json={"uids": [uid]}, params={"wait": True}, timeout=60)
+        applied.raise_for_status()
+        expect(page.get_by_test_id("card-profile")).to_contain_text("Follows Follower")
+        expect(page.get_by_test_id("card-profile")).to_contain_text("values match")
+    finally:
+        demo.api.put(row, json={"value": held}).raise_for_status()
 
 
 def test_the_overview_says_what_rom_lacks_and_asks_before_it_saves(page: Page, demo: Demo) -> None:

@@ -3,6 +3,7 @@ import { useSignal } from "@preact/signals";
 import type { ComponentChildren } from "preact";
 import { API, ask, problemOf } from "../api/client";
 import { stopped } from "../bench/bench";
+import { catalog } from "../bench/catalog";
 import { staged, wrong } from "../bench/draft";
 import { problemText } from "../bench/facts";
 import { all, type KnownServo, nameOf } from "../bench/fleet";
@@ -20,6 +21,7 @@ import { Button } from "../kit/button";
 import { Glyph } from "../kit/glyph";
 import { Icon, type IconName } from "../kit/icon";
 import { lazy } from "../kit/lazy";
+import { Rename } from "./rename";
 import { taken } from "./state";
 import { overview as words } from "./words";
 
@@ -31,6 +33,7 @@ export function Act({ one }: { one: KnownServo }) {
   const { uid } = one;
   const problem = useSignal<string | null>(null);
   const profile = useSignal(false);
+  const renaming = useSignal(false);
   const same = all.value.filter(each => each.model === one.model).map(each => each.uid);
   const away = !one.online;
   const begin = async (change: ChangeRequest) => {
@@ -57,6 +60,9 @@ export function Act({ one }: { one: KnownServo }) {
         onClick={() => void begin(restartChange([uid]))}
       >
         {words.restart}
+      </Row>
+      <Row icon="pencil" testid="act-rename" onClick={() => (renaming.value = true)}>
+        {words.rename}
       </Row>
       <h2>{words.values}</h2>
       <Save one={one} onSave={() => void begin(saveChange(sheetOf(uid), one.unsaved))} />
@@ -110,16 +116,25 @@ export function Act({ one }: { one: KnownServo }) {
         </Button>
         <small class="second">{words.resetLine}</small>
       </div>
+      {renaming.value && <Rename one={one} onClose={() => (renaming.value = false)} />}
       {profile.value && <ApplyProfile uids={[uid]} onClose={() => (profile.value = false)} />}
     </section>
   );
 }
 
-/** Which of the three it is; Off acts at once, On asks as everywhere, and brake is for the Motion tab. */
+/** Which of the three it is; Off and Brake take the output away at once, On asks as everywhere. */
 function Output({ one, onProblem }: { one: KnownServo; onProblem: (why: string | null) => void }) {
   const { state } = one.output;
   const on = async () => onProblem(await planRestore([one.uid]));
-  const off = async () => onProblem(await torqueOff(one.uid));
+  const away = async (mode: "off" | "brake") => onProblem(await torqueOff(one.uid, mode));
+  const brakes = catalog.value?.rows.get("torque_mode")?.choices?.some(each => each.key === "brake") === true;
+  const why = !one.online
+    ? words.awayLine
+    : stopped.value
+      ? words.stoppedLine
+      : !one.known_model || !brakes
+        ? words.noBrake
+        : "";
   return (
     <>
       <h2>{words.output}</h2>
@@ -136,11 +151,17 @@ function Output({ one, onProblem }: { one: KnownServo; onProblem: (why: string |
           type="button"
           aria-pressed={state === "off"}
           disabled={state !== "off" && (!up.value || !one.online)}
-          onClick={() => state !== "off" && void off()}
+          onClick={() => state !== "off" && void away("off")}
         >
           {state === "off" && stopped.value ? words.stopped : words.off}
         </button>
-        <button type="button" aria-pressed={state === "brake"} disabled={state !== "brake"}>
+        <button
+          type="button"
+          aria-pressed={state === "brake"}
+          disabled={state !== "brake" && (!up.value || why !== "")}
+          title={why || words.brakeLine}
+          onClick={() => state !== "brake" && void away("brake")}
+        >
           {words.brake}
         </button>
       </div>

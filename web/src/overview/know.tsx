@@ -1,7 +1,7 @@
 /** What is known of a servo: its last seconds, faults, what ROM lacks, its last step test, snapshots, history. */
 import { useEffect, useMemo } from "preact/hooks";
 import { ask } from "../api/client";
-import type { AuditRow, Snapshot } from "../api/config-types";
+import type { AuditRow, Comparison, Snapshot } from "../api/config-types";
 import type { StepRun } from "../api/lab-types";
 import { Asked } from "../bench/asked";
 import { catalog } from "../bench/catalog";
@@ -13,15 +13,18 @@ import { connection } from "../bench/link";
 import { sheetOf } from "../bench/parameters";
 import { go, pathOf } from "../bench/route";
 import { rowLabelOf, valueText } from "../bench/row-text";
+import { openDrift } from "../change/requests";
 import { Button } from "../kit/button";
 import { Glyph } from "../kit/glyph";
 import { Icon } from "../kit/icon";
 import { lazy } from "../kit/lazy";
 import { Panel } from "../kit/panel";
 import { auditWord, reasonText } from "../servo/audit-text";
-import { faultsOf, type KnownFault, readFaults } from "../servo/faults";
+import { faultsOf, type KnownFault, present, readFaults } from "../servo/faults";
+import { text } from "../text";
 import { Card, Fact } from "./card";
-import { taken } from "./state";
+import { Notes } from "./notes";
+import { taken, written } from "./state";
 import { overview as words } from "./words";
 
 const AnglePlot = lazy<{ uid: string }>(() => import("../plots/angle-plot").then(file => file.AnglePlot));
@@ -43,7 +46,11 @@ export function Know({ one }: { one: KnownServo }) {
       </Panel>
       <Panel>
         <LastRun one={one} />
+        <FollowedProfile one={one} />
+      </Panel>
+      <Panel>
         <Snapshots one={one} />
+        <Notes uid={one.uid} />
       </Panel>
       <Panel>
         <History one={one} />
@@ -86,7 +93,10 @@ const KIND = { failure: "failure", warning: "warning", notification: "notice" } 
 
 function FaultLine({ one, says }: { one: KnownFault; says: (what: string) => string }) {
   return (
-    <Fact glyph={<Glyph kind={KIND[one.level]} />} line={instant(one.last_seen)}>
+    <Fact
+      glyph={<Glyph kind={KIND[one.level]} />}
+      line={present(one) ? `${instant(one.last_seen)}. ${one.advice}` : instant(one.last_seen)}
+    >
       {says(one.label)}
     </Fact>
   );
@@ -94,6 +104,7 @@ function FaultLine({ one, says }: { one: KnownFault; says: (what: string) => str
 
 function Unsaved({ one }: { one: KnownServo }) {
   const sheet = sheetOf(one.uid);
+  const drift = one.drift ?? [];
   const rows = one.unsaved.flatMap(key => catalog.value?.rows.get(key) ?? []);
   return (
     <Card
@@ -102,7 +113,15 @@ function Unsaved({ one }: { one: KnownServo }) {
       link={words.parameters}
       testid="card-unsaved"
     >
-      {rows.length === 0 ? (
+      {drift.length > 0 && (
+        <Fact glyph={<Glyph kind="warning" />}>
+          {text.servos.changedRows(drift.length)}{" "}
+          <button type="button" class="link" data-testid="card-drift" onClick={() => openDrift(one.uid)}>
+            {text.servos.showChanged}
+          </button>
+        </Fact>
+      )}
+      {rows.length === 0 && drift.length > 0 ? null : rows.length === 0 ? (
         <Fact glyph={<Icon name="tick" size={16} />}>{words.allSaved}</Fact>
       ) : (
         <table class="o-unsaved">
@@ -225,13 +244,64 @@ function Snapshots({ one }: { one: KnownServo }) {
   );
 }
 
+/** The profile that was applied last: the snapshot before it names it. */
+function FollowedProfile({ one }: { one: KnownServo }) {
+  const taken = useAsked<Snapshot[]>(
+    () => ask("GET", "/servos/{uid}/snapshots", { path: { uid: one.uid } }),
+    one.uid,
+    `${one.unsaved.length} ${one.state}`,
+  );
+  const last = taken.value.value?.find(each => each.reason_code === "profile");
+  const name = last ? String(last.reason_params.profile ?? "") : "";
+  const compared = useAsked<Comparison | null>(
+    async () =>
+      name === ""
+        ? null
+        : ask("GET", "/compare", { query: { left: `servo:${one.uid}`, right: `profile:${name}` } }),
+    one.uid,
+    `${name} ${one.unsaved.length} ${one.state}`,
+  );
+  const found = compared.value.value;
+  // What the profile leaves out belongs to the servo.
+  const differ = found?.differences.filter(each => each.right_has).length ?? 0;
+  return (
+    <Card
+      title={words.profileTitle}
+      path={pathOf("records", null, "profiles")}
+      link={words.toProfiles}
+      testid="card-profile"
+    >
+      <Trouble of={taken} />
+      {taken.value.value !== null && !last && (
+        <Fact glyph={<Icon name="parameters" size={16} />} line={words.noProfileLine}>
+          {words.noProfile}
+        </Fact>
+      )}
+      {last && (
+        <Fact
+          glyph={<Icon name="parameters" size={16} />}
+          line={words.applied(`${instant(last.at)}, ${who(last.by)}`)}
+        >
+          {words.follows(name)}
+        </Fact>
+      )}
+      {found && (
+        <Fact glyph={<Glyph kind={differ === 0 ? "ok" : "notice"} />}>
+          {words.differ(differ, found.same)}
+        </Fact>
+      )}
+      <Trouble of={compared} />
+    </Card>
+  );
+}
+
 const HISTORY = 4;
 
 function History({ one }: { one: KnownServo }) {
   const list = useAsked<AuditRow[]>(
     () => ask("GET", "/audit", { query: { uid: one.uid, limit: HISTORY } }),
     one.uid,
-    `${one.unsaved.length} ${one.state} ${taken.value}`,
+    `${one.unsaved.length} ${one.state} ${one.label} ${taken.value?.at} ${written.value}`,
   );
   const found = list.value.value;
   return (

@@ -32,6 +32,7 @@ export const words = {
     identify: "Wiggle",
     drift: "Change outside",
     label: "Label",
+    notes: "Notes",
     position_unit: "Position unit",
     lease: "Motion control",
     stop: "Stop",

@@ -28,6 +28,7 @@ export const words = {
     identify: "動作確認",
     drift: "外部の変更",
     label: "名前",
+    notes: "メモ",
     position_unit: "位置の単位",
     lease: "動作権",
     stop: "停止",

@@ -5,6 +5,7 @@ import { touch } from "../bench/screen";
 import type { Limits } from "../bench/servo-condition";
 import { angleAt, arc, draggedTo, hornPath, polar, ticks, wholeTurns } from "../kit/polar";
 import { text } from "../text";
+import { CaseOutline } from "./case-outline";
 
 interface Props {
   angle: number | null;
@@ -14,6 +15,8 @@ interface Props {
   /** Given while motion is on: a drag of the handle asks for an angle. */
   onDrag?: ((angle: number) => void) | undefined;
   locked?: boolean;
+  /** The series whose case lies below the horn. */
+  series?: string | null;
 }
 
 const FACE = 167;
@@ -26,7 +29,7 @@ const NAMES = [0, 30, 60, 90, 120, 150, -150, -120, -90, -60, -30];
 const HUB_TEETH = ticks(10, 14, 12);
 const HOLES = [58, 78, 98, 116];
 
-export function JogDial({ angle, command, limits, stale, onDrag, locked = false }: Props) {
+export function JogDial({ angle, command, limits, stale, onDrag, locked = false, series }: Props) {
   const face = useRef<SVGSVGElement>(null);
   const dragged = useRef<number | null>(null);
   const span = limits ? limits.cw - limits.ccw : 0;
@@ -101,6 +104,7 @@ export function JogDial({ angle, command, limits, stale, onDrag, locked = false 
           </text>
         );
       })}
+      {series !== undefined && <CaseOutline series={series} />}
       {limits && !stale && (
         <g stroke="var(--limit)" fill="none">
           <path d={arc(RIM - 5, full ? -180 : limits.ccw, full ? 180 : limits.cw)} stroke-width="7" />

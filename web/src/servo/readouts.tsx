@@ -1,5 +1,6 @@
-/** The readouts: six figures with units and tolerances, grey with their age as soon as they are old. */
+/** The readouts: six figures, and what a page adds to them, with units and tolerances, grey with their age as soon as they are old. */
 
+import type { ComponentChildren } from "preact";
 import type { Servo } from "../api/types";
 import { type CommandShown, commandNow, driveText } from "../bench/activity";
 import { servo } from "../bench/fleet";
@@ -9,7 +10,7 @@ import { text } from "../text";
 import { UnitMark } from "./unit-mark";
 import { servoWords } from "./words";
 
-export function Readouts({ uid }: { uid: string }) {
+export function Readouts({ uid, children }: { uid: string; children?: ComponentChildren }) {
   const said = servoWords.side;
   const present = figureNow(uid, "current_angle");
   const command = commandNow(uid);
@@ -57,6 +58,7 @@ export function Readouts({ uid }: { uid: string }) {
         note={said.supplyTolerance}
         testid="voltage-readout"
       />
+      {children}
     </dl>
   );
 }
@@ -80,7 +82,7 @@ interface Props {
   unitOf?: Servo | undefined;
 }
 
-function Readout({ label, live, shown, note, about, testid, intent = false, unitOf }: Props) {
+export function Readout({ label, live, shown, note, about, testid, intent = false, unitOf }: Props) {
   const old = live.stale && live.age !== null;
   return (
     <div data-stale={live.stale}>
