@@ -1,7 +1,7 @@
 /** The doctor's findings: the worst first, counted for the rail, and old ones kept when a look fails. */
 import { afterEach, beforeEach, describe, expect, test, vi } from "vitest";
 import type { Finding, FindingCode } from "../api/bus-types";
-import { complaints, doctorProblem, findings, findingsInOrder, lookedAt, watchDoctor } from "./doctor";
+import { complaints, doctor, findings, findingsInOrder, watchDoctor } from "./doctor";
 import { link } from "./link";
 import type { Poll } from "./poll";
 
@@ -76,11 +76,11 @@ describe("watchDoctor", () => {
     answers = [answer([finding("loss", "warning")])];
     watch = watchDoctor();
     await vi.advanceTimersByTimeAsync(10);
-    const at = lookedAt.value;
+    const at = doctor.readAt.value;
     await vi.advanceTimersByTimeAsync(3000);
-    expect(doctorProblem.value).toContain("hornbill does not answer");
+    expect(doctor.problem.value).toContain("hornbill does not answer");
     expect(findings.value).toHaveLength(1);
-    expect(lookedAt.value).toBe(at);
+    expect(doctor.readAt.value).toBe(at);
   });
 
   test("asks nothing without a link, and at once when it is back", async () => {

@@ -1,18 +1,10 @@
 /** The doctor's findings: asked often while the Bus page is open, and now and then on any other. */
 
-import { computed, signal } from "@preact/signals";
+import { computed } from "@preact/signals";
 import type { Finding } from "../api/bus-types";
-import { ask, problemOf } from "../api/client";
-import { monotonic } from "./clock";
-import { problemText } from "./facts";
+import { ask } from "../api/client";
 import { type Poll, poll } from "./poll";
-
-export const findings = signal<readonly Finding[]>([]);
-
-/** Our monotonic time of the last look; null before the first. */
-export const lookedAt = signal<number | null>(null);
-
-export const doctorProblem = signal<string | null>(null);
+import { Resource } from "./resource";
 
 const PLACE: Record<Finding["severity"], number> = { failure: 0, warning: 1, notice: 2, ok: 3 };
 
@@ -21,21 +13,18 @@ export function findingsInOrder(list: readonly Finding[]): Finding[] {
   return [...list].sort((one, other) => PLACE[one.severity] - PLACE[other.severity]);
 }
 
+/** What the doctor found. */
+export const doctor = new Resource(async () =>
+  findingsInOrder(await ask("GET", "/bus/doctor", { query: { all: watching > 0 } })),
+);
+
+export const findings = computed(() => doctor.value.value ?? []);
+
 /** How many findings call for somebody, by severity. */
 export const complaints = computed(() => ({
   failure: findings.value.filter(one => one.severity === "failure").length,
   warning: findings.value.filter(one => one.severity === "warning").length,
 }));
-
-async function look(): Promise<void> {
-  try {
-    findings.value = findingsInOrder(await ask("GET", "/bus/doctor", { query: { all: watching > 0 } }));
-    lookedAt.value = monotonic();
-    doctorProblem.value = null;
-  } catch (error) {
-    doctorProblem.value = problemText(problemOf(error));
-  }
-}
 
 const OFTEN_MS = 3000;
 const SELDOM_MS = 15_000;
@@ -45,14 +34,14 @@ let watching = 0;
 /** Looks now and then, for the sign in the rail. */
 export function startDoctor(): void {
   poll(SELDOM_MS, async () => {
-    if (watching === 0) await look();
+    if (watching === 0) await doctor.load();
   });
 }
 
 /** Looks every few seconds, at what is well too. */
 export function watchDoctor(): Poll {
   watching += 1;
-  const often = poll(OFTEN_MS, look);
+  const often = doctor.watch(OFTEN_MS);
   return {
     now: often.now,
     end: () => {

@@ -3,7 +3,7 @@ import type { Finding } from "../api/bus-types";
 import { bus } from "../bench/bench";
 import { now } from "../bench/clock";
 import { connectOpen } from "../bench/connect-open";
-import { doctorProblem, findings, lookedAt } from "../bench/doctor";
+import { doctor, findings } from "../bench/doctor";
 import { nameOf, servo } from "../bench/fleet";
 import { age, grouped } from "../bench/format";
 import { up } from "../bench/link";
@@ -42,7 +42,7 @@ export function Doctor({ onLook }: { onLook: () => void }) {
 const OLD_S = 10;
 
 function Looked() {
-  const at = lookedAt.value;
+  const at = doctor.readAt.value;
   const passed = at === null ? null : Math.max(0, now.value - at);
   const old = passed !== null && passed > OLD_S;
   return (
@@ -57,7 +57,7 @@ export function Findings({ list }: { list: readonly Finding[] }) {
   const complaints = list.filter(one => one.severity !== "ok").length;
   return (
     <>
-      {doctorProblem.value !== null && <Note band>{said.failed(doctorProblem.value)}</Note>}
+      {doctor.problem.value !== null && <Note band>{said.failed(doctor.problem.value)}</Note>}
       {list.length > 0 && complaints === 0 && (
         <Note kind="ok" band testid="doctor-well">
           {said.well(grouped(list.length))}

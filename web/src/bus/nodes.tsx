@@ -1,17 +1,15 @@
 /** The list of all nodes of the bus, servos and others, with what is odd about them. */
 
-import { useSignal } from "@preact/signals";
-import { useEffect } from "preact/hooks";
+import { useEffect, useMemo } from "preact/hooks";
 import type { BusNode } from "../api/bus-types";
-import { ask, problemOf } from "../api/client";
-import { monotonic, now } from "../bench/clock";
+import { ask } from "../api/client";
+import { now } from "../bench/clock";
 import type { ConditionKind } from "../bench/condition";
-import { problemText } from "../bench/facts";
 import { nameOf, servo } from "../bench/fleet";
 import { age, grouped, NONE } from "../bench/format";
 import { up } from "../bench/link";
 import { noteText } from "../bench/note-text";
-import { poll } from "../bench/poll";
+import { Resource } from "../bench/resource";
 import { pathOf, wordInAddress } from "../bench/route";
 import { type Column, DataTable, RowLink } from "../kit/data-table";
 import { Glyph } from "../kit/glyph";
@@ -31,28 +29,15 @@ const GLYPH: Record<BusNode["health"], ConditionKind> = {
 };
 
 export function Nodes() {
-  const nodes = useSignal<readonly BusNode[] | null>(null);
-  const readAt = useSignal(0);
-  const problem = useSignal<string | null>(null);
-  useEffect(() => {
-    const look = async () => {
-      try {
-        nodes.value = await ask("GET", "/nodes");
-        readAt.value = monotonic();
-        problem.value = null;
-      } catch (error) {
-        problem.value = problemText(problemOf(error));
-      }
-    };
-    return poll(ASK_MS, look).end;
-  }, []);
+  const nodes = useMemo(() => new Resource(() => ask("GET", "/nodes")), []);
+  useEffect(() => nodes.watch(ASK_MS).end, []);
   // Those who ask for a node id stand together as node 0; once nobody asks there is nothing to tell of them.
-  const list = nodes.value?.filter(one => one.node_id !== 0 || one.online) ?? null;
+  const list = nodes.value.value?.filter(one => one.node_id !== 0 || one.online) ?? null;
   const online = list?.filter(one => one.online).length ?? 0;
-  const passed = Math.max(0, now.value - readAt.value);
+  const passed = Math.max(0, now.value - (nodes.readAt.value ?? 0));
   return (
     <Scroll label={said.title} testid="nodes">
-      {problem.value !== null && <Note band>{said.failed(problem.value)}</Note>}
+      {nodes.problem.value !== null && <Note band>{said.failed(nodes.problem.value)}</Note>}
       <DataTable
         label={said.title}
         empty={<Empty title={said.empty}>{said.emptyLine}</Empty>}

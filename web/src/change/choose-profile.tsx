@@ -1,12 +1,8 @@
-/** Choose a profile for servos that are already chosen; the dialog that applies it does the rest. */
-import { useEffect, useMemo } from "preact/hooks";
 import { ask } from "../api/client";
-import type { Profile } from "../api/config-types";
-import { Asked } from "../bench/asked";
 import { go, pathOf } from "../bench/route";
 import { Button } from "../kit/button";
 import { Dialog, Quit } from "../kit/dialog";
-import { Unread } from "../kit/loaded";
+import { Loaded, useResource } from "../kit/resource";
 import { text } from "../text";
 import { openChange } from "./flow";
 import { profileChange } from "./requests";
@@ -16,9 +12,7 @@ import "./change.css";
 const said = changing.profiles;
 
 export function ApplyProfile({ uids, onClose }: { uids: readonly string[]; onClose: () => void }) {
-  const list = useMemo(() => new Asked<Profile[]>(), []);
-  const load = () => void list.load(() => ask("GET", "/profiles"));
-  useEffect(load, []);
+  const list = useResource(() => ask("GET", "/profiles"));
   const found = list.value.value;
   return (
     <Dialog
@@ -27,8 +21,7 @@ export function ApplyProfile({ uids, onClose }: { uids: readonly string[]; onClo
       onClose={onClose}
       foot={<Quit onClose={onClose} word={text.cancel} />}
     >
-      <Unread why={list.problem.value} onAgain={load} />
-      {found === null && list.problem.value === null && <p>{said.loading}</p>}
+      <Loaded of={list} loading={said.loading} />
       {found?.length === 0 && (
         <>
           <p class="strong">{said.empty}</p>

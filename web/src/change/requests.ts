@@ -144,7 +144,7 @@ export function snapshotChange(
 const leftOutOf = (one: LeftOut) => ({ key: one.key, why: noteText(one.why, one.why_code, one.why_params) });
 
 /** What another tool changed in ROM is written back, or accepted. */
-export function driftChange(uid: string): ChangeRequest {
+function driftChange(uid: string): ChangeRequest {
   const path = { uid };
   return {
     kind: "drift",

@@ -19,7 +19,7 @@ import { Scroll } from "../kit/scroll";
 import { Segments } from "../kit/segments";
 import { changeDraft, count, draft, type Entry, wanted } from "./draft";
 import { Actions, StepQuestion } from "./parts";
-import { loadProfiles, plan, plans, profiles, start, starting, startRefused } from "./state";
+import { plan, plans, profiles, start, starting, startRefused } from "./state";
 import { commission as words } from "./words";
 
 const said = words.check;
@@ -33,7 +33,7 @@ export function CheckStep() {
     void plan();
   }, [present.save, agreed]);
   useEffect(() => {
-    if (draft.peek().profile !== null) void loadProfiles();
+    if (draft.peek().profile !== null) void profiles.load();
   }, []);
   const known = plans.value;
   const free = useMemo(
@@ -154,7 +154,7 @@ function toEntry(uid: string): void {
 
 function profileLine(name: string | null): string {
   if (name === null) return said.noProfile;
-  const found = profiles.value?.find(one => one.name === name);
+  const found = profiles.value.value?.find(one => one.name === name);
   return said.profile(name, Object.keys(found?.values ?? {}).length);
 }
 

@@ -18,13 +18,13 @@ import { Waiting } from "../servo/waiting-nodes";
 import { text } from "../text";
 import { changeDraft, draft } from "./draft";
 import { Actions, StepQuestion } from "./parts";
-import { candidates, candidatesProblem, show, takeServos, unfinishedJob } from "./state";
+import { candidates, show, takeServos, unfinishedJob } from "./state";
 import { commission as words } from "./words";
 
 const said = words.find;
 
 export function FindStep() {
-  const found = candidates.value?.servos ?? [];
+  const found = candidates.value.value?.servos ?? [];
   const fresh = found.map(one => one.servo.uid);
   const others = all.value.filter(one => one.online && !fresh.includes(one.uid));
   const folded = useSignal(true);
@@ -55,7 +55,7 @@ export function FindStep() {
       <Scroll label={said.table} testid="find-step">
         {left && <Unfinished job={left} />}
         {!connected.value && bus.value && <Reconnect />}
-        {candidatesProblem.value !== null && <Note band>{words.failed(candidatesProblem.value)}</Note>}
+        {candidates.problem.value !== null && <Note band>{words.failed(candidates.problem.value)}</Note>}
         {found.length > 1 && (
           <div class="c-tools">
             <span class="second" data-testid="find-count">

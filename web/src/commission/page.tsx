@@ -10,7 +10,6 @@ import { ProfileStep } from "./profile";
 import { finished, RunStep } from "./run";
 import {
   candidates,
-  candidatesProblem,
   jobUnderWay,
   known,
   mine,
@@ -45,7 +44,7 @@ export function CommissionPage() {
       <Steps shown={shown} />
       {shown === null && (
         <p class="notice-line">
-          {candidatesProblem.value === null ? words.loading : words.failed(candidatesProblem.value)}
+          {candidates.problem.value === null ? words.loading : words.failed(candidates.problem.value)}
         </p>
       )}
       {shown === "find" && <FindStep />}
@@ -59,7 +58,7 @@ export function CommissionPage() {
 
 /** A job comes before the draft it was started from; null while neither is known. */
 function shownNow(): Shown | null {
-  if (known.value === null || candidates.value === null) return null;
+  if (known.value === null || candidates.value.value === null) return null;
   if (jobUnderWay.value) return "run";
   if (mine.value.length > 0) return "report";
   return draft.value.step;

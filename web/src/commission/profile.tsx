@@ -11,16 +11,16 @@ import { Note } from "../kit/note";
 import { Scroll } from "../kit/scroll";
 import { changeDraft, draft, wanted } from "./draft";
 import { Actions, StepQuestion } from "./parts";
-import { loadProfiles, profiles, profilesProblem } from "./state";
+import { profiles } from "./state";
 import { commission as words } from "./words";
 
 const said = words.profile;
 
 export function ProfileStep() {
   useEffect(() => {
-    void loadProfiles();
+    void profiles.load();
   }, []);
-  const list = profiles.value;
+  const list = profiles.value.value;
   const chosen = draft.value.profile;
   useEffect(() => {
     if (list && chosen !== null && !list.some(one => one.name === chosen)) changeDraft({ profile: null });
@@ -32,7 +32,7 @@ export function ProfileStep() {
         <p>{said.lead}</p>
       </StepQuestion>
       <Scroll label={said.title} testid="profile-step">
-        {profilesProblem.value !== null && <Note band>{words.failed(profilesProblem.value)}</Note>}
+        {profiles.problem.value !== null && <Note band>{words.failed(profiles.problem.value)}</Note>}
         <div role="radiogroup" aria-label={said.choose}>
           <Choice
             name={said.none}

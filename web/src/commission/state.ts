@@ -2,46 +2,32 @@
 
 import { computed, signal } from "@preact/signals";
 import { ask, type Problem, problemOf } from "../api/client";
-import type {
-  Candidates,
-  CommissioningPreview,
-  CommissionPlan,
-  Profile,
-  SafetyWord,
-} from "../api/config-types";
+import type { CommissioningPreview, CommissionPlan, SafetyWord } from "../api/config-types";
 import type { Job } from "../api/types";
 import { monotonic } from "../bench/clock";
 import { openCommissioning } from "../bench/commission-open";
-import { problemText } from "../bench/facts";
 import { all, nameOf, peekServo, pending, servo } from "../bench/fleet";
 import { ended, jobs, setJob } from "../bench/jobs";
 import { leaseHeader } from "../bench/motion";
 import { wholeNumber } from "../bench/number";
 import { type Poll, poll } from "../bench/poll";
+import { Resource } from "../bench/resource";
 import { whyRefused } from "../change/consequences";
 import { wordsOf } from "../change/safety-words";
 import { changeDraft, chooseServos, draft, propose, request, wanted } from "./draft";
 
 const ASK_MS = 2000;
 
-/** Who is there; null until it was read once. */
-export const candidates = signal<Candidates | null>(null);
-export const candidatesProblem = signal<string | null>(null);
-
-async function look(): Promise<void> {
-  try {
-    const answer = await ask("GET", "/commissioning/candidates");
-    const heardAt = monotonic();
-    pending.value = answer.pending.map(one => ({ ...one, heardAt }));
-    candidates.value = answer;
-    candidatesProblem.value = null;
-  } catch (error) {
-    candidatesProblem.value = problemText(problemOf(error));
-  }
-}
+/** Who is there. */
+export const candidates = new Resource(async () => {
+  const answer = await ask("GET", "/commissioning/candidates");
+  const heardAt = monotonic();
+  pending.value = answer.pending.map(one => ({ ...one, heardAt }));
+  return answer;
+});
 
 export function watchCandidates(): Poll {
-  return poll(ASK_MS, look);
+  return candidates.watch(ASK_MS);
 }
 
 /** Commissioning jobs the server knows, oldest first; null until asked. */
@@ -93,7 +79,7 @@ export function takeServos(uids: readonly string[]): void {
     return one ? [{ uid, servoId: one.servo_id, label: one.label, serial: one.serial ?? "" }] : [];
   });
   servos.sort((a, b) => a.serial.localeCompare(b.serial) || a.uid.localeCompare(b.uid));
-  changeDraft(chooseServos(draft.peek(), servos, candidates.peek()?.servos ?? []));
+  changeDraft(chooseServos(draft.peek(), servos, candidates.value.peek()?.servos ?? []));
   suggest(draft.peek().at);
 }
 
@@ -143,17 +129,7 @@ export function giveTheRest(): void {
   changeDraft({ at: null });
 }
 
-export const profiles = signal<readonly Profile[] | null>(null);
-export const profilesProblem = signal<string | null>(null);
-
-export async function loadProfiles(): Promise<void> {
-  try {
-    profiles.value = await ask("GET", "/profiles");
-    profilesProblem.value = null;
-  } catch (error) {
-    profilesProblem.value = problemText(problemOf(error));
-  }
-}
+export const profiles = new Resource(() => ask("GET", "/profiles"));
 
 export interface StartRefused {
   text: string;

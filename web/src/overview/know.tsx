@@ -1,9 +1,8 @@
 /** What is known of a servo: its last seconds, faults, what ROM lacks, its last step test, snapshots, history. */
-import { useEffect, useMemo } from "preact/hooks";
+import { useEffect } from "preact/hooks";
 import { ask } from "../api/client";
-import type { AuditRow, Comparison, Snapshot } from "../api/config-types";
+import type { Comparison } from "../api/config-types";
 import type { StepRun } from "../api/lab-types";
-import { Asked } from "../bench/asked";
 import { catalog } from "../bench/catalog";
 import { now } from "../bench/clock";
 import { angleOf, type KnownServo } from "../bench/fleet";
@@ -11,6 +10,7 @@ import { age, angle, clock, date, minute, number, withUnit } from "../bench/form
 import { who } from "../bench/holder";
 import { connection } from "../bench/link";
 import { sheetOf } from "../bench/parameters";
+import type { Resource } from "../bench/resource";
 import { go, pathOf } from "../bench/route";
 import { rowLabelOf, valueText } from "../bench/row-text";
 import { openDrift } from "../change/requests";
@@ -19,6 +19,7 @@ import { Glyph } from "../kit/glyph";
 import { Icon } from "../kit/icon";
 import { lazy } from "../kit/lazy";
 import { Panel } from "../kit/panel";
+import { useResource } from "../kit/resource";
 import { auditWord, reasonText } from "../servo/audit-text";
 import { faultsOf, type KnownFault, present, readFaults } from "../servo/faults";
 import { text } from "../text";
@@ -151,17 +152,8 @@ function Unsaved({ one }: { one: KnownServo }) {
   );
 }
 
-/** Something of this servo, read when it is shown and again with each connection. */
-function useAsked<T>(look: () => Promise<T>, uid: string, again: unknown = null): Asked<T> {
-  const list = useMemo(() => new Asked<T>(), [uid]);
-  useEffect(() => {
-    if (connection.peek() > 0) void list.load(look);
-  }, [list, connection.value, again]);
-  return list;
-}
-
 function LastRun({ one }: { one: KnownServo }) {
-  const list = useAsked<StepRun[]>(() => ask("GET", "/runs", { query: { uid: one.uid, limit: 1 } }), one.uid);
+  const list = useResource(() => ask("GET", "/runs", { query: { uid: one.uid, limit: 1 } }), null, one.uid);
   const run = list.value.value?.[0];
   return (
     <Card title={words.run} path={pathOf("tune", one.uid)} link={words.toTune} testid="card-run">
@@ -209,10 +201,10 @@ function RunFact({ run }: { run: StepRun }) {
 }
 
 function Snapshots({ one }: { one: KnownServo }) {
-  const list = useAsked<Snapshot[]>(
+  const list = useResource(
     () => ask("GET", "/servos/{uid}/snapshots", { path: { uid: one.uid } }),
-    one.uid,
     taken.value,
+    one.uid,
   );
   const found = list.value.value;
   return (
@@ -246,20 +238,20 @@ function Snapshots({ one }: { one: KnownServo }) {
 
 /** The profile that was applied last: the snapshot before it names it. */
 function FollowedProfile({ one }: { one: KnownServo }) {
-  const taken = useAsked<Snapshot[]>(
+  const taken = useResource(
     () => ask("GET", "/servos/{uid}/snapshots", { path: { uid: one.uid } }),
-    one.uid,
     `${one.unsaved.length} ${one.state}`,
+    one.uid,
   );
   const last = taken.value.value?.find(each => each.reason_code === "profile");
   const name = last ? String(last.reason_params.profile ?? "") : "";
-  const compared = useAsked<Comparison | null>(
+  const compared = useResource<Comparison | null>(
     async () =>
       name === ""
         ? null
         : ask("GET", "/compare", { query: { left: `servo:${one.uid}`, right: `profile:${name}` } }),
-    one.uid,
     `${name} ${one.unsaved.length} ${one.state}`,
+    one.uid,
   );
   const found = compared.value.value;
   // What the profile leaves out belongs to the servo.
@@ -298,10 +290,10 @@ function FollowedProfile({ one }: { one: KnownServo }) {
 const HISTORY = 4;
 
 function History({ one }: { one: KnownServo }) {
-  const list = useAsked<AuditRow[]>(
+  const list = useResource(
     () => ask("GET", "/audit", { query: { uid: one.uid, limit: HISTORY } }),
-    one.uid,
     `${one.unsaved.length} ${one.state} ${one.label} ${taken.value?.at} ${written.value}`,
+    one.uid,
   );
   const found = list.value.value;
   return (
@@ -334,7 +326,7 @@ function History({ one }: { one: KnownServo }) {
   );
 }
 
-function Trouble<T>({ of }: { of: Asked<T> }) {
+function Trouble<T>({ of }: { of: Resource<T> }) {
   if (of.problem.value === null) return null;
   return (
     <p class="small" role="alert">

@@ -4,16 +4,17 @@ import type { ComponentChildren } from "preact";
 import { useEffect, useMemo } from "preact/hooks";
 import { API, ask } from "../api/client";
 import type { BundleContent } from "../api/lab-types";
-import { Asked } from "../bench/asked";
 import { channelOf } from "../bench/bus-now";
 import { markText } from "../bench/event-text";
 import { clock, grouped, number, withUnit } from "../bench/format";
+import { Resource } from "../bench/resource";
 import { go, pathOf } from "../bench/route";
 import { Button } from "../kit/button";
 import { Glyph } from "../kit/glyph";
 import { Icon } from "../kit/icon";
-import { instant, Unread } from "../kit/loaded";
+import { instant } from "../kit/loaded";
 import { Note } from "../kit/note";
+import { Loaded } from "../kit/resource";
 import { Scroll } from "../kit/scroll";
 import { type BundleLine, bundleLineOf, bundleTicksOf, firstServo } from "../plots/bundle";
 import { scrubOf } from "../plots/scrub";
@@ -29,13 +30,15 @@ const READ_MS = 120_000;
 
 /** A recording that is open; `at`, seconds since 1970 UTC, is where it is looked at first. */
 export function BundleView({ name, at }: { name: string; at: number | null }) {
-  const content = useMemo(() => new Asked<BundleContent>(), [name]);
+  const content = useMemo(
+    () =>
+      new Resource(() =>
+        ask("GET", "/recorder/bundles/{name}/content", { path: { name }, timeout_ms: READ_MS }),
+      ),
+    [name],
+  );
   const playing = useSignal(false);
-  const load = () =>
-    void content.load(() =>
-      ask("GET", "/recorder/bundles/{name}/content", { path: { name }, timeout_ms: READ_MS }),
-    );
-  useEffect(load, [content]);
+  useEffect(() => void content.load(), [content]);
   const found = content.value.value;
   return (
     <>
@@ -59,7 +62,7 @@ export function BundleView({ name, at }: { name: string; at: number | null }) {
         </Button>
       </div>
       <Scroll label={name} testid="bundle">
-        <Unread why={content.problem.value} onAgain={load} />
+        <Loaded of={content} />
         {found === null && content.problem.value === null && <p class="w-line second">{said.loading}</p>}
         {found && <Content content={found} at={at} />}
       </Scroll>

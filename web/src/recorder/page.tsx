@@ -4,22 +4,22 @@ import { useSignal } from "@preact/signals";
 import { useEffect, useMemo } from "preact/hooks";
 import { API, ask, problemOf } from "../api/client";
 import type { Bundle, RecorderState } from "../api/lab-types";
-import { Asked } from "../bench/asked";
 import { events } from "../bench/bench";
 import { markText } from "../bench/event-text";
 import { problemText } from "../bench/facts";
 import { age, grouped, number, size, withUnit } from "../bench/format";
 import { connection } from "../bench/link";
 import { noteText } from "../bench/note-text";
-import { poll } from "../bench/poll";
+import { Resource } from "../bench/resource";
 import { go, pathOf, wordInAddress } from "../bench/route";
 import { Button } from "../kit/button";
 import { Confirm } from "../kit/confirm";
 import { FilePick, TextField } from "../kit/field";
 import { Glyph } from "../kit/glyph";
 import { Icon, Spinner } from "../kit/icon";
-import { Done, Empty, instant, Unread } from "../kit/loaded";
+import { Done, Empty, instant } from "../kit/loaded";
 import { Note } from "../kit/note";
+import { Loaded, useResource } from "../kit/resource";
 import { Scroll } from "../kit/scroll";
 import { alsoMarked, isZip } from "../plots/bundle";
 import { text } from "../text";
@@ -53,17 +53,16 @@ export function RecorderPage({ hash }: { hash: string }) {
 }
 
 function Bundles() {
-  const state = useMemo(() => new Asked<RecorderState>(), []);
-  const list = useMemo(() => new Asked<Bundle[]>(), []);
+  const state = useMemo(() => new Resource<RecorderState>(() => ask("GET", "/recorder")), []);
   const playing = useSignal<string | null>(null);
   const dropping = useSignal<string | null>(null);
   const note = useSignal<string | null>(null);
-  const load = () => list.load(() => ask("GET", "/recorder/bundles"));
   const round = connection.value;
   // A bundle is there once it is told: its file is packed for a while after the recorder has let go of it.
   const told = events.value.find(one => WRITTEN.has(one.code))?.at;
-  useEffect(() => void load(), [round, told]);
-  useEffect(() => poll(LOOK_MS, () => state.load(() => ask("GET", "/recorder"))).end, [round]);
+  const list = useResource(() => ask("GET", "/recorder/bundles"), told);
+  const load = () => void list.load();
+  useEffect(() => state.watch(LOOK_MS).end, [round]);
   const found = list.value.value;
   return (
     <>
@@ -71,18 +70,18 @@ function Bundles() {
         <h1>{text.nav.recorder}</h1>
       </div>
       <Scroll label={text.nav.recorder} testid="recorder">
-        <Unread why={state.problem.value} onAgain={() => void load()} />
+        <Loaded of={state} />
         <Head state={state} onNote={line => (note.value = line)} onNew={() => void load()} />
         {found !== null && state.value.value !== null && from.value !== "" && (
           <Happened
             of={{ from: Number(from.value), to: Number(to.value) }}
             bundles={found}
             state={state.value.value}
-            onAsked={() => void state.load(() => ask("GET", "/recorder"))}
+            onAsked={() => void state.load()}
           />
         )}
         <Done note={note.value} />
-        <Unread why={list.problem.value} onAgain={() => void load()} />
+        <Loaded of={list} />
         {found === null && list.problem.value === null && <p class="w-line second">{words.loading}</p>}
         {found?.length === 0 && (
           <Empty title={words.empty} guides={["record"]}>
@@ -130,7 +129,7 @@ function Bundles() {
 }
 
 interface HeadProps {
-  state: Asked<RecorderState>;
+  state: Resource<RecorderState>;
   onNote: (line: string | null) => void;
   onNew: () => void;
 }

@@ -1,21 +1,20 @@
 /** The audit: who did what to which servo and what came of it, newest first, with filters. */
 import { useSignal } from "@preact/signals";
 import type { ComponentChildren } from "preact";
-import { useEffect, useMemo } from "preact/hooks";
+import { useEffect } from "preact/hooks";
 import { API, ask } from "../api/client";
 import type { AuditRow } from "../api/config-types";
-import { Asked, auditQuery } from "../bench/asked";
 import { catalog } from "../bench/catalog";
 import { all, nameOf, servo } from "../bench/fleet";
 import { who } from "../bench/holder";
-import { connection } from "../bench/link";
 import { wordInAddress } from "../bench/route";
 import { addressOf, rowLabelOf, valueText } from "../bench/row-text";
 import { Button } from "../kit/button";
 import { type Column, DataTable } from "../kit/data-table";
 import { Choice } from "../kit/field";
 import { Icon } from "../kit/icon";
-import { Empty, instant, Unread } from "../kit/loaded";
+import { Empty, instant } from "../kit/loaded";
+import { Loaded, useResource } from "../kit/resource";
 import { Scroll } from "../kit/scroll";
 import { auditedNotes, auditWord } from "../servo/audit-text";
 import { records as words } from "./words";
@@ -27,14 +26,20 @@ const uid = wordInAddress("servo");
 const key = wordInAddress("parameter");
 const action = wordInAddress("action");
 
+/** The address of an audit with these filters; empty ones are left out. */
+export function queryOf(filters: Readonly<Record<string, string | null>>): string {
+  const query = new URLSearchParams(
+    Object.entries(filters).flatMap(([name, value]) => (value ? [[name, value]] : [])),
+  );
+  const plain = query.toString();
+  return plain === "" ? "" : `?${plain}`;
+}
+
 export function Audit() {
-  const list = useMemo(() => new Asked<AuditRow[]>(), []);
   const seen = useSignal<readonly string[]>([]);
   const filters = { uid: uid.value || null, key: key.value || null, action: action.value || null };
-  const query = auditQuery(filters);
-  const load = () => void list.load(() => ask("GET", "/audit", { query: filters }));
-  const round = connection.value;
-  useEffect(load, [query, round]);
+  const query = queryOf(filters);
+  const list = useResource(() => ask("GET", "/audit", { query: filters }), query);
   const found = list.value.value;
   // Actions are words of the server: those that were met can be asked for.
   useEffect(() => {
@@ -86,7 +91,7 @@ export function Audit() {
         </a>
       </div>
       <Scroll label={words.auditTab} testid="audit">
-        <Unread why={list.problem.value} onAgain={load} />
+        <Loaded of={list} />
         {found === null && list.problem.value === null && <p class="w-line second">{words.loading}</p>}
         <DataTable
           label={words.auditTab}

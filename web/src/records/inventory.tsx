@@ -1,17 +1,14 @@
-/** The list of every servo ever met, on the bus or not: the way to its snapshots. */
-import { useEffect, useMemo } from "preact/hooks";
 import { API, ask } from "../api/client";
 import type { InventoryServo } from "../api/config-types";
-import { Asked } from "../bench/asked";
 import { servo } from "../bench/fleet";
 import { NONE } from "../bench/format";
-import { connection } from "../bench/link";
 import { pathOf, wordInAddress } from "../bench/route";
 import { openDrift } from "../change/requests";
 import { type Column, DataTable, RowLink } from "../kit/data-table";
 import { Glyph } from "../kit/glyph";
 import { Icon } from "../kit/icon";
-import { Empty, instant, Unread } from "../kit/loaded";
+import { Empty, instant } from "../kit/loaded";
+import { Loaded, useResource } from "../kit/resource";
 import { Scroll } from "../kit/scroll";
 import { text } from "../text";
 import { records as words } from "./words";
@@ -83,15 +80,11 @@ const columns = (): readonly Column<InventoryServo>[] => [
 const order = wordInAddress("order");
 
 export function Inventory() {
-  const list = useMemo(() => new Asked<InventoryServo[]>(), []);
-  const load = () => void list.load(() => ask("GET", "/inventory"));
-  const round = connection.value;
-  useEffect(load, [round]);
+  const list = useResource(() => ask("GET", "/inventory"));
   const found = list.value.value;
   return (
     <Scroll label={words.inventory.title} testid="inventory">
-      <Unread why={list.problem.value} onAgain={load} />
-      {found === null && list.problem.value === null && <p class="w-line second">{words.loading}</p>}
+      <Loaded of={list} loading={words.loading} />
       {found?.length === 0 && <Empty title={words.inventory.empty}>{words.inventory.emptyLine}</Empty>}
       {found !== null && found.length > 0 && (
         <>

@@ -1,9 +1,9 @@
 /** The Records page: its parts, and which of them is shown. */
 
-import { partOf } from "../bench/asked";
 import { go, pathOf } from "../bench/route";
 import { Panel } from "../kit/panel";
 import { Segments } from "../kit/segments";
+import { partOf } from "./addresses";
 import { Audit } from "./audit";
 import { Inventory } from "./inventory";
 import { Profiles } from "./profiles";

@@ -3,13 +3,13 @@
 import { useSignal } from "@preact/signals";
 import { ask, problemOf } from "../api/client";
 import type { LineVerdict } from "../api/config-types";
-import { nameFromFile, typeOfFile } from "../bench/asked";
 import { all, nameOf } from "../bench/fleet";
 import { noteText } from "../bench/note-text";
 import { rowLabelOf, valueText } from "../bench/row-text";
 import { Confirm } from "../kit/confirm";
 import { DataTable } from "../kit/data-table";
 import { type Cell, Choice, FilePick, TextField } from "../kit/field";
+import { nameFromFile, typeOfFile } from "./addresses";
 import { records as words } from "./words";
 
 const said = words.profiles;

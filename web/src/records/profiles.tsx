@@ -1,12 +1,9 @@
 /** The profiles: what each sets, made from a servo or a file, given out as a file, applied to servos. */
 
 import { useSignal } from "@preact/signals";
-import { useEffect, useMemo } from "preact/hooks";
 import { API, ask } from "../api/client";
 import type { Profile } from "../api/config-types";
-import { Asked } from "../bench/asked";
 import { date } from "../bench/format";
-import { connection } from "../bench/link";
 import { openChange } from "../change/flow";
 import { profileChange } from "../change/requests";
 import { ProfileValues } from "../change/value-table";
@@ -14,7 +11,8 @@ import { changing } from "../change/words";
 import { Button } from "../kit/button";
 import { Confirm } from "../kit/confirm";
 import { Icon } from "../kit/icon";
-import { Done, Empty, Unread } from "../kit/loaded";
+import { Done, Empty } from "../kit/loaded";
+import { Loaded, useResource } from "../kit/resource";
 import { Scroll } from "../kit/scroll";
 import { CreateDialog, ImportDialog } from "./profile-dialogs";
 import { records as words } from "./words";
@@ -25,10 +23,7 @@ const choosing = changing.profiles;
 type Open = { what: "create" | "import" } | { what: "remove"; one: Profile };
 
 export function Profiles() {
-  const list = useMemo(() => new Asked<Profile[]>(), []);
-  const load = () => void list.load(() => ask("GET", "/profiles"));
-  const round = connection.value;
-  useEffect(load, [round]);
+  const list = useResource(() => ask("GET", "/profiles"));
   const unfolded = useSignal<string | null>(null);
   const open = useSignal<Open | null>(null);
   const note = useSignal<string | null>(null);
@@ -38,7 +33,7 @@ export function Profiles() {
     open.value = null;
     if (told === null) return;
     note.value = told;
-    load();
+    void list.load();
   };
   const present = open.value;
   return (
@@ -60,7 +55,7 @@ export function Profiles() {
         </Button>
       </div>
       <Scroll label={words.profilesTab} testid="profiles">
-        <Unread why={list.problem.value} onAgain={load} />
+        <Loaded of={list} />
         <Done note={note.value} />
         {found === null && list.problem.value === null && <p class="w-line second">{words.loading}</p>}
         {found?.length === 0 && (

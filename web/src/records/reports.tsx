@@ -1,16 +1,13 @@
 /** The reports: what jobs did, newest first, as files or to print. */
 
 import { useSignal } from "@preact/signals";
-import { useEffect, useMemo } from "preact/hooks";
 import { ask } from "../api/client";
 import type { Job } from "../api/types";
-import { Asked } from "../bench/asked";
 import { openCommissioning } from "../bench/commission-open";
 import type { ConditionKind } from "../bench/condition";
 import { failureText } from "../bench/facts";
 import { nameOf, servo } from "../bench/fleet";
 import { ended, jobs, setJob } from "../bench/jobs";
-import { connection } from "../bench/link";
 import { resultText } from "../bench/note-text";
 import { go, pathOf } from "../bench/route";
 import { JobSteps } from "../change/job-steps";
@@ -18,7 +15,8 @@ import { ReportLinks } from "../change/report-links";
 import { Button } from "../kit/button";
 import { Glyph } from "../kit/glyph";
 import { Icon } from "../kit/icon";
-import { Empty, instant, Unread } from "../kit/loaded";
+import { Empty, instant } from "../kit/loaded";
+import { Loaded, useResource } from "../kit/resource";
 import { Scroll } from "../kit/scroll";
 import { records as words } from "./words";
 
@@ -33,25 +31,19 @@ const GLYPH: Record<Job["state"], ConditionKind> = {
 };
 
 export function Reports() {
-  const list = useMemo(() => new Asked<string[]>(), []);
   const wiggles = useSignal(false);
   const open = useSignal<string | null>(null);
-  const load = () =>
-    void list.load(async () => {
-      const found = await ask("GET", "/jobs");
-      for (const job of found) setJob(job);
-      return found.map(job => job.id);
-    });
-  const round = connection.value;
-  useEffect(load, [round]);
+  const list = useResource(async () => {
+    for (const job of await ask("GET", "/jobs")) setJob(job);
+    return true;
+  });
   // Those that came since, too: the socket tells each.
   const told = [...jobs.value.values()].sort((a, b) => b.created_at - a.created_at);
   const found = list.value.value === null ? null : told;
   const shown = found?.filter(job => wiggles.value || job.kind !== "identify") ?? [];
   return (
     <Scroll label={words.reportsTab} testid="reports">
-      <Unread why={list.problem.value} onAgain={load} />
-      {found === null && list.problem.value === null && <p class="w-line second">{words.loading}</p>}
+      <Loaded of={list} loading={words.loading} />
       {found !== null && shown.length === 0 && (
         <Empty title={said.empty} guides={["commission"]}>
           {said.emptyLine}

@@ -1,14 +1,12 @@
 /** The snapshots of a servo: what it held, compared with anything, and restored. */
 
 import { useSignal } from "@preact/signals";
-import { useEffect, useMemo } from "preact/hooks";
+import { useEffect } from "preact/hooks";
 import { ask, problemOf } from "../api/client";
-import type { Comparison, InventoryServo, Profile, Snapshot } from "../api/config-types";
-import { Asked } from "../bench/asked";
+import type { InventoryServo, Snapshot } from "../api/config-types";
 import { problemText } from "../bench/facts";
 import { loaded, servo } from "../bench/fleet";
 import { who } from "../bench/holder";
-import { connection } from "../bench/link";
 import { pathOf } from "../bench/route";
 import { addressOf, rowLabelOf, valueText } from "../bench/row-text";
 import { narrow } from "../bench/screen";
@@ -19,8 +17,9 @@ import { Confirm } from "../kit/confirm";
 import { DataTable } from "../kit/data-table";
 import { Choice, cell, inSet, Tick } from "../kit/field";
 import { follow } from "../kit/follow";
-import { Done, Empty, instant, Unread } from "../kit/loaded";
+import { Done, Empty, instant } from "../kit/loaded";
 import { Note } from "../kit/note";
+import { Loaded, useResource } from "../kit/resource";
 import { Scroll } from "../kit/scroll";
 import { reasonText } from "../servo/audit-text";
 import { inventoryNameOf } from "./inventory";
@@ -29,17 +28,12 @@ import { records as words } from "./words";
 const said = words.snapshots;
 
 export function Snapshots({ uid }: { uid: string }) {
-  const list = useMemo(() => new Asked<Snapshot[]>(), []);
-  const whole = useMemo(() => new Asked<InventoryServo[]>(), []);
+  const list = useResource(() => ask("GET", "/servos/{uid}/snapshots", { path: { uid } }));
+  const whole = useResource(() => ask("GET", "/inventory"));
   const chosen = useSignal<number | null>(null);
   const note = useSignal<string | null>(null);
   const refused = useSignal<string | null>(null);
-  const load = () => {
-    void list.load(() => ask("GET", "/servos/{uid}/snapshots", { path: { uid } }));
-    void whole.load(() => ask("GET", "/inventory"));
-  };
-  const round = connection.value;
-  useEffect(load, [round]);
+  const load = () => void list.load();
   const one = whole.value.value?.find(each => each.uid === uid);
   const name = one ? inventoryNameOf(one) : `${uid.slice(0, 8)}…`;
   const found = list.value.value;
@@ -79,7 +73,7 @@ export function Snapshots({ uid }: { uid: string }) {
             </Button>
           </div>
           <Scroll label={said.title(name)}>
-            <Unread why={list.problem.value} onAgain={load} />
+            <Loaded of={list} />
             <Note band>{refused.value}</Note>
             <Done note={note.value} />
             {one && !online && <p class="w-line second">{said.offline}</p>}
@@ -151,24 +145,17 @@ interface CompareProps {
 
 function Compare({ one, name, online, others, snapshots, onBack, onWritten }: CompareProps) {
   const side = useSignal(online ? `servo:${one.uid}` : `rom:${one.uid}`);
-  const found = useMemo(() => new Asked<Comparison>(), []);
-  const profiles = useMemo(() => new Asked<Profile[]>(), []);
+  const found = useResource(
+    () =>
+      ask("GET", "/compare", { query: { left: `snapshot:${one.id}`, right: side.value, identity: true } }),
+    null,
+    side.value,
+  );
+  const profiles = useResource(() => ask("GET", "/profiles"));
   const ticked = useSignal<ReadonlySet<string>>(new Set());
   const dropping = useSignal(false);
   const note = useSignal<string | null>(null);
   const refused = useSignal<string | null>(null);
-  const load = () => {
-    const query = { left: `snapshot:${one.id}`, right: side.peek(), identity: true };
-    void found.load(() => ask("GET", "/compare", { query }));
-  };
-  const wanted = side.value;
-  useEffect(() => {
-    found.forget();
-    load();
-  }, [wanted]);
-  useEffect(() => {
-    void profiles.load(() => ask("GET", "/profiles"));
-  }, []);
   const rows = found.value.value?.differences ?? [];
   // What the snapshot does not hold cannot be restored from it.
   const able = rows.filter(row => row.left_has && row.left !== null).map(row => row.key);
@@ -182,7 +169,7 @@ function Compare({ one, name, online, others, snapshots, onBack, onWritten }: Co
       const [turn] = turns;
       if (turn === undefined || turn.fault === "rolled_back" || turn.fault === "not_written") return;
       note.value = words.write.done(turn.count, name, turn.saved);
-      load();
+      void found.load();
       onWritten(note.value);
     };
     const why = await beginChange(snapshotChange(one.uid, one.id, keys, told));
@@ -217,7 +204,7 @@ function Compare({ one, name, online, others, snapshots, onBack, onWritten }: Co
         <Choice label={said.compareWith} at={side} options={options} beside testid="compare-with" />
       </div>
       <Scroll label={said.of(instant(one.at))}>
-        <Unread why={found.problem.value} onAgain={load} />
+        <Loaded of={found} />
         <Done note={note.value} />
         {found.value.value === null && found.problem.value === null && (
           <p class="w-line second">{words.loading}</p>

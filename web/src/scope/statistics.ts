@@ -45,7 +45,7 @@ export function statisticsOf(one: Samples, from: number, to: number): Statistics
 }
 
 /** The usual time between two samples: the median; NaN with fewer than two. */
-export function intervalOf(one: Samples, from: number, to: number): number {
+function intervalOf(one: Samples, from: number, to: number): number {
   const apart: number[] = [];
   for (let i = firstAt(one.t, from) + 1; i < one.t.length && (one.t[i] ?? 0) <= to; i++) {
     apart.push((one.t[i] ?? 0) - (one.t[i - 1] ?? 0));
