@@ -90,7 +90,6 @@ export function Rail({ onKeys }: { onKeys: () => void }) {
         {phone.value && (
           <button
             type="button"
-            ref={more.button}
             class="rail-item"
             data-first
             data-testid="more"
@@ -152,9 +151,8 @@ export function Rail({ onKeys }: { onKeys: () => void }) {
 function useMore() {
   const open = useSignal(false);
   const box = useRef<HTMLElement>(null);
-  const button = useRef<HTMLButtonElement>(null);
   useSignalEffect(() => {
-    if (route.value && phone.value) open.value = false;
+    if (route.value) open.value = false;
   });
   useEffect(() => {
     if (!open.value) return undefined;
@@ -163,7 +161,7 @@ function useMore() {
     };
     const forget = onKey("Escape", () => {
       open.value = false;
-      button.current?.focus();
+      box.current?.querySelector("button")?.focus();
     });
     document.addEventListener("pointerdown", away, true);
     return () => {
@@ -171,7 +169,7 @@ function useMore() {
       document.removeEventListener("pointerdown", away, true);
     };
   }, [open.value]);
-  return { open, box, button };
+  return { open, box };
 }
 
 /** For the keyboard: past bar and rail. A button, for what stands behind the # is a part of the page. */

@@ -9,7 +9,6 @@ import { phone, touch } from "../bench/screen";
 import { Button } from "../kit/button";
 import { Icon } from "../kit/icon";
 import { Segments } from "../kit/segments";
-import { text } from "../text";
 import { PresetButtons } from "./preset-buttons";
 import { jogging as words } from "./words";
 
@@ -40,7 +39,7 @@ export function JogAngle({ uid, span, able, present, onJog, onCommand, onWrong }
         {presets}
         <div class="jog-how">
           <Segments<string>
-            label={text.motion.steps}
+            label={words.steps}
             chosen={String(stepChosen.value)}
             onChoose={key => {
               stepChosen.value = Number(key);
@@ -59,7 +58,7 @@ export function JogAngle({ uid, span, able, present, onJog, onCommand, onWrong }
   return (
     <>
       <Pace direct />
-      <fieldset class="steps" aria-label={text.motion.steps}>
+      <fieldset class="steps" aria-label={words.steps}>
         {STEPS.map(step => (
           <Button key={step} testid={`jog-step-${step}`} live disabled={!able} onClick={() => onJog(step)}>
             {withUnit(signed(step, Math.abs(step) < 1 ? 1 : 0), "°")}
@@ -150,7 +149,7 @@ function Enter({
   return (
     <div class="enter">
       <label class="box wide">
-        <span class="hidden-text">{text.motion.value}</span>
+        <span class="hidden-text">{words.angle}</span>
         <input
           ref={box}
           type="text"
@@ -175,7 +174,7 @@ function Enter({
         <span class="unit">°</span>
       </label>
       <Button testid="jog-go" live refTo={go} disabled={!able} onClick={send}>
-        {text.motion.go}
+        {words.go}
       </Button>
     </div>
   );
@@ -187,14 +186,14 @@ const SPEEDS = [15, 60, 180];
 function Pace({ direct }: { direct: boolean }) {
   return (
     <Segments<string>
-      label={text.motion.pace}
+      label={words.pace}
       chosen={String(pace.value)}
       onChoose={key => {
         pace.value = key === "null" ? null : Number(key);
       }}
       options={[
-        ...SPEEDS.map(one => ({ key: String(one), label: text.motion.speedOf(withUnit(String(one), "°")) })),
-        ...(direct ? [{ key: "null", label: text.motion.direct }] : []),
+        ...SPEEDS.map(one => ({ key: String(one), label: words.speedOf(withUnit(String(one), "°")) })),
+        ...(direct ? [{ key: "null", label: words.direct }] : []),
       ]}
     />
   );

@@ -123,7 +123,7 @@ export function JogPad({ uid, torque }: { uid: string; torque: TorqueMode }) {
           class="jog"
           data-tab={shown}
           role="group"
-          aria-label={text.motion.jog}
+          aria-label={words.jog}
           data-testid="jog-pad"
           onKeyDown={keys}
         >
@@ -144,7 +144,7 @@ export function JogPad({ uid, torque }: { uid: string; torque: TorqueMode }) {
                   unlocked.value = !unlocked.value;
                 }}
               >
-                <Icon name="lock" /> {unlocked.value ? text.motion.unlocked : text.motion.locked}
+                <Icon name="lock" /> {unlocked.value ? words.unlocked : words.locked}
               </Button>
             )}
             <LastWord
@@ -215,13 +215,13 @@ function complaintOf(
 ): Complaint {
   const past = verdict.code === "above" || verdict.code === "below";
   if (!past || value === null || limits === null || many) {
-    return { text: `${verdict.what} ${verdict.remedy} ${text.motion.notSent}`, row: null };
+    return { text: `${verdict.what} ${verdict.remedy} ${words.notSent}`, row: null };
   }
   const above = verdict.code === "above";
   const row = above ? "angle_limit_cw" : "angle_limit_ccw";
   const name = catalog.peek()?.rows.get(row)?.name ?? "";
   const limit = angle(above ? limits.cw : limits.ccw);
-  return { text: `${text.motion.pastLimit[row](angle(value), limit, name)} ${text.motion.notSent}`, row };
+  return { text: `${text.motion.pastLimit[row](angle(value), limit, name)} ${words.notSent}`, row };
 }
 
 /**
@@ -253,7 +253,7 @@ function LastWord({
             {wrong}{" "}
             {path && (
               <a href={path} data-testid="change-limit" onClick={event => follow(event, path)}>
-                {text.motion.changeLimit}
+                {words.changeLimit}
               </a>
             )}
           </Note>
@@ -263,15 +263,15 @@ function LastWord({
             {said}
           </Note>
         ))}
-        {quiet && !on && <p class="second">{text.motion.torqueIsOff}</p>}
+        {quiet && !on && <p class="second">{words.torqueIsOff}</p>}
         {quiet && limits === null && (
-          <p class="second">{movingTogether.value === null ? text.motion.limitsUnknown : words.noSpan}</p>
+          <p class="second">{movingTogether.value === null ? words.limitsUnknown : words.noSpan}</p>
         )}
         {quiet && on && limits !== null && angles && (
           <p class="jog-hint small second">
             {!touch.value && <KeyHint />}
             <span class="grow" />
-            <span class="whole">{text.motion.limits(angle(limits.ccw), angle(limits.cw))}</span>
+            <span class="whole">{words.limits(angle(limits.ccw), angle(limits.cw))}</span>
           </p>
         )}
       </div>
@@ -285,11 +285,11 @@ function Torque({ on }: { on: boolean }) {
     <div class="jog-torque">
       {on ? (
         <Button look="danger" testid="jog-torque-off" onClick={() => void setTorque("off")}>
-          {text.motion.torqueOff}
+          {words.torqueOff}
         </Button>
       ) : (
         <Button testid="jog-torque-on" live onClick={() => void setTorque("on")}>
-          {text.motion.torqueOn}
+          {words.torqueOn}
         </Button>
       )}
     </div>
@@ -299,8 +299,8 @@ function Torque({ on }: { on: boolean }) {
 function KeyHint() {
   return (
     <>
-      <kbd>←</kbd> <kbd>→</kbd> {text.motion.keyHint[0]} <kbd>Shift</kbd> {text.motion.keyHint[1]}{" "}
-      <kbd>Alt</kbd> {text.motion.keyHint[2]} <kbd>0</kbd> 0°
+      <kbd>←</kbd> <kbd>→</kbd> {words.keyHint[0]} <kbd>Shift</kbd> {words.keyHint[1]} <kbd>Alt</kbd>{" "}
+      {words.keyHint[2]} <kbd>0</kbd> 0°
     </>
   );
 }
@@ -313,9 +313,9 @@ function Agree() {
   if (asked === null) return null;
   return (
     <Confirm
-      title={text.motion.question}
-      verb={text.motion.questionDo}
-      cancel={text.motion.questionNot}
+      title={words.question}
+      verb={words.questionDo}
+      cancel={words.questionNot}
       danger
       testid="move-dialog"
       actId="move-anyway"
@@ -353,28 +353,23 @@ function Figures({
   return (
     <div class="figures">
       <span>
-        <small class="second">{text.motion.angle}</small>
+        <small class="second">{words.angle}</small>
         <b class={stale ? "dim" : ""} data-testid="jog-angle">
           {angle(present)}
         </b>
         <UnitMark one={one} />
       </span>
       <span class="between small second">
-        {on &&
-          gap !== null &&
-          (gap > THERE_DEG ? text.motion.toGo(withUnit(number(gap, 1), "°")) : text.motion.there)}
+        {on && gap !== null && (gap > THERE_DEG ? words.toGo(withUnit(number(gap, 1), "°")) : words.there)}
         <br />
         {speed.value !== null && torque.value !== null && (
           <span class={speed.stale || torque.stale ? "dim" : ""}>
-            {text.motion.drive(
-              withUnit(number(speed.value, 0), "rpm"),
-              withUnit(number(torque.value, 0), "%"),
-            )}
+            {words.drive(withUnit(number(speed.value, 0), "rpm"), withUnit(number(torque.value, 0), "%"))}
           </span>
         )}
       </span>
       <span class="right">
-        <small class="k-intent">{text.motion.command}</small>
+        <small class="k-intent">{words.command}</small>
         <b class="k-intent" data-testid="jog-command">
           {going !== null ? driveText(going.kind, going.value) : angle(on ? wanted : null)}
         </b>

@@ -5,7 +5,6 @@ import { angle } from "../bench/format";
 import { Button } from "../kit/button";
 import { Confirm } from "../kit/confirm";
 import { Icon } from "../kit/icon";
-import { text } from "../text";
 import { type Preset, presetOf, replacing, storePreset, wishPreset } from "./presets";
 import { jogging as words } from "./words";
 
@@ -27,7 +26,7 @@ export function PresetButtons({ uid, able, present, onGo }: Props) {
     <fieldset class="presets" aria-label={words.presets}>
       {preset("a")}
       <Button testid="jog-zero" live disabled={!able} onClick={() => onGo(0)}>
-        {text.motion.zero}
+        {words.zero}
       </Button>
       {preset("b")}
     </fieldset>

@@ -23,33 +23,15 @@ export const motion = {
   bandText:
     "It ends when you leave this page, hide the tab or lose the link: torque goes off within 3\u202fs.",
   turnOff: "Turn motion off",
-  angle: "Angle",
-  command: "Command",
-  toGo: (deg: string) => `${deg} to go`,
-  there: "At the command",
-  drive: (rpm: string, pct: string) => `${rpm}, ${pct}`,
-  jog: "Jog pad: left and right arrows move by 1°, with Shift 10°, with Alt 0.1°; 0 goes to 0°",
   dial: "Angle command, drag to move",
-  steps: "Move by",
-  value: "Angle",
-  limits: (low: string, high: string) => `Limits ${low} to ${high}`,
-  go: "Go",
-  zero: "Go to 0°",
-  torqueOff: "Torque off",
-  torqueOn: "Torque on",
-  torqueIsOff: "Torque is off. The horn holds nothing.",
-  notSent: "Not sent.",
   pastLimit: {
     angle_limit_cw: (value: string, limit: string, row: string) =>
       `${value} is past the CW angle limit of ${limit} (${row}).`,
     angle_limit_ccw: (value: string, limit: string, row: string) =>
       `${value} is past the CCW angle limit of ${limit} (${row}).`,
   },
-  changeLimit: "Change limit",
   outside: (from: string) =>
     `The horn is at ${from}, outside the limits. The first command moves it to the nearest limit or inside.`,
-  locked: "Unlock",
-  unlocked: "Lock",
   endedByStop: "Motion ended: stopped.",
   stopHidden: "Stop is not fully visible in this window. Enlarge the window or zoom out, then enable motion.",
   endedByHiddenStop: "Motion ended: Stop was no longer fully visible.",
@@ -60,13 +42,4 @@ export const motion = {
   letGoOff: (names: string) => `Torque is off: ${names}.`,
   letGoSilent: (names: string) =>
     `No answer: ${names}. Whether torque is off there is not known. hornbill writes torque off until it is answered. Take the supply away if the horn must not move.`,
-  keyHint: ["1°", "10°", "0.1°"] as const,
-  pace: "How it moves",
-  direct: "Direct",
-  speed: "Speed",
-  speedOf: (degrees: string) => `${degrees}/s`,
-  question: "Move all the same?",
-  questionNot: "Do not move",
-  questionDo: "Do it",
-  limitsUnknown: "The limits of this servo were not read yet.",
 };

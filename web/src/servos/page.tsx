@@ -188,7 +188,7 @@ function FilterChoice(counts: Record<Filter, number>) {
         bare
         testid="filter"
         at={cell<string>(filter.value, key => {
-          filter.value = FILTERS.find(one => one === key) ?? "all";
+          filter.value = key as Filter;
         })}
         options={options}
       />
