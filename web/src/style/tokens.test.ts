@@ -1,4 +1,5 @@
 /** Computes WCAG 2 contrast from tokens.css itself, so that no edit of a colour makes text unreadable. */
+import { readdirSync, readFileSync } from "node:fs";
 import { describe, expect, test } from "vitest";
 import css from "./tokens.css?raw";
 
@@ -78,4 +79,21 @@ describe.each(["dark", "light"])("%s", theme => {
   test("plot series are seen on the plot", () => {
     for (let n = 1; n <= 8; n++) expect(ratio(`series-${n}`, "well"), String(n)).toBeGreaterThanOrEqual(3);
   });
+});
+
+const sheets = readdirSync("src", { recursive: true, encoding: "utf8" })
+  .filter(name => name.endsWith(".css") && !name.endsWith("tokens.css"))
+  .map(name => [name, readFileSync(`src/${name}`, "utf8")] as const);
+
+test.each(sheets)("sizes of type, radii and colours of %s are tokens", (_, sheet) => {
+  // On paper the ground is another: print.css gives tokens their values there.
+  const used = sheet.replace(/--[\w-]+: [^;]+;/g, "");
+  expect(used.match(/font-size: [1-9][\d.]*px|border-radius: [1-9]\d*px|#[0-9a-f]{3,8}\b/gi)).toBeNull();
+});
+
+test.each(sheets)("space of the grid in %s is a token", (_, sheet) => {
+  const space = sheet.match(/\b(?:gap|padding(?:-\w+)*|margin(?:-\w+)*): [^;{}]+;/g) ?? [];
+  expect(
+    space.filter(one => !one.includes("calc(") && /(?<![\w.-])(?:4|8|12|16|20|24|32|48)px/.test(one)),
+  ).toEqual([]);
 });
