@@ -1,11 +1,9 @@
 /** The left rail: the pages that exist, in the order of work, with what needs a look at their right. A phone has four of them below, and More. */
-import { useSignal, useSignalEffect } from "@preact/signals";
+import { useSignalEffect } from "@preact/signals";
 import type { ComponentChildren } from "preact";
-import { useEffect, useRef } from "preact/hooks";
 import { stopped } from "../bench/bench";
 import { complaints } from "../bench/doctor";
 import { all, nameOf, servo, uids } from "../bench/fleet";
-import { onKey } from "../bench/keys";
 import { up } from "../bench/link";
 import { motion } from "../bench/motion";
 import { reload } from "../bench/reload";
@@ -16,6 +14,7 @@ import { follow } from "../kit/follow";
 import { Glyph } from "../kit/glyph";
 import { guideAt } from "../kit/guide";
 import { Icon, type IconName } from "../kit/icon";
+import { usePopup } from "../kit/popup";
 import { Segments } from "../kit/segments";
 import { text } from "../text";
 import { chooseLanguage, LANGUAGES, type Language, spoken } from "../text/language";
@@ -149,26 +148,10 @@ export function Rail({ onKeys }: { onKeys: () => void }) {
 
 /** The rest of the rail on a phone: closed by another page, a press beside it and Esc. */
 function useMore() {
-  const open = useSignal(false);
-  const box = useRef<HTMLElement>(null);
+  const { open, box } = usePopup<HTMLElement>();
   useSignalEffect(() => {
     if (route.value) open.value = false;
   });
-  useEffect(() => {
-    if (!open.value) return undefined;
-    const away = (event: Event) => {
-      if (!box.current?.contains(event.target as Node)) open.value = false;
-    };
-    const forget = onKey("Escape", () => {
-      open.value = false;
-      box.current?.querySelector("button")?.focus();
-    });
-    document.addEventListener("pointerdown", away, true);
-    return () => {
-      forget();
-      document.removeEventListener("pointerdown", away, true);
-    };
-  }, [open.value]);
   return { open, box };
 }
 

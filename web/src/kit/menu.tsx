@@ -1,9 +1,8 @@
 /** A button that opens a menu of actions: by pointer, touch and keys, each with a line that says what it does. */
-import { useSignal } from "@preact/signals";
-import { useEffect, useId, useRef } from "preact/hooks";
-import { onKey } from "../bench/keys";
+import { useEffect, useId } from "preact/hooks";
 import { Button } from "./button";
 import { Icon } from "./icon";
+import { usePopup } from "./popup";
 import "./menu.css";
 
 export interface Item {
@@ -27,28 +26,10 @@ interface Props {
 }
 
 export function Menu({ label, word, testid, children }: Props) {
-  const open = useSignal(false);
-  const box = useRef<HTMLDivElement>(null);
-  const button = useRef<HTMLButtonElement>(null);
+  const { open, box, close } = usePopup<HTMLDivElement>();
   const id = useId();
-  const close = (back: boolean) => {
-    open.value = false;
-    if (back) button.current?.focus();
-  };
   useEffect(() => {
-    if (!open.value) return undefined;
-    box.current?.querySelector<HTMLElement>("[role=menuitem]")?.focus();
-    const away = (event: Event) => {
-      if (!box.current?.contains(event.target as Node)) close(false);
-    };
-    const forget = onKey("Escape", () => close(true));
-    document.addEventListener("pointerdown", away, true);
-    document.addEventListener("focusin", away);
-    return () => {
-      forget();
-      document.removeEventListener("pointerdown", away, true);
-      document.removeEventListener("focusin", away);
-    };
+    if (open.value) box.current?.querySelector<HTMLElement>("[role=menuitem]")?.focus();
   }, [open.value]);
   const move = (event: KeyboardEvent) => {
     const all = [...(box.current?.querySelectorAll<HTMLElement>("[role=menuitem]") ?? [])];
@@ -67,7 +48,6 @@ export function Menu({ label, word, testid, children }: Props) {
   return (
     <div ref={box} class="menu">
       <Button
-        refTo={button}
         testid={testid}
         label={label}
         popup={{ open: open.value, id }}
@@ -90,7 +70,7 @@ export function Menu({ label, word, testid, children }: Props) {
               aria-disabled={one.why != null}
               onClick={() => {
                 if (one.why != null) return;
-                close(true);
+                close();
                 one.act();
               }}
             >

@@ -3,44 +3,23 @@ import { useSignal } from "@preact/signals";
 import { useEffect, useId, useRef } from "preact/hooks";
 import { all, isFound, type KnownServo, nameOf } from "../bench/fleet";
 import { NONE } from "../bench/format";
-import { onKey } from "../bench/keys";
 import { modelName } from "../bench/model";
 import { go, sameFor } from "../bench/route";
 import { conditionHere } from "../bench/servo-condition";
 import { Glyph } from "../kit/glyph";
 import { Icon } from "../kit/icon";
+import { usePopup } from "../kit/popup";
 import { text } from "../text";
 
 export function ServoPicker({ one }: { one: KnownServo }) {
-  const open = useSignal(false);
-  const button = useRef<HTMLButtonElement>(null);
-  const box = useRef<HTMLDivElement>(null);
+  const { open, box, close } = usePopup<HTMLDivElement>();
   const id = useId();
-  const close = (back: boolean) => {
-    open.value = false;
-    if (back) button.current?.focus();
-  };
-  useEffect(() => {
-    if (!open.value) return undefined;
-    const away = (event: Event) => {
-      if (!box.current?.contains(event.target as Node)) close(false);
-    };
-    const forget = onKey("Escape", () => close(true));
-    document.addEventListener("pointerdown", away, true);
-    document.addEventListener("focusin", away);
-    return () => {
-      forget();
-      document.removeEventListener("pointerdown", away, true);
-      document.removeEventListener("focusin", away);
-    };
-  }, [open.value]);
   if (all.value.length < 2) return <h1>{nameOf(one)}</h1>;
   return (
     <div ref={box} class="picker">
       <h1>
         <button
           type="button"
-          ref={button}
           data-testid="choose-servo"
           title={text.params.choose}
           aria-haspopup="listbox"
@@ -57,7 +36,7 @@ export function ServoPicker({ one }: { one: KnownServo }) {
           id={id}
           one={one}
           onChoose={uid => {
-            close(true);
+            close();
             if (uid !== one.uid) go(sameFor(uid));
           }}
         />

@@ -1,0 +1,37 @@
+/** What opens over the page from a button of its own: Esc, a press beside it and the focus elsewhere close it. */
+import { type Signal, useSignal } from "@preact/signals";
+import type { RefObject } from "preact";
+import { useEffect, useRef } from "preact/hooks";
+import { onKey } from "../bench/keys";
+
+interface Popup<Box> {
+  open: Signal<boolean>;
+  /** Holds the button, which comes first, and what it opens. */
+  box: RefObject<Box | null>;
+  /** Closes it; the focus is on the button again. */
+  close: () => void;
+}
+
+export function usePopup<Box extends HTMLElement>(): Popup<Box> {
+  const open = useSignal(false);
+  const box = useRef<Box>(null);
+  const close = () => {
+    open.value = false;
+    box.current?.querySelector("button")?.focus();
+  };
+  useEffect(() => {
+    if (!open.value) return undefined;
+    const away = (event: Event) => {
+      if (!box.current?.contains(event.target as Node)) open.value = false;
+    };
+    const forget = onKey("Escape", close);
+    document.addEventListener("pointerdown", away, true);
+    document.addEventListener("focusin", away);
+    return () => {
+      forget();
+      document.removeEventListener("pointerdown", away, true);
+      document.removeEventListener("focusin", away);
+    };
+  }, [open.value]);
+  return { open, box, close };
+}
