@@ -46,7 +46,7 @@ export function BundleView({ name, at }: { name: string; at: number | null }) {
         <Button testid="bundles-back" onClick={() => go(pathOf("recorder", null))}>
           {said.back}
         </Button>
-        <h2 class="grow rec-name">{name}</h2>
+        <h1 class="grow rec-name">{name}</h1>
         <a class="button" href={`${API}/recorder/bundles/${encodeURIComponent(name)}`} download="">
           <Icon name="download" size={15} /> {words.download}
         </a>
