@@ -1,8 +1,7 @@
 """Subset of Inter that the page is served with: Latin, the signs of measured values, weights 400 to 700.
 
     npm pack inter-ui@4.1.1 && tar xf inter-ui-4.1.1.tgz
-    pip install fonttools==4.68.0 brotli==1.2.1
-    python tools/subset_font.py package/variable/InterVariable.woff2
+    python -m tools.subset_font package/variable/InterVariable.woff2
 
 Writes `web/src/style/inter.woff2`. Inter is under the SIL Open Font License 1.1 (THIRD_PARTY.md).
 """
@@ -32,10 +31,10 @@ def main(source: str) -> None:
     # The instancer reads what the subsetter has left from a file.
     file = BytesIO()
     font.save(file)
-    font = instancer.instantiateVariableFont(TTFont(file), {"opsz": 14, "wght": (400, 700)})
-    font.flavor = "woff2"
-    font.save(TARGET)
-    print(f"{TARGET.name}: {TARGET.stat().st_size / 1000:.1f} kB, {len(font.getBestCmap())} characters")
+    made: TTFont = instancer.instantiateVariableFont(TTFont(file), {"opsz": 14, "wght": (400, 700)})
+    made.flavor = "woff2"
+    made.save(TARGET)
+    print(f"{TARGET.name}: {TARGET.stat().st_size / 1000:.1f} kB")
 
 
 def without_wide_hyphen(font: TTFont) -> None:

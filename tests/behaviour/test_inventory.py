@@ -65,8 +65,8 @@ def test_notes_on_a_servo_outlive_the_server_and_are_audited_and_a_nickname_leav
         lease = await rig.lease()
         said = {"notes": "  New gears.\nLeft play: 0.2°  "}
         assert json(await rig.call("PATCH", f"/inventory/{uid}", said, lease=lease))["notes"] == said["notes"].strip()
-        for _ in range(2):
-            named = json(await rig.call("PATCH", f"/inventory/{uid}", {"label": "Spare"}))
+        await rig.call("PATCH", f"/inventory/{uid}", {"label": "Spare"})
+        named = json(await rig.call("PATCH", f"/inventory/{uid}", {"label": "Spare"}))
         assert (named["label"], named["notes"]) == ("Spare", said["notes"].strip())
         (row,) = rig.host.store.audit.rows(action="notes")
         assert (row.entry.by, row.entry.before, row.entry.after) == ("test", "", said["notes"].strip())

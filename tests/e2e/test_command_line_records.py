@@ -165,6 +165,7 @@ def test_what_the_server_keeps_is_listed_and_a_servo_that_is_there_is_not_forgot
     assert "Rudder" in said(bench, "inventory", "list")
     assert serial in said(bench, "inventory", "list", "--csv")
     assert "angle_p_gain" in said(bench, "inventory", "show", "Rudder")
+    assert "New gears" in said(bench, "inventory", "note", "Rudder", "New gears")
     assert "busy" in said(bench, "inventory", "forget", "Rudder", "--yes", code=6)
     assert "label" in said(bench, "audit", "--servo", "Rudder", "--action", "label")
     assert said(bench, "audit", "--csv").startswith("id,time,by,")

@@ -1,6 +1,6 @@
 """The base of every shape, and field types with their descriptions."""
 
-from typing import Annotated, Literal, TypeAlias
+from typing import Annotated, ClassVar, Literal, TypeAlias
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field
 from typing_extensions import TypeAliasType
@@ -54,10 +54,10 @@ ConfirmCode = TypeAliasType("ConfirmCode", Literal[_Safety, _Motion])
 Confirmed = Annotated[list[ConfirmCode], Field(description=_CONFIRM)]
 
 STRICT = ConfigDict(extra="forbid", json_schema_serialization_defaults_required=True)
-"""Configuration of the dataclasses: no undeclared fields, in the schema either."""
+"""Configuration of dataclasses: no undeclared fields, in the schema either; what is answered has every field."""
 
 
 class Model(BaseModel):
     """Base of every fact and request: unknown fields are refused, objects are readable by attribute."""
 
-    model_config = ConfigDict(**STRICT, from_attributes=True)
+    model_config: ClassVar[ConfigDict] = {**STRICT, "from_attributes": True}

@@ -1,7 +1,7 @@
 """One servo: its state, parameters and faults as last read, and what is polled of it."""
 
 import dataclasses
-from typing import Annotated, Literal
+from typing import Annotated, ClassVar, Literal
 
 from pydantic import ConfigDict, Field
 from pydantic.dataclasses import dataclass
@@ -22,12 +22,12 @@ class Reading:
     Not validated, because sockets send many.
     """
 
-    __pydantic_config__ = ConfigDict(
+    __pydantic_config__: ClassVar[ConfigDict] = {
         **STRICT,
-        json_schema_extra={
+        "json_schema_extra": {
             "description": "One parameter as last read from RAM, with its ROM value and this model's limits."
         },
-    )
+    }
 
     key: Annotated[str, Field(description="Parameter key.")]
     address: Annotated[int, Field(description="Register address.")]

@@ -98,8 +98,13 @@ def reading_types(catalog: Catalog) -> dict[str, type[Model]]:
 def reading_set(catalog: Catalog) -> Any:
     """Readings by key, each of its row's type; rows that a servo lacks are absent."""
     made = _TypedDict("ReadingByKey", reading_types(catalog), total=False)
-    made.__pydantic_config__ = ConfigDict(extra="forbid", json_schema_serialization_defaults_required=False)
+    made.__pydantic_config__ = ConfigDict(extra="forbid", json_schema_extra=_none_required)
     return made
+
+
+def _none_required(schema: JsonSchema) -> None:
+    """For pydantic requires every key of what is answered, by the configuration of the model round it."""
+    schema.pop("required", None)
 
 
 @cache
