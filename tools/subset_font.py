@@ -9,6 +9,7 @@ Writes `web/src/style/inter.woff2`. Inter is under the SIL Open Font License 1.1
 import sys
 from io import BytesIO
 from pathlib import Path
+from typing import cast
 
 from fontTools import subset
 from fontTools.ttLib import TTFont
@@ -31,7 +32,7 @@ def main(source: str) -> None:
     # The instancer reads what the subsetter has left from a file.
     file = BytesIO()
     font.save(file)
-    made: TTFont = instancer.instantiateVariableFont(TTFont(file), {"opsz": 14, "wght": (400, 700)})
+    made = cast(TTFont, instancer.instantiateVariableFont(TTFont(file), {"opsz": 14, "wght": (400, 700)}))
     made.flavor = "woff2"
     made.save(TARGET)
     print(f"{TARGET.name}: {TARGET.stat().st_size / 1000:.1f} kB")
