@@ -1,7 +1,7 @@
 /** What opens over the page from a button of its own: Esc, a press beside it and the focus elsewhere close it. */
 import { type Signal, useSignal } from "@preact/signals";
 import type { RefObject } from "preact";
-import { useEffect, useRef } from "preact/hooks";
+import { useLayoutEffect, useRef } from "preact/hooks";
 import { onKey } from "../bench/keys";
 
 interface Popup<Box> {
@@ -19,7 +19,7 @@ export function usePopup<Box extends HTMLElement>(): Popup<Box> {
     open.value = false;
     box.current?.querySelector("button")?.focus();
   };
-  useEffect(() => {
+  useLayoutEffect(() => {
     if (!open.value) return undefined;
     const away = (event: Event) => {
       if (!box.current?.contains(event.target as Node)) open.value = false;
