@@ -19,6 +19,7 @@ ELSEWHERE = {
     "jobs wait": "tests/e2e/test_command_line_records.py",
     "snapshots diff": "tests/e2e/test_command_line_records.py",
     "demo": "tests/e2e/conftest.py",
+    "inventory note": "tests/e2e/test_command_line_records.py",
     "lost apply": "tests/e2e/test_command_line_records.py",
     "lost show": "tests/e2e/test_command_line_records.py",
     "openapi": "tests/e2e/test_command_line.py",
