@@ -270,7 +270,7 @@ def test_where_the_system_chooses_the_colours_the_chosen_page_and_segment_are_st
     page.emulate_media(forced_colors="active")
     show(page, demo, "records#profiles")
     colours = page.evaluate(
-        """() => [...document.querySelectorAll('.records-head .segments > *')]
+        """() => [...document.querySelectorAll('.page-head .segments > *')]
             .map(one => [one.getAttribute('aria-pressed'), getComputedStyle(one).backgroundColor])"""
     )
     chosen = {colour for pressed, colour in colours if pressed == "true"}

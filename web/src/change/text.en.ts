@@ -8,7 +8,6 @@ export const words = {
     open: (row: string) => `What ${row} does`,
     register: "Register",
     raw: "Raw",
-    rawNow: (raw: number) => String(raw),
     unread: "not read",
     step: "Step",
     stepOf: (step: string) => `${step} each`,

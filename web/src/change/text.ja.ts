@@ -10,7 +10,6 @@ export const words = {
     open: row => `${row}の説明`,
     register: "レジスター",
     raw: "生値",
-    rawNow: raw => String(raw),
     unread: "未読み出し",
     step: "刻み",
     stepOf: step => `${step}ずつ`,

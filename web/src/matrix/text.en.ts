@@ -32,7 +32,6 @@ export const words = {
   outlier: (usual: string) => `Differs: the others of this model hold ${usual}`,
   outlierWord: "differs",
   apart: "The servos of one model hold different values, none of them most of the time",
-  apartWord: "no majority",
   staged: (ram: string) => `Staged. RAM holds ${ram}`,
   unsaved: "in RAM only",
   cell: (row: string, servo: string, value: string, state: string) =>

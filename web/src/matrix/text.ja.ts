@@ -32,7 +32,6 @@ export const words = {
   outlier: usual => `相違: 同じ機種の他のサーボは${usual}`,
   outlierWord: "相違",
   apart: "同じ機種で値がばらばらで、多数を占める値がありません",
-  apartWord: "多数なし",
   staged: ram => `編集済み。RAMの値 ${ram}`,
   unsaved: "RAMのみ",
   cell: (row, servo, value, state) => `${row}、${servo}: ${value}${state === "" ? "" : `、${state}`}`,

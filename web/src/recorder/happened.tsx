@@ -39,6 +39,8 @@ export function recordingOf(
 const NEAR_S = 2;
 /** What is saved begins so long before. */
 const LEAD_S = 30;
+/** As far as the recorder reaches at most. */
+const MOST_S = 600;
 
 interface HappenedProps {
   of: Occurrence;
@@ -100,6 +102,3 @@ export function Happened({ of, bundles, state, onAsked }: HappenedProps) {
     </>
   );
 }
-
-/** As far as the recorder reaches at most. */
-const MOST_S = 600;

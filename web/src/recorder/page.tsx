@@ -42,7 +42,7 @@ const at = wordInAddress("at");
 
 export function RecorderPage({ hash }: { hash: string }) {
   return (
-    <div class="page records" data-testid="recorder-page">
+    <div class="page list-page" data-testid="recorder-page">
       {hash === "" ? (
         <Bundles />
       ) : (
@@ -66,7 +66,7 @@ function Bundles() {
   const found = list.value.value;
   return (
     <>
-      <div class="page-head records-head">
+      <div class="page-head">
         <h1>{text.nav.recorder}</h1>
       </div>
       <Scroll label={text.nav.recorder} testid="recorder">

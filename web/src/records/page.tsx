@@ -20,8 +20,8 @@ type Part = (typeof PARTS)[number];
 export function RecordsPage({ hash }: { hash: string }) {
   const { part, uid } = partOf<Part>(hash, PARTS);
   return (
-    <div class="page records" data-testid="records-page" data-part={part}>
-      <div class="page-head records-head">
+    <div class="page list-page" data-testid="records-page" data-part={part}>
+      <div class="page-head">
         <h1>{words.title}</h1>
         <Segments<Part>
           label={words.parts}

@@ -12,7 +12,6 @@ export const words = {
   form: {
     label: "What the step test does",
     step: "Step",
-    stepHint: "−45 to +45",
     runs: "Runs",
     dwell: "Watch each side for",
     note: "Note: load, mounting",
@@ -102,7 +101,6 @@ export const words = {
     errorMean: "mean of 200\u202fms",
     ofStep: "of the step",
     sample: "One sample",
-    sampleHint: "the error of every time",
     plusMinus: (ms: string) => `±${ms}`,
     never: "never",
     spread: (low: string, high: string, n: number) => `${low} to ${high} in ${n}`,

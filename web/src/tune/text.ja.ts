@@ -12,7 +12,6 @@ export const words = {
   form: {
     label: "ステップ試験の内容",
     step: "ステップ",
-    stepHint: "−45～+45",
     runs: "回数",
     dwell: "片側の観測時間",
     note: "メモ: 負荷、取り付け",
@@ -97,7 +96,6 @@ export const words = {
     errorMean: "200\u202fmsの平均",
     ofStep: "ステップ比",
     sample: "1サンプル",
-    sampleHint: "各時間の誤差",
     plusMinus: ms => `±${ms}`,
     never: "未到達",
     spread: (low, high, n) => `${n}回で${low}～${high}`,
