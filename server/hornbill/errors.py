@@ -8,7 +8,7 @@ HornbillError
 │   ├── PortOpenFailed    bus_open_failed: an address that cannot be opened, and the remedy
 │   └── BusDisconnected   bus_disconnected: no bus, or the bus was lost while we waited
 │       └── BusReadOnly   bus_read_only: the bus is a recording, so nothing can be sent
-├── NoAnswer              no_answer: asked, and nothing came back in any of the tries
+├── NoResponse              no_response: asked, and nothing came back in any of the tries
 ├── Refused               refused_by_servo: the servo answered, and said no
 ├── DidNotMove            did_not_move: the horn was commanded, and did not do it
 ├── NotAsWanted           not_as_wanted: RAM or ROM was found to hold something else than what was written
@@ -208,10 +208,10 @@ class BusReadOnly(BusDisconnected):
     title = "The bus is a recording"
 
 
-class NoAnswer(HornbillError):
+class NoResponse(HornbillError):
     """Every try went unanswered. Whether the servo acted is not known."""
 
-    code = "no_answer"
+    code = "no_response"
     title = "The servo did not answer"
 
 

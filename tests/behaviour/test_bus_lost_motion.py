@@ -42,7 +42,7 @@ async def test_torque_off_is_owed_for_as_long_as_the_bus_is_away(rig: Rig, away_
     await rig.cable.unplug()
     await asyncio.sleep(away_s)
     assert rig.sim(servo).output == 0
-    assert len(rig.events("no_answer")) == (away_s > 10), "named once"
+    assert len(rig.events("no_response")) == (away_s > 10), "named once"
     await back(rig)
     await asyncio.sleep(0.1)
     assert rig.sim(servo).output == 1
@@ -90,7 +90,7 @@ async def test_a_servo_that_was_switched_off_gets_it_when_it_answers(rig: Rig) -
     await asyncio.sleep(5)
     await back(rig)
     await asyncio.sleep(300)
-    assert len(rig.events("no_answer")) == 1
+    assert len(rig.events("no_response")) == 1
     rig.bench.power(servo.uid, True)
     await asyncio.sleep(8)
     assert rig.sim(servo).output == 1
@@ -104,7 +104,7 @@ async def test_it_is_owed_over_a_disconnect_and_paid_on_the_bus_that_is_connecte
     await rig.cable.unplug()
     await asyncio.sleep(5)
     json(await rig.call("DELETE", "/bus"))
-    assert servo.title in rig.events("no_answer")[0].text
+    assert servo.title in rig.events("no_response")[0].text
     await asyncio.sleep(5)
     rig.cable.plug_in()
     json(await rig.call("PUT", "/bus", {"address": "memory:other", "bitrate": 1_000_000}))

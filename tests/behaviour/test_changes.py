@@ -110,12 +110,12 @@ async def test_a_servo_that_falls_mute_half_way_and_stays_so_has_rows_that_nobod
     once_written(rig, "timeout_time", mute)
     answer = json(await patching(rig, servo, EIGHT))
     assert answer["outcome"] == "rolled_back"
-    assert answer["problem"]["code"] == "no_answer"
-    assert verdicts(answer) == dict.fromkeys(list(EIGHT)[:5], "no_answer")
+    assert answer["problem"]["code"] == "no_response"
+    assert verdicts(answer) == dict.fromkeys(list(EIGHT)[:5], "no_response")
     assert {change["after"] for change in answer["changes"]} == {None}
     (told,) = rig.events("not_rolled_back")
     assert all(servo.registers[key].parameter.label in told.text for key in list(EIGHT)[:5])
-    assert {row.entry.outcome for row in rig.host.store.audit.rows(uid=servo.uid)} == {"no_answer"}
+    assert {row.entry.outcome for row in rig.host.store.audit.rows(uid=servo.uid)} == {"no_response"}
 
 
 @scene()
@@ -158,7 +158,7 @@ async def test_when_power_is_cut_half_way_what_was_in_ram_is_put_back_or_said_to
     answer = json(await patching(rig, servo, values))
     assert answer["outcome"] == "rolled_back"
     if back_after_s is None:
-        assert set(verdicts(answer).values()) == {"no_answer"}
+        assert set(verdicts(answer).values()) == {"no_response"}
         assert rig.events("not_rolled_back")
         return
     assert set(verdicts(answer).values()) == {"rolled_back"}

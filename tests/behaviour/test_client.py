@@ -119,7 +119,7 @@ def test_no_answer_refused_and_out_of_range_are_three_things() -> None:
         with pytest.raises(errors.Refused):
             await servo.read("angle_boost")
         await rig.call("PATCH", f"/sim/servos/{servo.uid}", {"mute": True})
-        with pytest.raises(errors.NoAnswer):
+        with pytest.raises(errors.NoResponse):
             await servo.read("angle_p_gain")
 
     with_client(scene)
@@ -175,7 +175,7 @@ def test_stop_is_said_by_whom_latches_and_is_cleared() -> None:
 def test_a_job_that_fails_raises_what_it_failed_of() -> None:
     async def scene(rig: Rig, hornbill: AsyncHornbill, servo: AsyncServo) -> None:
         await rig.call("PATCH", f"/sim/servos/{servo.uid}", {"mute": True})
-        with pytest.raises(errors.NoAnswer) as caught:
+        with pytest.raises(errors.NoResponse) as caught:
             await servo.save()
         job: Any = caught.value.facts["job"]
         assert (job["kind"], job["state"]) == ("save", "failed")

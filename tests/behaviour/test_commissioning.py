@@ -277,7 +277,7 @@ async def test_a_servo_unplugged_in_the_middle_is_an_anomaly_and_resuming_goes_o
     await rig.host.jobs.wait(job)
     assert job.state == "failed"
     assert job.error is not None
-    assert job.error.code == "no_answer"
+    assert job.error.code == "no_response"
     assert job.error.detail.startswith("1 of 4 servos failed. 61-000102 ")
     assert "Check its supply and the wiring" in job.error.detail
     shown = json(await rig.call("GET", f"/jobs/{job.id}"))

@@ -177,7 +177,7 @@ async def test_a_save_after_which_the_servo_never_returns_fails_and_claims_nothi
     rig.sim(servo).conditions.restart_delay_s = 1000
     job = await save(rig, servo)
     assert job["state"] == "failed"
-    assert job["error"]["code"] == "no_answer"
+    assert job["error"]["code"] == "no_response"
     assert servo.registers["angle_p_gain"].rom is None, "old or new: nobody knows"
     assert servo.unsaved() == []
     assert servo.state is State.OFFLINE
@@ -290,7 +290,7 @@ async def test_a_value_whose_write_was_not_answered_is_stale(rig: Rig, servo: Se
 
     forget = rig.host.hub.listen(deafen)  # it answers the read before the write, and nothing after
     refused = await rig.call("PUT", f"/servos/{servo.uid}/parameters/angle_p_gain", {"value": 41})
-    problem(refused, "no_answer", 504)
+    problem(refused, "no_response", 504)
     forget()
     shown = json(await rig.call("GET", f"/servos/{servo.uid}/parameters"))["parameters"]["angle_p_gain"]
     assert shown["stale"] is True

@@ -113,11 +113,11 @@ async def test_refused_by_servo_and_no_answer_are_different(rig: Rig, servo: Ser
     problem(await rig.call("PUT", path, {"value": 41}), "refused_by_servo", 502)
     conditions.refuse_keys.clear()
     conditions.drop_responses_pct = 100
-    problem(await rig.call("GET", path), "no_answer", 504)
-    problem(await rig.call("PUT", path, {"value": 41}), "no_answer", 504)
+    problem(await rig.call("GET", path), "no_response", 504)
+    problem(await rig.call("PUT", path, {"value": 41}), "no_response", 504)
     rig.bench.power(servo.uid, False)
     await asyncio.sleep(4)
-    assert "offline" in problem(await rig.call("PUT", path, {"value": 41}), "no_answer", 504)["detail"]
+    assert "offline" in problem(await rig.call("PUT", path, {"value": 41}), "no_response", 504)["detail"]
 
 
 @scene()

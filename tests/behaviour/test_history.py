@@ -125,7 +125,7 @@ async def test_a_servo_that_is_only_remembered_has_its_history_and_its_rom_too(r
     differences = (await compare(rig, f"rom:{uid}", f"snapshot:{found[0]['id']}"))["differences"]
     gain = next(one for one in differences if one["key"] == "angle_p_gain")
     assert (gain["left"], gain["right"]) == (33, 44)
-    problem(await rig.call("GET", f"/compare?left=servo:{uid}&right=rom:{uid}"), "no_answer", 504)
+    problem(await rig.call("GET", f"/compare?left=servo:{uid}&right=rom:{uid}"), "no_response", 504)
 
 
 @scene()
@@ -333,5 +333,5 @@ async def test_an_offline_servo_gives_no_snapshot(rig: Rig, servo: Servo) -> Non
     async with asyncio.timeout(10):
         while servo.online:
             await asyncio.sleep(0.1)
-    problem(await rig.call("POST", f"/servos/{servo.uid}/snapshots"), "no_answer", 504)
+    problem(await rig.call("POST", f"/servos/{servo.uid}/snapshots"), "no_response", 504)
     assert await listed(rig, servo) == []

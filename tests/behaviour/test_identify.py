@@ -290,7 +290,7 @@ async def test_with_a_fifth_of_all_frames_lost_it_works_or_fails_and_restores_al
 
     async def wiggle(watched: list[Watched]) -> None:
         job = await identify(rig, servo)
-        assert job["state"] == "succeeded" or job["error"]["code"] in ("no_answer", "lease_required"), job
+        assert job["state"] == "succeeded" or job["error"]["code"] in ("no_response", "lease_required"), job
         bounded(watched[0])
 
     await watching(rig, [servo], wiggle)

@@ -222,7 +222,7 @@ async def test_reading_answers_what_each_has_and_the_problem_of_who_is_silent(ri
     listed = ",".join([servos[0].uid, silent.uid, "0" * 32])
     fresh = json(await rig.call("GET", f"/parameters?uids={listed}&keys=angle_p_gain&refresh=true"))["servos"]
     assert fresh[servos[0].uid]["parameters"]["angle_p_gain"]["value"] == 98
-    assert fresh[silent.uid]["problem"]["code"] == "no_answer"
+    assert fresh[silent.uid]["problem"]["code"] == "no_response"
     assert fresh[silent.uid]["parameters"] == {}
     assert fresh["0" * 32]["problem"]["code"] == "unknown_servo"
     problem(await rig.call("GET", "/parameters?keys=nonsense"), "unknown_parameter", 404)

@@ -294,7 +294,7 @@ async def test_who_waits_for_a_servo_that_is_let_go_is_told_why(rig: Rig, servo:
     rig.bus.loss(100)
     await asyncio.sleep(2)
     rig.bus.loss(0)
-    assert "before it settled: " in problem(await waiter, "no_answer", 504)["detail"]
+    assert "before it settled: " in problem(await waiter, "no_response", 504)["detail"]
     await asyncio.sleep(1)
     json(await rig.call("POST", f"/servos/{servo.uid}/torque", {"mode": "on"}, lease=lease))
     waiter = await waiting()
@@ -366,7 +366,7 @@ async def test_nothing_can_be_energised_while_the_bus_is_being_left(rig: Rig) ->
     problem(await rig.call("POST", f"/servos/{other.uid}/torque", {"mode": "on"}, lease=lease), "bus_disconnected", 503)
     json(await leaving)
     assert rig.sim(other).output == 1
-    assert any(event.uid == deaf.uid for event in rig.events("no_answer")), "it was not confirmed, and that is said"
+    assert any(event.uid == deaf.uid for event in rig.events("no_response")), "it was not confirmed, and that is said"
 
 
 @pytest.mark.parametrize("value", [1e308, -1e308])

@@ -231,6 +231,6 @@ async def test_a_servo_that_is_off_is_told_before_anything_is_written(rig: Rig) 
     rig.bench.power(servos[2].uid, on=False)
     await asyncio.sleep(4)
     job = await apply(rig, servos)
-    assert (job["state"], job["error"]["code"]) == ("failed", "no_answer")
+    assert (job["state"], job["error"]["code"]) == ("failed", "no_response")
     assert outcomes(job) == ["not_tried", "not_tried", "rejected"]
     assert rig.writes() == []

@@ -275,7 +275,7 @@ async def test_power_lost_in_the_middle_is_told_with_what_is_not_done_and_the_sn
     job_id = await reset_until(rig, servo, "read")
     rig.bench.power(servo.uid, False)
     job = await ended(rig, job_id)
-    assert (job["state"], job["error"]["code"]) == ("failed", "no_answer")
+    assert (job["state"], job["error"]["code"]) == ("failed", "no_response")
     assert {"Saved to ROM", "Every row verified"} <= set(job["error"]["not_done"])
     assert "Not done: " in job["error"]["detail"]
     held = rig.host.history.snapshots.get(job["error"]["snapshot"])
@@ -438,5 +438,5 @@ async def test_a_dry_run_is_refused_for_every_reason_the_real_one_is(rig: Rig, v
     await ended(rig, job_id)
     rig.bench.power(servo.uid, False)
     await asyncio.sleep(4)
-    await both("no_answer", 504)
+    await both("no_response", 504)
     assert erases(rig) == (1 if verb == "factory-reset" else 0)

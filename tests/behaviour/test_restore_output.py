@@ -265,7 +265,7 @@ async def test_a_servo_that_has_not_confirmed_the_stop_is_left_to_it(rig: Rig, s
     await stop(rig)
     started = json(await rig.call("POST", "/stop/restore", {"uids": [servo.uid]}), 202)
     job = await rig.host.jobs.wait(rig.host.jobs.get(started["id"]))
-    assert (job.state, job.error.code if job.error else None) == ("failed", "no_answer")
+    assert (job.state, job.error.code if job.error else None) == ("failed", "no_response")
     rig.sim(servo).conditions.drop_responses_pct = 0
     await asyncio.sleep(2)
     assert rig.sim(servo).output == 1
@@ -280,7 +280,7 @@ async def test_a_servo_to_which_a_stop_is_still_written_is_told_of_though_it_can
     await asyncio.sleep(2)
     rig.sim(servo).conditions.drop_responses_pct = 0  # and the next write comes a quarter of a second later
     (found,) = json(await rig.call("POST", "/stop/restore", {"dry_run": True, "uids": [servo.uid]}))["servos"]
-    assert found["problem"]["code"] == "no_answer"
+    assert found["problem"]["code"] == "no_response"
     assert "has not confirmed" in found["problem"]["detail"]
     await asyncio.sleep(1)
     (found,) = json(await rig.call("POST", "/stop/restore", {"dry_run": True}))["servos"]

@@ -259,7 +259,7 @@ async def test_of_a_servo_that_stays_away_rom_is_not_known_and_the_wait_is_bound
     rig.bench.power(servo.uid, False)
     job = await ended(rig, job_id)
     assert asyncio.get_running_loop().time() - began < 50
-    assert (job["state"], job["error"]["code"]) == ("failed", "no_answer")
+    assert (job["state"], job["error"]["code"]) == ("failed", "no_response")
     assert "What ROM holds is not known" in job["error"]["detail"]
     assert job["error"]["snapshot"] > 0
     assert servo.registers["angle_p_gain"].rom is None

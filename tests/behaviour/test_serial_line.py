@@ -45,7 +45,7 @@ async def test_six_servos_stay_online_on_a_slow_line_and_nothing_is_dropped(rig:
     assert adapter.dropped == 0
     assert rig.events("servo_offline") == []
     asked = rig.host.requests.asked - asked
-    assert asked["poll", "no_answer"] == 0
+    assert asked["poll", "no_response"] == 0
     polled = asked["poll", "answered"] / 20
     assert polled * READ_BYTES <= BUDGET * SLOW / 10
     used = (adapter.statistics.line_bytes - received) / 20 / (SLOW / 10)
@@ -70,7 +70,7 @@ async def test_a_wish_for_more_than_the_line_carries_is_cut_to_what_it_carries(r
     asked = rig.host.requests.asked - asked
     assert asked["poll", "answered"] / took * READ_BYTES <= BUDGET * SLOW / 10 * 1.02
     assert (adapter.statistics.line_bytes - received) / took <= FULL * SLOW / 10
-    assert (adapter.dropped, asked["poll", "no_answer"]) == (0, 0)
+    assert (adapter.dropped, asked["poll", "no_response"]) == (0, 0)
     assert all(servo.online for servo in servos)
 
 

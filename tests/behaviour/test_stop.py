@@ -434,7 +434,7 @@ async def test_a_brake_that_was_asked_for_and_not_answered_is_owed_as_the_brake(
     servo = (await rig.ready(2))[0]
     await commanded(rig, servo)
     rig.bus.loss(100)
-    problem(await rig.call("POST", f"/servos/{servo.uid}/torque", {"mode": "brake"}), "no_answer", 504)
+    problem(await rig.call("POST", f"/servos/{servo.uid}/torque", {"mode": "brake"}), "no_response", 504)
     assert rig.sim(servo).output == 0
     rig.bus.loss(0)
     await asyncio.sleep(0.3)

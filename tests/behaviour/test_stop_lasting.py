@@ -211,9 +211,9 @@ async def test_a_servo_that_does_not_answer_is_named_in_an_event_after_a_second_
     state = await press(rig)
     assert {one["label"]: one["confirmed"] for one in state["servos"]} == {servo.title: False, other.title: True}
     await asyncio.sleep(0.7)
-    assert not rig.events("no_answer")
+    assert not rig.events("no_response")
     await asyncio.sleep(2)
-    said = rig.events("no_answer")
+    said = rig.events("no_response")
     assert len(said) == 1
     assert servo.title in said[0].text
     assert other.title not in said[0].text
@@ -231,7 +231,7 @@ def test_twenty_servos_behind_a_lost_bus_are_named_in_one_event() -> None:
         rig.bus.loss(100)
         rig.host.stop.now("off", "test", "")
         await asyncio.sleep(1.5)
-        said = rig.events("no_answer")
+        said = rig.events("no_response")
         assert len(said) == 1
         assert all(servo.title in said[0].text for servo in servos)
         rig.bus.loss(0)

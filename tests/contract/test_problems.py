@@ -16,7 +16,7 @@ from hornbill.api.problems import STATUS, problem
 
 FIXED = {
     "unknown_servo": 404, "unknown_parameter": 404, "not_in_this_model": 409, "read_only": 409,
-    "forbidden_parameter": 403, "out_of_range": 422, "invalid_value": 422, "refused_by_servo": 502, "no_answer": 504,
+    "forbidden_parameter": 403, "out_of_range": 422, "invalid_value": 422, "refused_by_servo": 502, "no_response": 504,
     "bus_disconnected": 503, "mode_off": 409, "lease_required": 428, "lease_held": 409, "stopped": 423, "busy": 409,
     "stale_revision": 412, "forbidden_origin": 403,
 }  # fmt: skip

@@ -138,7 +138,7 @@ def test_no_answer_refused_and_stopped_end_with_different_codes(bench: Demo) -> 
     assert hornbill(bench, "get", servo["serial"], "angle_boost").returncode == 5
     bench.api.patch(sim, json={"refuse_keys": [], "mute": True}).raise_for_status()
     silent = hornbill(bench, "get", servo["serial"], "angle_boost")
-    assert (silent.returncode, silent.stderr.split(":")[0]) == (4, "no_answer")
+    assert (silent.returncode, silent.stderr.split(":")[0]) == (4, "no_response")
     bench.api.patch(sim, json={"mute": False}).raise_for_status()
     assert hornbill(bench, "stop").returncode == 0
     stopped = hornbill(bench, "command", servo["serial"], "5")

@@ -34,7 +34,7 @@ STATUS: dict[str, int] = {
     "out_of_range": 422,
     "invalid_value": 422,
     "refused_by_servo": 502,
-    "no_answer": 504,
+    "no_response": 504,
     "bus_disconnected": 503,
     "bus_read_only": 409,
     "bus_open_failed": 502,
@@ -93,7 +93,7 @@ def _common(*codes: str) -> str:
 
 
 ALONE: Final = (
-    "invalid_value", "bus_disconnected", "no_answer", "unknown_servo", "refused_by_servo", "not_in_this_model",
+    "invalid_value", "bus_disconnected", "no_response", "unknown_servo", "refused_by_servo", "not_in_this_model",
     "stopped", "lease_required", "forbidden_parameter", "store_failed",
 )  # fmt: skip
 """Codes that are often the only one of their status: each has a response of its own."""

@@ -19,7 +19,7 @@ class Exit(IntEnum):
     FAILED = 1
     USAGE = 2
     NO_SERVER = 3
-    NO_ANSWER = 4
+    NO_RESPONSE = 4
     REFUSED = 5
     BLOCKED = 6
     NOT_ALLOWED = 7
@@ -31,7 +31,7 @@ MEANS: Final = {
     Exit.FAILED: "it cannot be done as asked, or was found not to be as wanted",
     Exit.USAGE: "wrong words on the command line",
     Exit.NO_SERVER: "no server",
-    Exit.NO_ANSWER: "the servo did not answer: nobody knows whether it acted",
+    Exit.NO_RESPONSE: "the servo did not answer: nobody knows whether it acted",
     Exit.REFUSED: "the servo said no",
     Exit.BLOCKED: "not now: stopped, busy, somebody else has motion control, no bus",
     Exit.NOT_ALLOWED: "no token, or one that may not do this",
@@ -53,8 +53,8 @@ _BY_CODE = {
 
 def code_of(error: HornbillError) -> Exit:
     """The exit code of an error."""
-    if isinstance(error, errors.NoAnswer):
-        return Exit.NO_ANSWER
+    if isinstance(error, errors.NoResponse):
+        return Exit.NO_RESPONSE
     if isinstance(error, errors.Refused):
         return Exit.REFUSED
     if isinstance(error, _BLOCKED):

@@ -504,7 +504,7 @@ class Change(TypedDict):
     """Parameter key."""
     requested: bool | int | float | str | None
     """Requested value."""
-    verdict: Literal["planned", "applied", "clamped", "refused", "no_answer", "unchanged", "rolled_back"]
+    verdict: Literal["planned", "applied", "clamped", "refused", "no_response", "unchanged", "rolled_back"]
     """Result. planned: of a dry run, or torque_mode on, which the following save writes."""
 
 

@@ -11,7 +11,7 @@ from hornbill.domain.fields import STRICT, Model, Param, Params
 from hornbill.domain.note import Note, NoteCode
 from hornbill.schema.scale import Value
 
-Verdict = Literal["planned", "applied", "clamped", "refused", "no_answer", "unchanged", "rolled_back"]
+Verdict = Literal["planned", "applied", "clamped", "refused", "no_response", "unchanged", "rolled_back"]
 Code = Literal["no_torque", "brake", "holds", "unknown", "unknown_start", "stays", "moves"]
 ChangeOutcome = TypeAliasType("ChangeOutcome", Literal["applied", "rolled_back", "planned"])
 LineState = Literal[

@@ -59,7 +59,7 @@ EventCode = TypeAliasType(
         "stopped",
         "stopped_late",
         "stop_cleared",
-        "no_answer",
+        "no_response",
         "torque_off",
         # recordings, store
         "bundle_written",

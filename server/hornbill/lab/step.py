@@ -6,7 +6,7 @@ from typing import Final, Literal, cast
 
 from hornbill.domain.fields import known
 from hornbill.domain.step_test import StepMetrics, StepTrace
-from hornbill.errors import DidNotMove, HornbillError, InvalidValue, NoAnswer
+from hornbill.errors import DidNotMove, HornbillError, InvalidValue, NoResponse
 from hornbill.lab import metrics
 from hornbill.schema.scale import Value
 from hornbill.servo.device.identification import read_rows
@@ -66,7 +66,7 @@ class StepTests:
         self._store = store
 
     def begin(self, servo: Servo, lease_id: str | None, wish: StepPlan) -> RunningJob:
-        """Start a test. Raises Stopped, LeaseRequired, LeaseHeld, Busy, NoAnswer, InvalidValue; nothing was sent."""
+        """Start a test. Raises Stopped, LeaseRequired, LeaseHeld, Busy, NoResponse, InvalidValue; nothing was sent."""
         if not 0 < abs(wish.step_deg) <= LARGEST_DEG:
             raise InvalidValue(
                 f"A step of {wish.step_deg:g}° is no step test. Enter up to ±{LARGEST_DEG:g}°, not 0.",
@@ -142,7 +142,7 @@ class StepTests:
             asked = self._base.now()
             try:
                 angle = await self._angle(servo)
-            except NoAnswer:
+            except NoResponse:
                 continue  # a gap is a gap: it widens the error of the times around it
             at = (asked + self._base.now()) / 2 - commanded
             if at <= t[-1]:

@@ -187,7 +187,7 @@ class Participant:
         With `urgent` it is sent at once, beside whatever is under way. `timeout` (seconds) runs from each
         sending; allow more than one of the `tries` only where doing it twice does no harm.
 
-        Raises ValueError for arguments out of range at the call. Raises NoAnswer, BusDisconnected, what the
+        Raises ValueError for arguments out of range at the call. Raises NoResponse, BusDisconnected, what the
         port refuses (ForbiddenParameter) and, beyond 32 urgent ones, Busy when awaited.
         """
         if not 1 <= destination <= 127 or destination == self.node_id:

@@ -5,7 +5,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any, Final
 
-from hornbill.errors import Busy, NoAnswer
+from hornbill.errors import Busy, NoResponse
 from hornbill.node.hooks import Hooks
 from hornbill.node.lanes import Lanes
 from hornbill.units import Instant
@@ -134,7 +134,7 @@ class Requests:
     ) -> Any:
         """The decoded answer, of which `fits` says whether it can be one to this request.
 
-        Raises NoAnswer `patience_s` after the last try, and what `transmit` raises. Cancelling it frees the node for
+        Raises NoResponse `patience_s` after the last try, and what `transmit` raises. Cancelling it frees the node for
         the next request at once.
         """
         done: asyncio.Future[Any] = asyncio.get_running_loop().create_future()
@@ -298,7 +298,7 @@ class Requests:
         tried = len(exchange.sent)
         service = exchange.data_type.name.rpartition(".")[2]
         exchange.done.set_exception(
-            NoAnswer(
+            NoResponse(
                 f"Node {exchange.destination} did not answer {service} in {tried} "
                 f"{'try' if tried == 1 else 'tries'} of {exchange.patience_s * 1000:.0f} ms. "
                 "Check its power, its cable and the bus.",

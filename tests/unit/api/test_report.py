@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from hornbill.api.reports.data_forms import as_csv, as_json
 from hornbill.api.reports.html_form import as_html
 from hornbill.api.reports.junit_form import as_junit
-from hornbill.errors import NoAnswer
+from hornbill.errors import NoResponse
 from hornbill.schema.catalog import Catalog
 from hornbill.servo.configuration.record import ServoRecord, of_result
 from hornbill.servo.runs.report import Report, report
@@ -35,7 +35,7 @@ def sheet(uid: Uid = FIRST, label: str = "knee", **more: object) -> ServoRecord:
         "units": {"angle_limit_ccw": "°"}, "held_in": "rom", "verdict": "done", "started_at": 10.0, "ended_at": 12.5,
     }  # fmt: skip
     if isinstance(problem := more.get("problem"), str):
-        more["problem"] = {"code": "no_answer", "detail": problem}
+        more["problem"] = {"code": "no_response", "detail": problem}
     (made,) = of_result({"servos": [{"uid": uid, **known, **more}]}).values()
     return made
 
@@ -55,7 +55,7 @@ def job(*sheets: ServoRecord, failed: bool = False, kind: str = "commissioning",
     made = RunningJob("f00d" * 4, kind, None, listed, 10.0, lambda: 0.0, lambda _job: None)
     made.result = {"servos": [one.document() for one in sheets], **more}
     made.state, made.ended_at = ("failed" if failed else "succeeded"), 13.0
-    made.error = NoAnswer("The second servo did not answer.", cause=None) if failed else None
+    made.error = NoResponse("The second servo did not answer.", cause=None) if failed else None
     return made
 
 
@@ -188,7 +188,7 @@ def test_a_job_that_kept_no_sheet_is_told_from_its_steps_and_the_inventory() -> 
     assert [len(unit.steps) for unit in made.targets] == [1]
     found = made.targets[0].record
     assert (found.serial, found.label, found.firmware, found.verdict) == ("61-000123", "knee", "1.300", "done")
-    one.state, one.error = "failed", NoAnswer("It is gone.", cause=None)
+    one.state, one.error = "failed", NoResponse("It is gone.", cause=None)
     assert report(one, lambda _uid: None).targets[0].record.problem_text == "It is gone."
 
 

@@ -26,7 +26,7 @@ def test_no_failure_is_a_success(kind: type[errors.HornbillError]) -> None:
     ("error", "code"),
     [
         (NoServer("x", cause=None, sent=False), Exit.NO_SERVER),
-        (errors.NoAnswer("x", cause=None), Exit.NO_ANSWER),
+        (errors.NoResponse("x", cause=None), Exit.NO_RESPONSE),
         (errors.Refused("x", cause=None), Exit.REFUSED),
         (errors.Stopped("x", cause=None), Exit.BLOCKED),
         (errors.Busy("x", cause=None), Exit.BLOCKED),
@@ -46,7 +46,7 @@ def test_every_kind_of_failure_has_its_number(error: errors.HornbillError, code:
 
 def test_the_numbers_are_those_that_scripts_know() -> None:
     assert [(one.name, int(one)) for one in Exit] == [
-        ("DONE", 0), ("FAILED", 1), ("USAGE", 2), ("NO_SERVER", 3), ("NO_ANSWER", 4), ("REFUSED", 5), ("BLOCKED", 6),
+        ("DONE", 0), ("FAILED", 1), ("USAGE", 2), ("NO_SERVER", 3), ("NO_RESPONSE", 4), ("REFUSED", 5), ("BLOCKED", 6),
         ("NOT_ALLOWED", 7), ("INTERRUPTED", 130),
     ]  # fmt: skip
 

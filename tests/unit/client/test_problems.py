@@ -29,7 +29,7 @@ def test_what_the_server_raises_is_what_the_program_catches(kind: type[errors.Ho
 
 
 def test_no_answer_and_refused_are_never_the_same() -> None:
-    silent, no = (raised(1, {"code": code, "detail": "x"}) for code in ("no_answer", "refused_by_servo"))
+    silent, no = (raised(1, {"code": code, "detail": "x"}) for code in ("no_response", "refused_by_servo"))
     assert not isinstance(silent, type(no))
     assert not isinstance(no, type(silent))
 

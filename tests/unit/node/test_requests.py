@@ -8,7 +8,7 @@ import pytest
 
 import jumping_clock as clock
 from hornbill.bus.embedded.memory import MemoryBus
-from hornbill.errors import BusDisconnected, Busy, ForbiddenParameter, NoAnswer
+from hornbill.errors import BusDisconnected, Busy, ForbiddenParameter, NoResponse
 from hornbill.node.guard import GuardedPort
 from hornbill.node.participant import Participant
 from hornbill.wire.datatype import Kind
@@ -38,7 +38,7 @@ def test_without_an_answer_every_try_waits_its_time_and_has_its_own_transfer_id(
     async def play() -> None:
         _, host, peer = pair(drop=lambda _: True)
         began = now()
-        with pytest.raises(NoAnswer, match=r"Node 42 did not answer GetSet in 3 tries of 100 ms\.") as caught:
+        with pytest.raises(NoResponse, match=r"Node 42 did not answer GetSet in 3 tries of 100 ms\.") as caught:
             await host.request(42, read("0x38"), timeout=0.1, tries=3)
         assert now() - began == pytest.approx(0.3, abs=0.002)
         assert len({each.transfer_id for each in peer.requests}) == 3
@@ -70,7 +70,7 @@ def test_a_loop_that_was_held_up_does_not_take_its_own_delay_for_the_nodes_silen
 def test_one_try_is_sent_once() -> None:
     async def play() -> None:
         _, host, peer = pair(drop=lambda _: True)
-        with pytest.raises(NoAnswer, match="1 try of 150 ms"):
+        with pytest.raises(NoResponse, match="1 try of 150 ms"):
             await host.request(42, read("0x38"))
         await asyncio.sleep(1)
         assert len(peer.requests) == 1
@@ -106,7 +106,7 @@ def test_a_late_answer_to_an_earlier_try_counts() -> None:
 def test_an_answer_after_the_last_try_is_dropped_and_disturbs_nothing() -> None:
     async def play() -> None:
         _, host, _ = pair(delay=lambda number: 0.2 if number == 0 else 0.0)
-        with pytest.raises(NoAnswer):
+        with pytest.raises(NoResponse):
             await host.request(42, read("0x38"), timeout=0.1)
         for register in range(0x20, 0x28):
             answer = await host.request(42, read(f"0x{register:02X}"), timeout=0.1)
@@ -123,7 +123,7 @@ def test_a_late_answer_is_never_taken_for_one_to_a_later_request() -> None:
 
     async def play() -> None:
         _, host, peer = pair(delay=lambda number: 0.15 if number == 0 else 0.0)
-        with pytest.raises(NoAnswer):
+        with pytest.raises(NoResponse):
             await host.request(42, read("0x00"), timeout=0.1)
         for number in range(1, 41):
             answer = await host.request(42, read(f"0x{number:02X}"), timeout=0.1)
@@ -140,7 +140,7 @@ def test_an_answer_that_names_another_register_is_waited_past_however_late_it_co
 
     async def play() -> None:
         _, host, peer = pair(delay=lambda number: {0: 2.26, 32: 0.09}.get(number, 0.0))
-        with pytest.raises(NoAnswer):
+        with pytest.raises(NoResponse):
             await host.request(42, read("0x00"), timeout=0.1)
         await asyncio.sleep(2.1)
         for number in range(1, 33):
@@ -178,7 +178,7 @@ def test_answers_of_another_node_or_service_or_number_do_not_count() -> None:
         stranger.send(Kind.RESPONSE, answer, destination=HOST, transfer_id=right)
         peer.send(Kind.RESPONSE, answer, destination=HOST, transfer_id=right ^ 1)
         peer.send(Kind.RESPONSE, answer, destination=99, transfer_id=right)
-        with pytest.raises(NoAnswer):
+        with pytest.raises(NoResponse):
             await waiting
         await host.close()
 
@@ -193,7 +193,7 @@ def test_an_answer_that_cannot_be_decoded_is_counted_and_not_taken() -> None:
         asked = peer.requests[0]
         bad = asked._replace(kind=Kind.RESPONSE, source=42, destination=HOST, payload=b"\1\2")
         peer.port.send(split(bad, GetSetResponse.TYPE))
-        with pytest.raises(NoAnswer):
+        with pytest.raises(NoResponse):
             await waiting
         assert host.request_counters.malformed == 1
         await host.close()
@@ -245,7 +245,7 @@ def test_with_a_fifth_of_all_frames_lost_five_tries_read_nearly_everything() -> 
         # A try succeeds with 0.8 for the request and 0.8 ** 3 for the answer: 0.41; eight of them with 0.985.
         answered = sum(isinstance(each, GetSetResponse) for each in results)
         assert answered >= 190
-        assert answered + sum(isinstance(each, NoAnswer) for each in results) == 200
+        assert answered + sum(isinstance(each, NoResponse) for each in results) == 200
         await host.close()
 
     run(play())
@@ -312,7 +312,7 @@ def test_messages_pass_while_requests_wait() -> None:
         peer.say_status(1)
         await asyncio.sleep(0.01)
         assert heard == [42]
-        with pytest.raises(NoAnswer):
+        with pytest.raises(NoResponse):
             await waiting
         await host.close()
 
@@ -330,7 +330,7 @@ def test_each_request_is_given_up_at_its_own_instant() -> None:
         async def ask(node: int, timeout_s: float, tries: int) -> float:
             try:
                 await host.request(node, read("0x38"), timeout=timeout_s, tries=tries)
-            except NoAnswer:
+            except NoResponse:
                 return now() - began
             raise AssertionError("there is nobody to answer")
 
@@ -413,7 +413,7 @@ def test_nodes_do_not_wait_for_each_other() -> None:
         # Five rounds of 10 ms and 16 answers on the wire each: nobody waited for a neighbour's servo.
         assert now() - began < 5 * (0.010 + 16 * 0.0006)
         assert all(peer.names == ["0x20", "0x21", "0x22", "0x23", "0x24"] for peer in others)
-        with pytest.raises(NoAnswer):
+        with pytest.raises(NoResponse):
             await dead
         await host.close()
 
@@ -485,7 +485,7 @@ def test_what_is_more_urgent_waits_for_one_try_of_a_read_and_not_for_all_of_them
         later = asyncio.ensure_future(host.request(42, read("0x39"), timeout=0.1))
         await asyncio.sleep(0.01)
         began = now()
-        with pytest.raises(NoAnswer):
+        with pytest.raises(NoResponse):
             await host.request(42, read("0x00"), priority=17, timeout=0.05)
         assert now() - began == pytest.approx(0.09 + 0.05, abs=0.002)
         assert (await reading).name == "0x38"
@@ -523,7 +523,7 @@ def test_an_urgent_request_goes_at_once_with_a_transfer_id_of_its_own() -> None:
         assert answer.value == integer(1)
         assert now() - began < 0.002
         assert len({each.transfer_id for each in peer.requests}) == 2
-        with pytest.raises(NoAnswer):
+        with pytest.raises(NoResponse):
             await slow
         await asyncio.gather(*queued)
         await host.close()
@@ -541,7 +541,7 @@ def test_urgent_requests_never_share_a_transfer_id_and_the_33rd_is_refused() -> 
         await asyncio.sleep(0.1)
         assert sorted(each.transfer_id for each in peer.requests) == list(range(32))
         results = await asyncio.gather(*tasks, return_exceptions=True)
-        assert all(isinstance(each, NoAnswer) for each in results)
+        assert all(isinstance(each, NoResponse) for each in results)
         await host.close()
 
     run(play())
@@ -576,7 +576,7 @@ def test_a_request_given_up_while_it_waits_is_never_sent() -> None:
         waiting = host.request(42, read("0x21"))
         waiting.send(None)
         waiting.close()
-        with pytest.raises(NoAnswer):
+        with pytest.raises(NoResponse):
             await stuck
         await asyncio.sleep(1)
         assert peer.names == ["0x20"]

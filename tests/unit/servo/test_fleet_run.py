@@ -6,7 +6,7 @@ from collections.abc import Awaitable, Callable, Mapping
 import pytest
 
 import jumping_clock as clock
-from hornbill.errors import Busy, NoAnswer, Stopped
+from hornbill.errors import Busy, NoResponse, Stopped
 from hornbill.servo.configuration.record import ServoRecord, of_result
 from hornbill.servo.runs.fleet_run import FleetJob, NotNeeded, OnAnomaly, RunTarget
 from hornbill.servo.runtime.jobs import Jobs, RunningJob
@@ -75,9 +75,9 @@ def verdicts(job: RunningJob) -> list[str]:
 
 
 def test_a_problem_is_that_servos_own_and_the_first_is_the_jobs() -> None:
-    job = play({A: NoAnswer("silent", cause=None), C: Busy("saving", cause=None, seconds=3)})
+    job = play({A: NoResponse("silent", cause=None), C: Busy("saving", cause=None, seconds=3)})
     assert states(job) == ["failed", "done", "failed"]
-    assert isinstance(job.error, NoAnswer)
+    assert isinstance(job.error, NoResponse)
     assert job.error.detail == "2 of 3 servos failed. silent"
     assert job.error.facts == {
         "uid": A, "uids": [A, C], "also": ["of_servos"], "failed": 2, "targets": 3,
@@ -87,7 +87,7 @@ def test_a_problem_is_that_servos_own_and_the_first_is_the_jobs() -> None:
 
 
 def test_with_stop_the_first_problem_leaves_out_the_rest() -> None:
-    job = play({B: NoAnswer("silent", cause=None)}, "stop")
+    job = play({B: NoResponse("silent", cause=None)}, "stop")
     assert states(job) == ["done", "failed", "skipped"]
     assert job.steps[2].evidence == "left out"
 
@@ -112,7 +112,7 @@ def test_a_cancelled_run_ends_the_step_that_must_be_whole_and_keeps_its_result(w
         await asyncio.sleep(1.5)
         await jobs.cancel(job.id)
 
-    job = play({A: NoAnswer("silent", cause=None)}, whole=whole, then=cancel)
+    job = play({A: NoResponse("silent", cause=None)}, whole=whole, then=cancel)
     assert states(job) == ["failed", expected, "waiting"]
     assert (job.state, verdicts(job)) == ("cancelled", ["failed", "not_tried", "not_tried"])
     assert [one.ended_at is None for one in of_result(job.result).values()] == [False, not whole, True]

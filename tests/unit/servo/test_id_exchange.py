@@ -5,7 +5,7 @@ from typing import cast
 import pytest
 
 import jumping_clock as clock
-from hornbill.errors import HornbillError, NoAnswer
+from hornbill.errors import HornbillError, NoResponse
 from hornbill.servo.device.servo import Servo
 from hornbill.servo.runs.id_exchange import IdExchange, IdMove
 from hornbill.units import Uid
@@ -35,7 +35,7 @@ class Writes:
     async def __call__(self, one: IdMove) -> None:
         if one.servo is self.refusing and self.silent > 0:
             self.silent -= 1
-            raise NoAnswer("silent", cause=None)
+            raise NoResponse("silent", cause=None)
         self.done.append((one.servo.uid[:1], one.number))
 
 
@@ -84,7 +84,7 @@ def test_a_write_that_failed_is_put_back_because_it_may_have_arrived() -> None:
     async def inside() -> list[tuple[str, int]]:
         exchange, well = IdExchange(), Writes()
         await exchange.move(PARK_A, well)
-        with pytest.raises(NoAnswer):
+        with pytest.raises(NoResponse):
             await exchange.move(B_TAKES_1, Writes(refusing=B))
         assert [one.servo for one in exchange.parked("servo_id")] == [A]
         back = Writes()

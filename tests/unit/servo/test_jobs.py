@@ -7,7 +7,7 @@ from collections.abc import Awaitable, Callable
 import pytest
 
 import jumping_clock as clock
-from hornbill.errors import Busy, HornbillError, Interrupted, NoAnswer, NotAsWanted, Stopped, Unknown
+from hornbill.errors import Busy, HornbillError, Interrupted, NoResponse, NotAsWanted, Stopped, Unknown
 from hornbill.servo.runtime.jobs import KEPT, NOT_KNOWN, Jobs, RunningJob, Step, Work
 from hornbill.servo.runtime.steps import Evidence
 from hornbill.store.jobs import StoredJob
@@ -60,12 +60,12 @@ def test_an_error_fails_the_running_step_and_is_kept() -> None:
     async def work(jobs: Jobs) -> None:
         async def body(job: RunningJob) -> dict[str, object]:
             job.begin("one")
-            raise NoAnswer("gone", cause=None)
+            raise NoResponse("gone", cause=None)
 
         job = await jobs.wait(jobs.start("save", Uid("aa"), [Step("one", "1"), Step("two", "2")], body))
         assert job.state == "failed"
         assert job.error is not None
-        assert job.error.code == "no_answer"
+        assert job.error.code == "no_response"
         assert [step.state for step in job.steps] == ["failed", "waiting"]
 
     run(work)

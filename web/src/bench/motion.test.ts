@@ -146,7 +146,7 @@ describe("motion", () => {
 
   test("if torque cannot go on, the lease is given back", async () => {
     const body = {
-      code: "no_answer",
+      code: "no_response",
       detail: "It did not answer.",
       summary: "It did not answer.",
       title: "",
@@ -193,7 +193,7 @@ describe("motion", () => {
     const begin = async () => undefined;
     await enableMotion(UID, [other], { begin } as unknown as Together);
     const body = {
-      code: "no_answer",
+      code: "no_response",
       detail: "C did not answer.",
       summary: "C did not answer.",
       title: "",

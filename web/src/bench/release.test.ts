@@ -6,7 +6,7 @@ import { followRelease, forget, forgetAnswered, released, those } from "./releas
 
 const A = "a".repeat(32);
 const B = "b".repeat(32);
-const silence = () => Promise.reject(new Problem("no_answer", 504, "It did not answer."));
+const silence = () => Promise.reject(new Problem("no_response", 504, "It did not answer."));
 const holds = (value: string) => Promise.resolve({ key: "torque_mode", value } as Reading);
 let answers: (() => Response)[];
 let asked: string[];
@@ -17,7 +17,7 @@ beforeEach(() => {
   asked = [];
   vi.stubGlobal("fetch", async (url: string, init: RequestInit) => {
     asked.push(`${init.method} ${url}`);
-    return answers.shift()?.() ?? new Response('{"code":"no_answer"}', { status: 504 });
+    return answers.shift()?.() ?? new Response('{"code":"no_response"}', { status: 504 });
   });
 });
 

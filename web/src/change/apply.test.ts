@@ -108,7 +108,7 @@ describe("apply", () => {
   });
 
   test("rolled back: the culprit says why, the others that they were taken back; every draft stays", async () => {
-    const changes = [change("a", "no_answer", 1), change("b", "rolled_back", 1)];
+    const changes = [change("a", "no_response", 1), change("b", "rolled_back", 1)];
     const failure = "no answer in 3 tries.";
     answer = { status: 200, body: { outcome: "rolled_back", revision: "7", changes, failure } };
     stage("a", 5);

@@ -80,10 +80,10 @@ test("each is sent once, in order, with a key that keeps a repeated request from
 });
 
 test("one that fails or is refused does not keep the others from it", async () => {
-  fate = { [A]: { status: 202, error: "no_answer" }, [B]: { status: 409, code: "busy" } };
+  fate = { [A]: { status: 202, error: "no_response" }, [B]: { status: 409, code: "busy" } };
   await run(restartChange([A, B, C]), [A, B, C]);
   expect(flow.turns.value.map(one => [one.state, one.why])).toEqual([
-    ["failed", "It is no_answer."],
+    ["failed", "It is no_response."],
     ["failed", "busy here"],
     ["done", null],
   ]);
@@ -103,7 +103,7 @@ test("a reset carries what it is to keep", async () => {
 });
 
 test("a change is under way on its servos until it is over, and one that went wrong unseen can be seen yet", async () => {
-  fate = { [B]: { status: 202, error: "no_answer" } };
+  fate = { [B]: { status: 202, error: "no_response" } };
   const seen: boolean[][] = [];
   const forget = begun.subscribe(list => {
     if (list.length > 0) seen.push([underWay([A]), underWay([B, C]), underWay([C])]);
@@ -119,7 +119,7 @@ test("a change is under way on its servos until it is over, and one that went wr
 
 test("servos that share a job are told of one by one", async () => {
   const applied = { outcome: "applied", changes: [], left_out: [], saved: false, problem: null };
-  const problem = { code: "no_answer", detail: "It is silent." };
+  const problem = { code: "no_response", detail: "It is silent." };
   vi.stubGlobal("fetch", async (_: string, init: RequestInit) => {
     sent.push({ path: "", body: JSON.parse(String(init.body)), headers: {} });
     const servos = [

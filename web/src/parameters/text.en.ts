@@ -65,7 +65,7 @@ export const rows = {
   rolledBack: (others: string) => `Not kept: ${others} failed, so every change was taken back.`,
   verdict: {
     refused: "the servo refused it.",
-    no_answer: "no answer in any of the tries.",
+    no_response: "no answer in any of the tries.",
     clamped: "the servo changed the value.",
   } as Record<string, string>,
   staleRevision:

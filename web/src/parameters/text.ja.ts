@@ -63,7 +63,7 @@ export const parameters = {
     rolledBack: others => `取り消し: ${others}が失敗したため、すべて元に戻しました。`,
     verdict: {
       refused: "サーボが拒否しました。",
-      no_answer: "再送しても応答がありません。",
+      no_response: "再送しても応答がありません。",
       clamped: "サーボが値を変えました。",
     },
     staleRevision:

@@ -35,7 +35,7 @@ export function markOfRow(one: AuditRow, address: (key: string) => string): Plot
   if (!WRITES.has(one.action)) return null;
   const what = one.key === null ? (words.mark.done[one.action] ?? one.action) : address(one.key);
   const word =
-    one.outcome === "refused" || one.outcome === "no_answer"
+    one.outcome === "refused" || one.outcome === "no_response"
       ? words.mark.refused(what)
       : one.key === null
         ? what

@@ -71,7 +71,7 @@ export const words = {
       ready: "ready",
       stopped: "stop",
       stop_cleared: "stop cleared",
-      no_answer: "no answer",
+      no_response: "no answer",
       let_go: "let go",
       move_ended: "move ended",
       stream_ended: "stream ended",

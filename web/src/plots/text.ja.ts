@@ -73,7 +73,7 @@ export const words = {
       ready: "準備完了",
       stopped: "停止",
       stop_cleared: "停止解除",
-      no_answer: "応答なし",
+      no_response: "応答なし",
       let_go: "解放",
       move_ended: "動作終了",
       stream_ended: "ストリーム終了",

@@ -29,6 +29,6 @@ test("a row of the audit says its notes by their codes, and a user's own words s
 });
 
 test("words of the audit that are not known are shown without underscores", () => {
-  expect(auditWord("no_answer")).toBe("no answer");
+  expect(auditWord("no_response")).toBe("no answer");
   expect(auditWord("something_new")).toBe("something new");
 });

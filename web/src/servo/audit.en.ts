@@ -50,7 +50,7 @@ export const words = {
     cancelled: "stopped",
     failed: "failed",
     refused: "refused",
-    no_answer: "no answer",
+    no_response: "no answer",
     clamped: "held by the servo",
     rolled_back: "undone",
     dropped: "dropped",

@@ -46,7 +46,7 @@ export const words = {
     cancelled: "中止",
     failed: "失敗",
     refused: "拒否",
-    no_answer: "応答なし",
+    no_response: "応答なし",
     clamped: "サーボが制限",
     rolled_back: "取り消し",
     dropped: "破棄",

@@ -21,7 +21,7 @@ SLACK_S = 10.0
 class AsyncServo:
     """One servo. Keys and units of parameters are those of the parameter manual and of GET /schema.
 
-    Every method raises the errors of hornbill.errors: among them NoAnswer (nobody knows whether the servo acted),
+    Every method raises the errors of hornbill.errors: among them NoResponse (nobody knows whether the servo acted),
     Refused (it said no), OutOfRange, Busy, Stopped, LeaseHeld, LeaseRequired.
     """
 

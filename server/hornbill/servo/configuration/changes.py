@@ -16,7 +16,7 @@ from hornbill.errors import (
     ForbiddenParameter,
     HornbillError,
     InvalidValue,
-    NoAnswer,
+    NoResponse,
     NotInThisModel,
     ReadOnly,
     Refused,
@@ -208,7 +208,7 @@ class Changes:
         output. With `save`, torque on is left to that save where the output is off: it needs no lease, and is "planned"
         in the outcome.
 
-        Raises, before anything was written, what `plan` raises, StaleRevision, LeaseHeld, Busy, Refused, NoAnswer,
+        Raises, before anything was written, what `plan` raises, StaleRevision, LeaseHeld, Busy, Refused, NoResponse,
         BusDisconnected, StoreFailed, and for torque on LeaseRequired, Stopped, ConfigurationLost. From the first write
         on the outcome tells.
         """
@@ -337,7 +337,7 @@ class Changes:
             )
 
     async def _read_before(self, servo: Servo, values: Mapping[str, object]) -> None:
-        """Read what is to be written, and what that is judged by. Raises NoAnswer, Refused, BusDisconnected."""
+        """Read what is to be written, and what that is judged by. Raises NoResponse, Refused, BusDisconnected."""
         rows = {key: register.parameter for key, register in servo.registers.items()}
         keys = [*values, *rules.to_read(rows, values)]
         if any(rows[key].moves_horn for key in values):
@@ -394,4 +394,4 @@ def _reason(keys: list[str]) -> Reason:
 def _verdict(failure: HornbillError | None) -> Verdict:
     if failure is None:
         return "applied"
-    return "no_answer" if isinstance(failure, NoAnswer) else "refused"
+    return "no_response" if isinstance(failure, NoResponse) else "refused"

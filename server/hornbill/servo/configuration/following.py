@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Any, TypeVar
 
 from hornbill.domain.fields import known
-from hornbill.errors import DidNotMove, NoAnswer, Refused
+from hornbill.errors import DidNotMove, NoResponse, Refused
 from hornbill.servo.configuration.forecast import ARRIVED_DEG
 from hornbill.servo.configuration.proving import not_saved
 from hornbill.servo.device import identification
@@ -115,7 +115,7 @@ class RestartFollower:
     async def left(self, servo: Servo, departure: Departure) -> bool:
         """Wait for what tells: True once a start is seen, False when the servo runs on for RUNS_ON_S from now.
 
-        Raises NoAnswer when neither is seen within RESTART_WITHIN_S.
+        Raises NoResponse when neither is seen within RESTART_WITHIN_S.
         """
         began = self._base.now()
         while servo.boots == departure.boots:
@@ -125,7 +125,7 @@ class RestartFollower:
             if waited > RUNS_ON_S and since is not None and since > RUNS_ON_S - 1.0:
                 return False
             if waited > RESTART_WITHIN_S:
-                raise NoAnswer(
+                raise NoResponse(
                     f"{servo.title} was not seen to restart within {RESTART_WITHIN_S:.0f} s. "
                     "What ROM holds is not known. Check its supply; once it is back, what it holds is read.",
                     cause="no_restart_seen",
@@ -139,7 +139,7 @@ class RestartFollower:
     async def ask(self, servo: Servo, departure: Departure) -> int:
         """Have it restart, and see it do so: how often it had to be asked.
 
-        Raises Stopped, Refused, BusDisconnected, and NoAnswer when it is not seen to.
+        Raises Stopped, Refused, BusDisconnected, and NoResponse when it is not seen to.
         """
         for tries in range(1, RESTART_TRIES + 1):
             servo.writes_are_over()
@@ -148,11 +148,11 @@ class RestartFollower:
                     raise Refused(
                         f"{servo.title} refused to restart (ok = 0).", cause="restart_refused", servo=servo.title
                     )
-            except NoAnswer:
+            except NoResponse:
                 pass  # it may have restarted before it could answer; the wait that follows decides
             if await self.left(servo, departure):
                 return tries
-        raise NoAnswer(
+        raise NoResponse(
             f"{servo.title} runs on, although it was asked {RESTART_TRIES} times to restart.",
             cause="runs_on",
             servo=servo.title,
@@ -168,14 +168,14 @@ class RestartFollower:
     async def back(self, servo: Servo, departure: Departure) -> Evidence:
         """Wait for the servo to be identified, on whatever node id: the evidence, which names both.
 
-        Raises NoAnswer when it is not within IDENTIFIED_WITHIN_S.
+        Raises NoResponse when it is not within IDENTIFIED_WITHIN_S.
         """
         servo.busy = State.RESTARTING
         self._hub.tell(ServoChanged(servo.uid))
         began = self._base.now()
         while not servo.identified or not servo.online:
             if self._base.now() - began > IDENTIFIED_WITHIN_S:
-                raise NoAnswer(
+                raise NoResponse(
                     f"{servo.title} restarted, but could not be read within {IDENTIFIED_WITHIN_S:.0f} s since. "
                     "What ROM holds is not known. Check its supply and the wiring.",
                     cause="unread_after_restart",
@@ -205,7 +205,7 @@ class RestartFollower:
                     cause="soft_start_stuck",
                     servo=servo.title,
                 )
-            with contextlib.suppress(NoAnswer, Refused):  # what Status says is no angle until its unit is measured
+            with contextlib.suppress(NoResponse, Refused):  # what Status says is no angle until its unit is measured
                 row = servo.registers["current_angle"].parameter
                 angle = await self._requests.read(servo, row, POLL) / row.per_unit
                 if servo.soft_starting and abs(angle) <= ARRIVED_DEG:
@@ -245,13 +245,13 @@ class RestartFollower:
     ) -> None:
         """Steps back, soft_start and read_back of a servo that was seen to start anew: then ROM is known.
 
-        Raises NoAnswer, BusDisconnected; ConfigurationLost or NotAsWanted when ROM does not hold `wanted`, and Stopped
+        Raises NoResponse, BusDisconnected; ConfigurationLost or NotAsWanted when ROM does not hold `wanted`, and Stopped
         when only stop kept that from being proved.
         """
         until, looked_twice = self._base.now() + PROVED_WITHIN_S, False
         while True:
             if self._base.now() > until:
-                raise NoAnswer(
+                raise NoResponse(
                     f"{servo.title} starts again and again, so what its ROM holds is not known. Check its supply.",
                     cause="restarts_repeatedly",
                     servo=servo.title,
@@ -263,7 +263,7 @@ class RestartFollower:
                 await self._soft_start_step(job, servo)
                 job.begin("read_back")
                 await identification.read_rows(self._requests, servo, rows)
-            except NoAnswer:
+            except NoResponse:
                 if self._base.now() > until:
                     raise
                 continue  # its power may have failed again: it is followed once more

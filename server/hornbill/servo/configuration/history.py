@@ -5,7 +5,7 @@ from typing import cast
 
 from hornbill.domain.change import Reason, ReasonCode
 from hornbill.domain.fields import Param
-from hornbill.errors import Busy, NoAnswer
+from hornbill.errors import Busy, NoResponse
 from hornbill.servo.device.identification import read_rows
 from hornbill.servo.device.requests import ServoRequests
 from hornbill.servo.device.servo import Servo
@@ -32,11 +32,11 @@ class History:
 
         One made by hand reads every row: another tool may have written it since. An automatic one that would repeat
         the newest is not kept again: the answer is that one. Call it while nobody else can change the servo (its
-        `changing` lock). Raises NoAnswer, BusDisconnected,
+        `changing` lock). Raises NoResponse, BusDisconnected,
         and Busy during soft start, when five rows read temporary values (section 4.14), and after a restart.
         """
         if not servo.online:
-            raise NoAnswer(
+            raise NoResponse(
                 f"{servo.title} is offline: what it holds cannot be read. Check its supply and the wiring.",
                 cause="offline",
                 servo=servo.title,

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field, replace
 
 from hornbill.domain.change import Change, Reason, ResetPreview
 from hornbill.domain.fields import known
-from hornbill.errors import HornbillError, NoAnswer, NotAsWanted, OutOfRange, Refused
+from hornbill.errors import HornbillError, NoResponse, NotAsWanted, OutOfRange, Refused
 from hornbill.schema import scale
 from hornbill.schema.scale import Value
 from hornbill.servo.configuration.following import RestartFollower
@@ -106,7 +106,7 @@ class ResetSteps:
         self._start_save = start_save
 
     async def preview(self, servo: Servo, *, keep_identity: bool) -> ResetPreview:
-        """What a reset would change, of a servo that is read for it. Raises NotInThisModel, NoAnswer."""
+        """What a reset would change, of a servo that is read for it. Raises NotInThisModel, NoResponse."""
         reset_values(servo, keep_identity)
         await self.read(servo)
         wanted = reset_values(servo, keep_identity)
@@ -181,7 +181,7 @@ class ResetSteps:
         }  # fmt: skip
 
     async def _erase(self, job: RunningJob, run: ResetRun) -> None:
-        """Run ERASE once. Whatever comes of it, the servo is there and settled afterwards. Raises Refused, NoAnswer."""
+        """Run ERASE once. Whatever comes of it, the servo is there and settled afterwards. Raises Refused, NoResponse."""
         servo = run.servo
         job.begin("erase")
         await self._follow.fleet.memory.doubt(servo)
@@ -193,7 +193,7 @@ class ResetSteps:
         try:
             refused = not await self._requests.opcode(servo, Opcode.ERASE)
             answered = True
-        except NoAnswer:
+        except NoResponse:
             answered = False
         finally:  # also when stop, or who cancels, ends the wait for the answer: it may have been carried out
             if not refused:
@@ -217,7 +217,7 @@ class ResetSteps:
         job.done("erase", Evidence("erased", text, known(answered=answered, restarted=restarted, node_id=node)))
 
     async def _bring(self, job: RunningJob, run: ResetRun) -> None:
-        """Write what ERASE left undone, in one life of the servo. Raises NoAnswer, Refused, NotAsWanted."""
+        """Write what ERASE left undone, in one life of the servo. Raises NoResponse, Refused, NotAsWanted."""
         servo = run.servo
         for life in range(1, LIVES + 1):
             boots = servo.boots
@@ -237,7 +237,7 @@ class ResetSteps:
                 identity = [key for key in open_rows if servo.registers[key].parameter.identity]
                 await self._write(job, run, "identity", identity)
                 await self._write(job, run, "rows", [key for key in open_rows if key not in identity])
-            except NoAnswer:
+            except NoResponse:
                 if life == LIVES:
                     raise
                 run.torque_gone = False
@@ -245,7 +245,7 @@ class ResetSteps:
             if servo.boots == boots:
                 return
             run.torque_gone = False
-        raise NoAnswer(
+        raise NoResponse(
             f"{servo.title} restarts again and again, so that nothing it is told stays. Check its supply.",
             cause="restarts_repeatedly_reset",
             servo=servo.title,
@@ -302,7 +302,7 @@ class ResetSteps:
         self._hub.tell(ServoChanged(servo.uid))
 
     async def read(self, servo: Servo) -> None:
-        """Read every row of ROM, and what a restart is judged by. Raises NoAnswer, BusDisconnected."""
+        """Read every row of ROM, and what a restart is judged by. Raises NoResponse, BusDisconnected."""
         await identification.read_rows(self._requests, servo, servo.before_restart)
 
 

@@ -86,7 +86,7 @@ class Restarting:
     def check(self, servo: Servo, kind: RestartKind, options: RestartOptions = DEFAULTS) -> Raw | None:
         """What `start` raises before anything is sent; else the 0x20 that ROM is to hold after a save. Sends nothing.
 
-        Raises Stopped, LeaseHeld, Busy, NoAnswer, NotInThisModel, for a save NeedsConfirmation, and ConfigurationLost
+        Raises Stopped, LeaseHeld, Busy, NoResponse, NotInThisModel, for a save NeedsConfirmation, and ConfigurationLost
         and BusReadOnly where the output has to come on first.
         """
         self._follow.stop.check()
@@ -135,7 +135,7 @@ class Restarting:
         return await self._save.plan(servo, self.check(servo, kind, options), options)
 
     async def preview_reset(self, servo: Servo, *, keep_identity: bool) -> ResetPreview:
-        """What a reset would change, of a servo that is read for it. Raises NotInThisModel, NoAnswer."""
+        """What a reset would change, of a servo that is read for it. Raises NotInThisModel, NoResponse."""
         return await self._reset.preview(servo, keep_identity=keep_identity)
 
     def running(self, kind: RestartKind, servo: Servo) -> RunningJob | None:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 from hornbill.domain.change import Change, Reason, SavePreview
 from hornbill.domain.fields import known
-from hornbill.errors import Conflict, HornbillError, NoAnswer, NotAsWanted, OutOfRange, Refused, Stopped, TorqueOff
+from hornbill.errors import Conflict, HornbillError, NoResponse, NotAsWanted, OutOfRange, Refused, Stopped, TorqueOff
 from hornbill.servo.configuration import record
 from hornbill.servo.configuration.claims import Claims
 from hornbill.servo.configuration.following import LOOK_AGAIN_S, Departure, RestartFollower
@@ -155,7 +155,7 @@ class SaveSteps:
     async def _checked(self, servo: Servo, run: SaveRun, rows: list[str]) -> Evidence:
         """Read what a save is of and what it hangs on; the evidence.
 
-        Raises OutOfRange (supply), Busy (the horn turns), NotAsWanted (RAM does not hold what was written), NoAnswer.
+        Raises OutOfRange (supply), Busy (the horn turns), NotAsWanted (RAM does not hold what was written), NoResponse.
         """
         await self._follow.old_enough(servo)
         await self.read(servo)
@@ -172,7 +172,7 @@ class SaveSteps:
         return Evidence("rows_read", f"{len(rows)} rows read, {found}.{moves} {ahead}", values, ahead)
 
     async def read(self, servo: Servo) -> None:
-        """Read what a save is of, and what it hangs on. Raises NoAnswer, BusDisconnected."""
+        """Read what a save is of, and what it hangs on. Raises NoResponse, BusDisconnected."""
         at_rest = [key for key in AT_REST if key in servo.registers]
         await identification.read_rows(self._requests, servo, [*at_rest, *servo.before_restart])
 
@@ -290,7 +290,7 @@ class SaveSteps:
                     cause="save_refused",
                     servo=servo.title,
                 )
-        except NoAnswer:
+        except NoResponse:
             # the answer may be lost in the restart (errata C3): only what happens next tells
             return False, None
         except Stopped as stopped:

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 
 from hornbill.domain.change import Change, Reason, SavePreview, Verdict
 from hornbill.domain.note import Note
-from hornbill.errors import BadRequest, BusDisconnected, HornbillError, NoAnswer, NotAsWanted, Refused
+from hornbill.errors import BadRequest, BusDisconnected, HornbillError, NoResponse, NotAsWanted, Refused
 from hornbill.schema import scale
 from hornbill.schema.parameter import Parameter
 from hornbill.servo.configuration.proving import difference
@@ -136,7 +136,7 @@ class Writing:
         )  # fmt: skip
 
     async def _prove(self, servo: Servo, written: list[Write], answers: Mapping[str, Raw]) -> None:
-        """Raises NotAsWanted when a row does not hold what its write answered, Refused or NoAnswer when unread."""
+        """Raises NotAsWanted when a row does not hold what its write answered, Refused or NoResponse when unread."""
         wrong: list[tuple[dict[str, object], str]] = []
         for one in written:
             wanted, found = answers[one.row.key], await self._requests.read(servo, one.row)
@@ -167,7 +167,7 @@ class Writing:
             owed.pop(KEY)
             held[KEY] = servo.raw(KEY)
         until = self._base.now() + UNDO_WITHIN_S
-        silent_since = self._base.now() if isinstance(error, NoAnswer | NotAsWanted) else None
+        silent_since = self._base.now() if isinstance(error, NoResponse | NotAsWanted) else None
         while owed and self._base.now() < until:
             if self._ready(servo, silent_since):
                 try:
@@ -177,7 +177,7 @@ class Writing:
                         held[key] = await self._found(servo, one, was_refused=key == refused)
                         if servo.boots == boots and (held[key] == one.before or key in stuck):
                             del owed[key]
-                except NoAnswer:
+                except NoResponse:
                     silent_since = self._base.now()
                 except BusDisconnected:
                     break
@@ -199,7 +199,7 @@ class Writing:
         return silent_since is None or (servo.status_at is not None and servo.status_at > silent_since)
 
     async def _put_back(self, servo: Servo, one: Write) -> bool:
-        """Whether the servo took it. Raises NoAnswer, BusDisconnected."""
+        """Whether the servo took it. Raises NoResponse, BusDisconnected."""
         try:
             if one.row.key == KEY:
                 await self._motion.torque_away(servo, taken_by(one.before))
@@ -255,7 +255,7 @@ def change(servo: Servo, writes: Iterable[Write], one: Write, after: Raw | None,
 
 def _verdict(one: Write, held: Raw | None, *, was_refused: bool) -> Verdict:
     if held is None:
-        return "no_answer"
+        return "no_response"
     if held == one.before:
         return "refused" if was_refused else "rolled_back"
     if one.row.key == KEY and one.raw == 0:

@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterable
 from typing import Literal
 
 from hornbill.domain.note import Note
-from hornbill.errors import Busy, HornbillError, NoAnswer, PortError, Unknown
+from hornbill.errors import Busy, HornbillError, NoResponse, PortError, Unknown
 from hornbill.node.directory import OFFLINE_AFTER_S, Directory
 from hornbill.node.participant import Participant
 from hornbill.schema.catalog import Catalog
@@ -387,7 +387,7 @@ class Fleet:
             self._hub.tell(Happened("info", "ready", f"{servo.title} is on node {node}.", servo.uid, params))
             self._hub.tell(ServoRead(servo.uid))
             self.remember(servo)
-        except NoAnswer as error:
+        except NoResponse as error:
             log.info("node %d: %s", node, identification.lost(error))
             self._strangers.wait(node, self._base.now() + RETRY_S)
             self._doubt(node)

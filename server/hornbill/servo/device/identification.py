@@ -4,7 +4,7 @@ import asyncio
 import logging
 from dataclasses import dataclass
 
-from hornbill.errors import NoAnswer, Refused
+from hornbill.errors import NoResponse, Refused
 from hornbill.node.directory import Directory
 from hornbill.schema.catalog import Catalog
 from hornbill.schema.model import ServoModel
@@ -45,7 +45,7 @@ async def who(
 ) -> NodeIdentity | None:
     """Which servo is on a node id that said NodeStatus; None when none is known to be, and `strangers` knows why.
 
-    `known`: a servo is. What GetNodeInfo answers goes into `directory`. Raises BusDisconnected, and NoAnswer when a
+    `known`: a servo is. What GetNodeInfo answers goes into `directory`. Raises BusDisconnected, and NoResponse when a
     servo falls silent.
     """
     record = directory.records[node_id]
@@ -55,7 +55,7 @@ async def who(
         if info is None:
             info = await _ask_info(requests, directory, node_id, patience)
         model_number = await requests.probe(node_id, catalog.by_key["model_number"], patience)
-    except NoAnswer as error:
+    except NoResponse as error:
         if known:
             raise
         log.info("node %d: %s", node_id, error.detail)
@@ -114,7 +114,7 @@ def apply(servo: Servo, identity: NodeIdentity) -> None:
 async def read_rows(requests: ServoRequests, servo: Servo, keys: list[str] | None = None) -> list[str]:
     """Read rows (all of them unless named), one after the other; answers the keys the servo refused.
 
-    A refused row is one this firmware lacks, which is no fault. Raises NoAnswer or BusDisconnected.
+    A refused row is one this firmware lacks, which is no fault. Raises NoResponse or BusDisconnected.
     """
     refused: list[str] = []
     for key in list(servo.registers) if keys is None else keys:
@@ -143,7 +143,7 @@ def learn_rom(servo: Servo, *, soft_start: bool) -> None:
 async def soft_start_timed_out(requests: ServoRequests, servo: Servo) -> bool:
     """Whether the servo's own timeout (0x27) has ended its soft start: the horn rests, and the rows are back (4.14).
 
-    Raises NoAnswer, Refused, BusDisconnected.
+    Raises NoResponse, Refused, BusDisconnected.
     """
     angle = servo.registers["current_angle"].parameter
     before = await requests.read(servo, angle, POLL)
@@ -161,7 +161,7 @@ async def learn_after_soft_start(requests: ServoRequests, servo: Servo, *, ended
 
     Not `ended`: nobody knows whether it holds them still, so nothing is learned of ROM.
 
-    Raises NoAnswer or BusDisconnected.
+    Raises NoResponse or BusDisconnected.
     """
     rows = list(servo.soft_start_rows)
     learn = [key for key in rows if servo.registers[key].rom is None]
@@ -177,7 +177,7 @@ def forget_rom(servo: Servo) -> None:
         register.rom = None
 
 
-def lost(error: NoAnswer) -> str:
+def lost(error: NoResponse) -> str:
     """A sentence for the log when a node went silent half-way."""
     return f"Identification broke off: {error.detail}"
 

@@ -9,7 +9,7 @@ from hornbill.errors import (
     Busy,
     ConfigurationLost,
     ModeOff,
-    NoAnswer,
+    NoResponse,
     NotInThisModel,
     OutOfRange,
     TorqueOff,
@@ -62,10 +62,10 @@ def check_free(servo: Servo, jobs: Jobs) -> None:
 
 
 def check_ready(servo: Servo) -> None:
-    """Raises NoAnswer for a servo that is offline, Busy for one that is doing something else."""
+    """Raises NoResponse for a servo that is offline, Busy for one that is doing something else."""
     state = servo.state
     if state is State.OFFLINE:
-        raise NoAnswer(_OFFLINE.format(servo.title), cause="offline", servo=servo.title)
+        raise NoResponse(_OFFLINE.format(servo.title), cause="offline", servo=servo.title)
     why = _WHY_BUSY.get(state)
     if why is not None:
         raise Busy(
@@ -123,7 +123,7 @@ def check_energise(servo: Servo) -> None:
     _check_recorded(servo)
     row_for(servo, "angle")
     if not servo.online:
-        raise NoAnswer(_OFFLINE.format(servo.title), cause="offline", servo=servo.title)
+        raise NoResponse(_OFFLINE.format(servo.title), cause="offline", servo=servo.title)
     if servo.beyond_limits:
         raise Busy(
             f"{servo.title} {_WHY_BUSY[State.PROTECTED]}. Wait until it is ready.",

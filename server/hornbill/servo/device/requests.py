@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import TypeAlias, TypedDict
 
-from hornbill.errors import BusDisconnected, NoAnswer, Refused
+from hornbill.errors import BusDisconnected, NoResponse, Refused
 from hornbill.node.participant import Participant
 from hornbill.schema.effect import COMMANDS
 from hornbill.schema.parameter import DUMMY, Parameter
@@ -92,19 +92,19 @@ class ServoRequests:
         self._participant = participant
         self._before_write = before_write
         self.asked: Counter[tuple[str, str]] = Counter()
-        """Requests that have ended, by kind and outcome: answered, no_answer, or failed (cancelled, or never sent)."""
+        """Requests that have ended, by kind and outcome: answered, no_response, or failed (cancelled, or never sent)."""
         self.refused: Counter[str] = Counter()
         """Answers without the value asked for, by kind."""
         self.took: defaultdict[str, Histogram] = defaultdict(lambda: Histogram(BOUNDS_S))
         """By kind: from the call to the answer, the wait for its turn and every repetition within."""
 
     async def read(self, servo: Servo, parameter: Parameter, patience: Patience = READ) -> Raw:
-        """RAM's raw value of one row, and remember it. Raises NoAnswer, Refused, BusDisconnected."""
+        """RAM's raw value of one row, and remember it. Raises NoResponse, Refused, BusDisconnected."""
         node_id, request = _node(servo), GetSetRequest(0, EMPTY, parameter.name)
         try:
             with _Counted(self, node_id, servo, patience):
                 response = await self.connected().request(node_id, request, **patience.sending)
-        except NoAnswer as error:
+        except NoResponse as error:
             error.facts["key"] = parameter.key
             raise
         return self._taken(servo, parameter, response, patience, "read")
@@ -112,7 +112,7 @@ class ServoRequests:
     async def write(self, servo: Servo, parameter: Parameter, raw: Raw, patience: Patience = WRITE) -> Raw:
         """Write one row and answer what RAM holds now.
 
-        Raises NoAnswer, Refused, BusDisconnected, and NotInThisModel for a servo of an unknown series: only its output
+        Raises NoResponse, Refused, BusDisconnected, and NotInThisModel for a servo of an unknown series: only its output
         can be taken.
         """
         if servo.of_unknown_series and not _lets_go(parameter, raw):
@@ -126,7 +126,7 @@ class ServoRequests:
                 request = GetSetRequest(0, integer(raw), parameter.name)
                 response = await self.connected().request(node_id, request, **patience.sending)
         except BaseException as error:
-            if isinstance(error, NoAnswer):
+            if isinstance(error, NoResponse):
                 error.facts["key"] = parameter.key
             servo.forget(parameter.key)  # it may have been carried out all the same
             self._hub.tell(ReadingChanged(servo.uid, parameter.key))
@@ -139,7 +139,7 @@ class ServoRequests:
         return self._taken(servo, parameter, response, patience, "write")
 
     async def probe(self, node_id: int, parameter: Parameter, patience: Patience = READ) -> Raw | None:
-        """One row of a node not yet known as a servo; None when it refuses. Raises NoAnswer, BusDisconnected."""
+        """One row of a node not yet known as a servo; None when it refuses. Raises NoResponse, BusDisconnected."""
         with _Counted(self, node_id, None, patience):
             request = GetSetRequest(0, EMPTY, parameter.name)
             response = await self.connected().request(node_id, request, **patience.sending)
@@ -148,7 +148,7 @@ class ServoRequests:
     async def impose(self, node_id: int, parameter: Parameter, raw: Raw, patience: Patience) -> Raw | None:
         """Write one row of a node not yet known as a servo; what it holds now, None when it refuses.
 
-        Raises NoAnswer, BusDisconnected.
+        Raises NoResponse, BusDisconnected.
         """
         with _Counted(self, node_id, None, patience):
             request = GetSetRequest(0, integer(raw), parameter.name)
@@ -156,12 +156,12 @@ class ServoRequests:
         return self._integer_of(response, parameter, patience)
 
     async def node_info(self, node_id: int, patience: Patience = READ) -> GetNodeInfoResponse:
-        """Identity of a node (uavcan.protocol.GetNodeInfo). Raises NoAnswer, BusDisconnected."""
+        """Identity of a node (uavcan.protocol.GetNodeInfo). Raises NoResponse, BusDisconnected."""
         with _Counted(self, node_id, None, patience):
             return await self.connected().request(node_id, GetNodeInfoRequest(), **patience.sending)
 
     async def opcode(self, servo: Servo, opcode: int) -> bool:
-        """Run SAVE or ERASE once; its ok flag (table 2-13). Raises NoAnswer: it may have acted all the same; and
+        """Run SAVE or ERASE once; its ok flag (table 2-13). Raises NoResponse: it may have acted all the same; and
         NotInThisModel for a servo of an unknown series."""
         check_series(servo)
         node_id = _node(servo)
@@ -169,7 +169,7 @@ class ServoRequests:
             return (await self.connected().request(node_id, ExecuteOpcodeRequest(opcode), **ONCE.sending)).ok
 
     async def restart(self, servo: Servo, magic: int) -> bool:
-        """Ask for a restart once; its ok flag (table 2-10). Raises NoAnswer: it may have acted all the same; and
+        """Ask for a restart once; its ok flag (table 2-10). Raises NoResponse: it may have acted all the same; and
         NotInThisModel for a servo of an unknown series."""
         check_series(servo)
         node_id = _node(servo)
@@ -245,7 +245,7 @@ class ServoRequests:
 
 
 class _Counted:
-    """Counts the request made in its block, and names in a NoAnswer who did not answer.
+    """Counts the request made in its block, and names in a NoResponse who did not answer.
 
     A class, since a generator would cost as much as a fiftieth of a read.
     """
@@ -265,13 +265,13 @@ class _Counted:
             requests.asked[patience.kind, "answered"] += 1
             requests.took[patience.kind].add(requests.base.now() - self._began)
             return
-        if not isinstance(error, NoAnswer):
+        if not isinstance(error, NoResponse):
             requests.asked[patience.kind, "failed"] += 1
             return
-        requests.asked[patience.kind, "no_answer"] += 1
+        requests.asked[patience.kind, "no_response"] += 1
         title = f"node {self._node_id}" if self._servo is None else self._servo.title
         tries = "1 try" if patience.tries == 1 else f"{patience.tries} tries"
-        raise NoAnswer(
+        raise NoResponse(
             f"{title} did not answer in {tries} of {patience.timeout_s * 1000:.0f} ms. "
             "Check its supply and the wiring.",
             node_id=self._node_id,
@@ -287,7 +287,7 @@ def _lets_go(parameter: Parameter, raw: Raw) -> bool:
 
 def _node(servo: Servo) -> int:
     if servo.node_id is None:
-        raise NoAnswer(
+        raise NoResponse(
             f"{servo.title} is offline: it has no node id now. Check its supply and the wiring.",
             cause="no_node_id",
             servo=servo.title,

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 from hornbill.domain.note import Note
 from hornbill.domain.servo import TelemetryGrant
-from hornbill.errors import HornbillError, InvalidValue, NoAnswer, NotInThisModel, PortError, Refused
+from hornbill.errors import HornbillError, InvalidValue, NoResponse, NotInThisModel, PortError, Refused
 from hornbill.servo.device.requests import POLL, ServoRequests
 from hornbill.servo.device.servo import Servo, State
 from hornbill.servo.monitoring.line_budget import LineBudget
@@ -258,7 +258,7 @@ class Polling:
         self._reads += 1
         try:
             raw = await self._requests.read(servo, servo.registers[key].parameter, POLL)
-        except (NoAnswer, Refused, PortError, KeyError) as error:
+        except (NoResponse, Refused, PortError, KeyError) as error:
             log.debug("%s: poll %s: %s", servo.title, key, error)
             await asyncio.sleep(0.05)
             return
@@ -279,5 +279,5 @@ class Polling:
         """The overview says nothing is left: read the word once more, so that it does not stay set for ever."""
         try:
             await self._requests.read(one.servo, one.servo.registers[word].parameter, POLL)
-        except (NoAnswer, Refused, PortError) as error:
+        except (NoResponse, Refused, PortError) as error:
             log.debug("%s: %s: %s", one.servo.title, word, error)

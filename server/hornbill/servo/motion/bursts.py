@@ -147,7 +147,7 @@ class Bursts:
         """Hand all messages to the bus in one go, and take the servos under command. May be called at 50 Hz.
 
         Checks again what may have changed since: stop, lease, bus, and every servo's readiness, starts and torque, by
-        what is known; asks nothing. Raises Stopped, LeaseRequired, LeaseHeld, BusDisconnected, Busy, NoAnswer,
+        what is known; asks nothing. Raises Stopped, LeaseRequired, LeaseHeld, BusDisconnected, Busy, NoResponse,
         ConfigurationLost, TorqueOff, Conflict, PositionUnitUnknown; then nothing was sent.
         """
         lease = self._check(lease_id, prepared)

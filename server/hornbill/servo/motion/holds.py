@@ -5,7 +5,7 @@ from collections.abc import Callable, Collection, Coroutine
 from dataclasses import dataclass
 from typing import Any, Final
 
-from hornbill.errors import Busy, HornbillError, InvalidValue, NoAnswer
+from hornbill.errors import Busy, HornbillError, InvalidValue, NoResponse
 from hornbill.servo.device.permission import Target
 from hornbill.servo.device.services import HostServices
 from hornbill.servo.device.servo import Servo
@@ -124,7 +124,7 @@ class Holds:
             hold.target = await self._motion.command(servo, lease_id, kind, value, clamp=False, confirm=confirm)
         except HornbillError as error:
             self._forget(hold)
-            if going is not None or isinstance(error, NoAnswer):  # it runs, or may have heard and not answered
+            if going is not None or isinstance(error, NoResponse):  # it runs, or may have heard and not answered
                 await self._brake(servo, lease.id, kind)
             raise
         if self._holds.get(servo.uid) is not hold:  # let go while the command was under way
@@ -175,12 +175,12 @@ class Holds:
             await self._torque_away(servo)
 
     async def _still(self, servo: Servo, lease_id: str | None, kind: str) -> Target:
-        """0, which brakes. Raises NoAnswer after BRAKE_S, and what Motion.command raises."""
+        """0, which brakes. Raises NoResponse after BRAKE_S, and what Motion.command raises."""
         try:
             async with asyncio.timeout(BRAKE_S):
                 return await self._motion.command(servo, lease_id, kind, 0.0, clamp=False)
         except TimeoutError as error:
-            raise NoAnswer(
+            raise NoResponse(
                 f"{servo.title} did not answer to the brake. Torque goes off.",
                 cause="brake_unanswered",
                 servo=servo.title,

@@ -8,7 +8,7 @@ from copy import copy
 from dataclasses import dataclass, field
 
 from hornbill.domain.fields import Param, known
-from hornbill.errors import Busy, DidNotMove, HornbillError, NoAnswer, NotAsWanted, OutOfRange, TorqueOff, Unknown
+from hornbill.errors import Busy, DidNotMove, HornbillError, NoResponse, NotAsWanted, OutOfRange, TorqueOff, Unknown
 from hornbill.schema.parameter import DUMMY
 from hornbill.servo.device import permission
 from hornbill.servo.device.output import MODES, ON, OutputRecord
@@ -289,7 +289,7 @@ class IdentifyMotion:
         self._renew()
         try:
             await self._motion.command(self._servo, self._lease.id, "angle", round(degrees, 1), clamp=True)
-        except NoAnswer:
+        except NoResponse:
             if self._base.now() - self._answered > SILENT_S:
                 raise
             return False
@@ -301,7 +301,7 @@ class IdentifyMotion:
         self._renew()
         try:
             angle = await self._requests.read(self._servo, row, POLL) / row.per_unit
-        except NoAnswer:
+        except NoResponse:
             return None
         self._answered = self._base.now()
         horn.seen.append(angle)

@@ -5,7 +5,7 @@ from collections.abc import Collection
 from dataclasses import dataclass, field
 from typing import Final
 
-from hornbill.errors import Busy, NoAnswer
+from hornbill.errors import Busy, NoResponse
 from hornbill.servo.device.permission import Target
 from hornbill.servo.device.requests import READ
 from hornbill.servo.device.services import HostServices
@@ -55,7 +55,7 @@ class _Jog(PeriodicSource):
             self.sent = await self.motion.command(
                 self.servo, self.lease_id, "angle", round(self.track.at, 1), clamp=True, confirm=self.target.confirmed
             )
-        except NoAnswer:
+        except NoResponse:
             if self.base.now() - self.answered > SILENT_S:
                 raise
             return False  # the last angle has to arrive

@@ -5,7 +5,7 @@ from collections.abc import Callable, Coroutine
 from dataclasses import dataclass, replace
 from typing import Any, Final
 
-from hornbill.errors import BusDisconnected, Busy, HornbillError, LeaseHeld, LeaseRequired, NoAnswer, Stopped
+from hornbill.errors import BusDisconnected, Busy, HornbillError, LeaseHeld, LeaseRequired, NoResponse, Stopped
 from hornbill.servo.device.permission import Target
 from hornbill.servo.device.requests import COMMAND, READ, Patience, ServoRequests
 from hornbill.servo.device.servo import Servo
@@ -189,13 +189,13 @@ class KeepingAlive:
             assert driven.target is not None
             driven.holds = await self._send(driven, driven.target, patience)
             driven.fed = self._base.now()
-        except NoAnswer:
+        except NoResponse:
             if not needs_feeding(servo):
                 return True
             if not await self._runs_on(servo, driven.boots):
                 raise
             if late := self._too_late(driven):
-                raise NoAnswer(
+                raise NoResponse(
                     f"{servo.title} did not answer for {late}.", cause="silent_too_long", servo=servo.title
                 ) from None
             return False

@@ -12,7 +12,7 @@ from hornbill.errors import (
     Busy,
     HornbillError,
     LeaseRequired,
-    NoAnswer,
+    NoResponse,
     NotAsWanted,
     Refused,
     TorqueOff,
@@ -96,7 +96,7 @@ class Motion:
         """Send one angle (degrees), speed (rpm) or torque (%) command and keep it alive while the lease lives.
 
         `confirm`: words of NeedsConfirmation that were answered. Raises Stopped, LeaseRequired, LeaseHeld, Busy,
-        NoAnswer, ConfigurationLost, NotInThisModel, ModeOff, TorqueOff, OutOfRange, InvalidValue, NeedsConfirmation,
+        NoResponse, ConfigurationLost, NotInThisModel, ModeOff, TorqueOff, OutOfRange, InvalidValue, NeedsConfirmation,
         Refused.
         """
         self.may_move(servo, lease_id)
@@ -115,7 +115,7 @@ class Motion:
             # beside a read that is under way, but never before a command that is
             waits = servo.uid in self._sending.values()
             holds = await self._send(driven, target, COMMAND if waits else AT_ONCE)
-        except NoAnswer:
+        except NoResponse:
             if not await self._holds(driven, target):
                 raise
             holds = target.raw
@@ -164,7 +164,7 @@ class Motion:
     def still_holds(self, servo: Servo, lease_id: str | None, target: Target) -> None:
         """Whether it is still under this command, for whoever waits for its end.
 
-        Raises Stopped, LeaseRequired, LeaseHeld, Busy, NoAnswer, TorqueOff, BusDisconnected; and what ended the
+        Raises Stopped, LeaseRequired, LeaseHeld, Busy, NoResponse, TorqueOff, BusDisconnected; and what ended the
         feeding of its time-out, if that ended by itself.
         """
         self.may_move(servo, lease_id)
@@ -214,7 +214,7 @@ class Motion:
             self.may_move(servo, lease_id)
             try:
                 holds = await self._send(driven, hold, COMMAND)
-            except NoAnswer:
+            except NoResponse:
                 if not await self._holds(driven, hold):
                     raise
                 holds = hold.raw
@@ -228,7 +228,7 @@ class Motion:
     def check_energise(self, servo: Servo) -> None:
         """What `energise` raises before it sends anything.
 
-        Raises Stopped, BusDisconnected, BusReadOnly, NoAnswer, Busy, ConfigurationLost, NotInThisModel.
+        Raises Stopped, BusDisconnected, BusReadOnly, NoResponse, Busy, ConfigurationLost, NotInThisModel.
         """
         self._check_open()
         permission.check_energise(servo)
@@ -241,7 +241,7 @@ class Motion:
         moves nothing, the other is the same however often it arrives.
 
         Raises as `check_energise`; Busy for a horn that turns, TorqueOff when somebody takes the output meanwhile,
-        NotAsWanted, NoAnswer, Refused.
+        NotAsWanted, NoResponse, Refused.
         """
         self.check_energise(servo)
         taken = servo.output.taken
@@ -266,7 +266,7 @@ class Motion:
             )
 
     async def torque_away(self, servo: Servo, mode: str, *, by: str | None = None) -> Raw:
-        """Torque off or brake: needs no lease and overtakes everything. Raises NoAnswer, Refused, BusDisconnected.
+        """Torque off or brake: needs no lease and overtakes everything. Raises NoResponse, Refused, BusDisconnected.
 
         `by`: who asks for it, the holder of the lease it is under unless given.
         """
@@ -339,7 +339,7 @@ class Motion:
     def may_move(self, servo: Servo, lease_id: str | None) -> HeldLease:
         """The lease to move it under.
 
-        Raises Stopped, LeaseRequired, LeaseHeld, Busy, NoAnswer, ConfigurationLost, NotInThisModel.
+        Raises Stopped, LeaseRequired, LeaseHeld, Busy, NoResponse, ConfigurationLost, NotInThisModel.
         """
         self._check_open()
         lease = self._leases.require(lease_id, self._base.now())
@@ -365,7 +365,7 @@ class Motion:
     async def freshen(self, servo: Servo, kind: str, max_age_s: float = FRESH_S) -> None:
         """Read again what decides about a command of that kind, where it is older than that.
 
-        Raises NoAnswer, Refused, BusDisconnected.
+        Raises NoResponse, Refused, BusDisconnected.
         """
         limits = servo.catalog.by_key[permission.ROW_OF[kind]].limits
         keys = ["torque_mode", *(() if limits is None else (limits.upper, limits.lower)), "current_angle"]
@@ -479,7 +479,7 @@ class Motion:
         """Whether a command that was not answered arrived: a read may be repeated where the command may not."""
         try:
             held = await self._requests.read(driven.servo, target.parameter, READ)
-        except (NoAnswer, Refused):
+        except (NoResponse, Refused):
             return False
         self._check(driven)
         return held == target.raw

@@ -5,7 +5,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Literal, TypeAlias
 
-from hornbill.errors import NoAnswer
+from hornbill.errors import NoResponse
 from hornbill.servo.device.requests import POLL, ServoRequests
 from hornbill.servo.device.servo import Servo
 from hornbill.servo.runtime.timebase import TimeBase
@@ -56,7 +56,7 @@ async def wait_settled(
         still_allowed()
         try:
             angle = await requests.read(servo, row, POLL) / row.per_unit
-        except NoAnswer:
+        except NoResponse:
             inside_since, heard = None, False
             inside.clear()
             continue

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 
-from hornbill.errors import BusDisconnected, HornbillError, NoAnswer, NotAsWanted
+from hornbill.errors import BusDisconnected, HornbillError, NoResponse, NotAsWanted
 from hornbill.schema import scale
 from hornbill.schema.parameter import Parameter
 from hornbill.servo.device.requests import READ, WRITE, Patience, ServoRequests
@@ -25,7 +25,7 @@ class TemporaryValues:
     async def lend(self, key: str, raw: Raw) -> None:
         """Write a row that was just read, and remember what it held.
 
-        Raises NoAnswer, Refused, BusDisconnected, and NotAsWanted when the servo made another value of it.
+        Raises NoResponse, Refused, BusDisconnected, and NotAsWanted when the servo made another value of it.
         """
         register = self._servo.registers[key]
         row, before = register.parameter, register.raw
@@ -56,7 +56,7 @@ class TemporaryValues:
             before_each()
             try:
                 held = await self._requests.write(self._servo, row, before, _PATIENT)
-            except (NoAnswer, BusDisconnected):
+            except (NoResponse, BusDisconnected):
                 break
             except HornbillError:
                 held = None

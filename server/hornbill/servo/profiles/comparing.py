@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from hornbill.domain.change import Comparison, Difference
-from hornbill.errors import InvalidValue, NoAnswer, Unknown
+from hornbill.errors import InvalidValue, NoResponse, Unknown
 from hornbill.schema import scale
 from hornbill.schema.catalog import Catalog
 from hornbill.schema.firmware import from_text
@@ -100,7 +100,7 @@ class Sides:
         """The side of that name, one of FORMS.
 
         Raises InvalidValue for any other form, a model or a firmware that is none; Unknown (unknown_servo,
-        unknown_snapshot, unknown_profile); NoAnswer for RAM of a servo that is not there.
+        unknown_snapshot, unknown_profile); NoResponse for RAM of a servo that is not there.
         """
         form, _, rest = name.partition(":")
         if form in ("servo", "rom") and _UID.fullmatch(rest):
@@ -131,14 +131,14 @@ class Sides:
 
     def _ram(self, name: str, uid: Uid) -> Side:
         if not self._fleet.knows(uid) and self._store.servos.get(uid) is not None:
-            raise NoAnswer(
+            raise NoResponse(
                 f"Servo {uid[:8]} is not on the bus: what its RAM holds is not known. Take rom:{uid}.",
                 cause="ram_unknown",
                 servo=f"servo {uid[:8]}",
             )
         servo = self._fleet.get(uid)
         if not servo.online:
-            raise NoAnswer(
+            raise NoResponse(
                 f"{servo.title} is offline: what its RAM holds is not known. Take rom:{uid}.",
                 cause="ram_unknown",
                 servo=servo.title,

@@ -140,7 +140,7 @@ class Profiles:
     ) -> Draft:
         """What RAM of a servo holds, of `keys` or of all rows but torque mode and, unless asked, identity.
 
-        They are all read first: another tool may have written them. Raises NotInThisModel, Busy, NoAnswer,
+        They are all read first: another tool may have written them. Raises NotInThisModel, Busy, NoResponse,
         BusDisconnected.
         """
         if servo.model is None:

@@ -5,7 +5,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 from hornbill.domain.change import Reason
-from hornbill.errors import Busy, NoAnswer, NotAsWanted, Unknown
+from hornbill.errors import Busy, NoResponse, NotAsWanted, Unknown
 from hornbill.servo.configuration.changes import Changes
 from hornbill.servo.configuration.restart_plan import RestartOptions
 from hornbill.servo.configuration.restarting import Restarting
@@ -91,15 +91,15 @@ class CommissionWriter:
         self._restarting = restarting
 
     async def present(self, target: CommissionTarget) -> Servo:
-        """The servo, ready to be written to, wherever it is now. Raises NoAnswer, Busy."""
+        """The servo, ready to be written to, wherever it is now. Raises NoResponse, Busy."""
         began = self._base.now()
         while True:
             try:
                 servo = self._fleet.get(target.uid)
                 permission.check_writable(servo)
-            except (Unknown, NoAnswer) as error:
+            except (Unknown, NoResponse) as error:
                 if self._base.now() - began > MISSING_AFTER_S:
-                    raise NoAnswer(
+                    raise NoResponse(
                         f"{target.title} is not on the bus. Check its supply and the wiring, then resume the job.",
                         uid=target.uid,
                         cause="not_on_bus",

@@ -112,7 +112,7 @@ class CommissioningJobs:
         exchanged without a clash on the way: see `order_ids`.
 
         Everything is checked first, and nothing written when anything is wrong. Raises Unknown (servo, profile),
-        LeaseHeld, Stopped, InvalidValue, Conflict, OutOfRange, NotInThisModel, NeedsConfirmation, Busy, NoAnswer,
+        LeaseHeld, Stopped, InvalidValue, Conflict, OutOfRange, NotInThisModel, NeedsConfirmation, Busy, NoResponse,
         TorqueOn.
         """
         request, order = self._checked(wanted, lease_id, options)

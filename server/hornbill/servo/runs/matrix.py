@@ -262,9 +262,9 @@ class Matrix:
         if before:
             try:
                 outcome = await self._apply(one, before, replace(run.write_options(one), leaving=()))
-                verdict = "rolled_back" if outcome.failure is None else "no_answer"
+                verdict = "rolled_back" if outcome.failure is None else "no_response"
             except HornbillError:
-                verdict = "no_answer"
+                verdict = "no_response"
         one.changes = [
             replace(change, after=change.before if verdict == "rolled_back" else None, verdict=verdict)
             if change.key in before else change

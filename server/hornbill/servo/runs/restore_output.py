@@ -15,7 +15,7 @@ from hornbill.errors import (
     LeaseHeld,
     LeaseRequired,
     NeedsConfirmation,
-    NoAnswer,
+    NoResponse,
     OutOfRange,
     Refused,
     Stopped,
@@ -278,7 +278,7 @@ class RestoreOutputJobs:
         """Check whether one output may be switched on, by the rows just read. The latch is not checked."""
         permission.check_movable(servo)
         if self._motion.torque_off.pending(servo.uid):
-            raise NoAnswer(
+            raise NoResponse(
                 f"{servo.title} has not confirmed that its output is off: that is still being written.",
                 cause="off_unconfirmed",
                 servo=servo.title,
@@ -325,7 +325,7 @@ def _was_switched(servo: Servo) -> bool:
 def _angle(servo: Servo) -> float:
     row = servo.registers["current_angle"]
     if row.raw is None or row.at is None:
-        raise NoAnswer(
+        raise NoResponse(
             f"{servo.title} does not tell its angle. Check its supply and the wiring.",
             cause="angle_unknown",
             servo=servo.title,

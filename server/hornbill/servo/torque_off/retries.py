@@ -130,7 +130,7 @@ class TorqueOffRetries:
     async def write(self, servo: Servo, mode: str, reason: Reason, by: str | None, *, insist: bool) -> Raw:
         """Write `mode` now, with ten tries, and return what the servo holds then.
 
-        `insist`: if that fails, go on until it acknowledges. Raises NoAnswer, Refused, BusDisconnected.
+        `insist`: if that fails, go on until it acknowledges. Raises NoResponse, Refused, BusDisconnected.
         """
         servo.output.switch(MODES[mode], reason, by)
         try:
@@ -194,7 +194,7 @@ class TorqueOffRetries:
         text = f"{order.to.title} did not answer to torque {order.mode}; it is written until it does."
         params: dict[str, object] = {"servos": [order.to.title], "mode": order.mode}
         text += " If it can move, cut its supply."
-        self._hub.tell(Happened("failure", "no_answer", text, order.to.uid, params))
+        self._hub.tell(Happened("failure", "no_response", text, order.to.uid, params))
 
     @staticmethod
     def _settle(order: TorqueOffOrder) -> None:

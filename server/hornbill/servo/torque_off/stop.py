@@ -259,7 +259,7 @@ class StopControl:
         only = silent[0] if len(silent) == 1 else None
         params: dict[str, object] = {"servos": [one.label for one in silent], "stop": True}
         uid = only.uid if isinstance(only, Confirmation) else None
-        self._hub.tell(Happened("failure", "no_answer", text, uid, params))
+        self._hub.tell(Happened("failure", "no_response", text, uid, params))
 
     def _confirm(self, latch: Latch, one: Confirmation | NodeConfirmation) -> None:
         if one.ms is None:

@@ -171,7 +171,7 @@ export const happened = {
         ? `${p.unconfirmed}は未確認です。トルクがオンのままの可能性があり、応答し次第オフにします。`
         : ""
     }`,
-  no_answer: p =>
+  no_response: p =>
     p.stop
       ? `${p.servos}が停止に応答しません。トルクがオンのままの可能性があります。応答するまで送信を続けます。${CUT}`
       : `${p.servos}がトルク${mode(p)}に応答しません。応答するまで書き込みを続けます。${CUT}`,

@@ -76,7 +76,7 @@ class CommissioningPreview(Model):
 PROBLEMS = (
     "unknown_servo", "unknown_profile", "invalid_value", "out_of_range", "not_in_this_model", "conflict",
     "bus_read_only", "needs_confirmation", "configuration_lost", "torque_on", "busy", "stopped", "lease_held",
-    "no_answer", "bus_disconnected",
+    "no_response", "bus_disconnected",
 )  # fmt: skip
 
 

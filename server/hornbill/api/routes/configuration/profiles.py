@@ -108,7 +108,7 @@ async def get_profile(host: TheHost, name: ProfileName) -> Profile:
     "unknown_servo",
     "unknown_snapshot",
     "busy",
-    "no_answer",
+    "no_response",
     "bus_disconnected",
     "store_failed",
     responses={201: {"model": Profile, "description": "a new profile"}},

@@ -42,7 +42,7 @@ class FactoryReset(Model):
     dry_run: DryRun = False
 
 
-READ_PROBLEMS = ("unknown_servo", "no_answer", "bus_disconnected", "invalid_value")
+READ_PROBLEMS = ("unknown_servo", "no_response", "bus_disconnected", "invalid_value")
 Keep = Annotated[bool, Query(description="Keep origin, servo ID and node ID (0x44 to 0x46).")]
 
 
@@ -68,7 +68,7 @@ async def _read(host: Host, servo: Servo) -> None:
     "/servos/{uid}/restart",
     Role.CONFIGURE,
     "unknown_servo",
-    "no_answer",
+    "no_response",
     "busy",
     "stopped",
     "lease_held",
@@ -118,7 +118,7 @@ async def preview_factory_reset(host: TheHost, servo: TheServo, keep_identity: K
     Role.CONFIGURE,
     "unknown_servo",
     "not_in_this_model",
-    "no_answer",
+    "no_response",
     "busy",
     "stopped",
     "lease_held",

@@ -30,10 +30,10 @@ class RowValue(Model):
 
 JsonSchema: TypeAlias = dict[str, Any]
 
-READ_PROBLEMS = ("unknown_servo", "not_in_this_model", "refused_by_servo", "no_answer", "bus_disconnected")
+READ_PROBLEMS = ("unknown_servo", "not_in_this_model", "refused_by_servo", "no_response", "bus_disconnected")
 WRITE_PROBLEMS = (
     "unknown_servo", "not_in_this_model", "out_of_range", "invalid_value", "busy", "torque_on", "lease_held",
-    "refused_by_servo", "no_answer", "bus_disconnected", "forbidden_parameter", "unknown_parameter", "read_only",
+    "refused_by_servo", "no_response", "bus_disconnected", "forbidden_parameter", "unknown_parameter", "read_only",
     "conflict", "needs_confirmation", "configuration_lost", "not_as_wanted", "store_failed",
 )  # fmt: skip
 COMMAND_PROBLEMS = ("lease_required", "stopped", "mode_off", "torque_off")

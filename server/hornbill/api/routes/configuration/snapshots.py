@@ -106,7 +106,7 @@ async def list_snapshots(host: TheHost, uid: UidPath) -> list[Snapshot]:
     "unknown_servo",
     "busy",
     "not_in_this_model",
-    "no_answer",
+    "no_response",
     "bus_disconnected",
     "invalid_value",
     "refused_by_servo",
@@ -180,7 +180,7 @@ async def copy_configuration(
     "unknown_servo",
     "unknown_snapshot",
     "unknown_profile",
-    "no_answer",
+    "no_response",
     operation_id="compare",
 )
 async def compare_sides(

@@ -11,7 +11,7 @@ routes = Routes("motion")
 
 PROBLEMS = (
     "unknown_servo", "not_in_this_model", "busy", "configuration_lost", "stopped", "lease_required", "lease_held",
-    "no_answer", "bus_disconnected",
+    "no_response", "bus_disconnected",
 )  # fmt: skip
 
 

@@ -123,7 +123,7 @@ class BurstSent(Model):
 
 MOTION_PROBLEMS = (
     "unknown_servo", "invalid_value", "out_of_range", "mode_off", "torque_off", "not_in_this_model", "busy",
-    "stopped", "lease_required", "lease_held", "refused_by_servo", "no_answer", "bus_disconnected",
+    "stopped", "lease_required", "lease_held", "refused_by_servo", "no_response", "bus_disconnected",
     "configuration_lost", "needs_confirmation",
 )  # fmt: skip
 
@@ -182,7 +182,7 @@ async def command_servo(host: TheHost, servo: TheServo, body: Command, lease: Le
     "invalid_value",
     "out_of_range",
     "not_in_this_model",
-    "no_answer",
+    "no_response",
     "refused_by_servo",
     "bus_disconnected",
 )

@@ -66,7 +66,7 @@ _ROWS: Final[tuple[tuple[str, Kind, str, tuple[str, ...]], ...]] = (
     ("bus_request_seconds", "histogram",
      "From asking a servo to its answer, its turn and repetitions within.", ("kind",)),
     ("bus_requests", "counter",
-     "Requests that have ended: answered, no_answer, or failed (cancelled, or never sent).", ("kind", "outcome")),
+     "Requests that have ended: answered, no_response, or failed (cancelled, or never sent).", ("kind", "outcome")),
     ("bus_refusals", "counter", "Answers without the value asked for.", ("kind",)),
     ("bus_request_repeats", "counter", "Tries after the first.", ()),
     ("bus_late_answers", "counter", "Answers nobody waited for any more.", ()),

@@ -37,7 +37,7 @@ class Save(Model):
 
 
 SAVE_ANSWERS = (
-    "unknown_servo", "no_answer", "busy", "stopped", "lease_held", "bus_disconnected", "needs_confirmation",
+    "unknown_servo", "no_response", "busy", "stopped", "lease_held", "bus_disconnected", "needs_confirmation",
     "invalid_value", "configuration_lost", "bus_read_only", "not_in_this_model", "out_of_range", "conflict",
 )  # fmt: skip
 
