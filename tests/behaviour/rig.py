@@ -21,7 +21,7 @@ from hornbill.errors import PortOpenFailed
 from hornbill.schema.catalog import Catalog
 from hornbill.servo.device.servo import Servo, State
 from hornbill.servo.host import Host, HostSettings
-from hornbill.servo.runtime.hub import Change, Happened
+from hornbill.servo.runtime.hub import Change, LogEvent
 from hornbill.sim.bench.bench import Bench
 from hornbill.sim.bench.recipe import Recipe
 from hornbill.sim.servo import SimulatedServo
@@ -135,9 +135,9 @@ class Rig:
         assert answer.status_code == 201, answer.text
         return str(answer.json()["id"])
 
-    def events(self, code: str) -> list[Happened]:
+    def events(self, code: str) -> list[LogEvent]:
         """Events of one code."""
-        return [change for change in self.changes if isinstance(change, Happened) and change.code == code]
+        return [change for change in self.changes if isinstance(change, LogEvent) and change.code == code]
 
     def transfers(self, port: str | None = None) -> list[Transfer]:
         """Every transfer that was on the bus, or those one port sent."""
@@ -263,7 +263,7 @@ def play(
             bench.add(recipe)
         async with httpx.AsyncClient(transport=transport, base_url="http://127.0.0.1/api/v1", timeout=None) as client:
             rig = Rig(bus, bench, host, app, client, cable, walls)
-            host.hub.listen(rig.changes.append)
+            host.hub.subscribe(rig.changes.append)
             try:
                 if connect:
                     await host.connect("memory:host", 1_000_000)

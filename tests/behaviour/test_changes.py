@@ -12,7 +12,7 @@ from behaviour.rig import PLAIN, Rig, json, problem
 from behaviour.scene import scene
 from hornbill.servo.configuration.writing import WriteOptions
 from hornbill.servo.device.servo import Servo, State
-from hornbill.servo.runtime.hub import Change, Happened, Sampled
+from hornbill.servo.runtime.hub import Change, LogEvent, Sampled
 from hornbill.sim.behaviour import Behaviour
 from hornbill.sim.bench.recipe import Recipe
 from hornbill.store.snapshots import StoredSnapshot
@@ -49,7 +49,7 @@ def once_written(rig: Rig, key: str, act: Callable[[], None]) -> None:
             if len(heard) == 2:
                 act()
 
-    rig.host.hub.listen(listen)
+    rig.host.hub.subscribe(listen)
 
 
 def asked(rig: Rig, name: str) -> int:
@@ -82,7 +82,7 @@ async def test_when_a_servo_refuses_the_fifth_of_eight_writes_all_eight_register
 async def test_a_change_works_and_is_undone_with_a_fifth_of_all_frames_lost(rig: Rig, servo: Servo) -> None:
     before = held(rig, servo, EIGHT)
     rig.bus.loss(20, seed=5)
-    rig.host.hub.listen(
+    rig.host.hub.subscribe(
         lambda change: (
             rig.sim(servo).conditions.refuse_keys.add("angle_boost")
             if isinstance(change, Sampled) and (change.key, change.value) == ("angle_dead_band", 0.5)
@@ -196,7 +196,7 @@ async def test_a_servo_that_may_have_restarted_is_put_back_only_once_its_status_
             heard_at.append(servo.status_at or 0.0)
 
     once_written(rig, "angle_boost", spoil)
-    rig.host.hub.listen(put_back)
+    rig.host.hub.subscribe(put_back)
     assert json(await patching(rig, servo, EIGHT))["problem"]["code"] == "not_as_wanted"
     assert heard_at[0] > spoiled_at[0]
 
@@ -283,7 +283,7 @@ async def test_torque_that_a_failed_change_turned_on_is_taken_away_again_and_nev
         if isinstance(change, Sampled) and (change.key, change.value) == ("angle_p_gain", 41):
             asyncio.get_running_loop().call_soon(rig.sim(servo).memory.put, 0x2C, 99)
 
-    rig.host.hub.listen(spoil)
+    rig.host.hub.subscribe(spoil)
     json(await rig.call("POST", f"/servos/{servo.uid}/torque", {"mode": "off"}))
     body = {"values": {"torque_mode": "on", "angle_p_gain": 41}}
     answer = json(await rig.call("PATCH", path, body, lease=lease))
@@ -304,7 +304,7 @@ async def test_a_value_the_servo_clamps_stays_beside_what_was_applied(rig: Rig, 
     answer = json(await patching(rig, servo, {"timeout_time": 80_000, "angle_p_gain": 41}))
     assert answer["outcome"] == "applied"
     assert verdicts(answer) == {"timeout_time": "clamped", "angle_p_gain": "applied"}
-    assert not [one for one in rig.changes if isinstance(one, Happened) and one.level == "failure"]
+    assert not [one for one in rig.changes if isinstance(one, LogEvent) and one.level == "failure"]
 
 
 SECOND = Recipe("BLA21-12U-A0", "1.300", servo_id=2, node_id=12)
@@ -420,7 +420,7 @@ async def test_an_id_that_is_being_written_to_one_servo_is_refused_to_the_other(
         if isinstance(change, Sampled) and (change.uid, change.key) == (first.uid, "servo_id"):
             conditions.mute = True
 
-    forget = rig.host.hub.listen(mute)
+    forget = rig.host.hub.subscribe(mute)
     writing = asyncio.create_task(patching(rig, first, {"servo_id": 7}))
     await asyncio.sleep(0.5)
     refused = problem(await patching(rig, second, {"servo_id": 7}), "conflict", 409)

@@ -288,7 +288,7 @@ async def test_a_value_whose_write_was_not_answered_is_stale(rig: Rig, servo: Se
         if isinstance(change, Sampled) and change.key == "angle_p_gain":
             rig.sim(servo).conditions.drop_responses_pct = 100
 
-    forget = rig.host.hub.listen(deafen)  # it answers the read before the write, and nothing after
+    forget = rig.host.hub.subscribe(deafen)  # it answers the read before the write, and nothing after
     refused = await rig.call("PUT", f"/servos/{servo.uid}/parameters/angle_p_gain", {"value": 41})
     problem(refused, "no_response", 504)
     forget()

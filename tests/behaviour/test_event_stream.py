@@ -16,7 +16,7 @@ from hornbill.api.live import event_log
 from hornbill.api.live.event_log import EventBuffer, LogEntry
 from hornbill.api.live.event_stream import HEARTBEAT_S, end_streams, places
 from hornbill.domain.event import EventCode
-from hornbill.servo.runtime.hub import Happened
+from hornbill.servo.runtime.hub import LogEvent
 from hornbill.sim.bench.recipe import Recipe
 
 OTHER = Recipe("BLA21-06U-A0", "1.300", servo_id=2, node_id=12)
@@ -100,7 +100,7 @@ class Stream:
 
 
 def tell(rig: Rig, code: str) -> None:
-    rig.host.hub.tell(Happened("notice", cast("EventCode", code), f"This is {code}."))
+    rig.host.hub.publish(LogEvent("notice", cast("EventCode", code), f"This is {code}."))
 
 
 def codes(events: list[Event]) -> list[str]:
@@ -261,7 +261,7 @@ async def test_an_event_carries_its_values_to_sockets_and_streams_alike(rig: Rig
     stream, socket = Stream(rig.app, "topics=events"), Socket(rig.app)
     socket.say(type="subscribe", topics=["events"])
     await stream.settled()
-    rig.host.hub.tell(Happened("notice", "hunting", "It is 4.2°.", params={"angle_deg": 4.2}))
+    rig.host.hub.publish(LogEvent("notice", "hunting", "It is 4.2°.", params={"angle_deg": 4.2}))
     for told in (await stream.hear("event", code="hunting"), await socket.hear("event")):
         assert (told["text"], told["params"]) == ("It is 4.2°.", {"angle_deg": 4.2})
     await stream.close()

@@ -339,7 +339,7 @@ async def test_another_run_of_the_server_goes_on_where_a_servo_runs_on(rig: Rig,
 
     with Store(tmp_path / "data") as kept:
         host = Host(CATALOG, kept, open_port, HostSettings(127, bytes(range(16)), (0, 1)))
-        host.hub.listen(rig.changes.append)
+        host.hub.subscribe(rig.changes.append)
         rig.changes.clear()
         rig.host = rig.app.state.host = host
         await host.connect("memory:again", 1_000_000)

@@ -275,7 +275,7 @@ def test_what_soft_start_puts_into_five_rows_is_never_taken_for_configuration() 
                     if any(stored[key] != raw for key, raw in seen.items()) and servo.identified:
                         wrong.append(seen)
 
-        rig.host.hub.listen(look)
+        rig.host.hub.subscribe(look)
         async with asyncio.timeout(20):
             while not any(one.state is State.SOFT_START for one in rig.host.fleet.all()):
                 await asyncio.sleep(0.01)

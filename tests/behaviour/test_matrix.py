@@ -38,7 +38,7 @@ class Clash:
         self._rig = rig
         self._servos = servos
         self.seen = 0
-        rig.host.hub.listen(self._look)
+        rig.host.hub.subscribe(self._look)
 
     def _look(self, change: Change) -> None:
         if isinstance(change, ReadingChanged) and change.key in ("servo_id", "node_id"):
@@ -170,7 +170,7 @@ async def test_a_failure_in_the_middle_of_a_swap_puts_every_id_and_every_row_bac
             broken.conditions.refuse_keys.add("servo_id")
             asyncio.get_running_loop().call_later(0.4, broken.conditions.refuse_keys.clear)
 
-    forget = rig.host.hub.listen(spoil)
+    forget = rig.host.hub.subscribe(spoil)
     wanted: dict[str, dict[str, Any]] = {
         one.uid: {"servo_id": number, "angle_p_gain": 77} for one, number in zip(servos, turned, strict=True)
     }
@@ -196,7 +196,7 @@ async def test_an_id_that_cannot_be_put_back_is_named_and_nobody_is_given_it_mea
         if isinstance(change, ReadingChanged) and change.key == "servo_id" and change.uid == two.uid:
             rig.bench.power(two.uid, False)  # after it took the number of the one that is parked
 
-    rig.host.hub.listen(spoil)
+    rig.host.hub.subscribe(spoil)
     answer = await patch(rig, {one.uid: {"servo_id": 2}, two.uid: {"servo_id": 1}})
     assert [one["outcome"] for one in answer] == ["rolled_back"] * 2
     assert clash.seen > 0

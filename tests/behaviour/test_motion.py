@@ -9,7 +9,7 @@ from behaviour.rig import PLAIN, Rig, json, play, problem
 from behaviour.scene import scene
 from hornbill.servo.device.servo import Servo, State
 from hornbill.servo.motion.settle import wait_settled
-from hornbill.servo.runtime.hub import Happened
+from hornbill.servo.runtime.hub import LogEvent
 from hornbill.sim.bench.recipe import Recipe
 
 MODE_ON = Recipe("BLA21-12U-A0", "1.300", servo_id=2, node_id=12, rom={"speed_torque_control": 1})
@@ -93,7 +93,7 @@ async def test_torque_goes_off_within_100_ms_of_a_lapse(rig: Rig, servo: Servo, 
     await asyncio.sleep(0.11)
     assert rig.sim(servo).output == 1
     assert servo.raw("torque_mode") == 1
-    assert any("Torque goes off" in change.text for change in rig.changes if isinstance(change, Happened))
+    assert any("Torque goes off" in change.text for change in rig.changes if isinstance(change, LogEvent))
     refused = await rig.call("POST", f"/servos/{servo.uid}/command", command(0), lease=lease)
     problem(refused, "lease_required", 428)
 

@@ -48,14 +48,14 @@ def telemetry(taken: list[str]) -> list[dict[str, Any]]:
 async def stream(rig: Rig, seconds: float, hz: float = 100.0) -> None:
     loop = asyncio.get_running_loop()
     for _ in range(round(seconds * hz)):
-        rig.host.hub.tell(Sampled(UID, "current_angle", loop.time(), 1.0))
+        rig.host.hub.publish(Sampled(UID, "current_angle", loop.time(), 1.0))
         await asyncio.sleep(1 / hz)
 
 
 @scene()
 async def test_every_message_is_of_the_form_the_contract_gives_and_in_order(rig: Rig, servo: Servo) -> None:
     box = box_of(EventLog(rig.host, demo=False), "servos", "telemetry", "events", "jobs", "bus")
-    rig.host.hub.tell(ReadingChanged(servo.uid, "angle_p_gain"))
+    rig.host.hub.publish(ReadingChanged(servo.uid, "angle_p_gain"))
     box.refuse(Busy("a reason", cause=None))
     rig.host.restarting.start(servo, "restart")
     await asyncio.sleep(2)
@@ -120,13 +120,13 @@ def test_ten_sockets_pack_once(monkeypatch: pytest.MonkeyPatch) -> None:
         for box in boxes:
             await taken_by(box)
         made.clear()
-        rig.host.hub.tell(ServoChanged(servo.uid))
+        rig.host.hub.publish(ServoChanged(servo.uid))
         await asyncio.sleep(BATCH_S)
         taken = {orjson.dumps(orjson.loads(box.take()[0])["servos"]) for box in boxes}
         assert len(taken) == 1
         assert made == [servo.uid]
         servo.label = "another"
-        rig.host.hub.tell(ServoChanged(servo.uid))
+        rig.host.hub.publish(ServoChanged(servo.uid))
         await asyncio.sleep(BATCH_S)
         assert orjson.loads(boxes[0].take()[0])["servos"][0]["label"] == "another"
 
@@ -142,7 +142,7 @@ async def test_many_sockets_are_told_of_less_often_all_together(rig: Rig) -> Non
     loop = asyncio.get_running_loop()
     for _ in range(200):
         for uid in uids:
-            rig.host.hub.tell(Sampled(Uid(uid), "current_angle", loop.time(), 1.0))
+            rig.host.hub.publish(Sampled(Uid(uid), "current_angle", loop.time(), 1.0))
         await asyncio.sleep(0.02)
         sent += sum(len(telemetry(box.take())) for box in boxes)
     assert sent <= 4 * ALL_PER_S * 1.1 + 200
@@ -155,7 +155,7 @@ async def test_what_changes_with_a_crowd_is_sent_in_turns_and_all_of_it(rig: Rig
     await taken_by(box)
     told = {(servo.uid, key) for servo in servos for key in servo.registers}
     for uid, key in told:
-        rig.host.hub.tell(ReadingChanged(uid, key))
+        rig.host.hub.publish(ReadingChanged(uid, key))
     seen: set[tuple[str, str]] = set()
     goes = 0
     while seen != told:

@@ -233,7 +233,7 @@ async def test_a_servo_that_somebody_turns_on_again_is_no_longer_called_confirme
         if isinstance(change, StopChanged) and rig.host.stop.latch is not None:
             seen.append(rig.host.stop.latch.servos[servo.uid].confirmed)
 
-    rig.host.hub.listen(watch)
+    rig.host.hub.subscribe(watch)
     rig.sim(servo).memory.put(0x20, 0)
     rig.sim(servo)._device.commander.configured()  # pyright: ignore[reportPrivateUsage]
     await asyncio.sleep(3)
@@ -307,7 +307,7 @@ def test_a_stop_in_the_instant_of_an_answer_leaves_nothing_repeating() -> None:
                 done = True
                 asyncio.get_running_loop().call_soon(rig.host.stop.now, "off", "test", "")
 
-        rig.host.hub.listen(press)
+        rig.host.hub.subscribe(press)
         problem(await rig.call("POST", path + "/command", {"type": "angle", "value": 90}, lease=lease), "stopped", 423)
         assert done
         await asyncio.sleep(1)

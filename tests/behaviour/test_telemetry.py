@@ -161,7 +161,7 @@ def test_parquet_reads_back_as_what_the_ring_holds() -> None:
     async def scene(rig: Rig) -> tuple[bytes, dict[str, Any], float]:
         servo = (await rig.ready())[0]
         await asyncio.sleep(5)
-        rig.host.hub.tell(Sampled(servo.uid, "current_angle", rig.host.base.now(), None))
+        rig.host.hub.publish(Sampled(servo.uid, "current_angle", rig.host.base.now(), None))
         answer = await rig.call("GET", f"/servos/{servo.uid}/telemetry.parquet?channels=current_angle,current_voltage")
         assert answer.headers["content-disposition"].endswith('.parquet"')
         held = {key: rig.host.telemetry.window(servo.uid, key, 0.0) for key in ("current_angle", "current_voltage")}
@@ -196,7 +196,7 @@ def test_a_large_window_is_packed_without_holding_up_the_loop() -> None:
         servo = (await rig.ready())[0]
         now = rig.host.base.now()
         for place in range(60_000):
-            rig.host.hub.tell(Sampled(servo.uid, SIX[place % 6], now + place / 1000, place / 7))
+            rig.host.hub.publish(Sampled(servo.uid, SIX[place % 6], now + place / 1000, place / 7))
         window = {key: rig.host.telemetry.columns(servo.uid, key, now) for key in SIX}
         longest, size = 0.0, 0
         began = time.thread_time()

@@ -27,7 +27,7 @@ def messages_of(count: int) -> tuple[int, int, float]:
         async def stream(uid: Uid, phase: float) -> None:
             await asyncio.sleep(phase / STATUS_HZ)
             for _ in range(SECONDS * STATUS_HZ):
-                rig.host.hub.tell(Sampled(uid, "current_angle", loop.time(), 1.0))
+                rig.host.hub.publish(Sampled(uid, "current_angle", loop.time(), 1.0))
                 await asyncio.sleep(1 / STATUS_HZ)
 
         streams = asyncio.gather(*(stream(uid, place / count) for place, uid in enumerate(uids)))

@@ -102,9 +102,9 @@ async def _sample(host: Host, servos: list[Servo]) -> None:
     while True:
         for place, servo in enumerate(servos):
             for key in CHANNELS:
-                host.hub.tell(Sampled(servo.uid, key, loop.time(), (turn * 7 + place) % 3600 / 10))
+                host.hub.publish(Sampled(servo.uid, key, loop.time(), (turn * 7 + place) % 3600 / 10))
             if (turn + place) % HZ == 0:
-                host.hub.tell(ServoChanged(servo.uid))
+                host.hub.publish(ServoChanged(servo.uid))
         turn += 1
         await asyncio.sleep(max(0.0, began + turn / HZ - loop.time()))
 

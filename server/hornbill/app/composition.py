@@ -20,13 +20,13 @@ from hornbill.app.settings import Settings
 from hornbill.app.view_feed import ViewFeed
 from hornbill.bus.embedded.memory import MemoryBus
 from hornbill.bus.listing import Adapters
-from hornbill.bus.recordings.bundle import BundleWriter
 from hornbill.bus.recordings.bus_log import BusLog
-from hornbill.bus.recordings.folder import BUNDLES, LOGS, RecordingFolder
+from hornbill.bus.recordings.folder import LOGS, RECORDINGS, FileFolder
+from hornbill.bus.recordings.recording import RecordingWriter
 from hornbill.node.allocator import AllocationMode
 from hornbill.schema.catalog import Catalog
 from hornbill.servo.host import Host, HostSettings
-from hornbill.servo.runtime.hub import Happened
+from hornbill.servo.runtime.hub import LogEvent
 from hornbill.sim.bench.bench import Bench, demo_fleet
 from hornbill.store.store import Store
 from hornbill.view.proxy import routes
@@ -35,8 +35,8 @@ from hornbill.wire.port import split_frame_gap
 
 LOGS_FOLDER = "logs"
 """Where in the data folder logs of the bus are."""
-BUNDLES_FOLDER = "bundles"
-"""Where what the black box wrote is."""
+RECORDINGS_FOLDER = "recordings"
+"""Where what the recorder wrote is."""
 
 
 def build(
@@ -87,7 +87,7 @@ def build(
             # The demo is one of the choices: nothing of it runs until it is chosen, nor beside another bus.
             chosen = None if embedded is None else bench
             ports = BusPorts(
-                embedded, folder / LOGS_FOLDER, folder / BUNDLES_FOLDER, bauds,
+                embedded, folder / LOGS_FOLDER, folder / RECORDINGS_FOLDER, bauds,
                 allow=partial(may_open, exposed, None if settings.bus is None else split_frame_gap(settings.bus)[0]),
                 before_embedded=partial(_switch_on, app, chosen),
             )  # fmt: skip
@@ -98,9 +98,9 @@ def build(
             stack.push_async_callback(bus_log.stop)  # after the host: what it sends last is in the log
             stack.push_async_callback(host.close)
             app.state.host = host
-            app.state.bundles = bundles = RecordingFolder(folder / BUNDLES_FOLDER, BUNDLES)
-            bundles.tidy()
-            host.recorder.begin(partial(BundleWriter.begin, bundles), before_s=settings.bundle_before_s)
+            app.state.recordings = recordings = FileFolder(folder / RECORDINGS_FOLDER, RECORDINGS)
+            recordings.tidy()
+            host.recorder.begin(partial(RecordingWriter.begin, recordings), before_s=settings.recording_before_s)
             app.state.adapters = adapters = Adapters(ports.own, memory=bauds)
             stack.callback(adapters.close)
             poses.follow(host, viewer)
@@ -145,11 +145,11 @@ async def _one_bus(bench: Bench | None, address: str) -> None:
 def bus_log_of(host: Host, logs: Path) -> BusLog:
     """What logs whichever bus is connected, into the folder `logs`."""
     return BusLog(
-        RecordingFolder(logs, LOGS),
+        FileFolder(logs, LOGS),
         listen=host.tap.listen,
         address=lambda: "" if host.connection is None else host.connection.port.address,
         utc=host.base.utc,
-        tell=lambda level, code, text, params: host.hub.tell(Happened(level, code, text, params={**params})),
+        tell=lambda level, code, text, params: host.hub.publish(LogEvent(level, code, text, params={**params})),
     )
 
 

@@ -6,7 +6,7 @@ from hornbill.domain.event import EventCode
 from hornbill.servo.device.fleet import Fleet
 from hornbill.servo.device.servo import Servo
 from hornbill.servo.motion.motion import Motion
-from hornbill.servo.runtime.hub import BusChanged, BusUsable, Happened, Hub
+from hornbill.servo.runtime.hub import BusChanged, BusUsable, Hub, LogEvent
 from hornbill.servo.runtime.timebase import TimeBase
 from hornbill.units import Instant
 from hornbill.wire.port import NO_PORT, CanPort, NoPort, PortState
@@ -46,7 +46,7 @@ class BusWatch:
     def begin(self, port: CanPort) -> None:
         """This port's bus was joined: it is open, or will be when its adapter can be opened."""
         self._port, self._state, self._losses = port, port.state, _losses(port)
-        self._hub.tell(BusChanged())
+        self._hub.publish(BusChanged())
         if self._state in GONE:
             self._set_lost_at(self._base.now())
             self._tell("warning", "bus_lost", f"{self._trouble()}{self._promise()}", **self._params())
@@ -68,7 +68,7 @@ class BusWatch:
             return
         if state is not self._state:
             self._state = state
-            self._hub.tell(BusChanged())
+            self._hub.publish(BusChanged())
         if losses != self._losses:  # it may have been lost and back between two looks
             self._losses = losses
             if not self.gone:
@@ -109,7 +109,7 @@ class BusWatch:
     def _set_lost_at(self, at: Instant | None) -> None:
         self._lost_at = at
         self._told.clear()
-        self._hub.tell(BusUsable(at is None))
+        self._hub.publish(BusUsable(at is None))
 
     def _trouble(self) -> str:
         trouble = self._port.trouble
@@ -137,7 +137,7 @@ class BusWatch:
 
     def _tell(self, level: str, code: EventCode, text: str, **params: object) -> None:
         self._told.add(self._trouble())
-        self._hub.tell(Happened(level, code, text, params=params))
+        self._hub.publish(LogEvent(level, code, text, params=params))
 
 
 def _losses(port: CanPort | NoPort) -> tuple[int, int]:

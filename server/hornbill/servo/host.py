@@ -52,7 +52,7 @@ from hornbill.servo.motion.streams import Streams
 from hornbill.servo.profiles.comparing import Sides
 from hornbill.servo.profiles.profiles import Profiles
 from hornbill.servo.profiles.restoring import Restoring
-from hornbill.servo.recorder.bundling import Bundler
+from hornbill.servo.recorder.building import RecordingBuilder
 from hornbill.servo.recorder.recorder import Recorder
 from hornbill.servo.recorder.replaying import RecordedPort, Replaying
 from hornbill.servo.runs.apply import ProfileJobs
@@ -67,10 +67,10 @@ from hornbill.servo.runtime.histogram import Counts
 from hornbill.servo.runtime.hub import (
     BusChanged,
     Change,
-    Happened,
     Hub,
     JobChanged,
     LeaseChanged,
+    LogEvent,
     ServoChanged,
     ServoRead,
     ServoSeen,
@@ -86,7 +86,7 @@ from hornbill.store.servos import StoredServo
 from hornbill.store.store import Store
 from hornbill.units import Instant, Raw
 from hornbill.wire.messages import ArrayCommand
-from hornbill.wire.port import RECORDINGS, CanPort, same_device
+from hornbill.wire.port import REPLAYS, CanPort, same_device
 from hornbill.wire.services import SoftwareVersion
 
 log = logging.getLogger(__name__)
@@ -186,9 +186,9 @@ class Host:
         self.base = TimeBase(asyncio.get_running_loop().time, wall)
         self.started_at = self.base.now()
         self.hub = Hub()
-        self.events: deque[tuple[float, Happened]] = deque(maxlen=EVENTS_KEPT)
+        self.events: deque[tuple[float, LogEvent]] = deque(maxlen=EVENTS_KEPT)
         """The last events, each with its time in seconds since 1970 UTC."""
-        self.hub.listen(self._note_event)
+        self.hub.subscribe(self._note_event)
         self._forget_store = store.listen(self._note_store)
         self._store_failed = False
         self.connection: Connection | None = None
@@ -202,7 +202,7 @@ class Host:
         self.audit = Audit(store.audit, self.hub)
         self.leases = Leases()
         self.jobs = Jobs(
-            lambda job: self.hub.tell(JobChanged(job)), self.base.utc_now, store.jobs,
+            lambda job: self.hub.publish(JobChanged(job)), self.base.utc_now, store.jobs,
             {"commissioning": self._resume_commissioning},
         )  # fmt: skip
         self.services = HostServices(self.requests, self.hub, self.base, self.audit, self.leases, self.jobs)
@@ -266,16 +266,16 @@ class Host:
         self.polling = Polling(self.requests, self.base, settings.poll_budget, LineBudget(self._port))
         self.activities = Activities(self.hub, self.base, self.polling, self.fleet.find, self.motion.driven)
         self.doctor = Doctor(self.base.now, self.fleet.all)
-        self.hub.listen(self._on_seen, ServoSeen)
-        self.hub.listen(lambda read: self.polling.begin(self.fleet.get(read.uid)), ServoRead)
+        self.hub.subscribe(self._on_seen, ServoSeen)
+        self.hub.subscribe(lambda read: self.polling.begin(self.fleet.get(read.uid)), ServoRead)
         self.tap = FrameTap()
         """Every frame of whatever bus is connected."""
         self.monitor = BusMonitor(self.tap, self.base, lambda: TransferText(catalog, self.fleet.all))
         self.recorder = Recorder(
             self.services, tap=self.tap, fleet=self.fleet, stop=self.stop, port=self._port,
-            bundler=Bundler(self.base, catalog, self.telemetry, settings.node_id),
+            builder=RecordingBuilder(self.base, catalog, self.telemetry, settings.node_id),
         )  # fmt: skip
-        """What happened lately; it begins when it is told where bundles go."""
+        """What happened lately; it begins when it is told where recordings go."""
         self._switching = asyncio.Lock()
         self._ticker = asyncio.get_running_loop().create_task(self._tick())
 
@@ -320,7 +320,7 @@ class Host:
         try:
             directory = self.fleet.attach(participant)
             participant.subscribe(ArrayCommand, self.activities.on_array_command)
-            allocator = self.allocating.join(participant, directory, recorded=port.address.startswith(RECORDINGS))
+            allocator = self.allocating.join(participant, directory, recorded=port.address.startswith(REPLAYS))
             self.connection = connection = Connection(port, participant, allocator, directory)
             self.tap.attach(participant)
             if isinstance(port, RecordedPort) and port.about is not None:
@@ -362,9 +362,11 @@ class Host:
             await self.motion.leave()
             self.connection = None
         await self._part(connection.port, connection.participant)
-        self.hub.tell(BusChanged())
+        self.hub.publish(BusChanged())
         address = connection.port.address
-        self.hub.tell(Happened("notice", "disconnected", f"Disconnected from {address}.", params={"address": address}))
+        self.hub.publish(
+            LogEvent("notice", "disconnected", f"Disconnected from {address}.", params={"address": address})
+        )
 
     async def close(self) -> None:
         """End everything. What is under command gets torque off first."""
@@ -408,14 +410,14 @@ class Host:
 
     def lease_changed(self) -> None:
         """Tell everybody who has motion control."""
-        self.hub.tell(LeaseChanged())
+        self.hub.publish(LeaseChanged())
 
     async def set_label(self, servo: Servo, label: str, *, by: str, job: str | None = None) -> None:
         """Give a servo a nickname that outlives the process. `by` says who, for the audit."""
         if servo.recorded:
             raise BusReadOnly(
                 f"{servo.title} is one of a recording. Connect its bus to give it another label.",
-                cause="recorded_label",
+                cause="label_of_recorded_servo",
                 servo=servo.title,
             )
         before, label = servo.label, label.strip()
@@ -425,7 +427,7 @@ class Host:
         self.audit.note(
             NewAuditEntry(by, "label", outcome, servo.uid, before=before, requested=label, after=servo.label, job=job)
         )
-        self.hub.tell(ServoChanged(servo.uid))
+        self.hub.publish(ServoChanged(servo.uid))
 
     async def set_notes(self, kept: StoredServo, notes: str, *, by: str) -> None:
         """Write down about a servo what people are to know. `by` says who, for the audit."""
@@ -449,11 +451,11 @@ class Host:
         """A change followed into the database, or did not: said once, until it works again."""
         if error is not None and not self._store_failed:
             text = f"What changes now is not stored, and a restart of the server loses it: {error}"
-            self.hub.tell(Happened("failure", "store_failed", text, params={"what": "changes"}))
+            self.hub.publish(LogEvent("failure", "store_failed", text, params={"what": "changes"}))
         self._store_failed = error is not None
 
     def _note_event(self, change: Change) -> None:
-        if isinstance(change, Happened):
+        if isinstance(change, LogEvent):
             self.events.append((self.base.utc_now(), change))
 
     def _follow_clock(self) -> None:
@@ -479,4 +481,4 @@ class Host:
                 except Exception:  # whatever it is, a lease that lapses must be noticed all the same
                     log.exception("a tick failed")
             if self.connection is not None and rates.measure(self.connection, now):
-                self.hub.tell(BusChanged())
+                self.hub.publish(BusChanged())

@@ -12,7 +12,7 @@ from hornbill.schema.parameter import DUMMY
 from hornbill.servo.device.servo import Servo
 from hornbill.servo.monitoring.activity import LOOKS, Activities, torque_limit_pct
 from hornbill.servo.monitoring.polling import Polling
-from hornbill.servo.runtime.hub import Happened, Hub, Sampled
+from hornbill.servo.runtime.hub import Hub, LogEvent, Sampled
 from hornbill.servo.runtime.timebase import TimeBase
 from hornbill.units import Uid
 from hornbill.wire.messages import Mode, NodeHealth, NodeStatus
@@ -29,7 +29,7 @@ class Desk:
     model: str = "BLA21-06U-A0"
     now: float = START
     looks: list[tuple[str, float]] = field(default_factory=list[tuple[str, float]])
-    said: list[Happened] = field(default_factory=list[Happened])
+    said: list[LogEvent] = field(default_factory=list[LogEvent])
     states: list[str] = field(default_factory=list[str])
 
     def __post_init__(self) -> None:
@@ -38,7 +38,7 @@ class Desk:
         self._until, self._looked, self._polled, self._torque = -math.inf, "", -math.inf, START
         base = TimeBase(lambda: self.now, lambda: self.now)
         self.activities = Activities(hub, base, cast(Polling, self), lambda _uid: self.servo, lambda _uid: True)
-        hub.listen(self.said.append, Happened)
+        hub.subscribe(self.said.append, LogEvent)
 
     def wish(self, _servo: Servo, channels: list[str], rate_hz: float, *, owner: str, ttl_s: float) -> None:
         """Stands for Polling."""
@@ -76,7 +76,7 @@ class Desk:
     def _sample(self, key: str, of: Where) -> None:
         value = round(of(self.now), 1)
         self.servo.note(key, round(value * self.servo.registers[key].parameter.per_unit), self.now)
-        self.hub.tell(Sampled(self.servo.uid, key, self.now, value))
+        self.hub.publish(Sampled(self.servo.uid, key, self.now, value))
 
     @property
     def doing(self) -> str:
@@ -145,8 +145,8 @@ def test_few_servos_are_looked_at_closely_at_a_time() -> None:
     for tick in range(40):
         desk.now = START + 2 + tick / 10
         for servo in others:
-            desk.hub.tell(Sampled(servo.uid, "current_angle", desk.now, 0.0))
-            desk.hub.tell(Sampled(servo.uid, "current_torque", desk.now, 80.0 * (tick // 5 % 2)))
+            desk.hub.publish(Sampled(servo.uid, "current_angle", desk.now, 0.0))
+            desk.hub.publish(Sampled(servo.uid, "current_torque", desk.now, 80.0 * (tick // 5 % 2)))
         if tick == 19:
             assert len(set(looked)) == LOOKS
     assert all(activities.of(servo).doing == "holding" for servo in others)

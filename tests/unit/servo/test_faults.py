@@ -12,7 +12,7 @@ from hornbill.schema.catalog import Catalog
 from hornbill.servo.device.servo import Servo
 from hornbill.servo.monitoring.faults import Faults
 from hornbill.servo.runtime.audit import Audit
-from hornbill.servo.runtime.hub import Change, Happened, Hub, ReadingChanged, ServoChanged
+from hornbill.servo.runtime.hub import Change, Hub, LogEvent, ReadingChanged, ServoChanged
 from hornbill.servo.runtime.timebase import TimeBase
 from hornbill.store.faults import FaultEntry, Sight
 from hornbill.store.store import Store
@@ -34,7 +34,7 @@ class Desk:
     model: str = "BLA21-06U-A0"
     now: float = 1000.0
     commits: list[Sight] = field(default_factory=list[Sight])
-    happened: list[Happened] = field(default_factory=list[Happened])
+    happened: list[LogEvent] = field(default_factory=list[LogEvent])
     started: float = 0.0
 
     def __post_init__(self) -> None:
@@ -49,7 +49,7 @@ class Desk:
         self.faults = Faults(
             CATALOG, self.store, self.hub, base, {UID: self.servo}.get, Audit(self.store.audit, self.hub)
         )
-        self.hub.listen(self._note)
+        self.hub.subscribe(self._note)
         self._hear()
 
     def read(self, word: str, raw: int, after: float = 1.0) -> None:
@@ -57,11 +57,11 @@ class Desk:
         self.now += after
         self._hear()
         self.servo.note(word, raw, self.now)
-        self.hub.tell(ReadingChanged(UID, word))
+        self.hub.publish(ReadingChanged(UID, word))
 
     def silence(self, seconds: float) -> None:
         self.servo.online = False
-        self.hub.tell(ServoChanged(UID))
+        self.hub.publish(ServoChanged(UID))
         self.now += seconds
         self.servo.online = True
 
@@ -71,7 +71,7 @@ class Desk:
     def notice_restart(self) -> None:
         self.servo.restarted()
         self._hear()
-        self.hub.tell(ServoChanged(UID))
+        self.hub.publish(ServoChanged(UID))
 
     def one(self, key: str) -> Fault:
         return next(fault for fault in self.faults.of(UID) if fault.key == key)
@@ -86,7 +86,7 @@ class Desk:
         self.servo.status_at = self.now
 
     def _note(self, change: Change) -> None:
-        if isinstance(change, Happened):
+        if isinstance(change, LogEvent):
             self.happened.append(change)
 
 
@@ -137,7 +137,7 @@ def test_a_bit_is_told_as_loud_as_its_level_with_what_to_do(desk: Desk, word: st
 
 def test_the_servo_is_told_to_have_changed_with_each_bit_and_with_each_acknowledgement(desk: Desk) -> None:
     told: list[int] = []
-    desk.hub.listen(lambda _change: told.append(desk.faults.unacknowledged(UID)), ServoChanged)
+    desk.hub.subscribe(lambda _change: told.append(desk.faults.unacknowledged(UID)), ServoChanged)
     desk.read(WARNING, HOT)
     desk.read(WARNING, HOT)
     asyncio.run(desk.faults.acknowledge(UID, "Ada"))
@@ -172,7 +172,7 @@ def test_a_bit_that_is_set_again_after_a_start_counts_anew(desk: Desk) -> None:
     desk.power_cycle()
     desk.notice_restart()
     desk.told()
-    desk.hub.tell(ReadingChanged(UID, WARNING))  # told again by somebody, but not read since
+    desk.hub.publish(ReadingChanged(UID, WARNING))  # told again by somebody, but not read since
     assert (desk.one("temperature_high").count, desk.told()) == (1, [])
     desk.read(WARNING, HOT)
     assert desk.told() == [("warning", "fault")]
@@ -207,7 +207,7 @@ def test_silence_makes_it_stale_and_the_same_bit_afterwards_is_the_same_appearan
     desk.read(WARNING, HOT)
     desk.told()
     desk.servo.online = False
-    desk.hub.tell(ServoChanged(UID))
+    desk.hub.publish(ServoChanged(UID))
     fault = desk.one("temperature_high")
     assert (fault.active, fault.stale, fault.last_seen) == (False, True, EPOCH + 1002.0)
     desk.silence(60.0)

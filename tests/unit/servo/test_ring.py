@@ -10,7 +10,7 @@ from hornbill.schema.catalog import Catalog
 from hornbill.servo.device.servo import Servo
 from hornbill.servo.monitoring.sample_ring import FIRST_CHUNK, LARGEST_CHUNK, SampleRing
 from hornbill.servo.monitoring.telemetry import MOST_BYTES, TelemetryCollector
-from hornbill.servo.runtime.hub import Happened, Hub, Sampled, ServoChanged
+from hornbill.servo.runtime.hub import Hub, LogEvent, Sampled, ServoChanged
 from hornbill.servo.runtime.timebase import TimeBase
 from hornbill.units import Uid
 
@@ -103,12 +103,12 @@ class Desk:
         self.told: list[Sampled] = []
         base = TimeBase(lambda: self.now)
         self.telemetry = TelemetryCollector(self.hub, base, lambda uid: self.servo if uid == UID else None, **settings)
-        self.hub.listen(self.told.append, Sampled)
-        self.hub.tell(ServoChanged(UID))
+        self.hub.subscribe(self.told.append, Sampled)
+        self.hub.publish(ServoChanged(UID))
 
     def sample(self, value: float | None, key: str = "current_angle", after: float = 0.1) -> None:
         self.now += after
-        self.hub.tell(Sampled(UID, key, self.now, value))
+        self.hub.publish(Sampled(UID, key, self.now, value))
 
     def values(self, key: str = "current_angle") -> list[float | None]:
         return self.telemetry.window(UID, key, 0.0)[1]
@@ -130,8 +130,8 @@ def test_a_servo_that_goes_silent_leaves_a_gap_in_every_channel_and_everybody_he
     desk.sample(7.4, "current_voltage")
     desk.now += 3
     desk.servo.online = False
-    desk.hub.tell(ServoChanged(UID))
-    desk.hub.tell(ServoChanged(UID))
+    desk.hub.publish(ServoChanged(UID))
+    desk.hub.publish(ServoChanged(UID))
     assert desk.values() == [1.0, None]
     assert desk.values("current_voltage") == [7.4, None]
     assert desk.marks() == desk.marks("current_voltage") == ["gap"]
@@ -141,7 +141,7 @@ def test_a_servo_that_goes_silent_leaves_a_gap_in_every_channel_and_everybody_he
 def test_a_lost_bus_leaves_a_gap_at_once() -> None:
     desk = Desk()
     desk.sample(1.0)
-    desk.hub.tell(Happened("failure", "bus_lost", "gone"))
+    desk.hub.publish(LogEvent("failure", "bus_lost", "gone"))
     desk.sample(2.0, after=0.5)
     assert desk.values() == [1.0, None, 2.0]
 
@@ -150,7 +150,7 @@ def test_a_restart_is_marked() -> None:
     desk = Desk()
     desk.sample(1.0)
     desk.servo.restarted()
-    desk.hub.tell(ServoChanged(UID))
+    desk.hub.publish(ServoChanged(UID))
     assert desk.marks() == ["restart"]
     assert desk.values() == [1.0, None]
 
@@ -202,7 +202,7 @@ def test_what_is_measured_is_what_came_and_not_a_gap() -> None:
         desk.sample(1.0, "current_speed", 0.05)
     desk.now += 2
     desk.servo.online = False
-    desk.hub.tell(ServoChanged(UID))
+    desk.hub.publish(ServoChanged(UID))
     hz, age_s = desk.telemetry.measured(UID, "current_speed")
     assert 11 < hz < 13
     assert age_s is not None
@@ -225,7 +225,7 @@ def test_a_crowd_at_full_rate_stays_within_the_memory_and_the_oldest_goes_first(
     uids = [Uid(f"{number:032x}") for number in range(125)]
     for turn in range(1000):
         for uid in uids:
-            desk.hub.tell(Sampled(uid, "current_angle", 1000 + turn / 10, 1.0))
+            desk.hub.publish(Sampled(uid, "current_angle", 1000 + turn / 10, 1.0))
     assert desk.telemetry.bytes <= most
     first = [desk.telemetry.window(uid, "current_angle", 0.0)[0][0] for uid in uids]
     last = [desk.telemetry.window(uid, "current_angle", 0.0)[0][-1] for uid in uids]
@@ -237,10 +237,10 @@ def test_ten_minutes_of_a_full_bus_take_a_fifth_of_what_is_allowed() -> None:
     desk, servos = Desk(), 5
     for turn in range(6000):  # Status at 10 Hz, and six rows a second of each of 125 servos
         for number in range(servos):
-            desk.hub.tell(Sampled(Uid(f"{number:032x}"), "current_angle", 1000 + turn / 10, 1.0))
+            desk.hub.publish(Sampled(Uid(f"{number:032x}"), "current_angle", 1000 + turn / 10, 1.0))
             if turn % 10 == 0:
                 for key in ("command_angle", "command_speed", "command_torque", "current_voltage", "current_speed"):
-                    desk.hub.tell(Sampled(Uid(f"{number:032x}"), key, 1000 + turn / 10, 1.0))
+                    desk.hub.publish(Sampled(Uid(f"{number:032x}"), key, 1000 + turn / 10, 1.0))
     assert desk.telemetry.bytes * 125 / servos < MOST_BYTES / 5
 
 
@@ -250,7 +250,7 @@ def test_a_gap_is_told_once_wherever_its_instant_is_rounded_to() -> None:
     assert awkward, "none of these instants is rounded up, so nothing is tested"
     hub, told = Hub(), list[Sampled]()
     TelemetryCollector(hub, TimeBase(lambda: 0.0), lambda _uid: None)
-    hub.listen(told.append, Sampled)
-    hub.tell(Sampled(UID, "current_voltage", awkward[0], 7.4))
-    hub.tell(Sampled(UID, "current_voltage", awkward[0] + 60, 7.4))
+    hub.subscribe(told.append, Sampled)
+    hub.publish(Sampled(UID, "current_voltage", awkward[0], 7.4))
+    hub.publish(Sampled(UID, "current_voltage", awkward[0] + 60, 7.4))
     assert [sample.value for sample in told] == [7.4, None, 7.4]

@@ -9,7 +9,7 @@ import pytest
 import jumping_clock
 from hornbill.errors import Stopped
 from hornbill.servo.motion.setpoint_runner import PeriodicSource, SetpointRunner
-from hornbill.servo.runtime.hub import Happened, Hub
+from hornbill.servo.runtime.hub import Hub, LogEvent
 from hornbill.servo.runtime.timebase import TimeBase
 
 PERIOD_S = 0.02
@@ -30,17 +30,17 @@ class Counted(PeriodicSource):
         self.at.append(round(self.now(), 6))
         return len(self.at) == self.slots
 
-    def interrupt(self, why: str) -> Happened:
+    def interrupt(self, why: str) -> LogEvent:
         self.why = why
-        return Happened("notice", "move_ended", why)
+        return LogEvent("notice", "move_ended", why)
 
 
-def run(slots: int, before: Callable[[int], float], end_after_s: float | None = None) -> tuple[Counted, list[Happened]]:
-    events: list[Happened] = []
+def run(slots: int, before: Callable[[int], float], end_after_s: float | None = None) -> tuple[Counted, list[LogEvent]]:
+    events: list[LogEvent] = []
 
     async def scene() -> Counted:
         base, hub = TimeBase(asyncio.get_running_loop().time), Hub()
-        hub.listen(events.append, Happened)
+        hub.subscribe(events.append, LogEvent)
         runner, began = SetpointRunner(hub, base), base.now()
         source = Counted(PERIOD_S, lambda: base.now() - began, slots, before)
         task = runner.start(source)

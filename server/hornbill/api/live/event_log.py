@@ -21,9 +21,9 @@ from hornbill.servo.host import Host
 from hornbill.servo.runtime.hub import (
     BusChanged,
     Change,
-    Happened,
     JobChanged,
     LeaseChanged,
+    LogEvent,
     ReadingChanged,
     ServoChanged,
     StopChanged,
@@ -149,7 +149,7 @@ class EventLog:
         self._servos: dict[Uid, None] = {}
         self._readings: dict[tuple[Uid, str], None] = {}
         self._jobs: dict[str, RunningJob] = {}
-        self._events: deque[tuple[float, Happened]] = deque(maxlen=EVENTS_KEPT)
+        self._events: deque[tuple[float, LogEvent]] = deque(maxlen=EVENTS_KEPT)
         self._flags: set[str] = set()
         self._forget: Callable[[], None] | None = None
         self._batch: asyncio.TimerHandle | None = None
@@ -165,9 +165,9 @@ class EventLog:
         """Begin to wake `cursor` when there are entries for it."""
         self._cursors.add(cursor)
         if self._forget is None:
-            self._forget = self.host.hub.listen(
+            self._forget = self.host.hub.subscribe(
                 self._on_change,
-                ServoChanged, ReadingChanged, JobChanged, Happened, BusChanged, LeaseChanged, StopChanged,
+                ServoChanged, ReadingChanged, JobChanged, LogEvent, BusChanged, LeaseChanged, StopChanged,
             )  # fmt: skip
             self._buffers[ALWAYS] = EventBuffer()
             self._tick()
@@ -273,7 +273,7 @@ class EventLog:
             case ReadingChanged():
                 self._readings[change.uid, change.key] = None
                 self._servos[change.uid] = None
-            case Happened():
+            case LogEvent():
                 if len(self._events) == EVENTS_KEPT:
                     self.collect()
                 self._events.append((self.host.base.utc_now(), change))
@@ -361,7 +361,7 @@ def _job(job: RunningJob) -> LogEntry:
     return LogEntry("jobs", "job", None, f'"job":{present.job(job).model_dump_json()}', f"job {job.id}")
 
 
-def _event(at: float, event: Happened) -> LogEntry:
+def _event(at: float, event: LogEvent) -> LogEntry:
     members = {
         "at": at, "level": event.level, "uid": event.uid, "code": event.code, "text": event.text,
         "params": event.params,

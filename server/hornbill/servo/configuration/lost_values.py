@@ -9,7 +9,7 @@ from hornbill.schema import scale
 from hornbill.schema.scale import Value
 from hornbill.servo.device.servo import Servo
 from hornbill.servo.runtime.audit import Audit
-from hornbill.servo.runtime.hub import Happened, Hub, JobChanged, ReadingChanged, ServoChanged
+from hornbill.servo.runtime.hub import Hub, JobChanged, LogEvent, ReadingChanged, ServoChanged
 from hornbill.servo.runtime.timebase import TimeBase
 from hornbill.store.audit import NewAuditEntry
 from hornbill.store.settings import SettingTable
@@ -47,9 +47,9 @@ class LostValues:
         self._stored = stored
         self._audit = audit
         self._lost: dict[Uid, Lost] = {}
-        hub.listen(self._on_servo, ServoChanged)
-        hub.listen(self._on_reading, ReadingChanged)
-        hub.listen(self._on_job, JobChanged)
+        hub.subscribe(self._on_servo, ServoChanged)
+        hub.subscribe(self._on_reading, ReadingChanged)
+        hub.subscribe(self._on_job, JobChanged)
 
     def shown(self, servo: Servo) -> list[tuple[str, Value, float]]:
         """Key, engineering value and time of every lost value, in the order of the rows."""
@@ -114,7 +114,7 @@ class LostValues:
         text = f"{servo.title} restarted and lost {count} only in RAM: {', '.join(named)}{more}. Apply them again."
         params: dict[str, object] = {"servo": servo.title, "count": len(rows), "keys": [row.key for row, _ in rows]}
         params["lost"] = [{"key": row.key, "value": scale.to_value(row, raw, values)} for row, raw in rows]
-        self._hub.tell(Happened("warning", "ram_values_lost", text, servo.uid, params))
+        self._hub.publish(LogEvent("warning", "ram_values_lost", text, servo.uid, params))
 
     def _of(self, uid: Uid) -> Lost:
         found = self._lost.get(uid)
@@ -125,7 +125,7 @@ class LostValues:
     def _keep(self, uid: Uid, lost: Lost) -> None:
         self._lost[uid] = lost
         self._store(uid, {"at": lost.at, "values": dict(lost.values)} if lost.values else None)
-        self._hub.tell(ServoChanged(uid))
+        self._hub.publish(ServoChanged(uid))
 
     def _stored_of(self, uid: Uid) -> Lost:
         """Never raises: a servo whose past cannot be read has lost nothing that could be offered."""
@@ -148,7 +148,7 @@ class LostValues:
         except Exception:
             log.exception("the lost values of %s could not be stored", uid)
             text = "The RAM values that a servo lost could not be stored. Check the data folder and its disk."
-            self._hub.tell(Happened("warning", "store_failed", text, uid, {"what": "lost_values"}))
+            self._hub.publish(LogEvent("warning", "store_failed", text, uid, {"what": "lost_values"}))
 
 
 def _key(uid: Uid) -> str:

@@ -173,7 +173,7 @@ class Restarting:
         before, expected = servo.busy, servo.expected_rom
         servo.busy = State.RESTARTING if kind == "restart" else State.SAVING
         servo.gives_up_ram = servo.gives_up_ram or kind != "save"
-        hub.tell(ServoChanged(servo.uid))
+        hub.publish(ServoChanged(servo.uid))
 
         async def whole(job: RunningJob) -> dict[str, object]:
             outcome, notes = "cancelled", ()
@@ -187,7 +187,7 @@ class Restarting:
             finally:
                 servo.busy, servo.expected_rom = before, expected
                 servo.gives_up_ram = servo.gives_up_ram and before is not None
-                hub.tell(ServoChanged(servo.uid))
+                hub.publish(ServoChanged(servo.uid))
                 entry = NewAuditEntry(run.by, kind, outcome, servo.uid, before=run.snapshot, notes=notes, job=job.id)
                 self._services.audit.note(*run.audit_rows(job, outcome), entry)
 

@@ -16,7 +16,7 @@ from hornbill.servo.device.requests import READ, WRITE
 from hornbill.servo.device.services import HostServices
 from hornbill.servo.device.servo import Servo
 from hornbill.servo.motion.motion import Motion
-from hornbill.servo.runtime.hub import Happened, ServoChanged
+from hornbill.servo.runtime.hub import LogEvent, ServoChanged
 from hornbill.servo.runtime.jobs import RunningJob
 from hornbill.store.audit import NewAuditEntry
 from hornbill.units import Instant, Raw, Uid
@@ -116,7 +116,7 @@ class Writing:
                 changes.append(change(servo, listed, one, after, verdict))
             outcome = Outcome("applied", changes)
         finally:
-            self._hub.tell(ServoChanged(servo.uid))
+            self._hub.publish(ServoChanged(servo.uid))
         self._note(servo, outcome, by, options)
         return outcome
 
@@ -147,7 +147,7 @@ class Writing:
                 f"{servo.title} took every value, and was then found to hold something else: "
                 f"{'; '.join(text for _, text in wrong)}. It may have restarted, or another tool writes to it.",
                 differences=[fact for fact, _ in wrong],
-                cause="not_taken",
+                cause="values_not_retained",
                 servo=servo.title,
                 keys=[fact["key"] for fact, _ in wrong],
             )
@@ -235,7 +235,7 @@ class Writing:
             names = ", ".join(one.row.label for one in lost)
             params: dict[str, object] = {"servo": servo.title, "keys": [one.row.key for one in lost]}
             text = f"{servo.title} could not be put back as it was: {names}. Read it, and restore the last snapshot."
-            self._hub.tell(Happened("failure", "not_rolled_back", text, servo.uid, params))
+            self._hub.publish(LogEvent("failure", "not_rolled_back", text, servo.uid, params))
 
 
 def change(servo: Servo, writes: Iterable[Write], one: Write, after: Raw | None, verdict: Verdict) -> Change:

@@ -8,7 +8,7 @@ from hornbill.schema.firmware import to_text as firmware_text
 from hornbill.servo.device import output
 from hornbill.servo.device.servo import Register, Servo
 from hornbill.servo.runtime.audit import Audit
-from hornbill.servo.runtime.hub import Happened, Hub, ServoChanged
+from hornbill.servo.runtime.hub import Hub, LogEvent, ServoChanged
 from hornbill.store.audit import NewAuditEntry
 from hornbill.store.servos import Servos, StoredServo
 from hornbill.units import Raw, Uid
@@ -57,9 +57,9 @@ class DriftDetector:
             params: dict[str, object] = {"servo": servo.title, "keys": news}
             if _other_firmware(servo, kept) and kept.facts.firmware is not None:
                 params |= {"firmware_before": firmware_text(kept.facts.firmware), "firmware": servo.firmware_text}
-            self._hub.tell(Happened("warning", "drift", self._sentence(servo, kept, news), servo.uid, params))
+            self._hub.publish(LogEvent("warning", "drift", self._sentence(servo, kept, news), servo.uid, params))
         if changed or news:
-            self._hub.tell(ServoChanged(servo.uid))
+            self._hub.publish(ServoChanged(servo.uid))
         known = servo.rom()
         return {key: was for key, was in last.items() if key not in found and key not in known} | known
 
@@ -88,7 +88,7 @@ class DriftDetector:
         self._audit.note(
             *(NewAuditEntry(by, "drift", "accepted", servo.uid, one.key, before=one.was, after=one.now) for one in rows)
         )
-        self._hub.tell(ServoChanged(servo.uid))
+        self._hub.publish(ServoChanged(servo.uid))
 
     def forget(self, uid: Uid) -> None:
         """Nothing is known of a servo any more."""

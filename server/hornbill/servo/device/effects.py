@@ -20,8 +20,8 @@ class Effects:
         self._depend_on = _dependents(catalog)
         self._state: dict[Uid, tuple[object, ...]] = {}
         self._verdicts: dict[Uid, dict[str, Effect]] = {}
-        hub.listen(self._on_servo, ServoChanged)
-        hub.listen(self._on_reading, ReadingChanged)
+        hub.subscribe(self._on_servo, ServoChanged)
+        hub.subscribe(self._on_reading, ReadingChanged)
 
     def _on_servo(self, change: ServoChanged) -> None:
         servo = self._find(change.uid)
@@ -46,7 +46,7 @@ class Effects:
             before = known.get(key)
             known[key] = now
             if before is not None and before != now:
-                self._hub.tell(ReadingChanged(servo.uid, key))
+                self._hub.publish(ReadingChanged(servo.uid, key))
 
 
 def _dependents(catalog: Catalog) -> dict[str, tuple[str, ...]]:

@@ -22,8 +22,8 @@ from hornbill.servo.device.requests import ServoRequests
 from hornbill.servo.device.rom_knowledge import RomKnowledge
 from hornbill.servo.device.servo import Servo
 from hornbill.servo.runtime.hub import (
-    Happened,
     Hub,
+    LogEvent,
     NodeSuspected,
     ReadingChanged,
     Sampled,
@@ -104,7 +104,7 @@ class Fleet:
                 "unknown_servo",
                 f"There is no servo {uid!r}.",
                 uid=uid,
-                cause="never_met",
+                cause="servo_never_seen",
             )
         return servo
 
@@ -119,7 +119,7 @@ class Fleet:
         self._servos = {servo.uid: servo for servo in servos}
         self._by_node = {servo.node_id: servo for servo in self._servos.values() if servo.node_id is not None}
         for servo in (*self._aside.values(), *self._servos.values()):
-            self._hub.tell(ServoChanged(servo.uid))
+            self._hub.publish(ServoChanged(servo.uid))
 
     def recorded_on(self, node: int) -> Servo | None:
         """Which of them is on a node id."""
@@ -150,12 +150,12 @@ class Fleet:
         if servo is not None and (servo.online or servo.busy is not None or servo.changing.locked()):
             raise Busy(
                 f"{servo.title} is there. Switch it off or take it off the bus before it is forgotten.",
-                cause="still_there",
+                cause="servo_online",
                 servo=servo.title,
             )
         if servo is not None:
             servo.forget_everything()
-            self._hub.tell(ServoChanged(uid))
+            self._hub.publish(ServoChanged(uid))
         self._units.forget(uid)
 
     def attach(self, participant: Participant) -> Directory:
@@ -186,8 +186,8 @@ class Fleet:
             before = servo.status
             servo.status, servo.status_at = status, now
             if before is None or (before.health, before.mode) != (status.health, status.mode):
-                self._hub.tell(ServoChanged(servo.uid))
-            if servo.identified and self._directory.resident(node) is not None:
+                self._hub.publish(ServoChanged(servo.uid))
+            if servo.identified and self._directory.unique_id_at(node) is not None:
                 return
         # new, restarted, or back from silence: somebody else may sit on this id now, so ask again who it is
         if restarted and servo is not None:
@@ -225,7 +225,7 @@ class Fleet:
         if restarted:
             self._noticed_restart(servo, status, at)
         servo.status, servo.status_at, servo.online, servo.identified = status, at, True, True
-        self._hub.tell(ServoChanged(servo.uid))
+        self._hub.publish(ServoChanged(servo.uid))
 
     def ask_now(self, node: int) -> None:
         """Somebody needs to know who uses a node id: ask it, however often it stayed silent."""
@@ -250,7 +250,7 @@ class Fleet:
             servo.angle_deg, servo.angle_at = round(angle, 2), transfer.at
             polled = servo.angle_polled_at
             if polled is None or transfer.at - polled > 0.15:
-                self._hub.tell(Sampled(servo.uid, "current_angle", transfer.at, servo.angle_deg))
+                self._hub.publish(Sampled(servo.uid, "current_angle", transfer.at, servo.angle_deg))
         # while nobody knows in which unit it is told, what 0x08 was read to hold last tells
         at, near = (transfer.at, angle) if angle is not None else (servo.angle_polled_at, servo.angle_deg)
         since = servo.soft_start_since
@@ -269,18 +269,18 @@ class Fleet:
         for node, servo in self._by_node.items():
             if servo.online and not self._directory.is_online(node, now):
                 servo.online = False
-                self._hub.tell(ServoChanged(servo.uid))
+                self._hub.publish(ServoChanged(servo.uid))
                 if servo.busy is None and not bus_gone:
                     text = f"{servo.title} went silent."
-                    self._hub.tell(Happened("warning", "offline", text, servo.uid, {"servo": servo.title}))
+                    self._hub.publish(LogEvent("warning", "offline", text, servo.uid, {"servo": servo.title}))
             time_out = None if servo.output.commanded_at is None else servo.raw("timeout_time")
             if time_out is not None and servo.output.time_out(now, time_out / 1000):
-                self._hub.tell(ServoChanged(servo.uid))
+                self._hub.publish(ServoChanged(servo.uid))
             since = servo.soft_start_since
             if since is not None and now - since > SOFT_START_LIMIT_S:
                 self.soft_start_over(servo, seen=servo.raw("torque_mode") != 0)
         for node in self.suspects():
-            self._hub.tell(NodeSuspected(node))
+            self._hub.publish(NodeSuspected(node))
 
     def suspects(self) -> list[int]:
         """Node ids that broadcast the Status of an actuator and may be servos: not known as one, nor as foreign."""
@@ -296,7 +296,7 @@ class Fleet:
     def imposed(self, node: int) -> None:
         """Torque is about to be taken from a node not known as a servo: RAM no longer tells what ROM holds in 0x20."""
         record = self._directory.records.get(node)
-        self._imposed[node] = 0 if record is None else record.lives
+        self._imposed[node] = 0 if record is None else record.boot_count
 
     def note(self, node: int) -> Note | None:
         """Why a node is not taken for a servo, for people."""
@@ -304,11 +304,11 @@ class Fleet:
 
     def bus_lost(self) -> None:
         """Nothing is heard any more; what is heard first when the bus is back may be old."""
-        self._directory.go_deaf()
+        self._directory.reception_lost()
 
     def bus_back(self) -> None:
         """The bus works again."""
-        self._directory.hear_again(self._base.now())
+        self._directory.reception_restored(self._base.now())
 
     def near_zero(self, servo: Servo, at: Instant) -> None:
         """A horn in soft start was seen within 1 degree of 0: that ends it, when it is seen there again."""
@@ -325,7 +325,7 @@ class Fleet:
         servo.soft_start_since = None
         for key in servo.soft_start_rows:
             servo.forget(key)  # what they were read to hold was for the time of soft start
-        self._hub.tell(ServoChanged(servo.uid))
+        self._hub.publish(ServoChanged(servo.uid))
         node = servo.node_id
         if node is not None and node not in self._asking:
             self._asking[node] = asyncio.get_running_loop().create_task(self._after_soft_start(servo, node, seen=seen))
@@ -344,18 +344,18 @@ class Fleet:
         for servo in self._servos.values():
             servo.online, servo.node_id, servo.soft_start_since = False, None, None
             if servo.model_number is not None:
-                self._hub.tell(ServoChanged(servo.uid))
+                self._hub.publish(ServoChanged(servo.uid))
         if self._aside is not None:
             self._servos, self._aside = self._aside, None
             for servo in self._servos.values():
-                self._hub.tell(ServoChanged(servo.uid))
+                self._hub.publish(ServoChanged(servo.uid))
 
     def _noticed_restart(self, servo: Servo, status: NodeStatus, at: Instant) -> None:
         servo.restarted(at - status.uptime_sec - 1)  # an uptime of whole seconds
-        self._hub.tell(ServoChanged(servo.uid))
+        self._hub.publish(ServoChanged(servo.uid))
         if servo.busy is None:
             text = f"{servo.title} restarted by itself. What was only in RAM is lost; the horn may soft-start to 0°."
-            self._hub.tell(Happened("warning", "restarted", text, servo.uid, {"servo": servo.title}))
+            self._hub.publish(LogEvent("warning", "restarted", text, servo.uid, {"servo": servo.title}))
 
     async def _arrive(self, node: NodeId) -> None:
         try:
@@ -384,8 +384,8 @@ class Fleet:
             self.fresh.spent(node)
             self._told_all(servo)
             params: dict[str, object] = {"servo": servo.title, "node_id": node}
-            self._hub.tell(Happened("info", "ready", f"{servo.title} is on node {node}.", servo.uid, params))
-            self._hub.tell(ServoRead(servo.uid))
+            self._hub.publish(LogEvent("info", "ready", f"{servo.title} is on node {node}.", servo.uid, params))
+            self._hub.publish(ServoRead(servo.uid))
             self.remember(servo)
         except NoResponse as error:
             log.info("node %d: %s", node, identification.lost(error))
@@ -398,13 +398,13 @@ class Fleet:
             self._strangers.wait(node, self._base.now() + RETRY_S)
         finally:
             self._asking.pop(node, None)
-            resident = self._directory.resident(node)
+            resident = self._directory.unique_id_at(node)
             self._hand_over(node, None if resident is None else resident.hex())
 
     def _doubt(self, node: int) -> None:
         """Somebody who only says NodeStatus, where a servo was, is not taken for it; a boot loader's is (B16)."""
         servo, now = self._by_node.get(node), self._base.now()
-        if servo is None or self._directory.resident(node) is not None:
+        if servo is None or self._directory.unique_id_at(node) is not None:
             return
         status = self._directory.records[node].status
         broadcasts = servo.angle_at is not None and now - servo.angle_at < OFFLINE_AFTER_S
@@ -419,9 +419,9 @@ class Fleet:
         del self._by_node[node]
         if servo.online and servo.busy is None:
             text = f"{servo.title} is gone: another node uses its node id {node}."
-            self._hub.tell(Happened("warning", "offline", text, servo.uid, {"servo": servo.title, "node_id": node}))
+            self._hub.publish(LogEvent("warning", "offline", text, servo.uid, {"servo": servo.title, "node_id": node}))
         servo.node_id, servo.online = None, False
-        self._hub.tell(ServoChanged(servo.uid))
+        self._hub.publish(ServoChanged(servo.uid))
 
     def _welcome(self, node: NodeId, identity: NodeIdentity) -> Servo:
         servo = self._servos.setdefault(identity.uid, Servo(identity.uid, self.catalog))
@@ -432,21 +432,21 @@ class Fleet:
         elif not servo.online:
             servo.identified = False
             servo.forget_readings()
-            if record is not None and self._restarted_away(servo, record.status, record.heard):
+            if record is not None and self._restarted_away(servo, record.status, record.status_at):
                 servo.restarted()
         servo.node_id = node
         servo.online = True
         if record is not None:
-            servo.status, servo.status_at = record.status, record.heard
+            servo.status, servo.status_at = record.status, record.status_at
         self._hand_over(node, servo.uid)
         self._by_node[node] = servo
         self._strangers.forget(node)
         identification.apply(servo, identity)
         self._units.met(servo)
-        if record is not None and self._imposed.pop(node, None) == record.lives:
+        if record is not None and self._imposed.pop(node, None) == record.boot_count:
             servo.note_write("torque_mode", None, self._base.now())
-        self._hub.tell(ServoChanged(servo.uid))
-        self._hub.tell(ServoSeen(servo.uid))
+        self._hub.publish(ServoChanged(servo.uid))
+        self._hub.publish(ServoSeen(servo.uid))
         return servo
 
     async def _watch_timeout(self, servo: Servo) -> None:
@@ -478,5 +478,5 @@ class Fleet:
 
     def _told_all(self, servo: Servo) -> None:
         for key in servo.registers:
-            self._hub.tell(ReadingChanged(servo.uid, key))
-        self._hub.tell(ServoChanged(servo.uid))
+            self._hub.publish(ReadingChanged(servo.uid, key))
+        self._hub.publish(ServoChanged(servo.uid))

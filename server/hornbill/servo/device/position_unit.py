@@ -22,7 +22,7 @@ from hornbill.servo.device.position_estimate import (
 from hornbill.servo.device.requests import Patience, ServoRequests
 from hornbill.servo.device.servo import Servo, State
 from hornbill.servo.runtime.audit import Audit
-from hornbill.servo.runtime.hub import Happened, Hub, ServoChanged
+from hornbill.servo.runtime.hub import Hub, LogEvent, ServoChanged
 from hornbill.servo.runtime.timebase import TimeBase
 from hornbill.store.audit import NewAuditEntry
 from hornbill.store.settings import SettingTable
@@ -105,8 +105,8 @@ class PositionUnits:
             if estimate.measured is not None or estimate.clash:
                 self._keep(servo.uid, "measured", None)
                 text = f"{servo.title} has other firmware than its position unit was measured on: it is measured anew."
-                self._hub.tell(
-                    Happened(
+                self._hub.publish(
+                    LogEvent(
                         "notice", "position_unit", text, servo.uid, {"servo": servo.title, "what": "other_firmware"}
                     )
                 )
@@ -142,7 +142,7 @@ class PositionUnits:
         self._audit.note(
             NewAuditEntry(by, "position_unit", "applied", servo.uid, None, before, unit, servo.position_unit.unit)
         )
-        self._hub.tell(ServoChanged(servo.uid))
+        self._hub.publish(ServoChanged(servo.uid))
 
     def evidence(self, servo: Servo) -> Note:
         """How the unit is known, for people."""
@@ -212,20 +212,20 @@ class PositionUnits:
             text = f"It is not clear what positions of {servo.title} mean. {estimate.evidence.text} "
             text += "Its angle is read from 0x08, and no angle is sent by ArrayCommand. " + remedy
             params["what"] = "unclear"
-            self._hub.tell(Happened("warning", "position_unit", text, servo.uid, params))
+            self._hub.publish(LogEvent("warning", "position_unit", text, servo.uid, params))
         elif measured is not None and estimate.forced not in (None, measured):
             text = f"Positions of {servo.title} were forced to be in {NAMES[estimate.unit]}, and seem to be in "
             text += f"{NAMES[measured]}. {estimate.evidence.text} {remedy}"
             params |= {"what": "forced_otherwise", "unit": estimate.unit, "measured": measured}
-            self._hub.tell(Happened("warning", "position_unit", text, servo.uid, params))
+            self._hub.publish(LogEvent("warning", "position_unit", text, servo.uid, params))
         elif measured is not None and estimate.forced is None and measured != LITERAL:
             text = f"Positions of {servo.title} are in {NAMES[measured]}, not in {NAMES[LITERAL]}. "
             text += (
                 f"{estimate.evidence.text} Its angle is shown by that, and no angle is sent by ArrayCommand. " + remedy
             )
             params |= {"what": "another", "unit": LITERAL, "measured": measured}
-            self._hub.tell(Happened("warning", "position_unit", text, servo.uid, params))
-        self._hub.tell(ServoChanged(servo.uid))
+            self._hub.publish(LogEvent("warning", "position_unit", text, servo.uid, params))
+        self._hub.publish(ServoChanged(servo.uid))
 
     def _recall(self, uid: Uid) -> Estimate:
         own = _unit(self._held(uid, "forced"))
@@ -255,7 +255,7 @@ class PositionUnits:
         except Exception:
             log.exception("the position unit of %s could not be kept", uid)
             text = "What positions of a servo mean could not be stored. Check the data folder and its disk."
-            self._hub.tell(Happened("warning", "store_failed", text, uid, {"what": "position_unit"}))
+            self._hub.publish(LogEvent("warning", "store_failed", text, uid, {"what": "position_unit"}))
 
 
 def _key(uid: Uid, what: str) -> str:

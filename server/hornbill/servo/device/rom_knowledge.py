@@ -4,7 +4,7 @@ import logging
 
 from hornbill.servo.device.drift import DriftDetector, doubtful, drifted
 from hornbill.servo.device.servo import Servo
-from hornbill.servo.runtime.hub import Happened, Hub
+from hornbill.servo.runtime.hub import Hub, LogEvent
 from hornbill.servo.runtime.timebase import TimeBase
 from hornbill.store.servos import ServoFacts, StoredServo
 from hornbill.store.store import Store
@@ -70,6 +70,6 @@ class RomKnowledge:
         except Exception:  # a full disk must not keep anybody from watching and stopping this servo
             log.exception("%s could not be kept in the store", servo.title)
             text = f"What is known of {servo.title} could not be stored. Check the data folder and its disk."
-            self._hub.tell(
-                Happened("warning", "store_failed", text, servo.uid, {"what": "servo", "servo": servo.title})
+            self._hub.publish(
+                LogEvent("warning", "store_failed", text, servo.uid, {"what": "servo", "servo": servo.title})
             )

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 from hornbill.servo.device.position_estimate import HALF_TURN_DEG
 from hornbill.servo.device.servo import Servo
-from hornbill.servo.runtime.hub import Happened, Hub, Sampled, ServoChanged
+from hornbill.servo.runtime.hub import Hub, LogEvent, Sampled, ServoChanged
 from hornbill.units import Instant, Uid
 
 UNCERTAIN_S = 2.0
@@ -31,8 +31,8 @@ class TurnCount:
         self._hub = hub
         self._find = find
         self._beyond: dict[Uid, _Beyond] = {}
-        hub.listen(self._on_sample, Sampled)
-        hub.listen(self._on_servo, ServoChanged)
+        hub.subscribe(self._on_sample, Sampled)
+        hub.subscribe(self._on_servo, ServoChanged)
 
     def _on_sample(self, sample: Sampled) -> None:
         if sample.key != "current_angle" or sample.value is None:
@@ -58,4 +58,4 @@ class TurnCount:
             servo.turns_lost_deg = known.angle_deg
             params: dict[str, object] = {"servo": servo.title, "angle_deg": round(known.angle_deg, 1)}
             text = f"{servo.title} restarted at {known.angle_deg:.1f}° and lost its turn count (4.1)."
-            self._hub.tell(Happened("warning", "turns_lost", text, servo.uid, params))
+            self._hub.publish(LogEvent("warning", "turns_lost", text, servo.uid, params))

@@ -12,7 +12,7 @@ from hornbill.servo.device.fleet import EVERY_SERVO
 from hornbill.servo.device.servo import Servo, State
 from hornbill.servo.monitoring.oscillation import QUIET_S, Oscillation
 from hornbill.servo.monitoring.polling import Polling
-from hornbill.servo.runtime.hub import Happened, Hub, ReadingChanged, Sampled, ServoChanged
+from hornbill.servo.runtime.hub import Hub, LogEvent, ReadingChanged, Sampled, ServoChanged
 from hornbill.servo.runtime.timebase import TimeBase
 from hornbill.units import Instant, Raw, Uid
 from hornbill.wire.messages import ArrayCommand
@@ -141,9 +141,9 @@ class Activities:
         self._find = find
         self._driven = driven
         self._watches: dict[Uid, _Watch] = {}
-        hub.listen(self._on_sample, Sampled)
-        hub.listen(self._on_servo, ServoChanged)
-        hub.listen(self._on_reading, ReadingChanged)
+        hub.subscribe(self._on_sample, Sampled)
+        hub.subscribe(self._on_servo, ServoChanged)
+        hub.subscribe(self._on_reading, ReadingChanged)
 
     def of(self, servo: Servo) -> ServoActivity:
         """What a servo does now."""
@@ -266,7 +266,7 @@ class Activities:
         doing = self._now(watch, now)
         if doing != watch.doing:
             watch.doing, watch.since = doing, now
-            self._hub.tell(ServoChanged(watch.servo.uid))
+            self._hub.publish(ServoChanged(watch.servo.uid))
         if doing == "hunting" and watch.oscillation.since_turn(now) > QUIET_S / 2:
             self._look(watch, now, "current_angle")
         self._alarm(watch, now)
@@ -352,14 +352,14 @@ class Activities:
         else:
             text = f"{servo.title} is at rest with {found.torque_pct:.0f} % torque, near its limit of "
             text += f"{found.torque_limit_pct:.0f} %. Check for a blocked horn or a load that is too heavy."
-        self._hub.tell(Happened("warning", doing, text, servo.uid, params))
+        self._hub.publish(LogEvent("warning", doing, text, servo.uid, params))
 
     def _tell_end(self, watch: _Watch, doing: Alarm) -> None:
         title = watch.servo.title
         text = f"{title} no longer oscillates at rest."
         if doing == "saturated":
             text = f"The torque of {title} is no longer near its limit."
-        self._hub.tell(Happened("info", ENDED[doing], text, watch.servo.uid, {"servo": title}))
+        self._hub.publish(LogEvent("info", ENDED[doing], text, watch.servo.uid, {"servo": title}))
 
 
 def torque_limit_pct(servo: Servo, pct: float) -> float:

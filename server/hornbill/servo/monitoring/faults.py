@@ -12,7 +12,7 @@ from hornbill.schema.fault import GROUPS, LEVELS, REGISTERS, FaultBit, bits_of
 from hornbill.servo.device.reading import LIVE_PERIOD_S
 from hornbill.servo.device.servo import Servo
 from hornbill.servo.runtime.audit import Audit
-from hornbill.servo.runtime.hub import Happened, Hub, ReadingChanged, ServoChanged
+from hornbill.servo.runtime.hub import Hub, LogEvent, ReadingChanged, ServoChanged
 from hornbill.servo.runtime.timebase import TimeBase
 from hornbill.store.audit import NewAuditEntry
 from hornbill.store.faults import FaultEntry, Sight
@@ -61,8 +61,8 @@ class Faults:
         self._words: dict[tuple[Uid, str], _Word] = {}
         self._entries: dict[Uid, dict[str, FaultEntry]] = {}
         self._failed = False
-        hub.listen(self._on_reading, ReadingChanged)
-        hub.listen(self._on_servo, ServoChanged)
+        hub.subscribe(self._on_reading, ReadingChanged)
+        hub.subscribe(self._on_servo, ServoChanged)
 
     def of(self, uid: Uid) -> list[Fault]:
         """Every bit that is set or ever was: failures before warnings before notifications, active before past."""
@@ -88,7 +88,7 @@ class Faults:
         if key is not None and (key not in known or key not in self._by_key):
             raise Unknown(
                 "unknown_fault", f"This servo never showed a fault {key[:60]!r}.",
-                uid=uid, key=key[:60], cause="never_showed",
+                uid=uid, key=key[:60], cause="fault_never_seen",
             )  # fmt: skip
         wanted = [one for one in known if key is None or one == key]
         now = self._base.utc_now()
@@ -101,7 +101,7 @@ class Faults:
                 for one in (wanted if key is not None else new)
             )
         )
-        self._hub.tell(ServoChanged(uid))
+        self._hub.publish(ServoChanged(uid))
 
     async def forget(self, uid: Uid) -> None:
         """Drop what is known of a servo that is not there. Raises StoreFailed."""
@@ -187,16 +187,16 @@ class Faults:
         if not self._failed:
             self._failed = True
             text = "The history of faults cannot be kept. Check the data folder and its disk; faults show all the same."
-            self._hub.tell(Happened("warning", "store_failed", text, params={"what": "faults"}))
+            self._hub.publish(LogEvent("warning", "store_failed", text, params={"what": "faults"}))
 
     def _tell(self, servo: Servo, appeared: Collection[str], gone: Collection[str]) -> None:
         for bit in self._in_order(appeared):
             text = f"{servo.title}: {bit.label}. {bit.advice}"
-            self._hub.tell(Happened(EVENT_LEVEL[bit.level], "fault", text, servo.uid, _named(servo, bit)))
+            self._hub.publish(LogEvent(EVENT_LEVEL[bit.level], "fault", text, servo.uid, _named(servo, bit)))
         for bit in self._in_order(gone):
             text = f"{servo.title}: {bit.label} is over."
-            self._hub.tell(Happened("info", "fault_cleared", text, servo.uid, _named(servo, bit)))
-        self._hub.tell(ServoChanged(servo.uid))
+            self._hub.publish(LogEvent("info", "fault_cleared", text, servo.uid, _named(servo, bit)))
+        self._hub.publish(ServoChanged(servo.uid))
 
     def _in_order(self, keys: Collection[str]) -> list[FaultBit]:
         return sorted((self._by_key[key] for key in keys), key=lambda bit: bit.bit)

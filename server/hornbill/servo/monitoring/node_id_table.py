@@ -8,14 +8,14 @@ from hornbill.domain.fields import known
 from hornbill.domain.note import Note
 from hornbill.errors import Busy, InvalidValue
 from hornbill.node.allocation import serve_allocation
-from hornbill.node.allocator import AllocationMode, Allocator, AllocatorStatus, Lasting, Rival
+from hornbill.node.allocator import AllocationMode, Allocator, AllocatorStatus, CompetingAllocator, Lasting
 from hornbill.node.directory import Directory
 from hornbill.node.node_ids import HIGHEST_DYNAMIC
 from hornbill.node.participant import Participant
 from hornbill.node.programs import MAKERS_PROGRAM
 from hornbill.node.shared_id import SharedNodeId
 from hornbill.node.waiting import AllocationRequest
-from hornbill.servo.runtime.hub import BusChanged, Happened, Hub
+from hornbill.servo.runtime.hub import BusChanged, Hub, LogEvent
 from hornbill.servo.runtime.timebase import TimeBase
 from hornbill.store.store import Store
 from hornbill.units import Instant, NodeId, Uid
@@ -65,10 +65,10 @@ class NodeIdTable:
         allocator.on_refused.append(self._on_refused)
         allocator.on_recycled.append(self._on_recycled)
         allocator.on_unclear.append(self._ask_who)
-        allocator.on_rival.append(self._on_rival)
-        allocator.on_rival_gone.append(self._on_rival_gone)
+        allocator.on_competitor_found.append(self._on_competitor_found)
+        allocator.on_competitor_gone.append(self._on_competitor_gone)
         self._shared = participant.shared_id
-        self._shared.on_heard.append(self._on_shared)
+        self._shared.on_seen.append(self._on_shared)
         if not recorded:
             serve_allocation(participant, allocator)
         return allocator
@@ -78,14 +78,14 @@ class NodeIdTable:
         self._note_seen()
         self._directory, self._granted = Directory(), {}
         if self._shared is not None:
-            self._shared.on_heard.remove(self._on_shared)
+            self._shared.on_seen.remove(self._on_shared)
             self._shared = None
         self.allocator = self._make(self.allocator.mode)
 
     def tick(self, now: Instant) -> None:
         """Call it every few seconds or more often."""
         shared = self._shared
-        if shared is not None and self.allocator.own_id_shared and now - (shared.heard_at or now) >= SHARED_FOR_S:
+        if shared is not None and self.allocator.own_id_shared and now - (shared.last_seen or now) >= SHARED_FOR_S:
             self._end_sharing(shared)
         if now - self._seen_at >= SEEN_EVERY_S:
             self._note_seen()
@@ -104,12 +104,12 @@ class NodeIdTable:
         await self._store.run(self._store.settings.put, _SETTING, mode.value)
         self.allocator.mode = mode
         self.allocator.resume()
-        self._hub.tell(
-            Happened(
+        self._hub.publish(
+            LogEvent(
                 "notice", "allocator_mode", f"The node-id allocator was set to {mode}.", params={"mode": mode.value}
             )
         )
-        self._hub.tell(BusChanged())
+        self._hub.publish(BusChanged())
 
     async def pin(self, uid: Uid, node_id: int) -> Note:
         """Choose a node's id, 1..125, and say when it takes effect. Raises OutOfRange and InvalidValue."""
@@ -117,7 +117,7 @@ class NodeIdTable:
             raise InvalidValue(
                 f"Node id {node_id} is hornbill's own. Choose another.", node_id=node_id, cause="own_node_id"
             )
-        resident = self._directory.resident(node_id)
+        resident = self._directory.unique_id_at(node_id)
         stranger = resident is None or resident.hex() != uid
         if stranger and self._directory.is_online(node_id, self._base.now()):
             raise InvalidValue(
@@ -165,49 +165,49 @@ class NodeIdTable:
         if freed:
             count = "1 node id was" if len(freed) == 1 else f"{len(freed)} node ids were"
             text = f"{count} freed: their nodes were not seen for {idle_longer_than_s:g} s."
-            self._hub.tell(
-                Happened("notice", "node_ids_freed", text, params={"count": len(freed), "idle_s": idle_longer_than_s})
+            self._hub.publish(
+                LogEvent("notice", "node_ids_freed", text, params={"count": len(freed), "idle_s": idle_longer_than_s})
             )
-            self._hub.tell(BusChanged())
+            self._hub.publish(BusChanged())
         return freed
 
     def _make(self, mode: AllocationMode) -> Allocator:
         own = frozenset((self.own_id,))
-        return Allocator(_Table(self._store), own_ids=own, residents=self._directory, mode=mode)
+        return Allocator(_Table(self._store), own_ids=own, known_nodes=self._directory, mode=mode)
 
     def _on_granted(self, uid: Uid, node_id: NodeId) -> None:
         self._granted[node_id] = self._base.now()
         text = f"Node id {node_id} given to {uid[:8]}…"
-        self._hub.tell(Happened("info", "allocated", text, params={"node_id": node_id, "uid": uid}))
+        self._hub.publish(LogEvent("info", "allocated", text, params={"node_id": node_id, "uid": uid}))
 
     def _on_refused(self, pending: AllocationRequest) -> None:
         refusal = pending.refused
         assert refusal is not None
         text = f"No node id for {pending.partial}: {refusal.text}"
         params: dict[str, object] = {**refusal.params, "refusal": refusal.code, "uid": pending.partial}
-        self._hub.tell(Happened("failure", "no_node_id", text, Uid(pending.partial), params))
+        self._hub.publish(LogEvent("failure", "no_node_id", text, Uid(pending.partial), params))
 
     def _on_recycled(self, uid: Uid, node_id: NodeId) -> None:
         text = f"Node id {node_id} was taken from {uid}, not seen for a month, for a new node: no other was left."
-        self._hub.tell(Happened("warning", "node_id_recycled", text, uid, {"node_id": node_id, "uid": uid}))
+        self._hub.publish(LogEvent("warning", "node_id_recycled", text, uid, {"node_id": node_id, "uid": uid}))
 
-    def _on_rival(self, rival: Rival) -> None:
+    def _on_competitor_found(self, competitor: CompetingAllocator) -> None:
         what = {
             AllocatorStatus.ON: "This one answers all the same, as it was told to.",
             AllocatorStatus.OFF: "This one is off.",
-            AllocatorStatus.STANDING_DOWN: "This one stands down.",
+            AllocatorStatus.STANDBY: "This one stands down.",
         }[self.allocator.state]
-        text = f"Node {rival.node_id} gives node ids too. {what}"
-        params: dict[str, object] = {"node_id": rival.node_id, "allocator": self.allocator.state.value}
-        self._hub.tell(Happened("warning", "second_allocator", text, params=params))
-        self._hub.tell(BusChanged())
+        text = f"Node {competitor.node_id} gives node ids too. {what}"
+        params: dict[str, object] = {"node_id": competitor.node_id, "allocator": self.allocator.state.value}
+        self._hub.publish(LogEvent("warning", "second_allocator", text, params=params))
+        self._hub.publish(BusChanged())
 
-    def _on_rival_gone(self, rival: Rival) -> None:
+    def _on_competitor_gone(self, competitor: CompetingAllocator) -> None:
         what = "This one gives them again." if self.allocator.state is AllocatorStatus.ON else ""
-        text = f"Node {rival.node_id} no longer gives node ids. {what}".rstrip()
-        params: dict[str, object] = {"node_id": rival.node_id, "allocator": self.allocator.state.value}
-        self._hub.tell(Happened("notice", "second_allocator_gone", text, params=params))
-        self._hub.tell(BusChanged())
+        text = f"Node {competitor.node_id} no longer gives node ids. {what}".rstrip()
+        params: dict[str, object] = {"node_id": competitor.node_id, "allocator": self.allocator.state.value}
+        self._hub.publish(LogEvent("notice", "second_allocator_gone", text, params=params))
+        self._hub.publish(BusChanged())
 
     def _on_shared(self, now: Instant) -> None:
         """Another program speaks with our node id: give no ids beside it."""
@@ -219,23 +219,23 @@ class NodeIdTable:
         gives = {
             AllocatorStatus.ON: "hornbill gives node ids all the same, as it was told to.",
             AllocatorStatus.OFF: "hornbill gives no node ids: its allocator is off.",
-            AllocatorStatus.STANDING_DOWN: f"hornbill gives no node ids until {SHARED_FOR_S:g} s after its last frame.",
+            AllocatorStatus.STANDBY: f"hornbill gives no node ids until {SHARED_FOR_S:g} s after its last frame.",
         }[allocator.state]
         text = f"{program} uses hornbill's node id {self.own_id}. {gives} Close one of the two programs."
         params: dict[str, object] = {
             "node_id": self.own_id, "makers_program": shared.is_makers_program, "allocator": allocator.state.value,
             "shared_s": SHARED_FOR_S,
         }  # fmt: skip
-        self._hub.tell(Happened("warning", "own_node_id", text, params=params))
-        self._hub.tell(BusChanged())
+        self._hub.publish(LogEvent("warning", "own_node_id", text, params=params))
+        self._hub.publish(BusChanged())
 
     def _end_sharing(self, shared: SharedNodeId) -> None:
         self.allocator.own_id_shared = False
         gives = " It gives node ids again." if self.allocator.state is AllocatorStatus.ON else ""
         text = f"Node id {shared.node_id} has been hornbill's alone for {SHARED_FOR_S:g} s.{gives}"
         params: dict[str, object] = {"node_id": shared.node_id, "allocator": self.allocator.state.value}
-        self._hub.tell(Happened("notice", "own_node_id_alone", text, params=params))
-        self._hub.tell(BusChanged())
+        self._hub.publish(LogEvent("notice", "own_node_id_alone", text, params=params))
+        self._hub.publish(BusChanged())
 
     def _note_seen(self) -> None:
         self._seen_at = self._base.now()

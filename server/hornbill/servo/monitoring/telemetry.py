@@ -8,7 +8,7 @@ from typing import Literal
 
 from hornbill.servo.device.servo import Servo
 from hornbill.servo.monitoring.sample_ring import NO_SAMPLES, SampleColumns, SampleRing
-from hornbill.servo.runtime.hub import Happened, Hub, Sampled, ServoChanged
+from hornbill.servo.runtime.hub import Hub, LogEvent, Sampled, ServoChanged
 from hornbill.servo.runtime.timebase import TimeBase
 from hornbill.units import Instant, Uid
 
@@ -74,9 +74,9 @@ class TelemetryCollector:
         self._bytes = 0
         self._aside: tuple[dict[Uid, dict[str, _Channel]], dict[Uid, _Presence], int] | None = None
         self._telling_gap = False
-        hub.listen(self._on_sample, Sampled)
-        hub.listen(self._on_servo, ServoChanged)
-        hub.listen(self._on_event, Happened)
+        hub.subscribe(self._on_sample, Sampled)
+        hub.subscribe(self._on_servo, ServoChanged)
+        hub.subscribe(self._on_event, LogEvent)
 
     @property
     def bytes(self) -> int:
@@ -176,7 +176,7 @@ class TelemetryCollector:
         if restarted or silent:
             self._gaps(change.uid, "restart" if restarted else "gap")
 
-    def _on_event(self, change: Happened) -> None:
+    def _on_event(self, change: LogEvent) -> None:
         if change.code == "bus_lost":
             for uid in list(self._channels):
                 self._gaps(uid, "gap")
@@ -192,7 +192,7 @@ class TelemetryCollector:
         self._channels[uid][key].marks.append((at, why))
         self._telling_gap = True
         try:
-            self._hub.tell(Sampled(uid, key, at, None))
+            self._hub.publish(Sampled(uid, key, at, None))
         finally:
             self._telling_gap = False
 

@@ -11,7 +11,7 @@ from hornbill.servo.device.services import HostServices
 from hornbill.servo.device.servo import Servo
 from hornbill.servo.motion.motion import Motion
 from hornbill.servo.motion.setpoint_runner import SetpointRunner, SetpointSource
-from hornbill.servo.runtime.hub import Happened
+from hornbill.servo.runtime.hub import LogEvent
 from hornbill.units import Instant, Uid
 
 UNIT: Final = {"speed": "rpm", "torque": "%"}
@@ -42,10 +42,10 @@ class _Hold(SetpointSource):
         await self.run_out(self)
         return None
 
-    def interrupt(self, why: str) -> Happened:
+    def interrupt(self, why: str) -> LogEvent:
         """What ended it before its time."""
         text = f"The hold of {self.servo.title} at {self.value:g} {UNIT[self.kind]} has ended: {why}"
-        return Happened("notice", "hold_ended", text, self.servo.uid, self.params)
+        return LogEvent("notice", "hold_ended", text, self.servo.uid, self.params)
 
     @property
     def params(self) -> dict[str, object]:
@@ -90,7 +90,8 @@ class Holds:
         """
         if kind not in UNIT:
             raise InvalidValue(
-                'To hold is for speed and torque: an angle has an end. Leave "hold" out.', cause="no_hold_for_angle"
+                'To hold is for speed and torque: an angle has an end. Leave "hold" out.',
+                cause="hold_angle_unsupported",
             )
         if value == 0:
             self._end_move(servo.uid)
@@ -103,7 +104,7 @@ class Holds:
         if renew and going is None:
             raise Busy(
                 f"{servo.title} was braked: nobody said in time that it shall run on. Let go, and press again.",
-                cause="braked_meanwhile",
+                cause="hold_not_renewed",
                 servo=servo.title,
             )
         same = going is not None and (going.kind, going.value) == (kind, value)
@@ -119,7 +120,9 @@ class Holds:
             await self._motion.freshen(servo, kind)
             if self._holds.get(servo.uid) is not hold:
                 raise Busy(
-                    f"{servo.title} was let go before it began to run.", cause="let_go_at_once", servo=servo.title
+                    f"{servo.title} was let go before it began to run.",
+                    cause="released_before_start",
+                    servo=servo.title,
                 )
             hold.target = await self._motion.command(servo, lease_id, kind, value, clamp=False, confirm=confirm)
         except HornbillError as error:
@@ -151,7 +154,7 @@ class Holds:
         if hold.target is not None and self._motion.told(servo.uid) is not hold.target:
             return  # commanded since, if only to the same, or torque off: somebody else's now
         text = f"{servo.title} is braked: nobody said in time that it shall run on at {hold.value:g} {UNIT[hold.kind]}."
-        self._hub.tell(Happened("notice", "hold_ended", text, servo.uid, {**hold.params, "braked": True}))
+        self._hub.publish(LogEvent("notice", "hold_ended", text, servo.uid, {**hold.params, "braked": True}))
         await self._brake(servo, hold.lease_id, hold.kind)
 
     async def _release(self, servo: Servo, lease_id: str | None, kind: str) -> Target:
@@ -182,7 +185,7 @@ class Holds:
         except TimeoutError as error:
             raise NoResponse(
                 f"{servo.title} did not answer to the brake. Torque goes off.",
-                cause="brake_unanswered",
+                cause="brake_not_acknowledged",
                 servo=servo.title,
             ) from error
 
@@ -192,6 +195,6 @@ class Holds:
         try:
             await self._motion.torque_away(servo, "off")
         except HornbillError as error:  # it is owed from here on, and written until it is answered
-            self._hub.tell(
-                Happened("warning", "hold_ended", error.detail, servo.uid, {**error.told, "servo": servo.title})
+            self._hub.publish(
+                LogEvent("warning", "hold_ended", error.detail, servo.uid, {**error.told, "servo": servo.title})
             )

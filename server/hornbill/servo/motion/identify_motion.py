@@ -19,7 +19,7 @@ from hornbill.servo.motion.motion import Motion
 from hornbill.servo.motion.setpoint_runner import PeriodicSource, SetpointRunner
 from hornbill.servo.motion.temporary_values import TemporaryValues
 from hornbill.servo.motion.trapezoid import Track, TrapezoidProfile
-from hornbill.servo.runtime.hub import Happened
+from hornbill.servo.runtime.hub import LogEvent
 from hornbill.servo.runtime.jobs import RunningJob
 from hornbill.servo.runtime.leases import HeldLease
 from hornbill.servo.runtime.shielded import shielded
@@ -165,7 +165,7 @@ class IdentifyMotion:
                 raise NotAsWanted(
                     f"{self._servo.title} was not found to hold its own values again.",
                     keys=left,
-                    cause="not_given_back",
+                    cause="rows_not_restored",
                     servo=self._servo.title,
                 )
             if horn.mode == 0:
@@ -244,7 +244,7 @@ class IdentifyMotion:
                 f"The horn of {servo.title} stands at {centre:.1f}°, and its angle limits of {low:g}° to {high:g}° "
                 "leave no room to wiggle. Turn it inside by hand, or widen the limits.",
                 minimum=low, maximum=high, unit=row.unit, requested=centre,
-                cause="no_room_to_wiggle", servo=servo.title,
+                cause="wiggle_range_too_small", servo=servo.title,
             )  # fmt: skip
         found = ("on", "off", "the brake")[mode] + (", under command" if driven else "")
         text = f"horn at rest at {centre:+.1f}°, torque {found}; room {horn.low:+.1f} to {horn.high:+.1f}°"
@@ -309,7 +309,7 @@ class IdentifyMotion:
             raise DidNotMove(
                 f"The horn of {self._servo.title} was found at {angle:+.1f}°, further than {FURTHEST_DEG:g}° from "
                 f"{horn.centre:+.1f}°, where it was not commanded to. Torque is taken off. Look what turns it.",
-                cause="horn_strayed",
+                cause="horn_off_position",
                 servo=self._servo.title,
                 angle_deg=angle,
                 centre_deg=horn.centre,
@@ -334,7 +334,7 @@ class IdentifyMotion:
         if not self._motion.driven(self._servo.uid):
             raise TorqueOff(
                 f"Torque was taken from {self._servo.title} before it was as it was found.",
-                cause="torque_taken",
+                cause="torque_switched_off",
                 servo=self._servo.title,
             )
 
@@ -372,7 +372,7 @@ class IdentifyMotion:
             f"Not given back after the wiggle of {servo.title}: {', '.join(left)}. They hold what limits it, in RAM "
             "alone. Write them again, or restart it."
         )
-        self._hub.tell(Happened("failure", "not_restored", text, servo.uid, {"servo": servo.title, "keys": left}))
+        self._hub.publish(LogEvent("failure", "not_restored", text, servo.uid, {"servo": servo.title, "keys": left}))
         if isinstance(error, HornbillError):
             error.extend(after=f" {text}", also="not_restored_after_wiggle", servo=servo.title, not_restored=left)
 

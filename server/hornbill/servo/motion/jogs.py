@@ -13,7 +13,7 @@ from hornbill.servo.device.servo import Servo
 from hornbill.servo.motion.motion import Motion
 from hornbill.servo.motion.setpoint_runner import PeriodicSource, SetpointRunner
 from hornbill.servo.motion.trapezoid import Track, TrapezoidProfile
-from hornbill.servo.runtime.hub import Happened
+from hornbill.servo.runtime.hub import LogEvent
 from hornbill.servo.runtime.timebase import TimeBase
 from hornbill.units import Instant, Uid
 
@@ -62,13 +62,13 @@ class _Jog(PeriodicSource):
         self.answered = self.base.now()
         return there
 
-    def interrupt(self, why: str) -> Happened:
+    def interrupt(self, why: str) -> LogEvent:
         """What ended the move, and where."""
         text = f"The move of {self.servo.title} to {self.degrees:g}° has ended at {self.track.at:.1f}°: {why}"
         params: dict[str, object] = {
             "servo": self.servo.title, "to_deg": self.degrees, "at_deg": round(self.track.at, 1),
         }  # fmt: skip
-        return Happened("notice", "move_ended", text, self.servo.uid, params)
+        return LogEvent("notice", "move_ended", text, self.servo.uid, params)
 
     def _undisturbed(self, sent: Target) -> bool:
         """Whether nobody else has commanded the servo since. Raises what ends every motion."""

@@ -10,7 +10,7 @@ from hornbill.servo.device.permission import Target
 from hornbill.servo.device.requests import COMMAND, READ, Patience, ServoRequests
 from hornbill.servo.device.servo import Servo
 from hornbill.servo.motion.cautions import needs_feeding
-from hornbill.servo.runtime.hub import Happened, Hub, ReadingChanged
+from hornbill.servo.runtime.hub import Hub, LogEvent, ReadingChanged
 from hornbill.servo.runtime.timebase import TimeBase
 from hornbill.units import Instant, Raw, Uid
 
@@ -67,7 +67,7 @@ class KeepingAlive:
         self._find = find
         self._shows: set[Uid] = set()
         self._late_s, self._late_before_s, self._window_ends = 0.0, 0.0, base.now() + LATENESS_S
-        hub.listen(self._on_reading, ReadingChanged)
+        hub.subscribe(self._on_reading, ReadingChanged)
 
     @property
     def shortest_s(self) -> float:
@@ -181,10 +181,12 @@ class KeepingAlive:
                 return True
             self._gate(driven)
             if servo.boots != driven.boots:
-                raise Busy(f"{servo.title} restarted.", cause="restarted_meanwhile", servo=servo.title)
+                raise Busy(f"{servo.title} restarted.", cause="servo_restarted", servo=servo.title)
             if look:
                 if late := self._too_late(driven):
-                    raise Busy(f"{servo.title} was not commanded for {late}.", cause="not_commanded", servo=servo.title)
+                    raise Busy(
+                        f"{servo.title} was not commanded for {late}.", cause="commands_interrupted", servo=servo.title
+                    )
                 await self._see(driven, patience)
             assert driven.target is not None
             driven.holds = await self._send(driven, driven.target, patience)
@@ -196,7 +198,7 @@ class KeepingAlive:
                 raise
             if late := self._too_late(driven):
                 raise NoResponse(
-                    f"{servo.title} did not answer for {late}.", cause="silent_too_long", servo=servo.title
+                    f"{servo.title} did not answer for {late}.", cause="response_gap", servo=servo.title
                 ) from None
             return False
         return True
@@ -230,7 +232,7 @@ class KeepingAlive:
                 raise Busy(
                     f"{servo.title} holds another command than the one it was given.",
                     held=held,
-                    cause="holds_another",
+                    cause="other_command_active",
                     servo=servo.title,
                 )
         elif abs(held - target.raw) <= 1:  # float16 may have moved it by a step
@@ -240,7 +242,7 @@ class KeepingAlive:
             raise Busy(
                 f"{servo.title} did not take the command of the last burst.",
                 held=held,
-                cause="last_not_taken",
+                cause="last_command_not_accepted",
                 servo=servo.title,
             )
 
@@ -262,8 +264,8 @@ class KeepingAlive:
         expected = isinstance(error, Stopped | LeaseRequired | LeaseHeld | BusDisconnected)
         if self._find(driven.servo.uid) is driven and not expected:
             text = f"{error.detail} {driven.servo.title} is not kept under its last command any more. Command it again."
-            self._hub.tell(
-                Happened("warning", "let_go", text, driven.servo.uid, {**error.told, "servo": driven.servo.title})
+            self._hub.publish(
+                LogEvent("warning", "let_go", text, driven.servo.uid, {**error.told, "servo": driven.servo.title})
             )
 
 

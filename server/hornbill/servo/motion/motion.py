@@ -78,8 +78,8 @@ class Motion:
         self._bus_gone = False
         self.leaving = False
         """The bus is being left: nothing may be put under command any more."""
-        hub.listen(lambda _pressed: self.quiet(), StopPressed)
-        hub.listen(self._on_bus, BusUsable)
+        hub.subscribe(lambda _pressed: self.quiet(), StopPressed)
+        hub.subscribe(self._on_bus, BusUsable)
 
     def driven(self, uid: Uid) -> bool:
         """Whether somebody has this servo under command."""
@@ -105,7 +105,7 @@ class Motion:
         if self._streamed(servo.uid):
             raise Busy(
                 f"{servo.title} is commanded by a stream. Give the stream its value, or end it first.",
-                cause="stream_commands",
+                cause="commanded_by_stream",
                 servo=servo.title,
             )
         target = self.permit(servo, lease, kind, value, clamp=clamp, confirm=confirm)
@@ -171,20 +171,28 @@ class Motion:
         driven = self._driven.get(servo.uid)
         if driven is None:
             raise TorqueOff(
-                f"Torque was taken from {servo.title} before it settled.", cause="torque_taken", servo=servo.title
+                f"Torque was taken from {servo.title} before it settled.",
+                cause="torque_switched_off",
+                servo=servo.title,
             )
         if driven.target is None or (driven.target.parameter, driven.target.raw) != (target.parameter, target.raw):
             raise Busy(
                 f"{servo.title} was given another command before it settled.",
-                cause="other_command_first",
+                cause="command_superseded",
                 servo=servo.title,
             )
         if (why := driven.let_go) is not None:
             error = copy(why)
-            error.extend(before=f"{servo.title} was let go before it settled: ", also="let_go_first", servo=servo.title)
+            error.extend(
+                before=f"{servo.title} was let go before it settled: ",
+                also="released_before_settling",
+                servo=servo.title,
+            )
             raise error
         if driven.alive is None or driven.alive.done():
-            raise Busy(f"{servo.title} was let go before it settled.", cause="let_go_first", servo=servo.title)
+            raise Busy(
+                f"{servo.title} was let go before it settled.", cause="released_before_settling", servo=servo.title
+            )
 
     async def switch(self, servo: Servo, torque: Raw, lease_id: str | None, *, by: str | None = None) -> Raw:
         """Write 0x20: what it holds then. On needs a lease (`torque_on`), off and brake do not (`torque_away`)."""
@@ -249,7 +257,7 @@ class Motion:
         if abs(speed) > AT_REST_RPM:
             raise Busy(
                 f"The horn of {servo.title} turns at {speed} rpm with its output off. Let it come to rest.",
-                cause="horn_turns_off",
+                cause="horn_turning_output_off",
                 servo=servo.title,
                 speed_rpm=speed,
             )
@@ -261,7 +269,7 @@ class Motion:
             raise NotAsWanted(
                 f"{servo.title} did not take torque on, which ROM was to hold.",
                 differences=[{"key": mode.key, "wanted": "on", "found": None}],
-                cause="torque_on_not_taken",
+                cause="torque_on_not_accepted",
                 servo=servo.title,
             )
 
@@ -277,7 +285,7 @@ class Motion:
         if mode == "off":
             self.torque_off.release_brake(servo.uid)
         raw = await self.torque_off.write(servo, mode, "command", by, insist=owed)
-        self._hub.tell(ServoChanged(servo.uid))
+        self._hub.publish(ServoChanged(servo.uid))
         return raw
 
     def hand_back(self, servo: Servo) -> None:
@@ -350,9 +358,11 @@ class Motion:
     def _check_open(self) -> None:
         self.stop.check()
         if self.leaving:
-            raise BusDisconnected("The bus is being disconnected, so nothing is moved any more.", cause="bus_parting")
+            raise BusDisconnected(
+                "The bus is being disconnected, so nothing is moved any more.", cause="bus_disconnecting"
+            )
         if self._bus_gone:
-            raise BusDisconnected("The bus is lost. Command again when it is back.", cause="bus_is_lost")
+            raise BusDisconnected("The bus is lost. Command again when it is back.", cause="bus_lost")
 
     async def _here(self, servo: Servo) -> Target | None:
         """The present angle, as just read, as a command; None where the angle limits do not let the horn stay."""
@@ -437,10 +447,10 @@ class Motion:
             if asyncio.current_task().cancelling():  # pyright: ignore[reportOptionalMemberAccess]
                 raise
             self._check_open()
-            raise TorqueOff(gone, cause="switched_off_meanwhile", servo=servo.title) from None
+            raise TorqueOff(gone, cause="switched_off_during_command", servo=servo.title) from None
         self._check_open()
         if servo.output.taken != taken:
-            raise TorqueOff(gone, cause="switched_off_meanwhile", servo=servo.title)
+            raise TorqueOff(gone, cause="switched_off_during_command", servo=servo.title)
         return raw
 
     async def _deliver(self, servo: Servo, target: Target, patience: Patience) -> Raw:
@@ -462,16 +472,16 @@ class Motion:
         self.stop.check()
         if self._bus_gone or self.leaving:
             raise BusDisconnected(
-                "The bus went away while the command was under way. Torque goes off.", cause="bus_left_meanwhile"
+                "The bus went away while the command was under way. Torque goes off.", cause="bus_lost_during_command"
             )
         lease = self._leases.current(self._base.now())
         if lease is None or lease.id != driven.lease_id:
             raise LeaseRequired(
-                "The lease ended while the command was under way. Torque goes off.", cause="lease_over_meanwhile"
+                "The lease ended while the command was under way. Torque goes off.", cause="lease_ended_during_command"
             )
         raise TorqueOff(
             f"Torque was taken from {driven.servo.title} while the command was under way.",
-            cause="torque_taken",
+            cause="torque_switched_off",
             servo=driven.servo.title,
         )
 
@@ -495,7 +505,7 @@ class Motion:
             if other != target.parameter.key:
                 servo.note(other, DUMMY, now)
         if tell:
-            self._hub.tell(ServoChanged(servo.uid))
+            self._hub.publish(ServoChanged(servo.uid))
 
     def _on_bus(self, change: BusUsable) -> None:
         self._bus_gone = not change.usable

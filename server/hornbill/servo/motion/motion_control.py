@@ -14,7 +14,7 @@ from hornbill.errors import Busy, InvalidValue, Unknown
 from hornbill.servo.device.services import HostServices
 from hornbill.servo.motion.motion import Motion
 from hornbill.servo.runtime.audit import AUDITED_S
-from hornbill.servo.runtime.hub import Happened, LeaseChanged
+from hornbill.servo.runtime.hub import LeaseChanged, LogEvent
 from hornbill.servo.runtime.leases import HeldLease
 from hornbill.store.audit import NewAuditEntry
 from hornbill.units import Instant
@@ -84,7 +84,7 @@ class MotionControl:
     def take(self, holder: str, ttl_s: float) -> HeldLease:
         """A lease while nobody has one. Raises LeaseHeld, Busy."""
         lease = self._leases.grant(holder, ttl_s, self._base.now())
-        self._hub.tell(LeaseChanged())
+        self._hub.publish(LeaseChanged())
         text = f"Motion control for {lease.ttl_s:g} s from each heartbeat."
         note = Note(text, "lease_taken", {"ttl_s": lease.ttl_s})
         self._audit.note(NewAuditEntry(lease.holder, "lease", "taken", notes=(note,)))
@@ -106,7 +106,10 @@ class MotionControl:
                 'To take motion control by force say why: "reason" is kept in the audit.', cause="force_without_reason"
             )
         if self._passing is not None:
-            raise Busy("Motion control is passing to somebody right now. Try again in a second.", cause="passing_now")
+            raise Busy(
+                "Motion control is passing to somebody right now. Try again in a second.",
+                cause="control_transfer_in_progress",
+            )
         if self._leases.current(self._base.now()) is None and self._waiting is None:
             return self.take(holder, ttl_s)
         # A task of its own: half of it would leave nobody in control, and nothing in the audit.
@@ -122,7 +125,7 @@ class MotionControl:
             who = "Somebody" if self._waiting is None else self._waiting.by
             raise Busy(
                 f"{who} has asked for motion control already. Wait until that is decided.",
-                cause="asked_already",
+                cause="already_requested",
                 by=who,
             )
         now = self._base.now()
@@ -136,8 +139,8 @@ class MotionControl:
             text = f"{by} asks {held.holder} for motion control{because(reason)} "
             text += f"It passes in {patience_s:g} s unless {held.holder} refuses."
             params: dict[str, object] = {"by": by, "holder": held.holder, "reason": reason, "patience_s": patience_s}
-            self._hub.tell(Happened("notice", "lease_asked", text, params=params))
-            self._hub.tell(LeaseChanged())
+            self._hub.publish(LogEvent("notice", "lease_asked", text, params=params))
+            self._hub.publish(LeaseChanged())
         await self.settle()
         return asked
 
@@ -154,7 +157,7 @@ class MotionControl:
             raise Unknown(
                 "unknown_lease",
                 "This request is not known any more. Ask anew.",
-                cause="request_over",
+                cause="control_request_not_found",
             )
         asked.seen_at = self._base.now()
         return asked
@@ -170,7 +173,9 @@ class MotionControl:
         lease = self._leases.require(lease_id, self._base.now())
         asked = self._waiting
         if asked is None or shown_id not in (asked.shown_id, asked.id):
-            raise Unknown("unknown_lease", "Nobody asks for motion control by this id any more.", cause="nobody_asks")
+            raise Unknown(
+                "unknown_lease", "Nobody asks for motion control by this id any more.", cause="no_pending_request"
+            )
         text = f"{lease.holder} keeps motion control: {asked.by} was refused."
         self._end(asked, "lease_refused", text, holder=lease.holder)
         return asked
@@ -234,11 +239,11 @@ class MotionControl:
     def _ended(self, lease: HeldLease, why: LeaseEnd) -> None:
         """Torque off on what was commanded under a lease that has ended, then its event and its entry in the audit."""
         servos = self._motion.end_lease(lease)
-        self._hub.tell(LeaseChanged())
+        self._hub.publish(LeaseChanged())
         if servos:
             titles = [servo.title for servo in servos]
             text = f"{why.text} Torque goes off on {', '.join(titles)}."
-            self._hub.tell(Happened("notice", "lease_ended", text, params={**why.params, "servos": titles}))
+            self._hub.publish(LogEvent("notice", "lease_ended", text, params={**why.params, "servos": titles}))
         outcome = "lapsed" if lease.expires_at <= self._base.now() else "released"
         note = Note(why.text, "lease_ended", why.params)
         self._audit_later(NewAuditEntry(lease.holder, "lease", outcome, notes=(note,)))
@@ -247,22 +252,22 @@ class MotionControl:
         if asked.state != "waiting":
             return
         asked.state, self._waiting, self._leases.promised_to = _STATES[code], None, None
-        self._hub.tell(Happened("notice", code, text, params={"by": asked.by, **params}))
-        self._hub.tell(LeaseChanged())
+        self._hub.publish(LogEvent("notice", code, text, params={"by": asked.by, **params}))
+        self._hub.publish(LeaseChanged())
 
     def _tell_passed(
         self, lease: HeldLease, old: HeldLease | None, how: Literal["passed", "forced"], reason: str
     ) -> None:
-        self._hub.tell(LeaseChanged())
+        self._hub.publish(LeaseChanged())
         verb = "took motion control by force" if how == "forced" else "got motion control"
         whose = "" if old is None else f" from {old.holder}"
         before = None if old is None else old.holder
         text = f"{lease.holder} {verb}{whose}{because(reason)}"
         params: dict[str, object] = {**known(by=lease.holder, reason=reason or None, holder=before)}
         if how == "forced":
-            self._hub.tell(Happened("warning", "lease_forced", text, params=params))
+            self._hub.publish(LogEvent("warning", "lease_forced", text, params=params))
         else:
-            self._hub.tell(Happened("notice", "lease_passed", text, params=params))
+            self._hub.publish(LogEvent("notice", "lease_passed", text, params=params))
         notes = Note.words(reason)
         self._audit_later(NewAuditEntry(lease.holder, "lease", how, before=before, after=lease.holder, notes=notes))
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, replace
 from typing import Final
 
 from hornbill.errors import HornbillError
-from hornbill.servo.runtime.hub import Happened, Hub
+from hornbill.servo.runtime.hub import Hub, LogEvent
 from hornbill.servo.runtime.timebase import TimeBase
 from hornbill.units import Instant
 
@@ -25,7 +25,7 @@ class SetpointSource(ABC):
         Raises HornbillError when motion has ended (Stopped, LeaseRequired, BusDisconnected, …); that ends the run.
         """
 
-    def interrupt(self, why: str) -> Happened | None:
+    def interrupt(self, why: str) -> LogEvent | None:
         """Note that the run ended before its last setpoint, and why. The event for the log, None without one."""
         return None
 
@@ -121,4 +121,4 @@ class SetpointRunner:
     def _report(self, source: SetpointSource, why: str, level: str, told: Mapping[str, object]) -> None:
         event = source.interrupt(why)
         if event is not None:
-            self._hub.tell(replace(event, level=level, params={**told, **event.params}))
+            self._hub.publish(replace(event, level=level, params={**told, **event.params}))

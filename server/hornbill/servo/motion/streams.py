@@ -15,7 +15,7 @@ from hornbill.servo.device.servo import Servo
 from hornbill.servo.motion.bursts import Bursts, Prepared, Setpoint
 from hornbill.servo.motion.setpoint_runner import PeriodicSource, SetpointRunner
 from hornbill.servo.motion.trapezoid import Track, TrapezoidProfile
-from hornbill.servo.runtime.hub import Happened
+from hornbill.servo.runtime.hub import LogEvent
 from hornbill.units import Uid
 
 SHARE: Final = 0.40
@@ -102,11 +102,11 @@ class SetpointStream(PeriodicSource):
         self.misses += slots
         self.totals.misses += slots
 
-    def interrupt(self, why: str) -> Happened:
+    def interrupt(self, why: str) -> LogEvent:
         """Keep why it ended."""
         self.ended, self.ended_summary = why, self.ended_summary or why
         text = f"A stream to {len(self.uids)} servos has ended: {why}"
-        return Happened("notice", "stream_ended", text, params={"servos": len(self.uids)})
+        return LogEvent("notice", "stream_ended", text, params={"servos": len(self.uids)})
 
     def _go_on(self) -> None:
         if not self.legs:
@@ -149,7 +149,7 @@ class Streams:
             raise Unknown(
                 "unknown_stream",
                 f"There is no stream {stream_id[:40]!r}.",
-                cause="no_such_stream",
+                cause="stream_not_found",
                 stream=stream_id[:40],
             )
         return found
@@ -198,13 +198,13 @@ class Streams:
         stream = self.get(stream_id)
         self._leases.require(lease_id, self._base.now())
         if stream.ended is not None:
-            raise Busy(f"The stream has ended: {stream.ended} Begin a new one.", cause="stream_over")
+            raise Busy(f"The stream has ended: {stream.ended} Begin a new one.", cause="stream_ended")
         uids = set(stream.uids)
         foreign = next((uid for uid in values if uid not in uids), None)
         if foreign is not None:
             raise InvalidValue(
                 f"{foreign[:40]!r} is no servo of this stream. Name some of those it was begun with.",
-                cause="not_of_stream",
+                cause="not_in_stream",
                 uid=foreign[:40],
             )
         per_unit = {part.servo.uid: part.target.parameter.per_unit for part in stream.prepared.parts}
@@ -212,7 +212,7 @@ class Streams:
         there = self._bursts.renewed(stream.prepared, steps)
         if profile is not None and stream.kind != "angle":
             raise InvalidValue(
-                f"A profile is for angles; a {stream.kind} has no way to go. Leave it out.", cause="profile_for_angles"
+                f"A profile is for angles; a {stream.kind} has no way to go. Leave it out.", cause="profile_angle_only"
             )
         if profile is None:
             stream.prepared = there
@@ -257,7 +257,7 @@ class Streams:
 
 def _other_stream(servo: Servo) -> Busy:
     text = f"{servo.title} is commanded by another stream. End that first."
-    return Busy(text, cause="other_stream", servo=servo.title)
+    return Busy(text, cause="commanded_by_other_stream", servo=servo.title)
 
 
 def _remedy(possible_hz: int) -> str:

@@ -18,13 +18,13 @@ from hornbill.node.tap import FrameTap
 from hornbill.schema.fault import bits_of
 from hornbill.servo.device.fleet import Fleet
 from hornbill.servo.device.services import HostServices
-from hornbill.servo.recorder.bundling import BeginDraft, Bundler, PendingRecording
+from hornbill.servo.recorder.building import BeginDraft, RecordingBuilder, RecordingInProgress
 from hornbill.servo.recorder.frame_ring import KEPT_S, FrameRing
 from hornbill.servo.recorder.snapshot import KnownState
-from hornbill.servo.runtime.hub import BusChanged, Happened, LeaseChanged, ReadingChanged, StopChanged
+from hornbill.servo.runtime.hub import BusChanged, LeaseChanged, LogEvent, ReadingChanged, StopChanged
 from hornbill.servo.torque_off.stop import Latch, StopControl
 from hornbill.units import Instant, Uid
-from hornbill.wire.port import RECORDINGS, CanPort, channel_name
+from hornbill.wire.port import REPLAYS, CanPort, channel_name
 
 log = logging.getLogger(__name__)
 
@@ -32,10 +32,10 @@ BEFORE_S: Final = 60.0
 LEAST_BEFORE_S: Final = 30.0
 AFTER_S: Final = 10.0
 LONGEST_S: Final = 60.0
-"""After its first mark a bundle takes in no more; what comes later begins another."""
+"""After its first mark a recording takes in no more; what comes later begins another."""
 
 QUIET_S: Final = 60.0
-"""The same trouble of the same servo begins a bundle again only after this long without it: a loose plug would else
+"""The same trouble of the same servo begins a recording again only after this long without it: a loose plug would else
 fill the folder with itself, and push out what was seen first."""
 
 EVENTS_KEPT: Final = 20_000
@@ -53,14 +53,14 @@ class Recorder:
         fleet: Fleet,
         stop: StopControl,
         port: Callable[[], CanPort | None],
-        bundler: Bundler,
+        builder: RecordingBuilder,
     ) -> None:
         """`port` is that of the bus connected now."""
         self._base, self._hub, self._leases = services.base, services.hub, services.leases
-        self._tap, self._fleet, self._stop, self._port, self._bundler = tap, fleet, stop, port, bundler
+        self._tap, self._fleet, self._stop, self._port, self._builder = tap, fleet, stop, port, builder
         self._draft: BeginDraft | None = None
         self.before_s = BEFORE_S
-        """Seconds a bundle holds before its first mark."""
+        """Seconds a recording holds before its first mark."""
         self.ring = FrameRing()
         self._events: deque[tuple[Instant, bytes]] = deque(maxlen=EVENTS_KEPT)
         self._failures: dict[Uid, int] = {}
@@ -70,12 +70,12 @@ class Recorder:
         self._deaf: Callable[[], None] = lambda: None
         self._since: Instant = services.base.now()
         self._last: dict[tuple[object, ...], Instant] = {}
-        self._pending: PendingRecording | None = None
+        self._pending: RecordingInProgress | None = None
         self._tasks: set[asyncio.Task[None]] = set()
         self._closing = asyncio.Event()
 
     def begin(self, draft: BeginDraft, *, before_s: float = BEFORE_S) -> None:
-        """Record from now on. Bundles go to `draft`, and hold `before_s` (30..600) seconds before their first mark."""
+        """Start recording. `draft` begins each file; a recording covers `before_s` (30 to 600) before its first mark."""
         if not LEAST_BEFORE_S <= before_s <= KEPT_S:
             raise InvalidValue(
                 f"{before_s:g} s is outside {LEAST_BEFORE_S:g} to {KEPT_S:g} s.",
@@ -87,11 +87,11 @@ class Recorder:
         assert self._draft is None
         self._draft, self.before_s, self._since = draft, before_s, self._base.now()
         hub = self._hub
-        hub.listen(self._on_happened, Happened)
-        hub.listen(self._on_reading, ReadingChanged)
-        hub.listen(self._on_stop, StopChanged)
-        hub.listen(self._on_lease, LeaseChanged)
-        hub.listen(self._on_bus, BusChanged)
+        hub.subscribe(self._on_happened, LogEvent)
+        hub.subscribe(self._on_reading, ReadingChanged)
+        hub.subscribe(self._on_stop, StopChanged)
+        hub.subscribe(self._on_lease, LeaseChanged)
+        hub.subscribe(self._on_bus, BusChanged)
         self._deaf = self._tap.listen(self.ring.add)
         self._on_bus(BusChanged())
 
@@ -109,23 +109,26 @@ class Recorder:
         return max(0.0, min(KEPT_S, now - since))
 
     @property
-    def pending(self) -> PendingRecording | None:
-        """The bundle that still takes in what happens."""
+    def pending(self) -> RecordingInProgress | None:
+        """The recording that still takes in what happens."""
         return self._pending
 
-    def by_hand(self, text: str, before_s: float | None = None) -> "asyncio.Future[str]":
-        """Write a bundle of now; the answer is its name once it is written, or LogFailed.
+    def trigger(self, text: str, before_s: float | None = None) -> "asyncio.Future[str]":
+        """Write a recording of now; the answer is its name once it is written, or LogFailed.
 
         `before_s` is 1..600, as configured unless given. Raises LogFailed where there is no folder for it, and Busy
         while a recording is played.
         """
         if self._draft is None:
-            raise LogFailed("Nothing is recorded: there is no folder for bundles.", cause="no_bundle_folder")
+            raise LogFailed(
+                "Nothing is recorded: there is no folder for recordings.", cause="recordings_folder_missing"
+            )
         if self._recorded:
             raise Busy(
-                "A recording is played. Connect a bus, and what happens there is recorded.", cause="plays_recording"
+                "A recording is played. Connect a bus, and what happens there is recorded.",
+                cause="playback_in_progress",
             )
-        self._mark("by_hand", text, slug=_slug(text), before_s=before_s)
+        self._mark("manual", text, slug=_slug(text), before_s=before_s)
         assert self._pending is not None
         return self._pending.done
 
@@ -133,7 +136,7 @@ class Recorder:
         """Write at once what was still waiting for its end. Twice is harmless."""
         self._deaf()
         self._closing.set()
-        self._bundler.hurry = True
+        self._builder.hurry = True
         if self._tasks:
             _, late = await asyncio.wait(self._tasks, timeout=CLOSE_S)
             for task in late:
@@ -142,7 +145,7 @@ class Recorder:
 
     @property
     def _recorded(self) -> bool:
-        return self._address is not None and self._address.startswith(RECORDINGS)
+        return self._address is not None and self._address.startswith(REPLAYS)
 
     def _on_bus(self, _change: BusChanged) -> None:
         port = self._port()
@@ -158,7 +161,7 @@ class Recorder:
         if address is not None:
             self.ring.turn(channel_name(address))
 
-    def _on_happened(self, event: Happened) -> None:
+    def _on_happened(self, event: LogEvent) -> None:
         self._note({
             "type": "event", "level": event.level, "code": event.code, "text": event.text, "uid": event.uid,
             "params": event.params,
@@ -223,7 +226,7 @@ class Recorder:
         before_s: float | None = None,
         params: Mapping[str, object] = MappingProxyType({}),
     ) -> None:
-        """Something happened: it goes into the bundle that is pending, or begins one."""
+        """Something happened: it goes into the recording that is pending, or begins one."""
         if self._draft is None or self._recorded or self._closing.is_set():
             return
         now, same = self._base.now(), (reason, uid, which)
@@ -240,10 +243,10 @@ class Recorder:
             if before_s is not None:
                 pending.since = min(pending.since, now - before_s)
             return
-        if reason != "by_hand" and last is not None and now - last < QUIET_S:
+        if reason != "manual" and last is not None and now - last < QUIET_S:
             return
         self._last = {one: at for one, at in self._last.items() if now - at < QUIET_S}
-        pending = self._pending = PendingRecording(
+        pending = self._pending = RecordingInProgress(
             reason, text[:2000], now, max(self._since, now - (before_s or self.before_s)), now + AFTER_S,
             self._known(), slug or reason.replace("_", "-"), asyncio.get_running_loop().create_future(), [mark],
         )  # fmt: skip
@@ -251,7 +254,7 @@ class Recorder:
         self._tasks.add(task)
         task.add_done_callback(self._tasks.discard)
 
-    async def _finish(self, pending: PendingRecording, draft: BeginDraft) -> None:
+    async def _finish(self, pending: RecordingInProgress, draft: BeginDraft) -> None:
         """Wait for its end, and write it. What goes wrong is an event, and whoever waits is told."""
         try:
             while (left := pending.until - self._base.now()) > 0 and not self._closing.is_set():
@@ -264,29 +267,29 @@ class Recorder:
             pending.snapshot = pending.snapshot.joined(self._known())
             if self._pending is pending:
                 self._pending = None
-            name, size, dropped = await self._bundler.write(pending, draft, self.ring, list(self._events))
+            name, size, dropped = await self._builder.write(pending, draft, self.ring, list(self._events))
         except asyncio.CancelledError:
             pending.done.cancel()
             raise
         except Exception as error:
             if not isinstance(error, HornbillError):
-                log.exception("a bundle could not be written")
-            detail = error.detail if isinstance(error, HornbillError) else f"The bundle cannot be written: {error}."
-            failed = error if isinstance(error, LogFailed) else LogFailed(detail, cause="bundle_not_written")
+                log.exception("a recording could not be written")
+            detail = error.detail if isinstance(error, HornbillError) else f"The recording cannot be written: {error}."
+            failed = error if isinstance(error, LogFailed) else LogFailed(detail, cause="recording_not_written")
             pending.done.set_exception(failed)
             pending.done.exception()  # nobody may be waiting
-            self._tell("warning", "bundle_failed", f"{detail} Everything else goes on.", failed.told)
+            self._tell("warning", "recording_failed", f"{detail} Everything else goes on.", failed.told)
             return
         pending.done.set_result(name)
         text = f"{pending.text.rstrip('.')}. Recorded in {name} ({size / 1e6:.1f} MB)."
         params = {**pending.marks[0].params, "mark": pending.reason, "text": pending.text, "name": name}
-        self._tell("notice", "bundle_written", text, {**params, "size_mb": round(size / 1e6, 1)})
+        self._tell("notice", "recording_written", text, {**params, "size_mb": round(size / 1e6, 1)})
         if dropped:
             text = f"Room was made for it: {', '.join(dropped)} deleted."
-            self._tell("notice", "bundles_dropped", text, {"names": dropped})
+            self._tell("notice", "recordings_deleted", text, {"names": dropped})
 
     def _tell(self, level: str, code: EventCode, text: str, params: Mapping[str, object]) -> None:
-        self._hub.tell(Happened(level, code, text, params={**params}))
+        self._hub.publish(LogEvent(level, code, text, params={**params}))
 
 
 def _slug(text: str) -> str:

@@ -20,7 +20,7 @@ from hornbill.servo.device.servo import Servo
 from hornbill.servo.runs.fleet_run import FleetRun, WrittenTarget
 from hornbill.servo.runs.id_exchange import IdExchange, IdMove
 from hornbill.servo.runs.id_order import check_ids, moves
-from hornbill.servo.runtime.hub import Happened
+from hornbill.servo.runtime.hub import LogEvent
 from hornbill.servo.runtime.jobs import RunningJob
 from hornbill.servo.runtime.shielded import shielded
 from hornbill.units import Uid
@@ -221,7 +221,7 @@ class Matrix:
                 await self._put_back(run, one)
                 one.problem = Conflict(
                     f"{titles} pass ids to one another, and it failed: {failure.detail}",
-                    cause="passing_failed",
+                    cause="id_exchange_failed",
                     titles=titles,
                     failure=failure.code,
                 )
@@ -248,7 +248,7 @@ class Matrix:
                 text = (
                     f"Ids that could not be put back: {', '.join(stuck)}. Read these servos, and write their ids anew."
                 )
-                self._hub.tell(Happened("failure", "not_rolled_back", text, params={"ids": stuck}))
+                self._hub.publish(LogEvent("failure", "not_rolled_back", text, params={"ids": stuck}))
             return failure
         return None
 
@@ -280,7 +280,7 @@ class Matrix:
             raise NotAsWanted(
                 f"{target.title} did not take {move.number} as {move.key}.",
                 key=move.key,
-                cause="id_not_taken",
+                cause="id_not_accepted",
                 servo=target.title,
                 number=move.number,
             )

@@ -4,7 +4,7 @@ import asyncio
 import logging
 from collections.abc import Callable, Coroutine
 
-from hornbill.servo.runtime.hub import Happened, Hub
+from hornbill.servo.runtime.hub import Hub, LogEvent
 from hornbill.store.audit import AuditLog, NewAuditEntry
 
 log = logging.getLogger(__name__)
@@ -32,7 +32,7 @@ class Audit:
             if not self._failed:
                 self._failed = True
                 text = "The audit cannot be kept. Check the data folder and its disk; what is done now is not recorded."
-                self._hub.tell(Happened("warning", "store_failed", text, params={"what": "audit"}))
+                self._hub.publish(LogEvent("warning", "store_failed", text, params={"what": "audit"}))
 
     def later(self, after: Coroutine[object, object, None], entry: Callable[[], NewAuditEntry]) -> None:
         """Keep an entry once `after` has ended, so that a commit delays nothing urgent. Returns at once."""

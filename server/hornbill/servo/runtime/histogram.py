@@ -4,7 +4,7 @@ from bisect import bisect_left
 from collections import Counter
 from collections.abc import Sequence
 
-from hornbill.servo.runtime.hub import Happened, Hub, JobChanged
+from hornbill.servo.runtime.hub import Hub, JobChanged, LogEvent
 
 
 class Histogram:
@@ -41,10 +41,10 @@ class Counts:
         """Entries of the event log, by level and code."""
         self.jobs: Counter[tuple[str, str]] = Counter()
         """Jobs that have ended, by kind and state."""
-        hub.listen(self._on_event, Happened)
-        hub.listen(self._on_job, JobChanged)
+        hub.subscribe(self._on_event, LogEvent)
+        hub.subscribe(self._on_job, JobChanged)
 
-    def _on_event(self, event: Happened) -> None:
+    def _on_event(self, event: LogEvent) -> None:
         self.events[event.level, event.code] += 1
 
     def _on_job(self, change: JobChanged) -> None:

@@ -1,4 +1,4 @@
-"""How the servo layer tells whoever listens that something changed."""
+"""Publish/subscribe hub for changes in the servo layer."""
 
 import logging
 from collections.abc import Callable
@@ -14,7 +14,7 @@ log = logging.getLogger(__name__)
 
 @dataclass(frozen=True, slots=True)
 class ServoChanged:
-    """Something about a servo other than its angle changed."""
+    """Anything about a servo except its angle changed."""
 
     uid: Uid
 
@@ -38,16 +38,16 @@ class Sampled(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class JobChanged:
-    """A job moved on."""
+    """The state or a step of a job changed."""
 
     job: RunningJob
 
 
 @dataclass(frozen=True, slots=True)
-class Happened:
-    """A sentence for the event log. `level`: info, notice, warning or failure.
+class LogEvent:
+    """An entry for the event log. `level`: info, notice, warning or failure.
 
-    `params` are the values in the text, JSON by name, from which a page makes the sentence in its own language.
+    `params`: values of the text by name, as JSON; the page words the entry in its own language from them.
     """
 
     level: str
@@ -59,48 +59,48 @@ class Happened:
 
 @dataclass(frozen=True, slots=True)
 class LeaseChanged:
-    """Somebody took, renewed for the first time, lost or gave back the lease."""
+    """The lease was taken, renewed for the first time, released, or has ended."""
 
 
 @dataclass(frozen=True, slots=True)
 class ServoSeen:
-    """It is known which servo is on a node ID, and nothing of it has been read yet."""
+    """A servo was identified on a node ID. Nothing has been read from it yet."""
 
     uid: Uid
 
 
 @dataclass(frozen=True, slots=True)
 class ServoRead:
-    """The rows of a servo that has arrived have been read."""
+    """All rows of a newly arrived servo have been read."""
 
     uid: Uid
 
 
 @dataclass(frozen=True, slots=True)
 class NodeSuspected:
-    """A node that may be a servo broadcasts, and has not been identified. Repeated while that is so."""
+    """An unidentified node that may be a servo is broadcasting. Repeated until it is identified."""
 
     node_id: int
 
 
 @dataclass(frozen=True, slots=True)
 class StopPressed:
-    """Stop is about to write torque off. Listeners cancel all that could still energise a servo before they return."""
+    """Stop is about to write torque off. Before they return, subscribers cancel anything that could energise a servo."""
 
 
 @dataclass(frozen=True, slots=True)
 class StopChanged:
-    """The stop latch changed, or another servo confirmed."""
+    """The stop latch changed, or another servo acknowledged."""
 
 
 @dataclass(frozen=True, slots=True)
 class BusChanged:
-    """The bus was connected, disconnected, or changed its state."""
+    """The bus was connected, disconnected, or changed state."""
 
 
 @dataclass(frozen=True, slots=True)
 class BusUsable:
-    """The connected bus was lost (`usable` False), or is back, or there is none any more (True)."""
+    """The connected bus was lost (`usable` False), or it is back or was disconnected (True)."""
 
     usable: bool
 
@@ -110,7 +110,7 @@ Change: TypeAlias = (
     | ReadingChanged
     | Sampled
     | JobChanged
-    | Happened
+    | LogEvent
     | LeaseChanged
     | ServoSeen
     | ServoRead
@@ -125,34 +125,34 @@ C = TypeVar("C", bound=Change)
 
 
 class Hub:
-    """Delivers changes to listeners, in order, on the event loop. A listener must return at once."""
+    """Delivers changes to subscribers, in order, on the event loop. A subscriber must return at once."""
 
     def __init__(self) -> None:
-        self._listeners: list[tuple[Callable[[Any], None], tuple[type, ...]]] = []
+        self._subscribers: list[tuple[Callable[[Any], None], tuple[type, ...]]] = []
         self._by_kind: dict[type, tuple[Callable[[Any], None], ...]] = {}
 
-    def listen(self, listener: Callable[[C], None], *kinds: type[C]) -> Callable[[], None]:
-        """Call `listener` with every change from now on, or with those of `kinds`; the answer takes it off again."""
-        entry = listener, kinds
-        self._listeners.append(entry)
+    def subscribe(self, subscriber: Callable[[C], None], *kinds: type[C]) -> Callable[[], None]:
+        """Call `subscriber` with every later change, or with those of `kinds`. Returns a function that unsubscribes."""
+        entry = subscriber, kinds
+        self._subscribers.append(entry)
         self._by_kind.clear()
 
-        def forget() -> None:
-            if entry in self._listeners:
-                self._listeners.remove(entry)
+        def unsubscribe() -> None:
+            if entry in self._subscribers:
+                self._subscribers.remove(entry)
                 self._by_kind.clear()
 
-        return forget
+        return unsubscribe
 
-    def tell(self, change: Change) -> None:
-        """Deliver one change to every listener."""
+    def publish(self, change: Change) -> None:
+        """Deliver one change to every subscriber. A subscriber that raises is logged and does not affect the others."""
         kind = type(change)
-        listeners = self._by_kind.get(kind)
-        if listeners is None:
-            found = [listener for listener, kinds in self._listeners if not kinds or kind in kinds]
-            listeners = self._by_kind[kind] = tuple(found)
-        for listener in listeners:
+        subscribers = self._by_kind.get(kind)
+        if subscribers is None:
+            found = [subscriber for subscriber, kinds in self._subscribers if not kinds or kind in kinds]
+            subscribers = self._by_kind[kind] = tuple(found)
+        for subscriber in subscribers:
             try:
-                listener(change)
-            except Exception:  # whoever listens must not be able to break what it listens to
-                log.exception("a listener failed on %r", change)
+                subscriber(change)
+            except Exception:  # a subscriber must not be able to break the publisher
+                log.exception("a subscriber failed on %r", change)

@@ -11,7 +11,7 @@ from hornbill.servo.device.fleet import Fleet
 from hornbill.servo.device.output import KEY, MODES, Reason
 from hornbill.servo.device.requests import STOP, ServoRequests
 from hornbill.servo.device.servo import Servo
-from hornbill.servo.runtime.hub import Happened, Hub, ServoChanged
+from hornbill.servo.runtime.hub import Hub, LogEvent, ServoChanged
 from hornbill.servo.runtime.timebase import TimeBase
 from hornbill.units import Instant, Raw, Uid
 
@@ -194,7 +194,7 @@ class TorqueOffRetries:
         text = f"{order.to.title} did not answer to torque {order.mode}; it is written until it does."
         params: dict[str, object] = {"servos": [order.to.title], "mode": order.mode}
         text += " If it can move, cut its supply."
-        self._hub.tell(Happened("failure", "no_response", text, order.to.uid, params))
+        self._hub.publish(LogEvent("failure", "no_response", text, order.to.uid, params))
 
     @staticmethod
     def _settle(order: TorqueOffOrder) -> None:
@@ -266,8 +266,8 @@ class TorqueOffRetries:
                 order.named, where = False, "off" if order.mode == "off" else "on the brake"
                 text = f"Torque is {where} on {order.to.title} now."
                 params: dict[str, object] = {"servo": order.to.title, "mode": order.mode}
-                self._hub.tell(Happened("notice", "torque_off", text, order.to.uid, params))
-            self._hub.tell(ServoChanged(order.to.uid))
+                self._hub.publish(LogEvent("notice", "torque_off", text, order.to.uid, params))
+            self._hub.publish(ServoChanged(order.to.uid))
         self._settle(order)
 
     async def _needed_again(self, order: TorqueOffOrder) -> bool:

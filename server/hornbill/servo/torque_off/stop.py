@@ -13,7 +13,7 @@ from hornbill.servo.device.services import HostServices
 from hornbill.servo.device.servo import Servo
 from hornbill.servo.runtime.audit import AUDITED_S
 from hornbill.servo.runtime.histogram import Histogram
-from hornbill.servo.runtime.hub import BusUsable, Happened, NodeSuspected, ReadingChanged, StopChanged, StopPressed
+from hornbill.servo.runtime.hub import BusUsable, LogEvent, NodeSuspected, ReadingChanged, StopChanged, StopPressed
 from hornbill.servo.torque_off.retries import TorqueOffRetries
 from hornbill.store.audit import NewAuditEntry
 from hornbill.units import Instant, Uid
@@ -101,9 +101,9 @@ class StopControl:
         self.answered = Histogram(ANSWER_BOUNDS_S)
         """From the first write of a stop to the answer of each servo it is for."""
         self._bus_gone = False
-        self._hub.listen(self._on_reading, ReadingChanged)
-        self._hub.listen(self._on_suspect, NodeSuspected)
-        self._hub.listen(self._on_bus, BusUsable)
+        self._hub.subscribe(self._on_reading, ReadingChanged)
+        self._hub.subscribe(self._on_suspect, NodeSuspected)
+        self._hub.subscribe(self._on_bus, BusUsable)
 
     @property
     def latched(self) -> bool:
@@ -128,7 +128,7 @@ class StopControl:
         text = "Pressed before the server was restarted."
         self.latch = Latch(mode, at, by, f"{reason.rstrip('.')}. {text}" if reason else text)
         text = f"Still stopped by {by}, from before the server was restarted. Torque goes {mode} on every servo found."
-        self._hub.tell(Happened("warning", "stopped", text, params={"by": by, "mode": mode, "before_start": True}))
+        self._hub.publish(LogEvent("warning", "stopped", text, params={"by": by, "mode": mode, "before_start": True}))
 
     def now(self, mode: str, by: str, reason: str) -> Latch:
         """Stop. The first frames leave on the next turn of the event loop; pressing again sends again.
@@ -137,7 +137,7 @@ class StopControl:
         """
         latch = self.latch
         waiting = {servo.uid for servo in self._retries.servos()}
-        self._hub.tell(StopPressed())
+        self._hub.publish(StopPressed())
         if latch is not None and (latch.mode, latch.by) == (mode, by) and self._base.now() - latch.at < SAME_S:
             self._go_on(latch, waiting)
             return latch
@@ -151,7 +151,7 @@ class StopControl:
                 self._begin(servo, latch)
         for node in self._fleet.suspects():
             self._begin_node(node, latch)
-        self._hub.tell(StopChanged())
+        self._hub.publish(StopChanged())
         text = f"Stopped by {by}. Torque goes {mode} on every servo."
         if self._bus_gone:
             text = (
@@ -159,7 +159,7 @@ class StopControl:
                 "Cut the supply of what can move until then."
             )
         params: dict[str, object] = {"by": by, "mode": mode, "bus_lost": self._bus_gone}
-        self._hub.tell(Happened("failure", "stopped", text, params=params))
+        self._hub.publish(LogEvent("failure", "stopped", text, params=params))
         self._audit.later(self._retries.acknowledged(AUDITED_S), lambda: _pressed(latch))
         return latch
 
@@ -178,13 +178,13 @@ class StopControl:
             self._begin(servo, self.latch)
             if servo.node_id is not None:
                 self.latch.nodes.pop(servo.node_id, None)
-            self._hub.tell(StopChanged())
+            self._hub.publish(StopChanged())
 
     def _on_suspect(self, suspected: NodeSuspected) -> None:
         """While the latch is set, a node that may be a servo is stopped before it is identified."""
         if self.latch is not None and suspected.node_id not in self.latch.nodes:
             self._begin_node(suspected.node_id, self.latch)
-            self._hub.tell(StopChanged())
+            self._hub.publish(StopChanged())
 
     def _on_reading(self, change: ReadingChanged) -> None:
         """Somebody else turned torque on, or a restart too quick to be noticed did: not while the latch is set."""
@@ -193,7 +193,7 @@ class StopControl:
         servo = next((one for one in self._fleet.met() if one.uid == change.uid), None)
         if servo is not None and servo.raw(KEY) == ON:
             self._begin(servo, self.latch)
-            self._hub.tell(StopChanged())
+            self._hub.publish(StopChanged())
 
     def _on_bus(self, change: BusUsable) -> None:
         self._bus_gone = not change.usable
@@ -205,12 +205,12 @@ class StopControl:
         unconfirmed = [one.label for one in self.latch.unconfirmed()]
         open_ones = ", ".join(unconfirmed)
         latch, self.latch = self.latch, None
-        self._hub.tell(StopChanged())
+        self._hub.publish(StopChanged())
         text = f"Stop cleared by {by}. Torque stays off until turned on."
         if open_ones:
             text += f" Not confirmed: {open_ones}. Torque may still be on there; it is turned off when it answers."
         params: dict[str, object] = {"by": by, "unconfirmed": unconfirmed}
-        self._hub.tell(Happened("warning" if open_ones else "notice", "stop_cleared", text, params=params))
+        self._hub.publish(LogEvent("warning" if open_ones else "notice", "stop_cleared", text, params=params))
         notes = (Note(f"Stop of {latch.by} cleared.", "stop_of", {"by": latch.by}), _confirmed(latch))
         self._audit.later(
             self._retries.acknowledged(AUDITED_S), lambda: NewAuditEntry(by, "stop", "cleared", notes=notes)
@@ -241,7 +241,7 @@ class StopControl:
         """From here on it is stopped as the servo it is, left alone as a foreign node, or gone."""
         latch.nodes.pop(node, None)
         if latch is self.latch:
-            self._hub.tell(StopChanged())
+            self._hub.publish(StopChanged())
 
     def _name_later(self, latch: Latch, one: Confirmation | NodeConfirmation) -> None:
         asyncio.get_running_loop().call_at(one.begun + NAMED_S, self._name_silent, latch)
@@ -259,7 +259,7 @@ class StopControl:
         only = silent[0] if len(silent) == 1 else None
         params: dict[str, object] = {"servos": [one.label for one in silent], "stop": True}
         uid = only.uid if isinstance(only, Confirmation) else None
-        self._hub.tell(Happened("failure", "no_response", text, uid, params))
+        self._hub.publish(LogEvent("failure", "no_response", text, uid, params))
 
     def _confirm(self, latch: Latch, one: Confirmation | NodeConfirmation) -> None:
         if one.ms is None:
@@ -270,9 +270,9 @@ class StopControl:
             uid = one.uid if isinstance(one, Confirmation) else None
             text = f"{one.label} has answered: torque {latch.mode}."
             params: dict[str, object] = {"servo": one.label, "mode": latch.mode}
-            self._hub.tell(Happened("notice", "stopped_late", text, uid, params))
+            self._hub.publish(LogEvent("notice", "stopped_late", text, uid, params))
         if latch is self.latch:
-            self._hub.tell(StopChanged())
+            self._hub.publish(StopChanged())
 
 
 def _pressed(latch: Latch) -> NewAuditEntry:

@@ -7,7 +7,7 @@ from typing import NamedTuple, cast
 
 from hornbill.servo.device.output import MODES, OutputState, Reason, taken_by
 from hornbill.servo.device.servo import Servo
-from hornbill.servo.runtime.hub import Happened, Hub, StopChanged
+from hornbill.servo.runtime.hub import Hub, LogEvent, StopChanged
 from hornbill.servo.runtime.timebase import TimeBase
 from hornbill.servo.torque_off.retries import TorqueOffRetries
 from hornbill.servo.torque_off.stop import Latch, StopControl
@@ -67,7 +67,7 @@ class StoredTorqueOff:
         self._latch: Latch | None = None
         """The latch that is stored now. One that was restored is stored as it was pressed."""
         self._found = self._saves()
-        hub.listen(self._on_stop, StopChanged)
+        hub.subscribe(self._on_stop, StopChanged)
 
     def restore_stop(self) -> None:
         """Be stopped if the server before this one was. Call it before a bus is joined. Raises StoreFailed."""
@@ -133,8 +133,8 @@ class StoredTorqueOff:
         except Exception:
             log.exception("the stop could not be kept")
             text = "The stop cannot be kept. It holds now, and a server started anew would not know of it: check the "
-            self._hub.tell(
-                Happened("warning", "store_failed", text + "data folder and its disk.", params={"what": "stop"})
+            self._hub.publish(
+                LogEvent("warning", "store_failed", text + "data folder and its disk.", params={"what": "stop"})
             )
 
     def _saves(self) -> dict[str, Json]:
