@@ -6,7 +6,7 @@ from fastapi import Depends, Header, Path, Request
 
 from hornbill.bus.listing import Adapters
 from hornbill.bus.recordings.bus_log import BusLog
-from hornbill.bus.recordings.folder import RecordingFolder
+from hornbill.bus.recordings.folder import FileFolder
 from hornbill.domain.fields import UidField
 from hornbill.errors import Unknown
 from hornbill.servo.device.servo import Servo
@@ -42,13 +42,13 @@ async def _bus_log(request: Request) -> BusLog:
 TheBusLog = Annotated[BusLog, Depends(_bus_log)]
 
 
-async def _bundles(request: Request) -> RecordingFolder:
-    bundles = request.app.state.bundles
-    assert isinstance(bundles, RecordingFolder)
-    return bundles
+async def _recordings(request: Request) -> FileFolder:
+    recordings = request.app.state.recordings
+    assert isinstance(recordings, FileFolder)
+    return recordings
 
 
-TheBundles = Annotated[RecordingFolder, Depends(_bundles)]
+TheRecordings = Annotated[FileFolder, Depends(_recordings)]
 
 
 async def _servo(host: TheHost, uid: Annotated[str, Path(description="Unique ID, 32 lower-case hex digits.")]) -> Servo:
@@ -75,7 +75,7 @@ def never_seen(uid: str) -> Unknown:
         "unknown_servo",
         f"No servo {uid!r} was ever met.",
         uid=uid,
-        cause="never_met",
+        cause="servo_never_seen",
     )
 
 

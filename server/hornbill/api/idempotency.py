@@ -40,7 +40,7 @@ def _lease(host: Host, told: dict[str, Any]) -> BaseModel:
         raise Unknown(
             "unknown_lease",
             "The lease this key was given has ended. Ask for a new one, with a new key.",
-            cause="lease_of_key_over",
+            cause="lease_of_key_ended",
         )
     return present.lease(host, lease)
 

@@ -278,7 +278,7 @@ def allocator(host: Host) -> AllocatorState:
         granted=len(host.store.allocations.entries()),
         pending=len(one.pending(now)),
         free=one.free(now),
-        rival_node_id=None if one.rival is None else one.rival.node_id,
+        competing_node_id=None if one.competitor is None else one.competitor.node_id,
         own_id_shared=one.own_id_shared,
     )
 
@@ -291,8 +291,8 @@ def pending(host: Host) -> list[PendingAllocation]:
             uid_part=one.partial,
             stage=one.stage,
             attempts=one.attempts,
-            waiting_s=round(now - one.first_heard, 2),
-            age_s=round(now - one.last_heard, 2),
+            waiting_s=round(now - one.first_seen, 2),
+            age_s=round(now - one.last_seen, 2),
             refusal=one.refusal,
             refusal_code=None if one.refused is None else one.refused.code,
             refusal_params={} if one.refused is None else dict(one.refused.params),

@@ -24,7 +24,7 @@ STATUS: dict[str, int] = {
     "unknown_profile": 404,
     "unknown_run": 404,
     "unknown_stream": 404,
-    "unknown_bundle": 404,
+    "unknown_recording": 404,
     "unknown_fault": 404,
     "unknown_token": 404,
     "no_simulator": 404,
@@ -173,7 +173,7 @@ def install(app: FastAPI) -> None:
     async def _routing(request: Request, error: Exception) -> Response:
         assert isinstance(error, HTTPException)
         if error.status_code == 400:
-            return answer(errors.InvalidValue(f"The body is not JSON: {error.detail}.", cause="no_json"))
+            return answer(errors.InvalidValue(f"The body is not JSON: {error.detail}.", cause="body_not_json"))
         code = {404: "not_found", 405: "method_not_allowed"}.get(error.status_code, "internal")
         shown = Problem(
             type=f"urn:hornbill:{code}", title=str(error.detail), status=error.status_code, code=code,

@@ -74,7 +74,7 @@ def need_parquet() -> None:
         raise NotAvailable(
             "Parquet cannot be written: pyarrow is not installed. Install it with pip install 'hornbill[parquet]', "
             "or take telemetry.csv.",
-            cause="no_pyarrow",
+            cause="pyarrow_missing",
         )
 
 

@@ -15,7 +15,7 @@ from hornbill.bus.sharing import SharedBus
 from hornbill.errors import PortError, StoreFailed
 from hornbill.servo.host import Host
 from hornbill.store.settings import SettingTable
-from hornbill.wire.port import BUNDLE, RECORDING, RECORDINGS, CanPort, PortStatistics, split_frame_gap
+from hornbill.wire.port import LOG_SCHEME, RECORDING_SCHEME, REPLAYS, CanPort, PortStatistics, split_frame_gap
 
 EMBEDDED = "memory:demo"
 
@@ -48,7 +48,7 @@ def _key(serial_number: str) -> str:
 
 def with_frame_gap(address: str, gap_ms: float | None) -> str:
     """The address of a bus with a pause between frames as its option, unless it has one of its own."""
-    if gap_ms is None or split_frame_gap(address)[1] is not None or address.startswith(RECORDINGS):
+    if gap_ms is None or split_frame_gap(address)[1] is not None or address.startswith(REPLAYS):
         return address
     return f"{address}?frame_gap_ms={gap_ms:g}"
 
@@ -60,7 +60,7 @@ class BusPorts:
         self,
         embedded: MemoryBus | None,
         logs: Path,
-        bundles: Path | None = None,
+        recordings: Path | None = None,
         memory: BaudMemory | None = None,
         *,
         allow: Callable[[str], None] = lambda _address: None,
@@ -68,7 +68,7 @@ class BusPorts:
     ) -> None:
         """`embedded` is the bus within this process, if there is one.
 
-        `logs` and `bundles` are where recordings without a folder are looked for. `memory` holds the baud rates of
+        `logs` and `recordings` are where recordings without a folder are looked for. `memory` holds the baud rates of
         serial adapters. `allow` is called before anything is opened for somebody who asks over the network, and raises
         PortOpenFailed. `before_embedded` is awaited before the embedded bus is opened: its servos may be switched on
         only once somebody asks for them.
@@ -76,7 +76,7 @@ class BusPorts:
         self._embedded = embedded
         self._memory = memory
         self._logs = logs
-        self._bundles = bundles
+        self._recordings = recordings
         self.own = [] if embedded is None else [FoundAdapter(EMBEDDED, "Simulated servos", bitrate=embedded.bitrate)]
         """What can be connected beside what is plugged in."""
         self._allow = allow
@@ -85,10 +85,10 @@ class BusPorts:
     async def open(self, address: str, bitrate: int) -> CanPort:
         """An open port. Raises PortOpenFailed with the reason and the remedy."""
         self._allow(split_frame_gap(address)[0])
-        if address.startswith(RECORDING):
+        if address.startswith(LOG_SCHEME):
             return await open_replay(address, bitrate=bitrate, folder=self._logs)
-        if address.startswith(BUNDLE):
-            return await open_replay(address, bitrate=bitrate, folder=self._bundles)
+        if address.startswith(RECORDING_SCHEME):
+            return await open_replay(address, bitrate=bitrate, folder=self._recordings)
         port = self._port(address, bitrate)
         await port.open()
         return port
@@ -99,7 +99,7 @@ class BusPorts:
         What can never open is said so and left.
         """
         try:
-            if address.startswith(RECORDINGS) or (self._embedded is not None and _is_embedded(address)):
+            if address.startswith(REPLAYS) or (self._embedded is not None and _is_embedded(address)):
                 await host.connect(address, bitrate)
                 return
             port = self._port(address, bitrate)

@@ -9,7 +9,7 @@ from typing import BinaryIO, Final, cast
 
 import orjson
 
-from hornbill.bus.recordings.reader import Recording
+from hornbill.bus.recordings.reader import LogReader
 from hornbill.schema.catalog import Catalog
 from hornbill.servo.monitoring.transfer_text import TransferText
 from hornbill.wire.describe import PROBLEMS, as_object, frame_count, type_name
@@ -33,9 +33,9 @@ def decode_log(log: str, as_json: bool, standard_input: BinaryIO, out: BinaryIO,
     live = log == STANDARD_INPUT
     if live:
         # as it is: another buffer around it would wait until it is full
-        recording = Recording(cast(io.BufferedReader, standard_input), "standard input")
+        recording = LogReader(cast(io.BufferedReader, standard_input), "standard input")
     else:
-        recording = Recording.open(Path(log))
+        recording = LogReader.open(Path(log))
     decoding = Decoding(recording)
     try:
         for line in decoding.json_lines() if as_json else decoding.text_lines():
@@ -57,7 +57,7 @@ def decode_log(log: str, as_json: bool, standard_input: BinaryIO, out: BinaryIO,
 class Decoding:
     """Takes a recording apart, one frame after the other; nothing but half-received transfers is kept."""
 
-    def __init__(self, recording: Recording) -> None:
+    def __init__(self, recording: LogReader) -> None:
         self._recording = recording
         self._reassemblers: dict[str, Reassembler] = {}
         self._narrator = TransferText(Catalog.load())

@@ -11,7 +11,7 @@ from hornbill.app.bus_ports import EMBEDDED
 from hornbill.app.settings import Settings
 from hornbill.errors import HornbillError, PortOpenFailed
 from hornbill.store.store import Store
-from hornbill.wire.port import RECORDINGS
+from hornbill.wire.port import REPLAYS
 
 LOCAL: Final = frozenset(("127.0.0.1", "localhost", "::1"))
 FIRST: Final = "first start"
@@ -98,7 +98,7 @@ def may_open(exposed: NetworkPolicy, given: str | None, address: str) -> None:
     """
     if address in (given, EMBEDDED):
         return
-    recording = address.startswith(RECORDINGS)
+    recording = address.startswith(REPLAYS)
     if exposed.simulated_only and not recording:
         raise PortOpenFailed(
             f"{address} is not opened: this is a demo that anybody may reach, so it has simulated servos only. "
@@ -108,7 +108,7 @@ def may_open(exposed: NetworkPolicy, given: str | None, address: str) -> None:
         raise PortOpenFailed(
             f"{address} is not opened: where a token is needed, an adapter behind a URL is named at start, by --bus.",
             address=address,
-            cause="named_at_start",
+            cause="bus_option_required",
         )
     if exposed.required and not recording:
         _adapter_of_this_machine(address)
@@ -127,14 +127,14 @@ def _adapter_of_this_machine(address: str) -> None:
         raise PortOpenFailed(
             f"{address} is not opened: where a token is needed, a bus behind a network is named at start, by --bus.",
             address=address,
-            cause="named_at_start",
+            cause="bus_option_required",
         )
     if any(mark in channel for mark in ("/", "\\", "..")) and not _SERIAL.fullmatch(channel):
         raise PortOpenFailed(
             f"{address} is not opened: where a token is needed, the path is one of a serial port "
             "(/dev/ttyACM0, /dev/cu.…, /dev/serial/…). Name any other at start, by --bus.",
             address=address,
-            cause="named_at_start",
+            cause="bus_option_required",
         )
 
 

@@ -39,7 +39,7 @@ class Settings(BaseSettings):
     )
     data_dir: Path = Field(
         default_factory=lambda: user_data_path("hornbill"),
-        description="folder of the database, logs and bundles; the system's place for a user's data unless told",
+        description="folder of the database, logs and recordings; the system's place for a user's data unless told",
     )
     database: str | None = Field(
         default=None,
@@ -47,11 +47,11 @@ class Settings(BaseSettings):
         description="URL of a database instead of a file in the data folder; may hold a password",
     )
     node_id: int = Field(default=127, ge=1, le=127, description="our own node id; 126 and 127 are for tools")
-    allocator: Literal["on", "off", "insist"] | None = Field(
-        default=None, description="node-id allocator; insist answers beside another one; as chosen last unless told"
+    allocator: Literal["on", "off", "force"] | None = Field(
+        default=None, description="node-id allocator; force: also beside another allocator; as chosen last unless told"
     )
-    bundle_before_s: float = Field(
-        default=60.0, ge=30, le=600, description="seconds a bundle of the recorder holds before what it was written for"
+    recording_before_s: float = Field(
+        default=60.0, ge=30, le=600, description="seconds that a recording covers before its first trigger"
     )
     position_unit: Literal["hundred_degrees", "radian", "degree", "tenth_degree"] | None = Field(
         default=None, description="what position 1.0 means on every servo; measured unless told"

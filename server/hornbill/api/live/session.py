@@ -38,7 +38,7 @@ class SocketSession:
             message = _CLIENT.validate_json(text)
         except ValidationError as error:
             self._outbox.refuse(
-                InvalidValue(f"Not a message of this socket: {error.errors()[0]['msg']}.", cause="no_message")
+                InvalidValue(f"Not a message of this socket: {error.errors()[0]['msg']}.", cause="message_invalid")
             )
             return
         try:
@@ -126,7 +126,7 @@ class SocketSession:
         if command.type != "angle":
             raise InvalidValue(
                 f"A profile is for angles; a {command.type} command has no way to go. Leave it out.",
-                cause="profile_for_angles",
+                cause="profile_angle_only",
             )
         profile = TrapezoidProfile(command.profile.speed_deg_s, command.profile.accel_deg_s2)
         await self._host.jogs.move(servo, lease_id, command.value, profile, clamp=False, confirm=command.confirm)

@@ -76,7 +76,7 @@ class TelemetryBatches:
         self.flush()
         self._places[reader] = self._next
         if self._forget is None:
-            self._forget = self._hub.listen(self._on_sample, Sampled)
+            self._forget = self._hub.subscribe(self._on_sample, Sampled)
 
     def leave(self, reader: Reader) -> None:
         """It takes nothing more. Twice is harmless."""

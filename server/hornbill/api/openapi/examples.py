@@ -92,7 +92,7 @@ EXAMPLES: Final[dict[str, dict[str, dict[str, Any]]]] = {
             "channels": ["current_angle", "current_torque"], "rate_hz": 50, "owner": "rig 7", "ttl_s": 60
         },
     },
-    "write_bundle": {"the last half minute": {"before_s": 30, "reason": "It clicked."}},
+    "write_recording": {"the last half minute": {"before_s": 30, "reason": "It clicked."}},
     # the bench of the simulator
     "add_sim_servo": {"a new one": {"model": MODEL, "firmware": "1.300", "angle_deg": 15.0}},
     "change_sim_servo": {"hot, and loaded": {"temperature_c": 60.0, "load_pct": 30.0}, "no power": {"power": "off"}},

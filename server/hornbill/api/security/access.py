@@ -272,5 +272,5 @@ def forbidden(who: Identity, role: Role) -> ForbiddenRole:
     """The refusal of whoever's token does not reach to `role`."""
     return ForbiddenRole(
         f"The token {who.name!r} is for {who.role.word}; this needs {role.word}.",
-        cause="role_too_low", token=who.name, role=who.role.word, needed=role.word,
+        cause="role_insufficient", token=who.name, role=who.role.word, needed=role.word,
     )  # fmt: skip

@@ -11,7 +11,7 @@ LARGEST: Final = 1 << 20
 LARGEST_FILE: Final = 128 << 20
 """Bytes of the largest file; the route that takes it knows a lower limit of its own."""
 
-_FILES: Final = (("/api/v1/profiles/", "/file"), ("/api/v1/recorder/bundles/", ""))
+_FILES: Final = (("/api/v1/profiles/", "/file"), ("/api/v1/recorder/recordings/", ""))
 """Where a PUT takes a file: how the path begins and ends."""
 _FORMS: Final = ("application/x-www-form-urlencoded", "multipart/form-data", "text/plain")
 """What a form of any site can send without being asked for permission; never what a program of ours sends."""
@@ -29,7 +29,7 @@ async def ready(scope: Scope, path: str, receive: Receive) -> Receive:
         if media in _FORMS:
             raise WrongMediaType(
                 f"A file is not of the type {media}. Name its own type in Content-Type.",
-                cause="type_of_form",
+                cause="form_media_type",
                 media=media,
             )
         _within(size, LARGEST_FILE)
@@ -37,7 +37,7 @@ async def ready(scope: Scope, path: str, receive: Receive) -> Receive:
     if path.startswith("/api/") and not (media == "application/json" or media.endswith("+json")):
         raise WrongMediaType(
             f"The body is {media[:60] or 'of no type'}. Send it with 'Content-Type: application/json'.",
-            cause="no_json_type",
+            cause="media_type_not_json",
             media=media[:60],
         )
     _within(size, LARGEST)

@@ -90,7 +90,7 @@ class Guard:
             raise Unauthorized(
                 "This needs a token that is known. Send 'Authorization: Bearer TOKEN', or log in on the page. "
                 "'hornbill token add NAME --role ROLE' makes one.",
-                cause="token_needed",
+                cause="token_required",
             )
         if who.role < role:
             raise forbidden(who, Role(role))

@@ -33,7 +33,7 @@ def local_policy(hosts: frozenset[str], *, addresses: bool = False) -> Policy:
             known = ", ".join(sorted(hosts))
             return ForbiddenOrigin(
                 f"Host {host[:80]!r} is not this server. Use one of: {known}; or start it with --allow-host NAME.",
-                cause="other_host",
+                cause="host_not_allowed",
                 host=host[:80],
                 known=sorted(hosts),
             )
@@ -41,14 +41,14 @@ def local_policy(hosts: frozenset[str], *, addresses: bool = False) -> Policy:
         if origin is not None and origin not in (f"http://{host}", f"https://{host}"):
             return ForbiddenOrigin(
                 f"Origin {origin[:80]!r} is another site. Open hornbill's own page at http://{host}/.",
-                cause="other_site",
+                cause="origin_not_allowed",
                 origin=origin[:80],
                 host=host[:80],
             )
         if connection.headers.get("sec-fetch-site", "none") not in _OURS and not _link(connection):
             return ForbiddenOrigin(
                 f"Another site asked for this. Open hornbill's own page at http://{host}/.",
-                cause="other_site",
+                cause="origin_not_allowed",
                 host=host[:80],
             )
         return None

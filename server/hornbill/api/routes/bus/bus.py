@@ -22,7 +22,7 @@ class BusAddress(Model):
     """Which adapter to open, in python-can's words."""
 
     address: str = Field(
-        examples=["socketcan:can0", "slcan:/dev/ttyACM0", "file:recording.log", "bundle:NAME.zip"],
+        examples=["socketcan:can0", "slcan:/dev/ttyACM0", "file:recording.log", "recording:NAME.zip"],
         description="INTERFACE:CHANNEL, such as `socketcan:can0`. `GET /bus/adapters` lists connected adapters.",
     )
     bitrate: int = Field(

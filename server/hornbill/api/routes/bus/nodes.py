@@ -28,7 +28,7 @@ class AllocatorMode(Model):
     """What the allocator shall do."""
 
     mode: AllocatorChoice = Field(
-        description="on: allocate node IDs; off: do not; insist: also beside another allocator."
+        description="on: allocate node IDs; off: do not; force: also beside another allocator."
     )
 
 
@@ -120,9 +120,9 @@ async def list_nodes(host: TheHost) -> list[Node]:
     if connection is None:
         return []
     now, directory = host.base.now(), connection.directory
-    found = [_node(host, connection, node_id, now) for node_id in directory.heard()]
-    if directory.anonymous_heard is not None:
-        found.append(_anonymous(host, directory.anonymous_heard, now))
+    found = [_node(host, connection, node_id, now) for node_id in directory.seen()]
+    if directory.anonymous_seen is not None:
+        found.append(_anonymous(host, directory.anonymous_seen, now))
     return sorted([*found, _ourselves(connection, now)], key=lambda one: one.node_id)
 
 
@@ -172,7 +172,7 @@ async def recycle_allocations(host: TheHost, body: Recycle, lease: LeaseHeader =
 
 @routes.put("/bus/allocator", Role.CONFIGURE, "invalid_value")
 async def set_allocator(host: TheHost, body: AllocatorMode, lease: LeaseHeader = None) -> AllocatorState:
-    """Give node ids unless somebody else does (on), never (off), or whoever else does (insist). It is kept.
+    """Give node ids unless somebody else does (on), never (off), or whoever else does (force). It is kept.
 
     A mode given on the command line or in the environment counts again at the next start.
     """
@@ -227,7 +227,7 @@ def _fixed_id(host: Host, uid: str) -> int | None:
 def _node(host: Host, connection: Connection, node_id: int, now: Instant) -> Node:
     directory = connection.directory
     record = directory.records.get(node_id)
-    heard = directory.last_heard(node_id) or 0.0
+    heard = directory.last_seen(node_id) or 0.0
     if record is None:
         text = "It sends, but never said NodeStatus, which every node must once a second."
         return _silent(node_id, "unknown", "warning", heard, now, Note(text, "no_status"))

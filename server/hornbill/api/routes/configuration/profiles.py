@@ -175,7 +175,7 @@ async def import_profile(
             f"{len(wrong)} of {len(lines)} lines cannot be taken, so nothing was kept. "
             f"Line {wrong[0].line}{f', {wrong[0].key[:60]}' if wrong[0].key else ''}: {wrong[0].text}",
             lines=[asdict(one) for one in lines],
-            cause="lines_wrong",
+            cause="lines_invalid",
             count=len(wrong),
             lines_in_all=len(lines),
             line=wrong[0].line,
@@ -210,7 +210,8 @@ async def _draft(host: Host, body: ProfilePut) -> Draft:
     sources = [one is not None for one in (body.values, body.from_uid, body.from_snapshot)]
     if sum(sources) != 1:
         raise InvalidValue(
-            "A profile comes from one source. Give one of values, from_uid and from_snapshot.", cause="one_source"
+            "A profile comes from one source. Give one of values, from_uid and from_snapshot.",
+            cause="one_source_required",
         )
     if body.values is not None:
         return Draft(body.values, body.description, body.model, body.firmware, body.units)
@@ -233,7 +234,7 @@ def _form(content_type: str) -> Form:
             return form
     raise InvalidValue(
         "A file is TOML or JSON. Send Content-Type: application/toml or application/json.",
-        cause="file_toml_or_json",
+        cause="file_not_toml_or_json",
     )
 
 

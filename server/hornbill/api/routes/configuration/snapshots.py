@@ -36,7 +36,7 @@ class Snapshot(Model):
     at: float = Field(description="Time of the snapshot, seconds since 1970 UTC.")
     reason: str = Field(description="Reason for the snapshot.")
     reason_code: ReasonCode | None = Field(
-        description="Code of the reason: `by_hand`, or the operation that it preceded. Null for a user's own words."
+        description="Code of the reason: `manual`, or the operation that it preceded. Null for a user's own words."
     )
     reason_params: Params
     by: str = Field(description="Client that did it.")
@@ -120,7 +120,7 @@ async def take_snapshot(
     host.connected()
     permission.check_readable(servo)
     text = (body or NewSnapshot()).reason
-    reason = Reason(text, "by_hand" if text == BY_HAND else None)
+    reason = Reason(text, "manual" if text == BY_HAND else None)
     async with servo.changing:
         by = host.leases.who(lease, host.base.now())
         made = await host.history.take(host.requests, servo, reason=reason, by=by, automatic=False)
@@ -210,7 +210,7 @@ async def _of(host: Host, uid: str, snapshot_id: int) -> StoredSnapshot:
             "unknown_snapshot",
             f"Snapshot {snapshot_id} is of another servo: {found.uid}.",
             snapshot=snapshot_id,
-            cause="another_servos_snapshot",
+            cause="snapshot_of_other_servo",
         )
     return found
 

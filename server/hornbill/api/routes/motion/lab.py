@@ -79,7 +79,7 @@ async def overlay_runs(
     if not 1 <= len(numbers) <= 8 or not all(part.isascii() and part.isdigit() and len(part) < 10 for part in numbers):
         raise InvalidValue(
             f'"{ids[:60]}" names no runs. Give the numbers of one to eight, with commas between them.',
-            cause="names_no_runs",
+            cause="runs_missing",
         )
     runs = [_shown(host, await host.store.run(host.store.runs.get, int(part)), traces=True) for part in numbers]
     keys = {key: None for run in runs for key in run.parameters}

@@ -133,12 +133,13 @@ async def command_servo(host: TheHost, servo: TheServo, body: Command, lease: Le
     """Command an angle (degrees), a speed (rpm) or a torque (%), and keep it alive while the lease lives."""
     if body.wait == "settled" and body.type != "angle":
         raise InvalidValue(
-            f'wait "settled" is about angles; a {body.type} command has no end. Use wait "sent".', cause="no_settling"
+            f'wait "settled" is about angles; a {body.type} command has no end. Use wait "sent".',
+            cause="settle_angle_only",
         )
     if body.profile is not None and body.type != "angle":
         raise InvalidValue(
             f"A profile is for angles; a {body.type} command has no way to go. Leave it out.",
-            cause="profile_for_angles",
+            cause="profile_angle_only",
         )
     host.connected()
     sent_at = host.base.utc_now()

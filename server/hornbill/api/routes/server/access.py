@@ -147,7 +147,7 @@ async def add_token(access: TheAccess, host: TheHost, body: TokenDraft) -> Token
     if not access.required and body.role != "admin":
         raise Conflict(
             f"The first token must be for admin, not {body.role}: from then on everybody needs one, and nobody could "
-            "make another.", cause="first_token_admin", role=body.role,
+            "make another.", cause="first_token_not_admin", role=body.role,
         )  # fmt: skip
     made, secret = await host.store.run(host.store.tokens.add, body.name, body.role)
     _note(host, made, "added")

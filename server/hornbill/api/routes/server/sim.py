@@ -164,7 +164,7 @@ def routes(catalog: Catalog) -> Routes:
         try:
             made = bench.add(recipe)
         except ValueError as error:
-            raise InvalidValue(f"{error}", cause="no_such_sim_servo") from error
+            raise InvalidValue(f"{error}", cause="sim_servo_invalid") from error
         return _shown(bench, Uid(made.uid.hex()))
 
     @made.get("/servos/{uid}", Role.VIEW, "no_simulator", "unknown_servo")
@@ -199,7 +199,7 @@ def _apply(catalog: Catalog, bench: Bench, uid: Uid, change: SimChange) -> None:
     if change.external_angle_deg is not None and not bench.turn_by_hand(uid, change.external_angle_deg):
         raise Busy(
             "The motor has its output on and holds against the hand. Set torque_mode to off first, or take its power.",
-            cause="sim_holds",
+            cause="sim_output_on",
         )
     conditions = servo.conditions
     for name in _CONDITIONS:
@@ -231,7 +231,7 @@ def _behaviour(before: Behaviour, change: SimChange) -> Behaviour:
         if value not in settings or isinstance(value, bool) is not (settings[0] is True):
             raise InvalidValue(
                 f"{name} cannot be {value!r}. Give one of {', '.join(map(str, settings))}.",
-                cause="no_such_setting",
+                cause="setting_unknown",
                 name=name,
                 requested=str(value),
                 known=[str(one) for one in settings],
@@ -244,7 +244,7 @@ def _demand(given: Any, known: Any, what: str) -> None:
     if unknown:
         raise InvalidValue(
             f"There are no {what} {', '.join(map(repr, unknown))}. Known: {', '.join(sorted(known))}.",
-            cause="no_such_names",
+            cause="names_unknown",
             names=unknown,
             known=sorted(known),
         )

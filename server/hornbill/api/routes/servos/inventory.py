@@ -122,7 +122,8 @@ async def forget_servo(
     kept = _kept(host, uid)
     if host.jobs.running(kept.uid) is not None:
         raise Busy(
-            f"A job of {kept.label or uid[:8]} is under way. Cancel it, or wait until it has ended.", cause="job_runs"
+            f"A job of {kept.label or uid[:8]} is under way. Cancel it, or wait until it has ended.",
+            cause="job_running",
         )
     host.fleet.forget(kept.uid)
     await host.store.run(host.store.servos.forget, kept.uid)

@@ -35,7 +35,7 @@ async def set_position_unit(
     if host.motion.driven(servo.uid):
         raise Busy(
             f"{servo.title} is under command, and the same angle would be another position. Let it go first.",
-            cause="unit_under_command",
+            cause="unit_change_under_command",
             servo=servo.title,
         )
     host.position_units.force(servo, body.unit, by=host.leases.who(lease, now))

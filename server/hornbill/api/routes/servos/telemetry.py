@@ -155,7 +155,7 @@ def _window(host: Host, servo: Servo, seconds: float, channels: str | None) -> d
     for key in keys:
         row = servo.catalog.parameter(key)
         if row.kind != "number" and key not in known:
-            raise InvalidValue(f"{key} is no number, so it is no channel.", key=key, cause="no_channel")
+            raise InvalidValue(f"{key} is no number, so it is no channel.", key=key, cause="channel_not_numeric")
     return {key: host.telemetry.columns(servo.uid, key, since) for key in dict.fromkeys(keys)}
 
 
