@@ -1,21 +1,21 @@
-"""The error tree. Every class carries the code that REST, WebSocket and the command line answer with.
+"""Error tree. Each class has the code that REST, the WebSocket and the command line report.
 
 HornbillError
-├── TableError            a mistake in schemas/, with file and row
-├── StoreFailed           store_failed: the database cannot be opened, is damaged, or is from a newer hornbill
+├── TableError            bad_table: a mistake in schemas/, with file and row
+├── StoreFailed           store_failed: the database cannot be opened, is damaged or was written by a newer hornbill
 ├── LogFailed             log_failed: a recording of frames cannot be read or written
-├── PortError             bus_trouble: what a port says is wrong with its adapter or bus
-│   ├── PortOpenFailed    bus_open_failed: an address that cannot be opened, and the remedy
-│   └── BusDisconnected   bus_disconnected: no bus, or the bus was lost while we waited
+├── PortError             bus_trouble: an adapter or bus fault reported by a port
+│   ├── PortOpenFailed    bus_open_failed: an address cannot be opened; with the remedy
+│   └── BusDisconnected   bus_disconnected: no bus is connected, or the bus was lost during a request
 │       └── BusReadOnly   bus_read_only: the bus is a recording, so nothing can be sent
-├── NoResponse              no_response: asked, and nothing came back in any of the tries
-├── Refused               refused_by_servo: the servo answered, and said no
-├── DidNotMove            did_not_move: the horn was commanded, and did not do it
-├── NotAsWanted           not_as_wanted: RAM or ROM was found to hold something else than what was written
-├── Interrupted           interrupted: the server ended while a job, or a request with a key, was under way
-├── ForbiddenParameter    forbidden_parameter: 0x49, or a reserved register
-├── NotAvailable          not_available: needs something that is not installed here; the message names it
-└── BadRequest            what was asked cannot be done, and nothing was changed
+├── NoResponse            no_response: no response to any attempt
+├── Refused               refused_by_servo: the servo rejected the request
+├── DidNotMove            did_not_move: the horn did not follow the command
+├── UnexpectedResult      unexpected_result: a value or state of the servo differs from what was requested
+├── Interrupted           interrupted: the server exited during a job or a request with an Idempotency-Key
+├── ForbiddenParameter    forbidden_parameter: 0x49 or a reserved register
+├── NotAvailable          not_available: needs a component that is not installed; the text names it
+└── BadRequest            the request cannot be carried out; nothing was changed
     ├── Unknown           unknown_servo, unknown_parameter, unknown_job, unknown_lease, unknown_uid, unknown_log,
     │                     unknown_snapshot, unknown_profile, unknown_run, unknown_stream, unknown_fault,
     │                     unknown_recording, unknown_token, no_simulator
@@ -26,22 +26,22 @@ HornbillError
     ├── ModeOff           mode_off
     ├── TorqueOff         torque_off
     ├── TorqueOn          torque_on
-    ├── PositionUnitUnknown position_unit_unconfirmed: an angle by ArrayCommand, and its unit is in conflict
+    ├── PositionUnitUnknown position_unit_unconfirmed: ArrayCommand angle while the position unit is in conflict
     ├── LeaseRequired     lease_required
     ├── LeaseHeld         lease_held
     ├── Stopped           stopped
     ├── Busy              busy
-    ├── Conflict          conflict: an id that belongs to another servo
-    ├── BusBudget         bus_budget: more than the bus has left; facts: bus_share, left, possible_hz
-    ├── NeedsConfirmation needs_confirmation: it would switch the servo off, or worse
-    ├── ConfigurationLost configuration_lost: it runs on defaults, because ROM could not be loaded
+    ├── Conflict          conflict: an ID or name is already in use
+    ├── BusBudget         bus_budget: insufficient bus capacity; facts: bus_share, left, possible_hz
+    ├── NeedsConfirmation needs_confirmation: for example, a value that could switch the output off
+    ├── ConfigurationLost configuration_lost: the servo runs on defaults because ROM could not be loaded
     ├── ForbiddenOrigin   forbidden_origin
-    ├── Unauthorized      unauthorized: a token is needed, or this one is not known
-    ├── ForbiddenRole     forbidden_role: the token's role does not reach so far; facts: role, needed
-    ├── TooManyAttempts   too_many_attempts: logins or tokens that were wrong; facts: retry_after_s
-    ├── WrongMediaType    unsupported_media_type: a body that is not JSON
-    ├── TooLarge          too_large: a body beyond its limit; facts: limit_bytes
-    ├── KeyReused         idempotency_key_reused: the key came with another request before
+    ├── Unauthorized      unauthorized: the token is missing or invalid
+    ├── ForbiddenRole     forbidden_role: the token's role is insufficient; facts: role, needed
+    ├── TooManyAttempts   too_many_attempts: too many failed logins or invalid tokens; facts: retry_after_s
+    ├── WrongMediaType    unsupported_media_type: the body is not JSON
+    ├── TooLarge          too_large: the body exceeds its limit; facts: limit_bytes
+    ├── KeyReused         idempotency_key_reused: the key belongs to a different request
     └── StaleRevision     stale_revision
 """
 
@@ -112,20 +112,19 @@ Cause: TypeAlias = Literal[
     "values_differ", "values_lost_before_save", "values_missing", "values_not_retained", "wiggle_failed",
     "wiggle_range_too_small", "write_forbidden", "write_never_allowed", "wrong_type",
 ]  # fmt: skip
-"""What exactly went wrong, where one code has several causes: with it and the facts a page words a problem in its
-language."""
+"""Cause of a problem, more specific than its code. With the facts, it lets the page show the problem in its language."""
 
 
 class HornbillError(Exception):
-    """Anything hornbill raises on purpose; `detail` is a text for people, `facts` are for programs.
+    """Base class of expected errors; `detail` is a text for people, `facts` are for programs.
 
-    What a program sends next, a route say, is added at the edge: `api.remedies`.
+    `api.remedies` appends the request that resolves the problem.
     """
 
     code: str = "internal"
-    title: ClassVar[str] = "Something went wrong"
+    title: ClassVar[str] = "Internal error"
     status: int | None = None
-    """The HTTP status, where a server said it: set by hornbill.client."""
+    """HTTP status of the response; set by hornbill.client only."""
 
     def __init__(
         self,
@@ -134,143 +133,145 @@ class HornbillError(Exception):
         cause: Cause | None,
         **facts: object,
     ) -> None:
-        """`cause` is one of the facts; None in programs alone, whose errors no page words, and of an older server."""
+        """`cause` becomes one of the facts. None for errors that the page never shows (command line, client) and for
+        responses of older servers.
+        """
         super().__init__(detail)
         self.detail = detail
         self.facts: dict[str, Any] = facts if cause is None else {**facts, "cause": cause}
 
     def __copy__(self) -> Self:
-        """Past its own __init__, whose arguments are no longer known."""
+        """Copy without calling __init__: its arguments are not stored."""
         made = type(self).__new__(type(self), *self.args)
         made.__dict__.update(self.__dict__)
         return made
 
     def extend(self, *, before: str = "", after: str = "", also: Cause, **facts: object) -> None:
-        """Say more: words before and after what is said already, with their space; `also` is the code of them."""
+        """Add text before or after the detail, including the separating space; `also` is the code of the added text."""
         self.facts = {**self.facts, **facts, "also": [*self.facts.get("also", []), also]}
         self.detail = f"{before}{self.detail}{after}"
 
     @property
     def params(self) -> dict[str, str | int | float | list[Any]]:
-        """The plain values among the facts: those of the text."""
+        """Facts of plain type: the values used in the text."""
         return {name: fact for name, fact in self.facts.items() if _is_plain(fact)}
 
     @property
-    def told(self) -> dict[str, Any]:
-        """It as values in another text: its code is the value `problem`, its text is `summary`."""
+    def note_params(self) -> dict[str, Any]:
+        """Parameters of a note that quotes this error: adds its code as `problem` and its text as `summary`."""
         return {**self.params, "problem": self.code, "summary": self.detail}
 
 
 def _is_plain(fact: object) -> bool:
     if isinstance(fact, list):
-        return all(isinstance(one, str | int | float) for one in cast("list[object]", fact))
+        return all(isinstance(item, str | int | float) for item in cast("list[object]", fact))
     return isinstance(fact, str | int | float)
 
 
 class TableError(HornbillError):
-    """A table in schemas/ is wrong; the message names the file and the row."""
+    """Mistake in a table of schemas/; the message names the file and the row."""
 
     code = "bad_table"
-    title = "A parameter table is wrong"
+    title = "Invalid parameter table"
 
 
 class StoreFailed(HornbillError):
     """The database cannot be opened, is damaged, or was written by a newer hornbill."""
 
     code = "store_failed"
-    title = "The database cannot be used"
+    title = "Database unavailable"
 
 
 class LogFailed(HornbillError):
     """A recording of frames cannot be read or written; the message names the file."""
 
     code = "log_failed"
-    title = "The log cannot be used"
+    title = "File cannot be read or written"
 
 
 class PortError(HornbillError):
-    """The bus cannot be opened, was lost, or is in trouble: what a port tells of itself is one, too."""
+    """Fault of the adapter or bus, including the faults that a port reports about itself."""
 
     code = "bus_trouble"
-    title = "The bus is in trouble"
+    title = "Bus fault"
 
 
 class PortOpenFailed(PortError):
-    """The adapter could not be opened; the message says why and what to do."""
+    """The adapter could not be opened; the message gives the reason and the remedy."""
 
     code = "bus_open_failed"
-    title = "The bus cannot be opened"
+    title = "Bus cannot be opened"
 
 
 class BusDisconnected(PortError):
-    """There is no bus, or it was closed or lost while a request was under way."""
+    """No bus is connected, or it was closed or lost during a request."""
 
     code = "bus_disconnected"
-    title = "No bus"
+    title = "No bus connected"
 
 
 class BusReadOnly(BusDisconnected):
-    """The bus is a recording that is played back: whatever would be sent reaches nobody."""
+    """The bus is a recording being played back; nothing can be sent."""
 
     code = "bus_read_only"
-    title = "The bus is a recording"
+    title = "Bus is a recording"
 
 
 class NoResponse(HornbillError):
-    """Every try went unanswered. Whether the servo acted is not known."""
+    """No response to any attempt. Whether the servo carried out the request is unknown."""
 
     code = "no_response"
-    title = "The servo did not answer"
+    title = "No response from the servo"
 
 
 class Refused(HornbillError):
-    """The servo answered and said no (an empty GetSet value of table 2-16, or ok = 0)."""
+    """The servo rejected the request (an empty GetSet value of table 2-16, or ok = 0)."""
 
     code = "refused_by_servo"
-    title = "The servo refused"
+    title = "Rejected by the servo"
 
 
-class NotAsWanted(HornbillError):
-    """The servo took it, and a read-back found something else; facts: `differences`, each key, wanted, found."""
+class UnexpectedResult(HornbillError):
+    """Value or state differs from what was requested; facts: `differences`, each with key, wanted, found."""
 
-    code = "not_as_wanted"
-    title = "The servo holds something else"
+    code = "unexpected_result"
+    title = "Result differs from the request"
 
 
 class DidNotMove(HornbillError):
-    """Every command was answered, and the horn is not where it was commanded to: blocked, or turned by something."""
+    """The servo acknowledged every command, but the horn is not at its target: blocked, or moved externally."""
 
     code = "did_not_move"
-    title = "The horn did not do as commanded"
+    title = "Horn did not follow the command"
 
 
 class Interrupted(HornbillError):
-    """The server ended while it was under way; what a job had done is in its steps, of a request nobody knows."""
+    """The server exited during the operation. A job's steps show what was done; a request's outcome is unknown."""
 
     code = "interrupted"
     title = "Interrupted"
 
 
 class ForbiddenParameter(HornbillError):
-    """A register no part of the product may touch: 0x49, or a reserved one (section 4.39, 3.1)."""
+    """Register that hornbill never reads or writes: 0x49 or a reserved one (sections 4.39 and 3.1)."""
 
     code = "forbidden_parameter"
-    title = "This register is never touched"
+    title = "Forbidden register"
 
 
 class NotAvailable(HornbillError):
-    """It needs something that is not installed here; the message says what, and how to install it."""
+    """Needs a component that is not installed; the message names it and how to install it."""
 
     code = "not_available"
-    title = "Not available here"
+    title = "Not available"
 
 
 class BadRequest(HornbillError):
-    """What was asked cannot be done; nothing was sent and nothing changed."""
+    """The request cannot be carried out. Nothing was sent or changed."""
 
 
 class Unknown(BadRequest):
-    """A servo, parameter, job or lease that does not exist; `code` is set per instance."""
+    """A servo, parameter, job, lease or other resource that does not exist; `code` is set per instance."""
 
     title = "Not found"
 
@@ -294,161 +295,161 @@ class NotInThisModel(BadRequest):
 
 
 class ReadOnly(BadRequest):
-    """A write to a parameter that can only be read."""
+    """Write to a read-only parameter."""
 
     code = "read_only"
     title = "Read only"
 
 
 class OutOfRange(BadRequest):
-    """A value outside minimum..maximum of this model; facts: minimum, maximum, unit, requested."""
+    """Value outside minimum..maximum of this model; facts: minimum, maximum, unit, requested."""
 
     code = "out_of_range"
     title = "Out of range"
 
 
 class InvalidValue(BadRequest):
-    """A value of the wrong kind, or between two steps of the register; facts name the nearest legal values."""
+    """Value of the wrong type, or between two steps of the register; facts give the nearest valid values."""
 
     code = "invalid_value"
-    title = "Not a value of this parameter"
+    title = "Invalid value"
 
 
 class ModeOff(BadRequest):
-    """A speed or torque command while speed_torque_control (0x25) is off (section 4.18)."""
+    """Speed or torque command while speed_torque_control (0x25) is off (section 4.18)."""
 
     code = "mode_off"
     title = "Speed and torque control is off"
 
 
 class TorqueOff(BadRequest):
-    """A motion command while torque_mode (0x20) is off or brake: the servo would take it and not move."""
+    """Motion command while torque_mode (0x20) is off or brake: the servo would acknowledge it but not move."""
 
     code = "torque_off"
     title = "Torque is off"
 
 
 class TorqueOn(BadRequest):
-    """A write that would move the horn while torque is on: reverse or origin (features B70)."""
+    """Write that would move the horn while torque is on: reverse or origin (features B70)."""
 
     code = "torque_on"
     title = "Torque is on"
 
 
 class PositionUnitUnknown(BadRequest):
-    """An angle by ArrayCommand to a servo whose Status and 0x08 disagree about the position unit (errata B1)."""
+    """ArrayCommand angle for a servo whose Status and 0x08 disagree about the position unit (errata B1)."""
 
     code = "position_unit_unconfirmed"
-    title = "The position unit is in conflict"
+    title = "Position unit conflict"
 
 
 class LeaseRequired(BadRequest):
-    """Motion without a lease, or with one that has ended."""
+    """Motion without a lease, or with a lease that has ended."""
 
     code = "lease_required"
-    title = "A lease is required"
+    title = "Motion control (lease) required"
 
 
 class LeaseHeld(BadRequest):
-    """Somebody else holds the lease; facts: holder, expires_in_s."""
+    """Another client has the lease; facts: holder, expires_in_s."""
 
     code = "lease_held"
-    title = "Somebody else has motion control"
+    title = "Another client has motion control"
 
 
 class Stopped(BadRequest):
-    """Stop is latched; motion waits until it is cleared."""
+    """Stop is latched; motion is refused until it is cleared."""
 
     code = "stopped"
     title = "Stopped"
 
 
 class Busy(BadRequest):
-    """The servo is saving, restarting, in soft start or updating; try again when it is ready."""
+    """The servo is saving, restarting, in soft start or updating; retry when it is ready."""
 
     code = "busy"
-    title = "The servo is busy"
+    title = "Busy"
 
 
 class Conflict(BadRequest):
-    """An id that belongs to another servo, live or remembered; facts: key, requested, owner (uid), owner_title."""
+    """ID or name already in use, also by a servo off the bus; facts: key, requested, owner (uid), owner_title."""
 
     code = "conflict"
-    title = "Already taken"
+    title = "Already in use"
 
 
 class BusBudget(BadRequest):
-    """More than the bus has left: facts bus_share and left (0..1), possible_hz."""
+    """Insufficient bus capacity; facts: bus_share and left (0..1), possible_hz."""
 
     code = "bus_budget"
-    title = "The bus has no room for it"
+    title = "Insufficient bus capacity"
 
 
 class NeedsConfirmation(BadRequest):
-    """Legal, but it would switch the servo off here and now, or worse; fact `confirm`: the word that says "do it"."""
+    """Valid, but with consequences to confirm, such as switching the output off; fact `confirm`: the word to send."""
 
     code = "needs_confirmation"
-    title = "Needs to be confirmed"
+    title = "Confirmation required"
 
 
 class ConfigurationLost(BadRequest):
-    """ROM could not be loaded at the last start, so the servo runs on defaults and is not moved (section 4.12)."""
+    """ROM could not be loaded at the last start: the servo runs on defaults and must not be moved (section 4.12)."""
 
     code = "configuration_lost"
-    title = "The configuration is lost"
+    title = "Configuration lost"
 
 
 class StaleRevision(BadRequest):
-    """If-Match named a revision that is no longer the current one."""
+    """The revision in If-Match is not the current one."""
 
     code = "stale_revision"
-    title = "Somebody else changed it"
+    title = "Changed by another client"
 
 
 class ForbiddenOrigin(BadRequest):
-    """A request from a page of another site, or for a host name that is not ours."""
+    """Request from a page of another site, or for an unknown host name."""
 
     code = "forbidden_origin"
-    title = "Not from here"
+    title = "Origin or host not allowed"
 
 
 class Unauthorized(BadRequest):
-    """No token where one is needed, or one that is not known (any more)."""
+    """The token is missing, invalid or revoked."""
 
     code = "unauthorized"
-    title = "A token is needed"
+    title = "Token required"
 
 
 class ForbiddenRole(BadRequest):
-    """The role of the token does not reach so far; facts: role, needed."""
+    """The token's role is insufficient; facts: role, needed."""
 
     code = "forbidden_role"
-    title = "This token may not do that"
+    title = "Role not sufficient"
 
 
 class TooManyAttempts(BadRequest):
-    """Too many logins failed, or tokens were wrong, from there; facts: retry_after_s (also the header Retry-After)."""
+    """Too many failed logins or invalid tokens from one address; facts: retry_after_s (also header Retry-After)."""
 
     code = "too_many_attempts"
     title = "Too many attempts"
 
 
 class WrongMediaType(BadRequest):
-    """A body that is not declared as JSON: a form of another site would not be, either."""
+    """The body is not declared as JSON. Also blocks HTML forms of other sites."""
 
     code = "unsupported_media_type"
-    title = "JSON is needed"
+    title = "JSON required"
 
 
 class TooLarge(BadRequest):
-    """A body beyond the limit of its route; facts: limit_bytes."""
+    """The body exceeds the limit of its route; facts: limit_bytes."""
 
     code = "too_large"
     title = "Too large"
 
 
 class KeyReused(BadRequest):
-    """The Idempotency-Key came with another request before: with another path, query or body."""
+    """The Idempotency-Key was already used with a different path, query or body."""
 
     code = "idempotency_key_reused"
-    title = "This key belongs to another request"
+    title = "Idempotency key already used"

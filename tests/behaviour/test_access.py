@@ -16,7 +16,7 @@ from hornbill.api.security.access import Access
 from hornbill.api.security.origin import LOCAL_NAMES, local_policy
 from hornbill.api.security.sessions import IDLE_S, TRIES
 from hornbill.app.composition import bus_log_of
-from hornbill.bus.recordings.folder import BUNDLES, RecordingFolder
+from hornbill.bus.recordings.folder import RECORDINGS, FileFolder
 
 T = TypeVar("T")
 FAR = ("192.0.2.9", 5000)
@@ -386,7 +386,7 @@ def test_a_body_that_is_not_declared_as_json_is_refused_and_does_nothing(media: 
             answer = await one.post("/stop", content=body, headers={"Content-Type": media})
             problem(answer, "unsupported_media_type", 415)
             assert not door.rig.host.stop.latched
-            for path in ("/profiles/x/file", "/recorder/bundles/x.zip"):
+            for path in ("/profiles/x/file", "/recorder/recordings/x.zip"):
                 sent = media or "text/plain"
                 if sent != "application/jsonp":
                     problem(
@@ -446,7 +446,7 @@ def test_no_secret_is_in_what_a_refusal_or_an_error_says() -> None:
 def test_no_name_in_an_address_leads_out_of_a_folder(name: str, tmp_path: Path) -> None:
     async def scene(door: Door) -> None:
         async with door.somebody() as one:
-            for path in (f"/bus/logs/{name}", f"/recorder/bundles/{name}", f"/recorder/bundles/{name}/content"):
+            for path in (f"/bus/logs/{name}", f"/recorder/recordings/{name}", f"/recorder/recordings/{name}/content"):
                 answer = await one.get(path)
                 assert answer.status_code in (404, 422), (path, answer.text)
                 assert b"SQLite format" not in answer.content
@@ -456,7 +456,7 @@ def test_no_name_in_an_address_leads_out_of_a_folder(name: str, tmp_path: Path) 
         (tmp_path / "logs").mkdir()
         door = Door(rig)
         door.app.state.bus_log = bus_log_of(rig.host, tmp_path / "logs")
-        door.app.state.bundles = RecordingFolder(tmp_path / "logs", BUNDLES)
+        door.app.state.recordings = FileFolder(tmp_path / "logs", RECORDINGS)
         await scene(door)
 
     play(run, connect=False)

@@ -10,7 +10,7 @@ import pytest
 from behaviour.rig import Rig, json, problem
 from behaviour.rig import play as play_bare
 from hornbill.app.composition import bus_log_of
-from hornbill.bus.recordings.reader import Recording
+from hornbill.bus.recordings.reader import LogReader
 from hornbill.wire.frame import Frame
 
 
@@ -26,7 +26,7 @@ def play(folder: Path, scene: Callable[[Rig], Awaitable[None]]) -> None:
 
 
 def frames_in(path: Path) -> list[tuple[bool, Frame]]:
-    recording = Recording.open(path)
+    recording = LogReader.open(path)
     found = [(one.sent, one.frame) for one in recording]
     recording.close()
     return found

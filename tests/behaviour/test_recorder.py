@@ -16,8 +16,8 @@ import pytest
 
 from behaviour.rig import PLAIN, Rig, Socket, json, play, problem
 from hornbill.app.bus_ports import BusPorts
-from hornbill.bus.recordings.bundle import MEMBERS, BundleReader, BundleWriter
-from hornbill.bus.recordings.folder import BUNDLES, RecordingFolder
+from hornbill.bus.recordings.folder import RECORDINGS, FileFolder
+from hornbill.bus.recordings.recording import MEMBERS, RecordingReader, RecordingWriter
 from hornbill.errors import PortOpenFailed
 from hornbill.servo.device.servo import Servo
 from hornbill.sim.bench.recipe import Recipe
@@ -31,23 +31,23 @@ TWO = (PLAIN, Recipe("BLA15-06U-A0", "1.300", servo_id=2, node_id=12))
 
 def record(folder: Path, scene: Callable[[Rig], Awaitable[None]], *recipes: Recipe, most: int = 50) -> None:
     async def recorded(rig: Rig) -> None:
-        rig.app.state.bundles = shelf = RecordingFolder(folder, replace(BUNDLES, most=most))
-        rig.host.recorder.begin(partial(BundleWriter.begin, shelf))
+        rig.app.state.recordings = shelf = FileFolder(folder, replace(RECORDINGS, most=most))
+        rig.host.recorder.begin(partial(RecordingWriter.begin, shelf))
         await scene(rig)
 
     play(recorded, *recipes)
 
 
-async def bundles(rig: Rig) -> list[dict[str, Any]]:
-    found: list[dict[str, Any]] = json(await rig.call("GET", "/recorder/bundles"))
+async def recordings(rig: Rig) -> list[dict[str, Any]]:
+    found: list[dict[str, Any]] = json(await rig.call("GET", "/recorder/recordings"))
     return found
 
 
 async def written(rig: Rig, count: int = 1, within_s: float = 30.0) -> list[dict[str, Any]]:
     async with asyncio.timeout(within_s):
-        while len(rig.events("bundle_written")) < count:
+        while len(rig.events("recording_written")) < count:
             await asyncio.sleep(0.2)
-    return await bundles(rig)
+    return await recordings(rig)
 
 
 async def break_driver(rig: Rig, servo: Servo) -> None:
@@ -62,14 +62,14 @@ def names_in(folder: Path) -> list[str]:
 
 
 def frames_of(path: Path) -> list[Frame]:
-    with BundleReader(path) as bundle:
-        recording = bundle.frames()
-    found = [one.frame for one in recording]
-    recording.close()
+    with RecordingReader(path) as recording:
+        log = recording.frames()
+    found = [one.frame for one in log]
+    log.close()
     return found
 
 
-def test_a_failure_bit_writes_a_bundle_with_the_time_before_and_after(tmp_path: Path) -> None:
+def test_a_failure_bit_writes_a_recording_with_the_time_before_and_after(tmp_path: Path) -> None:
     async def scene(rig: Rig) -> None:
         servo = (await rig.ready(2))[0]
         await asyncio.sleep(70)
@@ -119,7 +119,7 @@ def test_a_failure_bit_writes_a_bundle_with_the_time_before_and_after(tmp_path: 
     record(tmp_path, scene, *TWO)
 
 
-def test_stop_writes_a_bundle(tmp_path: Path) -> None:
+def test_stop_writes_a_recording(tmp_path: Path) -> None:
     async def scene(rig: Rig) -> None:
         await rig.ready()
         await asyncio.sleep(40)
@@ -127,7 +127,7 @@ def test_stop_writes_a_bundle(tmp_path: Path) -> None:
         (one,) = await written(rig)
         assert one["reason"] == "stop"
         assert "smoke" in one["text"]
-        content = json(await rig.call("GET", f"/recorder/bundles/{one['name']}/content"))
+        content = json(await rig.call("GET", f"/recorder/recordings/{one['name']}/content"))
         assert [each["latched"] for each in content["events"] if each["type"] == "stop"] == [True]
         torque = [row for row in content["writes"] if row["key"] == "torque_mode"]
         assert torque[-1]["raw"] == "1"
@@ -136,7 +136,7 @@ def test_stop_writes_a_bundle(tmp_path: Path) -> None:
     record(tmp_path, scene)
 
 
-def test_a_servo_that_goes_silent_writes_a_bundle_and_flapping_does_not_fill_the_folder(tmp_path: Path) -> None:
+def test_a_servo_that_goes_silent_writes_a_recording_and_flapping_does_not_fill_the_folder(tmp_path: Path) -> None:
     async def scene(rig: Rig) -> None:
         servo = (await rig.ready())[0]
         uid = servo.uid
@@ -146,7 +146,7 @@ def test_a_servo_that_goes_silent_writes_a_bundle_and_flapping_does_not_fill_the
             await asyncio.sleep(15)
             rig.bench.power(uid, True)
             await asyncio.sleep(15)
-        found = await bundles(rig)
+        found = await recordings(rig)
         assert [one["reason"] for one in found] == ["lost"]
         assert len(rig.events("offline")) == 8
         await asyncio.sleep(70)
@@ -156,7 +156,7 @@ def test_a_servo_that_goes_silent_writes_a_bundle_and_flapping_does_not_fill_the
     record(tmp_path, scene)
 
 
-def test_triggers_within_the_time_of_one_bundle_are_marks_in_it(tmp_path: Path) -> None:
+def test_triggers_within_the_time_of_one_recording_are_marks_in_it(tmp_path: Path) -> None:
     async def scene(rig: Rig) -> None:
         servo = (await rig.ready())[0]
         await asyncio.sleep(40)
@@ -164,37 +164,37 @@ def test_triggers_within_the_time_of_one_bundle_are_marks_in_it(tmp_path: Path) 
         await asyncio.sleep(6)
         json(await rig.call("POST", "/stop"))
         await asyncio.sleep(6)
-        assert await bundles(rig) == [], "ten seconds after the last mark are in it, too"
-        json(await rig.call("POST", "/recorder/bundles", {"reason": "Heard a click"}), 202)
+        assert await recordings(rig) == [], "ten seconds after the last mark are in it, too"
+        json(await rig.call("POST", "/recorder/recordings", {"reason": "Heard a click"}), 202)
         (one,) = await written(rig)
-        assert [mark["reason"] for mark in one["marks"]] == ["failure", "stop", "by_hand"]
+        assert [mark["reason"] for mark in one["marks"]] == ["failure", "stop", "manual"]
         last = frames_of(tmp_path / one["name"])[-1].at
         assert last - one["marks"][-1]["at"] > 9.5
 
     record(tmp_path, scene)
 
 
-def test_a_bundle_by_hand_reaches_back_as_far_as_asked(tmp_path: Path) -> None:
+def test_a_recording_by_hand_reaches_back_as_far_as_asked(tmp_path: Path) -> None:
     async def scene(rig: Rig) -> None:
         await rig.ready()
         await asyncio.sleep(300)
         asked = {"reason": "Odd noise, left wing", "before_s": 250}
-        one = json(await rig.call("POST", "/recorder/bundles?wait=true", asked), 201)
-        assert (one["reason"], one["text"]) == ("by_hand", "Odd noise, left wing")
+        one = json(await rig.call("POST", "/recorder/recordings?wait=true", asked), 201)
+        assert (one["reason"], one["text"]) == ("manual", "Odd noise, left wing")
         assert one["name"].endswith("-odd-noise-left-wing.zip")
         assert one["seconds"] == 260.0
         assert one["marks"][0]["at"] - frames_of(tmp_path / one["name"])[0].at == pytest.approx(250, abs=1.0)
         for wrong in ({"before_s": 0}, {"before_s": 601}, {"reason": "x" * 201}):
-            problem(await rig.call("POST", "/recorder/bundles", wrong), "invalid_value", 422)
+            problem(await rig.call("POST", "/recorder/recordings", wrong), "invalid_value", 422)
 
     record(tmp_path, scene)
 
 
-def test_a_servo_met_after_the_mark_is_in_the_bundle_as_well(tmp_path: Path) -> None:
+def test_a_servo_met_after_the_mark_is_in_the_recording_as_well(tmp_path: Path) -> None:
     async def scene(rig: Rig) -> None:
         assert rig.host.fleet.all() == []
-        one = json(await rig.call("POST", "/recorder/bundles?wait=true"), 201)
-        content = json(await rig.call("GET", f"/recorder/bundles/{one['name']}/content"))
+        one = json(await rig.call("POST", "/recorder/recordings?wait=true"), 201)
+        content = json(await rig.call("GET", f"/recorder/recordings/{one['name']}/content"))
         assert [servo["uid"] for servo in content["about"]["servos"]] == [servo.uid for servo in rig.host.fleet.all()]
         assert len(content["about"]["servos"]) == 1
         assert any(column["channel"] == "current_angle" for column in content["telemetry"])
@@ -202,13 +202,13 @@ def test_a_servo_met_after_the_mark_is_in_the_bundle_as_well(tmp_path: Path) -> 
     record(tmp_path, scene)
 
 
-def test_a_lost_bus_writes_a_bundle_and_a_bus_left_on_purpose_does_not(tmp_path: Path) -> None:
+def test_a_lost_bus_writes_a_recording_and_a_bus_left_on_purpose_does_not(tmp_path: Path) -> None:
     async def scene(rig: Rig) -> None:
         await rig.ready()
         await asyncio.sleep(40)
         json(await rig.call("DELETE", "/bus"))
         await asyncio.sleep(15)
-        assert await bundles(rig) == []
+        assert await recordings(rig) == []
         json(await rig.call("PUT", "/bus", {"address": "memory:host"}))
         await asyncio.sleep(40)
         await rig.cable.unplug()
@@ -224,15 +224,15 @@ def test_a_disk_that_is_full_is_an_event_and_nothing_else(tmp_path: Path, monkey
 
     async def scene(rig: Rig) -> None:
         servo = (await rig.ready())[0]
-        monkeypatch.setattr("hornbill.bus.recordings.bundle.BundleWriter._pack", no_space)
-        refused = await rig.call("POST", "/recorder/bundles?wait=true")
+        monkeypatch.setattr("hornbill.bus.recordings.recording.RecordingWriter._pack", no_space)
+        refused = await rig.call("POST", "/recorder/recordings?wait=true")
         assert "Make room on the disk" in problem(refused, "log_failed", 500)["detail"]
-        (event,) = rig.events("bundle_failed")
+        (event,) = rig.events("recording_failed")
         assert event.level == "warning"
         assert names_in(tmp_path) == []
         json(await rig.call("GET", f"/servos/{servo.uid}/parameters/current_angle"))
         monkeypatch.undo()
-        json(await rig.call("POST", "/recorder/bundles?wait=true"), 201)
+        json(await rig.call("POST", "/recorder/recordings?wait=true"), 201)
 
     record(tmp_path, scene)
 
@@ -240,7 +240,7 @@ def test_a_disk_that_is_full_is_an_event_and_nothing_else(tmp_path: Path, monkey
 def test_a_server_that_ends_writes_what_was_pending(tmp_path: Path) -> None:
     async def scene(rig: Rig) -> None:
         await rig.ready()
-        json(await rig.call("POST", "/recorder/bundles"), 202)
+        json(await rig.call("POST", "/recorder/recordings"), 202)
         await asyncio.sleep(1)
 
     record(tmp_path, scene)
@@ -252,34 +252,34 @@ def test_a_server_that_ends_writes_what_was_pending(tmp_path: Path) -> None:
 def test_only_the_newest_are_kept_and_those_dropped_are_named(tmp_path: Path) -> None:
     async def scene(rig: Rig) -> None:
         await rig.ready()
-        names = [json(await rig.call("POST", "/recorder/bundles?wait=true"), 201)["name"] for _ in range(3)]
-        assert sorted(one["name"] for one in await bundles(rig)) == sorted(names[1:])
-        (event,) = rig.events("bundles_dropped")
+        names = [json(await rig.call("POST", "/recorder/recordings?wait=true"), 201)["name"] for _ in range(3)]
+        assert sorted(one["name"] for one in await recordings(rig)) == sorted(names[1:])
+        (event,) = rig.events("recordings_deleted")
         assert names[0] in event.text
 
     record(tmp_path, scene, most=2)
 
 
-def test_bundles_are_downloaded_brought_and_deleted(tmp_path: Path) -> None:
+def test_recordings_are_downloaded_brought_and_deleted(tmp_path: Path) -> None:
     async def scene(rig: Rig) -> None:
         await rig.ready()
-        name = json(await rig.call("POST", "/recorder/bundles?wait=true"), 201)["name"]
-        got = await rig.call("GET", f"/recorder/bundles/{name}")
+        name = json(await rig.call("POST", "/recorder/recordings?wait=true"), 201)["name"]
+        got = await rig.call("GET", f"/recorder/recordings/{name}")
         assert got.content == (tmp_path / name).read_bytes()
         assert got.headers["content-disposition"] == f'attachment; filename="{name}"'
-        rest = await rig.http.get(f"/recorder/bundles/{name}", headers={"Range": "bytes=100-"})
+        rest = await rig.http.get(f"/recorder/recordings/{name}", headers={"Range": "bytes=100-"})
         assert (rest.status_code, rest.content) == (206, got.content[100:]), "a download that broke off goes on"
-        brought = json(await rig.http.put("/recorder/bundles/other.zip", content=got.content), 201)
-        assert (brought["name"], brought["bytes"], brought["reason"]) == ("other.zip", len(got.content), "by_hand")
-        problem(await rig.http.put("/recorder/bundles/other.zip", content=got.content), "invalid_value", 422)
+        brought = json(await rig.http.put("/recorder/recordings/other.zip", content=got.content), 201)
+        assert (brought["name"], brought["bytes"], brought["reason"]) == ("other.zip", len(got.content), "manual")
+        problem(await rig.http.put("/recorder/recordings/other.zip", content=got.content), "invalid_value", 422)
         for wrong in (b"", b"PK\x03\x04", got.content[:-30], got.content.replace(b"frames.log", b"../../x.lo")):
-            answer = await rig.http.put("/recorder/bundles/wrong.zip", content=wrong)
-            assert "is no bundle of hornbill" in problem(answer, "invalid_value", 422)["detail"]
-        problem(await rig.http.put("/recorder/bundles/wrong.exe", content=got.content), "invalid_value", 422)
+            answer = await rig.http.put("/recorder/recordings/wrong.zip", content=wrong)
+            assert "is no recording of hornbill" in problem(answer, "invalid_value", 422)["detail"]
+        problem(await rig.http.put("/recorder/recordings/wrong.exe", content=got.content), "invalid_value", 422)
         assert names_in(tmp_path) == sorted([name, "other.zip"])
-        assert (await rig.call("DELETE", "/recorder/bundles/other.zip")).status_code == 204
+        assert (await rig.call("DELETE", "/recorder/recordings/other.zip")).status_code == 204
         for verb, path in (("DELETE", "other.zip"), ("GET", "other.zip"), ("GET", "other.zip/content")):
-            problem(await rig.call(verb, f"/recorder/bundles/{path}"), "unknown_bundle", 404)
+            problem(await rig.call(verb, f"/recorder/recordings/{path}"), "unknown_recording", 404)
 
     record(tmp_path, scene)
 
@@ -290,17 +290,17 @@ def test_no_path_leads_out_of_the_folder(tmp_path: Path) -> None:
     async def scene(rig: Rig) -> None:
         for name in ("../secret.zip", "..%2Fsecret.zip", "%2e%2e/secret.zip", "..\\secret.zip", ".zip"):
             for verb in ("GET", "DELETE", "PUT"):
-                assert (await rig.call(verb, f"/recorder/bundles/{name}")).status_code in (404, 405, 422), name
+                assert (await rig.call(verb, f"/recorder/recordings/{name}")).status_code in (404, 405, 422), name
         assert names_in(tmp_path) == ["secret.zip"]
         assert (tmp_path / "secret.zip").read_text() == "secret"
 
-    record(tmp_path / "bundles", scene)
+    record(tmp_path / "recordings", scene)
 
 
 @pytest.fixture(scope="module")
 def taken(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A bundle of two servos, one of which was moved and written to."""
-    folder = tmp_path_factory.mktemp("bundles")
+    """A recording of two servos, one of which was moved and written to."""
+    folder = tmp_path_factory.mktemp("recordings")
 
     async def scene(rig: Rig) -> None:
         servo = (await rig.ready(2))[0]
@@ -310,25 +310,25 @@ def taken(tmp_path_factory: pytest.TempPathFactory) -> Path:
         json(await rig.call("POST", f"/servos/{servo.uid}/command", {"type": "angle", "value": 30.0}, lease=lease))
         await asyncio.sleep(5)
         (folder / "uid").write_text(servo.uid)
-        json(await rig.call("POST", "/recorder/bundles?wait=true", {"reason": "taken"}), 201)
+        json(await rig.call("POST", "/recorder/recordings?wait=true", {"reason": "taken"}), 201)
 
     record(folder, scene, *TWO)
     return folder
 
 
-def open_bundle(folder: Path, scene: Callable[[Rig, str], Awaitable[None]]) -> None:
+def open_recording(folder: Path, scene: Callable[[Rig, str], Awaitable[None]]) -> None:
     (path,) = folder.glob("*.zip")
 
     async def opened(rig: Rig) -> None:
-        rig.app.state.bundles = shelf = RecordingFolder(folder, BUNDLES)
-        rig.host.recorder.begin(partial(BundleWriter.begin, shelf))
-        await rig.host.attach(await BusPorts(None, folder, folder).open(f"bundle:{path.name}", 1_000_000))
+        rig.app.state.recordings = shelf = FileFolder(folder, RECORDINGS)
+        rig.host.recorder.begin(partial(RecordingWriter.begin, shelf))
+        await rig.host.attach(await BusPorts(None, folder, folder).open(f"recording:{path.name}", 1_000_000))
         await scene(rig, (folder / "uid").read_text())
 
     play(opened, connect=False)
 
 
-def test_a_bundle_shows_its_servos_and_their_angles_without_a_bus(taken: Path) -> None:
+def test_a_recording_shows_its_servos_and_their_angles_without_a_bus(taken: Path) -> None:
     async def scene(rig: Rig, uid: str) -> None:
         page = Socket(rig.app)
         page.say(type="subscribe", topics=["servos", "telemetry", "frames"])
@@ -348,10 +348,10 @@ def test_a_bundle_shows_its_servos_and_their_angles_without_a_bus(taken: Path) -
         assert readings["parameters"]["torque_mode"]["value"] == "on"
         await page.close()
 
-    open_bundle(taken, scene)
+    open_recording(taken, scene)
 
 
-def test_nothing_of_a_bundle_is_asked_moved_kept_or_recorded_again(taken: Path) -> None:
+def test_nothing_of_a_recording_is_asked_moved_kept_or_recorded_again(taken: Path) -> None:
     async def scene(rig: Rig, uid: str) -> None:
         await asyncio.sleep(10)
         lease = await rig.lease()
@@ -368,13 +368,13 @@ def test_nothing_of_a_bundle_is_asked_moved_kept_or_recorded_again(taken: Path) 
         assert list(rig.host.store.servos.all()) == []
         state = json(await rig.call("GET", "/recorder"))
         assert (state["recording"], state["frames"], state["pending"]) == (False, 0, None)
-        problem(await rig.call("POST", "/recorder/bundles"), "busy", 409)
-        assert len(await bundles(rig)) == 1
+        problem(await rig.call("POST", "/recorder/recordings"), "busy", 409)
+        assert len(await recordings(rig)) == 1
 
-    open_bundle(taken, scene)
+    open_recording(taken, scene)
 
 
-def test_the_servos_of_a_bundle_go_with_it_and_those_of_the_bus_come(taken: Path) -> None:
+def test_the_servos_of_a_recording_go_with_it_and_those_of_the_bus_come(taken: Path) -> None:
     async def scene(rig: Rig, uid: str) -> None:
         await asyncio.sleep(5)
         assert len(rig.host.fleet.all()) == 2
@@ -387,15 +387,15 @@ def test_the_servos_of_a_bundle_go_with_it_and_those_of_the_bus_come(taken: Path
         await asyncio.sleep(2)
         assert json(await rig.call("GET", "/recorder"))["frames"] > 20
 
-    open_bundle(taken, scene)
+    open_recording(taken, scene)
 
 
 def test_a_wrong_file_is_refused_as_a_bus(tmp_path: Path) -> None:
     (tmp_path / "a.zip").write_bytes(b"no zip")
 
     async def scene(_rig: Rig) -> None:
-        for name, why in (("a.zip", "no bundle of hornbill"), ("b.zip", "cannot be read"), ("", "names no file")):
+        for name, why in (("a.zip", "no recording of hornbill"), ("b.zip", "cannot be read"), ("", "names no file")):
             with pytest.raises(PortOpenFailed, match=why):
-                await BusPorts(None, tmp_path, tmp_path).open(f"bundle:{name}", 1_000_000)
+                await BusPorts(None, tmp_path, tmp_path).open(f"recording:{name}", 1_000_000)
 
     play(scene, connect=False)

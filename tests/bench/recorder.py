@@ -1,4 +1,4 @@
-"""The recorder of the last ten minutes: what a full bus costs it, and how a bundle being written holds up the loop."""
+"""The recorder of the last ten minutes: its cost on a full bus, and the delay that writing a recording causes."""
 
 import asyncio
 import gc
@@ -12,8 +12,8 @@ from typing import Any
 
 from bench.line import cpu, line
 from bench.stack import BURST_S, saturated_mix
-from hornbill.bus.recordings.bundle import BundleWriter
-from hornbill.bus.recordings.folder import BUNDLES, RecordingFolder
+from hornbill.bus.recordings.folder import RECORDINGS, FileFolder
+from hornbill.bus.recordings.recording import RecordingWriter
 from hornbill.node.hooks import Hooks
 from hornbill.schema.catalog import Catalog
 from hornbill.servo.host import Host, HostSettings
@@ -29,13 +29,13 @@ MINUTE_S = 60
 
 
 def figures() -> Iterator[dict[str, Any]]:
-    """Share of a core at 7,000 frames a second; then a bundle of a full minute."""
+    """Share of a core at 7,000 frames a second; then a recording of a full minute."""
     yield keeping()
     yield writing()
 
 
 def keeping() -> dict[str, Any]:
-    """Frames in bursts of a millisecond through the tap's hooks, with the black box behind them and with nothing."""
+    """Frames in bursts of a millisecond through the tap's hooks, with the recorder behind them and with nothing."""
     mix = saturated_mix(10)
     bursts: dict[int, list[Frame]] = {}
     for frame in mix:
@@ -47,7 +47,7 @@ def keeping() -> dict[str, Any]:
 
         def run() -> None:
             for burst in bursts.values():
-                hooks.tell(burst, False)
+                hooks.notify(burst, False)
 
         return cpu(run)
 
@@ -56,7 +56,7 @@ def keeping() -> dict[str, Any]:
     ours, alone = (statistics.median(column) for column in zip(*pairs, strict=True))
     each = (ours - alone) / len(mix)
     return line(
-        "black box, a full bus",
+        "recorder, a full bus",
         {
             "frames": len(mix), "us_a_frame": round(each * 1e6, 3), "tap_alone_us": round(alone / len(mix) * 1e6, 3),
             "frames_per_s": round(len(mix) / ours), "core_pct": round(each * FULL_FPS * 100, 2),
@@ -66,7 +66,7 @@ def keeping() -> dict[str, Any]:
 
 
 def writing() -> dict[str, Any]:
-    """A minute of a full bus into a bundle, on a real clock, while somebody wants the loop every millisecond."""
+    """A minute of a full bus into a recording, on a real clock, while somebody wants the loop every millisecond."""
     return asyncio.run(_writing())
 
 
@@ -77,7 +77,7 @@ async def _writing() -> dict[str, Any]:
     with tempfile.TemporaryDirectory() as folder, Store("sqlite://") as store:
         host = Host(Catalog.load(), store, no_port, HostSettings(127, bytes(16), (0, 1)))
         box: Recorder = host.recorder
-        box.begin(partial(BundleWriter.begin, RecordingFolder(Path(folder), BUNDLES)))
+        box.begin(partial(RecordingWriter.begin, FileFolder(Path(folder), RECORDINGS)))
         now = host.base.now()
         mix = saturated_mix(10)
         first, span = mix[0].at, 10.0
@@ -86,7 +86,7 @@ async def _writing() -> dict[str, Any]:
             for frame in mix:
                 box.ring.add([frame._replace(at=frame.at + start)], frame.id & 0x8000 != 0)
         idle = await _lateness(asyncio.ensure_future(asyncio.sleep(3.0)))
-        done = box.by_hand("bench", float(MINUTE_S))
+        done = box.trigger("bench", float(MINUTE_S))
         assert box.pending is not None
         box.pending.since, box.pending.until = now - MINUTE_S, now  # the ten seconds after it are not waited for
         began, busy = time.monotonic(), time.thread_time()
@@ -95,7 +95,7 @@ async def _writing() -> dict[str, Any]:
         size = (Path(folder) / await done).stat().st_size
         await host.close()
     return line(
-        "black box, a bundle of a full minute",
+        "recorder, a recording of a full minute",
         {
             "frames": len(mix) * MINUTE_S // 10, "s": round(took, 2), "mb": round(size / 1e6, 2),
             "loop_busy_pct": round(cpu_s / took * 100),

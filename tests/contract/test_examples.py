@@ -22,7 +22,7 @@ from hornbill.sim.bench.recipe import Recipe
 
 CATALOG = Catalog.load()
 API = create_api(CATALOG)
-FILES = {"import_profile", "add_bundle"}
+FILES = {"import_profile", "import_recording"}
 """They take a file as it is: the guide of file formats shows what is in it."""
 PATH = "/api/v1/servos/{uid}/parameters/"
 

@@ -75,9 +75,9 @@ def test_each_caution_before_a_command_has_a_sentence() -> None:
     assert worded("text/ja/cautions.ts", 2) == values(motion.CautionCode)
 
 
-def test_each_event_and_each_mark_of_a_bundle_has_a_sentence() -> None:
+def test_each_event_and_each_mark_of_a_recording_has_a_sentence() -> None:
     assert worded("text/ja/events.ts", 2, "happened", export=True) == values(event.EventCode)
-    assert worded("text/ja/events.ts", 2, "marks", export=True) == values(recording.MarkReason) - {"by_hand"}
+    assert worded("text/ja/events.ts", 2, "marks", export=True) == values(recording.MarkReason) - {"manual"}
     assert worded("text/ja/events.ts", 2, "refusals", export=True) == values(bus.RefusalCode)
     assert worded("text/ja/events.ts", 2, "UNSTORED", export=True) == set(get_args(event.Unstored)) - {"servo"}
 

@@ -17,22 +17,22 @@ from hornbill.schema.catalog import Catalog
 CATALOG = Catalog.load()
 
 OPERATIONS = """
-    accept_drift acknowledge_fault acknowledge_faults add_bundle add_sim_servo add_token apply_profile ask_for_lease
-    begin_stream cancel_job change_matrix change_parameters change_sim_servo clear_stop command_servo command_servos
-    commission compare connect_bus copy_configuration delete_bundle delete_log delete_profile disconnect_bus
-    dismiss_lost_values download_audit download_bundle download_inventory download_log drop_run drop_snapshot end_stream
-    examine_bus export_profile export_telemetry_csv export_telemetry_parquet factory_reset forecast_restart
-    forget_allocation forget_servo get_bundle get_bus get_cautions get_drift get_health get_job get_known_servo
-    get_lease_request get_log get_parameter get_position_unit get_profile get_recorder get_report get_run get_run_csv
-    get_schema get_servo get_session get_sim_servo get_snapshot get_stop get_stream get_telemetry identify_servo
-    import_profile label_known_servo label_servo list_adapters list_allocations list_audit list_bundles list_candidates
-    list_faults list_inventory list_jobs list_leases list_logs list_nodes list_parameters list_profiles list_runs
-    list_servos list_sim_servos list_snapshots list_streams list_tokens log_in log_out make_ticket overlay_runs
-    pin_allocation preview_factory_reset put_profile put_stream_values read_faults read_matrix recycle_allocations
-    refuse_lease_request release_lease remove_sim_servo renew_lease restart_servo restore_drift restore_output
-    restore_snapshot resume_job revoke_token save_servo set_allocator set_parameter set_position_unit set_telemetry
-    set_torque start_log step_test stop stop_log stream_events take_lease take_snapshot withdraw_lease_request
-    write_bundle
+    accept_drift acknowledge_fault acknowledge_faults import_recording add_sim_servo create_token apply_profile
+    request_lease start_stream cancel_job change_matrix change_parameters change_sim_servo clear_stop command_servo
+    command_servos commission compare connect_bus copy_configuration delete_log delete_profile delete_recording
+    disconnect_bus dismiss_lost_values download_audit download_inventory download_log download_recording delete_run
+    delete_snapshot end_stream diagnose_bus export_profile export_telemetry_csv export_telemetry_parquet factory_reset
+    forecast_restart forget_allocation forget_servo get_bus get_cautions get_drift get_health get_job get_known_servo
+    get_lease_request get_log get_parameter get_position_unit get_profile get_recorder get_recording get_report
+    get_run get_run_csv get_schema get_servo get_session get_sim_servo get_snapshot get_stop get_stream get_telemetry
+    identify_servo import_profile update_known_servo label_servo list_adapters list_allocations list_audit
+    list_candidates list_faults list_inventory list_jobs list_leases list_logs list_nodes list_parameters
+    list_profiles list_recordings list_runs list_servos list_sim_servos list_snapshots list_streams list_tokens log_in
+    log_out create_ticket overlay_runs pin_allocation preview_factory_reset put_profile set_stream_values read_faults
+    read_matrix recycle_allocations refuse_lease_request release_lease remove_sim_servo renew_lease restart_servo
+    restore_drift restore_output restore_snapshot resume_job revoke_token save_servo set_allocator set_parameter
+    set_position_unit set_telemetry set_torque start_log step_test stop stop_log stream_events take_lease
+    take_snapshot withdraw_lease_request create_recording
 """.split()  # noqa: SIM905 - one a line would be a hundred lines
 """Without those of parameters. Add to them freely; whoever takes one away breaks somebody's generated client."""
 

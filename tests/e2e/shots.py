@@ -152,7 +152,7 @@ def tune(page: Page, url: str, uid: str) -> Callable[[], None]:
 
 
 def recorder(page: Page, url: str, uid: str) -> Callable[[], None]:
-    """A bundle of a few moves, written by hand, open. The answer removes it."""
+    """A recording of a few moves, written by hand, open. The answer removes it."""
     api = httpx.Client(base_url=url + "api/v1", timeout=60)
     time.sleep(5)  # a scene before may hold motion control until then
     lease = {"Lease": api.post("/leases", json={"holder": "Bench", "ttl_s": 30}).json()["id"]}
@@ -163,18 +163,18 @@ def recorder(page: Page, url: str, uid: str) -> Callable[[], None]:
     api.post(f"/servos/{uid}/torque", json={"mode": "off"}, headers=lease)
     api.delete(f"/leases/{lease['Lease']}")
     body = {"reason": "The arm rattled on its way back", "before_s": 30}
-    name = api.post("/recorder/bundles", params={"wait": True}, json=body).json()["name"]
+    name = api.post("/recorder/recordings", params={"wait": True}, json=body).json()["name"]
     page.goto(f"{url}recorder#{name}")
-    page.get_by_test_id("bundle-servo").select_option(uid)
+    page.get_by_test_id("recording-servo").select_option(uid)
     page.get_by_test_id("plot-current_angle").scroll_into_view_if_needed()
     page.get_by_test_id("plot-current_angle").locator("canvas").wait_for()
-    page.get_by_test_id("bundle").evaluate("one => one.scrollTo(0, 0)")
+    page.get_by_test_id("recording").evaluate("one => one.scrollTo(0, 0)")
     page.locator("[data-testid=view-replay][data-state=shown]").wait_for(timeout=60_000)
     drawn(page, "/hero/bla")
     page.wait_for_timeout(1500)
 
     def end() -> None:
-        api.delete(f"/recorder/bundles/{name}")
+        api.delete(f"/recorder/recordings/{name}")
         api.close()
 
     return end
@@ -191,7 +191,7 @@ def scrub(page: Page, url: str, uid: str) -> Callable[[], None]:
         if "command −45" in told.inner_text():  # the horn is on its way there
             break
     slider.evaluate("one => one.blur()")
-    page.get_by_test_id("bundle").evaluate("one => one.scrollTo(0, one.querySelector('.rec-split').offsetTop - 190)")
+    page.get_by_test_id("recording").evaluate("one => one.scrollTo(0, one.querySelector('.rec-split').offsetTop - 190)")
     page.wait_for_timeout(1500)
     return end
 

@@ -145,19 +145,19 @@ def commissioned(page: Page, demo: Demo, say: Say) -> None:
 
 
 def recorded(page: Page, demo: Demo, say: Say) -> None:
-    """A bundle that is open, and a recording of one servo from the disk."""
+    """A recording that is open, and a recording of one servo from the disk."""
     uid = servo_of(demo, MODEL)
     body = {"reason": "for axe", "before_s": 20}
-    name = demo.api.post("/recorder/bundles", params={"wait": True}, json=body).json()["name"]
+    name = demo.api.post("/recorder/recordings", params={"wait": True}, json=body).json()["name"]
     try:
         show(page, demo, f"recorder#{name}")
-        page.get_by_test_id("bundle-servo").select_option(uid)
+        page.get_by_test_id("recording-servo").select_option(uid)
         page.get_by_test_id("plot-current_angle").locator("canvas").wait_for()
-        say("a bundle that is open")
+        say("a recording that is open")
         page.get_by_test_id("scrub-slider").press("Home")
-        say("a bundle at its beginning")
+        say("a recording at its beginning")
     finally:
-        demo.api.delete(f"/recorder/bundles/{name}").raise_for_status()
+        demo.api.delete(f"/recorder/recordings/{name}").raise_for_status()
     rows = demo.api.get(f"/servos/{uid}/telemetry.csv", params={"seconds": 5}).content
     show(page, demo, "servos/{uid}/parameters")
     page.get_by_test_id("plot-channels").click()

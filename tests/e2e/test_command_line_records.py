@@ -12,7 +12,7 @@ import pytest
 from e2e.conftest import Demo, ready_demo
 from e2e.test_command_line import hornbill
 
-GROUPS = ("bundles", "bus", "drift", "faults", "ids", "inventory", "jobs", "lost", "runs", "snapshots")
+GROUPS = ("bus", "drift", "faults", "ids", "inventory", "jobs", "lost", "recordings", "runs", "snapshots")
 
 
 @pytest.fixture(scope="module")

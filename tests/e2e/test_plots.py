@@ -30,7 +30,7 @@ def opened(page: Page, demo: Demo, uid: str) -> Locator:
 
 
 def wished(demo: Demo, uid: str) -> set[str]:
-    wishes = demo.api.get(f"/servos/{uid}/telemetry").json()["wishes"]
+    wishes = demo.api.get(f"/servos/{uid}/telemetry").json()["subscriptions"]
     return {key for one in wishes for key in one["channels"]}
 
 

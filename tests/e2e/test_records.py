@@ -1,4 +1,4 @@
-"""Records in a browser: deep links, the words of snapshots and audit, a printed report, a bundle played to its end."""
+"""Records in a browser: deep links, texts of snapshots and audit, a printed report, a recording played to its end."""
 
 import re
 from collections.abc import Iterator
@@ -74,22 +74,22 @@ def test_a_report_prints_black_on_white_with_every_fact_and_no_button(page: Page
 
 @pytest.fixture
 def recorded(context: BrowserContext) -> Iterator[tuple[Server, Page, str]]:
-    """A server with a short bundle, and a page."""
+    """A server with a short recording, and a page."""
     with running("demo", "--servos", "2", "--seed", "4") as server:
         server.ready(2)
         body = {"reason": "rattled", "before_s": 30}
-        made = server.api.post("/recorder/bundles", params={"wait": True}, json=body)
+        made = server.api.post("/recorder/recordings", params={"wait": True}, json=body)
         made.raise_for_status()
         yield server, context.new_page(), made.json()["name"]
 
 
-def test_a_bundle_plays_as_a_bus_to_its_end_and_the_real_one_comes_back(recorded: tuple[Server, Page, str]) -> None:
+def test_a_recording_plays_as_a_bus_to_its_end_and_the_real_one_comes_back(recorded: tuple[Server, Page, str]) -> None:
     server, page, name = recorded
     page.goto(f"{server.url}recorder#{name}")
-    page.get_by_test_id("bundle-play").click()
+    page.get_by_test_id("recording-play").click()
     page.get_by_test_id("play-confirm").click()
     expect(page).to_have_url(re.compile("/servos$"))
-    assert server.api.get("/bus").json()["address"] == f"bundle:{name}"
+    assert server.api.get("/bus").json()["address"] == f"recording:{name}"
     expect(page.get_by_test_id("bar-bus")).to_contain_text("Active")
     expect(page.locator(".c-angle[data-stale=false]").first).to_be_visible(timeout=20_000)
 
@@ -107,9 +107,9 @@ def test_a_bundle_plays_as_a_bus_to_its_end_and_the_real_one_comes_back(recorded
 
 def test_what_happened_at_a_stop_is_shown_from_its_band(recorded: tuple[Server, Page, str]) -> None:
     server, page, name = recorded
-    (stored,) = server.api.get("/recorder/bundles").json()
+    (stored,) = server.api.get("/recorder/recordings").json()
     page.goto(f"{server.url}recorder?from={stored['at']}&to={stored['at']}")
-    expect(page.get_by_test_id("bundle")).to_be_visible()
+    expect(page.get_by_test_id("recording")).to_be_visible()
     expect(page).to_have_url(f"{server.url}recorder?at={stored['at']}#{name}")
     expect(page.get_by_test_id("scrub")).to_have_attribute("data-at", "0")
 
@@ -117,7 +117,7 @@ def test_what_happened_at_a_stop_is_shown_from_its_band(recorded: tuple[Server, 
     stopped_at = server.api.get("/stop").json()["at"]
     page.get_by_test_id("stop-band").get_by_test_id("happened-link").click()
     expect(page.get_by_test_id("happened")).to_contain_text("is being written")
-    expect(page.get_by_test_id("bundle")).to_be_visible(timeout=30_000)
+    expect(page.get_by_test_id("recording")).to_be_visible(timeout=30_000)
     at = float(page.url.partition("at=")[2].partition("#")[0])
     assert at == pytest.approx(stopped_at, abs=2)
 

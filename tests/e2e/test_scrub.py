@@ -31,7 +31,7 @@ HORN = """() => {
 
 @dataclass(frozen=True)
 class Recorded:
-    """A bundle as somebody sends it, of servos of another bus, and what it says."""
+    """A recording as somebody sends it, of servos of another bus, and what it says."""
 
     name: str
     data: bytes
@@ -60,12 +60,12 @@ def recorded() -> Recorded:
             api.post(f"/servos/{uid}/command", json=body, headers=lease).raise_for_status()
             time.sleep(1.2)
         api.post(f"/servos/{uid}/torque", json={"mode": "off"}, headers=lease).raise_for_status()
-        made = api.post("/recorder/bundles", params={"wait": True}, json={"reason": "rattled", "before_s": 30})
+        made = api.post("/recorder/recordings", params={"wait": True}, json={"reason": "rattled", "before_s": 30})
         name = made.raise_for_status().json()["name"]
         return Recorded(
             name,
-            api.get(f"/recorder/bundles/{name}").content,
-            api.get(f"/recorder/bundles/{name}/content").json(),
+            api.get(f"/recorder/recordings/{name}").content,
+            api.get(f"/recorder/recordings/{name}/content").json(),
             api.get(f"/servos/{uid}/telemetry.csv", params={"seconds": 60}).content,
             uid,
         )
@@ -75,9 +75,9 @@ def recorded() -> Recorded:
 def brought(demo: Demo, recorded: Recorded) -> Iterator[Recorded]:
     """As `recorded`; what a test brings to the server is removed again."""
     yield recorded
-    for one in demo.api.get("/recorder/bundles").json():
+    for one in demo.api.get("/recorder/recordings").json():
         if one["name"].startswith(recorded.name.removesuffix(".zip")):
-            demo.api.delete(f"/recorder/bundles/{one['name']}")
+            demo.api.delete(f"/recorder/recordings/{one['name']}")
 
 
 def horn(page: Page) -> float | None:
@@ -113,9 +113,9 @@ def bring(page: Page, demo: Demo, recorded: Recorded) -> None:
     """Brings the .zip on the Recorder's part, opens it from the list and chooses the servo that moved."""
     page.goto(f"{demo.url}recorder")
     file = {"name": recorded.name, "mimeType": "application/zip", "buffer": recorded.data}
-    page.get_by_test_id("bundle-file").set_input_files(files=[file])  # pyright: ignore[reportArgumentType]
+    page.get_by_test_id("recording-file").set_input_files(files=[file])  # pyright: ignore[reportArgumentType]
     page.get_by_role("button", name=f"Open {recorded.name}").click()
-    page.get_by_test_id("bundle-servo").select_option(recorded.uid)
+    page.get_by_test_id("recording-servo").select_option(recorded.uid)
     page.locator("[data-testid=view-replay][data-state=shown]").wait_for(timeout=40_000)
 
 
@@ -130,29 +130,29 @@ def test_a_zip_is_brought_and_opened_and_says_what_it_is_of(page: Page, demo: De
     bring(page, demo, brought)
     assert brought.uid not in {one["uid"] for one in demo.api.get("/servos").json()}, "it is of another bus"
     about = brought.content["about"]
-    expect(page.get_by_test_id("bundle-why")).to_contain_text("By hand: rattled")
-    expect(page.get_by_test_id("bundle-marks").get_by_role("listitem")).to_have_count(len(about["marks"]))
-    expect(page.get_by_test_id("bundle-events")).to_contain_text(f"Events ({len(brought.content['events'])})")
-    expect(page.get_by_test_id("bundle-writes")).to_contain_text(f"Writes ({len(brought.content['writes'])})")
-    expect(page.get_by_test_id("bundle-servo").locator("option")).to_have_count(3)
+    expect(page.get_by_test_id("recording-why")).to_contain_text("By hand: rattled")
+    expect(page.get_by_test_id("recording-marks").get_by_role("listitem")).to_have_count(len(about["marks"]))
+    expect(page.get_by_test_id("recording-events")).to_contain_text(f"Events ({len(brought.content['events'])})")
+    expect(page.get_by_test_id("recording-writes")).to_contain_text(f"Writes ({len(brought.content['writes'])})")
+    expect(page.get_by_test_id("recording-servo").locator("option")).to_have_count(3)
     expect(page.get_by_test_id("plot-current_angle").locator("canvas")).to_be_visible()
 
 
-def test_a_zip_that_is_no_bundle_is_refused_and_nothing_is_kept(
+def test_a_zip_that_is_no_recording_is_refused_and_nothing_is_kept(
     page: Page, watched: Watched, demo: Demo, tmp_path: Path
 ) -> None:
-    before = demo.api.get("/recorder/bundles").json()
+    before = demo.api.get("/recorder/recordings").json()
     packed = BytesIO()
     with zipfile.ZipFile(packed, "w") as file:
         file.writestr("bread.txt", "two")
     page.goto(f"{demo.url}recorder")
     wrong = {"name": "shopping.zip", "mimeType": "application/zip", "buffer": packed.getvalue()}
-    page.get_by_test_id("bundle-file").set_input_files(files=[wrong])  # pyright: ignore[reportArgumentType]
+    page.get_by_test_id("recording-file").set_input_files(files=[wrong])  # pyright: ignore[reportArgumentType]
     expect(page.get_by_test_id("recorder-problem")).to_contain_text("shopping.zip")
-    assert demo.api.get("/recorder/bundles").json() == before
+    assert demo.api.get("/recorder/recordings").json() == before
     text = tmp_path / "notes.txt"
     text.write_text("x")
-    page.get_by_test_id("bundle-file").set_input_files(text)
+    page.get_by_test_id("recording-file").set_input_files(text)
     expect(page.get_by_test_id("recorder-problem")).to_contain_text("notes.txt is no .zip")
     (refused,) = watched.complaints
     assert "422" in refused, "the browser itself says that"
@@ -329,4 +329,4 @@ def test_a_zip_opened_in_a_plot_goes_to_records(page: Page, demo: Demo, brought:
     file = {"name": brought.name, "mimeType": "application/zip", "buffer": brought.data}
     page.get_by_test_id("plot-file").set_input_files(files=[file])  # pyright: ignore[reportArgumentType]
     expect(page).to_have_url(re.compile(r"/recorder#" + re.escape(brought.name.removesuffix(".zip"))))
-    expect(page.get_by_test_id("bundle-why")).to_contain_text("rattled")
+    expect(page.get_by_test_id("recording-why")).to_contain_text("rattled")

@@ -31,8 +31,8 @@ def state(demo: Demo, uid: str) -> str | None:
     return found.json()["state"] if found.is_success else None
 
 
-def marks(bundle: dict[str, list[dict[str, str]]], text: str) -> bool:
-    return any(mark["text"] == text for mark in bundle["marks"])
+def marks(recording: dict[str, list[dict[str, str]]], text: str) -> bool:
+    return any(mark["text"] == text for mark in recording["marks"])
 
 
 def run_step(page: Page, legend: str) -> None:
@@ -137,37 +137,37 @@ def test_cancel_ends_a_step_test_and_says_so(page: Page, demo: Demo, servo: str)
     wait_for(lambda: demo.api.get("/leases").json() == [], 5, "motion control was not given back")
 
 
-def test_a_bundle_is_saved_opened_without_a_bus_and_deleted(page: Page, demo: Demo, servo: str) -> None:
+def test_a_recording_is_saved_opened_without_a_bus_and_deleted(page: Page, demo: Demo, servo: str) -> None:
     page.goto(demo.url + "recorder")
     expect(page.get_by_test_id("recorder-state")).to_contain_text("frames")
-    page.get_by_test_id("bundle-reason").fill("horn rattled")
-    page.get_by_test_id("bundle-save").click()
-    expect(page.get_by_test_id("bundle-pending")).to_contain_text("horn rattled")
-    expect(page.get_by_test_id("bundles")).to_contain_text("horn rattled", timeout=SLOW_MS)
-    # another test's servo may have gone meanwhile: then this is one mark of several in one bundle
-    found = [each for each in demo.api.get("/recorder/bundles").json() if marks(each, "horn rattled")]
+    page.get_by_test_id("recording-reason").fill("horn rattled")
+    page.get_by_test_id("recording-save").click()
+    expect(page.get_by_test_id("recording-pending")).to_contain_text("horn rattled")
+    expect(page.get_by_test_id("recordings")).to_contain_text("horn rattled", timeout=SLOW_MS)
+    # another test's servo may have gone meanwhile: then this is one mark of several in one recording
+    found = [each for each in demo.api.get("/recorder/recordings").json() if marks(each, "horn rattled")]
     name = found[0]["name"]
-    page.get_by_test_id(f"bundle-{name}").get_by_role("button", name="Open").click()
-    expect(page.get_by_test_id("bundle-marks")).to_contain_text("horn rattled")
-    page.get_by_test_id("bundle-servo").select_option(servo)
+    page.get_by_test_id(f"recording-{name}").get_by_role("button", name="Open").click()
+    expect(page.get_by_test_id("recording-marks")).to_contain_text("horn rattled")
+    page.get_by_test_id("recording-servo").select_option(servo)
     expect(page.get_by_test_id("plot-current_angle").locator("canvas")).to_be_visible()
     assert page.url.endswith(f"recorder#{name}")
 
     # playing it is asked for first; here the answer is no
-    page.get_by_test_id("bundle-play").click()
+    page.get_by_test_id("recording-play").click()
     expect(page.get_by_test_id("play-dialog")).to_contain_text("Nothing can be sent")
     page.get_by_test_id("play-dialog").get_by_role("button", name="Cancel").click()
     assert demo.api.get("/bus").json()["address"] == "memory:demo"
 
-    page.get_by_test_id("bundles-back").click()
+    page.get_by_test_id("recordings-back").click()
     with page.expect_download() as kept:
-        page.get_by_test_id(f"bundle-{name}").get_by_role("link", name="Download").click()
+        page.get_by_test_id(f"recording-{name}").get_by_role("link", name="Download").click()
     copy = kept.value.path().with_name("copy.zip")
     copy.write_bytes(kept.value.path().read_bytes())
-    page.get_by_test_id("bundle-file").set_input_files(copy)
-    expect(page.get_by_test_id("bundle-copy.zip")).to_be_visible()
+    page.get_by_test_id("recording-file").set_input_files(copy)
+    expect(page.get_by_test_id("recording-copy.zip")).to_be_visible()
     for one in (name, "copy.zip"):
         page.get_by_test_id(f"drop-{one}").click()
-        page.get_by_test_id("drop-bundle-confirm").click()
-        expect(page.get_by_test_id(f"bundle-{one}")).to_have_count(0)
-    assert {name, "copy.zip"}.isdisjoint(one["name"] for one in demo.api.get("/recorder/bundles").json())
+        page.get_by_test_id("drop-recording-confirm").click()
+        expect(page.get_by_test_id(f"recording-{one}")).to_have_count(0)
+    assert {name, "copy.zip"}.isdisjoint(one["name"] for one in demo.api.get("/recorder/recordings").json())

@@ -88,7 +88,7 @@ def test_over_a_network_only_recordings_of_the_data_folder_are_opened() -> None:
     may_open(network, None, "socketcan:can0")
     may_open(network, None, "file:run.log")
     may_open(network, "file:/srv/run.log", "file:/srv/run.log")
-    for address in ("file:/etc/passwd", "file:../../secret.log", "bundle:C:\\x.zip", "file:.."):
+    for address in ("file:/etc/passwd", "file:../../secret.log", "recording:C:\\x.zip", "file:.."):
         with pytest.raises(PortOpenFailed):
             may_open(network, None, address)
     may_open(NetworkPolicy(), None, "file:/home/me/run.log")

@@ -11,11 +11,11 @@ from typing import Any
 CLIENT = Path(__file__).parents[2] / "server" / "hornbill" / "client"
 
 ANSWERS = (
-    "Adapter", "AllocationChange", "Allocations", "AllocatorState", "AuditRow", "BatchPatched", "BatchRead", "Bundle",
-    "BundleContent", "BurstSent", "Bus", "Candidates", "Caution", "Commanded", "CommissioningPreview", "Comparison",
-    "Drift", "Fault", "FaultsRead", "Finding", "Forecast", "Health", "Imported", "Job", "KnownServo", "Lease",
-    "LeaseView", "LogFile", "LogState", "Node", "OutputRestorePreview", "Parameters", "ParametersPatched",
-    "PositionUnitState", "Profile", "Reading", "RecorderState", "Recycled", "ResetPreview", "Restored", "RunOverlay",
+    "Adapter", "AllocationChange", "Allocations", "AllocatorState", "AuditRow", "BatchPatched", "BatchRead",
+    "BurstSent", "Bus", "Candidates", "Caution", "Commanded", "CommissioningPreview", "Comparison", "Drift", "Fault",
+    "FaultsRead", "Finding", "Forecast", "Health", "Imported", "Job", "KnownServo", "Lease", "LeaseView", "LogFile",
+    "LogState", "Node", "OutputRestorePreview", "Parameters", "ParametersPatched", "PositionUnitState", "Profile",
+    "Reading", "RecorderState", "Recording", "RecordingContent", "Recycled", "ResetPreview", "Restored", "RunOverlay",
     "SavePreview", "SchemaDocument", "Servo", "Snapshot", "StepRun", "Stop", "Stream", "Telemetry", "TelemetryGrant",
 )  # fmt: skip
 """Answers a program gets; what they are made of comes with them."""

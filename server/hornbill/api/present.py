@@ -208,7 +208,7 @@ def bus(host: Host) -> Bus:
         bitrate=port.bitrate or None,
         sample_point=port.sample_point,
         trouble=None if port.trouble is None else port.trouble.detail,
-        trouble_params={} if port.trouble is None else port.trouble.told,
+        trouble_params={} if port.trouble is None else port.trouble.note_params,
         trouble_code=_trouble_code(port),
         notes=[AdapterNote.model_validate(one) for one in port.details.notes],
         serial_line=None if connection is None else _serial_line(connection),

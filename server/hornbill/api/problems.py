@@ -52,7 +52,7 @@ STATUS: dict[str, int] = {
     "bus_budget": 409,
     "configuration_lost": 409,
     "did_not_move": 502,
-    "not_as_wanted": 502,
+    "unexpected_result": 502,
     "interrupted": 500,
     "not_available": 501,
     "stale_revision": 412,

@@ -65,7 +65,7 @@ for _name, _group in {
     "bus": bus.bus,
     "ids": bus.ids,
     "log": doctor.log,
-    "bundles": records.bundles,
+    "recordings": records.recordings,
     "token": tokens.app,
 }.items():
     app.add_typer(_group, name=_name)

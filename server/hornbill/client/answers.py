@@ -6,9 +6,10 @@ from typing import Any, Literal, TypeAlias, TypedDict
 
 
 class About(TypedDict):
-    """What a bundle is of. Times in seconds since 1970 UTC; `utc_offset` turns the writer's own clock into them."""
+    """What a recording is of. Times in seconds since 1970 UTC; `utc_offset` turns the writer's own clock into
+    them."""
 
-    bus: BundleBus | None
+    bus: RecordedBus | None
     """Bus that was connected. Null if none was."""
     ended_at: float
     """Seconds since 1970 UTC."""
@@ -24,7 +25,7 @@ class About(TypedDict):
     """Type of trigger."""
     schema_revision: str
     """Revision of the parameter tables."""
-    servos: list[BundleServo]
+    servos: list[RecordedServo]
     """One entry per servo."""
     started_at: float
     """Seconds since 1970 UTC."""
@@ -163,21 +164,21 @@ class Allocations(TypedDict):
 class AllocatorState(TypedDict):
     """What the node-id allocator is doing."""
 
+    competing_node_id: int | None
+    """Node ID of a competing allocator on this bus. Null if none."""
     free: int
     """Number of free node IDs."""
     granted: int
     """Number of node IDs in the table."""
     mode: AllocatorChoice
-    """Selected mode. insist: responds beside another allocator, too."""
+    """Selected mode. force: responds beside another allocator, too."""
     own_id_shared: bool
-    """another program uses hornbill's node id: unless told to insist, hornbill gives no node ids until a minute
+    """another program uses hornbill's node id: unless set to force, hornbill gives no node ids until a minute
     after its last frame"""
     pending: int
     """Number of nodes that request a node ID now."""
-    rival_node_id: int | None
-    """Node ID of a competing allocator on this bus. Null if none."""
-    state: Literal["on", "off", "standing_down"]
-    """standing_down: another allocator responds."""
+    state: Literal["on", "off", "standby"]
+    """standby: another allocator responds."""
 
 
 class AskedFor(TypedDict):
@@ -270,113 +271,6 @@ class BatchServo(TypedDict):
     """Reason why there are none. Null otherwise."""
     revision: str | None
     """Revision of the values, for If-Match."""
-
-
-class Bundle(TypedDict):
-    """A bundle in the data folder. `problem` says why one cannot be read; then little else is known of it."""
-
-    at: float
-    """Time of its first trigger, seconds since 1970 UTC."""
-    bytes: int
-    """Size, bytes."""
-    marks: list[BundleMark]
-    """Triggers of the recording."""
-    name: str
-    """File name."""
-    problem: str | None
-    """Reason why the file cannot be read. Null if it can."""
-    problem_params: Params
-    reason: MarkReason | None
-    """Type of trigger."""
-    seconds: float | None
-    """Duration, s. Null if the file cannot be read."""
-    started_at: float | None
-    """Start, seconds since 1970 UTC. Null if the file cannot be read."""
-    text: str
-    """One sentence for users."""
-
-
-class BundleBus(TypedDict):
-    """The bus that was connected: address as `PUT /bus` takes it, bit/s, our own node id."""
-
-    address: str
-    """INTERFACE:CHANNEL, as `PUT /bus` takes it."""
-    bitrate: int
-    """Bit rate, bit/s."""
-    node_id: int
-    """Node ID, 1 to 127."""
-
-
-class BundleContent(TypedDict):
-    """What a page shows of a bundle. Its frames are played: `PUT /bus` with address `bundle:NAME`."""
-
-    about: About
-    complete: bool
-    """false if there is more telemetry than that."""
-    events: list[dict[str, Any]]
-    """Events during the recording."""
-    telemetry: list[Columns]
-    """Telemetry, at most 500,000 samples."""
-    writes: list[dict[str, str]]
-    """Writes during the recording."""
-
-
-class BundleMark(TypedDict):
-    """A moment for which a bundle was, or will be, written."""
-
-    at: float
-    """Time of the trigger, seconds since 1970 UTC."""
-    params: Params
-    reason: MarkReason
-    """Type of trigger."""
-    text: str
-    """One sentence for users."""
-    uid: str | None
-    """Unique ID of the servo, 32 hex digits. Null if it concerns none."""
-
-
-class BundleReading(TypedDict):
-    """One register as last read before the first mark; `at` in seconds since 1970 UTC."""
-
-    at: float | None
-    """Time of the read, seconds since 1970 UTC. Null if unknown."""
-    raw: int
-    """Integer on the wire."""
-    unit: str
-    """Unit of the value. Empty if none."""
-    value: bool | int | float | str | None
-    """Engineering value or choice key."""
-
-
-class BundleServo(TypedDict):
-    """One servo as it was known at the first mark."""
-
-    firmware: int | None
-    """Firmware version as read from 0x52, raw. Null if unknown."""
-    hardware_version: int | None
-    """Hardware version from GetNodeInfo. Null if unknown."""
-    label: str
-    """Nickname. Empty if none."""
-    model_number: int | None
-    """Model number as read from the servo."""
-    name: str
-    """Node name from GetNodeInfo."""
-    node_id: int | None
-    """Node ID, 1 to 127. Null if none."""
-    production_date: str | None
-    """Production date as the servo reports it. Null if unknown."""
-    readings: dict[str, BundleReading]
-    """Last known values in RAM, by key."""
-    rom: dict[str, int]
-    """Last known values in ROM, by key."""
-    serial_number: int | None
-    """Product number as read from the servo. Null if unknown."""
-    state: str
-    """Operating state."""
-    title: str
-    """Display name."""
-    uid: str
-    """Unique ID of the servo, 32 hex digits."""
 
 
 class BurstPart(TypedDict):
@@ -1120,7 +1014,7 @@ class LostValue(TypedDict):
 
 
 class Mark(TypedDict):
-    """A moment for which the bundle was written; `at` in seconds since 1970 UTC."""
+    """A moment for which the recording was written; `at` in seconds since 1970 UTC."""
 
     at: float
     """Seconds since 1970 UTC."""
@@ -1373,10 +1267,10 @@ class PendingAllocation(TypedDict):
     """Time since the first request, s."""
 
 
-class PendingBundle(TypedDict):
-    """A bundle that still takes in what happens."""
+class PendingRecording(TypedDict):
+    """A recording that still takes in what happens."""
 
-    marks: list[BundleMark]
+    marks: list[RecordingMark]
     """Triggers of the recording."""
     ready_in_s: float
     """Time until it is written, s."""
@@ -1529,6 +1423,61 @@ class Reading(TypedDict):
     """Reason why it has no effect now. Null if it has."""
 
 
+class RecordedBus(TypedDict):
+    """The bus that was connected: address as `PUT /bus` takes it, bit/s, our own node id."""
+
+    address: str
+    """INTERFACE:CHANNEL, as `PUT /bus` takes it."""
+    bitrate: int
+    """Bit rate, bit/s."""
+    node_id: int
+    """Node ID, 1 to 127."""
+
+
+class RecordedReading(TypedDict):
+    """One register as last read before the first mark; `at` in seconds since 1970 UTC."""
+
+    at: float | None
+    """Time of the read, seconds since 1970 UTC. Null if unknown."""
+    raw: int
+    """Integer on the wire."""
+    unit: str
+    """Unit of the value. Empty if none."""
+    value: bool | int | float | str | None
+    """Engineering value or choice key."""
+
+
+class RecordedServo(TypedDict):
+    """One servo as it was known at the first mark."""
+
+    firmware: int | None
+    """Firmware version as read from 0x52, raw. Null if unknown."""
+    hardware_version: int | None
+    """Hardware version from GetNodeInfo. Null if unknown."""
+    label: str
+    """Nickname. Empty if none."""
+    model_number: int | None
+    """Model number as read from the servo."""
+    name: str
+    """Node name from GetNodeInfo."""
+    node_id: int | None
+    """Node ID, 1 to 127. Null if none."""
+    production_date: str | None
+    """Production date as the servo reports it. Null if unknown."""
+    readings: dict[str, RecordedReading]
+    """Last known values in RAM, by key."""
+    rom: dict[str, int]
+    """Last known values in ROM, by key."""
+    serial_number: int | None
+    """Product number as read from the servo. Null if unknown."""
+    state: str
+    """Operating state."""
+    title: str
+    """Display name."""
+    uid: str
+    """Unique ID of the servo, 32 hex digits."""
+
+
 class RecorderState(TypedDict):
     """The recorder of the last ten minutes; it needs no starting."""
 
@@ -1538,12 +1487,64 @@ class RecorderState(TypedDict):
     """Memory in use, bytes."""
     frames: int
     """Number of CAN frames."""
-    pending: PendingBundle | None
+    pending: PendingRecording | None
     """Recording that is not complete yet. Null if none."""
     reach_s: float
     """Time span recorded, s. Less than 600 after a start or if memory is full."""
     recording: bool
     """false while a recording is played."""
+
+
+class Recording(TypedDict):
+    """A recording in the data folder. `problem` says why one cannot be read; then little else is known of it."""
+
+    at: float
+    """Time of its first trigger, seconds since 1970 UTC."""
+    bytes: int
+    """Size, bytes."""
+    marks: list[RecordingMark]
+    """Triggers of the recording."""
+    name: str
+    """File name."""
+    problem: str | None
+    """Reason why the file cannot be read. Null if it can."""
+    problem_params: Params
+    reason: MarkReason | None
+    """Type of trigger."""
+    seconds: float | None
+    """Duration, s. Null if the file cannot be read."""
+    started_at: float | None
+    """Start, seconds since 1970 UTC. Null if the file cannot be read."""
+    text: str
+    """One sentence for users."""
+
+
+class RecordingContent(TypedDict):
+    """What a page shows of a recording. Its frames are played: `PUT /bus` with address `recording:NAME`."""
+
+    about: About
+    complete: bool
+    """false if there is more telemetry than that."""
+    events: list[dict[str, Any]]
+    """Events during the recording."""
+    telemetry: list[Columns]
+    """Telemetry, at most 500,000 samples."""
+    writes: list[dict[str, str]]
+    """Writes during the recording."""
+
+
+class RecordingMark(TypedDict):
+    """A moment for which a recording was, or will be, written."""
+
+    at: float
+    """Time of the trigger, seconds since 1970 UTC."""
+    params: Params
+    reason: MarkReason
+    """Type of trigger."""
+    text: str
+    """One sentence for users."""
+    uid: str | None
+    """Unique ID of the servo, 32 hex digits. Null if it concerns none."""
 
 
 class Recycled(TypedDict):
@@ -1810,7 +1811,7 @@ class Snapshot(TypedDict):
     reason: str
     """Reason for the snapshot."""
     reason_code: ReasonCode | None
-    """Code of the reason: `by_hand`, or the operation that it preceded. Null for a user's own words."""
+    """Code of the reason: `manual`, or the operation that it preceded. Null for a user's own words."""
     reason_params: Params
     rom: dict[str, bool | int | float | str | None]
     """Values known to be in ROM, by key."""
@@ -2231,7 +2232,7 @@ Advice: TypeAlias = Literal[
     "check_computer",
     "check_supply",
 ]
-AllocatorChoice: TypeAlias = Literal["on", "off", "insist"]
+AllocatorChoice: TypeAlias = Literal["on", "off", "force"]
 CautionCode: TypeAlias = Literal["turns", "turn_count", "endless", "too_small", "held", "pwm", "timeout_too_short"]
 ChangeOutcome: TypeAlias = Literal["applied", "rolled_back", "planned"]
 CommandKind: TypeAlias = Literal["angle", "speed", "torque"]
@@ -2334,7 +2335,7 @@ HealthCode: TypeAlias = Literal["ok", "warning", "error", "critical"]
 JobState: TypeAlias = Literal["queued", "running", "succeeded", "failed", "cancelled"]
 LogFormat: TypeAlias = Literal["candump", "asc", "blf", "csv"]
 """The four forms of a recording."""
-MarkReason: TypeAlias = Literal["failure", "stop", "lost", "bus_lost", "by_hand"]
+MarkReason: TypeAlias = Literal["failure", "stop", "lost", "bus_lost", "manual"]
 MotionCode: TypeAlias = Literal["turns", "turn_count"]
 NoteCode: TypeAlias = Literal[
     "problem",
@@ -2460,7 +2461,7 @@ PositionUnit: TypeAlias = Literal["hundred_degrees", "radian", "degree", "tenth_
 PwmModeChoice: TypeAlias = Literal["angle", "speed"]
 ReadingByKey: TypeAlias = dict[str, Reading]
 ReasonCode: TypeAlias = Literal[
-    "by_hand", "saving", "factory_reset", "drift_undone", "change", "commissioning", "matrix", "profile", "restore"
+    "manual", "saving", "factory_reset", "drift_undone", "change", "commissioning", "matrix", "profile", "restore"
 ]
 RefusalCode: TypeAlias = Literal["table_failed", "pinned_id_in_use", "all_taken"]
 StepCode: TypeAlias = Literal[

@@ -97,7 +97,7 @@ Advice = TypeAliasType(
 """Code of a remedy. as_adapter_says: what the adapter itself says is in the values, as a problem."""
 
 
-AllocatorChoice = TypeAliasType("AllocatorChoice", Literal["on", "off", "insist"])
+AllocatorChoice = TypeAliasType("AllocatorChoice", Literal["on", "off", "force"])
 
 TransferKind = TypeAliasType("TransferKind", Literal["message", "request", "response"])
 
@@ -126,14 +126,14 @@ class Finding:
 class AllocatorState(Model):
     """What the node-id allocator is doing."""
 
-    state: Literal["on", "off", "standing_down"] = Field(description="standing_down: another allocator responds.")
-    mode: AllocatorChoice = Field(description="Selected mode. insist: responds beside another allocator, too.")
+    state: Literal["on", "off", "standby"] = Field(description="standby: another allocator responds.")
+    mode: AllocatorChoice = Field(description="Selected mode. force: responds beside another allocator, too.")
     granted: int = Field(description="Number of node IDs in the table.")
     pending: int = Field(description="Number of nodes that request a node ID now.")
     free: int = Field(description="Number of free node IDs.")
-    rival_node_id: int | None = Field(description="Node ID of a competing allocator on this bus. Null if none.")
+    competing_node_id: int | None = Field(description="Node ID of a competing allocator on this bus. Null if none.")
     own_id_shared: bool = Field(
-        description="another program uses hornbill's node id: unless told to insist, hornbill gives no node ids until "
+        description="another program uses hornbill's node id: unless set to force, hornbill gives no node ids until "
         "a minute after its last frame"
     )
 

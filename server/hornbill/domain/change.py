@@ -22,7 +22,7 @@ LineState = Literal[
 ReasonCode = TypeAliasType(
     "ReasonCode",
     Literal[
-        "by_hand", "saving", "factory_reset", "drift_undone", "change", "commissioning", "matrix", "profile", "restore"
+        "manual", "saving", "factory_reset", "drift_undone", "change", "commissioning", "matrix", "profile", "restore"
     ],
 )
 """Why a snapshot is taken: of its own accord, or before what follows."""

@@ -62,9 +62,9 @@ EventCode = TypeAliasType(
         "no_response",
         "torque_off",
         # recordings, store
-        "bundle_written",
-        "bundle_failed",
-        "bundles_dropped",
+        "recording_written",
+        "recording_failed",
+        "recordings_deleted",
         "log_started",
         "log_stopped",
         "log_full",

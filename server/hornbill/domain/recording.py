@@ -7,7 +7,7 @@ from typing_extensions import TypeAliasType
 
 from hornbill.domain.fields import Param, Params, UidText, Utc
 
-MarkReason = TypeAliasType("MarkReason", Literal["failure", "stop", "lost", "bus_lost", "by_hand"])
+MarkReason = TypeAliasType("MarkReason", Literal["failure", "stop", "lost", "bus_lost", "manual"])
 Word: TypeAlias = Annotated[str, Field(max_length=120)]
 Sentence: TypeAlias = Annotated[str, Field(max_length=2000)]
 Uid32: TypeAlias = Annotated[str, Field(pattern="^[0-9a-f]{32}$")]
@@ -26,7 +26,7 @@ class _Form(BaseModel):
 
 
 class Mark(_Form):
-    """A moment for which the bundle was written; `at` in seconds since 1970 UTC."""
+    """A moment for which the recording was written; `at` in seconds since 1970 UTC."""
 
     at: Utc
     reason: MarkReason = Field(description="Type of trigger.")
@@ -37,7 +37,7 @@ class Mark(_Form):
     params: Params = Field(default_factory=dict[str, Param])
 
 
-class BundleBus(_Form):
+class RecordedBus(_Form):
     """The bus that was connected: address as `PUT /bus` takes it, bit/s, our own node id."""
 
     address: Annotated[str, Field(max_length=1000)] = Field(description="INTERFACE:CHANNEL, as `PUT /bus` takes it.")
@@ -45,7 +45,7 @@ class BundleBus(_Form):
     node_id: Annotated[int, Field(ge=1, le=127)] = Field(description="Node ID, 1 to 127.")
 
 
-class BundleReading(_Form):
+class RecordedReading(_Form):
     """One register as last read before the first mark; `at` in seconds since 1970 UTC."""
 
     raw: Int64 = Field(description="Integer on the wire.")
@@ -54,7 +54,7 @@ class BundleReading(_Form):
     at: float | None = Field(description="Time of the read, seconds since 1970 UTC. Null if unknown.")
 
 
-class BundleServo(_Form):
+class RecordedServo(_Form):
     """One servo as it was known at the first mark."""
 
     uid: Uid32 = Field(description="Unique ID of the servo, 32 hex digits.")
@@ -68,7 +68,7 @@ class BundleServo(_Form):
     serial_number: Int64 | None = Field(description="Product number as read from the servo. Null if unknown.")
     production_date: Word | None = Field(description="Production date as the servo reports it. Null if unknown.")
     state: Word = Field(description="Operating state.")
-    readings: Annotated[dict[Word, BundleReading], Field(max_length=200)] = Field(
+    readings: Annotated[dict[Word, RecordedReading], Field(max_length=200)] = Field(
         description="Last known values in RAM, by key."
     )
     rom: Annotated[dict[Word, Int64], Field(max_length=200)] = Field(
@@ -77,7 +77,7 @@ class BundleServo(_Form):
 
 
 class About(_Form):
-    """What a bundle is of. Times in seconds since 1970 UTC; `utc_offset` turns the writer's own clock into them."""
+    """What a recording is of. Times in seconds since 1970 UTC; `utc_offset` turns the writer's own clock into them."""
 
     format: Literal[1] = Field(description="Format version of the recording.")
     version: Word = Field(description="Version of hornbill.")
@@ -89,8 +89,8 @@ class About(_Form):
     started_at: Utc
     ended_at: Utc
     utc_offset: float = Field(description="Offset from the writer's clock to seconds since 1970 UTC, s.")
-    bus: BundleBus | None = Field(description="Bus that was connected. Null if none was.")
-    servos: Annotated[list[BundleServo], Field(max_length=500)] = Field(description="One entry per servo.")
+    bus: RecordedBus | None = Field(description="Bus that was connected. Null if none was.")
+    servos: Annotated[list[RecordedServo], Field(max_length=500)] = Field(description="One entry per servo.")
     schema_revision: Word = Field(description="Revision of the parameter tables.")
     frames: Annotated[int, Field(ge=0)] = Field(description="Number of CAN frames.")
     incomplete: Annotated[list[Word], Field(max_length=10)] = Field(

@@ -10,13 +10,13 @@ from hornbill.errors import BusDisconnected
 from hornbill.node.backlog import Backlog
 from hornbill.node.hooks import Hooks
 from hornbill.node.presence import Presence
-from hornbill.node.requests import RequestCounters, Requests, anything
+from hornbill.node.requests import RequestCounters, Requests, any_response
 from hornbill.node.shared_id import SharedNodeId
 from hornbill.node.subscriptions import Subscriptions
 from hornbill.units import Instant
 from hornbill.wire.datatype import DataType, Kind, Structure
 from hornbill.wire.frame import Frame
-from hornbill.wire.port import RECORDINGS, CanPort, PortState, not_connected
+from hornbill.wire.port import REPLAYS, CanPort, PortState, not_connected
 from hornbill.wire.reassembly import Reassembler, ReassemblyCounters
 from hornbill.wire.services import (
     ExecuteOpcodeRequest,
@@ -35,26 +35,26 @@ log = logging.getLogger(__name__)
 
 M = TypeVar("M", bound=Structure)
 
-ON_LINE_S: Final = 0.025
-"""How long the answers to all requests on their way may take on a serial line: well within a timeout, and within what
-an adapter has room for when some are answers to GetNodeInfo, four times as long."""
-ANSWER_BYTES: Final = 77
-"""Of a GetSet answer on a serial line, with the acknowledgement of its request; a write is about as long."""
+LINE_RESPONSES_S: Final = 0.025
+"""Serial line time allowed for the responses to all requests in flight. Well within a timeout, and within the buffer of
+an adapter even if some are GetNodeInfo responses, which are four times as long."""
+RESPONSE_BYTES: Final = 77
+"""Bytes of a GetSet response on a serial line, with the acknowledgement of its request. A write takes about as many."""
 LINE_LATENCY_S: Final = 0.02
-"""What a USB serial chip may hold an answer back for, where it does not say: 16 ms with those of FTDI."""
+"""Delay of a USB serial chip that does not report its latency: 16 ms for FTDI chips."""
 
 STATUS_PRIORITY: Final = 24
-"""Of our own NodeStatus: after everything a servo broadcasts."""
+"""Priority of our own NodeStatus: below everything a servo broadcasts."""
 
 FIRST_REQUEST_PRIORITY: Final = 16
-"""Answers come back at the priority of their request, and must not overtake what servos broadcast at 16."""
+"""Responses have the priority of their request and must not overtake what servos broadcast at 16."""
 
 _STATUS_PERIOD_S: Final = 1.0
-_LOOK_PERIOD_S: Final = 0.05
-# No set: hashing an enum takes longer than three looks.
-_GONE: Final = (PortState.LOST, PortState.CONNECTING, PortState.DISCONNECTED)
+_PORT_CHECK_PERIOD_S: Final = 0.05
+# Not a set: hashing an enum takes longer than three comparisons.
+_CLOSED_STATES: Final = (PortState.LOST, PortState.CONNECTING, PortState.DISCONNECTED)
 _NODE_INFO: Final = GetNodeInfoRequest.TYPE
-_ANSWERS: Final[dict[int, type[Structure]]] = {
+_RESPONSES: Final[dict[int, type[Structure]]] = {
     _NODE_INFO.id: GetNodeInfoResponse,
     RestartNodeRequest.TYPE.id: RestartNodeResponse,
     ExecuteOpcodeRequest.TYPE.id: ExecuteOpcodeResponse,
@@ -64,16 +64,16 @@ _ANSWERS: Final[dict[int, type[Structure]]] = {
 
 @dataclass(slots=True)
 class ParticipantCounters:
-    """Since the participant was made."""
+    """Counters since the participant was created."""
 
     transfers: int = 0
 
 
 class Participant:
-    """One node on one CanPort. Everything happens on the event loop; only `request` and `close` are awaited.
+    """One node on one CanPort. Everything runs on the event loop; only `request` and `close` are awaited.
 
-    The port stays its opener's: closing the participant does not close it. A lost port fails every waiting
-    request within 50 ms (at once when something is sent); when it comes back, the participant goes on.
+    Closing the participant does not close the port. When the port is lost, every pending request fails within 50 ms
+    (at once on sending). When it is back, the participant resumes.
     """
 
     def __init__(
@@ -88,22 +88,22 @@ class Participant:
     ) -> None:
         """`node_id` is 1..127 and free on the bus, `name` at most 80 characters, `unique_id` 16 bytes.
 
-        `clock` is the running event loop's time unless given. Raises ValueError for what does not fit.
+        `clock` defaults to the running event loop's time. Raises ValueError for values out of range.
         """
         if not 1 <= node_id <= 127:
-            raise ValueError(f"Node id {node_id} is outside 1 to 127. Tools use 126 or 127.")
+            raise ValueError(f"Node ID {node_id} is outside 1 to 127. Tools use 126 or 127.")
         self.node_id = node_id
         self.port = port
         self.clock = clock or asyncio.get_running_loop().time
         self.counters = ParticipantCounters()
         self.subscriptions = Subscriptions()
         self.shared_id = SharedNodeId(node_id)
-        """What others say with our node id."""
+        """Traffic of other programs under our node ID."""
         self.on_frames: Hooks[Sequence[Frame], bool] = Hooks()
-        """Called with every batch of frames and whether we sent it; sent frames carry the instant the port
-        took them."""
-        self.heard: dict[int, Instant] = {}
-        """When a transfer of each other node last came, of whatever type."""
+        """Called with every batch of frames and whether we sent it. Sent frames carry the time at which the port
+        accepted them."""
+        self.last_seen: dict[int, Instant] = {}
+        """Time of the last transfer of each other node, of any type."""
         self._presence = Presence(name=name, unique_id=unique_id, software_version=software_version, born=self.clock())
         self._backlog = Backlog(port.statistics)
         self._requests = Requests(node_id, self._transmit, self.clock, lambda: self._backlog.is_empty(self.clock()))
@@ -112,43 +112,43 @@ class Participant:
         self._transfer_ids: dict[int, int] = {}
         self._running = False
         self._status_timer: asyncio.TimerHandle | None = None
-        self._look_timer: asyncio.TimerHandle | None = None
+        self._port_timer: asyncio.TimerHandle | None = None
 
     @property
     def request_counters(self) -> RequestCounters:
-        """What became of our requests."""
+        """Counters of our requests."""
         return self._requests.counters
 
     @property
     def reassembly_counters(self) -> ReassemblyCounters:
-        """What became of the frames received."""
+        """Counters of received frames."""
         return self._reassembler.counters
 
     @property
     def on_round_trip(self) -> Hooks[int, float]:
-        """Called with the node id and the seconds from sending to answer, for every answer taken."""
+        """Called for every accepted response with the node ID and the seconds from request to response."""
         return self._requests.on_round_trip
 
     def info(self) -> GetNodeInfoResponse:
-        """What we answer to GetNodeInfo now."""
+        """Our current GetNodeInfo response."""
         return self._presence.info(self.clock())
 
     def start(self) -> None:
-        """Listen on the port, and say NodeStatus now and once a second (table 2-2). Twice is harmless."""
+        """Listen on the port, and publish NodeStatus now and once a second (table 2-2). Idempotent."""
         if self._running:
             return
         self._running = True
         self._fit_line()
         self.port.listen(self._receive)
-        self._say_status(asyncio.get_running_loop().time())
+        self._publish_status(asyncio.get_running_loop().time())
 
     async def close(self) -> None:
-        """Stop at once; every waiting request ends with BusDisconnected. Twice is harmless."""
+        """Stop at once. Pending requests raise BusDisconnected. Idempotent."""
         self._running = False
-        for timer in (self._status_timer, self._look_timer):
+        for timer in (self._status_timer, self._port_timer):
             if timer is not None:
                 timer.cancel()
-        self._status_timer = self._look_timer = None
+        self._status_timer = self._port_timer = None
         self._requests.fail_all(self._disconnected)
 
     @overload
@@ -181,40 +181,40 @@ class Participant:
         tries: int = 1,
         urgent: bool = False,
     ) -> Coroutine[Any, Any, Any]:
-        """Ask another node; awaiting it gives the decoded answer.
+        """Send a request to another node. Await it for the decoded response.
 
-        One request a node is on its way; others for it wait, lower `priority` (16..31) first, then in order.
-        With `urgent` it is sent at once, beside whatever is under way. `timeout` (seconds) runs from each
-        sending; allow more than one of the `tries` only where doing it twice does no harm.
+        One request per node is in flight; others for it are queued by `priority` (16..31, lower first), then in
+        order. An `urgent` request is sent at once, in parallel. `timeout` (seconds) starts with each try. Use more
+        than one of the `tries` only for idempotent requests.
 
-        Raises ValueError for arguments out of range at the call. Raises NoResponse, BusDisconnected, what the
-        port refuses (ForbiddenParameter) and, beyond 32 urgent ones, Busy when awaited.
+        The call raises ValueError for arguments out of range. Awaiting raises NoResponse, BusDisconnected,
+        ForbiddenParameter if the port refuses the request, and Busy for more than 32 urgent requests.
         """
         if not 1 <= destination <= 127 or destination == self.node_id:
-            raise ValueError(f"Node id {destination} cannot be asked. Give another node's id, 1 to 127.")
+            raise ValueError(f"Cannot send a request to node ID {destination}. Enter the ID of another node, 1 to 127.")
         if not FIRST_REQUEST_PRIORITY <= priority <= 31:
             raise ValueError(f"Priority {priority} is outside the {FIRST_REQUEST_PRIORITY} to 31 of requests.")
         if timeout <= 0 or tries < 1:
             raise ValueError(f"timeout {timeout} s and tries {tries} must be above 0.")
-        if self.port.state in _GONE:
-            return self._refuse()  # at once: what is asked of a lost bus must not leave when it is back
-        if self._look_timer is None:
-            self._look_timer = asyncio.get_running_loop().call_later(_LOOK_PERIOD_S, self._look)
-        return self._requests.ask(
+        if self.port.state in _CLOSED_STATES:
+            return self._refuse()  # at once: a request on a lost bus must not be sent when the bus is back
+        if self._port_timer is None:
+            self._port_timer = asyncio.get_running_loop().call_later(_PORT_CHECK_PERIOD_S, self._check_port)
+        return self._requests.request(
             destination,
             request,
-            _ANSWERS[request.TYPE.id],
+            _RESPONSES[request.TYPE.id],
             priority=priority,
-            patience_s=timeout,
+            timeout_s=timeout,
             tries=tries,
             urgent=urgent,
-            fits=request.is_answered_by if isinstance(request, GetSetRequest) else anything,
+            accepts=request.matches if isinstance(request, GetSetRequest) else any_response,
         )
 
     def broadcast(self, message: Structure, *, priority: int) -> None:
-        """Send a message to everybody; `priority` 0 (first) to 31.
+        """Broadcast a message. `priority` is 0 (first) to 31.
 
-        Raises BusDisconnected, what the port refuses, and ValueError for a value that does not fit.
+        Raises BusDisconnected, the errors of the port, and ValueError for values out of range.
         """
         data_type = message.TYPE
         payload = message.encode()
@@ -223,9 +223,9 @@ class Participant:
         self._transmit(Transfer(Kind.MESSAGE, data_type.id, self.node_id, 0, priority, transfer_id, payload), data_type)
 
     def subscribe(self, message: type[M], handler: Callable[[Transfer, M], object]) -> Callable[[], None]:
-        """Call `handler` with every message of a type, anonymous ones included; returns what ends it.
+        """Call `handler` with every message of a type, including anonymous ones. Returns a function that unsubscribes.
 
-        Raises ValueError for a structure that is not a message. What a handler raises is logged.
+        Raises ValueError for a structure that is not a message. Exceptions of a handler are logged.
         """
         return self.subscriptions.add(message, handler)
 
@@ -233,75 +233,77 @@ class Participant:
         if not self._running:
             return
         if self.on_frames:
-            self.on_frames.tell(frames, False)
-        heard, now = self.heard, self.clock()
+            self.on_frames.notify(frames, False)
+        last_seen, now = self.last_seen, self.clock()
         transfers = self._reassembler.feed(frames, now)
         if self._with_own_id:
-            self._hear_own_id(now)
+            self._note_own_id(now)
         self.counters.transfers += len(transfers)
         for transfer in transfers:
             source = transfer.source
             if source:
-                heard[source] = transfer.at
+                last_seen[source] = transfer.at
             if transfer.kind == Kind.RESPONSE:
-                self._requests.answered(transfer)
+                self._requests.receive(transfer)
             elif transfer.kind == Kind.MESSAGE:
                 self.subscriptions.dispatch(transfer)
             elif transfer.type_id == _NODE_INFO.id:
-                self._answer_info(transfer)
+                self._respond_info(transfer)
         self._requests.pump()
 
-    def _answer_info(self, asked: Transfer) -> None:
-        """At the priority and with the transfer id of the request."""
+    def _respond_info(self, request: Transfer) -> None:
+        """Respond to GetNodeInfo with the priority and transfer ID of the request."""
         payload = self._presence.info(self.clock()).encode()
-        answer = asked._replace(kind=Kind.RESPONSE, source=self.node_id, destination=asked.source, payload=payload)
+        response = request._replace(
+            kind=Kind.RESPONSE, source=self.node_id, destination=request.source, payload=payload
+        )
         try:
-            self._transmit(answer, _NODE_INFO)
+            self._transmit(response, _NODE_INFO)
         except BusDisconnected:
-            log.debug("no bus to answer node %d on", asked.source)
+            log.debug("response to node %d not sent: no bus", request.source)
 
-    def _hear_own_id(self, now: Instant) -> None:
+    def _note_own_id(self, now: Instant) -> None:
         frames = list(self._with_own_id)
         self._with_own_id.clear()
-        if self.port.address.startswith(RECORDINGS):
-            return  # what we said ourselves when it was recorded
+        if self.port.address.startswith(REPLAYS):
+            return  # our own traffic at the time of recording
         known = self.shared_id.frames > 0
-        self.shared_id.hear(frames, now)
+        self.shared_id.receive(frames, now)
         if not known and self.shared_id.frames:
-            log.warning("another node uses our node id %d", self.node_id)
+            log.warning("another node uses our node ID %d", self.node_id)
 
     def _fit_line(self) -> None:
-        """Have no more requests on their way than a serial line brings the answers of in time, and wait for those.
+        """Limit the requests in flight to what a serial line can deliver in time, and extend their timeouts.
 
-        Without the wait an urgent request would be repeated before its answer can be there, and fill the line.
+        Without the extension an urgent request would be repeated before its response can arrive, filling the line.
         """
         line = self.port.details.serial_line
         rate = None if line is None else line.bytes_per_s
         if line is None or rate is None:
             return
         requests = self._requests
-        requests.most_open = max(2, int(rate * ON_LINE_S / ANSWER_BYTES))
-        requests.line_answer_s = 2 * ANSWER_BYTES / rate
+        requests.max_open = max(2, int(rate * LINE_RESPONSES_S / RESPONSE_BYTES))
+        requests.line_response_s = 2 * RESPONSE_BYTES / rate
         requests.line_latency_s = LINE_LATENCY_S if line.latency_ms is None else line.latency_ms / 1000
 
-    def _say_status(self, due: Instant) -> None:
+    def _publish_status(self, due: Instant) -> None:
         self._fit_line()
         try:
             self.broadcast(self._presence.status(self.clock()), priority=STATUS_PRIORITY)
         except BusDisconnected:
-            log.debug("no bus to say our status on")
+            log.debug("NodeStatus not sent: no bus")
         loop = asyncio.get_running_loop()
-        # A loop that was held up says it once, not once for every second it missed.
+        # After a stall of the loop send one, not one for every missed second.
         due = max(due + _STATUS_PERIOD_S, loop.time())
-        self._status_timer = loop.call_at(due, self._say_status, due)
+        self._status_timer = loop.call_at(due, self._publish_status, due)
 
-    def _look(self) -> None:
-        """While somebody waits: a port does not tell us that it was lost, so we ask."""
-        self._look_timer = None
-        if self.port.state in _GONE:
+    def _check_port(self) -> None:
+        """While requests are pending, poll the port: it does not report when it is lost."""
+        self._port_timer = None
+        if self.port.state in _CLOSED_STATES:
             self._requests.fail_all(self._disconnected)
         elif self._requests.waiting:
-            self._look_timer = asyncio.get_running_loop().call_later(_LOOK_PERIOD_S, self._look)
+            self._port_timer = asyncio.get_running_loop().call_later(_PORT_CHECK_PERIOD_S, self._check_port)
 
     async def _refuse(self) -> NoReturn:
         raise self._disconnected()
@@ -310,12 +312,12 @@ class Participant:
         return not_connected(self.port.address, self.port.trouble)
 
     def _transmit(self, transfer: Transfer, data_type: DataType) -> None:
-        if not self._running or self.port.state in _GONE:
+        if not self._running or self.port.state in _CLOSED_STATES:
             raise self._disconnected()
         frames = split(transfer, data_type)
         now = self.clock()
-        self._backlog.handing(len(frames), now)  # before sending: a port may count them at once
+        self._backlog.queue(len(frames), now)  # before sending: a port may count them at once
         self.port.send(frames)
         self.shared_id.sent(frames, now)
         if self.on_frames:
-            self.on_frames.tell([frame._replace(at=now) for frame in frames], True)
+            self.on_frames.notify([frame._replace(at=now) for frame in frames], True)

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Final, NamedTuple, TypeVar
 
-from hornbill.bus.recordings.reader import Recording
+from hornbill.bus.recordings.reader import LogReader
 from hornbill.units import Instant
 from hornbill.wire.datatype import Kind
 from hornbill.wire.messages import ActuatorStatus, NodeStatus
@@ -54,7 +54,7 @@ class ProbeEvidence:
     @classmethod
     def read(cls, file: Path, nodes: Iterable[int]) -> "ProbeEvidence":
         """From a recording of the bus. Raises LogFailed when it cannot be read."""
-        recording = Recording.open(file)
+        recording = LogReader.open(file)
         try:
             return cls(list(_walk(recording)), frozenset(nodes))
         finally:
@@ -110,7 +110,7 @@ class ProbeEvidence:
         return None
 
 
-def _walk(recording: Recording) -> Iterator[Told]:
+def _walk(recording: LogReader) -> Iterator[Told]:
     reassembler = Reassembler()
     for frame, _channel, _sent in recording:
         for transfer in reassembler.feed((frame,)):

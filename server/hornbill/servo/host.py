@@ -223,7 +223,7 @@ class Host:
         self.effects = Effects(catalog, self.hub, self.fleet.find)
         self.faults = Faults(catalog, store, self.hub, self.base, self.fleet.find, self.audit)
         self.allocating = NodeIdTable(
-            store, self.hub, self.base, self.fleet.ask_now, own_id=settings.node_id, mode=settings.allocator
+            store, self.hub, self.base, self.fleet.identify_now, own_id=settings.node_id, mode=settings.allocator
         )  # fmt: skip
         self.torque_off = TorqueOffRetries(self.requests, self.hub, self.base, self.fleet)
         self.stop = StopControl(self.services, self.fleet, self.torque_off)
@@ -264,7 +264,7 @@ class Host:
         self.restoring = Restoring(self.requests, self.changes)
         self.watch = BusWatch(self.hub, self.base, self.fleet, self.motion, self._bus_back)
         self.polling = Polling(self.requests, self.base, settings.poll_budget, LineBudget(self._port))
-        self.activities = Activities(self.hub, self.base, self.polling, self.fleet.find, self.motion.driven)
+        self.activities = Activities(self.hub, self.base, self.polling, self.fleet.find, self.motion.is_commanded)
         self.doctor = Doctor(self.base.now, self.fleet.all)
         self.hub.subscribe(self._on_seen, ServoSeen)
         self.hub.subscribe(lambda read: self.polling.begin(self.fleet.get(read.uid)), ServoRead)
@@ -345,7 +345,7 @@ class Host:
             self.allocating.leave()
             await participant.close()
             await self.fleet.detach()
-            self.telemetry.bring_back()
+            self.telemetry.restore()
         finally:
             await port.close()
 
@@ -358,7 +358,7 @@ class Host:
         connection = self.connection
         if connection is None:
             return
-        with self.motion.barred():
+        with self.motion.leaving_bus():
             await self.motion.leave()
             self.connection = None
         await self._part(connection.port, connection.participant)

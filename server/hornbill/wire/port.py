@@ -10,13 +10,13 @@ from typing import Any, Final, Protocol
 from hornbill.errors import BusDisconnected, PortError
 from hornbill.wire.frame import Frame
 
-RECORDING: Final = "file:"
+LOG_SCHEME: Final = "file:"
 """How the address of a recording begins: a bus that can only be listened to."""
 
-BUNDLE: Final = "bundle:"
+RECORDING_SCHEME: Final = "recording:"
 """The same of a recording that also tells what was known of the servos."""
 
-RECORDINGS: Final = (RECORDING, BUNDLE)
+REPLAYS: Final = (LOG_SCHEME, RECORDING_SCHEME)
 
 
 class PortState(StrEnum):
@@ -147,8 +147,8 @@ def not_connected(address: str, trouble: PortError | None) -> BusDisconnected:
     """The refusal of whatever would be sent to a port that is lost or closed."""
     if trouble is None:
         text = f"{address} is not connected. Connect a bus and try again."
-        return BusDisconnected(text, cause="not_connected", address=address)
-    facts: dict[str, Any] = {"cause": "not_connected", "address": address, **trouble.facts}
+        return BusDisconnected(text, cause="bus_not_connected", address=address)
+    facts: dict[str, Any] = {"cause": "bus_not_connected", "address": address, **trouble.facts}
     return BusDisconnected(f"{address} is not connected. {trouble.detail}", **facts)
 
 

@@ -9,8 +9,8 @@ import pytest
 
 from hornbill.bus.recordings import bus_log as module
 from hornbill.bus.recordings.bus_log import BATCH_S, BusLog, LogPhase, log_name
-from hornbill.bus.recordings.folder import LOGS, RecordingFolder
-from hornbill.bus.recordings.reader import Recording
+from hornbill.bus.recordings.folder import LOGS, FileFolder
+from hornbill.bus.recordings.reader import LogReader
 from hornbill.bus.recordings.writer import LogFormat, LogWriter
 from hornbill.errors import Busy, InvalidValue, LogFailed, Unknown
 from hornbill.wire.frame import Frame, LoggedFrame
@@ -28,7 +28,7 @@ class Bench:
         self.events: list[tuple[str, str, str]] = []
         self.address = "socketcan:can0"
         self.recorder = BusLog(
-            RecordingFolder(folder, LOGS),
+            FileFolder(folder, LOGS),
             listen=self.listen,
             address=lambda: self.address,
             utc=lambda at: at + UTC,
@@ -62,7 +62,7 @@ def frame(n: int) -> Frame:
 
 
 def read(path: Path) -> list[LoggedFrame]:
-    recording = Recording.open(path)
+    recording = LogReader.open(path)
     found = list(recording)
     recording.close()
     return found
@@ -272,7 +272,7 @@ def test_a_log_that_cannot_be_made_is_told_and_another_can_be(tmp_path: Path) ->
     "name", ["", " ", "..", "../x", "a/b", "a\\b", "/etc/passwd", ".hidden", "x" * 81, "a\0b", "a b", "Ä", "-rf"]
 )
 def test_names_that_could_leave_the_folder_or_are_odd_are_refused(name: str, tmp_path: Path) -> None:
-    folder = RecordingFolder(tmp_path, LOGS)
+    folder = FileFolder(tmp_path, LOGS)
     with pytest.raises(InvalidValue, match="cannot be the name of a log"):
         folder.new(log_name(LogFormat.CANDUMP, name))
     for path in (name, f"{name}.log", f"{name}.log/../x.log"):
@@ -281,7 +281,7 @@ def test_names_that_could_leave_the_folder_or_are_odd_are_refused(name: str, tmp
 
 
 def test_the_folder_lists_finds_and_deletes_logs_and_nothing_else(tmp_path: Path) -> None:
-    folder = RecordingFolder(tmp_path / "logs", LOGS)
+    folder = FileFolder(tmp_path / "logs", LOGS)
     assert folder.all() == []
     (tmp_path / "logs").mkdir()
     (tmp_path / "secret.log").write_text("not in the folder")

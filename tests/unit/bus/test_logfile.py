@@ -13,7 +13,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from hornbill.bus.recordings.reader import Recording, RecordingCounters
+from hornbill.bus.recordings.reader import LogCounters, LogReader
 from hornbill.bus.recordings.writer import ENDINGS, LogFormat, LogWriter, candump
 from hornbill.errors import LogFailed
 from hornbill.wire.frame import Frame, LoggedFrame
@@ -34,15 +34,15 @@ def write(path: Path, form: LogFormat, frames: list[Frame], limit: int = 10**9) 
 
 
 def read_file(path: Path) -> list[LoggedFrame]:
-    recording = Recording.open(path)
+    recording = LogReader.open(path)
     found = list(recording)
     recording.close()
     return found
 
 
-def read(text: str | bytes) -> tuple[list[LoggedFrame], RecordingCounters]:
+def read(text: str | bytes) -> tuple[list[LoggedFrame], LogCounters]:
     raw: Any = io.BytesIO(text.encode("utf-8", "surrogateescape") if isinstance(text, str) else text)
-    recording = Recording(io.BufferedReader(raw), "the test")
+    recording = LogReader(io.BufferedReader(raw), "the test")
     found = list(recording)
     recording.close()
     return found, recording.counters
@@ -58,7 +58,7 @@ def test_what_is_written_is_read_back_to_the_microsecond(
     try:
         path = tmp_path / f"log{ENDINGS[form]}"
         file = write(path, form, FRAMES)
-        recording = Recording.open(path)
+        recording = LogReader.open(path)
         found = list(recording)
         recording.close()
     finally:
@@ -69,7 +69,7 @@ def test_what_is_written_is_read_back_to_the_microsecond(
     assert max(abs(one.frame.at - frame.at) for one, frame in zip(found, FRAMES, strict=True)) < 2e-6
     assert file.frames == len(FRAMES)
     assert file.size == path.stat().st_size
-    assert recording.counters == RecordingCounters(frames=len(FRAMES))
+    assert recording.counters == LogCounters(frames=len(FRAMES))
 
 
 @every_form
@@ -88,7 +88,7 @@ def test_candump_names_the_channel_and_the_first_line_is_that_of_can_utils(tmp_p
 
 
 @pytest.mark.parametrize("channel", ["can0", "ttyACM0", "0"])
-def test_lines_of_a_bundle_are_those_of_python_can(channel: str, tmp_path: Path) -> None:
+def test_lines_of_a_recording_are_those_of_python_can(channel: str, tmp_path: Path) -> None:
     logged = [LoggedFrame(frame, channel, n % 2 == 0) for n, frame in enumerate(FRAMES)]
     file = LogWriter(tmp_path / "log", LogFormat.CANDUMP, 10**9)
     file.write(logged)
@@ -163,7 +163,7 @@ def test_candump_lines_of_every_kind() -> None:
         (1436509052.5, "can1", True, 0),
         (1436509052.6, "can1", False, 8),
     ]
-    assert counters == RecordingCounters(frames=4, ignored=3, error_frames=2)
+    assert counters == LogCounters(frames=4, ignored=3, error_frames=2)
 
 
 @pytest.mark.parametrize(
@@ -208,7 +208,7 @@ def test_what_log2asc_of_can_utils_writes_is_read() -> None:
         (0x1800017F, "0a", False),
     ]
     assert [one.frame.at - found[0].frame.at for one in found] == pytest.approx([0.0, 0.25, 0.6])
-    assert counters == RecordingCounters(frames=3, ignored=1, error_frames=1, unreadable=1)
+    assert counters == LogCounters(frames=3, ignored=1, error_frames=1, unreadable=1)
 
 
 def test_an_asc_file_with_a_date_in_an_unknown_language_counts_from_its_start() -> None:
@@ -217,7 +217,7 @@ def test_an_asc_file_with_a_date_in_an_unknown_language_counts_from_its_start() 
         "   0.125000 1  A6ED00x         Rx   d 1 01\n   0.250000 1  A6ED00x         Rx   d 1 02\n"
     )
     assert [one.frame.at for one in found] == [0.125, 0.25]
-    assert counters == RecordingCounters(frames=2)
+    assert counters == LogCounters(frames=2)
 
 
 def test_a_garbled_line_of_csv_is_counted() -> None:
@@ -225,7 +225,7 @@ def test_a_garbled_line_of_csv_is_counted() -> None:
     good = "1483389946.197,0x1003f30b,1,0,0,1,Ag==\n"
     found, counters = read(head + good + "1483389946.2,0x10\n" + good + "1483389946.3,0x123,0,0,0,1,Ag==\n")
     assert [one.frame.data for one in found] == [b"\x02", b"\x02"]
-    assert counters == RecordingCounters(frames=2, ignored=1, unreadable=1)
+    assert counters == LogCounters(frames=2, ignored=1, unreadable=1)
 
 
 @every_form
@@ -264,15 +264,15 @@ def test_what_is_no_log_is_refused_with_what_would_be_one(text: str) -> None:
 
 
 def test_an_empty_file_is_a_recording_of_nothing() -> None:
-    assert read("") == ([], RecordingCounters())
-    assert read("\n\n") == ([], RecordingCounters())
+    assert read("") == ([], LogCounters())
+    assert read("\n\n") == ([], LogCounters())
 
 
 def test_a_file_that_is_not_there_or_is_a_folder_is_told(tmp_path: Path) -> None:
     with pytest.raises(LogFailed, match=r"nothing\.log cannot be read: No such file"):
-        Recording.open(tmp_path / "nothing.log")
+        LogReader.open(tmp_path / "nothing.log")
     with pytest.raises(LogFailed, match="cannot be read: Is a directory"):
-        Recording.open(tmp_path)
+        LogReader.open(tmp_path)
 
 
 def test_a_live_pipe_gives_each_frame_as_it_comes() -> None:
@@ -280,7 +280,7 @@ def test_a_live_pipe_gives_each_frame_as_it_comes() -> None:
     with os.fdopen(reading, "rb") as source, os.fdopen(writing, "w") as sink:
         sink.write("(1.5) can0 1003F30B#01\n")
         sink.flush()
-        recording = Recording(source, "a pipe")
+        recording = LogReader(source, "a pipe")
         frames = iter(recording)
         assert next(frames).frame.data == b"\x01"  # while the pipe is still open
         sink.write("(1.6) can0 1003F30B#02\n")
@@ -296,7 +296,7 @@ def test_memory_does_not_grow_with_the_recording(tmp_path: Path) -> None:
     with path.open("w") as file:
         for n in range(60_000):
             file.write(f"({1436509052 + n}.5) can0 1003F30B#{n:016X}\n")
-    recording = Recording.open(path)
+    recording = LogReader.open(path)
     frames = iter(recording)
     first = next(frames)
     assert first.frame.at == 1436509052.5

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from hornbill.bus.recordings import replay
-from hornbill.bus.recordings.reader import Recording
+from hornbill.bus.recordings.reader import LogReader
 from hornbill.bus.recordings.replay import ReplayPort, open_replay, parse
 from hornbill.bus.recordings.writer import LogFormat, LogWriter
 from hornbill.errors import BusDisconnected, BusReadOnly, PortOpenFailed
@@ -287,19 +287,19 @@ def test_a_file_that_shows_no_frame_is_given_up_and_closed_when_it_does(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     path, go, closed = recording(tmp_path, frame(1)), threading.Event(), threading.Event()
-    begin, close = Recording.open, Recording.close
+    begin, close = LogReader.open, LogReader.close
 
-    def slowly(path: Path) -> Recording:
+    def slowly(path: Path) -> LogReader:
         go.wait(5)
         return begin(path)
 
-    def close_and_tell(one: Recording) -> None:
+    def close_and_tell(one: LogReader) -> None:
         close(one)
         closed.set()
 
     monkeypatch.setattr(replay, "OPEN_S", 0.05)
-    monkeypatch.setattr(Recording, "open", slowly)
-    monkeypatch.setattr(Recording, "close", close_and_tell)
+    monkeypatch.setattr(LogReader, "open", slowly)
+    monkeypatch.setattr(LogReader, "close", close_and_tell)
 
     async def open_it() -> None:
         with pytest.raises(PortOpenFailed, match=r"within 0.05 s"):

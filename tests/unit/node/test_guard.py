@@ -309,7 +309,7 @@ def test_a_refusal_says_what_is_refused_and_why(data: bytes, refused: str) -> No
     guarded, inner = port()
     with pytest.raises(ForbiddenParameter) as caught:
         guarded.send(raw_request(data))
-    assert (caught.value.detail, caught.value.facts) == (f"{refused} Nothing was sent.", {"cause": "guarded"})
+    assert (caught.value.detail, caught.value.facts) == (f"{refused} Nothing was sent.", {"cause": "write_forbidden"})
     assert inner.sent == []
 
 
@@ -403,7 +403,7 @@ def test_a_command_to_every_servo_is_refused(actuators: tuple[int, ...]) -> None
     with pytest.raises(OutOfRange) as caught:
         guarded.send(message(commands(*actuators)))
     assert inner.sent == []
-    assert caught.value.facts == {"minimum": 1, "maximum": 254, "unit": "", "requested": 255, "cause": "id_of_all"}
+    assert caught.value.facts == {"minimum": 1, "maximum": 254, "unit": "", "requested": 255, "cause": "broadcast_id"}
     assert caught.value.detail == "Actuator id 255 would move every servo on the bus. Use 1 to 254."
 
 
@@ -414,7 +414,7 @@ def test_a_command_to_id_0_is_refused_whatever_is_allowed(actuators: tuple[int, 
     with pytest.raises(OutOfRange) as caught:
         guarded.send(message(commands(*actuators)))
     assert inner.sent == []
-    assert caught.value.facts == {"minimum": 1, "maximum": 254, "unit": "", "requested": 0, "cause": "id_of_all_new"}
+    assert caught.value.facts == {"minimum": 1, "maximum": 254, "unit": "", "requested": 0, "cause": "unassigned_id"}
     assert caught.value.detail == (
         "Actuator id 0 is that of every servo without a servo id: all of them may move together. Give the "
         "servo an id (parameter 0x45), and use that: 1 to 254."

@@ -158,9 +158,9 @@ def test_another_node_with_our_id_is_counted_and_not_listened_to(caplog: pytest.
         twin.say_status(2)
         await asyncio.sleep(0.01)
         assert heard == []
-        assert HOST not in host.heard
+        assert HOST not in host.last_seen
         assert host.shared_id.frames == 2
-        assert host.shared_id.heard_at == pytest.approx(host.clock(), abs=0.02)
+        assert host.shared_id.last_seen == pytest.approx(host.clock(), abs=0.02)
         await host.close()
 
     run(play())
@@ -178,8 +178,8 @@ def test_it_knows_when_each_node_was_last_heard_whatever_it_said() -> None:
             split(Transfer(Kind.MESSAGE, 1, 0, 0, 24, 0, b"\1abcdef"), AllocationMessage.TYPE)  # anonymous
         )
         await asyncio.sleep(1)
-        assert list(host.heard) == [42]
-        assert host.heard[42] == pytest.approx(host.clock() - 1, abs=0.01)
+        assert list(host.last_seen) == [42]
+        assert host.last_seen[42] == pytest.approx(host.clock() - 1, abs=0.01)
         await host.close()
 
     run(play())
@@ -236,7 +236,7 @@ def test_after_closing_frames_are_not_listened_to() -> None:
         host.start()
         await host.close()
         port.deliver(split(Transfer(Kind.MESSAGE, 341, 42, 0, 16, 0, bytes(7)), NodeStatus.TYPE))
-        assert host.heard == {}
+        assert host.last_seen == {}
         assert not port.closed
 
     run(play())

@@ -34,40 +34,40 @@ def test_what_it_says_tells_which_program_it_is(
 ) -> None:
     it = SharedNodeId(HOST)
     told: list[float] = []
-    it.on_heard.append(told.append)
-    it.hear(frames, 5.0)
+    it.on_seen.append(told.append)
+    it.receive(frames, 5.0)
     assert (it.frames, it.requests, it.is_makers_program, it.allocates) == (len(frames), requests, makers, allocates)
-    assert (it.heard_at, told) == (5.0, [5.0])
+    assert (it.last_seen, told) == (5.0, [5.0])
 
 
 def test_a_program_is_what_says_several_things_within_seconds_or_gives_node_ids() -> None:
     it = SharedNodeId(HOST)
     for second in (1.0, 2.0, 11.5):
-        it.hear([NODE_STATUS], second)
+        it.receive([NODE_STATUS], second)
         assert not it.is_program
-    it.hear([NODE_STATUS], 11.9)
+    it.receive([NODE_STATUS], 11.9)
     assert it.is_program
     giving = SharedNodeId(HOST)
-    giving.hear([ALLOCATION], 1.0)
+    giving.receive([ALLOCATION], 1.0)
     assert giving.is_program
 
 
 def test_a_frame_of_ours_that_comes_back_soon_is_not_one_of_another_program() -> None:
     it = SharedNodeId(HOST)
     it.sent([READ_BY_NAME], 1.0)
-    it.hear([READ_BY_NAME], 1.0 + ECHO_S - 0.1)
-    assert (it.frames, it.heard_at) == (0, None)
-    it.hear([READ_BY_NAME, WRITE_BEGINS], 1.0 + ECHO_S - 0.1)
+    it.receive([READ_BY_NAME], 1.0 + ECHO_S - 0.1)
+    assert (it.frames, it.last_seen) == (0, None)
+    it.receive([READ_BY_NAME, WRITE_BEGINS], 1.0 + ECHO_S - 0.1)
     assert it.frames == 1
-    it.hear([READ_BY_NAME], 1.0 + ECHO_S + 0.1)
+    it.receive([READ_BY_NAME], 1.0 + ECHO_S + 0.1)
     assert it.frames == 2
 
 
 @pytest.mark.parametrize("can_id", [0x0012347F, 0x1877947F | 0x80, 0x18FF15FF])
 def test_frames_of_data_types_that_nobody_knows_are_noise(can_id: int) -> None:
     it = SharedNodeId(HOST)
-    it.hear([Frame(can_id, bytes.fromhex("000030783243c5"))], 1.0)
-    assert (it.frames, it.heard_at) == (0, None)
+    it.receive([Frame(can_id, bytes.fromhex("000030783243c5"))], 1.0)
+    assert (it.frames, it.last_seen) == (0, None)
 
 
 @pytest.mark.parametrize(("address", "frames"), [("slcan:COM3", 1), ("file:morning.log", 0)])

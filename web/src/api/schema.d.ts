@@ -166,7 +166,7 @@ export interface paths {
         get?: never;
         /**
          * Set Allocator
-         * @description Give node ids unless somebody else does (on), never (off), or whoever else does (insist). It is kept.
+         * @description Give node ids unless somebody else does (on), never (off), or whoever else does (force). It is kept.
          *
          *     A mode given on the command line or in the environment counts again at the next start.
          */
@@ -846,7 +846,7 @@ export interface paths {
         };
         /**
          * Get Recorder
-         * @description How far the recorder reaches back, and the bundle it is about to write.
+         * @description How far the recorder reaches back, and the recording it is about to write.
          */
         get: operations["get_recorder"];
         put?: never;
@@ -857,7 +857,7 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
-    "/api/v1/recorder/bundles": {
+    "/api/v1/recorder/recordings": {
         parameters: {
             query?: never;
             header?: never;
@@ -865,26 +865,26 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * List Bundles
-         * @description The bundles in the data folder, the newest first. One is played with `PUT /bus`, address `bundle:NAME`.
+         * List Recordings
+         * @description The recordings in the data folder, the newest first. One is played with `PUT /bus`, address `recording:NAME`.
          */
-        get: operations["list_bundles"];
+        get: operations["list_recordings"];
         put?: never;
         /**
-         * Write Bundle
-         * @description Write a bundle of what happened lately, and of the ten seconds from now on.
+         * Write Recording
+         * @description Write a recording of what happened lately, and of the ten seconds from now on.
          *
          *     One that is pending already takes this in as a mark. Without `wait` the answer (202) is the recorder's state, and
-         *     the bundle is in the list once it is written; with it (201) the bundle.
+         *     the recording is in the list once it is written; with it (201) the recording.
          */
-        post: operations["write_bundle"];
+        post: operations["write_recording"];
         delete?: never;
         options?: never;
         head?: never;
         patch?: never;
         trace?: never;
     };
-    "/api/v1/recorder/bundles/{name}": {
+    "/api/v1/recorder/recordings/{name}": {
         parameters: {
             query?: never;
             header?: never;
@@ -892,27 +892,27 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * Download Bundle
+         * Download Recording
          * @description The file: a .zip that any machine opens, with frames in the form of `candump -l`.
          */
-        get: operations["download_bundle"];
+        get: operations["download_recording"];
         /**
-         * Add Bundle
-         * @description Bring a bundle of somebody else, at most 100 MB; a file that is none is refused, and nothing is kept of it.
+         * Add Recording
+         * @description Bring a recording of somebody else, at most 100 MB; a file that is none is refused, and nothing is kept of it.
          */
-        put: operations["add_bundle"];
+        put: operations["add_recording"];
         post?: never;
         /**
-         * Delete Bundle
-         * @description Remove a bundle from the data folder.
+         * Delete Recording
+         * @description Remove a recording from the data folder.
          */
-        delete: operations["delete_bundle"];
+        delete: operations["delete_recording"];
         options?: never;
         head?: never;
         patch?: never;
         trace?: never;
     };
-    "/api/v1/recorder/bundles/{name}/content": {
+    "/api/v1/recorder/recordings/{name}/content": {
         parameters: {
             query?: never;
             header?: never;
@@ -920,10 +920,10 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * Get Bundle
+         * Get Recording
          * @description What a page shows of it: what it is of, telemetry in columns, events and writes.
          */
-        get: operations["get_bundle"];
+        get: operations["get_recording"];
         put?: never;
         post?: never;
         delete?: never;
@@ -3137,11 +3137,11 @@ export interface components {
     schemas: {
         /**
          * About
-         * @description What a bundle is of. Times in seconds since 1970 UTC; `utc_offset` turns the writer's own clock into them.
+         * @description What a recording is of. Times in seconds since 1970 UTC; `utc_offset` turns the writer's own clock into them.
          */
         About: {
             /** @description Bus that was connected. Null if none was. */
-            bus: components["schemas"]["BundleBus"] | null;
+            bus: components["schemas"]["RecordedBus"] | null;
             /** @description Seconds since 1970 UTC. */
             ended_at: number;
             /**
@@ -3163,7 +3163,7 @@ export interface components {
             /** @description Revision of the parameter tables. */
             schema_revision: string;
             /** @description One entry per servo. */
-            servos: components["schemas"]["BundleServo"][];
+            servos: components["schemas"]["RecordedServo"][];
             /** @description Seconds since 1970 UTC. */
             started_at: number;
             /** @description One sentence for users. */
@@ -3299,13 +3299,13 @@ export interface components {
             pending: components["schemas"]["PendingAllocation"][];
         };
         /** @enum {string} */
-        AllocatorChoice: "on" | "off" | "insist";
+        AllocatorChoice: "on" | "off" | "force";
         /**
          * AllocatorMode
          * @description What the allocator shall do.
          */
         AllocatorMode: {
-            /** @description on: allocate node IDs; off: do not; insist: also beside another allocator. */
+            /** @description on: allocate node IDs; off: do not; force: also beside another allocator. */
             mode: components["schemas"]["AllocatorChoice"];
         };
         /**
@@ -3313,23 +3313,23 @@ export interface components {
          * @description What the node-id allocator is doing.
          */
         AllocatorState: {
+            /** @description Node ID of a competing allocator on this bus. Null if none. */
+            competing_node_id: number | null;
             /** @description Number of free node IDs. */
             free: number;
             /** @description Number of node IDs in the table. */
             granted: number;
-            /** @description Selected mode. insist: responds beside another allocator, too. */
+            /** @description Selected mode. force: responds beside another allocator, too. */
             mode: components["schemas"]["AllocatorChoice"];
-            /** @description another program uses hornbill's node id: unless told to insist, hornbill gives no node ids until a minute after its last frame */
+            /** @description another program uses hornbill's node id: unless set to force, hornbill gives no node ids until a minute after its last frame */
             own_id_shared: boolean;
             /** @description Number of nodes that request a node ID now. */
             pending: number;
-            /** @description Node ID of a competing allocator on this bus. Null if none. */
-            rival_node_id: number | null;
             /**
-             * @description standing_down: another allocator responds.
+             * @description standby: another allocator responds.
              * @enum {string}
              */
-            state: "on" | "off" | "standing_down";
+            state: "on" | "off" | "standby";
         };
         /** AngleBoostValue */
         AngleBoostValue: {
@@ -3548,143 +3548,6 @@ export interface components {
             revision: string | null;
         };
         /**
-         * Bundle
-         * @description A bundle in the data folder. `problem` says why one cannot be read; then little else is known of it.
-         */
-        Bundle: {
-            /** @description Time of its first trigger, seconds since 1970 UTC. */
-            at: number;
-            /** @description Size, bytes. */
-            bytes: number;
-            /** @description Triggers of the recording. */
-            marks: components["schemas"]["BundleMark"][];
-            /** @description File name. */
-            name: string;
-            /** @description Reason why the file cannot be read. Null if it can. */
-            problem: string | null;
-            problem_params: components["schemas"]["Params"];
-            /** @description Type of trigger. */
-            reason: components["schemas"]["MarkReason"] | null;
-            /** @description Duration, s. Null if the file cannot be read. */
-            seconds: number | null;
-            /** @description Start, seconds since 1970 UTC. Null if the file cannot be read. */
-            started_at: number | null;
-            /** @description One sentence for users. */
-            text: string;
-        };
-        /**
-         * BundleBus
-         * @description The bus that was connected: address as `PUT /bus` takes it, bit/s, our own node id.
-         */
-        BundleBus: {
-            /** @description INTERFACE:CHANNEL, as `PUT /bus` takes it. */
-            address: string;
-            /** @description Bit rate, bit/s. */
-            bitrate: number;
-            /** @description Node ID, 1 to 127. */
-            node_id: number;
-        };
-        /**
-         * BundleContent
-         * @description What a page shows of a bundle. Its frames are played: `PUT /bus` with address `bundle:NAME`.
-         */
-        BundleContent: {
-            about: components["schemas"]["About"];
-            /** @description false if there is more telemetry than that. */
-            complete: boolean;
-            /** @description Events during the recording. */
-            events: {
-                [key: string]: unknown;
-            }[];
-            /** @description Telemetry, at most 500,000 samples. */
-            telemetry: components["schemas"]["Columns"][];
-            /** @description Writes during the recording. */
-            writes: {
-                [key: string]: string;
-            }[];
-        };
-        /**
-         * BundleMark
-         * @description A moment for which a bundle was, or will be, written.
-         */
-        BundleMark: {
-            /** @description Time of the trigger, seconds since 1970 UTC. */
-            at: number;
-            params: components["schemas"]["Params"];
-            /** @description Type of trigger. */
-            reason: components["schemas"]["MarkReason"];
-            /** @description One sentence for users. */
-            text: string;
-            /** @description Unique ID of the servo, 32 hex digits. Null if it concerns none. */
-            uid: string | null;
-        };
-        /**
-         * BundleReading
-         * @description One register as last read before the first mark; `at` in seconds since 1970 UTC.
-         */
-        BundleReading: {
-            /** @description Time of the read, seconds since 1970 UTC. Null if unknown. */
-            at: number | null;
-            /** @description Integer on the wire. */
-            raw: number;
-            /** @description Unit of the value. Empty if none. */
-            unit: string;
-            /** @description Engineering value or choice key. */
-            value: boolean | number | string | null;
-        };
-        /**
-         * BundleRequest
-         * @description What to write a bundle for.
-         */
-        BundleRequest: {
-            /** @description Time to cover before now, s. Null for the configured time. */
-            before_s?: number | null;
-            /**
-             * @description Reason, shown to users and used in the file name.
-             * @default By hand.
-             */
-            reason?: string;
-        };
-        /**
-         * BundleServo
-         * @description One servo as it was known at the first mark.
-         */
-        BundleServo: {
-            /** @description Firmware version as read from 0x52, raw. Null if unknown. */
-            firmware: number | null;
-            /** @description Hardware version from GetNodeInfo. Null if unknown. */
-            hardware_version: number | null;
-            /** @description Nickname. Empty if none. */
-            label: string;
-            /** @description Model number as read from the servo. */
-            model_number: number | null;
-            /** @description Node name from GetNodeInfo. */
-            name: string;
-            /** @description Node ID, 1 to 127. Null if none. */
-            node_id: number | null;
-            /** @description Production date as the servo reports it. Null if unknown. */
-            production_date: string | null;
-            /** @description Last known values in RAM, by key. */
-            readings: {
-                [key: string]: components["schemas"]["BundleReading"];
-            };
-            /**
-             * @description Last known values in ROM, by key.
-             * @default {}
-             */
-            rom: {
-                [key: string]: number;
-            };
-            /** @description Product number as read from the servo. Null if unknown. */
-            serial_number: number | null;
-            /** @description Operating state. */
-            state: string;
-            /** @description Display name. */
-            title: string;
-            /** @description Unique ID of the servo, 32 hex digits. */
-            uid: string;
-        };
-        /**
          * Burst
          * @description Commands that leave together, in one ArrayCommand for up to 15 servos. Needs a lease.
          */
@@ -3809,7 +3672,7 @@ export interface components {
              * @example socketcan:can0
              * @example slcan:/dev/ttyACM0
              * @example file:recording.log
-             * @example bundle:NAME.zip
+             * @example recording:NAME.zip
              */
             address: string;
             /**
@@ -3893,7 +3756,7 @@ export interface components {
              * @description Result. planned: of a dry run, or torque_mode on, which the following save writes.
              * @enum {string}
              */
-            verdict: "planned" | "applied" | "clamped" | "refused" | "no_answer" | "unchanged" | "rolled_back";
+            verdict: "planned" | "applied" | "clamped" | "refused" | "no_response" | "unchanged" | "rolled_back";
         };
         /** @enum {string} */
         ChangeOutcome: "applied" | "rolled_back" | "planned";
@@ -4427,7 +4290,7 @@ export interface components {
             uid: string | null;
         };
         /** @enum {string} */
-        EventCode: "connected" | "disconnected" | "bus_lost" | "bus_trouble" | "bus_back" | "sample_point" | "allocator_mode" | "allocated" | "node_ids_freed" | "node_id_recycled" | "no_node_id" | "second_allocator" | "second_allocator_gone" | "own_node_id" | "own_node_id_alone" | "ready" | "offline" | "restarted" | "fault" | "fault_cleared" | "hunting" | "hunting_ended" | "saturated" | "saturated_ended" | "turns_lost" | "drift" | "ram_values_lost" | "position_unit" | "not_rolled_back" | "not_restored" | "lease_asked" | "lease_withdrawn" | "lease_refused" | "lease_passed" | "lease_forced" | "lease_ended" | "hold_ended" | "move_ended" | "stream_ended" | "let_go" | "stopped" | "stopped_late" | "stop_cleared" | "no_answer" | "torque_off" | "bundle_written" | "bundle_failed" | "bundles_dropped" | "log_started" | "log_stopped" | "log_full" | "log_failed" | "store_failed";
+        EventCode: "connected" | "disconnected" | "bus_lost" | "bus_trouble" | "bus_back" | "sample_point" | "allocator_mode" | "allocated" | "node_ids_freed" | "node_id_recycled" | "no_node_id" | "second_allocator" | "second_allocator_gone" | "own_node_id" | "own_node_id_alone" | "ready" | "offline" | "restarted" | "fault" | "fault_cleared" | "hunting" | "hunting_ended" | "saturated" | "saturated_ended" | "turns_lost" | "drift" | "ram_values_lost" | "position_unit" | "not_rolled_back" | "not_restored" | "lease_asked" | "lease_withdrawn" | "lease_refused" | "lease_passed" | "lease_forced" | "lease_ended" | "hold_ended" | "move_ended" | "stream_ended" | "let_go" | "stopped" | "stopped_late" | "stop_cleared" | "no_response" | "torque_off" | "recording_written" | "recording_failed" | "recordings_deleted" | "log_started" | "log_stopped" | "log_full" | "log_failed" | "store_failed";
         /**
          * EventMessage
          * @description Something happened, in one plain sentence.
@@ -5377,7 +5240,7 @@ export interface components {
         };
         /**
          * Mark
-         * @description A moment for which the bundle was written; `at` in seconds since 1970 UTC.
+         * @description A moment for which the recording was written; `at` in seconds since 1970 UTC.
          */
         Mark: {
             /** @description Seconds since 1970 UTC. */
@@ -5391,7 +5254,7 @@ export interface components {
             uid: string | null;
         };
         /** @enum {string} */
-        MarkReason: "failure" | "stop" | "lost" | "bus_lost" | "by_hand";
+        MarkReason: "failure" | "stop" | "lost" | "bus_lost" | "manual";
         /** @enum {string} */
         MotionCode: "turns" | "turn_count";
         /**
@@ -5908,12 +5771,12 @@ export interface components {
             waiting_s: number;
         };
         /**
-         * PendingBundle
-         * @description A bundle that still takes in what happens.
+         * PendingRecording
+         * @description A recording that still takes in what happens.
          */
-        PendingBundle: {
+        PendingRecording: {
             /** @description Triggers of the recording. */
-            marks: components["schemas"]["BundleMark"][];
+            marks: components["schemas"]["RecordingMark"][];
             /** @description Time until it is written, s. */
             ready_in_s: number;
             /** @description Type of trigger. */
@@ -6286,7 +6149,72 @@ export interface components {
             voltage_limit_upper?: components["schemas"]["NumberReading"];
         };
         /** @enum {string} */
-        ReasonCode: "by_hand" | "saving" | "factory_reset" | "drift_undone" | "change" | "commissioning" | "matrix" | "profile" | "restore";
+        ReasonCode: "manual" | "saving" | "factory_reset" | "drift_undone" | "change" | "commissioning" | "matrix" | "profile" | "restore";
+        /**
+         * RecordedBus
+         * @description The bus that was connected: address as `PUT /bus` takes it, bit/s, our own node id.
+         */
+        RecordedBus: {
+            /** @description INTERFACE:CHANNEL, as `PUT /bus` takes it. */
+            address: string;
+            /** @description Bit rate, bit/s. */
+            bitrate: number;
+            /** @description Node ID, 1 to 127. */
+            node_id: number;
+        };
+        /**
+         * RecordedReading
+         * @description One register as last read before the first mark; `at` in seconds since 1970 UTC.
+         */
+        RecordedReading: {
+            /** @description Time of the read, seconds since 1970 UTC. Null if unknown. */
+            at: number | null;
+            /** @description Integer on the wire. */
+            raw: number;
+            /** @description Unit of the value. Empty if none. */
+            unit: string;
+            /** @description Engineering value or choice key. */
+            value: boolean | number | string | null;
+        };
+        /**
+         * RecordedServo
+         * @description One servo as it was known at the first mark.
+         */
+        RecordedServo: {
+            /** @description Firmware version as read from 0x52, raw. Null if unknown. */
+            firmware: number | null;
+            /** @description Hardware version from GetNodeInfo. Null if unknown. */
+            hardware_version: number | null;
+            /** @description Nickname. Empty if none. */
+            label: string;
+            /** @description Model number as read from the servo. */
+            model_number: number | null;
+            /** @description Node name from GetNodeInfo. */
+            name: string;
+            /** @description Node ID, 1 to 127. Null if none. */
+            node_id: number | null;
+            /** @description Production date as the servo reports it. Null if unknown. */
+            production_date: string | null;
+            /** @description Last known values in RAM, by key. */
+            readings: {
+                [key: string]: components["schemas"]["RecordedReading"];
+            };
+            /**
+             * @description Last known values in ROM, by key.
+             * @default {}
+             */
+            rom: {
+                [key: string]: number;
+            };
+            /** @description Product number as read from the servo. Null if unknown. */
+            serial_number: number | null;
+            /** @description Operating state. */
+            state: string;
+            /** @description Display name. */
+            title: string;
+            /** @description Unique ID of the servo, 32 hex digits. */
+            uid: string;
+        };
         /**
          * RecorderState
          * @description The recorder of the last ten minutes; it needs no starting.
@@ -6299,11 +6227,83 @@ export interface components {
             /** @description Number of CAN frames. */
             frames: number;
             /** @description Recording that is not complete yet. Null if none. */
-            pending: components["schemas"]["PendingBundle"] | null;
+            pending: components["schemas"]["PendingRecording"] | null;
             /** @description Time span recorded, s. Less than 600 after a start or if memory is full. */
             reach_s: number;
             /** @description false while a recording is played. */
             recording: boolean;
+        };
+        /**
+         * Recording
+         * @description A recording in the data folder. `problem` says why one cannot be read; then little else is known of it.
+         */
+        Recording: {
+            /** @description Time of its first trigger, seconds since 1970 UTC. */
+            at: number;
+            /** @description Size, bytes. */
+            bytes: number;
+            /** @description Triggers of the recording. */
+            marks: components["schemas"]["RecordingMark"][];
+            /** @description File name. */
+            name: string;
+            /** @description Reason why the file cannot be read. Null if it can. */
+            problem: string | null;
+            problem_params: components["schemas"]["Params"];
+            /** @description Type of trigger. */
+            reason: components["schemas"]["MarkReason"] | null;
+            /** @description Duration, s. Null if the file cannot be read. */
+            seconds: number | null;
+            /** @description Start, seconds since 1970 UTC. Null if the file cannot be read. */
+            started_at: number | null;
+            /** @description One sentence for users. */
+            text: string;
+        };
+        /**
+         * RecordingContent
+         * @description What a page shows of a recording. Its frames are played: `PUT /bus` with address `recording:NAME`.
+         */
+        RecordingContent: {
+            about: components["schemas"]["About"];
+            /** @description false if there is more telemetry than that. */
+            complete: boolean;
+            /** @description Events during the recording. */
+            events: {
+                [key: string]: unknown;
+            }[];
+            /** @description Telemetry, at most 500,000 samples. */
+            telemetry: components["schemas"]["Columns"][];
+            /** @description Writes during the recording. */
+            writes: {
+                [key: string]: string;
+            }[];
+        };
+        /**
+         * RecordingMark
+         * @description A moment for which a recording was, or will be, written.
+         */
+        RecordingMark: {
+            /** @description Time of the trigger, seconds since 1970 UTC. */
+            at: number;
+            params: components["schemas"]["Params"];
+            /** @description Type of trigger. */
+            reason: components["schemas"]["MarkReason"];
+            /** @description One sentence for users. */
+            text: string;
+            /** @description Unique ID of the servo, 32 hex digits. Null if it concerns none. */
+            uid: string | null;
+        };
+        /**
+         * RecordingRequest
+         * @description What to write a recording for.
+         */
+        RecordingRequest: {
+            /** @description Time to cover before now, s. Null for the configured time. */
+            before_s?: number | null;
+            /**
+             * @description Reason, shown to users and used in the file name.
+             * @default Manual.
+             */
+            reason?: string;
         };
         /**
          * Recycle
@@ -6889,7 +6889,7 @@ export interface components {
             model: string | null;
             /** @description Reason for the snapshot. */
             reason: string;
-            /** @description Code of the reason: `by_hand`, or the operation that it preceded. Null for a user's own words. */
+            /** @description Code of the reason: `manual`, or the operation that it preceded. Null for a user's own words. */
             reason_code: components["schemas"]["ReasonCode"] | null;
             reason_params: components["schemas"]["Params"];
             /** @description Values known to be in ROM, by key. */
@@ -8003,8 +8003,8 @@ export interface components {
                 "application/problem+json": components["schemas"]["Problem"];
             };
         };
-        /** @description `no_answer` */
-        no_answer: {
+        /** @description `no_response` */
+        no_response: {
             headers: {
                 [name: string]: unknown;
             };
@@ -8646,7 +8646,7 @@ export interface operations {
             500: components["responses"]["Problem"];
             502: components["responses"]["refused_by_servo"];
             503: components["responses"]["bus_disconnected"];
-            504: components["responses"]["no_answer"];
+            504: components["responses"]["no_response"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -8702,7 +8702,7 @@ export interface operations {
             /** @description `interrupted`, `store_failed` */
             500: components["responses"]["Problem"];
             503: components["responses"]["bus_disconnected"];
-            504: components["responses"]["no_answer"];
+            504: components["responses"]["no_response"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -8755,7 +8755,7 @@ export interface operations {
             /** @description `unknown_servo`, `unknown_snapshot`, `unknown_profile` */
             404: components["responses"]["Problem"];
             422: components["responses"]["invalid_value"];
-            504: components["responses"]["no_answer"];
+            504: components["responses"]["no_response"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -9575,7 +9575,7 @@ export interface operations {
             422: components["responses"]["Problem"];
             500: components["responses"]["store_failed"];
             503: components["responses"]["bus_disconnected"];
-            504: components["responses"]["no_answer"];
+            504: components["responses"]["no_response"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -9761,7 +9761,7 @@ export interface operations {
             default: components["responses"]["CommonProblem"];
         };
     };
-    list_bundles: {
+    list_recordings: {
         parameters: {
             query?: never;
             header?: never;
@@ -9776,13 +9776,13 @@ export interface operations {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["Bundle"][];
+                    "application/json": components["schemas"]["Recording"][];
                 };
             };
             default: components["responses"]["CommonProblem"];
         };
     };
-    write_bundle: {
+    write_recording: {
         parameters: {
             query?: {
                 /** @description Wait until the file is written. */
@@ -9800,7 +9800,7 @@ export interface operations {
         };
         requestBody?: {
             content: {
-                "application/json": components["schemas"]["BundleRequest"] | null;
+                "application/json": components["schemas"]["RecordingRequest"] | null;
             };
         };
         responses: {
@@ -9810,7 +9810,7 @@ export interface operations {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["Bundle"];
+                    "application/json": components["schemas"]["Recording"];
                 };
             };
             /** @description Successful Response */
@@ -9819,7 +9819,7 @@ export interface operations {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["RecorderState"] | components["schemas"]["Bundle"];
+                    "application/json": components["schemas"]["RecorderState"] | components["schemas"]["Recording"];
                 };
             };
             /** @description `busy` */
@@ -9831,12 +9831,12 @@ export interface operations {
             default: components["responses"]["CommonProblem"];
         };
     };
-    download_bundle: {
+    download_recording: {
         parameters: {
             query?: never;
             header?: never;
             path: {
-                /** @description File name, as in `GET /recorder/bundles`. */
+                /** @description File name, as in `GET /recorder/recordings`. */
                 name: string;
             };
             cookie?: never;
@@ -9852,18 +9852,18 @@ export interface operations {
                     "application/zip": unknown;
                 };
             };
-            /** @description `unknown_bundle` */
+            /** @description `unknown_recording` */
             404: components["responses"]["Problem"];
             422: components["responses"]["invalid_value"];
             default: components["responses"]["CommonProblem"];
         };
     };
-    add_bundle: {
+    add_recording: {
         parameters: {
             query?: never;
             header?: never;
             path: {
-                /** @description File name, as in `GET /recorder/bundles`. */
+                /** @description File name, as in `GET /recorder/recordings`. */
                 name: string;
             };
             cookie?: never;
@@ -9880,7 +9880,7 @@ export interface operations {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["Bundle"];
+                    "application/json": components["schemas"]["Recording"];
                 };
             };
             /** @description `invalid_value`, `out_of_range` */
@@ -9890,12 +9890,12 @@ export interface operations {
             default: components["responses"]["CommonProblem"];
         };
     };
-    delete_bundle: {
+    delete_recording: {
         parameters: {
             query?: never;
             header?: never;
             path: {
-                /** @description File name, as in `GET /recorder/bundles`. */
+                /** @description File name, as in `GET /recorder/recordings`. */
                 name: string;
             };
             cookie?: never;
@@ -9909,7 +9909,7 @@ export interface operations {
                 };
                 content?: never;
             };
-            /** @description `unknown_bundle` */
+            /** @description `unknown_recording` */
             404: components["responses"]["Problem"];
             422: components["responses"]["invalid_value"];
             /** @description `log_failed` */
@@ -9917,12 +9917,12 @@ export interface operations {
             default: components["responses"]["CommonProblem"];
         };
     };
-    get_bundle: {
+    get_recording: {
         parameters: {
             query?: never;
             header?: never;
             path: {
-                /** @description File name, as in `GET /recorder/bundles`. */
+                /** @description File name, as in `GET /recorder/recordings`. */
                 name: string;
             };
             cookie?: never;
@@ -9935,10 +9935,10 @@ export interface operations {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["BundleContent"];
+                    "application/json": components["schemas"]["RecordingContent"];
                 };
             };
-            /** @description `unknown_bundle` */
+            /** @description `unknown_recording` */
             404: components["responses"]["Problem"];
             422: components["responses"]["invalid_value"];
             /** @description `log_failed` */
@@ -10222,7 +10222,7 @@ export interface operations {
             422: components["responses"]["Problem"];
             502: components["responses"]["refused_by_servo"];
             503: components["responses"]["bus_disconnected"];
-            504: components["responses"]["no_answer"];
+            504: components["responses"]["no_response"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -10270,7 +10270,7 @@ export interface operations {
             500: components["responses"]["Problem"];
             502: components["responses"]["refused_by_servo"];
             503: components["responses"]["bus_disconnected"];
-            504: components["responses"]["no_answer"];
+            504: components["responses"]["no_response"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -10325,7 +10325,7 @@ export interface operations {
             /** @description `refused_by_servo`, `not_as_wanted` */
             502: components["responses"]["Problem"];
             503: components["responses"]["bus_disconnected"];
-            504: components["responses"]["no_answer"];
+            504: components["responses"]["no_response"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -10433,7 +10433,7 @@ export interface operations {
             /** @description `refused_by_servo`, `not_as_wanted` */
             502: components["responses"]["Problem"];
             503: components["responses"]["bus_disconnected"];
-            504: components["responses"]["no_answer"];
+            504: components["responses"]["no_response"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -10465,7 +10465,7 @@ export interface operations {
             409: components["responses"]["not_in_this_model"];
             422: components["responses"]["invalid_value"];
             503: components["responses"]["bus_disconnected"];
-            504: components["responses"]["no_answer"];
+            504: components["responses"]["no_response"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -10523,7 +10523,7 @@ export interface operations {
             /** @description `interrupted`, `store_failed` */
             500: components["responses"]["Problem"];
             503: components["responses"]["bus_disconnected"];
-            504: components["responses"]["no_answer"];
+            504: components["responses"]["no_response"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -10687,7 +10687,7 @@ export interface operations {
             /** @description `interrupted`, `store_failed` */
             500: components["responses"]["Problem"];
             503: components["responses"]["bus_disconnected"];
-            504: components["responses"]["no_answer"];
+            504: components["responses"]["no_response"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -10749,7 +10749,7 @@ export interface operations {
             422: components["responses"]["invalid_value"];
             502: components["responses"]["refused_by_servo"];
             503: components["responses"]["bus_disconnected"];
-            504: components["responses"]["no_answer"];
+            504: components["responses"]["no_response"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -10798,7 +10798,7 @@ export interface operations {
             /** @description `refused_by_servo`, `not_as_wanted` */
             502: components["responses"]["Problem"];
             503: components["responses"]["bus_disconnected"];
-            504: components["responses"]["no_answer"];
+            504: components["responses"]["no_response"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -10828,7 +10828,7 @@ export interface operations {
             422: components["responses"]["invalid_value"];
             502: components["responses"]["refused_by_servo"];
             503: components["responses"]["bus_disconnected"];
-            504: components["responses"]["no_answer"];
+            504: components["responses"]["no_response"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -10873,7 +10873,7 @@ export interface operations {
             /** @description `refused_by_servo`, `not_as_wanted` */
             502: components["responses"]["Problem"];
             503: components["responses"]["bus_disconnected"];
-            504: components["responses"]["no_answer"];
+            504: components["responses"]["no_response"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -10903,7 +10903,7 @@ export interface operations {
             422: components["responses"]["invalid_value"];
             502: components["responses"]["refused_by_servo"];
             503: components["responses"]["bus_disconnected"];
-            504: components["responses"]["no_answer"];
+            504: components["responses"]["no_response"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -10948,7 +10948,7 @@ export interface operations {
             /** @description `refused_by_servo`, `not_as_wanted` */
             502: components["responses"]["Problem"];
             503: components["responses"]["bus_disconnected"];
-            504: components["responses"]["no_answer"];
+            504: components["responses"]["no_response"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -10978,7 +10978,7 @@ export interface operations {
             422: components["responses"]["invalid_value"];
             502: components["responses"]["refused_by_servo"];
             503: components["responses"]["bus_disconnected"];
-            504: components["responses"]["no_answer"];
+            504: components["responses"]["no_response"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -11023,7 +11023,7 @@ export interface operations {
             /** @description `refused_by_servo`, `not_as_wanted` */
             502: components["responses"]["Problem"];
             503: components["responses"]["bus_disconnected"];
-            504: components["responses"]["no_answer"];
+            504: components["responses"]["no_response"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -11053,7 +11053,7 @@ export interface operations {
             422: components["responses"]["invalid_value"];
             502: components["responses"]["refused_by_servo"];
             503: components["responses"]["bus_disconnected"];
-            504: components["responses"]["no_answer"];
+            504: components["responses"]["no_response"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -11098,7 +11098,7 @@ export interface operations {
             /** @description `refused_by_servo`, `not_as_wanted` */
             502: components["responses"]["Problem"];
             503: components["responses"]["bus_disconnected"];
-            504: components["responses"]["no_answer"];
+            504: components["responses"]["no_response"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -11128,7 +11128,7 @@ export interface operations {
             422: components["responses"]["invalid_value"];
             502: components["responses"]["refused_by_servo"];
             503: components["responses"]["bus_disconnected"];
-            504: components["responses"]["no_answer"];
+            504: components["responses"]["no_response"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -11173,7 +11173,7 @@ export interface operations {
             /** @description `refused_by_servo`, `not_as_wanted` */
             502: components["responses"]["Problem"];
             503: components["responses"]["bus_disconnected"];
-            504: components["responses"]["no_answer"];
+            504: components["responses"]["no_response"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -11203,7 +11203,7 @@ export interface operations {
             422: components["responses"]["invalid_value"];
             502: components["responses"]["refused_by_servo"];
             503: components["responses"]["bus_disconnected"];
-            504: components["responses"]["no_answer"];
+            504: components["responses"]["no_response"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -11248,7 +11248,7 @@ export interface operations {
             /** @description `refused_by_servo`, `not_as_wanted` */
             502: components["responses"]["Problem"];
             503: components["responses"]["bus_disconnected"];
-            504: components["responses"]["no_answer"];
+            504: components["responses"]["no_response"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -11278,7 +11278,7 @@ export interface operations {
             422: components["responses"]["invalid_value"];
             502: components["responses"]["refused_by_servo"];
             503: components["responses"]["bus_disconnected"];
-            504: components["responses"]["no_answer"];
+            504: components["responses"]["no_response"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -11323,7 +11323,7 @@ export interface operations {
             /** @description `refused_by_servo`, `not_as_wanted` */
             502: components["responses"]["Problem"];
             503: components["responses"]["bus_disconnected"];
-            504: components["responses"]["no_answer"];
+            504: components["responses"]["no_response"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -11353,7 +11353,7 @@ export interface operations {
             422: components["responses"]["invalid_value"];
             502: components["responses"]["refused_by_servo"];
             503: components["responses"]["bus_disconnected"];
-            504: components["responses"]["no_answer"];
+            504: components["responses"]["no_response"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -11398,7 +11398,7 @@ export interface operations {
             /** @description `refused_by_servo`, `not_as_wanted` */
             502: components["responses"]["Problem"];
             503: components["responses"]["bus_disconnected"];
-            504: components["responses"]["no_answer"];
+            504: components["responses"]["no_response"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -11428,7 +11428,7 @@ export interface operations {
             422: components["responses"]["invalid_value"];
             502: components["responses"]["refused_by_servo"];
             503: components["responses"]["bus_disconnected"];
-            504: components["responses"]["no_answer"];
+            504: components["responses"]["no_response"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -11473,7 +11473,7 @@ export interface operations {
             /** @description `refused_by_servo`, `not_as_wanted` */
             502: components["responses"]["Problem"];
             503: components["responses"]["bus_disconnected"];
-            504: components["responses"]["no_answer"];
+            504: components["responses"]["no_response"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -11503,7 +11503,7 @@ export interface operations {
             422: components["responses"]["invalid_value"];
             502: components["responses"]["refused_by_servo"];
             503: components["responses"]["bus_disconnected"];
-            504: components["responses"]["no_answer"];
+            504: components["responses"]["no_response"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -11533,7 +11533,7 @@ export interface operations {
             422: components["responses"]["invalid_value"];
             502: components["responses"]["refused_by_servo"];
             503: components["responses"]["bus_disconnected"];
-            504: components["responses"]["no_answer"];
+            504: components["responses"]["no_response"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -11563,7 +11563,7 @@ export interface operations {
             422: components["responses"]["invalid_value"];
             502: components["responses"]["refused_by_servo"];
             503: components["responses"]["bus_disconnected"];
-            504: components["responses"]["no_answer"];
+            504: components["responses"]["no_response"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -11593,7 +11593,7 @@ export interface operations {
             422: components["responses"]["invalid_value"];
             502: components["responses"]["refused_by_servo"];
             503: components["responses"]["bus_disconnected"];
-            504: components["responses"]["no_answer"];
+            504: components["responses"]["no_response"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -11623,7 +11623,7 @@ export interface operations {
             422: components["responses"]["invalid_value"];
             502: components["responses"]["refused_by_servo"];
             503: components["responses"]["bus_disconnected"];
-            504: components["responses"]["no_answer"];
+            504: components["responses"]["no_response"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -11653,7 +11653,7 @@ export interface operations {
             422: components["responses"]["invalid_value"];
             502: components["responses"]["refused_by_servo"];
             503: components["responses"]["bus_disconnected"];
-            504: components["responses"]["no_answer"];
+            504: components["responses"]["no_response"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -11698,7 +11698,7 @@ export interface operations {
             /** @description `refused_by_servo`, `not_as_wanted` */
             502: components["responses"]["Problem"];
             503: components["responses"]["bus_disconnected"];
-            504: components["responses"]["no_answer"];
+            504: components["responses"]["no_response"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -11728,7 +11728,7 @@ export interface operations {
             422: components["responses"]["invalid_value"];
             502: components["responses"]["refused_by_servo"];
             503: components["responses"]["bus_disconnected"];
-            504: components["responses"]["no_answer"];
+            504: components["responses"]["no_response"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -11758,7 +11758,7 @@ export interface operations {
             422: components["responses"]["invalid_value"];
             502: components["responses"]["refused_by_servo"];
             503: components["responses"]["bus_disconnected"];
-            504: components["responses"]["no_answer"];
+            504: components["responses"]["no_response"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -11788,7 +11788,7 @@ export interface operations {
             422: components["responses"]["invalid_value"];
             502: components["responses"]["refused_by_servo"];
             503: components["responses"]["bus_disconnected"];
-            504: components["responses"]["no_answer"];
+            504: components["responses"]["no_response"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -11818,7 +11818,7 @@ export interface operations {
             422: components["responses"]["invalid_value"];
             502: components["responses"]["refused_by_servo"];
             503: components["responses"]["bus_disconnected"];
-            504: components["responses"]["no_answer"];
+            504: components["responses"]["no_response"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -11848,7 +11848,7 @@ export interface operations {
             422: components["responses"]["invalid_value"];
             502: components["responses"]["refused_by_servo"];
             503: components["responses"]["bus_disconnected"];
-            504: components["responses"]["no_answer"];
+            504: components["responses"]["no_response"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -11878,7 +11878,7 @@ export interface operations {
             422: components["responses"]["invalid_value"];
             502: components["responses"]["refused_by_servo"];
             503: components["responses"]["bus_disconnected"];
-            504: components["responses"]["no_answer"];
+            504: components["responses"]["no_response"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -11908,7 +11908,7 @@ export interface operations {
             422: components["responses"]["invalid_value"];
             502: components["responses"]["refused_by_servo"];
             503: components["responses"]["bus_disconnected"];
-            504: components["responses"]["no_answer"];
+            504: components["responses"]["no_response"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -11938,7 +11938,7 @@ export interface operations {
             422: components["responses"]["invalid_value"];
             502: components["responses"]["refused_by_servo"];
             503: components["responses"]["bus_disconnected"];
-            504: components["responses"]["no_answer"];
+            504: components["responses"]["no_response"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -11983,7 +11983,7 @@ export interface operations {
             /** @description `refused_by_servo`, `not_as_wanted` */
             502: components["responses"]["Problem"];
             503: components["responses"]["bus_disconnected"];
-            504: components["responses"]["no_answer"];
+            504: components["responses"]["no_response"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -12013,7 +12013,7 @@ export interface operations {
             422: components["responses"]["invalid_value"];
             502: components["responses"]["refused_by_servo"];
             503: components["responses"]["bus_disconnected"];
-            504: components["responses"]["no_answer"];
+            504: components["responses"]["no_response"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -12058,7 +12058,7 @@ export interface operations {
             /** @description `refused_by_servo`, `not_as_wanted` */
             502: components["responses"]["Problem"];
             503: components["responses"]["bus_disconnected"];
-            504: components["responses"]["no_answer"];
+            504: components["responses"]["no_response"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -12088,7 +12088,7 @@ export interface operations {
             422: components["responses"]["invalid_value"];
             502: components["responses"]["refused_by_servo"];
             503: components["responses"]["bus_disconnected"];
-            504: components["responses"]["no_answer"];
+            504: components["responses"]["no_response"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -12133,7 +12133,7 @@ export interface operations {
             /** @description `refused_by_servo`, `not_as_wanted` */
             502: components["responses"]["Problem"];
             503: components["responses"]["bus_disconnected"];
-            504: components["responses"]["no_answer"];
+            504: components["responses"]["no_response"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -12163,7 +12163,7 @@ export interface operations {
             422: components["responses"]["invalid_value"];
             502: components["responses"]["refused_by_servo"];
             503: components["responses"]["bus_disconnected"];
-            504: components["responses"]["no_answer"];
+            504: components["responses"]["no_response"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -12193,7 +12193,7 @@ export interface operations {
             422: components["responses"]["invalid_value"];
             502: components["responses"]["refused_by_servo"];
             503: components["responses"]["bus_disconnected"];
-            504: components["responses"]["no_answer"];
+            504: components["responses"]["no_response"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -12223,7 +12223,7 @@ export interface operations {
             422: components["responses"]["invalid_value"];
             502: components["responses"]["refused_by_servo"];
             503: components["responses"]["bus_disconnected"];
-            504: components["responses"]["no_answer"];
+            504: components["responses"]["no_response"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -12253,7 +12253,7 @@ export interface operations {
             422: components["responses"]["invalid_value"];
             502: components["responses"]["refused_by_servo"];
             503: components["responses"]["bus_disconnected"];
-            504: components["responses"]["no_answer"];
+            504: components["responses"]["no_response"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -12283,7 +12283,7 @@ export interface operations {
             422: components["responses"]["invalid_value"];
             502: components["responses"]["refused_by_servo"];
             503: components["responses"]["bus_disconnected"];
-            504: components["responses"]["no_answer"];
+            504: components["responses"]["no_response"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -12313,7 +12313,7 @@ export interface operations {
             422: components["responses"]["invalid_value"];
             502: components["responses"]["refused_by_servo"];
             503: components["responses"]["bus_disconnected"];
-            504: components["responses"]["no_answer"];
+            504: components["responses"]["no_response"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -12343,7 +12343,7 @@ export interface operations {
             422: components["responses"]["invalid_value"];
             502: components["responses"]["refused_by_servo"];
             503: components["responses"]["bus_disconnected"];
-            504: components["responses"]["no_answer"];
+            504: components["responses"]["no_response"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -12388,7 +12388,7 @@ export interface operations {
             /** @description `refused_by_servo`, `not_as_wanted` */
             502: components["responses"]["Problem"];
             503: components["responses"]["bus_disconnected"];
-            504: components["responses"]["no_answer"];
+            504: components["responses"]["no_response"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -12418,7 +12418,7 @@ export interface operations {
             422: components["responses"]["invalid_value"];
             502: components["responses"]["refused_by_servo"];
             503: components["responses"]["bus_disconnected"];
-            504: components["responses"]["no_answer"];
+            504: components["responses"]["no_response"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -12463,7 +12463,7 @@ export interface operations {
             /** @description `refused_by_servo`, `not_as_wanted` */
             502: components["responses"]["Problem"];
             503: components["responses"]["bus_disconnected"];
-            504: components["responses"]["no_answer"];
+            504: components["responses"]["no_response"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -12493,7 +12493,7 @@ export interface operations {
             422: components["responses"]["invalid_value"];
             502: components["responses"]["refused_by_servo"];
             503: components["responses"]["bus_disconnected"];
-            504: components["responses"]["no_answer"];
+            504: components["responses"]["no_response"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -12538,7 +12538,7 @@ export interface operations {
             /** @description `refused_by_servo`, `not_as_wanted` */
             502: components["responses"]["Problem"];
             503: components["responses"]["bus_disconnected"];
-            504: components["responses"]["no_answer"];
+            504: components["responses"]["no_response"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -12568,7 +12568,7 @@ export interface operations {
             422: components["responses"]["invalid_value"];
             502: components["responses"]["refused_by_servo"];
             503: components["responses"]["bus_disconnected"];
-            504: components["responses"]["no_answer"];
+            504: components["responses"]["no_response"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -12613,7 +12613,7 @@ export interface operations {
             /** @description `refused_by_servo`, `not_as_wanted` */
             502: components["responses"]["Problem"];
             503: components["responses"]["bus_disconnected"];
-            504: components["responses"]["no_answer"];
+            504: components["responses"]["no_response"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -12643,7 +12643,7 @@ export interface operations {
             422: components["responses"]["invalid_value"];
             502: components["responses"]["refused_by_servo"];
             503: components["responses"]["bus_disconnected"];
-            504: components["responses"]["no_answer"];
+            504: components["responses"]["no_response"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -12688,7 +12688,7 @@ export interface operations {
             /** @description `refused_by_servo`, `not_as_wanted` */
             502: components["responses"]["Problem"];
             503: components["responses"]["bus_disconnected"];
-            504: components["responses"]["no_answer"];
+            504: components["responses"]["no_response"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -12718,7 +12718,7 @@ export interface operations {
             422: components["responses"]["invalid_value"];
             502: components["responses"]["refused_by_servo"];
             503: components["responses"]["bus_disconnected"];
-            504: components["responses"]["no_answer"];
+            504: components["responses"]["no_response"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -12763,7 +12763,7 @@ export interface operations {
             /** @description `refused_by_servo`, `not_as_wanted` */
             502: components["responses"]["Problem"];
             503: components["responses"]["bus_disconnected"];
-            504: components["responses"]["no_answer"];
+            504: components["responses"]["no_response"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -12793,7 +12793,7 @@ export interface operations {
             422: components["responses"]["invalid_value"];
             502: components["responses"]["refused_by_servo"];
             503: components["responses"]["bus_disconnected"];
-            504: components["responses"]["no_answer"];
+            504: components["responses"]["no_response"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -12838,7 +12838,7 @@ export interface operations {
             /** @description `refused_by_servo`, `not_as_wanted` */
             502: components["responses"]["Problem"];
             503: components["responses"]["bus_disconnected"];
-            504: components["responses"]["no_answer"];
+            504: components["responses"]["no_response"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -12868,7 +12868,7 @@ export interface operations {
             422: components["responses"]["invalid_value"];
             502: components["responses"]["refused_by_servo"];
             503: components["responses"]["bus_disconnected"];
-            504: components["responses"]["no_answer"];
+            504: components["responses"]["no_response"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -12913,7 +12913,7 @@ export interface operations {
             /** @description `refused_by_servo`, `not_as_wanted` */
             502: components["responses"]["Problem"];
             503: components["responses"]["bus_disconnected"];
-            504: components["responses"]["no_answer"];
+            504: components["responses"]["no_response"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -12943,7 +12943,7 @@ export interface operations {
             422: components["responses"]["invalid_value"];
             502: components["responses"]["refused_by_servo"];
             503: components["responses"]["bus_disconnected"];
-            504: components["responses"]["no_answer"];
+            504: components["responses"]["no_response"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -12988,7 +12988,7 @@ export interface operations {
             /** @description `refused_by_servo`, `not_as_wanted` */
             502: components["responses"]["Problem"];
             503: components["responses"]["bus_disconnected"];
-            504: components["responses"]["no_answer"];
+            504: components["responses"]["no_response"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -13018,7 +13018,7 @@ export interface operations {
             422: components["responses"]["invalid_value"];
             502: components["responses"]["refused_by_servo"];
             503: components["responses"]["bus_disconnected"];
-            504: components["responses"]["no_answer"];
+            504: components["responses"]["no_response"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -13063,7 +13063,7 @@ export interface operations {
             /** @description `refused_by_servo`, `not_as_wanted` */
             502: components["responses"]["Problem"];
             503: components["responses"]["bus_disconnected"];
-            504: components["responses"]["no_answer"];
+            504: components["responses"]["no_response"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -13093,7 +13093,7 @@ export interface operations {
             422: components["responses"]["invalid_value"];
             502: components["responses"]["refused_by_servo"];
             503: components["responses"]["bus_disconnected"];
-            504: components["responses"]["no_answer"];
+            504: components["responses"]["no_response"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -13138,7 +13138,7 @@ export interface operations {
             /** @description `refused_by_servo`, `not_as_wanted` */
             502: components["responses"]["Problem"];
             503: components["responses"]["bus_disconnected"];
-            504: components["responses"]["no_answer"];
+            504: components["responses"]["no_response"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -13168,7 +13168,7 @@ export interface operations {
             422: components["responses"]["invalid_value"];
             502: components["responses"]["refused_by_servo"];
             503: components["responses"]["bus_disconnected"];
-            504: components["responses"]["no_answer"];
+            504: components["responses"]["no_response"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -13213,7 +13213,7 @@ export interface operations {
             /** @description `refused_by_servo`, `not_as_wanted` */
             502: components["responses"]["Problem"];
             503: components["responses"]["bus_disconnected"];
-            504: components["responses"]["no_answer"];
+            504: components["responses"]["no_response"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -13243,7 +13243,7 @@ export interface operations {
             422: components["responses"]["invalid_value"];
             502: components["responses"]["refused_by_servo"];
             503: components["responses"]["bus_disconnected"];
-            504: components["responses"]["no_answer"];
+            504: components["responses"]["no_response"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -13288,7 +13288,7 @@ export interface operations {
             /** @description `refused_by_servo`, `not_as_wanted` */
             502: components["responses"]["Problem"];
             503: components["responses"]["bus_disconnected"];
-            504: components["responses"]["no_answer"];
+            504: components["responses"]["no_response"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -13318,7 +13318,7 @@ export interface operations {
             422: components["responses"]["invalid_value"];
             502: components["responses"]["refused_by_servo"];
             503: components["responses"]["bus_disconnected"];
-            504: components["responses"]["no_answer"];
+            504: components["responses"]["no_response"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -13363,7 +13363,7 @@ export interface operations {
             /** @description `refused_by_servo`, `not_as_wanted` */
             502: components["responses"]["Problem"];
             503: components["responses"]["bus_disconnected"];
-            504: components["responses"]["no_answer"];
+            504: components["responses"]["no_response"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -13393,7 +13393,7 @@ export interface operations {
             422: components["responses"]["invalid_value"];
             502: components["responses"]["refused_by_servo"];
             503: components["responses"]["bus_disconnected"];
-            504: components["responses"]["no_answer"];
+            504: components["responses"]["no_response"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -13438,7 +13438,7 @@ export interface operations {
             /** @description `refused_by_servo`, `not_as_wanted` */
             502: components["responses"]["Problem"];
             503: components["responses"]["bus_disconnected"];
-            504: components["responses"]["no_answer"];
+            504: components["responses"]["no_response"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -13468,7 +13468,7 @@ export interface operations {
             422: components["responses"]["invalid_value"];
             502: components["responses"]["refused_by_servo"];
             503: components["responses"]["bus_disconnected"];
-            504: components["responses"]["no_answer"];
+            504: components["responses"]["no_response"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -13513,7 +13513,7 @@ export interface operations {
             /** @description `refused_by_servo`, `not_as_wanted` */
             502: components["responses"]["Problem"];
             503: components["responses"]["bus_disconnected"];
-            504: components["responses"]["no_answer"];
+            504: components["responses"]["no_response"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -13543,7 +13543,7 @@ export interface operations {
             422: components["responses"]["invalid_value"];
             502: components["responses"]["refused_by_servo"];
             503: components["responses"]["bus_disconnected"];
-            504: components["responses"]["no_answer"];
+            504: components["responses"]["no_response"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -13588,7 +13588,7 @@ export interface operations {
             /** @description `refused_by_servo`, `not_as_wanted` */
             502: components["responses"]["Problem"];
             503: components["responses"]["bus_disconnected"];
-            504: components["responses"]["no_answer"];
+            504: components["responses"]["no_response"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -13618,7 +13618,7 @@ export interface operations {
             422: components["responses"]["invalid_value"];
             502: components["responses"]["refused_by_servo"];
             503: components["responses"]["bus_disconnected"];
-            504: components["responses"]["no_answer"];
+            504: components["responses"]["no_response"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -13663,7 +13663,7 @@ export interface operations {
             /** @description `refused_by_servo`, `not_as_wanted` */
             502: components["responses"]["Problem"];
             503: components["responses"]["bus_disconnected"];
-            504: components["responses"]["no_answer"];
+            504: components["responses"]["no_response"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -13693,7 +13693,7 @@ export interface operations {
             422: components["responses"]["invalid_value"];
             502: components["responses"]["refused_by_servo"];
             503: components["responses"]["bus_disconnected"];
-            504: components["responses"]["no_answer"];
+            504: components["responses"]["no_response"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -13738,7 +13738,7 @@ export interface operations {
             /** @description `refused_by_servo`, `not_as_wanted` */
             502: components["responses"]["Problem"];
             503: components["responses"]["bus_disconnected"];
-            504: components["responses"]["no_answer"];
+            504: components["responses"]["no_response"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -13768,7 +13768,7 @@ export interface operations {
             422: components["responses"]["invalid_value"];
             502: components["responses"]["refused_by_servo"];
             503: components["responses"]["bus_disconnected"];
-            504: components["responses"]["no_answer"];
+            504: components["responses"]["no_response"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -13813,7 +13813,7 @@ export interface operations {
             /** @description `refused_by_servo`, `not_as_wanted` */
             502: components["responses"]["Problem"];
             503: components["responses"]["bus_disconnected"];
-            504: components["responses"]["no_answer"];
+            504: components["responses"]["no_response"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -13843,7 +13843,7 @@ export interface operations {
             422: components["responses"]["invalid_value"];
             502: components["responses"]["refused_by_servo"];
             503: components["responses"]["bus_disconnected"];
-            504: components["responses"]["no_answer"];
+            504: components["responses"]["no_response"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -13888,7 +13888,7 @@ export interface operations {
             /** @description `refused_by_servo`, `not_as_wanted` */
             502: components["responses"]["Problem"];
             503: components["responses"]["bus_disconnected"];
-            504: components["responses"]["no_answer"];
+            504: components["responses"]["no_response"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -13918,7 +13918,7 @@ export interface operations {
             422: components["responses"]["invalid_value"];
             502: components["responses"]["refused_by_servo"];
             503: components["responses"]["bus_disconnected"];
-            504: components["responses"]["no_answer"];
+            504: components["responses"]["no_response"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -13963,7 +13963,7 @@ export interface operations {
             /** @description `refused_by_servo`, `not_as_wanted` */
             502: components["responses"]["Problem"];
             503: components["responses"]["bus_disconnected"];
-            504: components["responses"]["no_answer"];
+            504: components["responses"]["no_response"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -13993,7 +13993,7 @@ export interface operations {
             422: components["responses"]["invalid_value"];
             502: components["responses"]["refused_by_servo"];
             503: components["responses"]["bus_disconnected"];
-            504: components["responses"]["no_answer"];
+            504: components["responses"]["no_response"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -14038,7 +14038,7 @@ export interface operations {
             /** @description `refused_by_servo`, `not_as_wanted` */
             502: components["responses"]["Problem"];
             503: components["responses"]["bus_disconnected"];
-            504: components["responses"]["no_answer"];
+            504: components["responses"]["no_response"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -14068,7 +14068,7 @@ export interface operations {
             422: components["responses"]["invalid_value"];
             502: components["responses"]["refused_by_servo"];
             503: components["responses"]["bus_disconnected"];
-            504: components["responses"]["no_answer"];
+            504: components["responses"]["no_response"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -14113,7 +14113,7 @@ export interface operations {
             /** @description `refused_by_servo`, `not_as_wanted` */
             502: components["responses"]["Problem"];
             503: components["responses"]["bus_disconnected"];
-            504: components["responses"]["no_answer"];
+            504: components["responses"]["no_response"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -14147,7 +14147,7 @@ export interface operations {
             422: components["responses"]["invalid_value"];
             502: components["responses"]["refused_by_servo"];
             503: components["responses"]["bus_disconnected"];
-            504: components["responses"]["no_answer"];
+            504: components["responses"]["no_response"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -14194,7 +14194,7 @@ export interface operations {
             /** @description `refused_by_servo`, `not_as_wanted` */
             502: components["responses"]["Problem"];
             503: components["responses"]["bus_disconnected"];
-            504: components["responses"]["no_answer"];
+            504: components["responses"]["no_response"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -14313,7 +14313,7 @@ export interface operations {
             /** @description `interrupted`, `store_failed` */
             500: components["responses"]["Problem"];
             503: components["responses"]["bus_disconnected"];
-            504: components["responses"]["no_answer"];
+            504: components["responses"]["no_response"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -14346,7 +14346,7 @@ export interface operations {
             404: components["responses"]["unknown_servo"];
             422: components["responses"]["invalid_value"];
             503: components["responses"]["bus_disconnected"];
-            504: components["responses"]["no_answer"];
+            504: components["responses"]["no_response"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -14404,7 +14404,7 @@ export interface operations {
             /** @description `interrupted`, `store_failed` */
             500: components["responses"]["Problem"];
             503: components["responses"]["bus_disconnected"];
-            504: components["responses"]["no_answer"];
+            504: components["responses"]["no_response"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -14476,7 +14476,7 @@ export interface operations {
             500: components["responses"]["Problem"];
             502: components["responses"]["refused_by_servo"];
             503: components["responses"]["bus_disconnected"];
-            504: components["responses"]["no_answer"];
+            504: components["responses"]["no_response"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -14592,7 +14592,7 @@ export interface operations {
             /** @description `refused_by_servo`, `not_as_wanted` */
             502: components["responses"]["Problem"];
             503: components["responses"]["bus_disconnected"];
-            504: components["responses"]["no_answer"];
+            504: components["responses"]["no_response"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -14651,7 +14651,7 @@ export interface operations {
             /** @description `interrupted`, `store_failed` */
             500: components["responses"]["Problem"];
             503: components["responses"]["bus_disconnected"];
-            504: components["responses"]["no_answer"];
+            504: components["responses"]["no_response"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -14823,7 +14823,7 @@ export interface operations {
             500: components["responses"]["Problem"];
             502: components["responses"]["refused_by_servo"];
             503: components["responses"]["bus_disconnected"];
-            504: components["responses"]["no_answer"];
+            504: components["responses"]["no_response"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -15235,7 +15235,7 @@ export interface operations {
             500: components["responses"]["Problem"];
             502: components["responses"]["refused_by_servo"];
             503: components["responses"]["bus_disconnected"];
-            504: components["responses"]["no_answer"];
+            504: components["responses"]["no_response"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -15304,7 +15304,7 @@ export interface operations {
             428: components["responses"]["lease_required"];
             502: components["responses"]["refused_by_servo"];
             503: components["responses"]["bus_disconnected"];
-            504: components["responses"]["no_answer"];
+            504: components["responses"]["no_response"];
             default: components["responses"]["CommonProblem"];
         };
     };

@@ -45,7 +45,7 @@ export type EventLevel = Shapes["EventMessage"]["level"];
 export type LeftOut = Shapes["LeftOut"];
 export type NoteCode = LeftOut["why_code"];
 export type EventCode = Shapes["EventMessage"]["code"];
-/** Why a bundle was written. */
-export type MarkReason = Shapes["BundleMark"]["reason"];
+/** Why a recording was written. */
+export type MarkReason = Shapes["RecordingMark"]["reason"];
 export type RefusalCode = NonNullable<PendingAllocation["refusal_code"]>;
 export type Parameters = Shapes["Parameters"];

@@ -9,7 +9,7 @@ type ByCode<Code extends string> = Readonly<Partial<Record<Code, Saying>>>;
 
 export interface Codes {
   happened: ByCode<EventCode>;
-  /** What a bundle was written for. */
+  /** What a recording was written for. */
   marks: ByCode<MarkReason>;
   /** What is noted beside a value. */
   notes: ByCode<NoteCode>;

@@ -212,21 +212,21 @@ export const words = {
       `${used} of 125 used, ${free} free, ${pinned} pinned`,
     map: (used: string) => `Node IDs in use: ${used}`,
     mode: "hornbill gives node IDs",
-    modes: { on: "On", off: "Off", insist: "Insist" },
+    modes: { on: "On", off: "Off", force: "Force" },
     says: {
       on: "A node that asks is given a node ID, and the same one each time.",
       off: "Nobody is given a node ID. New servos stay without one.",
-      insist: "A node that asks is given a node ID, even while another allocator answers.",
-      standing_down: "Standing down: another allocator answers, so hornbill gives none.",
+      force: "A node that asks is given a node ID, even while another allocator answers.",
+      standby: "Standby: another allocator responds, so hornbill assigns none.",
       own_id_shared:
-        "Standing down: another program uses hornbill's node ID. hornbill gives none until a minute after its last frame.",
+        "Standby: another program uses hornbill's node ID. hornbill gives none until a minute after its last frame.",
     },
-    rival: (id: string) => `Another allocator answers: node ${id}.`,
-    rivalDo: "Turn one of them off. Two that answer can give one servo two IDs.",
-    insistTitle: "Give node IDs beside another allocator?",
-    insistText:
+    competing: (id: string) => `Another allocator answers: node ${id}.`,
+    competingHelp: "Turn one of them off. Two that answer can give one servo two IDs.",
+    forceTitle: "Give node IDs beside another allocator?",
+    forceText:
       "Two allocators that both answer can give one servo two node IDs, or two servos the same one. Turn the other one off first if you can.",
-    insistConfirm: "Insist",
+    forceConfirm: "Force",
     offTitle: "Stop giving node IDs?",
     offText:
       "Servos without a fixed node ID get none from hornbill when they start, and cannot be reached then.",

@@ -157,10 +157,10 @@ function MotionCell() {
   const asked = held?.request && held.endsAt > now.value ? held.request : null;
   const left = Math.max(0, Math.ceil((held?.passesAt ?? now.value) - now.value));
   // On a phone there is room for it only while it says something that no band says.
-  if (phone.value && !asked && (stopped.value || motionWords() === text.bar.nobody)) return null;
+  if (phone.value && !asked && (stopped.value || motionWords() === text.bar.free)) return null;
   return (
     <a class="bar-cell" href={path} onClick={event => follow(event, path)} data-testid="bar-motion">
-      <span class="cap">{asked ? text.bar.asks(who(asked.by), left) : motionCaption()}</span>
+      <span class="cap">{asked ? text.bar.requested(who(asked.by), left) : motionCaption()}</span>
       <span class="val" title={motionWords()}>
         {motionWords()}
       </span>
@@ -187,9 +187,9 @@ function motionWords(): string {
   if (mine.phase === "on") return narrow.value ? text.bar.you : text.bar.youFor(nameOf(servo(mine.uid)));
   if (stopped.value) return text.bar.refused;
   const held = lease.value;
-  if (!held) return text.bar.nobody;
+  if (!held) return text.bar.free;
   const left = Math.ceil(held.endsAt - now.value);
-  if (left <= 0) return text.bar.nobody;
+  if (left <= 0) return text.bar.free;
   if (!isOfOther(held)) return text.bar.you;
   return narrow.value ? who(held.holder) : text.bar.held(who(held.holder), left);
 }

@@ -18,8 +18,8 @@ import { channelsOf, curvesOf } from "./channels";
 import { lanesOf } from "./lane";
 import { PlotPanel } from "./panel";
 import { PlotPicker } from "./picker";
-import { type Recording, RecordingFile, RecordingPlot } from "./recording";
 import { TimeSpan } from "./span";
+import { type TelemetryFile, TelemetryFilePick, TelemetryFilePlot } from "./telemetry-file";
 import { plots as words } from "./words";
 
 const FIRST = ["current_angle", "command_angle"];
@@ -29,7 +29,7 @@ export function AnglePlot({ uid }: { uid: string }) {
   const chosen = useSignal<readonly string[]>(FIRST);
   const hz = useSignal(RATE_HZ);
   const open = useSignal(false);
-  const recording = useSignal<Recording | null>(null);
+  const recording = useSignal<TelemetryFile | null>(null);
   const grant = useWish(uid, chosen.value, hz.value);
   const one = servo(uid);
   const has = sheetOf(uid).keys.value;
@@ -43,7 +43,7 @@ export function AnglePlot({ uid }: { uid: string }) {
   const name = nameOf(one);
   if (recording.value) {
     return (
-      <RecordingPlot
+      <TelemetryFilePlot
         recording={recording.value}
         onClose={() => {
           recording.value = null;
@@ -102,7 +102,7 @@ export function AnglePlot({ uid }: { uid: string }) {
         <PlotPicker
           {...{ offered, name, chosen, hz }}
           file={
-            <RecordingFile
+            <TelemetryFilePick
               onOpen={found => {
                 recording.value = found;
                 open.value = false;

@@ -1,6 +1,6 @@
 /** A recording looked at: what was the case at a time, never between samples; the way from sample to sample; playing. */
 import { describe, expect, test } from "vitest";
-import type { BundleContent } from "../api/lab-types";
+import type { RecordingContent } from "../api/lab-types";
 import { heldAt, poseAt, Scrub, scrubOf, seriesOf, trackOf, tracksOf } from "./scrub";
 
 const column = (t: readonly number[], v: readonly number[]) => ({
@@ -114,7 +114,7 @@ describe("the way in time", () => {
   });
 });
 
-test("a bundle has every servo it knows, its model, and limits that were read before it begins", () => {
+test("a recording has every servo it knows, its model, and limits that were read before it begins", () => {
   const servo = (uid: string, model_number: number | null, at: number) => ({
     uid,
     title: uid.toUpperCase(),
@@ -124,7 +124,7 @@ test("a bundle has every servo it knows, its model, and limits that were read be
   const content = {
     about: { servos: [servo("a", 62, 900), servo("b", null, 1005)] },
     telemetry: [{ uid: "a", channel: "current_angle", t: [1001, 1001.1], v: [12, null] }],
-  } as unknown as BundleContent;
+  } as unknown as RecordingContent;
   const scrub = scrubOf(content, { zero: 1002, from: -2, to: 8 }, "b");
   expect(scrub.tracks.map(one => [one.uid, one.name, one.series])).toEqual([
     ["a", "A", "BLA15"],

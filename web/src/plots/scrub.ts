@@ -1,9 +1,9 @@
 /** A recording that is looked at: its servos, the moment shown of it, what they did then; and its way in time. */
 import { computed, type Signal, signal } from "@preact/signals";
-import type { BundleContent } from "../api/lab-types";
+import type { RecordingContent } from "../api/lab-types";
 import type { ViewPose } from "../bench/view-link";
-import type { BundleLine } from "./bundle";
 import { stepFrom } from "./reading";
+import type { RecordingTimeline } from "./recording";
 import { isGap, NEVER_GAP_S } from "./series";
 import { firstAt, type Samples, samples } from "./trace";
 
@@ -159,8 +159,8 @@ export class Scrub {
 /** More is not sent to a frame; a bus has room for 127. */
 const MOST = 256;
 
-/** Every servo of a bundle, as its channels tell. A limit that was read before it begins holds from its beginning. */
-export function scrubOf(content: BundleContent, line: BundleLine, front: string | null): Scrub {
+/** Every servo of a recording, as its channels tell. A limit that was read before it begins holds from its beginning. */
+export function scrubOf(content: RecordingContent, line: RecordingTimeline, front: string | null): Scrub {
   const { servos } = content.about;
   const tracks = servos.slice(0, MOST).map(one =>
     trackOf(one.uid, one.title, seriesOf(one.model_number), row => {

@@ -2,7 +2,7 @@
 import { useSignal } from "@preact/signals";
 import { useEffect } from "preact/hooks";
 import { ask, problemOf } from "../api/client";
-import type { Bundle, RecorderState } from "../api/lab-types";
+import type { RecorderState, Recording } from "../api/lab-types";
 import { problemText } from "../bench/facts";
 import { number } from "../bench/format";
 import { go, pathOf } from "../bench/route";
@@ -22,9 +22,9 @@ export interface Occurrence {
 /** The time to look at in the newest recording that holds any of it: its own mark in it, else where it begins. */
 export function recordingOf(
   { from, to }: Occurrence,
-  bundles: readonly Pick<Bundle, "name" | "started_at" | "seconds" | "marks">[],
+  recordings: readonly Pick<Recording, "name" | "started_at" | "seconds" | "marks">[],
 ): { name: string; at: number } | null {
-  const held = bundles.flatMap(one => {
+  const held = recordings.flatMap(one => {
     if (one.started_at === null || one.seconds === null) return [];
     const end = one.started_at + one.seconds;
     if (end < from || one.started_at > to) return [];
@@ -44,15 +44,15 @@ const MOST_S = 600;
 
 interface HappenedProps {
   of: Occurrence;
-  bundles: readonly Bundle[];
+  recordings: readonly Recording[];
   state: RecorderState;
   onAsked: () => void;
 }
 
-export function Happened({ of, bundles, state, onAsked }: HappenedProps) {
+export function Happened({ of, recordings, state, onAsked }: HappenedProps) {
   const busy = useSignal(false);
   const problem = useSignal<string | null>(null);
-  const found = recordingOf(of, bundles);
+  const found = recordingOf(of, recordings);
   useEffect(() => {
     if (found) go(pathOf("recorder", null, encodeURIComponent(found.name), { at: String(found.at) }), true);
   }, [found?.name]);
@@ -75,7 +75,7 @@ export function Happened({ of, bundles, state, onAsked }: HappenedProps) {
     problem.value = null;
     try {
       const before = Math.min(MOST_S, Math.max(1, Math.ceil(ago + LEAD_S)));
-      await ask("POST", "/recorder/bundles", {
+      await ask("POST", "/recorder/recordings", {
         body: { reason: said.reason(instant(of.to)), before_s: before },
       });
       onAsked();

@@ -3,7 +3,7 @@
 import { useSignal } from "@preact/signals";
 import { useEffect, useMemo } from "preact/hooks";
 import { API, ask, problemOf } from "../api/client";
-import type { Bundle, RecorderState } from "../api/lab-types";
+import type { RecorderState, Recording } from "../api/lab-types";
 import { events } from "../bench/bench";
 import { markText } from "../bench/event-text";
 import { problemText } from "../bench/facts";
@@ -21,17 +21,17 @@ import { Done, Empty, instant } from "../kit/loaded";
 import { Note } from "../kit/note";
 import { Loaded, useResource } from "../kit/resource";
 import { Scroll } from "../kit/scroll";
-import { alsoMarked, isZip } from "../plots/bundle";
+import { alsoMarked, isZip } from "../plots/recording";
 import { text } from "../text";
-import { BundleView } from "./bundle";
-import { GLYPHS } from "./bundle-glyph";
 import { Happened } from "./happened";
 import { PlayDialog } from "./play";
+import { RecordingView } from "./recording";
+import { GLYPHS } from "./recording-glyph";
 import { recorder as words } from "./words";
 import "../kit/list.css";
 import "./recorder.css";
 
-const WRITTEN = new Set(["bundle_written", "bundles_dropped", "bundle_failed"]);
+const WRITTEN = new Set(["recording_written", "recordings_deleted", "recording_failed"]);
 const LOOK_MS = 2000;
 const CARRY_MS = 300_000;
 
@@ -44,23 +44,23 @@ export function RecorderPage({ hash }: { hash: string }) {
   return (
     <div class="page list-page" data-testid="recorder-page">
       {hash === "" ? (
-        <Bundles />
+        <Recordings />
       ) : (
-        <BundleView key={hash} name={hash} at={at.value === "" ? null : Number(at.value)} />
+        <RecordingView key={hash} name={hash} at={at.value === "" ? null : Number(at.value)} />
       )}
     </div>
   );
 }
 
-function Bundles() {
+function Recordings() {
   const state = useMemo(() => new Resource<RecorderState>(() => ask("GET", "/recorder")), []);
   const playing = useSignal<string | null>(null);
   const dropping = useSignal<string | null>(null);
   const note = useSignal<string | null>(null);
   const round = connection.value;
-  // A bundle is there once it is told: its file is packed for a while after the recorder has let go of it.
+  // A recording is there once it is told: its file is packed for a while after the recorder has let go of it.
   const told = events.value.find(one => WRITTEN.has(one.code))?.at;
-  const list = useResource(() => ask("GET", "/recorder/bundles"), told);
+  const list = useResource(() => ask("GET", "/recorder/recordings"), told);
   const load = () => void list.load();
   useEffect(() => state.watch(LOOK_MS).end, [round]);
   const found = list.value.value;
@@ -75,7 +75,7 @@ function Bundles() {
         {found !== null && state.value.value !== null && from.value !== "" && (
           <Happened
             of={{ from: Number(from.value), to: Number(to.value) }}
-            bundles={found}
+            recordings={found}
             state={state.value.value}
             onAsked={() => void state.load()}
           />
@@ -89,7 +89,7 @@ function Bundles() {
           </Empty>
         )}
         {found !== null && found.length > 0 && (
-          <ul data-testid="bundles">
+          <ul data-testid="recordings">
             {found.map(one => (
               <Line
                 key={one.name}
@@ -147,7 +147,7 @@ function Head({ state, onNote, onNew }: HeadProps) {
       const said = reason.peek().trim();
       await state.load(
         () =>
-          ask("POST", "/recorder/bundles", {
+          ask("POST", "/recorder/recordings", {
             body: said === "" ? {} : { reason: said },
           }) as Promise<RecorderState>,
       );
@@ -166,7 +166,7 @@ function Head({ state, onNote, onNew }: HeadProps) {
     }
     busy.value = "carrying";
     try {
-      const made = await ask("PUT", "/recorder/bundles/{name}", {
+      const made = await ask("PUT", "/recorder/recordings/{name}", {
         path: { name: file.name },
         file: { text: file, type: "application/zip" },
         timeout_ms: CARRY_MS,
@@ -202,12 +202,12 @@ function Head({ state, onNote, onNew }: HeadProps) {
           longest={200}
           beside
           class="rec-reason"
-          testid="bundle-reason"
+          testid="recording-reason"
         />
         <Button
           look="primary"
           live
-          testid="bundle-save"
+          testid="recording-save"
           disabled={busy.value !== null || present?.recording !== true}
           onClick={() => void save()}
         >
@@ -219,12 +219,12 @@ function Head({ state, onNote, onNew }: HeadProps) {
           accept=".zip,application/zip"
           busy={busy.value === "carrying"}
           disabled={busy.value !== null}
-          testid="bundle-file"
+          testid="recording-file"
           onFile={file => void carry(file)}
         />
       </div>
       {pending && (
-        <p class="rec-pending" role="status" data-testid="bundle-pending">
+        <p class="rec-pending" role="status" data-testid="recording-pending">
           <Spinner />
           <span>
             {words.pending(markText(pending.marks[0] ?? pending), number(Math.ceil(pending.ready_in_s), 0))}
@@ -237,7 +237,7 @@ function Head({ state, onNote, onNew }: HeadProps) {
   );
 }
 
-function Line({ one, onPlay, onDrop }: { one: Bundle; onPlay: () => void; onDrop: () => void }) {
+function Line({ one, onPlay, onDrop }: { one: Recording; onPlay: () => void; onDrop: () => void }) {
   const why = one.reason === null ? words.unreadable : (words.why[one.reason] ?? one.reason);
   const readable = one.reason !== null;
   const also = alsoMarked(one);
@@ -248,7 +248,7 @@ function Line({ one, onPlay, onDrop }: { one: Bundle; onPlay: () => void; onDrop
     ...(one.marks.length > 1 ? [`${words.head.marks} ${one.marks.length}`] : []),
   ].join(", ");
   return (
-    <li class="list-line" data-testid={`bundle-${one.name}`}>
+    <li class="list-line" data-testid={`recording-${one.name}`}>
       <div class="list-head rec-line">
         <button
           type="button"
@@ -262,7 +262,7 @@ function Line({ one, onPlay, onDrop }: { one: Bundle; onPlay: () => void; onDrop
             <span>
               <b>{why}</b>
               {one.text !== "" && (
-                <>: {markText(one.marks[0] ?? { ...one, reason: one.reason ?? "by_hand" })}</>
+                <>: {markText(one.marks[0] ?? { ...one, reason: one.reason ?? "manual" })}</>
               )}
             </span>
             <small>
@@ -274,7 +274,7 @@ function Line({ one, onPlay, onDrop }: { one: Bundle; onPlay: () => void; onDrop
         </button>
         <a
           class="button"
-          href={`${API}/recorder/bundles/${encodeURIComponent(one.name)}`}
+          href={`${API}/recorder/recordings/${encodeURIComponent(one.name)}`}
           download=""
           aria-label={words.downloadLabel(one.name)}
         >
@@ -304,9 +304,9 @@ function DropDialog({ name, onClose }: { name: string; onClose: (done: true | nu
       subtitle={words.dropText(name)}
       verb={words.dropConfirm}
       danger
-      testid="drop-bundle"
-      actId="drop-bundle-confirm"
-      act={() => ask("DELETE", "/recorder/bundles/{name}", { path: { name } }).then(() => true as const)}
+      testid="drop-recording"
+      actId="drop-recording-confirm"
+      act={() => ask("DELETE", "/recorder/recordings/{name}", { path: { name } }).then(() => true as const)}
       onClose={onClose}
     />
   );

@@ -1,4 +1,4 @@
-/** The confirmation before a bundle is played: what is left for it, and that nothing can be sent. */
+/** The confirmation before a recording is played: what is left for it, and that nothing can be sent. */
 
 import { ask } from "../api/client";
 import { bus } from "../bench/bench";
@@ -21,7 +21,7 @@ export function PlayDialog({ name, onClose }: { name: string; onClose: () => voi
       testid="play-dialog"
       actId="play-confirm"
       act={async () => {
-        const body = { address: `bundle:${name}` };
+        const body = { address: `recording:${name}` };
         bus.value = await ask("PUT", "/bus", { body, timeout_ms: OPENING_MS });
         go(pathOf("servos", null));
       }}

@@ -1,4 +1,4 @@
-/** The English sentences of the recorder and its bundles; loaded with Records. */
+/** The English sentences of the recorder and its recordings; loaded with Records. */
 
 const S = "\u202f";
 
@@ -15,18 +15,19 @@ export const words = {
   reach: (span: string) => `Holds the last ${span}`,
   memory: (frames: string, size: string) => `${frames} frames, ${size} of memory`,
   resting: "Rests while a recording is played: that is not recorded again.",
-  lead: "Frames, telemetry, writes and events are kept by themselves. A failure, a stop or a lost servo writes a bundle; you can, too.",
+  lead: "Frames, telemetry, writes and events are kept by themselves. A failure, a stop or a lost servo writes a recording; you can, too.",
   reason: "Reason",
   reasonPlace: "what you saw",
-  save: "Save a bundle now",
-  pending: (text: string, s: string) => `Writing a bundle: ${text.replace(/\.$/, "")}. Ready in ${s}${S}s.`,
+  save: "Save a recording now",
+  pending: (text: string, s: string) =>
+    `Writing a recording: ${text.replace(/\.$/, "")}. Ready in ${s}${S}s.`,
   also: (texts: string) => `Marked in it, too: ${texts}`,
-  upload: "Bring a bundle (.zip)",
+  upload: "Bring a recording (.zip)",
   uploading: "Bringing it in",
   uploaded: (name: string) => `${name} is here.`,
-  notZip: (name: string) => `${name} is no .zip. Choose a bundle of hornbill.`,
-  loading: "Reading the bundles.",
-  empty: "No bundle yet",
+  notZip: (name: string) => `${name} is no .zip. Choose a recording of hornbill.`,
+  loading: "Reading the recordings.",
+  empty: "No recording yet",
   emptyLine:
     "When something goes wrong, what led to it stands here: at least 30 s before and 10 s after, to open without a bus.",
   head: { when: "When", why: "Why", span: "Span", size: "Size", marks: "Marks" },
@@ -35,7 +36,7 @@ export const words = {
     stop: "Stop",
     lost: "Servo lost",
     bus_lost: "Bus lost",
-    by_hand: "By hand",
+    manual: "By hand",
   } as Record<string, string>,
   unreadable: "Cannot be read",
   unknown: "–",
@@ -45,12 +46,12 @@ export const words = {
   downloadLabel: (name: string) => `Download ${name}`,
   drop: "Delete…",
   dropLabel: (name: string) => `Delete ${name}`,
-  dropTitle: "Delete this bundle?",
+  dropTitle: "Delete this recording?",
   dropText: (name: string) => `${name} goes from the data folder. It cannot be had back.`,
-  dropConfirm: "Delete bundle",
+  dropConfirm: "Delete recording",
   dropped: (name: string) => `${name} is deleted.`,
   play: "Play as bus…",
-  playTitle: "Play this bundle as the bus?",
+  playTitle: "Play this recording as the bus?",
   playText: (name: string) =>
     `hornbill leaves the bus it is on and plays the frames of ${name} instead, at the pace they had. Every page shows what was then.`,
   playNow: (bus: string) =>
@@ -59,9 +60,9 @@ export const words = {
   playConfirm: "Leave the bus and play",
   playing: "Opening it",
 
-  bundle: {
-    back: "All bundles",
-    title: (why: string) => `Bundle: ${why}`,
+  recording: {
+    back: "All recordings",
+    title: (why: string) => `Recording: ${why}`,
     facts: {
       span: "Span",
       bus: "Bus",
@@ -73,7 +74,7 @@ export const words = {
     bus: (address: string, rate: string) => `${address}, ${rate}`,
     noBus: "none",
     cut: (members: string) => `Too large to be whole, cut: ${members}.`,
-    incomplete: "There is more telemetry than is shown here. Download the bundle for all of it.",
+    incomplete: "There is more telemetry than is shown here. Download the recording for all of it.",
     line: (n: number, from: string, to: string) =>
       `Time line from ${from} to ${to} with ${n} ${n === 1 ? "mark" : "marks"}; they are listed below it`,
     marks: "Marks",
@@ -82,8 +83,8 @@ export const words = {
     moreChannels: (many: number) => `${many} more`,
     channelsLine:
       "Drag over a part of a plot to enlarge it in all, double click for all. 0 is the first mark.",
-    noTelemetry: "No telemetry of this servo in the bundle.",
-    plot: (label: string, servo: string) => `${label} of ${servo} over the time of the bundle`,
+    noTelemetry: "No telemetry of this servo in the recording.",
+    plot: (label: string, servo: string) => `${label} of ${servo} over the time of the recording`,
     angle: "Angle and command",
     at: (time: string, values: string) => `${time}: ${values}`,
     one: (name: string, value: string) => `${name} ${value}`,
@@ -99,6 +100,6 @@ export const words = {
     writeHead: { time: "Time", servo: "Servo", what: "What", value: "Value" },
     everybody: "all",
     kind: { restart: "Restart", opcode: "Save or erase" } as Record<string, string>,
-    loading: "Reading the bundle.",
+    loading: "Reading the recording.",
   },
 };

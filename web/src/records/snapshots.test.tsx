@@ -25,7 +25,7 @@ test("one that is taken by hand is stored under the server's code, and told of i
       uid: UID,
       at: 1,
       reason: "by hand",
-      reason_code: "by_hand",
+      reason_code: "manual",
       reason_params: {},
       by: "Page 4170",
       values: {},

@@ -1,4 +1,4 @@
-/** The English sentences of the scope. */
+/** English text of the scope. */
 
 export const words = {
   label: "Scope",
@@ -13,7 +13,7 @@ export const words = {
     triggered: (at: string) => `Triggered ${at}. Held until the next trigger.`,
     single: (at: string) => `Triggered ${at}. Held until the next single shot.`,
     paused: "Paused",
-    noLink: "No link to hornbill. Values are old.",
+    noLink: "No link to hornbill. Values are out of date.",
   },
   hint: "Drag to zoom, double-click to reset",
   reset: "Back to live",
@@ -35,7 +35,7 @@ export const words = {
   level: "Level",
   before: "Before trigger",
   holdoff: "Holdoff",
-  arm: "Arm again",
+  arm: "Rearm",
   wrong: "Enter a number.",
   cursors: "Cursors",
   cursorsAt: (one: string, other: string) => `1 at ${one}, 2 at ${other}`,
@@ -60,7 +60,7 @@ export const words = {
   run: (at: string) => `Run ${at}`,
   runStep: (step: string) => `step ${step}, from the trigger`,
   overlayRemove: (name: string) => `Remove overlay ${name}`,
-  overlayNone: (name: string) => `${name} has none of these channels as columns of a telemetry.csv.`,
+  overlayNone: (name: string) => `${name} has no telemetry.csv columns for these channels.`,
   layouts: "Saved layouts",
   layoutName: "Layout name",
   save: "Save layout",

@@ -4,7 +4,7 @@ import type { AuditRow } from "../api/config-types";
 import { auditedNotes, auditWord, reasonText } from "./audit-text";
 
 test.each([
-  ["by_hand", {}, "Taken by hand"],
+  ["manual", {}, "Taken by hand"],
   ["saving", {}, "Before a save to ROM"],
   ["change", { key: "a_row", more: 0 }, "Before a change of a_row"],
   ["change", { key: "a_row", more: 2 }, "Before a change of a_row and 2 more"],

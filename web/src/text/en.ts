@@ -1,4 +1,4 @@
-/** The catalogue of everything the page says. Numbers, names and units are slots; a language replaces it whole. */
+/** English catalogue of words needed by every page. Numbers, names and units are slots. */
 import type { Problem } from "../api/client";
 import * as frame from "../frame/text.en";
 import * as live from "../motion/text.en";
@@ -15,15 +15,15 @@ export const text = {
   comma: ", ",
   /** Between sentences. */
   period: ". ",
-  /** Pages of the documentation, by what somebody wants to do. */
+  /** Pages of the documentation, by task. */
   guides: {
     contents: "Documentation",
     tutorial: "How to: the first servo in ten minutes",
     adapters: "How to connect an adapter",
     commission: "How to commission new servos",
-    bus: "How to find out what is wrong with the bus",
+    bus: "How to diagnose the bus",
     recover: "How to recover a lost servo",
-    faults: "What faults and measurements mean",
+    faults: "Faults and measurements",
     profiles: "How to use profiles, clones and history",
     record: "How to record, export and measure",
     rigs: "Rigs: Python, pytest, LabVIEW and others",
@@ -34,7 +34,7 @@ export const text = {
   docs: "Docs",
   docsLabel: "Docs, in a new tab",
   at: (day: string, time: string) => `${day} ${time}`,
-  unread: (why: string) => `This could not be read. ${why}`,
+  unread: (why: string) => `Could not load this. ${why}`,
   values: (n: number) => `${n} values`,
 
   ...frame,
@@ -42,7 +42,7 @@ export const text = {
   ...parameters,
   ...live,
 
-  /** By key, names for what the server's tables name in English already. */
+  /** Names by key, empty in English: the server's tables have English names. */
   table: {
     rows: {},
     groups: {},
@@ -59,30 +59,30 @@ export const text = {
     >
   >,
 
-  /** What a refusal of the server means for whoever sits here. */
+  /** A problem of the server in the words of this page. */
   problem(problem: Problem): string {
     const facts = problem.facts;
     switch (problem.code) {
       case "lease_held":
-        return text.motion.heldBy(String(facts.holder ?? "Somebody else"), facts.expires_in_s);
+        return text.motion.heldBy(String(facts.holder ?? "Another client"), facts.expires_in_s);
       case "stopped":
         return text.motion.whileStopped;
       case "bus_disconnected":
         return "No bus is connected. Connect an adapter.";
       case "bus_read_only":
-        return "This bus is a recording: nothing is written to it. Connect a real one.";
+        return "This bus is a recording and cannot be written. Connect an adapter.";
       case "unknown_servo":
-        return "This servo is not known here any more.";
+        return "This servo is no longer known.";
       case "stale_revision":
-        return "Somebody else changed this servo meanwhile. Look at what it holds now, then do it again.";
+        return "Another client changed this servo. Review its values, then retry.";
       case "lease_required":
         return "Take motion control first.";
       case "configuration_lost":
-        return "The servo lost what it had saved and runs on defaults. Restore a snapshot (Records), or save what it holds now.";
+        return "The servo lost its saved values and runs on defaults. Restore a snapshot (Records) or save the current values.";
       case "no_link":
-        return "hornbill does not answer.";
+        return "hornbill does not respond.";
       case "unauthorized":
-        return "hornbill wants a token. Sign in on this page.";
+        return "A token is required. Sign in on this page.";
       default:
         return problem.message;
     }

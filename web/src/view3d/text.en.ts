@@ -1,4 +1,4 @@
-/** The English sentences of the 3D view, and the wall of horns; loaded with them. */
+/** English text of the 3D view and the wall of horns; loaded with them. */
 
 export const words = {
   frame: "3D view",
@@ -10,31 +10,30 @@ export const words = {
   loading: "Opening the 3D view",
   qualities: { auto: "Quality: auto", high: "Quality: high", low: "Quality: low" },
   qualityAuto: { high: "Quality: auto, high", low: "Quality: auto, low" },
-  qualityHint: "High draws reflections and shadows. Low is for machines that draw in software.",
+  qualityHint: "High renders reflections and shadows. Low is for computers without a graphics processor.",
   reset: "Reset view",
   all: "Show all",
-  allHint: "Shows the other servos behind this one, too.",
+  allHint: "Also shows the other servos, behind this one.",
   grip: {
     horn: "Drag to move the horn",
     ccw: "Drag to stage the CCW angle limit",
     cw: "Drag to stage the CW angle limit",
-    off: "Nothing moves: motion is off. Enable motion on the Motion page, then drag the horn.",
-    notNow:
-      "Nothing moves: the horn can be dragged while torque is on, Angle is chosen and the drag is unlocked.",
+    off: "Motion is off. Enable motion on the Motion page, then drag the horn.",
+    notNow: "The horn can be dragged only while torque is on, Angle is selected and dragging is unlocked.",
     noDraft: "The angle limits cannot be changed now.",
     staged: (low: string, high: string) => `Staged, not sent: ${low} to ${high}`,
   },
   replay: {
     frame: "3D view of the recording",
     band: "Recording, not live",
-    noValue: "No angle yet at this time",
+    noValue: "No angle recorded at this time yet",
     angles: (angle: string, command: string) => `${angle}, command ${command}`,
-    old: "Nothing was heard here: the last value stands",
-    noModel: "Model not recorded: drawn as a BLA21",
+    old: "No data at this time: last value shown",
+    noModel: "Model not recorded: shown as BLA21",
   },
   wall: (count: number) => (count === 1 ? "1 horn" : `${count} horns`),
   wallOpen: (name: string, angle: string, state: string) => `${name}, ${angle}, ${state}`,
-  wallEmpty: "No servo is known yet. Connect, and each servo appears here with its horn.",
+  wallEmpty: "No servos yet. Each servo appears here with its horn as soon as it is on the bus.",
   wallOld: (angle: string, age: string) => `${angle}, ${age} old`,
   wallLost: "Frozen. No link to hornbill",
 };

@@ -12,7 +12,7 @@ MODEL: Final = "BLA21-06U-A0"
 EXAMPLES: Final[dict[str, dict[str, dict[str, Any]]]] = {
     # access
     "log_in": {"as it was printed": {"token": "hb_a-token-of-hornbill-token-add"}},
-    "add_token": {"for a rig": {"name": "rig-7", "role": "configure"}},
+    "create_token": {"for a rig": {"name": "rig-7", "role": "configure"}},
     # the bus
     "connect_bus": {
         "SocketCAN": {"address": "socketcan:can0"},
@@ -24,7 +24,7 @@ EXAMPLES: Final[dict[str, dict[str, dict[str, Any]]]] = {
     "start_log": {"up to 50 MB": {"format": "candump", "limit_mb": 50}},
     # configuration
     "label_servo": {"a nickname": {"label": "left elbow"}},
-    "label_known_servo": {"a nickname": {"label": "left elbow"}, "notes": {"notes": "New gears 2026-03-01."}},
+    "update_known_servo": {"a nickname": {"label": "left elbow"}, "notes": {"notes": "New gears 2026-03-01."}},
     "change_parameters": {
         "two limits, and save": {"values": {"angle_limit_cw": 60.0, "angle_limit_ccw": -45.0}, "save": True},
         "only look": {"values": {"smoothing": False, "timeout_action": "brake"}, "dry_run": True},
@@ -63,7 +63,7 @@ EXAMPLES: Final[dict[str, dict[str, dict[str, Any]]]] = {
     },
     # motion
     "take_lease": {"for a rig": {"holder": "rig 7", "ttl_s": 3.0}},
-    "ask_for_lease": {"with a reason": {"holder": "Aki", "reason": "the horn has to come off", "patience_s": 10}},
+    "request_lease": {"with a reason": {"holder": "Aki", "reason": "the horn has to come off", "timeout_s": 10}},
     "command_servo": {
         "an angle, until it is there": {"type": "angle", "value": 30.0, "wait": "settled", "timeout_s": 5.0},
         "a speed": {"type": "speed", "value": 20},
@@ -83,8 +83,8 @@ EXAMPLES: Final[dict[str, dict[str, dict[str, Any]]]] = {
         "all that were on": {},
         "one, under load": {"uids": [SERVO], "confirm": ["load"]},
     },
-    "begin_stream": {"angles, 50 times a second": {"uids": [SERVO, SECOND], "type": "angle", "rate_hz": 50}},
-    "put_stream_values": {"new setpoints": {"values": {SERVO: 12.5, SECOND: -12.5}}},
+    "start_stream": {"angles, 50 times a second": {"uids": [SERVO, SECOND], "type": "angle", "rate_hz": 50}},
+    "set_stream_values": {"new setpoints": {"values": {SERVO: 12.5, SECOND: -12.5}}},
     "step_test": {"ten degrees, thrice": {"step_deg": 10.0, "runs": 3}},
     # what was and is
     "set_telemetry": {
@@ -92,7 +92,7 @@ EXAMPLES: Final[dict[str, dict[str, dict[str, Any]]]] = {
             "channels": ["current_angle", "current_torque"], "rate_hz": 50, "owner": "rig 7", "ttl_s": 60
         },
     },
-    "write_recording": {"the last half minute": {"before_s": 30, "reason": "It clicked."}},
+    "create_recording": {"the last half minute": {"before_s": 30, "reason": "It clicked."}},
     # the bench of the simulator
     "add_sim_servo": {"a new one": {"model": MODEL, "firmware": "1.300", "angle_deg": 15.0}},
     "change_sim_servo": {"hot, and loaded": {"temperature_c": 60.0, "load_pct": 30.0}, "no power": {"power": "off"}},

@@ -12,7 +12,7 @@ from enum import StrEnum
 from math import inf
 from typing import Final
 
-from hornbill.bus.recordings.folder import RecordingFolder
+from hornbill.bus.recordings.folder import FileFolder
 from hornbill.bus.recordings.writer import ENDINGS, LogFormat, LogWriter
 from hornbill.bus.threads import OwnThread
 from hornbill.domain.event import EventCode
@@ -75,7 +75,7 @@ class BusLog:
 
     def __init__(
         self,
-        folder: RecordingFolder,
+        folder: FileFolder,
         *,
         listen: Callable[[Callable[[Sequence[Frame], bool], None]], Callable[[], None]],
         address: Callable[[], str],
@@ -114,7 +114,7 @@ class BusLog:
         if self._status.phase is LogPhase.RUNNING:
             raise Busy(
                 f"{self._status.name} is being written already. Stop it first.",
-                cause="log_runs",
+                cause="log_running",
                 name=self._status.name or "",
             )
         path = self.folder.new(log_name(form, name))
@@ -156,7 +156,7 @@ class BusLog:
         if self._status.phase is LogPhase.RUNNING and self._status.name == name:
             raise Busy(
                 f"{name} is being written. Stop it first.",
-                cause="log_runs",
+                cause="log_running",
                 name=name,
             )
         await asyncio.get_running_loop().run_in_executor(self._thread, self.folder.delete, name)
@@ -253,7 +253,7 @@ def _instant(logged: LoggedFrame) -> Instant:
 
 def _why(error: BaseException) -> Note:
     if isinstance(error, HornbillError):
-        return Note(error.detail, "problem", error.told)
+        return Note(error.detail, "problem", error.note_params)
     if not isinstance(error, OSError):
         log.error("a log could not be written", exc_info=error)
         return Note(f"It could not be written: {error}.", "write_failed", {"error": str(error)})

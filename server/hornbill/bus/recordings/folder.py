@@ -1,4 +1,4 @@
-"""RecordingFolder: a folder of logs or of bundles: their names, what is kept, and files on their way to it."""
+"""FileFolder: a folder of logs or of recordings: their names, what is kept, and files on their way to it."""
 
 import asyncio
 import errno
@@ -45,10 +45,10 @@ LOGS: Final = FileKind(
     "Give 1 to 80 letters, digits, dots, dashes and underscores, a letter or digit first.",
     "unknown_log",
 )  # fmt: skip
-BUNDLES: Final = FileKind(
-    "bundle", (".zip",), 100,
+RECORDINGS: Final = FileKind(
+    "recording", (".zip",), 100,
     "Give up to 100 letters, digits, dots, dashes and underscores, a letter or digit first, and .zip at the end.",
-    "unknown_bundle", most=50, most_bytes=500_000_000,
+    "unknown_recording", most=50, most_bytes=500_000_000,
 )  # fmt: skip
 
 
@@ -72,7 +72,7 @@ class StoredFile:
         return cls(path, status.st_size, status.st_mtime)
 
 
-class RecordingFolder:
+class FileFolder:
     """The recordings of one kind in one data folder, which need not exist.
 
     Plain methods touch the disk, if only for a moment; what takes longer is awaited and runs in a thread.
@@ -100,7 +100,7 @@ class RecordingFolder:
             raise Unknown(
                 kind.unknown,
                 f"There is no {kind.word} {name[:90]!r}.",
-                cause="no_such_file",
+                cause="file_not_found",
                 name=name[:90],
             )
         return path
@@ -112,14 +112,14 @@ class RecordingFolder:
             raise InvalidValue(
                 f"{name[:90]!r} cannot be the name of a {word}. {self.kind.name_hint}",
                 requested=name[:200],
-                cause="no_file_name",
+                cause="file_name_invalid",
                 name=name[:90],
             )
         if _taken(path):
             raise InvalidValue(
                 f"There is a {word} {name} already. Give another name, or delete it.",
                 requested=name,
-                cause="name_taken",
+                cause="name_in_use",
                 name=name,
             )
         return path
@@ -131,7 +131,7 @@ class RecordingFolder:
             path.unlink()
         except OSError as error:
             raise LogFailed(
-                f"{path} cannot be deleted: {error.strerror}.", cause="not_deleted", name=str(path)
+                f"{path} cannot be deleted: {error.strerror}.", cause="delete_failed", name=str(path)
             ) from error
 
     def tidy(self) -> None:
@@ -180,7 +180,7 @@ class RecordingFolder:
                         f"The file is larger than {largest // 1_000_000} MB. "
                         f"Give a {self.kind.word} of a shorter time.",
                         maximum=largest, unit="B", requested=size,
-                        cause="recording_too_large", limit_mb=largest // 1000000,
+                        cause="upload_too_large", limit_mb=largest // 1000000,
                     )  # fmt: skip
                 await self.run(lambda piece=piece: file.content.write(piece))
 
@@ -202,7 +202,7 @@ class RecordingFolder:
             remedy = " Make room on the disk of the data folder." if error.errno == errno.ENOSPC else ""
             why = error.strerror or str(error)
             raise LogFailed(
-                f"The {self.kind.word} cannot be written: {why}.{remedy}", cause="recording_not_written", error=why
+                f"The {self.kind.word} cannot be written: {why}.{remedy}", cause="file_not_written", error=why
             ) from error
 
     def _is_name(self, name: str) -> bool:
@@ -220,7 +220,7 @@ class RecordingFolder:
 class PartFile:
     """A new file of a folder, written aside; it has its name once it is finished. It blocks: for a thread."""
 
-    def __init__(self, path: Path, folder: RecordingFolder) -> None:
+    def __init__(self, path: Path, folder: FileFolder) -> None:
         """Raises OSError."""
         self.path = path
         self.part = _part_of(path)

@@ -36,7 +36,7 @@ _LAST_IDENTIFIER: Final = 0x1FFF_FFFF
 
 
 @dataclass(slots=True)
-class RecordingCounters:
+class LogCounters:
     """What was read so far. `ignored` are standard, remote and FD frames, `unreadable` lines that are no frame."""
 
     frames: int = 0
@@ -45,7 +45,7 @@ class RecordingCounters:
     unreadable: int = 0
 
 
-class Recording:
+class LogReader:
     """An iterable of LoggedFrame in the order of the file; only what is being looked at is in memory.
 
     Which of the four forms it has is seen from its first bytes, so that the name does not matter.
@@ -54,7 +54,7 @@ class Recording:
     def __init__(self, file: io.BufferedReader, name: str) -> None:
         """`file` is this object's from now on, `name` is what to call it. Raises LogFailed when it is no log."""
         self.name = name
-        self.counters = RecordingCounters()
+        self.counters = LogCounters()
         self.about: About | None = None
         """What it is of; None for a plain log."""
         self._file = file
@@ -69,14 +69,14 @@ class Recording:
             raise LogFailed(
                 f"{name} is no log of frames that is known here. Give what candump -l or candump -L wrote, an ASC or a "
                 "BLF file, or a CSV file of hornbill or python-can.",
-                cause="no_log",
+                cause="log_format_unknown",
                 name=name,
             )
         self.form = form or LogFormat.CANDUMP  # of an empty file or a pipe that ended, all are the same
         self._text = io.TextIOWrapper(file, "utf-8-sig", errors="replace")  # nothing is read before it is asked to
 
     @classmethod
-    def open(cls, path: Path) -> "Recording":
+    def open(cls, path: Path) -> "LogReader":
         """The recording in a file. Raises LogFailed with the reason and the remedy."""
         try:
             file = path.open("rb")
@@ -88,7 +88,7 @@ class Recording:
             ) from error
         except ValueError as error:
             raise LogFailed(
-                f"{str(path)!r} is no name of a file: {error}.", cause="no_file_name", name=str(path)[:90]
+                f"{str(path)!r} is no name of a file: {error}.", cause="file_name_invalid", name=str(path)[:90]
             ) from error
         return cls(file, str(path))
 

@@ -8,14 +8,14 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Final, TypeAlias
 
-from hornbill.bus.recordings.bundle import BundleReader
-from hornbill.bus.recordings.reader import Recording
+from hornbill.bus.recordings.reader import LogReader
+from hornbill.bus.recordings.recording import RecordingReader
 from hornbill.bus.threads import OwnThread
 from hornbill.bus.transmit import check
 from hornbill.errors import BusDisconnected, BusReadOnly, LogFailed, PortError, PortOpenFailed
 from hornbill.wire.bittime import frame_bits
 from hornbill.wire.frame import Frame, LoggedFrame
-from hornbill.wire.port import BUNDLE, PLAIN, RECORDING, FrameSink, PortState, PortStatistics
+from hornbill.wire.port import LOG_SCHEME, PLAIN, RECORDING_SCHEME, FrameSink, PortState, PortStatistics
 
 log = logging.getLogger(__name__)
 
@@ -33,11 +33,11 @@ _SPEED: Final = "?speed="
 
 
 def parse(address: str) -> tuple[Path, float]:
-    """File and speed of `file:PATH[?speed=S]`, or of `bundle:`; S is 0.01 to 1000 times as fast.
+    """File and speed of `file:PATH[?speed=S]`, or of `recording:`; S is 0.01 to 1000 times as fast.
 
     Raises PortOpenFailed.
     """
-    name, given, factor = address.removeprefix(RECORDING).removeprefix(BUNDLE).rpartition(_SPEED)
+    name, given, factor = address.removeprefix(LOG_SCHEME).removeprefix(RECORDING_SCHEME).rpartition(_SPEED)
     if not given:
         name, factor = factor, "1"
     try:
@@ -48,14 +48,14 @@ def parse(address: str) -> tuple[Path, float]:
         raise PortOpenFailed(
             f"{factor!r} is no speed. Give {SLOWEST:g} to {FASTEST:g}.",
             address=address,
-            cause="no_speed",
+            cause="playback_speed_invalid",
             requested=factor,
         )
     if not name.strip():
         raise PortOpenFailed(
             f"{address!r} names no file. Write file:PATH, for example file:can0.log.",
             address=address,
-            cause="names_no_file",
+            cause="file_name_missing",
         )
     return Path(name.strip()), speed
 
@@ -63,7 +63,7 @@ def parse(address: str) -> tuple[Path, float]:
 async def open_replay(address: str, *, bitrate: int = 1_000_000, folder: Path | None = None) -> "ReplayPort":
     """The recording `file:PATH[?speed=S]` as a port, which begins to play when it is first listened to.
 
-    Of `bundle:PATH[?speed=S]` the frames are played, and the port says what the bundle is `about`.
+    Of `recording:PATH[?speed=S]` the frames are played, and the port says what the recording is `about`.
     A name without a folder that is not in the working directory is looked for in `folder` too. `bitrate` only says
     how much of the bus each frame took. Raises PortOpenFailed; facts: address.
     """
@@ -72,11 +72,11 @@ async def open_replay(address: str, *, bitrate: int = 1_000_000, folder: Path | 
         raise PortOpenFailed(
             f"{bitrate} bit/s is no bit rate. The servos are delivered with 1000000.",
             address=address,
-            cause="no_bit_rate",
+            cause="bit_rate_unsupported",
             bitrate=bitrate,
         )
     reading = asyncio.get_running_loop().run_in_executor(
-        OwnThread("replay"), _begin, path, folder, address.startswith(BUNDLE)
+        OwnThread("replay"), _begin, path, folder, address.startswith(RECORDING_SCHEME)
     )
     try:
         async with asyncio.timeout(OPEN_S):
@@ -92,7 +92,7 @@ async def open_replay(address: str, *, bitrate: int = 1_000_000, folder: Path | 
         raise PortOpenFailed(
             f"{address} cannot be played: no frame was found in it within {OPEN_S:g} s. Check the file and its disk.",
             address=address,
-            cause="no_frames_in_time",
+            cause="frames_timeout",
             within_s=OPEN_S,
         ) from error
     if not first:
@@ -100,7 +100,7 @@ async def open_replay(address: str, *, bitrate: int = 1_000_000, folder: Path | 
         raise PortOpenFailed(
             f"There is no frame of a CAN bus with 29-bit identifiers in {recording.name}.",
             address=address,
-            cause="no_frames",
+            cause="frames_missing",
             name=recording.name,
         )
     return ReplayPort(recording, frames, first, address=address, bitrate=bitrate, speed=speed)
@@ -115,7 +115,7 @@ class ReplayPort:
 
     def __init__(
         self,
-        recording: Recording,
+        recording: LogReader,
         frames: Iterator[LoggedFrame],
         first: list[LoggedFrame],
         *,
@@ -134,7 +134,7 @@ class ReplayPort:
         self.retry_in_s: float | None = None
         self.details = PLAIN
         self.about = recording.about
-        """What a bundle is of; None for a plain log."""
+        """What a recording is of; None for a plain log."""
         self._recording = recording
         self._frames = frames
         self._batch = first
@@ -165,7 +165,7 @@ class ReplayPort:
         if self._state is not PortState.ACTIVE:
             raise BusDisconnected(
                 f"{self.address} is not played any more. Connect a bus again.",
-                cause="played_no_more",
+                cause="playback_stopped",
                 address=self.address,
             )
         check(frames)
@@ -173,7 +173,7 @@ class ReplayPort:
         raise BusReadOnly(
             f"{self.address} is a recording: nothing can be read from it or written to it, and nothing moves. "
             "Connect an adapter for that.",
-            cause="only_a_recording",
+            cause="address_is_recording",
             address=self.address,
         )
 
@@ -211,7 +211,7 @@ class ReplayPort:
                 self._reading = loop.run_in_executor(OwnThread("replay"), _take, self._frames)
                 self._batch = await asyncio.shield(self._reading)
             text = "The recording is over: nothing comes any more. Play it again, or connect a bus."
-            self.trouble = PortError(text, cause="recording_over", address=self.address)
+            self.trouble = PortError(text, cause="playback_ended", address=self.address)
         except LogFailed as error:
             self._state, self.trouble = PortState.LOST, PortError(error.detail, **{"cause": None, **error.facts})
         except Exception:
@@ -237,10 +237,10 @@ class ReplayPort:
         seen.errors = read.error_frames + read.unreadable
 
 
-_Begun: TypeAlias = tuple[Recording, Iterator[LoggedFrame], list[LoggedFrame]]
+_Begun: TypeAlias = tuple[LogReader, Iterator[LoggedFrame], list[LoggedFrame]]
 
 
-def _begin(path: Path, folder: Path | None, bundled: bool) -> _Begun:
+def _begin(path: Path, folder: Path | None, recorded: bool) -> _Begun:
     """The recording and its first frames, in a thread. Raises LogFailed."""
     try:
         if folder is not None and path.name == str(path) and not path.exists():
@@ -249,13 +249,13 @@ def _begin(path: Path, folder: Path | None, bundled: bool) -> _Begun:
         odd = path.exists() and not (path.is_file() or path.is_dir())
     except OSError as error:
         raise LogFailed(
-            f"{str(path)[:90]!r} is no name of a file.", cause="no_file_name", name=str(path)[:90]
+            f"{str(path)[:90]!r} is no name of a file.", cause="file_name_invalid", name=str(path)[:90]
         ) from error
     if odd:
         raise LogFailed(
             f"{path} is no file. Give one that a log was written to.", cause="file_unreadable", name=str(path)
         )
-    recording = _bundle(path) if bundled else Recording.open(path)
+    recording = _recording(path) if recorded else LogReader.open(path)
     try:
         frames = iter(recording)
         return recording, frames, _take(frames)
@@ -264,9 +264,9 @@ def _begin(path: Path, folder: Path | None, bundled: bool) -> _Begun:
         raise
 
 
-def _bundle(path: Path) -> Recording:
-    with BundleReader(path) as bundle:
-        return bundle.frames()
+def _recording(path: Path) -> LogReader:
+    with RecordingReader(path) as recording:
+        return recording.frames()
 
 
 def _close(done: "asyncio.Future[_Begun]") -> None:

@@ -1,4 +1,4 @@
-"""The commands about what the server keeps: inventory, audit, and bundles of the black box."""
+"""The commands about what the server keeps: inventory, audit, and recordings of the recorder."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -14,11 +14,11 @@ if TYPE_CHECKING:
     from hornbill.client import Hornbill, answers
 
 inventory = typer.Typer(no_args_is_help=True, help="Every servo ever met, on the bus or not.")
-bundles = typer.Typer(no_args_is_help=True, help="What the black box kept around failures, stops and losses.")
+recordings = typer.Typer(no_args_is_help=True, help="What the recorder kept around failures, stops and losses.")
 
 AsCsv = Annotated[bool, typer.Option("--csv", help="print CSV")]
 Known = Annotated[str, typer.Argument(metavar="SERVO", help="uid (or the start of it), label or serial")]
-BundleName = Annotated[str, typer.Argument(help="as 'hornbill bundles list' has it")]
+RecordingName = Annotated[str, typer.Argument(help="as 'hornbill recordings list' has it")]
 
 
 @inventory.command("list")
@@ -111,11 +111,11 @@ def audit(
     print_table(("when", "who", "what", "outcome", "uid", "parameter", "after", "detail"), rows)
 
 
-@bundles.command("list")
-def list_bundles(server: Server = HERE, as_json: AsJson = False) -> None:
-    """The bundles there are, the newest first, and how far the black box reaches back."""
+@recordings.command("list")
+def list_recordings(server: Server = HERE, as_json: AsJson = False) -> None:
+    """The recordings there are, the newest first, and how far the recorder reaches back."""
     with client(server) as hornbill:
-        found, state = hornbill.records.bundles(), hornbill.records.recorder()
+        found, state = hornbill.records.recordings(), hornbill.records.recorder()
     if as_json:
         print_json(found)
         return
@@ -124,10 +124,10 @@ def list_bundles(server: Server = HERE, as_json: AsJson = False) -> None:
         for one in found
     ]
     print_table(("name", "written", "reason", "kB", "what happened"), rows)
-    print(f"The black box reaches back {state['reach_s']:.0f} s.")
+    print(f"The recorder reaches back {state['reach_s']:.0f} s.")
 
 
-@bundles.command("take")
+@recordings.command("take")
 def take(
     reason: Annotated[str, typer.Option(help="for people; goes into its name")] = "",
     before: Annotated[float | None, typer.Option(help="seconds before now; as configured unless told", min=1)] = None,
@@ -136,15 +136,15 @@ def take(
 ) -> None:
     """Keep what happened lately, and in the next ten seconds; waits for them."""
     with client(server) as hornbill:
-        made = hornbill.records.write_bundle(reason, before_s=before)
+        made = hornbill.records.create_recording(reason, before_s=before)
     print_json(made) if as_json else print(made["name"])
 
 
-@bundles.command("show")
-def show_bundle(name: BundleName, server: Server = HERE, as_json: AsJson = False) -> None:
-    """What is in a bundle: its events, and what was written."""
+@recordings.command("show")
+def show_recording(name: RecordingName, server: Server = HERE, as_json: AsJson = False) -> None:
+    """What is in a recording: its events, and what was written."""
     with client(server) as hornbill:
-        found = hornbill.records.bundle_content(name)
+        found = hornbill.records.recording_content(name)
     if as_json:
         print_json(found)
         return
@@ -158,30 +158,30 @@ def show_bundle(name: BundleName, server: Server = HERE, as_json: AsJson = False
     print(f"{len(found['events'])} events, {len(found['writes'])} writes, {samples} samples.")
 
 
-@bundles.command("get")
-def get(name: BundleName, server: Server = HERE) -> None:
-    """Write a bundle, a ZIP file, to standard output: hornbill bundles get NAME > NAME"""
+@recordings.command("get")
+def get(name: RecordingName, server: Server = HERE) -> None:
+    """Write a recording, a ZIP file, to standard output: hornbill recordings get NAME > NAME"""
     with client(server) as hornbill:
-        typer.echo(hornbill.records.bundle(name), nl=False)
+        typer.echo(hornbill.records.recording(name), nl=False)
 
 
-@bundles.command("put")
+@recordings.command("put")
 def put(
-    file: Annotated[Path, typer.Argument(exists=True, dir_okay=False, help="a bundle of elsewhere")],
+    file: Annotated[Path, typer.Argument(exists=True, dir_okay=False, help="a recording of elsewhere")],
     server: Server = HERE,
     as_json: AsJson = False,
 ) -> None:
-    """Have the server keep a bundle, to look at it on the page."""
+    """Have the server keep a recording, to look at it on the page."""
     with client(server) as hornbill:
-        made = hornbill.records.add_bundle(file.name, file.read_bytes())
+        made = hornbill.records.import_recording(file.name, file.read_bytes())
     print_json(made) if as_json else print(made["name"])
 
 
-@bundles.command("delete")
-def delete(name: BundleName, server: Server = HERE) -> None:
-    """Delete a bundle."""
+@recordings.command("delete")
+def delete(name: RecordingName, server: Server = HERE) -> None:
+    """Delete a recording."""
     with client(server) as hornbill:
-        hornbill.records.delete_bundle(name)
+        hornbill.records.delete_recording(name)
 
 
 def _known(hornbill: "Hornbill", name: str) -> "answers.KnownServo":

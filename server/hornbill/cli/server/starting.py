@@ -76,8 +76,8 @@ def serve(
         typer.Option(help="URL of a database elsewhere, as postgresql://USER@HOST/NAME; or set HORNBILL_DATABASE"),
     ] = None,
     allocator: Annotated[
-        Literal["on", "off", "insist"] | None,
-        typer.Option(help="give node ids; insist: beside another allocator, too; as chosen last unless told"),
+        Literal["on", "off", "force"] | None,
+        typer.Option(help="give node ids; force: beside another allocator, too; as chosen last unless told"),
     ] = None,
     position_unit: Annotated[
         Literal["hundred_degrees", "radian", "degree", "tenth_degree"] | None,

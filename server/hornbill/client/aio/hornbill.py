@@ -41,7 +41,7 @@ class AsyncHornbill(AsyncConnection):
 
     @property
     def records(self) -> AsyncRecords:
-        """What the server keeps: servos ever met, audit, measured runs, bundles of the black box."""
+        """What the server keeps: servos ever met, audit, measured runs, recordings of the recorder."""
         return AsyncRecords(self)
 
     async def __aenter__(self) -> Self:

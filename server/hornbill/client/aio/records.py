@@ -1,4 +1,4 @@
-"""What the server keeps: servos ever met, the audit, measured runs, the black box's bundles."""
+"""What the server keeps: servos ever met, the audit, measured runs, the recorder's recordings."""
 
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
@@ -78,36 +78,36 @@ class AsyncRecords:
         """Several with their samples, and the parameters in which they differ."""
         return await self._ask("GET", "/runs/overlay", ids=",".join(map(str, numbers)))
 
-    async def drop_run(self, number: int) -> None:
+    async def delete_run(self, number: int) -> None:
         """Forget a step test."""
         await self._ask("DELETE", f"/runs/{number}")
 
     async def recorder(self) -> answers.RecorderState:
-        """How far the black box reaches back."""
+        """How far the recorder reaches back."""
         return await self._ask("GET", "/recorder")
 
-    async def write_bundle(self, reason: str = "", *, before_s: float | None = None) -> answers.Bundle:
-        """Keep what the black box holds of the last seconds; answers when the file is there."""
+    async def create_recording(self, reason: str = "", *, before_s: float | None = None) -> answers.Recording:
+        """Keep what the recorder holds of the last seconds; answers when the file is there."""
         body = {"reason": reason, "before_s": before_s}
-        return await self._ask("POST", "/recorder/bundles", body, wait=True, timeout_s=120.0)
+        return await self._ask("POST", "/recorder/recordings", body, wait=True, timeout_s=120.0)
 
-    async def bundles(self) -> list[answers.Bundle]:
-        """What the black box kept, the newest first."""
-        return await self._ask("GET", "/recorder/bundles")
+    async def recordings(self) -> list[answers.Recording]:
+        """What the recorder kept, the newest first."""
+        return await self._ask("GET", "/recorder/recordings")
 
-    async def bundle(self, name: str) -> bytes:
-        """A bundle, a ZIP file."""
-        return await self._download(f"/recorder/bundles/{quote(name, safe='')}")
+    async def recording(self, name: str) -> bytes:
+        """A recording, a ZIP file."""
+        return await self._download(f"/recorder/recordings/{quote(name, safe='')}")
 
-    async def bundle_content(self, name: str) -> answers.BundleContent:
+    async def recording_content(self, name: str) -> answers.RecordingContent:
         """What is in it, read."""
-        return await self._ask("GET", f"/recorder/bundles/{quote(name, safe='')}/content")
+        return await self._ask("GET", f"/recorder/recordings/{quote(name, safe='')}/content")
 
-    async def add_bundle(self, name: str, content: bytes) -> answers.Bundle:
-        """Have the server keep a bundle of elsewhere."""
+    async def import_recording(self, name: str, content: bytes) -> answers.Recording:
+        """Have the server keep a recording of elsewhere."""
         kind = {"Content-Type": "application/zip"}
-        return await self._ask("PUT", f"/recorder/bundles/{quote(name, safe='')}", content=content, headers=kind)
+        return await self._ask("PUT", f"/recorder/recordings/{quote(name, safe='')}", content=content, headers=kind)
 
-    async def delete_bundle(self, name: str) -> None:
-        """Delete a bundle."""
-        await self._ask("DELETE", f"/recorder/bundles/{quote(name, safe='')}")
+    async def delete_recording(self, name: str) -> None:
+        """Delete a recording."""
+        await self._ask("DELETE", f"/recorder/recordings/{quote(name, safe='')}")

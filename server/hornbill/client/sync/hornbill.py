@@ -42,7 +42,7 @@ class Hornbill(Connection):
 
     @property
     def records(self) -> Records:
-        """What the server keeps: servos ever met, audit, measured runs, bundles of the black box."""
+        """What the server keeps: servos ever met, audit, measured runs, recordings of the recorder."""
         return Records(self)
 
     def __enter__(self) -> Self:

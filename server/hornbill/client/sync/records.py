@@ -1,4 +1,4 @@
-"""What the server keeps: servos ever met, the audit, measured runs, the black box's bundles."""
+"""What the server keeps: servos ever met, the audit, measured runs, the recorder's recordings."""
 
 # Made from hornbill.client.aio by `make generate`: change it there.
 
@@ -85,31 +85,31 @@ class Records:
         self._ask("DELETE", f"/runs/{number}")
 
     def recorder(self) -> answers.RecorderState:
-        """How far the black box reaches back."""
+        """How far the recorder reaches back."""
         return self._ask("GET", "/recorder")
 
-    def write_bundle(self, reason: str = "", *, before_s: float | None = None) -> answers.Bundle:
-        """Keep what the black box holds of the last seconds; answers when the file is there."""
+    def write_recording(self, reason: str = "", *, before_s: float | None = None) -> answers.Recording:
+        """Keep what the recorder holds of the last seconds; answers when the file is there."""
         body = {"reason": reason, "before_s": before_s}
-        return self._ask("POST", "/recorder/bundles", body, wait=True, timeout_s=120.0)
+        return self._ask("POST", "/recorder/recordings", body, wait=True, timeout_s=120.0)
 
-    def bundles(self) -> list[answers.Bundle]:
-        """What the black box kept, the newest first."""
-        return self._ask("GET", "/recorder/bundles")
+    def recordings(self) -> list[answers.Recording]:
+        """What the recorder kept, the newest first."""
+        return self._ask("GET", "/recorder/recordings")
 
-    def bundle(self, name: str) -> bytes:
-        """A bundle, a ZIP file."""
-        return self._download(f"/recorder/bundles/{quote(name, safe='')}")
+    def recording(self, name: str) -> bytes:
+        """A recording, a ZIP file."""
+        return self._download(f"/recorder/recordings/{quote(name, safe='')}")
 
-    def bundle_content(self, name: str) -> answers.BundleContent:
+    def recording_content(self, name: str) -> answers.RecordingContent:
         """What is in it, read."""
-        return self._ask("GET", f"/recorder/bundles/{quote(name, safe='')}/content")
+        return self._ask("GET", f"/recorder/recordings/{quote(name, safe='')}/content")
 
-    def add_bundle(self, name: str, content: bytes) -> answers.Bundle:
-        """Have the server keep a bundle of elsewhere."""
+    def add_recording(self, name: str, content: bytes) -> answers.Recording:
+        """Have the server keep a recording of elsewhere."""
         kind = {"Content-Type": "application/zip"}
-        return self._ask("PUT", f"/recorder/bundles/{quote(name, safe='')}", content=content, headers=kind)
+        return self._ask("PUT", f"/recorder/recordings/{quote(name, safe='')}", content=content, headers=kind)
 
-    def delete_bundle(self, name: str) -> None:
-        """Delete a bundle."""
-        self._ask("DELETE", f"/recorder/bundles/{quote(name, safe='')}")
+    def delete_recording(self, name: str) -> None:
+        """Delete a recording."""
+        self._ask("DELETE", f"/recorder/recordings/{quote(name, safe='')}")

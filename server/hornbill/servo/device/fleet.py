@@ -81,13 +81,13 @@ class Fleet:
         self._units = units
         self._servos: dict[Uid, Servo] = {}
         self._by_node: dict[int, Servo] = {}
-        self._asking: dict[int, asyncio.Task[None]] = {}
+        self._identifying: dict[int, asyncio.Task[None]] = {}
         self._soft_starts: set[asyncio.Task[None]] = set()
         self._just_restarted: set[int] = set()
-        self.fresh = RecentStarts(base.now, granted_at)
+        self.recent_starts = RecentStarts(base.now, granted_at)
         self._directory = Directory()
-        self._strangers = ForeignNodes(base.now)
-        self._imposed: dict[int, int] = {}
+        self._foreign = ForeignNodes(base.now)
+        self._torque_written: dict[int, int] = {}
         self._aside: dict[Uid, Servo] | None = None
         for kept in memory.all():
             self._servos[kept.uid] = Servo(kept.uid, catalog, label=kept.label, drift=drifted(kept))
@@ -108,7 +108,7 @@ class Fleet:
             )
         return servo
 
-    def met(self) -> list[Servo]:
+    def seen(self) -> list[Servo]:
         """Every servo that was on a bus of this host, also while those of a recording are shown instead."""
         servos = self._servos if self._aside is None else self._aside
         return [servo for servo in servos.values() if servo.model_number is not None]
@@ -132,7 +132,7 @@ class Fleet:
             return
         if servo.node_id is not None:
             self._by_node.pop(servo.node_id, None)
-        self._hand_over(node, uid)
+        self._assign_node_id(node, uid)
         servo.node_id, self._by_node[node] = node, servo
 
     def knows(self, uid: str) -> bool:
@@ -154,7 +154,7 @@ class Fleet:
                 servo=servo.title,
             )
         if servo is not None:
-            servo.forget_everything()
+            servo.reset()
             self._hub.publish(ServoChanged(uid))
         self._units.forget(uid)
 
@@ -162,7 +162,7 @@ class Fleet:
         """Follow this bus from now on; the answer is who lives on it."""
         fixed = (kept.rom.get("node_id", 0) for kept in self.memory.all())
         self._directory = Directory(remembered=(node for node in fixed if node))
-        self._strangers = ForeignNodes(self._base.now)
+        self._foreign = ForeignNodes(self._base.now)
         self._directory.on_restarted.append(lambda record: self._just_restarted.add(record.node_id))
         self._directory.follow(participant)  # first, so that it knows of a restart before we look
         participant.subscribe(NodeStatus, self._on_node_status)
@@ -180,7 +180,7 @@ class Fleet:
         self._just_restarted.discard(node)
         if self._aside is not None:
             if servo is not None:
-                self._heard_recorded(servo, transfer.at, status, restarted=restarted)
+                self._on_recorded_status(servo, transfer.at, status, restarted=restarted)
             return
         if servo is not None and servo.online and not restarted:
             before = servo.status
@@ -191,10 +191,10 @@ class Fleet:
                 return
         # new, restarted, or back from silence: somebody else may sit on this id now, so ask again who it is
         if restarted and servo is not None:
-            self._noticed_restart(servo, status, now)
-        self.fresh.heard(node, status.uptime_sec, now, restarted=restarted)
-        if node not in self._asking and self._strangers.due(self._directory.records[node]):
-            self._asking[node] = asyncio.get_running_loop().create_task(self._arrive(NodeId(node)))
+            self._on_restart(servo, status, now)
+        self.recent_starts.on_status(node, status.uptime_sec, now, restarted=restarted)
+        if node not in self._identifying and self._foreign.due(self._directory.records[node]):
+            self._identifying[node] = asyncio.get_running_loop().create_task(self._arrive(NodeId(node)))
 
     def _restarted_unseen(self, servo: Servo | None, status: NodeStatus, at: Instant) -> bool:
         """Whether an uptime that ran ahead of our clock shows that this computer was suspended, and that the servo
@@ -220,30 +220,30 @@ class Fleet:
         now = self._base.now()
         return max(until - since, self._base.utc(now) - self._base.utc(since) - (now - until))
 
-    def _heard_recorded(self, servo: Servo, at: Instant, status: NodeStatus, *, restarted: bool) -> None:
+    def _on_recorded_status(self, servo: Servo, at: Instant, status: NodeStatus, *, restarted: bool) -> None:
         """What it said of itself then; whoever asked it anew after a restart is in the recording, too."""
         if restarted:
-            self._noticed_restart(servo, status, at)
+            self._on_restart(servo, status, at)
         servo.status, servo.status_at, servo.online, servo.identified = status, at, True, True
         self._hub.publish(ServoChanged(servo.uid))
 
-    def ask_now(self, node: int) -> None:
+    def identify_now(self, node: int) -> None:
         """Somebody needs to know who uses a node id: ask it, however often it stayed silent."""
-        self._strangers.hurry(node)
+        self._foreign.retry_now(node)
         record = self._directory.records.get(node)
-        if record is not None and node not in self._asking and self._strangers.due(record):
-            self._asking[node] = asyncio.get_running_loop().create_task(self._arrive(NodeId(node)))
+        if record is not None and node not in self._identifying and self._foreign.due(record):
+            self._identifying[node] = asyncio.get_running_loop().create_task(self._arrive(NodeId(node)))
 
     def _on_actuator_status(self, transfer: Transfer, status: ActuatorStatus) -> None:
         """A Status (10 Hz a servo): the angle. Its force and speed fields are not used by these servos."""
         servo = self._by_node.get(transfer.source)
         if servo is None or not servo.online:
-            self._strangers.heard_status(transfer.source)
+            self._foreign.on_status(transfer.source)
             return
         if not math.isfinite(status.position):
             return
         if self._aside is None:
-            angle = self._units.heard(servo, status.position, transfer.at)
+            angle = self._units.on_status(servo, status.position, transfer.at)
         else:  # nobody can be asked any more
             angle = to_degrees(servo, status.position)
         if angle is not None:
@@ -274,7 +274,7 @@ class Fleet:
                     text = f"{servo.title} went silent."
                     self._hub.publish(LogEvent("warning", "offline", text, servo.uid, {"servo": servo.title}))
             time_out = None if servo.output.commanded_at is None else servo.raw("timeout_time")
-            if time_out is not None and servo.output.time_out(now, time_out / 1000):
+            if time_out is not None and servo.output.check_timeout(now, time_out / 1000):
                 self._hub.publish(ServoChanged(servo.uid))
             since = servo.soft_start_since
             if since is not None and now - since > SOFT_START_LIMIT_S:
@@ -284,29 +284,29 @@ class Fleet:
 
     def suspects(self) -> list[int]:
         """Node ids that broadcast the Status of an actuator and may be servos: not known as one, nor as foreign."""
-        return [node for node in self._strangers.suspects() if self.kind(node) == "unknown"]
+        return [node for node in self._foreign.suspects() if self.kind(node) == "unknown"]
 
     def kind(self, node: int) -> Literal["servo", "foreign", "unknown"]:
         """What is known of who uses a node id now."""
         servo = self._by_node.get(node)
         if servo is not None and servo.online:
             return "servo"
-        return "foreign" if self._strangers.is_foreign(node) else "unknown"
+        return "foreign" if self._foreign.is_foreign(node) else "unknown"
 
-    def imposed(self, node: int) -> None:
+    def torque_written(self, node: int) -> None:
         """Torque is about to be taken from a node not known as a servo: RAM no longer tells what ROM holds in 0x20."""
         record = self._directory.records.get(node)
-        self._imposed[node] = 0 if record is None else record.boot_count
+        self._torque_written[node] = 0 if record is None else record.boot_count
 
     def note(self, node: int) -> Note | None:
         """Why a node is not taken for a servo, for people."""
-        return None if self.kind(node) == "servo" else self._strangers.note(node)
+        return None if self.kind(node) == "servo" else self._foreign.note(node)
 
     def bus_lost(self) -> None:
         """Nothing is heard any more; what is heard first when the bus is back may be old."""
         self._directory.reception_lost()
 
-    def bus_back(self) -> None:
+    def bus_restored(self) -> None:
         """The bus works again."""
         self._directory.reception_restored(self._base.now())
 
@@ -327,20 +327,22 @@ class Fleet:
             servo.forget(key)  # what they were read to hold was for the time of soft start
         self._hub.publish(ServoChanged(servo.uid))
         node = servo.node_id
-        if node is not None and node not in self._asking:
-            self._asking[node] = asyncio.get_running_loop().create_task(self._after_soft_start(servo, node, seen=seen))
+        if node is not None and node not in self._identifying:
+            self._identifying[node] = asyncio.get_running_loop().create_task(
+                self._after_soft_start(servo, node, seen=seen)
+            )
 
     async def detach(self) -> None:
         """The bus went away: nobody is online, and no question waits."""
-        tasks = [*self._asking.values(), *self._soft_starts]
+        tasks = [*self._identifying.values(), *self._soft_starts]
         for task in tasks:
             task.cancel()
         await asyncio.gather(*tasks, return_exceptions=True)
-        self._asking.clear()
+        self._identifying.clear()
         self._by_node.clear()
-        self.fresh.clear()
+        self.recent_starts.clear()
         self._directory = Directory()
-        self._strangers = ForeignNodes(self._base.now)
+        self._foreign = ForeignNodes(self._base.now)
         for servo in self._servos.values():
             servo.online, servo.node_id, servo.soft_start_since = False, None, None
             if servo.model_number is not None:
@@ -350,7 +352,7 @@ class Fleet:
             for servo in self._servos.values():
                 self._hub.publish(ServoChanged(servo.uid))
 
-    def _noticed_restart(self, servo: Servo, status: NodeStatus, at: Instant) -> None:
+    def _on_restart(self, servo: Servo, status: NodeStatus, at: Instant) -> None:
         servo.restarted(at - status.uptime_sec - 1)  # an uptime of whole seconds
         self._hub.publish(ServoChanged(servo.uid))
         if servo.busy is None:
@@ -359,16 +361,16 @@ class Fleet:
 
     async def _arrive(self, node: NodeId) -> None:
         try:
-            identity = await identification.who(
-                self._requests, self.catalog, self._directory, self._strangers, node, known=self.kind(node) == "servo"
+            identity = await identification.identify(
+                self._requests, self.catalog, self._directory, self._foreign, node, known=self.kind(node) == "servo"
             )
             if identity is None:
                 if self.kind(node) == "servo":  # a known one may be busy with its start
-                    self._strangers.wait(node, self._base.now() + RETRY_S)
+                    self._foreign.postpone(node, self._base.now() + RETRY_S)
                 return
-            servo = self._welcome(node, identity)
+            servo = self._register(node, identity)
             await identification.read_rows(self._requests, servo)
-            if self.fresh.of(node, self._directory.records.get(node)):
+            if self.recent_starts.has_just_started(node, self._directory.records.get(node)):
                 soft = servo.raw("soft_start") == 1 and servo.raw("torque_mode") == 0
                 servo.soft_start_since, servo.near_zero_at = self._base.now() if soft else None, None
                 identification.learn_rom(servo, soft_start=soft)
@@ -381,27 +383,27 @@ class Fleet:
                 if servo.output.commanded_at is None and servo.was_commanded:
                     servo.output.commanded(self._base.now())  # at the latest
             servo.identified = True
-            self.fresh.spent(node)
-            self._told_all(servo)
+            self.recent_starts.remove(node)
+            self._publish_all(servo)
             params: dict[str, object] = {"servo": servo.title, "node_id": node}
             self._hub.publish(LogEvent("info", "ready", f"{servo.title} is on node {node}.", servo.uid, params))
             self._hub.publish(ServoRead(servo.uid))
             self.remember(servo)
         except NoResponse as error:
-            log.info("node %d: %s", node, identification.lost(error))
-            self._strangers.wait(node, self._base.now() + RETRY_S)
-            self._doubt(node)
+            log.info("node %d: %s", node, identification.log_text(error))
+            self._foreign.postpone(node, self._base.now() + RETRY_S)
+            self._check_replaced(node)
         except PortError as error:
             log.debug("node %d: %s", node, error.detail)
         except Exception:  # nobody waits for this task: it must say itself what went wrong, and try again
             log.exception("node %d could not be identified", node)
-            self._strangers.wait(node, self._base.now() + RETRY_S)
+            self._foreign.postpone(node, self._base.now() + RETRY_S)
         finally:
-            self._asking.pop(node, None)
+            self._identifying.pop(node, None)
             resident = self._directory.unique_id_at(node)
-            self._hand_over(node, None if resident is None else resident.hex())
+            self._assign_node_id(node, None if resident is None else resident.hex())
 
-    def _doubt(self, node: int) -> None:
+    def _check_replaced(self, node: int) -> None:
         """Somebody who only says NodeStatus, where a servo was, is not taken for it; a boot loader's is (B16)."""
         servo, now = self._by_node.get(node), self._base.now()
         if servo is None or self._directory.unique_id_at(node) is not None:
@@ -409,9 +411,9 @@ class Fleet:
         status = self._directory.records[node].status
         broadcasts = servo.angle_at is not None and now - servo.angle_at < OFFLINE_AFTER_S
         if not broadcasts and self._directory.is_online(node, now) and status.mode != Mode.SOFTWARE_UPDATE:
-            self._hand_over(node, "")
+            self._assign_node_id(node, "")
 
-    def _hand_over(self, node: int, uid: str | None) -> None:
+    def _assign_node_id(self, node: int, uid: str | None) -> None:
         """A node id is used by `uid` (None: nobody knows): another servo that was there is not any more."""
         servo = self._by_node.get(node)
         if servo is None or uid is None or uid == servo.uid:
@@ -423,7 +425,7 @@ class Fleet:
         servo.node_id, servo.online = None, False
         self._hub.publish(ServoChanged(servo.uid))
 
-    def _welcome(self, node: NodeId, identity: NodeIdentity) -> Servo:
+    def _register(self, node: NodeId, identity: NodeIdentity) -> Servo:
         servo = self._servos.setdefault(identity.uid, Servo(identity.uid, self.catalog))
         record = self._directory.records.get(node)
         if servo.node_id is not None and servo.node_id != node:
@@ -431,19 +433,19 @@ class Fleet:
             servo.restarted()
         elif not servo.online:
             servo.identified = False
-            servo.forget_readings()
+            servo.invalidate_readings()
             if record is not None and self._restarted_away(servo, record.status, record.status_at):
                 servo.restarted()
         servo.node_id = node
         servo.online = True
         if record is not None:
             servo.status, servo.status_at = record.status, record.status_at
-        self._hand_over(node, servo.uid)
+        self._assign_node_id(node, servo.uid)
         self._by_node[node] = servo
-        self._strangers.forget(node)
+        self._foreign.forget(node)
         identification.apply(servo, identity)
-        self._units.met(servo)
-        if record is not None and self._imposed.pop(node, None) == record.boot_count:
+        self._units.on_arrival(servo)
+        if record is not None and self._torque_written.pop(node, None) == record.boot_count:
             servo.note_write("torque_mode", None, self._base.now())
         self._hub.publish(ServoChanged(servo.uid))
         self._hub.publish(ServoSeen(servo.uid))
@@ -466,17 +468,17 @@ class Fleet:
         try:
             await identification.learn_after_soft_start(self._requests, servo, ended=seen)
             self.remember(servo)
-            self._told_all(servo)
+            self._publish_all(servo)
         except HornbillError as error:
             log.info("%s: after soft start: %s", servo.title, error.detail)
         finally:
-            self._asking.pop(node, None)
+            self._identifying.pop(node, None)
 
     def remember(self, servo: Servo) -> None:
         """Keep what is known of a servo beyond this process, and flag what differs from before. Never raises."""
         self.memory.remember(servo)
 
-    def _told_all(self, servo: Servo) -> None:
+    def _publish_all(self, servo: Servo) -> None:
         for key in servo.registers:
             self._hub.publish(ReadingChanged(servo.uid, key))
         self._hub.publish(ServoChanged(servo.uid))

@@ -56,7 +56,7 @@ def check_free(servo: Servo, jobs: Jobs) -> None:
         raise Busy(
             f"{servo.title} is being worked on. Try again when that has ended.",
             uid=servo.uid,
-            cause="worked_on",
+            cause="job_in_progress",
             servo=servo.title,
         )
 
@@ -176,7 +176,7 @@ def check_kind(servo: Servo, kind: str) -> None:
             f"{servo.title} takes no {kind} commands: firmware {servo.firmware_text} has no speed and torque control "
             f"(0x25). It came with {switch.since}. Command an angle.",
             key=switch.key,
-            cause="no_such_commands",
+            cause="commands_unsupported",
             servo=servo.title,
             kind=kind,
             since=switch.since,
@@ -240,5 +240,5 @@ def _past_limit(servo: Servo, row: Parameter, value: float, raw: Raw) -> OutOfRa
         f"{scale.to_text(row, raw)} is past the {name.label} of {servo.title}, {scale.to_text(row, limit)} "
         f"({name.name}). Enter {lowest} to {highest}, or change that limit first.",
         minimum=low / row.per_unit, maximum=high / row.per_unit, unit=row.unit, requested=value, limit=key,
-        cause="past_own_limit", servo=servo.title, key=row.key,
+        cause="beyond_servo_limit", servo=servo.title, key=row.key,
     )  # fmt: skip

@@ -1,4 +1,4 @@
-"""The one place that reads, writes and commands a servo, with each operation's own patience."""
+"""The one place that reads, writes and commands a servo, with each operation's own policy."""
 
 from collections import Counter, defaultdict
 from collections.abc import Awaitable, Callable, Mapping
@@ -31,7 +31,7 @@ from hornbill.wire.services import (
 )
 
 
-class Sending(TypedDict):
+class RequestOptions(TypedDict):
     """How Participant.request sends one request."""
 
     priority: int
@@ -41,7 +41,7 @@ class Sending(TypedDict):
 
 
 @dataclass(frozen=True)
-class Patience:
+class RetryPolicy:
     """How an operation is sent: CAN priority (0 highest), seconds a try may take, and how many tries.
 
     `kind` is what it is counted as.
@@ -54,24 +54,24 @@ class Patience:
     kind: str = "read"
 
     @cached_property
-    def sending(self) -> Sending:
+    def options(self) -> RequestOptions:
         """The arguments of Participant.request."""
         return {"priority": self.priority, "timeout": self.timeout_s, "tries": self.tries, "urgent": self.urgent}
 
 
-READ = Patience(priority=24, timeout_s=0.12, tries=25)
+READ = RetryPolicy(priority=24, timeout_s=0.12, tries=25)
 """A node that is silent for 3 s is called offline; until then it is asked. With a fifth of all frames lost, a read
 by name succeeds in 0.41 of its tries (a request of one frame, an answer of three): all of 25 fail once in 500,000."""
-POLL = Patience(priority=26, timeout_s=0.12, tries=2, kind="poll")
-WRITE = Patience(priority=20, timeout_s=0.12, tries=10, kind="write")
-COMMAND = Patience(priority=17, timeout_s=0.12, tries=1, kind="command")
+POLL = RetryPolicy(priority=26, timeout_s=0.12, tries=2, kind="poll")
+WRITE = RetryPolicy(priority=20, timeout_s=0.12, tries=10, kind="write")
+COMMAND = RetryPolicy(priority=17, timeout_s=0.12, tries=1, kind="command")
 """Motion is never repeated: a late second copy could move the horn after the operator changed his mind. Whether it
 arrived is read when its answer does not."""
-TORQUE = Patience(priority=16, timeout_s=0.05, tries=4, kind="torque")
-STOP = Patience(priority=16, timeout_s=0.02, tries=1, urgent=True, kind="stop")
+TORQUE = RetryPolicy(priority=16, timeout_s=0.05, tries=4, kind="torque")
+STOP = RetryPolicy(priority=16, timeout_s=0.02, tries=1, urgent=True, kind="stop")
 """Torque and stop share one priority, so both have the same CAN identifier and keep their order on every adapter:
 an older "on" can never overtake, or be overtaken by, a newer "off"."""
-ONCE = Patience(priority=20, timeout_s=0.5, tries=1, kind="action")
+ONCE = RetryPolicy(priority=20, timeout_s=0.5, tries=1, kind="action")
 """Save, reset and restart are never repeated: the second copy would find the servo restarting from the first."""
 
 BeforeWrite: TypeAlias = Mapping[str, Callable[[Servo, Raw], Awaitable[None]]]
@@ -91,74 +91,74 @@ class ServoRequests:
         self.base = base
         self._participant = participant
         self._before_write = before_write
-        self.asked: Counter[tuple[str, str]] = Counter()
-        """Requests that have ended, by kind and outcome: answered, no_response, or failed (cancelled, or never sent)."""
+        self.outcomes: Counter[tuple[str, str]] = Counter()
+        """Requests that have ended, by kind and outcome: responded, no_response, or failed (cancelled, or never sent)."""
         self.refused: Counter[str] = Counter()
         """Answers without the value asked for, by kind."""
-        self.took: defaultdict[str, Histogram] = defaultdict(lambda: Histogram(BOUNDS_S))
+        self.response_times: defaultdict[str, Histogram] = defaultdict(lambda: Histogram(BOUNDS_S))
         """By kind: from the call to the answer, the wait for its turn and every repetition within."""
 
-    async def read(self, servo: Servo, parameter: Parameter, patience: Patience = READ) -> Raw:
+    async def read(self, servo: Servo, parameter: Parameter, policy: RetryPolicy = READ) -> Raw:
         """RAM's raw value of one row, and remember it. Raises NoResponse, Refused, BusDisconnected."""
         node_id, request = _node(servo), GetSetRequest(0, EMPTY, parameter.name)
         try:
-            with _Counted(self, node_id, servo, patience):
-                response = await self.connected().request(node_id, request, **patience.sending)
+            with _Counted(self, node_id, servo, policy):
+                response = await self.connected().request(node_id, request, **policy.options)
         except NoResponse as error:
             error.facts["key"] = parameter.key
             raise
-        return self._taken(servo, parameter, response, patience, "read")
+        return self._value_of(servo, parameter, response, policy, "read")
 
-    async def write(self, servo: Servo, parameter: Parameter, raw: Raw, patience: Patience = WRITE) -> Raw:
+    async def write(self, servo: Servo, parameter: Parameter, raw: Raw, policy: RetryPolicy = WRITE) -> Raw:
         """Write one row and answer what RAM holds now.
 
         Raises NoResponse, Refused, BusDisconnected, and NotInThisModel for a servo of an unknown series: only its output
         can be taken.
         """
-        if servo.of_unknown_series and not _lets_go(parameter, raw):
+        if servo.of_unknown_series and not _disables_output(parameter, raw):
             raise unknown_series(servo)
         node_id = _node(servo)  # what cannot be sent is not noted as written
         servo.note_write(parameter.key, raw, self.base.now())
         try:
             if (prepare := self._before_write.get(parameter.key)) is not None:
                 await prepare(servo, raw)
-            with _Counted(self, node_id, servo, patience):
+            with _Counted(self, node_id, servo, policy):
                 request = GetSetRequest(0, integer(raw), parameter.name)
-                response = await self.connected().request(node_id, request, **patience.sending)
+                response = await self.connected().request(node_id, request, **policy.options)
         except BaseException as error:
             if isinstance(error, NoResponse):
                 error.facts["key"] = parameter.key
             servo.forget(parameter.key)  # it may have been carried out all the same
-            self._hub.tell(ReadingChanged(servo.uid, parameter.key))
+            self._hub.publish(ReadingChanged(servo.uid, parameter.key))
             if parameter.key == output.KEY:
-                self._hub.tell(ServoChanged(servo.uid))
+                self._hub.publish(ServoChanged(servo.uid))
             raise
         finally:
             if parameter.key == output.KEY or parameter.key in COMMANDS:
                 servo.output.commanded(self.base.now())  # an answer that is lost may be that to a command which was not
-        return self._taken(servo, parameter, response, patience, "write")
+        return self._value_of(servo, parameter, response, policy, "write")
 
-    async def probe(self, node_id: int, parameter: Parameter, patience: Patience = READ) -> Raw | None:
+    async def read_from_node(self, node_id: int, parameter: Parameter, policy: RetryPolicy = READ) -> Raw | None:
         """One row of a node not yet known as a servo; None when it refuses. Raises NoResponse, BusDisconnected."""
-        with _Counted(self, node_id, None, patience):
+        with _Counted(self, node_id, None, policy):
             request = GetSetRequest(0, EMPTY, parameter.name)
-            response = await self.connected().request(node_id, request, **patience.sending)
-        return self._integer_of(response, parameter, patience)
+            response = await self.connected().request(node_id, request, **policy.options)
+        return self._integer_of(response, parameter, policy)
 
-    async def impose(self, node_id: int, parameter: Parameter, raw: Raw, patience: Patience) -> Raw | None:
+    async def write_to_node(self, node_id: int, parameter: Parameter, raw: Raw, policy: RetryPolicy) -> Raw | None:
         """Write one row of a node not yet known as a servo; what it holds now, None when it refuses.
 
         Raises NoResponse, BusDisconnected.
         """
-        with _Counted(self, node_id, None, patience):
+        with _Counted(self, node_id, None, policy):
             request = GetSetRequest(0, integer(raw), parameter.name)
-            response = await self.connected().request(node_id, request, **patience.sending)
-        return self._integer_of(response, parameter, patience)
+            response = await self.connected().request(node_id, request, **policy.options)
+        return self._integer_of(response, parameter, policy)
 
-    async def node_info(self, node_id: int, patience: Patience = READ) -> GetNodeInfoResponse:
+    async def node_info(self, node_id: int, policy: RetryPolicy = READ) -> GetNodeInfoResponse:
         """Identity of a node (uavcan.protocol.GetNodeInfo). Raises NoResponse, BusDisconnected."""
-        with _Counted(self, node_id, None, patience):
-            return await self.connected().request(node_id, GetNodeInfoRequest(), **patience.sending)
+        with _Counted(self, node_id, None, policy):
+            return await self.connected().request(node_id, GetNodeInfoRequest(), **policy.options)
 
     async def opcode(self, servo: Servo, opcode: int) -> bool:
         """Run SAVE or ERASE once; its ok flag (table 2-13). Raises NoResponse: it may have acted all the same; and
@@ -166,7 +166,7 @@ class ServoRequests:
         check_series(servo)
         node_id = _node(servo)
         with _Counted(self, node_id, servo, ONCE):
-            return (await self.connected().request(node_id, ExecuteOpcodeRequest(opcode), **ONCE.sending)).ok
+            return (await self.connected().request(node_id, ExecuteOpcodeRequest(opcode), **ONCE.options)).ok
 
     async def restart(self, servo: Servo, magic: int) -> bool:
         """Ask for a restart once; its ok flag (table 2-10). Raises NoResponse: it may have acted all the same; and
@@ -174,13 +174,13 @@ class ServoRequests:
         check_series(servo)
         node_id = _node(servo)
         with _Counted(self, node_id, servo, ONCE):
-            return (await self.connected().request(node_id, RestartNodeRequest(magic), **ONCE.sending)).ok
+            return (await self.connected().request(node_id, RestartNodeRequest(magic), **ONCE.options)).ok
 
     def burst(self, commands: list[ActuatorCommand], priority: int = COMMAND.priority) -> None:
         """Broadcast one ArrayCommand of at most 15 commands. Raises BusDisconnected."""
         self.connected().broadcast(ArrayCommand(tuple(commands)), priority=priority)
 
-    def overhear(self, servo: Servo, answer: GetSetResponse) -> None:
+    def observe_response(self, servo: Servo, response: GetSetResponse) -> None:
         """Take what a servo answered to somebody else, in a recording, for what its RAM holds. Never raises."""
         name = answer.name.upper()
         rows = (one.parameter for one in servo.registers.values())
@@ -193,11 +193,11 @@ class ServoRequests:
             servo.angle_deg, servo.angle_at = raw / parameter.per_unit, self.base.now()
             servo.angle_polled_at = servo.angle_at
 
-    def _taken(
-        self, servo: Servo, parameter: Parameter, response: GetSetResponse, patience: Patience, verb: str
+    def _value_of(
+        self, servo: Servo, parameter: Parameter, response: GetSetResponse, policy: RetryPolicy, verb: str
     ) -> Raw:
         """The value of an answer, remembered. Raises Refused without one."""
-        raw = self._integer_of(response, parameter, patience)
+        raw = self._integer_of(response, parameter, policy)
         if raw is None:
             raise Refused(
                 f"{servo.title} refused to {verb} {parameter.key} ({parameter.name}): it answered without a value. "
@@ -216,19 +216,19 @@ class ServoRequests:
             register = servo.registers.get(output.KEY)
             known = register is not None and register.at is not None
             if (changed := servo.note(parameter.key, raw, now)) or not known:
-                self._hub.tell(ServoChanged(servo.uid))
+                self._hub.publish(ServoChanged(servo.uid))
         else:
             changed = servo.note(parameter.key, raw, now)
         if parameter.kind == "number":
             value = None if parameter.dummy and raw == DUMMY else raw / parameter.per_unit
-            self._hub.tell(Sampled(servo.uid, parameter.key, now, value))
+            self._hub.publish(Sampled(servo.uid, parameter.key, now, value))
         if changed and parameter.group != "status":
-            self._hub.tell(ReadingChanged(servo.uid, parameter.key))
+            self._hub.publish(ReadingChanged(servo.uid, parameter.key))
 
-    def _integer_of(self, response: GetSetResponse, parameter: Parameter, patience: Patience) -> Raw | None:
+    def _integer_of(self, response: GetSetResponse, parameter: Parameter, policy: RetryPolicy) -> Raw | None:
         raw = _integer_of(response, parameter)
         if raw is None:
-            self.refused[patience.kind] += 1
+            self.refused[policy.kind] += 1
         return raw
 
     def connected(self) -> Participant:
@@ -250,37 +250,36 @@ class _Counted:
     A class, since a generator would cost as much as a fiftieth of a read.
     """
 
-    __slots__ = ("_began", "_node_id", "_patience", "_requests", "_servo")
+    __slots__ = ("_began", "_node_id", "policy", "_requests", "_servo")
 
-    def __init__(self, requests: ServoRequests, node_id: int, servo: Servo | None, patience: Patience) -> None:
+    def __init__(self, requests: ServoRequests, node_id: int, servo: Servo | None, policy: RetryPolicy) -> None:
         """`servo` is who is asked, None for a node not yet known as one."""
-        self._requests, self._node_id, self._servo, self._patience = requests, node_id, servo, patience
+        self._requests, self._node_id, self._servo, self.policy = requests, node_id, servo, policy
 
     def __enter__(self) -> None:
         self._began = self._requests.base.now()
 
     def __exit__(self, _kind: object, error: BaseException | None, _trace: object) -> None:
-        requests, patience = self._requests, self._patience
+        requests, policy = self._requests, self.policy
         if error is None:
-            requests.asked[patience.kind, "answered"] += 1
-            requests.took[patience.kind].add(requests.base.now() - self._began)
+            requests.outcomes[policy.kind, "responded"] += 1
+            requests.response_times[policy.kind].add(requests.base.now() - self._began)
             return
         if not isinstance(error, NoResponse):
-            requests.asked[patience.kind, "failed"] += 1
+            requests.outcomes[policy.kind, "failed"] += 1
             return
-        requests.asked[patience.kind, "no_response"] += 1
+        requests.outcomes[policy.kind, "no_response"] += 1
         title = f"node {self._node_id}" if self._servo is None else self._servo.title
-        tries = "1 try" if patience.tries == 1 else f"{patience.tries} tries"
+        tries = "1 try" if policy.tries == 1 else f"{policy.tries} tries"
         raise NoResponse(
-            f"{title} did not answer in {tries} of {patience.timeout_s * 1000:.0f} ms. "
-            "Check its supply and the wiring.",
+            f"{title} did not answer in {tries} of {policy.timeout_s * 1000:.0f} ms. Check its supply and the wiring.",
             node_id=self._node_id,
-            cause="silent_servo",
+            cause="servo_not_responding",
             servo=title,
         ) from None
 
 
-def _lets_go(parameter: Parameter, raw: Raw) -> bool:
+def _disables_output(parameter: Parameter, raw: Raw) -> bool:
     """Whether a write takes the output or brakes (0x20)."""
     return parameter.key == output.KEY and raw in (output.MODES["off"], output.MODES["brake"])
 
@@ -289,7 +288,7 @@ def _node(servo: Servo) -> int:
     if servo.node_id is None:
         raise NoResponse(
             f"{servo.title} is offline: it has no node id now. Check its supply and the wiring.",
-            cause="no_node_id",
+            cause="node_id_missing",
             servo=servo.title,
         )
     return servo.node_id

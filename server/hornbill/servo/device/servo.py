@@ -64,7 +64,7 @@ class Register:
     doubtful: frozenset[Raw | None] = frozenset()
 
     @property
-    def tells_rom(self) -> bool:
+    def reflects_rom(self) -> bool:
         """Whether RAM, once it is read after a start, is what ROM holds."""
         return not self.written and self.raw not in self.doubtful
 
@@ -96,13 +96,13 @@ class Servo:
     angle_deg: float | None = None
     angle_at: Instant | None = None
     angle_polled_at: Instant | None = None
-    boots: int = 0
+    boot_count: int = 0
     recorded: bool = False
     """It is one of a recording: heard, never asked, moved or kept."""
     changing: asyncio.Lock = field(default_factory=asyncio.Lock, repr=False)
     registers: dict[str, Register] = field(default_factory=dict[str, Register])
     drift: dict[str, Raw] = field(default_factory=dict[str, Raw])
-    lent: dict[str, Raw] = field(default_factory=dict[str, Raw])
+    temporary_values: dict[str, Raw] = field(default_factory=dict[str, Raw])
     """Own values of rows that hold others for a while, which `Borrowed` writes back: no configuration changes."""
     """What ROM was known to hold, by key, where it was found to hold something else that we did not save."""
     expected_rom: dict[str, Raw] | None = None
@@ -113,7 +113,7 @@ class Servo:
     ram_before_restart: dict[str, Raw] | None = None
     """Since a restart and until its rows have been read again: what RAM held, by key, of rows that ROM did not hold
     alike."""
-    gives_up_ram: bool = False
+    discards_ram: bool = False
     """A restart or reset that was asked for is under way: what was only in RAM goes on purpose."""
     turns_lost_deg: float | None = None
     """Where it stood, beyond ±180°, when it last restarted; None once somebody has moved it knowing that."""
@@ -299,7 +299,7 @@ class Servo:
         if key == output.KEY:
             self.output.seen(raw, at, changed=changed)
         elif key in self.catalog.stops_output:
-            self.output.protect(self.protected, at)
+            self.output.set_protected(self.protected, at)
         elif key in COMMANDS and changed and self.output.commanded_at is not None:
             self.output.commanded(at)  # by whoever else is on the bus
         if changed and register.parameter.rom and key != output.KEY:
@@ -344,7 +344,7 @@ class Servo:
         if register is not None:
             register.written, register.written_raw, register.written_at = True, raw, at
 
-    def writes_are_over(self) -> None:
+    def clear_write_times(self) -> None:
         """Whatever was written so far was written before the restart that is about to be asked for."""
         for register in self.registers.values():
             register.written_at = float("-inf")
@@ -355,18 +355,18 @@ class Servo:
         if register is not None:
             register.at = None
 
-    def forget_readings(self) -> None:
+    def invalidate_readings(self) -> None:
         """After silence nothing read before it is known of RAM; ROM changes only by a restart."""
         for register in self.registers.values():
             if register.parameter.access != "r" or register.parameter.rom:
                 register.at = None
 
-    def forget_everything(self) -> None:
+    def reset(self) -> None:
         """Reset to the undiscovered state. Existing references stay valid."""
         self.label, self.name, self.identified, self.angle_deg, self.status = "", "", False, None, None
         self.model = self.model_number = self.serial_number = self.production_date = None
         self.firmware = self.hardware_version = self.turns_lost_deg = None
-        self.registers, self.drift, self.angle_at, self.status_at, self.lent = {}, {}, None, None, {}
+        self.registers, self.drift, self.angle_at, self.status_at, self.temporary_values = {}, {}, None, None, {}
         self.position_unit, self.output, self.ram_before_restart = Estimate(), OutputRecord(), None
 
     def restarted(self, since: Instant = float("inf")) -> None:
@@ -375,14 +375,14 @@ class Servo:
         What was written at `since` or later may have been written after it started, before that was noticed.
         """
         if self.ram_before_restart is None:
-            keys = () if self.gives_up_ram else filter(self._may_be_in_ram_only, self.registers)
+            keys = () if self.discards_ram else filter(self._may_be_in_ram_only, self.registers)
             self.ram_before_restart = {key: raw for key in keys if (raw := self.own(key)) is not None}
-        self.lent = {}
+        self.temporary_values = {}
         self.identified = False
         self.soft_start_since = self.near_zero_at = None
-        self.boots += 1
+        self.boot_count += 1
         self.output.restarted()
-        self.forget_readings()
+        self.invalidate_readings()
         stored = self.registers.get(output.KEY)
         if stored is not None and stored.rom is not None:
             self.output.last_configured = stored.rom
@@ -417,7 +417,7 @@ class Servo:
 
     def own(self, key: str) -> Raw | None:
         """What RAM holds in a row, or what it gets back where it is lent."""
-        return self.lent.get(key, self.raw(key))
+        return self.temporary_values.get(key, self.raw(key))
 
     def _may_be_in_ram_only(self, key: str) -> bool:
         """Whether a restart may lose what RAM holds in a row: ROM holds something else, or is not known."""

@@ -24,7 +24,7 @@ CHECK_TIMING: Final = "Check bit rate, wiring and termination, then connect agai
 
 _KINDS: Final[Mapping[str, tuple[FindingCode, str]]] = {
     "interface_down": ("interface_down", "is down"),
-    "other_bit_rate": ("bit_rate", "runs at another bit rate"),
+    "bit_rate_mismatch": ("bit_rate", "runs at another bit rate"),
 }
 """A code and a few words for troubles with a known cause."""
 
@@ -54,7 +54,7 @@ def no_connection(failure: tuple[str, PortError] | None) -> Finding:
     told = error.facts.get("remedy")
     remedy = str(told) if told else "Do what it says, then connect again."
     code, what = _KINDS.get(error.facts.get("cause", ""), ("adapter_failed", "cannot be opened"))
-    params: dict[str, Param] = {**error.told, "address": address}
+    params: dict[str, Param] = {**error.note_params, "address": address}
     return Finding(code, "failure", f"{address} {what}", error.detail, remedy, advice="check_adapter", params=params)
 
 
@@ -99,7 +99,7 @@ def working(record: Record) -> list[Finding]:
             evidence,
             CHECK if trouble is None else trouble.detail,
             advice="check_adapter" if trouble is None else "as_adapter_says",
-            params=({} if trouble is None else trouble.told)
+            params=({} if trouble is None else trouble.note_params)
             | known(
                 address=port.address,
                 down_s=round(seconds),
@@ -128,7 +128,7 @@ def bus_off(record: Record) -> list[Finding]:
                 f"{record.silence_s:.0f} s ago.",
                 CHECK_TIMING if port.trouble is None else port.trouble.detail,
                 advice="check_timing_and_wiring" if port.trouble is None else "as_adapter_says",
-                params=({} if port.trouble is None else port.trouble.told)
+                params=({} if port.trouble is None else port.trouble.note_params)
                 | {
                     "times": port.statistics.bus_offs,
                     "errors": errors,

@@ -14,7 +14,7 @@ from hornbill.servo.doctor.watch import NodeWatch
 from hornbill.units import Instant, NodeId, Uid
 from hornbill.wire.frame import Frame
 from hornbill.wire.messages import ActuatorStatus, AllocationMessage, ArrayCommand, NodeStatus
-from hornbill.wire.port import RECORDINGS, CanPort, PortState
+from hornbill.wire.port import REPLAYS, CanPort, PortState
 from hornbill.wire.services import GetNodeInfoRequest, GetSetRequest
 from hornbill.wire.transfer import END, START, Transfer
 
@@ -133,7 +133,7 @@ class Record:
     @property
     def recorded(self) -> bool:
         """Whether what is heard was on another bus at another time: a recording is played back."""
-        return self.port.address.startswith(RECORDINGS)
+        return self.port.address.startswith(REPLAYS)
 
     def tick(self, now: Instant) -> None:
         """Look at the counters; call it several times a second."""

@@ -45,7 +45,7 @@ class _Channel:
 @dataclass(slots=True)
 class _Presence:
     online: bool
-    boots: int
+    boot_count: int
 
 
 class TelemetryCollector:
@@ -169,10 +169,10 @@ class TelemetryCollector:
             return
         known = self._presence.get(change.uid)
         if known is None:
-            self._presence[change.uid] = _Presence(servo.online, servo.boots)
+            self._presence[change.uid] = _Presence(servo.online, servo.boot_count)
             return
-        restarted, silent = known.boots != servo.boots, known.online and not servo.online
-        known.online, known.boots = servo.online, servo.boots
+        restarted, silent = known.boot_count != servo.boot_count, known.online and not servo.online
+        known.online, known.boot_count = servo.online, servo.boot_count
         if restarted or silent:
             self._gaps(change.uid, "restart" if restarted else "gap")
 

@@ -29,7 +29,7 @@ _RECORD: Final = Struct("<dIB8s")
 _SENT: Final = 1 << 31
 _pack: Final = _RECORD.pack
 _time: Final = itemgetter(0)
-# Without the constructors of the named tuples: a bundle has hundreds of thousands of frames.
+# Without the constructors of the named tuples: a recording has hundreds of thousands of frames.
 _frame: Final = cast("Callable[[type[Frame], tuple[int, bytes, Instant]], Frame]", tuple.__new__)
 _logged: Final = cast("Callable[[type[LoggedFrame], tuple[Frame, str, bool]], LoggedFrame]", tuple.__new__)
 

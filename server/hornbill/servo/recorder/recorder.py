@@ -208,7 +208,7 @@ class Recorder:
 
     def _known(self) -> KnownState:
         port = self._port()
-        return KnownState.of(self._fleet.met(), None if port is None else (port.address, port.bitrate))
+        return KnownState.of(self._fleet.seen(), None if port is None else (port.address, port.bitrate))
 
     def _note(self, what: dict[str, object]) -> None:
         if not self._recorded:
@@ -278,7 +278,7 @@ class Recorder:
             failed = error if isinstance(error, LogFailed) else LogFailed(detail, cause="recording_not_written")
             pending.done.set_exception(failed)
             pending.done.exception()  # nobody may be waiting
-            self._tell("warning", "recording_failed", f"{detail} Everything else goes on.", failed.told)
+            self._tell("warning", "recording_failed", f"{detail} Everything else goes on.", failed.note_params)
             return
         pending.done.set_result(name)
         text = f"{pending.text.rstrip('.')}. Recorded in {name} ({size / 1e6:.1f} MB)."

@@ -1,9 +1,9 @@
-"""Replaying: the servos of a bundle, as they were and as its frames go on to tell, without asking anybody."""
+"""Replaying: the servos of a recording, as they were and as its frames go on to tell, without asking anybody."""
 
 from collections.abc import Sequence
 from typing import Protocol, runtime_checkable
 
-from hornbill.domain.recording import About, BundleServo
+from hornbill.domain.recording import About, RecordedServo
 from hornbill.schema.catalog import Catalog
 from hornbill.servo.device.fleet import Fleet
 from hornbill.servo.device.reading import LIVE_PERIOD_S
@@ -27,7 +27,7 @@ class RecordedPort(Protocol):
 
 
 class Replaying:
-    """Follows the frames of one bundle. Servos are those of then, apart from the ones this host has met itself."""
+    """Follows the frames of one recording. Servos are those of then, apart from the ones this host has met itself."""
 
     def __init__(self, fleet: Fleet, requests: ServoRequests, base: TimeBase, servos: Sequence[Servo]) -> None:
         """`servos` are shown until the fleet leaves this bus."""
@@ -53,17 +53,17 @@ class Replaying:
             case GetSetResponse() as answer:
                 servo = self._fleet.recorded_on(transfer.source)
                 if servo is not None:
-                    self._requests.overhear(servo, answer)
+                    self._requests.observe_response(servo, answer)
             case GetNodeInfoResponse(hardware_version=hardware):
                 self._fleet.recorded_moved(Uid(hardware.unique_id.hex()), NodeId(transfer.source))
             case _:
                 return
 
 
-def servo_of(told: BundleServo, catalog: Catalog, base: TimeBase) -> Servo:
-    """A servo as a bundle tells of it, not heard yet.
+def servo_of(told: RecordedServo, catalog: Catalog, base: TimeBase) -> Servo:
+    """A servo as a recording tells of it, not heard yet.
 
-    Readings that change by themselves are those of the moment the bundle was written for; they are left to the
+    Readings that change by themselves are those of the moment the recording was written for; they are left to the
     frames, which begin before it.
     """
     servo = Servo(Uid(told.uid), catalog, name=told.name, label=told.label, model_number=told.model_number or 0)

@@ -3,7 +3,7 @@
 from collections.abc import Iterable
 from dataclasses import dataclass
 
-from hornbill.domain.recording import BundleReading, BundleServo
+from hornbill.domain.recording import RecordedReading, RecordedServo
 from hornbill.schema import scale
 from hornbill.schema.parameter import Parameter
 from hornbill.servo.device.servo import Servo
@@ -37,15 +37,15 @@ class KeptServo:
             tuple((one.parameter, one.raw, one.at, one.rom) for one in servo.registers.values()),
         )  # fmt: skip
 
-    def shown(self, base: TimeBase) -> BundleServo:
+    def shown(self, base: TimeBase) -> RecordedServo:
         """The same, with values in their units."""
         raws = {row.key: raw for row, raw, _, _ in self.rows}
-        return BundleServo(
+        return RecordedServo(
             uid=self.uid, node_id=self.node_id, name=self.name[:120], label=self.label[:120], title=self.title[:120],
             model_number=self.model_number, hardware_version=self.hardware_version, firmware=self.firmware,
             serial_number=self.serial_number, production_date=self.production_date, state=self.state,
             readings={
-                row.key: BundleReading(
+                row.key: RecordedReading(
                     raw=raw, value=scale.to_value(row, raw, raws), unit=scale.unit_of(row, raws)[0],
                     at=None if at is None else base.utc(at),
                 )

@@ -1,4 +1,4 @@
-/** What the server tells by a code, in Japanese: events, marks of bundles, notes, cautions, what went wrong. */
+/** What the server tells by a code, in Japanese: events, marks of recordings, notes, cautions, what went wrong. */
 import type { Codes } from "../../bench/codes";
 import { live } from "../../motion/text.ja";
 import { cautions } from "./cautions";

@@ -1,4 +1,4 @@
-/** What happened, in Japanese, by code: the lines of the event log, and what a bundle was written for. tests/contract holds it complete. */
+/** What happened, in Japanese, by code: the lines of the event log, and what a recording was written for. tests/contract holds it complete. */
 import type { RefusalCode } from "../../api/types";
 import type { Codes } from "../../bench/codes";
 import type { Facts, Saying } from "../../bench/facts";
@@ -42,7 +42,7 @@ export const refusals = {
     `${p.node_ids}個のノードIDがすべて使用中です。なくなったノードの割り当てを忘れさせてください。`,
 } satisfies Partial<Record<RefusalCode, Saying>>;
 
-/** Why a bundle is written. */
+/** Why a recording is written. */
 export const marks = {
   stop: p => `${who(p.by)}が停止${p.why ? `: ${STOP_CAUSE[p.why] ?? p.why}` : ""}`,
   failure: p => `${p.servo}の故障: ${faultNames(p.faults)}`,
@@ -67,7 +67,7 @@ export const happened = {
     `${p.address}のサンプルポイントは${p.sample_point_pct}、サーボは${p.wanted_sample_point_pct}です。短いバスでは使えますが、長いバスではアダプターを合わせてください。`,
 
   allocator_mode: p =>
-    `ノードIDの割り当て器を「${{ on: "オン", off: "オフ", insist: "強制" }[p.mode ?? ""] ?? p.mode}」にしました。`,
+    `ノードIDの割り当て器を「${{ on: "オン", off: "オフ", force: "強制" }[p.mode ?? ""] ?? p.mode}」にしました。`,
   allocated: p => `ノードID ${p.node_id}を${p.uid?.slice(0, 8)}…に割り当てました。`,
   node_ids_freed: p => `${p.idle_s}以上検出されないノードのID ${p.count}件を空けました。`,
   node_id_recycled: p =>
@@ -79,7 +79,7 @@ export const happened = {
       {
         on: "設定どおりhornbillも割り当てを続けます。",
         off: "hornbill側はオフです。",
-        standing_down: "hornbillは控えています。",
+        standby: "hornbillは控えています。",
       }[p.allocator ?? ""] ?? ""
     }`,
   second_allocator_gone: p =>
@@ -89,7 +89,7 @@ export const happened = {
       {
         on: "設定どおりhornbillはノードIDの割り当てを続けます。",
         off: "hornbillの割り当て器はオフです。",
-        standing_down: `相手の最後のフレームから${p.shared_s}の間、hornbillはノードIDを割り当てません。`,
+        standby: `相手の最後のフレームから${p.shared_s}の間、hornbillはノードIDを割り当てません。`,
       }[p.allocator ?? ""] ?? ""
     }どちらかのプログラムを終了してください。`,
   own_node_id_alone: p =>
@@ -135,7 +135,7 @@ export const happened = {
     `${p.servo}のホーンを往復させた後、元に戻せませんでした: ${p.keys}。RAMだけに一時的な制限値が残っています。書き直すか、再起動してください。`,
 
   lease_asked: p =>
-    `${who(p.by)}が${who(p.holder)}に動作権を求めています${because(p)}拒否しなければ${p.patience_s}後に移ります。`,
+    `${who(p.by)}が${who(p.holder)}に動作権を求めています${because(p)}拒否しなければ${p.timeout_s}後に移ります。`,
   lease_withdrawn: p =>
     p.gone
       ? `動作権を求めていた${who(p.by)}がいなくなりました。`
@@ -177,10 +177,10 @@ export const happened = {
       : `${p.servos}がトルク${mode(p)}に応答しません。応答するまで書き込みを続けます。${CUT}`,
   torque_off: p => `${p.servo}のトルクは${mode(p)}になりました。`,
 
-  bundle_written: p =>
+  recording_written: p =>
     `${(marks[(p.mark ?? "") as keyof typeof marks]?.(p) ?? p.text ?? "").replace(/[。.]$/, "")}。${p.name}に記録しました（${p.size_mb}）。`,
-  bundle_failed: p => `${p.problem ?? "バンドルを書き込めませんでした。"}他の処理は続きます。`,
-  bundles_dropped: p => `空きを作るため、${p.names}を削除しました。`,
+  recording_failed: p => `${p.problem ?? "記録を書き込めませんでした。"}他の処理は続きます。`,
+  recordings_deleted: p => `空きを作るため、${p.names}を削除しました。`,
   log_started: p => `${p.name}にログを記録しています。`,
   log_stopped: p => `ログ${p.name}が${p.frames}フレームで終了しました。${lost(p)}`,
   log_full: p =>

@@ -70,7 +70,7 @@ async def list_adapters(host: TheHost, adapters: TheAdapters) -> list[Adapter]:
 
 
 @routes.get("/bus/doctor", Role.VIEW)
-async def examine_bus(
+async def diagnose_bus(
     host: TheHost, all: Annotated[bool, Query(description="Include checks without findings.")] = False
 ) -> list[Finding]:
     """What is wrong with the bus, the worst first; empty when nothing is. `all`: also what was found well."""

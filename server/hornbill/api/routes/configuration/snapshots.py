@@ -141,7 +141,7 @@ async def get_snapshot(host: TheHost, uid: UidPath, snapshot_id: SnapshotId) -> 
     "invalid_value",
     status_code=204,
 )
-async def drop_snapshot(host: TheHost, uid: UidPath, snapshot_id: SnapshotId, lease: LeaseHeader = None) -> None:
+async def delete_snapshot(host: TheHost, uid: UidPath, snapshot_id: SnapshotId, lease: LeaseHeader = None) -> None:
     """Forget a snapshot; the audit keeps that there was one."""
     await host.history.drop(await _of(host, uid, snapshot_id), by=host.leases.who(lease, host.base.now()))
 

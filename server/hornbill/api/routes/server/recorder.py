@@ -135,7 +135,7 @@ async def get_recorder(host: TheHost) -> RecorderState:
     response_model=RecorderState | Recording,
     responses={201: {"model": Recording, "description": "wait"}},
 )
-async def write_recording(
+async def create_recording(
     host: TheHost,
     recordings: TheRecordings,
     response: Response,
@@ -192,7 +192,7 @@ async def get_recording(recordings: TheRecordings, name: RecordingName) -> Recor
         "requestBody": {"required": True, "content": {_ZIP: {"schema": {"type": "string", "format": "binary"}}}}
     },
 )
-async def add_recording(recordings: TheRecordings, name: RecordingName, request: Request) -> Recording:
+async def import_recording(recordings: TheRecordings, name: RecordingName, request: Request) -> Recording:
     """Bring a recording of somebody else, at most 100 MB; a file that is none is refused, and nothing is kept of it."""
     await recordings.adopt(name, request.stream(), _accept)
     return await asyncio.to_thread(lambda: _shown(StoredFile.of(recordings.path(name))))
@@ -221,7 +221,7 @@ def _shown(kept: StoredFile) -> Recording:
     except LogFailed as error:
         return Recording(
             name=kept.name, at=kept.modified_at, reason=None, text="", bytes=kept.size,
-            started_at=None, seconds=None, marks=[], problem=error.detail, problem_params=error.told,
+            started_at=None, seconds=None, marks=[], problem=error.detail, problem_params=error.note_params,
         )  # fmt: skip
 
 

@@ -1,4 +1,4 @@
-/** The shape a bundle's reason has. */
+/** The shape a recording's reason has. */
 import type { ConditionKind } from "../bench/condition";
 
 export const GLYPHS: Readonly<Record<string, ConditionKind>> = {
@@ -6,5 +6,5 @@ export const GLYPHS: Readonly<Record<string, ConditionKind>> = {
   stop: "warning",
   lost: "offline",
   bus_lost: "offline",
-  by_hand: "ok",
+  manual: "ok",
 };

@@ -1,9 +1,9 @@
-/** Bundles: the time line from the first mark, panels worth a plot, whose they are. */
+/** Recordings: the time line from the first mark, panels worth a plot, whose they are. */
 import { describe, expect, test } from "vitest";
-import type { BundleColumns, BundleContent } from "../api/lab-types";
-import { alsoMarked, bundleLineOf, bundleTicksOf, firstServo, isZip, panelsOf } from "./bundle";
+import type { RecordingColumns, RecordingContent } from "../api/lab-types";
+import { alsoMarked, firstServo, isZip, panelsOf, timelineOf, timelineTicksOf } from "./recording";
 
-const column = (uid: string, channel: string, n: number): BundleColumns => ({
+const column = (uid: string, channel: string, n: number): RecordingColumns => ({
   uid,
   channel,
   t: Array.from({ length: n }, (_, i) => i),
@@ -12,15 +12,15 @@ const column = (uid: string, channel: string, n: number): BundleColumns => ({
 
 describe("the time line", () => {
   test("is counted from the first mark", () => {
-    const line = bundleLineOf({ started_at: 1000, ended_at: 1070, marks: [{ at: 1060 }, { at: 1065 }] });
+    const line = timelineOf({ started_at: 1000, ended_at: 1070, marks: [{ at: 1060 }, { at: 1065 }] });
     expect(line).toEqual({ zero: 1060, from: -60, to: 10 });
-    expect(bundleTicksOf(line, 8)).toEqual([-60, -50, -40, -30, -20, -10, 0, 10]);
+    expect(timelineTicksOf(line, 8)).toEqual([-60, -50, -40, -30, -20, -10, 0, 10]);
   });
 
-  test("has room even for a bundle of no length", () => {
-    const line = bundleLineOf({ started_at: 1000, ended_at: 1000, marks: [] });
+  test("has room even for a recording of no length", () => {
+    const line = timelineOf({ started_at: 1000, ended_at: 1000, marks: [] });
     expect(line).toEqual({ zero: 1000, from: 0, to: 1 });
-    expect(bundleTicksOf(line, 8)).toEqual([0, 1]);
+    expect(timelineTicksOf(line, 8)).toEqual([0, 1]);
   });
 });
 
@@ -48,12 +48,12 @@ describe("panels", () => {
   });
 });
 
-test("the servo of a mark is shown first, unless the bundle does not know it", () => {
+test("the servo of a mark is shown first, unless the recording does not know it", () => {
   const content = (uid: string | null) =>
     ({
       about: { marks: [{ uid: null }, { uid }], servos: [{ uid: "a" }, { uid: "b" }] },
       telemetry: [column("a", "current_angle", 2)],
-    }) as unknown as BundleContent;
+    }) as unknown as RecordingContent;
   expect(firstServo(content("b"))).toBe("b");
   expect(firstServo(content("c"))).toBe("a");
   expect(firstServo(content(null))).toBe("a");
@@ -62,7 +62,7 @@ test("the servo of a mark is shown first, unless the bundle does not know it", (
 test("other marks are told once", () => {
   const marks = ["a went silent", "rattled", "rattled"].map(text => ({
     at: 0,
-    reason: "by_hand" as const,
+    reason: "manual" as const,
     text,
     params: {},
     uid: null,
@@ -70,6 +70,6 @@ test("other marks are told once", () => {
   expect(alsoMarked({ text: "a went silent", marks })).toEqual(["rattled"]);
 });
 
-test("a bundle is a .zip", () => {
+test("a recording is a .zip", () => {
   expect([isZip("a.ZIP"), isZip("a.log")]).toEqual([true, false]);
 });

@@ -1,4 +1,4 @@
-"""The folder of bundles: only what a bundle is gets in, and what is read of one is bounded."""
+"""The folder of recordings: only what a recording is gets in, and what is read of one is bounded."""
 
 import asyncio
 import os
@@ -13,16 +13,16 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hornbill.bus.recordings.bundle import (
+from hornbill.bus.recordings.folder import RECORDINGS, FileFolder
+from hornbill.bus.recordings.recording import (
     MEMBERS,
-    BundleReader,
-    BundleWriter,
+    RecordingReader,
+    RecordingWriter,
     read_about,
     read_events,
     read_telemetry,
     read_writes,
 )
-from hornbill.bus.recordings.folder import BUNDLES, RecordingFolder
 from hornbill.domain.recording import About, RecordedWrite
 from hornbill.errors import InvalidValue, LogFailed, OutOfRange, Unknown
 from hornbill.wire.frame import Frame, LoggedFrame
@@ -40,8 +40,8 @@ FRAME = LoggedFrame(Frame(0x1003F30B, b"\x01\x02", 1.0), "can0", False)
 
 
 def check(path: Path) -> None:
-    with BundleReader(path) as bundle:
-        bundle.check()
+    with RecordingReader(path) as recording:
+        recording.check()
 
 
 def make(path: Path, members: dict[str, bytes]) -> Path:
@@ -53,12 +53,12 @@ def make(path: Path, members: dict[str, bytes]) -> Path:
 
 def test_frames_are_read_from_within(tmp_path: Path) -> None:
     path = make(tmp_path / "a.zip", {"about.json": orjson.dumps(ABOUT), "frames.log": LINE * 3})
-    with BundleReader(path) as bundle:
-        recording = bundle.frames()
-        assert bundle.member("writes.csv") == b""
-    assert [one.frame.data for one in recording] == [b"\x01\x02"] * 3
-    recording.close()
-    assert recording.about == About.model_validate(ABOUT)
+    with RecordingReader(path) as recording:
+        log = recording.frames()
+        assert recording.member("writes.csv") == b""
+    assert [one.frame.data for one in log] == [b"\x01\x02"] * 3
+    log.close()
+    assert log.about == About.model_validate(ABOUT)
 
 
 @pytest.mark.parametrize(
@@ -73,7 +73,7 @@ def test_frames_are_read_from_within(tmp_path: Path) -> None:
         ({"about.json": b"", "frames.log": LINE * 50_000 + b"0" * 5000}, "not made of lines"),
     ],
 )
-def test_what_is_no_bundle_is_refused_with_the_reason(tmp_path: Path, members: dict[str, bytes], why: str) -> None:
+def test_what_is_no_recording_is_refused_with_the_reason(tmp_path: Path, members: dict[str, bytes], why: str) -> None:
     path = make(tmp_path / "a.zip", members)
     with pytest.raises(LogFailed, match=why):
         check(path)
@@ -85,7 +85,7 @@ def test_a_damaged_one_is_refused(tmp_path: Path, at: float) -> None:
     whole = bytearray(path.read_bytes())
     whole[int(len(whole) * at)] ^= 0xFF
     path.write_bytes(whole)
-    with pytest.raises(LogFailed, match=r"damaged|no bundle"):
+    with pytest.raises(LogFailed, match=r"damaged|no recording"):
         check(path)
 
 
@@ -103,7 +103,7 @@ def test_a_size_that_lies_is_found_out(tmp_path: Path) -> None:
     "name", ["", ".zip", "a", "a.ZIP", "../a.zip", "a/b.zip", "a\\b.zip", "-a.zip", "a\n.zip", "ä.zip"]
 )
 def test_a_name_is_plain(tmp_path: Path, name: str) -> None:
-    folder = RecordingFolder(tmp_path, BUNDLES)
+    folder = FileFolder(tmp_path, RECORDINGS)
     with pytest.raises(Unknown):
         folder.path(name)
 
@@ -124,17 +124,17 @@ def test_more_than_may_be_brought_is_refused_and_nothing_is_kept(tmp_path: Path)
             while True:
                 yield bytes(100)
 
-        await RecordingFolder(tmp_path, replace(BUNDLES, largest=1000)).adopt("a.zip", much(), lambda _path: None)
+        await FileFolder(tmp_path, replace(RECORDINGS, largest=1000)).adopt("a.zip", much(), lambda _path: None)
 
     with pytest.raises(OutOfRange):
         asyncio.run(bring())
     assert list(tmp_path.iterdir()) == []
 
 
-def test_a_bundle_has_its_name_only_when_it_is_complete_and_a_second_one_another(tmp_path: Path) -> None:
+def test_a_recording_has_its_name_only_when_it_is_complete_and_a_second_one_another(tmp_path: Path) -> None:
     async def scene() -> None:
-        folder = RecordingFolder(tmp_path, BUNDLES)
-        first, second = await BundleWriter.begin(folder, "a.zip"), await BundleWriter.begin(folder, "a.zip")
+        folder = FileFolder(tmp_path, RECORDINGS)
+        first, second = await RecordingWriter.begin(folder, "a.zip"), await RecordingWriter.begin(folder, "a.zip")
         assert (first.name, second.name) == ("a.zip", "a-2.zip")
         await first.add_frames([FRAME])
         assert folder.all() == []
@@ -151,7 +151,7 @@ def test_a_member_takes_no_more_than_it_may(tmp_path: Path, monkeypatch: pytest.
     monkeypatch.setitem(MEMBERS, "events.jsonl", 10)
 
     async def scene() -> None:
-        file = await BundleWriter.begin(RecordingFolder(tmp_path, BUNDLES), "a.zip")
+        file = await RecordingWriter.begin(FileFolder(tmp_path, RECORDINGS), "a.zip")
         await file.add_events([b"1234567"])
         assert file.cut == []
         await file.add_events([b"123"])
@@ -159,8 +159,8 @@ def test_a_member_takes_no_more_than_it_may(tmp_path: Path, monkeypatch: pytest.
         await file.finish(About.model_validate(ABOUT))
 
     asyncio.run(scene())
-    with BundleReader(tmp_path / "a.zip") as bundle:
-        assert bundle.member("events.jsonl") == b"1234567\n"
+    with RecordingReader(tmp_path / "a.zip") as recording:
+        assert recording.member("events.jsonl") == b"1234567\n"
 
 
 def test_the_oldest_go_by_number_and_by_size_and_the_newest_never(tmp_path: Path) -> None:
@@ -168,15 +168,15 @@ def test_the_oldest_go_by_number_and_by_size_and_the_newest_never(tmp_path: Path
         path = make(tmp_path / f"{n}.zip", {"about.json": b"{}", "frames.log": LINE})
         os.utime(path, (n, n))
     size = (tmp_path / "0.zip").stat().st_size
-    assert sorted(RecordingFolder(tmp_path, replace(BUNDLES, most=4)).prune()) == ["0.zip"]
-    assert sorted(RecordingFolder(tmp_path, replace(BUNDLES, most_bytes=2 * size)).prune()) == ["1.zip", "2.zip"]
-    assert RecordingFolder(tmp_path, replace(BUNDLES, most_bytes=1)).prune() == ["3.zip"]
+    assert sorted(FileFolder(tmp_path, replace(RECORDINGS, most=4)).prune()) == ["0.zip"]
+    assert sorted(FileFolder(tmp_path, replace(RECORDINGS, most_bytes=2 * size)).prune()) == ["1.zip", "2.zip"]
+    assert FileFolder(tmp_path, replace(RECORDINGS, most_bytes=1)).prune() == ["3.zip"]
     assert [path.name for path in tmp_path.iterdir()] == ["4.zip"]
 
 
 def test_what_a_killed_process_left_is_cleared(tmp_path: Path) -> None:
     (tmp_path / "a.zip.part").write_bytes(b"half")
-    RecordingFolder(tmp_path, BUNDLES).tidy()
+    FileFolder(tmp_path, RECORDINGS).tidy()
     assert list(tmp_path.iterdir()) == []
 
 
@@ -192,7 +192,7 @@ WRONG: list[dict[str, Any]] = [
 
 @pytest.mark.parametrize("wrong", WRONG, ids=lambda wrong: next(iter(wrong)))
 def test_a_wrong_about_is_named_and_refused(wrong: dict[str, Any]) -> None:
-    with pytest.raises(LogFailed, match=f"^a.zip is no bundle that this hornbill can read: {next(iter(wrong))}"):
+    with pytest.raises(LogFailed, match=f"^a.zip is no recording that this hornbill can read: {next(iter(wrong))}"):
         read_about(orjson.dumps({**ABOUT, **wrong}), "a.zip")
 
 
@@ -222,18 +222,18 @@ def test_samples_events_and_writes_come_back(tmp_path: Path) -> None:
     ]
 
     async def scene() -> None:
-        file = await BundleWriter.begin(RecordingFolder(tmp_path, BUNDLES), "a.zip")
+        file = await RecordingWriter.begin(FileFolder(tmp_path, RECORDINGS), "a.zip")
         await file.add_samples(UID, "current_angle", [101.0, 102.0], [-0.1, None])
         await file.add_events([b'{"a":1}', b'{"a":2}'])
         await file.add_writes(writes)
         await file.finish(About.model_validate(ABOUT))
 
     asyncio.run(scene())
-    with BundleReader(tmp_path / "a.zip") as bundle:
-        assert bundle.member("telemetry.csv").decode() == (
+    with RecordingReader(tmp_path / "a.zip") as recording:
+        assert recording.member("telemetry.csv").decode() == (
             f"time,uid,channel,value\n101.000000,{UID},current_angle,-0.1\n102.000000,{UID},current_angle,\n"
         )
-        assert bundle.member("writes.csv").decode().splitlines() == [
+        assert recording.member("writes.csv").decode().splitlines() == [
             "time,node_id,uid,kind,key,name,raw,value",
             f"1001.000000,11,{UID},parameter,angle_limit_cw,0x38,610,61.0",
             f"1001.000000,11,{UID},parameter,,'=1+1,-3,'-a",
@@ -242,15 +242,15 @@ def test_samples_events_and_writes_come_back(tmp_path: Path) -> None:
             "1001.000000,,,array_command,unitless,actuator 7,,0.5",
             "1001.000000,,,array_command,speed,actuator 8,,-1",
         ]
-        (column,), complete = read_telemetry(bundle.member("telemetry.csv"))
-        assert read_events(bundle.member("events.jsonl")) == [{"a": 1}, {"a": 2}]
-        assert read_writes(bundle.member("writes.csv"))[-1]["name"] == "actuator 8"
-        assert bundle.about() == About.model_validate(ABOUT)
+        (column,), complete = read_telemetry(recording.member("telemetry.csv"))
+        assert read_events(recording.member("events.jsonl")) == [{"a": 1}, {"a": 2}]
+        assert read_writes(recording.member("writes.csv"))[-1]["name"] == "actuator 8"
+        assert recording.about() == About.model_validate(ABOUT)
     assert complete
     assert (column.uid, column.channel, column.t, column.v) == (UID, "current_angle", [101.0, 102.0], [-0.1, None])
 
 
 def test_telemetry_without_end_is_cut_and_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("hornbill.bus.recordings.bundle.SAMPLES_MOST", 10)
+    monkeypatch.setattr("hornbill.bus.recordings.recording.SAMPLES_MOST", 10)
     (column,), complete = read_telemetry(b"time,uid,channel,value\n" + f"1.0,{UID},a,1.0\n".encode() * 20)
     assert (len(column.t), complete) == (10, False)

@@ -2,7 +2,7 @@
 
 import pytest
 
-from hornbill.node.allocator import AllocationMode, Allocator, AllocatorStatus, Rival
+from hornbill.node.allocator import AllocationMode, Allocator, AllocatorStatus, CompetingAllocator
 from hornbill.wire.messages import AllocationMessage
 from unit.node.table import MemoryTable, Neighbours, answer_of, ask, exchange
 
@@ -10,7 +10,7 @@ A = bytes(range(0xA0, 0xB0))
 
 
 def allocator(table: MemoryTable | None = None) -> Allocator:
-    return Allocator(table or MemoryTable(), own_ids=frozenset({127}), residents=Neighbours())
+    return Allocator(table or MemoryTable(), own_ids=frozenset({127}), known_nodes=Neighbours())
 
 
 def test_it_stands_down_when_another_allocator_answers(caplog: pytest.LogCaptureFixture) -> None:
@@ -18,8 +18,8 @@ def test_it_stands_down_when_another_allocator_answers(caplog: pytest.LogCapture
     it = allocator(table)
     ask(it, A[:6], 0.0, first=True)
     assert answer_of(it, 9, AllocationMessage(0, False, A[:6]), 0.01) is None
-    assert it.state is AllocatorStatus.STANDING_DOWN
-    assert it.rival == Rival(9, 0.01, 1)
+    assert it.state is AllocatorStatus.STANDBY
+    assert it.competitor == CompetingAllocator(9, 0.01, 1)
     assert ask(it, A[6:12], 0.1) is None
     answer_of(it, 9, AllocationMessage(0, False, A[:12]), 0.11)
     assert [(each.partial, each.stage) for each in it.pending(0.2)] == [(A[:12].hex(), 2)]
@@ -27,22 +27,22 @@ def test_it_stands_down_when_another_allocator_answers(caplog: pytest.LogCapture
     answer_of(it, 9, AllocationMessage(77, False, A), 0.31)
     assert it.pending(0.4) == []
     assert table.recorded == []
-    assert it.rival == Rival(9, 0.31, 3)
+    assert it.competitor == CompetingAllocator(9, 0.31, 3)
     assert caplog.text.count("allocates node ids too") == 1
 
 
 def test_it_comes_back_when_the_other_one_leaves_three_requests_unanswered() -> None:
     it = allocator()
-    told: list[Rival] = []
-    it.on_rival.append(told.append)
-    it.on_rival_gone.append(told.append)
+    told: list[CompetingAllocator] = []
+    it.on_competitor_found.append(told.append)
+    it.on_competitor_gone.append(told.append)
     answer_of(it, 9, AllocationMessage(0, False, A[:6]), 0.0)
     for n in range(3):
         assert ask(it, A[:6], 1.0 + n, first=True) is None
     assert len(told) == 1
     assert exchange(it, A, 4.0) == 125
     assert it.state is AllocatorStatus.ON
-    assert told == [Rival(9, 0.0, 1)] * 2
+    assert told == [CompetingAllocator(9, 0.0, 1)] * 2
 
 
 def test_the_other_one_keeps_it_down_for_as_long_as_it_answers() -> None:
@@ -50,22 +50,22 @@ def test_the_other_one_keeps_it_down_for_as_long_as_it_answers() -> None:
     for n in range(20):
         ask(it, A[:6], n, first=True)
         answer_of(it, 9, AllocationMessage(0, False, A[:6]), n + 0.001)
-    assert it.state is AllocatorStatus.STANDING_DOWN
+    assert it.state is AllocatorStatus.STANDBY
 
 
 def test_when_told_to_insist_it_answers_beside_another_one() -> None:
     it = allocator()
-    it.mode = AllocationMode.INSIST
+    it.mode = AllocationMode.FORCE
     for n, part in enumerate((A[:6], A[6:12], A[12:])):
         now, before = 0.1 * n, A[: 6 * n]
         reply = ask(it, part, now, first=n == 0)
         assert reply == AllocationMessage(125 if n == 2 else 0, False, before + part)
         answer_of(it, 9, AllocationMessage(99 if n == 2 else 0, False, before + part), now + 0.01)
     assert it.state is AllocatorStatus.ON
-    assert it.rival is not None
-    assert it.rival.answers == 3
+    assert it.competitor is not None
+    assert it.competitor.responses == 3
     it.mode = AllocationMode.ON
-    assert it.state is AllocatorStatus.STANDING_DOWN
+    assert it.state is AllocatorStatus.STANDBY
 
 
 def test_a_person_can_let_it_answer_again() -> None:

@@ -1,4 +1,4 @@
-"""A bundle: a recording of the recorder as a .zip with its log, telemetry, events and what it is of.
+"""A recording: a recording of the recorder as a .zip with its log, telemetry, events and what it is of.
 
 Nothing that is read in one is trusted: what it holds, its sizes and every line are bounded.
 """
@@ -16,8 +16,8 @@ from typing import IO, Any, Final, Self
 import orjson
 from pydantic import ValidationError
 
-from hornbill.bus.recordings.folder import PartFile, RecordingFolder
-from hornbill.bus.recordings.reader import Recording
+from hornbill.bus.recordings.folder import FileFolder, PartFile
+from hornbill.bus.recordings.reader import LogReader
 from hornbill.bus.recordings.writer import candump
 from hornbill.csv_text import Formatted, csv_text
 from hornbill.domain.recording import About, Columns, RecordedWrite
@@ -35,21 +35,21 @@ WRITES: Final = "writes.csv"
 MEMBERS: Final = {
     README: 1 << 16, ABOUT: 16 << 20, FRAMES: 320 << 20, TELEMETRY: 64 << 20, EVENTS: 16 << 20, WRITES: 32 << 20,
 }  # fmt: skip
-"""What a bundle holds, and how many bytes each may unpack to; nothing else may be in one."""
+"""What a recording holds, and how many bytes each may unpack to; nothing else may be in one."""
 
 LONGEST_LINE: Final = 4096
 """Bytes of a line of frames: so that nobody's file makes us hold all of it as one."""
 
 SAMPLES_MOST: Final = 500_000
 LINES_MOST: Final = 100_000
-"""What is read of a bundle at most: samples of telemetry, and lines of events or of writes."""
+"""What is read of a recording at most: samples of telemetry, and lines of events or of writes."""
 
 _HEADS: Final = {
     README: (
         "This is a flight recording of hornbill, which configures and drives BLA15 and BLA21 servos over DroneCAN: "
         "what was on the bus, and what was known, around the moment that about.json names.\n"
-        "Open it in hornbill's page (Recorder, Open a bundle), or with `hornbill serve --bus bundle:FILE.zip`; no "
-        "adapter is needed, and nothing can be sent.\n"
+        "Open it in hornbill (Recorder, Import recording) or run `hornbill serve --bus recording:FILE.zip`. "
+        "No adapter is needed, and nothing can be sent.\n"
         "frames.log is in the form of `candump -l`; telemetry.csv, events.jsonl and writes.csv count time in seconds "
         "since 1970 UTC, as it does.\n"
     ),
@@ -67,14 +67,14 @@ _UNPACKED: Final = 1 << 18
 _DAMAGE: Final = (zipfile.BadZipFile, zlib.error, EOFError, RuntimeError, NotImplementedError, OSError)
 
 
-class BundleWriter:
-    """A new bundle, which takes one member after the other; it has its name once it is finished.
+class RecordingWriter:
+    """A new recording, which takes one member after the other; it has its name once it is finished.
 
     Lines are made on the event loop, so callers add a few at a time; a thread packs them. Every coroutine raises
     LogFailed.
     """
 
-    def __init__(self, file: PartFile, folder: RecordingFolder) -> None:
+    def __init__(self, file: PartFile, folder: FileFolder) -> None:
         self.name = file.path.name
         self.cut: list[str] = []
         """Members that reached the most bytes they may have, and are not complete."""
@@ -89,8 +89,8 @@ class BundleWriter:
         self._waiting = bytearray()
 
     @classmethod
-    async def begin(cls, folder: RecordingFolder, name: str) -> Self:
-        """A new bundle called `name`, with a number behind it when that is taken. Raises LogFailed."""
+    async def begin(cls, folder: FileFolder, name: str) -> Self:
+        """A new recording called `name`, with a number behind it when that is taken. Raises LogFailed."""
         return cls(await folder.begin(name), folder)
 
     async def add_frames(self, frames: Sequence[LoggedFrame]) -> None:
@@ -111,7 +111,7 @@ class BundleWriter:
         await self._add(WRITES, csv_text(map(_write_line, writes), end="\n").encode())
 
     async def finish(self, about: About) -> tuple[int, list[str]]:
-        """Add what it is of, and give it its name. Its bytes, and the names of the bundles dropped for it."""
+        """Add what it is of, and give it its name. Its bytes, and the names of the recordings dropped for it."""
         for member in _HEADS.keys() - self._begun:
             await self._add(member, b"")
         await self._add(ABOUT, orjson.dumps(about.model_dump(), option=orjson.OPT_INDENT_2))
@@ -167,15 +167,15 @@ class BundleWriter:
             try:
                 close()
             except Exception as error:  # the disk may be what failed
-                log.debug("a bundle that failed did not close either: %s", error)
+                log.debug("a recording that failed did not close either: %s", error)
         self._file.discard()
 
 
-class BundleReader:
-    """An open bundle. It reads the disk: for a thread."""
+class RecordingReader:
+    """An open recording. It reads the disk: for a thread."""
 
     def __init__(self, path: Path) -> None:
-        """Raises LogFailed for a file that holds anything but what a bundle does, once each, or too much of it."""
+        """Raises LogFailed for a file that holds anything but what a recording does, once each, or too much of it."""
         self.name = path.name
         try:
             self._zip = zipfile.ZipFile(path)
@@ -219,7 +219,7 @@ class BundleReader:
     def check(self) -> None:
         """Unpack all of it once without keeping it: what it says of itself may be wrong.
 
-        Raises LogFailed for one that is damaged, or unpacks to more than a bundle may.
+        Raises LogFailed for one that is damaged, or unpacks to more than a recording may.
         """
         for member in self._zip.namelist():
             try:
@@ -227,11 +227,11 @@ class BundleReader:
             except _DAMAGE as error:
                 raise self._damaged(member, error) from error
 
-    def frames(self) -> Recording:
+    def frames(self) -> LogReader:
         """The frames, with what they are of. It stays open when this is closed. Raises LogFailed."""
         self.check()
         file = self._zip.open(FRAMES)
-        recording = Recording(file, self.name)  # pyright: ignore[reportArgumentType] - peek and read are all it uses
+        recording = LogReader(file, self.name)  # pyright: ignore[reportArgumentType] - peek and read are all it uses
         recording.about = self.about()
         return recording
 
@@ -248,28 +248,30 @@ class BundleReader:
                 line = len(parts[-1]) if len(parts) > 1 else line
 
     def _refusal(self, why: str, remedy: str = " Give a .zip that hornbill wrote.") -> LogFailed:
-        return LogFailed(f"{self.name} is no bundle of hornbill: {why}.{remedy}", cause="no_bundle", name=self.name)
+        return LogFailed(
+            f"{self.name} is no recording of hornbill: {why}.{remedy}", cause="not_a_recording", name=self.name
+        )
 
     def _damaged(self, member: str, error: Exception) -> LogFailed:
         return LogFailed(
-            f"{self.name} is damaged: {member} cannot be unpacked ({error}).", cause="bundle_damaged", name=self.name
+            f"{self.name} is damaged: {member} cannot be unpacked ({error}).", cause="recording_damaged", name=self.name
         )
 
 
 def read_about(data: bytes, name: str) -> About:
-    """What about.json of the bundle `name` says. Raises LogFailed."""
+    """What about.json of the recording `name` says. Raises LogFailed."""
     try:
         return About.model_validate(orjson.loads(data))
     except (orjson.JSONDecodeError, RecursionError) as error:
         raise LogFailed(
-            f"{name} is no bundle of hornbill: its about.json is no JSON.", cause="no_bundle", name=name
+            f"{name} is no recording of hornbill: its about.json is no JSON.", cause="not_a_recording", name=name
         ) from error
     except ValidationError as error:
         first = error.errors()[0]
         where = ".".join(str(part) for part in first["loc"]) or "about.json"
         raise LogFailed(
-            f"{name} is no bundle that this hornbill can read: {where[:120]}: {first['msg']}.",
-            cause="bundle_unreadable",
+            f"{name} is no recording that this hornbill can read: {where[:120]}: {first['msg']}.",
+            cause="recording_unreadable",
             name=name,
         ) from error
 
@@ -311,13 +313,13 @@ def read_events(data: bytes) -> list[dict[str, Any]]:
     return found
 
 
-def _why_none(bundle: zipfile.ZipFile) -> str | None:
-    names = bundle.namelist()
+def _why_none(recording: zipfile.ZipFile) -> str | None:
+    names = recording.namelist()
     if len(set(names)) < len(names) or not set(names) <= MEMBERS.keys():
-        return "it holds other files than a bundle does"
+        return "it holds other files than a recording does"
     if not {ABOUT, FRAMES} <= set(names):
         return f"it holds no {ABOUT} or no {FRAMES}"
-    big = next((info.filename for info in bundle.infolist() if info.file_size > MEMBERS[info.filename]), None)
+    big = next((info.filename for info in recording.infolist() if info.file_size > MEMBERS[info.filename]), None)
     return None if big is None else f"its {big} unpacks to more than {MEMBERS[big] >> 20} MiB"
 
 

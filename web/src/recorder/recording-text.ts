@@ -1,4 +1,4 @@
-/** Words every part of an open bundle uses: times from the first mark, names of channels. */
+/** Words every part of an open recording uses: times from the first mark, names of channels. */
 import type { Row } from "../api/types";
 import { catalog } from "../bench/catalog";
 import { signed, withUnit } from "../bench/format";

@@ -1,25 +1,25 @@
-/** What the page makes of a recorder's bundle: its time line, the channels worth a plot, names of files. */
-import type { BundleColumns, BundleContent, BundleMark } from "../api/lab-types";
+/** What the page makes of a recorder's recording: its time line, the channels worth a plot, names of files. */
+import type { RecordingColumns, RecordingContent, RecordingMark } from "../api/lab-types";
 import { markText } from "../bench/event-text";
 
-export interface BundleLine {
+export interface RecordingTimeline {
   /** Seconds since 1970 UTC of the first mark, which is 0 on every axis. */
   zero: number;
   from: number;
   to: number;
 }
 
-type Times = Pick<BundleContent["about"], "started_at" | "ended_at"> & {
+type Times = Pick<RecordingContent["about"], "started_at" | "ended_at"> & {
   marks: readonly { at: number }[];
 };
 
-export function bundleLineOf(about: Times): BundleLine {
+export function timelineOf(about: Times): RecordingTimeline {
   const zero = about.marks[0]?.at ?? about.started_at;
   return { zero, from: about.started_at - zero, to: Math.max(about.ended_at, about.started_at + 1) - zero };
 }
 
 /** Marks as whole seconds on a line, in steps that leave room for their words. */
-export function bundleTicksOf(line: BundleLine, most: number): number[] {
+export function timelineTicksOf(line: RecordingTimeline, most: number): number[] {
   const step =
     [1, 2, 5, 10, 20, 30, 60, 120, 300, 600].find(one => (line.to - line.from) / one <= most) ?? 600;
   const ticks: number[] = [];
@@ -42,20 +42,20 @@ const TOGETHER: Readonly<Record<string, string>> = {
   command_torque: "current_torque",
 };
 
-export interface BundlePanel {
+export interface RecordingPanel {
   key: string;
-  measured: BundleColumns | null;
-  command: BundleColumns | null;
+  measured: RecordingColumns | null;
+  command: RecordingColumns | null;
 }
 
 /** Samples that are values: a command that is never given is all gaps. */
-function told(column: BundleColumns | null): number {
+function told(column: RecordingColumns | null): number {
   return column?.v.filter(value => value !== null).length ?? 0;
 }
 
 /** One panel a channel that has more than one sample: a single one is no curve. Usual ones first. */
-export function panelsOf(telemetry: readonly BundleColumns[], uid: string): BundlePanel[] {
-  const panels = new Map<string, BundlePanel>();
+export function panelsOf(telemetry: readonly RecordingColumns[], uid: string): RecordingPanel[] {
+  const panels = new Map<string, RecordingPanel>();
   for (const column of telemetry) {
     if (column.uid !== uid) continue;
     const key = TOGETHER[column.channel] ?? column.channel;
@@ -73,8 +73,8 @@ export function panelsOf(telemetry: readonly BundleColumns[], uid: string): Bund
     .sort((a, b) => rank(a.key) - rank(b.key));
 }
 
-/** What else a bundle was marked for, each once. */
-export function alsoMarked(one: { text: string; marks: readonly BundleMark[] }): string[] {
+/** What else a recording was marked for, each once. */
+export function alsoMarked(one: { text: string; marks: readonly RecordingMark[] }): string[] {
   const others = one.marks.filter(mark => mark.text !== one.text);
   return [...new Set(others.map(markText))];
 }
@@ -84,7 +84,7 @@ export function isZip(name: string): boolean {
 }
 
 /** The servo of the first mark that names one, else the first with telemetry, else the first there is. */
-export function firstServo(content: BundleContent): string | null {
+export function firstServo(content: RecordingContent): string | null {
   const known = new Set(content.about.servos.map(one => one.uid));
   const marked = content.about.marks.find(mark => mark.uid != null && known.has(mark.uid));
   return marked?.uid ?? content.telemetry[0]?.uid ?? content.about.servos[0]?.uid ?? null;

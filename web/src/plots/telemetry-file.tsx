@@ -1,4 +1,4 @@
-/** Recordings in the plot: telemetry.csv from the disk is drawn here; a bundle goes to Records, where it opens. */
+/** Recordings in the plot: telemetry.csv from the disk is drawn here; a recording goes to Records, where it opens. */
 
 import { effect, useSignal } from "@preact/signals";
 import { useEffect, useMemo } from "preact/hooks";
@@ -11,23 +11,23 @@ import { FilePick } from "../kit/field";
 import { Icon } from "../kit/icon";
 import { fromCsv, type Recorded } from "../telemetry/csv";
 import { TelemetryStore } from "../telemetry/store";
-import { isZip } from "./bundle";
 import { type Channel, channelsOf, curvesOf } from "./channels";
 import { lanesOf } from "./lane";
 import { PlotPanel } from "./panel";
+import { isZip } from "./recording";
 import { replayed, Scrub, tracksOf } from "./scrub";
 import { ScrubBar } from "./scrub-bar";
 import { TimeSpan } from "./span";
 import { plots as words } from "./words";
 
-export interface Recording {
+export interface TelemetryFile {
   name: string;
   content: Recorded;
 }
 
 const CARRY_MS = 120_000;
 
-export function RecordingFile({ onOpen }: { onOpen: (found: Recording) => void }) {
+export function TelemetryFilePick({ onOpen }: { onOpen: (found: TelemetryFile) => void }) {
   const problem = useSignal<string | null>(null);
   const carrying = useSignal<string | null>(null);
   const take = async (file: File) => {
@@ -40,7 +40,7 @@ export function RecordingFile({ onOpen }: { onOpen: (found: Recording) => void }
     }
     carrying.value = file.name;
     try {
-      const made = await ask("PUT", "/recorder/bundles/{name}", {
+      const made = await ask("PUT", "/recorder/recordings/{name}", {
         path: { name: file.name },
         file: { text: file, type: "application/zip" },
         timeout_ms: CARRY_MS,
@@ -76,7 +76,7 @@ export function RecordingFile({ onOpen }: { onOpen: (found: Recording) => void }
 
 /** A recording drawn like what is live: the same lanes, cursors and files, of a store of its own. While it is open the
  * 3D view beside it shows what it says, unless somebody would rather see the servo. */
-export function RecordingPlot({ recording, onClose }: { recording: Recording; onClose: () => void }) {
+export function TelemetryFilePlot({ recording, onClose }: { recording: TelemetryFile; onClose: () => void }) {
   const rows = catalog.value?.rows;
   const inView = useSignal(true);
   const { store, span, lanes, scrub } = useMemo(() => {

@@ -1,9 +1,9 @@
-/** A bundle that is open: what it is of, its marks on a time line; plots, events and writes below. No bus. */
+/** A recording that is open: what it is of, its marks on a time line; plots, events and writes below. No bus. */
 import { useSignal } from "@preact/signals";
 import type { ComponentChildren } from "preact";
 import { useEffect, useMemo } from "preact/hooks";
 import { API, ask } from "../api/client";
-import type { BundleContent } from "../api/lab-types";
+import type { RecordingContent } from "../api/lab-types";
 import { channelOf } from "../bench/bus-now";
 import { markText } from "../bench/event-text";
 import { clock, grouped, number, withUnit } from "../bench/format";
@@ -16,24 +16,24 @@ import { instant } from "../kit/loaded";
 import { Note } from "../kit/note";
 import { Loaded } from "../kit/resource";
 import { Scroll } from "../kit/scroll";
-import { type BundleLine, bundleLineOf, bundleTicksOf, firstServo } from "../plots/bundle";
+import { firstServo, type RecordingTimeline, timelineOf, timelineTicksOf } from "../plots/recording";
 import { scrubOf } from "../plots/scrub";
-import { GLYPHS } from "./bundle-glyph";
-import { Events, Writes } from "./bundle-lists";
-import { Channels } from "./bundle-plots";
-import { relative } from "./bundle-text";
 import { PlayDialog } from "./play";
+import { GLYPHS } from "./recording-glyph";
+import { Events, Writes } from "./recording-lists";
+import { Channels } from "./recording-plots";
+import { relative } from "./recording-text";
 import { recorder as words } from "./words";
 
-const said = words.bundle;
+const said = words.recording;
 const READ_MS = 120_000;
 
 /** A recording that is open; `at`, seconds since 1970 UTC, is where it is looked at first. */
-export function BundleView({ name, at }: { name: string; at: number | null }) {
+export function RecordingView({ name, at }: { name: string; at: number | null }) {
   const content = useMemo(
     () =>
       new Resource(() =>
-        ask("GET", "/recorder/bundles/{name}/content", { path: { name }, timeout_ms: READ_MS }),
+        ask("GET", "/recorder/recordings/{name}/content", { path: { name }, timeout_ms: READ_MS }),
       ),
     [name],
   );
@@ -43,16 +43,16 @@ export function BundleView({ name, at }: { name: string; at: number | null }) {
   return (
     <>
       <div class="list-bar">
-        <Button testid="bundles-back" onClick={() => go(pathOf("recorder", null))}>
+        <Button testid="recordings-back" onClick={() => go(pathOf("recorder", null))}>
           {said.back}
         </Button>
         <h1 class="grow rec-name">{name}</h1>
-        <a class="button" href={`${API}/recorder/bundles/${encodeURIComponent(name)}`} download="">
+        <a class="button" href={`${API}/recorder/recordings/${encodeURIComponent(name)}`} download="">
           <Icon name="download" size={15} /> {words.download}
         </a>
         <Button
           live
-          testid="bundle-play"
+          testid="recording-play"
           disabled={found === null}
           onClick={() => {
             playing.value = true;
@@ -61,7 +61,7 @@ export function BundleView({ name, at }: { name: string; at: number | null }) {
           <Icon name="play" size={15} /> {words.play}
         </Button>
       </div>
-      <Scroll label={name} testid="bundle">
+      <Scroll label={name} testid="recording">
         <Loaded of={content} />
         {found === null && content.problem.value === null && <p class="w-line second">{said.loading}</p>}
         {found && <Content content={found} at={at} />}
@@ -78,9 +78,9 @@ export function BundleView({ name, at }: { name: string; at: number | null }) {
   );
 }
 
-function Content({ content, at }: { content: BundleContent; at: number | null }) {
+function Content({ content, at }: { content: RecordingContent; at: number | null }) {
   const about = content.about;
-  const line = useMemo(() => bundleLineOf(about), [about]);
+  const line = useMemo(() => timelineOf(about), [about]);
   const scrub = useMemo(() => {
     const made = scrubOf(content, line, firstServo(content));
     if (at !== null) made.seek(at - line.zero);
@@ -92,7 +92,7 @@ function Content({ content, at }: { content: BundleContent; at: number | null })
   return (
     <>
       <section class="rec-about" aria-label={said.title(words.why[about.reason] ?? about.reason)}>
-        <p class="rec-why" data-testid="bundle-why">
+        <p class="rec-why" data-testid="recording-why">
           <Glyph kind={GLYPHS[about.reason] ?? "ok"} />
           <span>
             <b>{words.why[about.reason] ?? about.reason}</b>: {markText(about.marks[0] ?? about)}
@@ -115,7 +115,7 @@ function Content({ content, at }: { content: BundleContent; at: number | null })
         {about.incomplete.length > 0 && <Warn line={said.cut(about.incomplete.join(", "))} />}
         {!content.complete && <Warn line={said.incomplete} />}
         <TimeLine line={line} content={content} />
-        <ol class="rec-marks" aria-label={said.marks} data-testid="bundle-marks">
+        <ol class="rec-marks" aria-label={said.marks} data-testid="recording-marks">
           {about.marks.map((mark, place) => (
             <li key={`${mark.at}-${place}`}>
               <b class="rec-number">{place + 1}</b>
@@ -158,11 +158,11 @@ function Warn({ line }: { line: string }) {
 const WIDTH = 1000;
 
 /** A ruled scale with the marks on it; events are small ticks above. */
-function TimeLine({ line, content }: { line: BundleLine; content: BundleContent }) {
+function TimeLine({ line, content }: { line: RecordingTimeline; content: RecordingContent }) {
   const x = (at: number) => ((at - line.from) / (line.to - line.from)) * WIDTH;
   const percent = (at: number) => `${((at - line.from) / (line.to - line.from)) * 100}%`;
-  const ticks = bundleTicksOf(line, 12);
-  const fine = bundleTicksOf(line, 60);
+  const ticks = timelineTicksOf(line, 12);
+  const fine = timelineTicksOf(line, 60);
   const marks = content.about.marks;
   const events = content.events.flatMap(one => (typeof one.time === "number" ? one.time - line.zero : []));
   const label = said.line(marks.length, relative(line.from, 0), relative(line.to, 0));

@@ -1,4 +1,4 @@
-"""Bundler: a bundle put together from what is remembered, in slices between which the loop is everybody else's."""
+"""Writing a recording from the data in memory, in slices that leave the event loop free between them."""
 
 import asyncio
 from collections.abc import AsyncIterator, Awaitable, Callable, Sequence
@@ -7,7 +7,7 @@ from datetime import UTC, datetime
 from typing import Final, Protocol, TypeAlias
 
 from hornbill import __version__
-from hornbill.domain.recording import About, BundleBus, BundleServo, Mark, MarkReason, RecordedWrite
+from hornbill.domain.recording import About, Mark, MarkReason, RecordedBus, RecordedServo, RecordedWrite
 from hornbill.schema.catalog import Catalog
 from hornbill.servo.monitoring.telemetry import TelemetryCollector
 from hornbill.servo.recorder.frame_ring import FrameRing
@@ -25,7 +25,7 @@ SLICE: Final = 500
 
 
 class RecordingDraft(Protocol):
-    """A bundle on its way to the disk, one member after the other. Every coroutine but `discard` raises LogFailed.
+    """A recording on its way to the disk, one member after the other. Every coroutine but `discard` raises LogFailed.
 
     Times are seconds since 1970 UTC.
     """
@@ -53,7 +53,7 @@ class RecordingDraft(Protocol):
         ...
 
     async def finish(self, about: About, /) -> tuple[int, list[str]]:
-        """Make it complete: its bytes, and the names of older bundles dropped for it."""
+        """Make it complete: its bytes, and the names of older recordings dropped for it."""
         ...
 
     async def discard(self) -> None:
@@ -62,12 +62,12 @@ class RecordingDraft(Protocol):
 
 
 BeginDraft: TypeAlias = Callable[[str], Awaitable[RecordingDraft]]
-"""Begins a new bundle of about this name. Raises LogFailed."""
+"""Begins a new recording of about this name. Raises LogFailed."""
 
 
 @dataclass(slots=True)
-class PendingRecording:
-    """A bundle whose time is not over yet, or that is being written. Instants are on the event loop's clock."""
+class RecordingInProgress:
+    """A recording whose time is not over yet, or that is being written. Instants are on the event loop's clock."""
 
     reason: MarkReason
     text: str
@@ -80,8 +80,8 @@ class PendingRecording:
     marks: list[Mark] = field(default_factory=list[Mark])
 
 
-class Bundler:
-    """Writes one bundle at a time. In a hurry it rests no more between its slices."""
+class RecordingBuilder:
+    """Writes one recording at a time. In a hurry it rests no more between its slices."""
 
     def __init__(self, base: TimeBase, catalog: Catalog, telemetry: TelemetryCollector, node_id: int) -> None:
         """`node_id` is our own."""
@@ -90,9 +90,9 @@ class Bundler:
         self._one = asyncio.Lock()
 
     async def write(
-        self, pending: PendingRecording, begin: BeginDraft, ring: FrameRing, events: Sequence[tuple[Instant, bytes]]
+        self, pending: RecordingInProgress, begin: BeginDraft, ring: FrameRing, events: Sequence[tuple[Instant, bytes]]
     ) -> tuple[str, int, list[str]]:
-        """The name of the bundle, its bytes, and the names of older ones dropped for it. Raises LogFailed.
+        """The name of the recording, its bytes, and the names of older ones dropped for it. Raises LogFailed.
 
         `events` are JSON objects with their instants.
         """
@@ -101,7 +101,7 @@ class Bundler:
             return await self._write(pending, begin, ring, among)
 
     async def _write(
-        self, pending: PendingRecording, begin: BeginDraft, ring: FrameRing, events: list[bytes]
+        self, pending: RecordingInProgress, begin: BeginDraft, ring: FrameRing, events: list[bytes]
     ) -> tuple[str, int, list[str]]:
         at = datetime.fromtimestamp(self._base.utc(pending.at), UTC)
         draft = await begin(f"hornbill-{at:%Y%m%d-%H%M%S}-{pending.slug}.zip")
@@ -122,7 +122,7 @@ class Bundler:
         return draft.name, size, dropped
 
     async def _add_frames(
-        self, draft: RecordingDraft, pending: PendingRecording, ring: FrameRing
+        self, draft: RecordingDraft, pending: RecordingInProgress, ring: FrameRing
     ) -> tuple[int, list[RecordedWrite]]:
         """How many frames there are, and what in them could change a servo."""
         finder = WriteFinder(self._catalog, pending.snapshot.uids())
@@ -134,7 +134,7 @@ class Bundler:
             await self._rest()
         return count, found
 
-    async def _add_telemetry(self, draft: RecordingDraft, pending: PendingRecording) -> None:
+    async def _add_telemetry(self, draft: RecordingDraft, pending: RecordingInProgress) -> None:
         utc = self._base.utc
         for servo in pending.snapshot.servos:
             for key in list(self._telemetry.channels(servo.uid)):
@@ -144,18 +144,18 @@ class Bundler:
                     end = start + SLICE
                     await draft.add_samples(servo.uid, key, [utc(at) for at in times[start:end]], values[start:end])
 
-    async def _servos(self, pending: PendingRecording) -> AsyncIterator[BundleServo]:
+    async def _servos(self, pending: RecordingInProgress) -> AsyncIterator[RecordedServo]:
         for servo in pending.snapshot.servos:
             yield servo.shown(self._base)
             await self._rest()
 
-    def _about(self, pending: PendingRecording, frames: int, cut: list[str], servos: list[BundleServo]) -> About:
+    def _about(self, pending: RecordingInProgress, frames: int, cut: list[str], servos: list[RecordedServo]) -> About:
         utc, snapshot = self._base.utc, pending.snapshot
         address, bitrate = snapshot.bus or (None, 0)
         return About(
             format=1, version=__version__, reason=pending.reason, text=pending.text, marks=pending.marks,
             started_at=utc(pending.since), ended_at=utc(pending.until), utc_offset=self._base.utc_offset,
-            bus=None if address is None else BundleBus(address=address, bitrate=bitrate, node_id=self._node_id),
+            bus=None if address is None else RecordedBus(address=address, bitrate=bitrate, node_id=self._node_id),
             servos=servos, schema_revision=self._catalog.revision, frames=frames, incomplete=list(cut),
         )  # fmt: skip
 

@@ -1,22 +1,22 @@
-/** The lists of an open bundle: what was told, and what was written. */
+/** The lists of an open recording: what was told, and what was written. */
 import { useSignal } from "@preact/signals";
 import type { ComponentChildren } from "preact";
-import type { BundleContent } from "../api/lab-types";
+import type { RecordingContent } from "../api/lab-types";
 import type { BenchEvent } from "../bench/bench";
 import { eventText } from "../bench/event-text";
 import { full, MINUS } from "../bench/format";
 import { DataTable } from "../kit/data-table";
 import { Glyph } from "../kit/glyph";
-import type { BundleLine } from "../plots/bundle";
-import { channelLabelOf, relative, rowOf } from "./bundle-text";
+import type { RecordingTimeline } from "../plots/recording";
+import { channelLabelOf, relative, rowOf } from "./recording-text";
 import { recorder as words } from "./words";
 
-const said = words.bundle;
+const said = words.recording;
 const SHOWN = 200;
 
 interface ListProps {
-  content: BundleContent;
-  line: BundleLine;
+  content: RecordingContent;
+  line: RecordingTimeline;
   title: (uid: string | null | undefined) => string;
 }
 
@@ -32,7 +32,7 @@ export function Events({ content, line, title }: ListProps) {
   const most = useSignal(SHOWN);
   const head = said.eventHead;
   return (
-    <details class="rec-list" open data-testid="bundle-events">
+    <details class="rec-list" open data-testid="recording-events">
       <summary>{said.events(content.events.length)}</summary>
       <DataTable
         empty={<p class="w-line second">{said.noEvents}</p>}
@@ -71,7 +71,7 @@ export function Writes({ content, line, title }: ListProps) {
   const most = useSignal(SHOWN);
   const head = said.writeHead;
   return (
-    <details class="rec-list" data-testid="bundle-writes">
+    <details class="rec-list" data-testid="recording-writes">
       <summary>{said.writes(content.writes.length)}</summary>
       <DataTable
         empty={<p class="w-line second">{said.noWrites}</p>}
@@ -127,7 +127,7 @@ function More({ total, most }: { total: number; most: { value: number } }) {
   );
 }
 
-/** A line of the events of a bundle, which may be of another version: an event, or what changed by its type. */
+/** A line of the events of a recording, which may be of another version: an event, or what changed by its type. */
 function whatText(one: Readonly<Record<string, unknown>>): string {
   const { code, text, params, type } = one as Partial<BenchEvent> & { type?: string };
   if (code === undefined || text === undefined) return String(text ?? code ?? type ?? "");

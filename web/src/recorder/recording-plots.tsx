@@ -1,26 +1,26 @@
-/** The plots of an open bundle: channels of a chosen servo over the time from the first mark. */
+/** The plots of an open recording: channels of a chosen servo over the time from the first mark. */
 import { effect, useSignal } from "@preact/signals";
 import { useEffect, useMemo, useRef } from "preact/hooks";
-import type { BundleContent } from "../api/lab-types";
+import type { RecordingContent } from "../api/lab-types";
 import { decimalsOf, number, withUnit } from "../bench/format";
 import { Choice, cell, Tick } from "../kit/field";
-import { type BundleLine, type BundlePanel, panelsOf, USUAL } from "../plots/bundle";
 import { Plot, roomy } from "../plots/plot";
+import { panelsOf, type RecordingPanel, type RecordingTimeline, USUAL } from "../plots/recording";
 import type { Scrub } from "../plots/scrub";
 import { ScrubBar } from "../plots/scrub-bar";
 import type { PlotCurve } from "../plots/series";
 import { samples, still } from "../plots/trace";
 import { ReplayView } from "../view3d/replay";
-import { channelLabelOf, relative, rowOf } from "./bundle-text";
+import { channelLabelOf, relative, rowOf } from "./recording-text";
 import { recorder as words } from "./words";
 
-const said = words.bundle;
+const said = words.recording;
 /** Of this many channels a plot is drawn before anybody chooses. */
 const DRAWN = 4;
 
 interface ChannelsProps {
-  content: BundleContent;
-  line: BundleLine;
+  content: RecordingContent;
+  line: RecordingTimeline;
   uid: string;
   title: string;
   scrub: Scrub;
@@ -38,7 +38,7 @@ export function Channels({ content, line, uid, title, scrub }: ChannelsProps) {
   };
   // Every row that was read meanwhile is a channel, too; after somebody looked at Parameters that is all of them.
   const rest = panels.filter(panel => !isUsual(panel));
-  const pick = (panel: BundlePanel) => (
+  const pick = (panel: RecordingPanel) => (
     <Tick
       key={panel.key}
       label={channelLabelOf(panel.key)}
@@ -51,7 +51,7 @@ export function Channels({ content, line, uid, title, scrub }: ChannelsProps) {
       <div class="list-bar">
         <Choice
           label={said.servo}
-          testid="bundle-servo"
+          testid="recording-servo"
           at={scrub.front}
           beside
           options={content.about.servos.map(one => ({ key: one.uid, label: one.title }))}
@@ -59,7 +59,7 @@ export function Channels({ content, line, uid, title, scrub }: ChannelsProps) {
         <div class="rec-picks" role="group" aria-label={said.channels}>
           {panels.filter(isUsual).map(pick)}
           {rest.length > 0 && (
-            <details class="rec-more" open={rest.length === panels.length} data-testid="bundle-more">
+            <details class="rec-more" open={rest.length === panels.length} data-testid="recording-more">
               <summary>{said.moreChannels(rest.length)}</summary>
               <div class="rec-picks">{rest.map(pick)}</div>
             </details>
@@ -82,17 +82,17 @@ export function Channels({ content, line, uid, title, scrub }: ChannelsProps) {
   );
 }
 
-const isUsual = (panel: BundlePanel) => USUAL.includes(panel.key);
+const isUsual = (panel: RecordingPanel) => USUAL.includes(panel.key);
 
-function usualOf(panels: readonly BundlePanel[]): Set<string> {
+function usualOf(panels: readonly RecordingPanel[]): Set<string> {
   const usual = panels.filter(isUsual).map(one => one.key);
   return new Set(usual.slice(0, DRAWN));
 }
 
 interface PlotProps {
-  panel: BundlePanel;
-  content: BundleContent;
-  line: BundleLine;
+  panel: RecordingPanel;
+  content: RecordingContent;
+  line: RecordingTimeline;
   title: string;
   scrub: Scrub;
 }
@@ -107,7 +107,7 @@ function ChannelPlot({ panel, content, line, title, scrub }: PlotProps) {
     if (!box.current) return undefined;
     const plot = new Plot(box.current, {
       readout: readout.current,
-      group: "bundle",
+      group: "recording",
       x: (value, step) => relative(value, step % 1 === 0 ? 0 : step < 0.1 ? 2 : 1),
       y: (value, step) => withUnit(number(value, step < 0.1 ? 2 : step < 1 ? 1 : 0), unit),
       read: (time, values) =>

@@ -1,0 +1,153 @@
+"""How often nodes that are no servos are asked, over hours, and which of them may be servos."""
+
+from collections.abc import Callable
+from itertools import pairwise
+
+import pytest
+
+from hornbill.node.directory import NodeRecord
+from hornbill.servo.device.foreign_nodes import UNKNOWN_ACTUATOR, UNKNOWN_NODE, ForeignNodes
+from hornbill.wire.messages import Mode, NodeHealth, NodeStatus
+
+NODE = 33
+Outcome = Callable[[ForeignNodes], None]
+
+
+class Clock:
+    """Stands still unless a test moves it."""
+
+    now = 0.0
+
+    def __call__(self) -> float:
+        return self.now
+
+
+def record(restarts: int = 0) -> NodeRecord:
+    return NodeRecord(NODE, NodeStatus(1, NodeHealth.OK, Mode.OPERATIONAL), 0.0, 0.0, restarts=restarts)
+
+
+def rounds(outcome: Outcome, hours: float = 10, *, actuator: bool = False) -> list[float]:
+    """The instants at which a node is asked that always behaves the same; it says NodeStatus once a second."""
+    clock, asked = Clock(), list[float]()
+    foreign_nodes = ForeignNodes(clock)
+    for second in range(round(hours * 3600)):
+        clock.now = second
+        if actuator:
+            foreign_nodes.on_status(NODE)
+        if foreign_nodes.due(record()):
+            asked.append(second)
+            outcome(foreign_nodes)
+    return asked
+
+
+def no_node_info(foreign_nodes: ForeignNodes) -> None:
+    foreign_nodes.no_node_info(NODE)
+
+
+def no_parameters(foreign_nodes: ForeignNodes) -> None:
+    foreign_nodes.no_parameters(NODE)
+
+
+def refused(foreign_nodes: ForeignNodes) -> None:
+    foreign_nodes.refused(NODE)
+
+
+@pytest.mark.parametrize("outcome", [no_node_info, no_parameters])
+def test_a_node_that_does_not_answer_is_asked_ever_more_rarely(outcome: Outcome) -> None:
+    asked = rounds(outcome)
+    assert asked[:7] == [0, 2, 10, 42, 170, 682, 2730]
+    pauses = [after - before for before, after in pairwise(asked)]
+    assert pauses == sorted(pauses)
+    assert set(pauses[6:]) == {3600}
+
+
+def test_a_foreign_node_is_asked_four_times_and_never_again() -> None:
+    assert rounds(refused) == [0, 2, 10, 42]
+
+
+@pytest.mark.parametrize(("outcome", "longest"), [(no_node_info, 30), (no_parameters, 30), (refused, 300)])
+def test_an_actuator_is_asked_for_ever_for_it_may_be_a_servo(outcome: Outcome, longest: float) -> None:
+    asked = rounds(outcome, 1, actuator=True)
+    pauses = [after - before for before, after in pairwise(asked)]
+    assert pauses == sorted(pauses)
+    assert pauses[:3] == [1, 1, 2]
+    assert pauses[-1] == longest
+
+
+def test_an_actuator_may_be_a_servo_until_it_refused_five_times() -> None:
+    foreign_nodes = ForeignNodes(Clock())
+    assert not foreign_nodes.is_foreign(NODE)
+    assert foreign_nodes.due(record())
+    foreign_nodes.on_status(NODE)
+    for _ in range(4):
+        foreign_nodes.refused(NODE)
+        assert foreign_nodes.suspects() == [NODE]
+        assert "stop writes torque off" in getattr(foreign_nodes.note(NODE), "text", "")
+    foreign_nodes.refused(NODE)
+    assert foreign_nodes.is_foreign(NODE)
+    assert foreign_nodes.suspects() == []
+    assert "stop" not in getattr(foreign_nodes.note(NODE), "text", "")
+
+
+def test_what_never_answers_and_broadcasts_status_may_always_be_a_servo() -> None:
+    clock = Clock()
+    foreign_nodes = ForeignNodes(clock)
+    for second in range(100):
+        clock.now = second
+        foreign_nodes.on_status(NODE)
+        foreign_nodes.no_node_info(NODE)
+        assert foreign_nodes.suspects() == [NODE]
+    clock.now += 3.1
+    assert foreign_nodes.suspects() == []
+
+
+@pytest.mark.parametrize("outcome", [no_parameters, refused])
+def test_without_status_a_node_is_foreign_after_one_round(outcome: Outcome) -> None:
+    foreign_nodes = ForeignNodes(Clock())
+    outcome(foreign_nodes)
+    assert foreign_nodes.is_foreign(NODE)
+    assert foreign_nodes.note(NODE)
+
+
+def test_a_node_that_starts_anew_is_asked_at_once_and_knows_no_past() -> None:
+    clock = Clock()
+    foreign_nodes = ForeignNodes(clock)
+    assert foreign_nodes.due(record())
+    foreign_nodes.refused(NODE)
+    clock.now = 0.5
+    assert not foreign_nodes.due(record())
+    assert foreign_nodes.due(record(restarts=1))
+    assert not foreign_nodes.is_foreign(NODE)
+    assert foreign_nodes.note(NODE) is None
+
+
+def test_the_first_status_of_an_actuator_ends_the_wait() -> None:
+    clock = Clock()
+    foreign_nodes = ForeignNodes(clock)
+    assert foreign_nodes.due(record())
+    assert foreign_nodes.retry_policy(NODE) == UNKNOWN_NODE
+    for _ in range(4):
+        foreign_nodes.refused(NODE)
+    clock.now = 99.0
+    assert not foreign_nodes.due(record())
+    foreign_nodes.on_status(NODE)
+    assert foreign_nodes.due(record())
+    assert foreign_nodes.retry_policy(NODE) == UNKNOWN_ACTUATOR
+
+
+def test_somebody_who_needs_to_know_does_not_wait() -> None:
+    clock = Clock()
+    foreign_nodes = ForeignNodes(clock)
+    foreign_nodes.retry_now(NODE)
+    assert foreign_nodes.due(record())
+    foreign_nodes.no_node_info(NODE)
+    assert not foreign_nodes.due(record())
+    foreign_nodes.retry_now(NODE)
+    assert foreign_nodes.due(record())
+    foreign_nodes.postpone(NODE, 5.0)
+    clock.now = 4.9
+    assert not foreign_nodes.due(record())
+    foreign_nodes.on_status(NODE)
+    foreign_nodes.forget(NODE)
+    assert foreign_nodes.due(record())
+    assert foreign_nodes.suspects() == [], "as a servo it is no suspect any more"
