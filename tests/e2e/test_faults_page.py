@@ -47,7 +47,7 @@ def test_a_fault_is_seen_acknowledged_and_gone(page: Page, demo: Demo) -> None:
 
     inject(demo, uid, "sensor_weak", False)
     over = page.get_by_test_id("faults-past").locator(f'[data-testid="fault-sensor_weak"][data-uid="{uid}"]')
-    expect(over).to_contain_text("Over", timeout=10_000)
+    expect(over).to_contain_text("Cleared", timeout=10_000)
     expect(line).to_have_count(0)
     assert open_faults(demo) == 0
 

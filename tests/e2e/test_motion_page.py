@@ -78,7 +78,7 @@ def begin(page: Page, demo: Demo, uid: str, *tab: str) -> None:
 
 def ready_to_hold(page: Page, demo: Demo, uid: str) -> None:
     begin(page, demo, uid, "Speed")
-    expect(page.get_by_test_id("hold-said")).to_contain_text("turns without end")
+    expect(page.get_by_test_id("hold-said")).to_contain_text("rotates continuously")
     expect(page.get_by_test_id("hold-cw")).to_be_disabled()
     page.get_by_test_id("hold-free").check()
     page.get_by_test_id("hold-value").fill("30")
@@ -221,7 +221,7 @@ def test_a_group_goes_to_one_angle_or_keeps_its_distances_and_all_of_it_ends(
     assert [raw(demo, uid, "torque_mode") for uid in pair] == ["off", "off"]
     turn(demo, pair[1], -10)
     begin_group(page, demo, pair)
-    page.get_by_role("button", name="Keep distances").click()
+    page.get_by_role("button", name="Keep offsets").click()
     apart = angle(demo, pair[1]) - angle(demo, pair[0])
     page.get_by_test_id("jog-step-10").click()
     wait_for(lambda: abs(angle(demo, pair[0]) - 34) < 2.5, 6, "the first did not go")
@@ -330,7 +330,7 @@ def sweep(page: Page, demo: Demo, uid: str, count: str) -> None:
 def test_a_sweep_counts_and_ends_by_itself(page: Page, demo: Demo, winch: str) -> None:
     sweep(page, demo, winch, "2")
     expect(page.get_by_test_id("sweep-progress")).to_contain_text("1 of 2", timeout=10_000)
-    expect(page.get_by_test_id("sweep-said")).to_contain_text("done: there and back 2 times", timeout=10_000)
+    expect(page.get_by_test_id("sweep-said")).to_contain_text("complete: 2 cycles", timeout=10_000)
     assert abs(angle(demo, winch) + 20) < 2
     page.get_by_test_id("sweep-to").fill("400")
     expect(page.get_by_test_id("sweep-against")).to_be_visible()
@@ -536,7 +536,7 @@ def test_an_angle_past_a_limit_is_refused_by_the_limit_of_this_servo_and_moves_n
     page.get_by_test_id("jog-value").fill("400")
     page.get_by_test_id("jog-value").press("Enter")
     said = page.get_by_test_id("jog-refusal")
-    expect(said).to_contain_text("+400.0° is past the CW angle limit of +60.0° (0x38). Not sent.")
+    expect(said).to_contain_text("+400.0° is beyond the CW angle limit of +60.0° (0x38). Nothing was sent.")
     expect(page.get_by_test_id("jog-value")).to_be_focused()
     assert page.evaluate(places) == before, "the layout moved"
     assert page.evaluate(CUT) == []

@@ -211,7 +211,7 @@ describe("motion", () => {
   test("a stop ends it; nothing is commanded after", async () => {
     await enableMotion(UID);
     stop.value = { latched: true, servos: [] } as unknown as Stop;
-    expect(motion.value).toEqual({ phase: "off", why: "Motion ended: stopped." });
+    expect(motion.value).toEqual({ phase: "off", why: "Motion ended: Stop." });
     await settle();
     sent = [];
     await moveTo(10);
@@ -375,7 +375,7 @@ describe("motion", () => {
     setLease({ shown_id: "R", holder: "Rig 3", ttl_s: 3, expires_at: 0, expires_in_s: 3, request: null });
     vi.advanceTimersByTime(700);
     vi.useRealTimers();
-    const taken = "Motion ended: Rig 3 has motion control now.";
+    const taken = "Motion ended: Rig 3 took motion control.";
     expect(motion.value).toEqual({ phase: "off", why: taken });
     const asked = [`GET /servos/${UID}/parameters/torque_mode`];
     expect(sent, "what is gone is not given back, and what became of torque is read").toEqual(asked);

@@ -181,11 +181,11 @@ describe("check", () => {
     const own: AllowedSpan = { ...degrees, maximum: 179.9, limits: "angle" };
     expect(checkValue(400, own)).toMatchObject({
       code: "above",
-      what: "400.0° is past the CW angle limit of 179.9° (0x38).",
+      what: "400.0° is beyond the CW angle limit of 179.9° (0x38).",
     });
     expect(checkValue(-200, own)).toMatchObject({
       code: "below",
-      what: `${MINUS}200.0° is past the CCW angle limit of ${MINUS}180.0° (0x39).`,
+      what: `${MINUS}200.0° is beyond the CCW angle limit of ${MINUS}180.0° (0x39).`,
     });
   });
 

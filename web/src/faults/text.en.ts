@@ -1,4 +1,4 @@
-/** The English sentences of the Faults page; loaded with it. */
+/** English text of the Faults page; loaded with it. */
 
 const count = (n: number, one: string, many: string) => `${n} ${n === 1 ? one : many}`;
 
@@ -6,39 +6,38 @@ export const words = {
   title: "Faults",
   summary: (now: number, unseen: number) =>
     now === 0 && unseen === 0
-      ? "Nothing wrong now"
-      : `${count(now, "fault", "faults")} now, ${unseen} not acknowledged`,
+      ? "No active faults"
+      : `${count(now, "active fault", "active faults")}, ${unseen} not acknowledged`,
   servo: "Servo",
   all: "All servos",
   ackAll: "Acknowledge all",
   ack: "Acknowledge",
   ackOf: (label: string, name: string) => `Acknowledge: ${label} of ${name}`,
-  now: "Now",
+  now: "Active",
   past: "Past",
-  noneNow: "Nothing is wrong with these servos now.",
-  nonePast: "Nothing else was ever seen.",
+  noneNow: "These servos have no active faults.",
+  nonePast: "No past faults.",
   level: { failure: "Failure", warning: "Warning", notification: "Notice" },
   latched: "Stays until power-off",
-  latchedWhy: "It does not go by itself, whatever its cause does: only a restart ends it.",
-  pastEvent: "Before its last start",
-  pastEventWhy: "It tells of something that happened before the servo started, not of now.",
-  stale: "Not known now",
-  staleWhy: "The servo said so last. It is silent now, so nobody knows whether it still is so.",
-  over: "Over",
+  latchedWhy: "It does not clear when its cause is gone. Only a restart clears it.",
+  pastEvent: "Before the last start",
+  pastEventWhy: "Reports an event before the servo started, not its present state.",
+  stale: "State unknown",
+  staleWhy: "Last state the servo reported. It does not respond now, so its present state is unknown.",
+  over: "Cleared",
   first: "First",
   last: "Last",
   count: (n: number) => (n === 1 ? "once" : `${n} times`),
   seenBy: (who: string, at: string) => `Acknowledged by ${who}, ${at}`,
-  emptyTitle: "No fault was ever seen",
+  emptyTitle: "No faults so far",
   emptyText:
-    "Each servo tells of 32 failures, 32 warnings and as many notices; hornbill asks for them all the time. What comes up stands here with what it means and what to do, and stays in the list of past faults after it has gone.",
+    "Each servo can report 32 failures, 32 warnings and 32 notices, and hornbill reads them continuously. Faults appear here with their meaning and remedy. After they clear, they stay in the list of past faults.",
   emptyLive: (servos: number, read: number) =>
-    `${count(servos, "servo", "servos")} on the bus or known, ${read} read.`,
-  toServos: "Show the servos",
+    `${count(servos, "known servo", "known servos")}, ${read} read.`,
+  toServos: "Go to Servos",
   acknowledgeText:
-    "Acknowledging says that somebody has seen it. It clears nothing in the servo: a fault goes when its cause does, or at a restart.",
-  loading: "Reading the faults.",
+    "Acknowledging a fault records that it has been seen. It does not clear the fault in the servo: a fault clears when its cause is gone, or at a restart.",
+  loading: "Loading faults",
   failed: (why: string) => `Some faults could not be read or acknowledged. ${why}`,
-  again: "Try again",
   open: (name: string) => `Open ${name}`,
 };

@@ -51,8 +51,8 @@ export function GroupChoice({ uid }: { uid: string }) {
   };
   return (
     <details class="group-choice" data-testid="group" open={ticked.length > 0}>
-      <summary>{words.with}</summary>
-      {why !== null && <p class="small second">{words.firstNot(why)}</p>}
+      <summary>{words.group}</summary>
+      {why !== null && <p class="small second">{words.groupUnavailable(why)}</p>}
       <ul>
         {others.map(one => {
           const hindered = why ?? against(one);
@@ -85,7 +85,7 @@ export function Members() {
     <section class="members" aria-label={words.members} data-testid="members">
       <div class="members-how">
         <Segments<Manner>
-          label={words.manner}
+          label={words.groupMode}
           chosen={manner.value}
           onChoose={next => {
             if (sweep.peek() === null) setManner(next, members);
@@ -98,7 +98,9 @@ export function Members() {
         <p class="small second">
           {manner.value === "same" ? words.sameHint : words.apartHint}{" "}
           {told !== null && ended === null && (
-            <span data-testid="group-beat">{words.beat(number(told.rate_hz, 0), String(told.misses))}</span>
+            <span data-testid="group-beat">
+              {words.streamRate(number(told.rate_hz, 0), String(told.misses))}
+            </span>
           )}
         </p>
       </div>

@@ -27,9 +27,9 @@ const MOST = { speed: 150, torque: 100 } as const;
 function Refused({ uid }: { uid: string }) {
   const sheet = sheetOf(uid);
   const one = servo(uid);
-  if (movingTogether.value !== null) return <p class="second">{words.alone}</p>;
+  if (movingTogether.value !== null) return <p class="second">{words.singleOnly}</p>;
   const has = sheet.keys.value?.includes("speed_torque_control") ?? true;
-  if (!has) return <p class="second">{words.notHere(one?.firmware ?? "")}</p>;
+  if (!has) return <p class="second">{words.unsupported(one?.firmware ?? "")}</p>;
   const path = pathOf("parameters", uid, "speed_torque_control");
   return (
     <p class="no-effect" data-testid="hold-no-effect">
@@ -54,7 +54,7 @@ export function JogHold({ uid, kind, able }: { uid: string; kind: RunKind; able:
   const most = Math.max(limits.cw, limits.ccw);
   const verdict = check(typed.value, { unit: UNIT[kind], perUnit: 1, minimum: 0, maximum: most });
   const value = verdict.ok && verdict.value > 0 ? verdict.value : null;
-  const why = verdict.ok ? (verdict.value > 0 ? null : words.least) : `${verdict.what} ${verdict.remedy}`;
+  const why = verdict.ok ? (verdict.value > 0 ? null : words.aboveZero) : `${verdict.what} ${verdict.remedy}`;
   useEffect(() => {
     if (!allowed) return;
     ask("GET", "/servos/{uid}/cautions", { path: { uid }, query: { type: kind, value: SMALLEST } }).then(
@@ -112,7 +112,7 @@ export function JogHold({ uid, kind, able }: { uid: string; kind: RunKind; able:
             {cautionText(one, uid)}
           </Note>
         ))}
-        <Note kind="warning">{said.value.length === 0 && words.endless}</Note>
+        <Note kind="warning">{said.value.length === 0 && words.continuous}</Note>
       </div>
       <Tick
         label={words.free}

@@ -315,7 +315,6 @@ function Agree() {
     <Confirm
       title={words.question}
       verb={words.questionDo}
-      cancel={words.questionNot}
       danger
       testid="move-dialog"
       actId="move-anyway"

@@ -129,7 +129,7 @@ async function leg(angle: number, wish: SweepWish, still: () => boolean): Promis
     const ended = stream.peek()?.ended;
     if (group && ended) throw new NotThere(ended);
     if (members.every(uid => near(uid, angle + (group ? (offsets.peek().get(uid) ?? 0) : 0)))) return;
-    if (performance.now() > deadline) throw new NotThere(words.notThere(angleText(angle)));
+    if (performance.now() > deadline) throw new NotThere(words.notReached(angleText(angle)));
     await new Promise(resolve => setTimeout(resolve, LOOK_MS));
   }
 }

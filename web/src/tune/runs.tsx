@@ -82,7 +82,7 @@ function RunList({ uid }: { uid: string }) {
                     {[
                       said.facts(withUnit(signed(run.step_deg, 1), "°"), number(run.achieved_hz, 0)),
                       gainsOf(run),
-                      settled ? `${said.head.settled} ${ms(settled.value)}` : said.unsettled,
+                      settled ? `${said.settled} ${ms(settled.value)}` : said.unsettled,
                     ]
                       .filter(Boolean)
                       .join(", ")}

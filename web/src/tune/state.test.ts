@@ -84,7 +84,7 @@ describe("applying and running in one press", () => {
     patched = answered;
     await applyAndTest(UID, wish);
     expect(order).toEqual(["PATCH parameters"]);
-    expect(testProblem.value).toContain("Not run");
+    expect(testProblem.value).toContain("not run");
   });
 
   test("runs alone where nothing is staged", async () => {
