@@ -15,6 +15,7 @@ from e2e.guides import ROOT, WRITTEN, Rig, blocks
 
 EXAMPLES = ROOT / "examples"
 GUIDE = ROOT / "docs" / "rigs.md"
+TELEMETRY = ROOT / "docs" / "how-to" / "telemetry.md"
 
 
 @pytest.fixture(scope="module")
@@ -92,6 +93,13 @@ def test_the_guides_python_runs(rig: Rig) -> None:
     script, test = (one.script for one in blocks(GUIDE, "python"))
     assert 0 < float(rig.run(sys.executable, "-c", script.replace(WRITTEN, rig.serial))) < 3
     assert "def test_" in test
+
+
+def test_the_guides_telemetry_program_prints_a_hundred_samples(rig: Rig) -> None:
+    (block,) = blocks(TELEMETRY, "python")
+    lines = rig.run(sys.executable, "-c", block.script.replace(WRITTEN, rig.serial)).splitlines()
+    assert len(lines) >= 100
+    assert all(re.fullmatch(r"\d+\.\d{3} s  (-?\d+\.\d+|None)°", line) for line in lines)
 
 
 def test_the_guides_pytest_runs(rig: Rig, tmp_path: Path) -> None:
