@@ -42,7 +42,7 @@ class Host:
         store = Store(folder)
         node = participant(port, node_id=node_id)
         directory = Directory()
-        allocator = Allocator(store.allocations, own_ids=frozenset({node_id}), residents=directory)
+        allocator = Allocator(store.allocations, own_ids=frozenset({node_id}), known_nodes=directory)
         node.start()
         directory.follow(node)
         serve_allocation(node, allocator)
@@ -292,7 +292,7 @@ def test_two_hosts_on_one_bus_agree_who_answers(tmp_path: Path) -> None:
         await until(lambda: all_have_ids(servos), limit=30)
         assert len(set(ids(servos))) == 6
         states = [one.allocator.state, other.allocator.state]
-        assert sorted(states) == [AllocatorStatus.ON, AllocatorStatus.STANDING_DOWN]
+        assert sorted(states) == [AllocatorStatus.ON, AllocatorStatus.STANDBY]
         await one.kill()
         late = Allocatee(bus.port("late"), uid(99), seed=9)
         await until(lambda: all_have_ids([late]), limit=15)

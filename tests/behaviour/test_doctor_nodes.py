@@ -76,7 +76,7 @@ async def test_two_servos_with_one_servo_id(rig: Rig) -> None:
     await well(rig, within_s=1)
 
 
-@pytest.mark.parametrize("mode", [AllocationMode.ON, AllocationMode.INSIST])
+@pytest.mark.parametrize("mode", [AllocationMode.ON, AllocationMode.FORCE])
 @scene(PLAIN)
 async def test_a_second_allocator(rig: Rig, mode: AllocationMode) -> None:
     await rig.ready(1)
@@ -84,7 +84,7 @@ async def test_a_second_allocator(rig: Rig, mode: AllocationMode) -> None:
     store = Store("sqlite://")
     other = participant(rig.bus.port("other"), node_id=126)
     directory = Directory()
-    allocator = Allocator(store.allocations, own_ids=frozenset({126}), residents=directory, mode=AllocationMode.INSIST)
+    allocator = Allocator(store.allocations, own_ids=frozenset({126}), known_nodes=directory, mode=AllocationMode.FORCE)
     other.start()
     directory.follow(other)
     serve_allocation(other, allocator)

@@ -8,7 +8,7 @@ import pytest
 
 from behaviour.rig import PLAIN, Rig, Socket, json
 from behaviour.scene import scene
-from hornbill.api.live.frames import ROWS_KEPT
+from hornbill.api.live.frames import ROWS_QUEUED
 from hornbill.api.live.messages import FramesMessage
 from hornbill.servo.device.servo import Servo
 from hornbill.sim.bench.recipe import Recipe
@@ -69,7 +69,7 @@ async def test_every_transfer_is_seen_with_a_sentence_sent_ones_included_in_the_
     await asyncio.sleep(1.2)
     told = viewer.told
     asked = told.index("GetSet request write 0x38 angle_limit_cw = 600, 60.0°")
-    answered = next(n for n, one in enumerate(told) if one.startswith("GetSet answer 0x38 = 600, 60.0°, as asked. "))
+    answered = next(n for n, one in enumerate(told) if one.startswith("GetSet response 0x38 = 600, 60.0°, as asked. "))
     assert asked < answered
     assert [viewer.transfers[n]["sent"] for n in (asked, answered)] == [True, False]
     assert "Status servo 1, 0.0°" in told
@@ -114,9 +114,9 @@ async def test_a_bad_frame_is_shown_with_the_reason_in_both_views(rig: Rig) -> N
     stranger.send([Frame(0x1001_554D, b"\x00\xc0")])
     await asyncio.sleep(0.3)
     problems = [(row["can_id"], row["problem"]) for row in decoded.frames]
-    assert problems == [(f"{one.id:08x}", "toggle bit wrong"), (f"{one.id:08x}", "checksum wrong")]
+    assert problems == [(f"{one.id:08x}", "toggle bit error"), (f"{one.id:08x}", "CRC error")]
     assert [(row["can_id"], row["problem"]) for row in raw.frames] == problems
-    assert "NodeStatus not decoded: a payload of 1 byte does not fit" in decoded.told
+    assert "NodeStatus not decoded: invalid payload of 1 byte" in decoded.told
     received, shown, dropped = decoded.counts
     assert (received, dropped) == (len(decoded.transfers) + 2, 0)
     assert shown == received
@@ -244,14 +244,14 @@ async def test_a_page_that_does_not_keep_up_is_told_how_much_it_missed_and_gets_
     stranger = rig.bus.port("stranger")
     # more in one turn of the loop than is kept: nothing is sent between them
     loop = asyncio.get_running_loop()
-    burst = [Frame(0x1E12_3401, n.to_bytes(3, "big") + b"\xca\xfe\x00") for n in range(ROWS_KEPT + 50)]
+    burst = [Frame(0x1E12_3401, n.to_bytes(3, "big") + b"\xca\xfe\x00") for n in range(ROWS_QUEUED + 50)]
     assert rig.host.connection is not None
-    rig.host.connection.participant.on_frames.tell([one._replace(at=loop.time()) for one in burst], False)
+    rig.host.connection.participant.on_frames.notify([one._replace(at=loop.time()) for one in burst], False)
     await asyncio.sleep(1)
     received, shown, dropped = viewer.counts
-    assert (shown, dropped) == (ROWS_KEPT, 50)
-    assert received >= ROWS_KEPT + 50
-    assert int(viewer.frames[-1]["data"][:6], 16) == ROWS_KEPT + 49
+    assert (shown, dropped) == (ROWS_QUEUED, 50)
+    assert received >= ROWS_QUEUED + 50
+    assert int(viewer.frames[-1]["data"][:6], 16) == ROWS_QUEUED + 49
     await stranger.close()
     await viewer.page.close()
 

@@ -176,20 +176,20 @@ async def test_the_mode_is_chosen_over_rest_and_kept(rig: Rig) -> None:
     assert sim.node_id == 125
     assert len(rig.events("allocator_mode")) == 2
     json(await rig.call("DELETE", "/bus"))
-    assert json(await rig.call("PUT", "/bus/allocator", {"mode": "insist"}))["mode"] == "insist"
+    assert json(await rig.call("PUT", "/bus/allocator", {"mode": "force"}))["mode"] == "force"
 
 
 def test_a_mode_told_at_the_start_counts_before_the_one_chosen_last(monkeypatch: pytest.MonkeyPatch) -> None:
     async def scene(rig: Rig) -> None:
         json(await rig.call("PUT", "/bus/allocator", {"mode": "off"}))
-        for told, counts in ((AllocationMode.INSIST, "insist"), (None, "off")):
+        for told, counts in ((AllocationMode.FORCE, "force"), (None, "off")):
             host = Host(CATALOG, rig.host.store, no_port, HostSettings(127, bytes(16), (0, 1), allocator=told))
             assert host.allocating.allocator.mode == counts
             await host.close()
 
     play(scene, connect=False)
-    monkeypatch.setenv("HORNBILL_ALLOCATOR", "insist")
-    assert Settings().allocator == "insist"
+    monkeypatch.setenv("HORNBILL_ALLOCATOR", "force")
+    assert Settings().allocator == "force"
     assert Settings(allocator="off").allocator == "off"
 
 
@@ -197,18 +197,18 @@ async def no_port(_address: str, _bitrate: int) -> Any:
     raise AssertionError
 
 
-def answered(rival: Neighbour, prefix: bytes) -> None:
+def answered(competitor: Neighbour, prefix: bytes) -> None:
     """Another allocator answers a first part."""
-    rival.say(Kind.MESSAGE, AllocationMessage(0, False, prefix))
+    competitor.say(Kind.MESSAGE, AllocationMessage(0, False, prefix))
 
 
 @scene()
 async def test_it_stands_down_for_another_allocator_says_so_and_insists_when_told_to(rig: Rig) -> None:
-    rival = Neighbour(rig.bus.port("rival"), 9).speak()
-    answered(rival, bytes(6))
+    competitor = Neighbour(rig.bus.port("competitor"), 9).speak()
+    answered(competitor, bytes(6))
     await asyncio.sleep(0.01)
     found = await allocator(rig)
-    assert (found["state"], found["rival_node_id"]) == ("standing_down", 9)
+    assert (found["state"], found["competing_node_id"]) == ("standby", 9)
     (event,) = rig.events("second_allocator")
     assert (event.level, event.text) == ("warning", "Node 9 gives node ids too. This one stands down.")
     sim = rig.bench.add(DYNAMIC)
@@ -218,20 +218,20 @@ async def test_it_stands_down_for_another_allocator_says_so_and_insists_when_tol
         waiting = (await table(rig))["pending"]
         if waiting and waiting[0]["attempts"] > asked:
             asked = waiting[0]["attempts"]
-            answered(rival, bytes(6))
+            answered(competitor, bytes(6))
     assert sim.node_id == 0
-    answer = json(await rig.call("PUT", "/bus/allocator", {"mode": "insist"}))
-    assert (answer["state"], answer["mode"]) == ("on", "insist")
-    answered(rival, bytes(6))
+    answer = json(await rig.call("PUT", "/bus/allocator", {"mode": "force"}))
+    assert (answer["state"], answer["mode"]) == ("on", "force")
+    answered(competitor, bytes(6))
     await rig.ready(2)
     assert sim.node_id == 125
-    assert (await allocator(rig))["rival_node_id"] == 9
+    assert (await allocator(rig))["competing_node_id"] == 9
     assert rig.events("second_allocator")[-1].text.endswith("This one answers all the same, as it was told to.")
 
 
 @scene()
 async def test_it_comes_back_when_the_other_one_is_gone_and_says_so(rig: Rig) -> None:
-    answered(Neighbour(rig.bus.port("rival"), 9), bytes(6))
+    answered(Neighbour(rig.bus.port("competitor"), 9), bytes(6))
     sim = rig.bench.add(DYNAMIC)
     await rig.ready(2)
     assert sim.node_id == 125
@@ -333,10 +333,10 @@ async def test_a_hundred_restarts_give_one_id_and_the_servo_is_known_after_each(
     first = servo.node_id
     for _ in range(100):
         await asyncio.sleep(3)  # a younger uptime could not be seen to go back
-        boots = servo.boots
+        boot_count = servo.boot_count
         await restart(rig, servo, off_s=0.3)
         async with asyncio.timeout(20):
-            while servo.boots == boots or servo.state is not State.READY:
+            while servo.boot_count == boot_count or servo.state is not State.READY:
                 await asyncio.sleep(0.05)
         assert servo.node_id == first
     assert rig.host.store.allocations.entries() == {servo.uid: first}

@@ -74,7 +74,7 @@ async def test_hornbill_gives_no_node_ids_beside_a_program_with_its_node_id_unti
     asking = Every(0.1, lambda _: other.send([READS_0X2C]))
     await asyncio.sleep(0.3)
     state = json(await rig.call("GET", "/bus"))["allocator"]
-    assert (state["state"], state["own_id_shared"], state["rival_node_id"]) == ("standing_down", True, None)
+    assert (state["state"], state["own_id_shared"], state["competing_node_id"]) == ("standby", True, None)
     new = rig.bench.add(Recipe("BLA21-06U-A0", "1.300", servo_id=5))
     await asyncio.sleep(20)
     assert new.node_id == 0
@@ -104,7 +104,7 @@ async def test_told_to_insist_it_gives_node_ids_all_the_same(rig: Rig) -> None:
     other = rig.bus.port("other")
     asking = Every(0.1, lambda _: other.send([READS_0X2C]))
     await asyncio.sleep(0.3)
-    answer = json(await rig.call("PUT", "/bus/allocator", {"mode": AllocationMode.INSIST}))
+    answer = json(await rig.call("PUT", "/bus/allocator", {"mode": AllocationMode.FORCE}))
     assert answer["state"] == "on"
     new = rig.bench.add(Recipe("BLA21-06U-A0", "1.300", servo_id=5))
     await rig.ready(3)

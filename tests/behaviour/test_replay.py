@@ -71,7 +71,10 @@ def test_the_monitor_shows_what_was_on_the_bus_of_then(recorded: Path, speed: fl
         await asyncio.sleep(30)
         rows: Transfers = [row for one in page.heard() if one["type"] == "frames" for row in one["transfers"]]
         written = [row["summary"].rpartition(". ")[0] for row in rows if ", as asked" in row["summary"]]
-        assert written[:2] == ["GetSet answer 0x38 = 600, 60.0°, as asked", "GetSet answer 0x38 = 700, 70.0°, as asked"]
+        assert written[:2] == [
+            "GetSet response 0x38 = 600, 60.0°, as asked",
+            "GetSet response 0x38 = 700, 70.0°, as asked",
+        ]
         assert not any(row["sent"] for row in rows)
         await page.close()
 

@@ -1,4 +1,4 @@
-"""The step from the objects of the servo layer to the facts of the domain."""
+"""Conversion of servo-layer objects into domain models."""
 
 from typing import Any, Literal
 
@@ -28,11 +28,11 @@ from hornbill.servo.runtime.leases import HeldLease
 from hornbill.wire.port import NO_PORT, CanPort, NoPort, PortState
 
 FULL_FRAME_BITS = 140
-"""Of an extended frame with 8 bytes: 131 and the usual stuffing."""
+"""Bits of an extended frame with 8 data bytes: 131 plus typical stuffing."""
 
 
 def servo(host: Host, one: Servo) -> ServoFacts:
-    """A servo, with ages as of now."""
+    """Servo with current ages."""
     now = host.base.now()
     model, status = one.model, one.status
     row = one.registers.get("command_angle")
@@ -82,14 +82,14 @@ def servo(host: Host, one: Servo) -> ServoFacts:
 
 
 def output(host: Host, one: Servo) -> Output:
-    """What its motor gets, and why."""
+    """Output of the motor, and its reason."""
     found = one.output_state
     since = None if found.since is None else host.base.utc(found.since)
     return Output(state=found.state, reason=found.reason, by=found.by, since=since)
 
 
 def output_restore(host: Host, found: list[Prospect]) -> OutputRestorePreview:
-    """What restoring outputs would do, servo by servo."""
+    """Effect of restoring outputs, servo by servo."""
     servos = [
         RestorableOutput(
             uid=one.servo.uid, title=one.servo.title, output=output(host, one.servo),
@@ -102,7 +102,7 @@ def output_restore(host: Host, found: list[Prospect]) -> OutputRestorePreview:
 
 
 def activity(host: Host, one: Servo) -> Activity:
-    """What its motor and horn do now."""
+    """Current activity of motor and horn."""
     found = host.activities.of(one)
     return Activity(
         state=found.doing,
@@ -114,7 +114,7 @@ def activity(host: Host, one: Servo) -> Activity:
 
 
 def position_unit(host: Host, one: Servo) -> PositionUnitState:
-    """What its positions mean, and how that is known."""
+    """Position unit and its evidence."""
     estimate = one.position_unit
     evidence = host.position_units.evidence(one)
     return PositionUnitState(
@@ -124,7 +124,7 @@ def position_unit(host: Host, one: Servo) -> PositionUnitState:
 
 
 def job(one: RunningJob) -> Job:
-    """A job with its steps; a failed one carries its problem."""
+    """Job with its steps; a failed job includes its problem."""
     return Job(
         id=one.id,
         kind=one.kind,  # pyright: ignore[reportArgumentType]
@@ -142,12 +142,12 @@ def job(one: RunningJob) -> Job:
 
 
 def lease(host: Host, one: HeldLease) -> Lease:
-    """A lease with the id that lets its holder use it."""
+    """Lease with its secret ID, for the holder."""
     return Lease(id=one.id, **lease_view(host, one).model_dump())
 
 
 def lease_view(host: Host, one: HeldLease) -> LeaseView:
-    """A lease as everybody may see it."""
+    """Lease as visible to all clients."""
     asked = host.motion_control.waiting
     return LeaseView(
         shown_id=one.shown_id,
@@ -162,7 +162,7 @@ def lease_view(host: Host, one: HeldLease) -> LeaseView:
 
 
 def take_over(host: Host, one: TakeOverRequest) -> TakeOverState:
-    """A request for motion control, as whoever made it may see it."""
+    """Request for motion control, as visible to the client that made it."""
     now = host.base.now()
     current = host.leases.current(now)
     live = one.lease is not None and one.lease is current
@@ -198,7 +198,7 @@ def stop(host: Host) -> Stop:
 
 
 def bus(host: Host) -> Bus:
-    """The bus and its counters; disconnected when there is none."""
+    """Bus and its counters; state disconnected if there is none."""
     connection = host.connection
     port = NO_PORT if connection is None else connection.port
     seen = port.statistics
@@ -262,7 +262,7 @@ def _serial_line(connection: Connection) -> SerialLine | None:
 
 
 def _limited_by(port: CanPort) -> Literal["can", "serial_line"]:
-    """Frames of full length on the bus take FULL_FRAME_BITS, stuffing counted."""
+    """The slower of CAN bus and serial line, for frames of FULL_FRAME_BITS."""
     line = port.details.serial_line
     if line is None or line.budget is None:
         return "can"
@@ -270,7 +270,7 @@ def _limited_by(port: CanPort) -> Literal["can", "serial_line"]:
 
 
 def allocator(host: Host) -> AllocatorState:
-    """What the node-id allocator is doing; without a bus, what it would."""
+    """State of the node ID allocator; without a bus, the state it would have."""
     one, now = host.allocating.allocator, host.base.now()
     return AllocatorState(
         state=one.state.value,
@@ -284,7 +284,7 @@ def allocator(host: Host) -> AllocatorState:
 
 
 def pending(host: Host) -> list[PendingAllocation]:
-    """Nodes that ask for a node id and have none yet, the longest waiting first."""
+    """Nodes that request a node ID and have none yet, longest waiting first."""
     now = host.base.now()
     return [
         PendingAllocation(

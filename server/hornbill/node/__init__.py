@@ -1,1 +1,1 @@
-"""A DroneCAN participant on one CanPort: requests, own status, node-id allocation."""
+"""A DroneCAN participant on one CanPort: requests, own status, node ID allocation."""

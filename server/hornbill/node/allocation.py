@@ -1,10 +1,10 @@
-"""The wiring of an Allocator to a Participant: requests in, answers out in the same turn of the loop."""
+"""Connects an Allocator to a Participant. Responses leave in the same loop iteration as their requests arrive."""
 
 import logging
 from collections.abc import Callable
 
 from hornbill.errors import BusDisconnected
-from hornbill.node.allocator import ANSWER_PRIORITY, Allocator
+from hornbill.node.allocator import RESPONSE_PRIORITY, Allocator
 from hornbill.node.participant import Participant
 from hornbill.wire.messages import AllocationMessage
 from hornbill.wire.transfer import Transfer
@@ -13,19 +13,19 @@ log = logging.getLogger(__name__)
 
 
 def serve_allocation(participant: Participant, allocator: Allocator) -> Callable[[], None]:
-    """Let `allocator` answer on the participant's bus from now on; returns what ends it."""
+    """Run `allocator` on the participant's bus. Returns a function that stops it."""
     allocator.listening_since = participant.clock()
 
-    def answer(transfer: Transfer, message: AllocationMessage) -> None:
-        reply = allocator.handle(message, transfer, participant.clock())
-        if reply is not None:
-            send(reply)
+    def respond(transfer: Transfer, message: AllocationMessage) -> None:
+        response = allocator.handle(message, transfer, participant.clock())
+        if response is not None:
+            send(response)
 
-    def send(reply: AllocationMessage) -> None:
+    def send(response: AllocationMessage) -> None:
         try:
-            participant.broadcast(reply, priority=ANSWER_PRIORITY)
+            participant.broadcast(response, priority=RESPONSE_PRIORITY)
         except BusDisconnected:
-            log.debug("no bus to answer an allocation request on")
+            log.debug("allocation response not sent: no bus")
 
-    allocator.on_answer.append(send)
-    return participant.subscribe(AllocationMessage, answer)
+    allocator.on_response.append(send)
+    return participant.subscribe(AllocationMessage, respond)

@@ -1,4 +1,4 @@
-"""Which node id a node without one is given, as a function of what it sends and when."""
+"""Node ID allocation as a function of the messages received and their times."""
 
 import logging
 from collections.abc import Callable
@@ -16,134 +16,134 @@ from hornbill.wire.transfer import Transfer
 log = logging.getLogger(__name__)
 
 FOLLOW_UP_TIMEOUT_S: Final = 0.5
-"""A half-told unique id is forgotten when its next part does not come in time (FOLLOWUP_TIMEOUT_MS)."""
+"""An incomplete unique ID is discarded when its next part is late (FOLLOWUP_TIMEOUT_MS)."""
 
-ANSWER_PRIORITY: Final = 24
-"""The servos' own for Allocation (table 2-2); among equals the low type id still wins the bus."""
+RESPONSE_PRIORITY: Final = 24
+"""The priority servos use for Allocation (table 2-2). Among equal priorities the low type ID wins arbitration."""
 
 RECYCLE_AFTER_S: Final = 30 * 86_400.0
-"""How long a node must have been away before its id may be given to another, and only when no id is left.
+"""How long a node must be offline before its ID may be reassigned. IDs are reassigned only when none is free.
 
-Long enough for a servo on the shelf or a bench on holiday; a station that commissions servo after servo
-would otherwise stand still at the 126th. A pinned id is never recycled.
+Long enough for a servo in storage or an unused bench. Without recycling, a commissioning station would stop at its
+126th servo. A pinned ID is never recycled.
 """
 
 _PARTS: Final = (6, 6, 4)
-"""Bytes of unique id in the three requests (table 2-7)."""
+"""Bytes of unique ID in each of the three requests (table 2-7)."""
 
 _SETTLE_S: Final = 0.5
-"""How long to listen before new ids are given: servos with an id say Status ten times a second."""
+"""Listening time before new IDs are assigned. Servos with an ID publish Status ten times a second."""
 
-_RIVAL_GONE_AFTER: Final = 3
-"""First parts without an answer, after which another allocator is taken for gone."""
+_COMPETITOR_GONE_AFTER: Final = 3
+"""Number of unanswered first parts after which a competing allocator is considered gone."""
 
 
-class Lasting(Protocol):
-    """A change that is on its way to where it lasts; an asyncio.Future is one."""
+class PendingWrite(Protocol):
+    """A write in progress, such as an asyncio.Future."""
 
     def add_done_callback(self, fn: Callable[[Any], object], /) -> None:
-        """Call `fn` when the change lasts, or cannot."""
+        """Call `fn` when the write has completed or failed."""
         ...
 
     def exception(self) -> BaseException | None:
-        """Why it cannot; once it is done."""
+        """The error of a failed write. Valid once done."""
         ...
 
 
 class AllocationTable(Protocol):
-    """Who has which node id."""
+    """Persistent assignments of node IDs to unique IDs."""
 
     def entries(self) -> dict[Uid, NodeId]:
-        """Every unique id that ever got a node id or was pinned to one."""
+        """All assignments, including pinned node IDs."""
         ...
 
     def pinned(self, uid: Uid) -> bool:
-        """Whether a person chose this node's id, so that no other may be given."""
+        """Whether an operator fixed this node's ID, so that no other may be assigned."""
         ...
 
-    def record(self, uid: Uid, node_id: NodeId) -> Lasting | None:
-        """Keep that a node was given an id now; None when that lasts already."""
+    def record(self, uid: Uid, node_id: NodeId) -> PendingWrite | None:
+        """Store an assignment made now. None if it is stored already."""
         ...
 
     def idle(self, longer_than_s: float) -> list[Uid]:
-        """Nodes without a pin that were last seen longer ago than that, the longest unseen first."""
+        """Unpinned nodes not seen for longer than that, least recently seen first."""
         ...
 
     def drop(self, uid: Uid, /) -> None:
-        """Free a node's id."""
+        """Delete a node's assignment."""
         ...
 
 
-class Residents(Protocol):
-    """Who lives on the bus already; Directory is one."""
+class KnownNodes(Protocol):
+    """Nodes on the bus. Directory implements it."""
 
     def known(self) -> set[int]:
-        """Node ids that belong to somebody, who may only be switched off."""
+        """Node IDs that belong to a node, which may be switched off."""
         ...
 
     def occupied(self, now: Instant) -> set[int]:
-        """Node ids in use now."""
+        """Node IDs in use now."""
         ...
 
-    def resident(self, node_id: int) -> bytes | None:
-        """The unique id at a node id, where it is known."""
+    def unique_id_at(self, node_id: int) -> bytes | None:
+        """Unique ID of the node at a node ID. None if unknown."""
         ...
 
-    def home(self, unique_id: bytes) -> int | None:
-        """The node id a unique id was last met at, or None."""
+    def node_id_of(self, unique_id: bytes) -> int | None:
+        """Node ID at which a unique ID was last seen. None if never."""
         ...
 
-    def last_heard(self, node_id: int) -> Instant | None:
-        """When anything last came from a node id."""
+    def last_seen(self, node_id: int) -> Instant | None:
+        """Time of the last transfer from a node ID."""
         ...
 
 
 @dataclass(frozen=True, slots=True)
-class Rival:
-    """Another allocator that answers on this bus."""
+class CompetingAllocator:
+    """Another allocator that responds on this bus."""
 
     node_id: int
-    heard: Instant
-    answers: int
+    last_seen: Instant
+    responses: int
 
 
-_NOT_KEPT: Final = AllocationRefusal(
+_NOT_STORED: Final = AllocationRefusal(
     "table_failed", "The allocation table cannot be read or written. Check the data folder."
 )
 
 
 class AllocationMode(StrEnum):
-    """What was chosen: to answer unless another allocator does, never, or whoever else answers."""
+    """Selected mode: respond unless another allocator does (on), never (off), or always (force)."""
 
     ON = "on"
     OFF = "off"
-    INSIST = "insist"
+    FORCE = "force"
 
 
 class AllocatorStatus(StrEnum):
-    """What the allocator does, in one word."""
+    """Effective state. Standby: on, but another allocator or program takes precedence."""
 
     ON = "on"
     OFF = "off"
-    STANDING_DOWN = "standing_down"
+    STANDBY = "standby"
 
 
 class _Claim(Enum):
-    """Whose a node id is, when the node it is kept for asks for one."""
+    """Whether the node ID stored for a requesting node can be assigned to it."""
 
-    ITS_OWN = 1
-    ANOTHERS = 2
+    AVAILABLE = 1
+    TAKEN = 2
     UNCLEAR = 3
 
 
 class Allocator:
-    """Answers Allocation messages by the rules of uavcan.protocol.dynamic_node_id.Allocation.
+    """Responds to Allocation messages by the rules of uavcan.protocol.dynamic_node_id.Allocation.
 
-    The same unique id gets the same node id for as long as the table has it. A new one gets the nearest free
-    id to the one it would like, searching upward first; without a wish the id it was met at before, else the
-    highest free one up to 125. An id somebody else uses is never given. When none is left, the id of the
-    node that was away for longest, RECYCLE_AFTER_S at least, goes to the new one; without such a node it is
-    refused. While another allocator answers, or another program has our node id, this one is silent unless it insists.
+    A unique ID gets the same node ID as long as the table has it. A new one gets the free ID nearest to the one it
+    prefers, searching upward first. Without a preference it gets the ID at which it was last seen, else the highest
+    free ID up to 125. An ID in use is never assigned. When none is free, the ID of the node offline for longest
+    (at least RECYCLE_AFTER_S) is reassigned; without such a node the request is refused. While another allocator
+    responds, or another program uses our node ID, this one sends nothing except in mode `force`.
     """
 
     def __init__(
@@ -151,68 +151,68 @@ class Allocator:
         table: AllocationTable,
         *,
         own_ids: frozenset[int],
-        residents: Residents,
+        known_nodes: KnownNodes,
         mode: AllocationMode = AllocationMode.ON,
         listening_since: Instant = float("-inf"),
     ) -> None:
-        """`own_ids` are never given; `listening_since` is when `residents` began to hear the bus."""
+        """`own_ids` are never assigned. `listening_since` is when `known_nodes` began to receive from the bus."""
         self.mode = mode
-        """When off, requests are followed and shown all the same."""
+        """In mode `off`, requests are still tracked and shown."""
         self.listening_since = listening_since
-        self.rival: Rival | None = None
+        self.competitor: CompetingAllocator | None = None
         self.own_id_shared = False
-        """Another program speaks with our node id: a node cannot tell its answers from ours."""
-        self.on_answer: Hooks[AllocationMessage] = Hooks()
-        """Called with the answer that gives a node its id, when that lasts only after `handle` has returned."""
+        """Whether another program uses our node ID. Nodes cannot distinguish its responses from ours."""
+        self.on_response: Hooks[AllocationMessage] = Hooks()
+        """Called with an assignment that was stored only after `handle` had returned."""
         self.on_granted: Hooks[Uid, NodeId] = Hooks()
         self.on_refused: Hooks[AllocationRequest] = Hooks()
-        """Called once for each reason a node cannot be given an id; its `partial` is the whole unique id."""
+        """Called once per reason for refusing a node. `partial` is the whole unique ID."""
         self.on_recycled: Hooks[Uid, NodeId] = Hooks()
-        """Called with the node that lost an id to another, and that id."""
+        """Called with the node whose ID was reassigned, and that ID."""
         self.on_unclear: Hooks[int] = Hooks()
-        """Called with a node id whose owner asks for it again while nobody knows who uses it: ask who it is.
-        The owner gets its id, or another, when it asks the next time."""
-        self.on_rival: Hooks[Rival] = Hooks()
-        """Called when another allocator is first heard."""
-        self.on_rival_gone: Hooks[Rival] = Hooks()
-        """Called when another allocator has left several nodes without an answer."""
+        """Called with a stored node ID that an unidentified node uses while its owner requests it. The subscriber
+        identifies that node; the owner gets this or another ID with its next request."""
+        self.on_competitor_found: Hooks[CompetingAllocator] = Hooks()
+        """Called when a competing allocator is first seen."""
+        self.on_competitor_gone: Hooks[CompetingAllocator] = Hooks()
+        """Called when a competing allocator has left several requests unanswered."""
         self._table = table
         self._own_ids = own_ids
-        self._residents = residents
+        self._known_nodes = known_nodes
         self._gathered = b""
         self._last_activity: Instant = float("-inf")
         self._began: Instant = float("-inf")
         self._waiting = AllocationRequests()
-        self._keeping: set[Uid] = set()
+        self._storing: set[Uid] = set()
         self._unanswered = 0
-        # Two of us on one bus stand down for each other; they must not come back at the same request.
-        self._patience = _RIVAL_GONE_AFTER + (127 - max(own_ids, default=127)) % 8
+        # Two of us on one bus yield to each other. Different limits keep them from resuming at the same request.
+        self._unanswered_limit = _COMPETITOR_GONE_AFTER + (127 - max(own_ids, default=127)) % 8
 
     @property
     def state(self) -> AllocatorStatus:
-        """Off by choice, standing down for another allocator, or on."""
+        """Off by mode, standby because of another allocator or program, or on."""
         match self.mode:
             case AllocationMode.OFF:
                 return AllocatorStatus.OFF
-            case AllocationMode.ON if self.rival is not None or self.own_id_shared:
-                return AllocatorStatus.STANDING_DOWN
+            case AllocationMode.ON if self.competitor is not None or self.own_id_shared:
+                return AllocatorStatus.STANDBY
             case _:
                 return AllocatorStatus.ON
 
     def free(self, now: Instant) -> int:
-        """How many node ids can still be given to nodes that never had one."""
-        taken = self._own_ids | set(self._table.entries().values()) | self._residents.occupied(now)
+        """Number of node IDs that can still be assigned to new nodes."""
+        taken = self._own_ids | set(self._table.entries().values()) | self._known_nodes.occupied(now)
         return sum(each not in taken for each in range(1, HIGHEST_DYNAMIC + 1))
 
     def handle(self, message: AllocationMessage, transfer: Transfer, now: Instant) -> AllocationMessage | None:
-        """Take one Allocation message from the bus, ours excepted; the answer to broadcast at once, or None.
+        """Process one Allocation message of another node. Returns the response to broadcast at once, or None.
 
-        A node is told its id when the table keeps it for good: at once, or by `on_answer`.
+        A node ID is sent only after it is stored: as the return value, or by `on_response`.
 
-        Never raises: a node is refused when the table fails.
+        Never raises: if the table fails, the node is refused.
         """
         if transfer.source:
-            self._meet(transfer.source, message, now)
+            self._note_competitor(transfer.source, message, now)
             return None
         if now - self._last_activity > FOLLOW_UP_TIMEOUT_S:
             self._gathered = b""
@@ -222,7 +222,7 @@ class Allocator:
         if stage == 1:
             self._gathered = b""
             self._began = now
-            self._reconsider_rival()
+            self._reconsider_competitor()
         self._gathered += message.unique_id
         self._last_activity = now
         self._waiting.note(self._gathered, stage, now)
@@ -234,26 +234,26 @@ class Allocator:
         self._gathered = b""
         try:
             node_id = self._grant(unique_id, message.node_id, now)
-        except Exception:  # a full disk must not end the answers to others
+        except Exception:  # a full disk must not stop responses to other nodes
             log.exception("the allocation table failed")
-            self._refuse(unique_id, _NOT_KEPT)
+            self._refuse(unique_id, _NOT_STORED)
             return None
         return None if node_id is None else AllocationMessage(node_id, False, unique_id)
 
     def pending(self, now: Instant) -> list[AllocationRequest]:
-        """Nodes heard asking within the last minute that have no id yet, the longest waiting first."""
+        """Nodes without an ID that requested one within the last minute, longest waiting first."""
         return self._waiting.all(now)
 
     def resume(self) -> None:
-        """Answer again although another allocator or our own node id was heard; hearing it again silences us again."""
-        self.rival = None
+        """Leave standby. Another allocator, or our node ID in use elsewhere, starts it again when next seen."""
+        self.competitor = None
         self.own_id_shared = False
         self._unanswered = 0
 
     def _stage(self, message: AllocationMessage) -> int:
-        """Which part of a unique id this is, 1 to 3; 0 when it fits nothing we wait for.
+        """Which part of a unique ID this is, 1 to 3. 0 if it does not continue the current request.
 
-        A first part always begins anew: hearing it has already made every other node give up its turn.
+        A first part always starts a new exchange: on receiving it, all other nodes have abandoned theirs.
         """
         length = len(message.unique_id)
         if message.first_part_of_unique_id:
@@ -266,116 +266,119 @@ class Allocator:
     def _grant(self, unique_id: bytes, preferred: int, now: Instant) -> NodeId | None:
         uid = Uid(unique_id.hex())
         entries = self._table.entries()
-        kept = entries.get(uid)
-        if kept is not None:
-            claim = self._claim(kept, unique_id, now)
-            if claim is _Claim.ITS_OWN:
-                return self._give(uid, unique_id, kept)
+        stored = entries.get(uid)
+        if stored is not None:
+            claim = self._claim(stored, unique_id, now)
+            if claim is _Claim.AVAILABLE:
+                return self._assign(uid, unique_id, stored)
             if claim is _Claim.UNCLEAR:
-                self.on_unclear.tell(kept)
+                self.on_unclear.notify(stored)
                 return None
             if self._table.pinned(uid):
-                text = f"Node id {kept} is pinned to it, but another node uses that id."
-                self._refuse(unique_id, AllocationRefusal("pinned_id_in_use", text, {"node_id": kept}))
+                text = f"Node ID {stored} is pinned to this node, but another node uses it."
+                self._refuse(unique_id, AllocationRefusal("pinned_id_in_use", text, {"node_id": stored}))
                 return None
-            log.warning("node id %d of %s is used by another node: it gets a new one", kept, uid)
+            log.warning("node ID %d of %s is used by another node: assigning a new one", stored, uid)
         if now - self.listening_since < _SETTLE_S:
-            return None  # it asks again within a second, and then we know who else is here
+            return None  # it repeats its request within a second; by then the other nodes are known
         found = self._find(unique_id, preferred, set(entries.values()), now) or self._recycle(entries, now)
         if found is None:
-            text = f"All {HIGHEST_DYNAMIC} node ids are taken. Forget allocations of nodes that are gone."
+            text = f"All {HIGHEST_DYNAMIC} node IDs are taken. Remove allocations of nodes no longer in use."
             self._refuse(unique_id, AllocationRefusal("all_taken", text, {"node_ids": HIGHEST_DYNAMIC}))
             return None
-        return self._give(uid, unique_id, NodeId(found))
+        return self._assign(uid, unique_id, NodeId(found))
 
-    def _give(self, uid: Uid, unique_id: bytes, node_id: NodeId) -> NodeId | None:
-        """Keep it first: whoever hears the answer has the id, whatever becomes of us. None: it is not kept yet."""
-        if uid in self._keeping:
-            return None  # it asks again because the store is slow: one answer is enough
-        lasting = self._table.record(uid, node_id)
-        if lasting is not None:
-            self._keeping.add(uid)
-            lasting.add_done_callback(lambda done: self._kept(done, uid, unique_id, node_id))
+    def _assign(self, uid: Uid, unique_id: bytes, node_id: NodeId) -> NodeId | None:
+        """Store first: a node that receives the response keeps the ID even if we stop. None while not yet stored."""
+        if uid in self._storing:
+            return None  # a repeated request while the store is slow: one response is enough
+        write = self._table.record(uid, node_id)
+        if write is not None:
+            self._storing.add(uid)
+            write.add_done_callback(lambda done: self._stored(done, uid, unique_id, node_id))
             return None
-        self._given(uid, unique_id, node_id)
+        self._assigned(uid, unique_id, node_id)
         return node_id
 
-    def _given(self, uid: Uid, unique_id: bytes, node_id: NodeId) -> None:
+    def _assigned(self, uid: Uid, unique_id: bytes, node_id: NodeId) -> None:
         self._waiting.drop(unique_id)
-        log.info("node id %d given to %s", node_id, uid)
-        self.on_granted.tell(uid, node_id)
+        log.info("node ID %d assigned to %s", node_id, uid)
+        self.on_granted.notify(uid, node_id)
 
-    def _kept(self, done: Lasting, uid: Uid, unique_id: bytes, node_id: NodeId) -> None:
-        self._keeping.discard(uid)
+    def _stored(self, done: PendingWrite, uid: Uid, unique_id: bytes, node_id: NodeId) -> None:
+        self._storing.discard(uid)
         if done.exception() is not None:
-            self._refuse(unique_id, _NOT_KEPT)
+            self._refuse(unique_id, _NOT_STORED)
         elif self.state is AllocatorStatus.ON:
-            self._given(uid, unique_id, node_id)
-            self.on_answer.tell(AllocationMessage(node_id, False, unique_id))
+            self._assigned(uid, unique_id, node_id)
+            self.on_response.notify(AllocationMessage(node_id, False, unique_id))
 
-    def _find(self, unique_id: bytes, preferred: int, kept: set[NodeId], now: Instant) -> int | None:
-        """A node id for a node that has none in the table, or None when every one belongs to somebody."""
-        taken: set[int] = {*self._own_ids, *kept}
-        home = None if preferred else self._residents.home(unique_id)
-        if home is not None and home not in taken and self._claim(home, unique_id, now) is _Claim.ITS_OWN:
-            return home
-        found = find_free(preferred, taken | self._residents.known())
-        return find_free(preferred, taken | self._residents.occupied(now)) if found is None else found
+    def _find(self, unique_id: bytes, preferred: int, assigned: set[NodeId], now: Instant) -> int | None:
+        """A node ID for a node without one in the table. None if all are taken."""
+        taken: set[int] = {*self._own_ids, *assigned}
+        last = None if preferred else self._known_nodes.node_id_of(unique_id)
+        if last is not None and last not in taken and self._claim(last, unique_id, now) is _Claim.AVAILABLE:
+            return last
+        found = find_free(preferred, taken | self._known_nodes.known())
+        return find_free(preferred, taken | self._known_nodes.occupied(now)) if found is None else found
 
     def _recycle(self, entries: dict[Uid, NodeId], now: Instant) -> int | None:
-        """The id of the node that was away for longest, which is forgotten; None when nobody was away for long."""
-        taken = self._own_ids | self._residents.occupied(now)
+        """Free and return the ID of the node offline for longest. None if no node was offline long enough."""
+        taken = self._own_ids | self._known_nodes.occupied(now)
         for uid in self._table.idle(RECYCLE_AFTER_S):
             node_id = entries.get(uid)
             if node_id is not None and node_id not in taken and 1 <= node_id <= HIGHEST_DYNAMIC:
                 self._table.drop(uid)
-                log.warning("node id %d of %s is given to another node: no other was left", node_id, uid)
-                self.on_recycled.tell(uid, node_id)
+                log.warning("node ID %d of %s reassigned to another node: no free ID left", node_id, uid)
+                self.on_recycled.notify(uid, node_id)
                 return node_id
         return None
 
     def _claim(self, node_id: int, unique_id: bytes, now: Instant) -> _Claim:
-        """Whether the id kept for a node that asks now can be given to it."""
+        """Whether the node ID stored for a requesting node can be assigned to it."""
         if node_id in self._own_ids or not 1 <= node_id <= HIGHEST_DYNAMIC:
-            return _Claim.ANOTHERS
-        last = self._residents.last_heard(node_id)
-        if last is None or node_id not in self._residents.occupied(now):
-            return _Claim.ITS_OWN
+            return _Claim.TAKEN
+        last = self._known_nodes.last_seen(node_id)
+        if last is None or node_id not in self._known_nodes.occupied(now):
+            return _Claim.AVAILABLE
         if last > self._began:
-            return _Claim.ANOTHERS  # who asks for an id has none to speak from
-        resident = self._residents.resident(node_id)
-        if resident is not None:
-            return _Claim.ITS_OWN if resident == unique_id else _Claim.ANOTHERS
-        # A node is silent for at least 0.6 s before it asks. What came from its id since then is another's.
-        return _Claim.ANOTHERS if last >= self._began - FOLLOW_UP_TIMEOUT_S else _Claim.UNCLEAR
+            return _Claim.TAKEN  # a node that requests an ID has none to send from
+        known = self._known_nodes.unique_id_at(node_id)
+        if known is not None:
+            return _Claim.AVAILABLE if known == unique_id else _Claim.TAKEN
+        # A node is silent for at least 0.6 s before its request. Later traffic from its ID is another node's.
+        return _Claim.TAKEN if last >= self._began - FOLLOW_UP_TIMEOUT_S else _Claim.UNCLEAR
 
     def _refuse(self, unique_id: bytes, why: AllocationRefusal) -> None:
         entry = self._waiting.refuse(unique_id, why)
         if entry is not None:
-            log.warning("no node id for %s: %s", unique_id.hex(), why.text)
-            self.on_refused.tell(entry)
+            log.warning("no node ID for %s: %s", unique_id.hex(), why.text)
+            self.on_refused.notify(entry)
 
-    def _meet(self, node_id: int, message: AllocationMessage, now: Instant) -> None:
-        """Another allocator answered: its exchange is not ours, and two must not answer one node."""
-        before, self.rival = self.rival, Rival(node_id, now, self.rival.answers + 1 if self.rival else 1)
+    def _note_competitor(self, node_id: int, message: AllocationMessage, now: Instant) -> None:
+        """Another allocator responded. Two allocators must not respond to one node."""
+        before, self.competitor = (
+            self.competitor,
+            CompetingAllocator(node_id, now, self.competitor.responses + 1 if self.competitor else 1),
+        )
         if before is None:
-            log.warning("node %d allocates node ids too", node_id)
-            self.on_rival.tell(self.rival)
+            log.warning("node %d is a competing node ID allocator", node_id)
+            self.on_competitor_found.notify(self.competitor)
         self._unanswered = 0
-        # Whom it has got how far, so that we can show who waits and do not mistake the next part.
+        # Follow its exchange, to show pending requests and to interpret the next part correctly.
         self._gathered = message.unique_id if len(message.unique_id) < sum(_PARTS) else b""
         self._last_activity = now
         if message.node_id and len(message.unique_id) == sum(_PARTS):
             self._waiting.drop(message.unique_id)
 
-    def _reconsider_rival(self) -> None:
-        """Come back when the other allocator left several requests in a row without an answer."""
-        if self.rival is None:
+    def _reconsider_competitor(self) -> None:
+        """Resume when the competing allocator left several requests in a row unanswered."""
+        if self.competitor is None:
             return
         self._unanswered += 1
-        if self._unanswered > self._patience:
-            gone = self.rival
-            log.warning("node %d no longer allocates node ids", gone.node_id)
-            self.rival = None
+        if self._unanswered > self._unanswered_limit:
+            gone = self.competitor
+            log.warning("node %d no longer allocates node IDs", gone.node_id)
+            self.competitor = None
             self._unanswered = 0
-            self.on_rival_gone.tell(gone)
+            self.on_competitor_gone.notify(gone)

@@ -1,18 +1,17 @@
-"""Whether the port still holds frames of ours that have not been on the bus."""
+"""Frames queued in the port that have not been sent yet."""
 
 from typing import Final
 
 from hornbill.units import Instant
 from hornbill.wire.port import PortStatistics
 
-_PATIENCE_S: Final = 0.005
+_TIMEOUT_S: Final = 0.005
 
 
 class Backlog:
-    """Frames handed to a port against frames it says it has sent.
+    """Compares the frames queued in a port with those it reports as sent.
 
-    A frame that was dropped is never counted as sent, so 5 ms after the last hand-over whatever is left is
-    taken for gone.
+    A dropped frame is never counted as sent. Therefore all frames count as gone 5 ms after the last was queued.
     """
 
     def __init__(self, statistics: PortStatistics) -> None:
@@ -20,11 +19,11 @@ class Backlog:
         self._expected = statistics.tx_frames
         self._last: Instant = float("-inf")
 
-    def handing(self, frames: int, now: Instant) -> None:
-        """So many frames are about to be given to the port."""
+    def queue(self, frames: int, now: Instant) -> None:
+        """Count frames about to be queued in the port."""
         self._expected = max(self._expected, self._statistics.tx_frames) + frames
         self._last = now
 
     def is_empty(self, now: Instant) -> bool:
-        """Whether everything is out, or lost."""
-        return self._statistics.tx_frames >= self._expected or now - self._last >= _PATIENCE_S
+        """Whether all frames were sent or lost."""
+        return self._statistics.tx_frames >= self._expected or now - self._last >= _TIMEOUT_S

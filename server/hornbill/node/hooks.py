@@ -1,4 +1,4 @@
-"""A list of functions to call when something happens, none of which can hurt the others."""
+"""A list of callbacks, isolated from each other's exceptions."""
 
 import logging
 from collections.abc import Callable
@@ -10,10 +10,10 @@ P = ParamSpec("P")
 
 
 class Hooks(list[Callable[P, object]], Generic[P]):
-    """Functions, called in the order they were appended; one may remove itself while it is called."""
+    """Callbacks, called in the order they were appended. A callback may remove itself while it runs."""
 
-    def tell(self, *args: P.args, **kwargs: P.kwargs) -> None:
-        """Call every function. What one raises is logged, and the next one is called. Never raises."""
+    def notify(self, *args: P.args, **kwargs: P.kwargs) -> None:
+        """Call every callback. Exceptions are logged. Never raises."""
         for hook in tuple(self):
             try:
                 hook(*args, **kwargs)

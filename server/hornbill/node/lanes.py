@@ -1,4 +1,4 @@
-"""Whose turn it is, when many things wait for many nodes and each node takes one at a time."""
+"""Fair scheduling of queued items for many nodes, each of which takes one at a time."""
 
 from dataclasses import dataclass, field
 from heapq import heappop, heappush
@@ -9,7 +9,7 @@ T = TypeVar("T")
 
 @dataclass(slots=True)
 class _Lane(Generic[T]):
-    """What waits for one node, by priority and order of arrival; `token` is its place among the nodes."""
+    """Queue of one node, by priority and order of arrival. `token` is its position among the nodes."""
 
     waiting: list[tuple[int, int, T]] = field(default_factory=list[tuple[int, int, T]])
     busy: bool = False
@@ -17,10 +17,9 @@ class _Lane(Generic[T]):
 
 
 class Lanes(Generic[T]):
-    """A queue for every node, and a round among the nodes that are free.
+    """One queue per node, served round-robin among the free nodes.
 
-    The lowest priority number goes first. Among equals, nodes take turns: one that was served waits behind
-    those that were not, whatever their numbers.
+    The lowest priority number goes first. Among equal priorities, nodes take turns regardless of their IDs.
     """
 
     def __init__(self) -> None:
@@ -29,7 +28,7 @@ class Lanes(Generic[T]):
         self._turn = 0
 
     def put(self, node_id: int, priority: int, item: T) -> None:
-        """Let `item` wait for a node."""
+        """Queue `item` for a node."""
         lane = self._lanes.get(node_id)
         if lane is None:
             lane = self._lanes[node_id] = _Lane[T]()
@@ -39,7 +38,7 @@ class Lanes(Generic[T]):
             self._queue(node_id, lane)
 
     def take(self) -> T | None:
-        """The item whose turn it is, if any; its node is busy until it is freed."""
+        """Remove and return the next item, if any. Its node is busy until it is freed."""
         while self._ready:
             priority, turn, node_id = heappop(self._ready)
             lane = self._lanes[node_id]
@@ -50,15 +49,15 @@ class Lanes(Generic[T]):
         return None
 
     def free(self, node_id: int) -> None:
-        """The node can take its next item."""
+        """Mark the node as free for its next item."""
         lane = self._lanes[node_id]
         lane.busy = False
         if lane.waiting and lane.token is None:
             self._turn += 1
             self._queue(node_id, lane)
 
-    def give_way(self, node_id: int, priority: int, item: T) -> bool:
-        """Put the item a busy node has back before its equals, and free the node, if something more urgent waits."""
+    def preempt(self, node_id: int, priority: int, item: T) -> bool:
+        """If a more urgent item waits, requeue a busy node's item ahead of its equals and free the node."""
         lane = self._lanes[node_id]
         if not lane.waiting or lane.waiting[0][0] >= priority:
             return False
@@ -68,16 +67,16 @@ class Lanes(Generic[T]):
         return True
 
     def clear(self) -> None:
-        """Drop everything that waits; a busy node stays busy until it is freed."""
+        """Drop all queued items. A busy node stays busy until it is freed."""
         for lane in self._lanes.values():
             lane.waiting.clear()
             lane.token = None
         self._ready.clear()
 
     def __bool__(self) -> bool:
-        """Whether an item can be taken now."""
+        """Whether an item is ready to be taken."""
         while self._ready and self._lanes[self._ready[0][2]].token != self._ready[0][:2]:
-            heappop(self._ready)  # superseded by a place further ahead
+            heappop(self._ready)  # superseded by an earlier position
         return bool(self._ready)
 
     def _queue(self, node_id: int, lane: _Lane[T]) -> None:

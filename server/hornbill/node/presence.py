@@ -1,4 +1,4 @@
-"""What our own node says of itself, as NodeStatus and in answer to GetNodeInfo."""
+"""Our own NodeStatus and GetNodeInfo response."""
 
 from hornbill.units import Instant
 from hornbill.wire.messages import Mode, NodeHealth, NodeStatus
@@ -8,19 +8,19 @@ _HARDWARE = (1, 0)
 
 
 class Presence:
-    """A node that is well and works for as long as it is there: health OK, mode OPERATIONAL."""
+    """State of our own node: always health OK and mode OPERATIONAL."""
 
     def __init__(self, *, name: str, unique_id: bytes, software_version: SoftwareVersion, born: Instant) -> None:
-        """`name` has at most 80 characters, `unique_id` 16 bytes. Raises ValueError for what does not fit."""
+        """`name` has at most 80 characters, `unique_id` 16 bytes. Raises ValueError for values out of range."""
         self.born = born
         self.unique_id = unique_id
         self._name = name
         self._software = software_version
         self._hardware = HardwareVersion(*_HARDWARE, unique_id)
-        self.info(born).encode()  # complains now rather than when somebody asks
+        self.info(born).encode()  # raises now rather than at the first request
 
     def status(self, now: Instant) -> NodeStatus:
-        """Table 2-17, with the whole seconds since `born`."""
+        """Table 2-17. Uptime in whole seconds since `born`."""
         return NodeStatus(int(now - self.born), NodeHealth.OK, Mode.OPERATIONAL)
 
     def info(self, now: Instant) -> GetNodeInfoResponse:

@@ -1,4 +1,4 @@
-"""Names of programs on the bus, from what their node says of itself and does."""
+"""Names of programs on the bus, from their node name and behaviour."""
 
 from collections.abc import Collection
 from typing import Final
@@ -13,19 +13,19 @@ _NAMES: Final = (
     ("org.uavcan.gui_tool", "UAVCAN GUI Tool"),
     ("org.hornbill", "another hornbill"),
 )
-"""By the beginning of the name in GetNodeInfo."""
+"""By prefix of the GetNodeInfo name."""
 
 _ARDUPILOT, _PX4 = 10, 1
-"""Node ids of the autopilots unless somebody set another."""
+"""Default node IDs of the autopilots."""
 
 
 def by_name(name: str | None) -> str | None:
-    """The program whose nodes have such a name in GetNodeInfo, or None."""
+    """The program with this GetNodeInfo name. None if unknown."""
     return None if name is None else next((program for start, program in _NAMES if name.startswith(start)), None)
 
 
 def by_commands(node_id: int, servo_ids: Collection[int]) -> str | None:
-    """The autopilot that commands these servo ids from this node id by default, or None.
+    """The autopilot that commands these servo IDs from this node ID by default. None if unknown.
 
     ArduPilot numbers its outputs from 1 in ArrayCommand, and PX4 from 0.
     """

@@ -1,4 +1,4 @@
-"""The requests under way: one per node, in order of priority, repeated and given up on time."""
+"""Requests in flight: one per node, in order of priority, with retries and timeouts."""
 
 import asyncio
 from collections.abc import Callable
@@ -13,60 +13,60 @@ from hornbill.wire.datatype import DataType, Kind, Structure
 from hornbill.wire.transfer import Transfer
 
 _QUARANTINE_S: Final = 2.0
-"""How long the transfer id of an unanswered try rests, so that a late answer finds no stranger."""
+"""How long the transfer ID of an unanswered try stays unused, so that a late response cannot match another request."""
 
 _TRANSFER_IDS: Final = 32
 
-_AT_A_TIME: Final = 4
-"""Requests given to the port in one go: enough that the bus never waits for us."""
+_BATCH: Final = 4
+"""Requests passed to the port at once: enough to keep the bus busy."""
 
-_MOST_OPEN: Final = 127
+_MAX_OPEN: Final = 127
 
 _PUMP_PERIOD_S: Final = 0.001
-"""How often to look whether the port is ready, when nothing is heard from the bus."""
+"""How often to check whether the port is ready while nothing is received."""
 
 _WAITS: Final = float("inf")
 
 _STALL_S: Final = 0.01
-"""A timer that rings later than this says that the loop was busy elsewhere; so much is then added once."""
+"""A timer this late means that the event loop was blocked. The timeout is then extended once by this time."""
 
 _Key = tuple[int, int, int]
-"""Node asked, service type id, transfer id: what an answer is recognised by."""
+"""Destination node, service type ID, transfer ID: what identifies a response."""
 
 
-def anything(_answer: object) -> bool:
-    """For services whose answers do not say to what they are one."""
+def any_response(_response: object) -> bool:
+    """Accept every response: for services whose responses do not identify their request."""
     return True
 
 
 @dataclass(slots=True)
 class RequestCounters:
-    """Since the participant was made. `late` answers are those nobody waits for any more."""
+    """Counters since the participant was created. `late` responses arrived after their request had ended."""
 
     requests: int = 0
-    answers: int = 0
-    repeats: int = 0
-    unanswered: int = 0
+    responses: int = 0
+    retries: int = 0
+    timeouts: int = 0
     late: int = 0
     malformed: int = 0
 
 
 @dataclass(slots=True, eq=False)
 class _Exchange:
-    """One request, from the call to its answer. `sent` holds the transfer id and instant of every try.
+    """One request, from the call to its response. `sent` maps the transfer ID of every try to its time.
 
-    `due` is the instant after which the last try counts as unanswered, infinity for one that waits for its turn.
+    `due` is when the last try times out, infinity for a queued request.
     """
 
     destination: int
     data_type: DataType
-    answer_type: type[Structure]
+    response_type: type[Structure]
     payload: bytes
     priority: int
-    patience_s: float
+    timeout_s: float
     tries: int
     done: "asyncio.Future[Any]"
-    fits: Callable[[Any], bool]
+    accepts: Callable[[Any], bool]
     holds_lane: bool = False
     sent: dict[int, Instant] = field(default_factory=dict[int, Instant])
     due: Instant = _WAITS
@@ -74,13 +74,12 @@ class _Exchange:
 
 
 class Requests:
-    """Sends requests through `transmit` and pairs the answers with them.
+    """Sends requests through `transmit` and matches responses to them.
 
-    Each node has its own queue, of which one request is on its way; one that is repeated lets the more urgent
-    go first. Of many nodes a few at a time are asked,
-    the next ones when those requests are out: a controller sends the lowest identifier first, so the lowest
-    node id would otherwise always go before all others. An answer counts whichever try it belongs to; every
-    try has a transfer id of its own.
+    Each node has its own queue with one request in flight; a retry yields to more urgent requests. Requests are
+    passed to the port a few at a time, the next batch when those have left: a controller sends the lowest identifier
+    first, so the lowest node ID would otherwise always precede all others. Every try has its own transfer ID; a
+    response to any of them counts.
     """
 
     def __init__(
@@ -90,17 +89,17 @@ class Requests:
         clock: Callable[[], Instant],
         is_port_idle: Callable[[], bool] = lambda: True,
     ) -> None:
-        """`transmit` sends one transfer or raises; `clock` is the event loop's.
+        """`transmit` sends one transfer or raises. `clock` is the event loop's.
 
-        `is_port_idle` says whether everything handed to the port is out.
+        `is_port_idle` returns whether the port has sent everything queued.
         """
-        self.most_open = _MOST_OPEN
-        """How many requests may be on their way at once; fewer where answers come over a slow line."""
-        self.line_latency_s = self.line_answer_s = 0.0
-        """What a serial line adds to the time until an answer: by itself, and for each request on its way."""
+        self.max_open = _MAX_OPEN
+        """Limit of requests in flight. Lower if responses arrive over a slow line."""
+        self.line_latency_s = self.line_response_s = 0.0
+        """Response delay of a serial line, s: fixed, and per request in flight."""
         self.counters = RequestCounters()
         self.on_round_trip: Hooks[int, float] = Hooks()
-        """Called with the node and the seconds from sending to answer of every try that was answered."""
+        """Called for every accepted response with the node ID and the seconds from its try to the response."""
         self._node_id = node_id
         self._transmit = transmit
         self._clock = clock
@@ -108,46 +107,46 @@ class Requests:
         self._lanes = Lanes[_Exchange]()
         self._pump_timer: asyncio.TimerHandle | None = None
         self._pumping = False
-        self._alarm: asyncio.TimerHandle | None = None
+        self._timer: asyncio.TimerHandle | None = None
         self._open: dict[_Key, _Exchange] = {}
-        self._unanswered: dict[_Key, Instant] = {}
+        self._quarantined: dict[_Key, Instant] = {}
         self._next_ids: dict[tuple[int, int], int] = {}
         self._alive: set[_Exchange] = set()
         self._held_lanes = 0
 
     @property
     def waiting(self) -> int:
-        """How many requests have no answer yet, sent or not."""
+        """Number of requests without a response, sent or queued."""
         return len(self._alive)
 
-    async def ask(
+    async def request(
         self,
         destination: int,
         request: Structure,
-        answer_type: type[Structure],
+        response_type: type[Structure],
         *,
         priority: int,
-        patience_s: float,
+        timeout_s: float,
         tries: int,
         urgent: bool,
-        fits: Callable[[Any], bool] = anything,
+        accepts: Callable[[Any], bool] = any_response,
     ) -> Any:
-        """The decoded answer, of which `fits` says whether it can be one to this request.
+        """Send a request and return the decoded response. `accepts` rejects responses to other requests.
 
-        Raises NoResponse `patience_s` after the last try, and what `transmit` raises. Cancelling it frees the node for
-        the next request at once.
+        Raises NoResponse `timeout_s` after the last try, and the errors of `transmit`. Cancelling it frees the node
+        for the next request at once.
         """
         done: asyncio.Future[Any] = asyncio.get_running_loop().create_future()
         exchange = _Exchange(
             destination,
             request.TYPE,
-            answer_type,
+            response_type,
             request.encode(),
             priority,
-            patience_s,
+            timeout_s,
             tries,
             done,
-            fits,
+            accepts,
         )
         self.counters.requests += 1
         self._alive.add(exchange)
@@ -161,33 +160,33 @@ class Requests:
         finally:
             self._finish(exchange)
 
-    def answered(self, transfer: Transfer) -> None:
-        """Take a response from the bus: it ends the request it belongs to, or is counted and dropped."""
+    def receive(self, transfer: Transfer) -> None:
+        """Process a received response: it ends its request, or is counted and dropped."""
         key = (transfer.source, transfer.type_id, transfer.transfer_id)
         exchange = self._open.get(key)
         if exchange is None or exchange.done.done():
             self.counters.late += 1
-            self._unanswered.pop(key, None)
+            self._quarantined.pop(key, None)
             return
-        answer = exchange.answer_type.decode(transfer.payload)
-        if answer is None:
+        response = exchange.response_type.decode(transfer.payload)
+        if response is None:
             self.counters.malformed += 1
             return
-        if not exchange.fits(answer):
-            # So late that its transfer id has come round: the answer to this request may still come.
+        if not exchange.accepts(response):
+            # So late that its transfer ID is in use again. The response to this request may still arrive.
             self.counters.late += 1
             return
-        self.counters.answers += 1
+        self.counters.responses += 1
         sent = exchange.sent.pop(transfer.transfer_id)
         del self._open[key]
-        exchange.done.set_result(answer)
-        # The node is free now; its next request need not wait until the caller runs.
+        exchange.done.set_result(response)
+        # The node is free: send its next request without waiting for the caller to run.
         self._release(exchange)
         if self.on_round_trip:
-            self.on_round_trip.tell(transfer.source, self._clock() - sent)
+            self.on_round_trip.notify(transfer.source, self._clock() - sent)
 
     def fail_all(self, error: Callable[[], Exception]) -> None:
-        """End every request, sent or queued, each with an error of its own."""
+        """Fail every request, sent or queued, each with its own error."""
         self._lanes.clear()
         for exchange in tuple(self._alive):
             if not exchange.done.done():
@@ -195,17 +194,17 @@ class Requests:
             self._release(exchange)
 
     def pump(self, scheduled: bool = False) -> None:
-        """Send the next few requests, if the port is ready for them. Call it whenever the bus has moved.
+        """Send the next requests if the port is ready. Call it after every received batch.
 
-        `scheduled` is for the call that `_pump_soon` has put on the loop.
+        `scheduled` is for the call scheduled by `_pump_soon`.
         """
         if scheduled:
             self._pumping = False
         if not self._lanes:
             return
         if self._is_port_idle():
-            for _ in range(_AT_A_TIME):
-                if self._held_lanes >= self.most_open or (exchange := self._lanes.take()) is None:
+            for _ in range(_BATCH):
+                if self._held_lanes >= self.max_open or (exchange := self._lanes.take()) is None:
                     break
                 exchange.holds_lane = True
                 self._held_lanes += 1
@@ -217,7 +216,7 @@ class Requests:
             self._pump_timer = asyncio.get_running_loop().call_later(_PUMP_PERIOD_S, self._pump_again)
 
     def _pump_soon(self) -> None:
-        """When everybody who is about to ask has asked: what is sent together costs the port one wake-up."""
+        """Send at the end of this loop iteration: requests sent together cost the port one wake-up."""
         if not self._pumping:
             self._pumping = True
             asyncio.get_running_loop().call_soon(self.pump, True)
@@ -227,7 +226,7 @@ class Requests:
         self.pump()
 
     def _try(self, exchange: _Exchange) -> None:
-        """Send one try, under a transfer ID of its own. What the port refuses is raised by `ask`, not here."""
+        """Send one try with its own transfer ID. Errors of the port are raised by `request`, not here."""
         now = self._clock()
         destination, data_type = exchange.destination, exchange.data_type
         try:
@@ -252,79 +251,79 @@ class Requests:
         exchange.tries -= 1
         exchange.sent[transfer_id] = now
         self._open[destination, data_type.id, transfer_id] = exchange
-        exchange.due = now + exchange.patience_s + self.line_latency_s + self.line_answer_s * len(self._open)
-        self._ring_at(exchange.due)
+        exchange.due = now + exchange.timeout_s + self.line_latency_s + self.line_response_s * len(self._open)
+        self._set_timer(exchange.due)
 
-    def _ring_at(self, due: Instant) -> None:
-        """Look for unanswered tries at `due` at the latest.
+    def _set_timer(self, due: Instant) -> None:
+        """Check for timed out tries at `due` at the latest.
 
-        One alarm for all of them, which may ring in vain: most are answered, and a timer each would cost more than
-        all else a request needs.
+        One shared timer, which may fire needlessly: most tries are answered, and one timer each would cost more than
+        the rest of a request.
         """
-        if self._alarm is not None:
-            if self._alarm.when() <= due:
+        if self._timer is not None:
+            if self._timer.when() <= due:
                 return
-            self._alarm.cancel()
-        self._alarm = asyncio.get_running_loop().call_at(due, self._ring)
+            self._timer.cancel()
+        self._timer = asyncio.get_running_loop().call_at(due, self._check_timeouts)
 
-    def _ring(self) -> None:
-        self._alarm = None
+    def _check_timeouts(self) -> None:
+        self._timer = None
         now = self._clock()
         for exchange in dict.fromkeys(self._open.values()):
             if exchange.due <= now and not exchange.done.done():
                 self._timed_out(exchange, now)
         due = min((each.due for each in self._open.values() if not each.done.done()), default=_WAITS)
         if due != _WAITS:
-            self._ring_at(due)
+            self._set_timer(due)
 
     def _timed_out(self, exchange: _Exchange, now: Instant) -> None:
         if now - exchange.due > _STALL_S and not exchange.grace:
-            # We were held up, not the node: what came meanwhile is delivered in the turns of the loop that follow.
+            # We stalled, not the node: frames received meanwhile are delivered in the next loop iterations.
             exchange.grace = True
             exchange.due = now + _STALL_S
             return
         exchange.grace = False
         if exchange.tries > 0:
-            self.counters.repeats += 1
-            if exchange.holds_lane and self._lanes.give_way(exchange.destination, exchange.priority, exchange):
-                # Motion does not wait for all the tries of a read. An answer that is late still counts.
+            self.counters.retries += 1
+            if exchange.holds_lane and self._lanes.preempt(exchange.destination, exchange.priority, exchange):
+                # Motion does not wait for all tries of a read. A late response still counts.
                 exchange.holds_lane, exchange.due = False, _WAITS
                 self._held_lanes -= 1
                 self.pump()
                 return
             self._try(exchange)
             return
-        self.counters.unanswered += 1
+        self.counters.timeouts += 1
         tried = len(exchange.sent)
         service = exchange.data_type.name.rpartition(".")[2]
         exchange.done.set_exception(
             NoResponse(
-                f"Node {exchange.destination} did not answer {service} in {tried} "
-                f"{'try' if tried == 1 else 'tries'} of {exchange.patience_s * 1000:.0f} ms. "
-                "Check its power, its cable and the bus.",
+                f"Node {exchange.destination} did not respond to {service} in {tried} "
+                f"{'try' if tried == 1 else 'tries'} of {exchange.timeout_s * 1000:.0f} ms. "
+                "Check its power, cable and bus.",
                 node_id=exchange.destination,
                 service=service,
                 tries=tried,
-                timeout_s=exchange.patience_s,
-                cause="silent_node",
+                timeout_s=exchange.timeout_s,
+                cause="node_not_responding",
             )
         )
         self._release(exchange)
 
     def _finish(self, exchange: _Exchange) -> None:
         self._alive.discard(exchange)
-        exchange.done.cancel()  # a request whose caller was cancelled is not sent any more
+        exchange.done.cancel()  # a request whose caller was cancelled is no longer sent
         if exchange.sent or exchange.holds_lane:
             self._release(exchange)
 
     def _release(self, exchange: _Exchange) -> None:
-        """Forget the tries of an ended request and let the next one for its node go. Twice is harmless."""
+        """Discard the tries of a completed request and allow the next one for its node. Idempotent."""
         if exchange.sent:
             now = self._clock()
             for transfer_id in exchange.sent:
                 key = (exchange.destination, exchange.data_type.id, transfer_id)
                 self._open.pop(key, None)
-                self._unanswered[key] = now + _QUARANTINE_S
+                self._quarantined[key] = now + _QUARANTINE_S
             exchange.sent.clear()
         if exchange.holds_lane:
             exchange.holds_lane = False
@@ -334,9 +333,9 @@ class Requests:
                 self._pump_soon()
 
     def _next_transfer_id(self, destination: int, type_id: int, now: Instant) -> int:
-        """The next of the 32 that no open request has and no late answer may still bring. Raises Busy."""
-        # A participant made anew right after another (the bus was opened again) must not begin with the same
-        # number: a node that remembers it would take the request for a repetition and stay silent.
+        """The next of the 32 transfer IDs that is neither in use nor quarantined. Raises Busy."""
+        # After reopening the bus, a new participant must not start with the same ID: a node that remembers it would
+        # treat the request as a repetition and not respond.
         start = self._next_ids.get((destination, type_id), int(now * 1000))
         spare: int | None = None
         for step in range(_TRANSFER_IDS):
@@ -344,19 +343,19 @@ class Requests:
             key = (destination, type_id, candidate)
             if key in self._open:
                 continue
-            if self._unanswered.get(key, now) <= now:
-                self._unanswered.pop(key, None)
+            if self._quarantined.get(key, now) <= now:
+                self._quarantined.pop(key, None)
                 break
             spare = candidate if spare is None else spare
         else:
             if spare is None:
                 raise Busy(
-                    f"{_TRANSFER_IDS} requests to node {destination} wait for an answer, and no more can. "
-                    "Ask again when one has been answered.",
+                    f"{_TRANSFER_IDS} requests to node {destination} are waiting for a response, which is the limit. "
+                    "Retry when one has completed.",
                     node_id=destination,
                     cause="too_many_requests",
                 )
             candidate = spare
-            self._unanswered.pop((destination, type_id, candidate), None)
+            self._quarantined.pop((destination, type_id, candidate), None)
         self._next_ids[destination, type_id] = (candidate + 1) % _TRANSFER_IDS
         return candidate

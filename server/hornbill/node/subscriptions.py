@@ -1,4 +1,4 @@
-"""Who wants to hear which message."""
+"""Delivery of received messages to their subscribers."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
@@ -12,45 +12,45 @@ M = TypeVar("M", bound=Structure)
 
 
 @dataclass(frozen=True, slots=True)
-class _Audience:
+class _Topic:
     message: type[Structure]
     handlers: Hooks[Transfer, Any] = field(default_factory=Hooks[Transfer, Any])
 
 
 class Subscriptions:
-    """Handlers by type of message, called in the order they came."""
+    """Handlers by message type, called in the order of subscription."""
 
     def __init__(self) -> None:
         self.malformed = 0
-        """Messages somebody wanted and that could not be decoded."""
-        self._audiences: dict[int, _Audience] = {}
+        """Number of subscribed messages that could not be decoded."""
+        self._topics: dict[int, _Topic] = {}
 
     def add(self, message: type[M], handler: Callable[[Transfer, M], object]) -> Callable[[], None]:
-        """Call `handler` with every `message` from now on; returns what ends it (twice is harmless).
+        """Call `handler` with every `message`. Returns a function that unsubscribes (idempotent).
 
         Raises ValueError for a structure that is not a message.
         """
         if message.KIND != Kind.MESSAGE:
             raise ValueError(f"{message.__name__} is not a message. Only messages are broadcast.")
-        audience = self._audiences.setdefault(message.TYPE.id, _Audience(message))
+        topic = self._topics.setdefault(message.TYPE.id, _Topic(message))
 
         def call(transfer: Transfer, structure: M) -> None:
             handler(transfer, structure)
 
         def remove() -> None:
-            if call in audience.handlers:
-                audience.handlers.remove(call)
+            if call in topic.handlers:
+                topic.handlers.remove(call)
 
-        audience.handlers.append(call)
+        topic.handlers.append(call)
         return remove
 
     def dispatch(self, transfer: Transfer) -> None:
-        """Decode a message from the bus once and hand it to everybody who wants it. Never raises."""
-        audience = self._audiences.get(transfer.type_id)
-        if audience is None or not audience.handlers:
+        """Decode a received message once and deliver it to its subscribers. Never raises."""
+        topic = self._topics.get(transfer.type_id)
+        if topic is None or not topic.handlers:
             return
-        message = audience.message.decode(transfer.payload)
+        message = topic.message.decode(transfer.payload)
         if message is None:
             self.malformed += 1
         else:
-            audience.handlers.tell(transfer, message)
+            topic.handlers.notify(transfer, message)

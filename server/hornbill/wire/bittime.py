@@ -1,7 +1,7 @@
-"""How many bit times one extended data frame takes on the wire, stuffing counted.
+"""Length of an extended data frame in bit times, including stuffing.
 
-The CRC and the stuffing are walked a byte at a time through tables. Bit by bit would cost more than
-everything else the embedded bus does with a frame.
+CRC and stuffing are computed bytewise from tables. Bit by bit would cost more than all other work of the embedded
+bus on a frame.
 """
 
 from functools import lru_cache
@@ -9,13 +9,13 @@ from functools import lru_cache
 from hornbill.wire.frame import Frame
 
 INTERFRAME_BITS = 3
-"""Recessive bits that part one frame from the next; frame_bits counts them with the frame before."""
+"""Recessive bits between two frames. frame_bits counts them with the frame before."""
 
 ERROR_FRAME_BITS = 20
 """An error flag (6), the other nodes' flags after it (up to 6) and the delimiter (8)."""
 
 NOISE_BITS = 6 + ERROR_FRAME_BITS + INTERFRAME_BITS
-"""From one error frame to the next while all that is on the wire is noise: six equal bits break the stuffing rule."""
+"""Bits from one error frame to the next while the bus carries only noise: six equal bits violate the stuffing rule."""
 
 # After the CRC, never stuffed: CRC delimiter, acknowledge slot and its delimiter, end of frame (7).
 _TAIL_BITS = 1 + 1 + 1 + 7 + INTERFRAME_BITS
@@ -36,10 +36,10 @@ def _crc_table() -> list[int]:
 
 
 def _stuffing_table(width: int) -> list[tuple[int, int]]:
-    """For every state of the stuffing rule and every `width` bits: stuff bits added, and the state after.
+    """For every state of the stuffing rule and every `width` bits: number of stuff bits added, and the next state.
 
-    A state is the level of the last bit and how often (1..4) it came in a row, in the high bits of the
-    index so that a state can be or-ed with the bits to come.
+    A state is the level of the last bit and its run length (1..4), in the high bits of the index, so that it can be
+    or-ed with the next bits.
     """
     table: list[tuple[int, int]] = [(0, 0)] * (8 << 8)
     for state in range(8):
@@ -67,10 +67,10 @@ def _header(identifier: int, length: int) -> tuple[int, int, int]:
     # start 0 | 11 high bits | SRR 1, IDE 1 | 18 low bits | RTR 0, r1 0, r0 0 | 4 of length
     bits = identifier >> 18 << 27 | 0b11 << 25 | (identifier & 0x3FFFF) << 7 | length
     crc = 0
-    for byte in bits.to_bytes(5, "big"):  # a zero before the start of frame leaves a CRC of zero as it is
+    for byte in bits.to_bytes(5, "big"):  # a zero before the start of frame does not change a CRC of zero
         crc = _CRC[crc >> 7 ^ byte] ^ (crc << 8 & 0x7FFF)
     state, count = _AFTER_DOMINANT, 0
-    for byte in (bits | 1 << 39).to_bytes(5, "big"):  # a one there ends any run: the start of frame begins its own
+    for byte in (bits | 1 << 39).to_bytes(5, "big"):  # a one there ends any run: the start of frame begins a new one
         added, state = _STUFFED_8[state | byte]
         count += added
     return crc, state, count
@@ -90,7 +90,7 @@ def _bits(identifier: int, data: bytes) -> int:
 def frame_bits(frame: Frame) -> int:
     """Bits of an extended data frame, from start of frame to the third interframe bit.
 
-    67 + 8n for n data bytes, and one more for every stuff bit between start of frame and CRC. The frame
-    must be one a controller can send (29 bits, at most 8 bytes); `transmit.check` sees to that.
+    67 + 8n for n data bytes, plus the stuff bits between start of frame and CRC. The frame must be valid (29-bit
+    identifier, at most 8 bytes), as `transmit.check` ensures.
     """
     return _bits(frame.id, frame.data)

@@ -1,4 +1,4 @@
-"""How a transfer is told: as the JSON object of the conformance vectors, and as a sentence for people."""
+"""Descriptions of a transfer: the JSON object of the conformance vectors, and one line of text."""
 
 import math
 from typing import Final
@@ -37,20 +37,20 @@ from hornbill.wire.types import BY_KEY, AnyStructure
 KINDS: Final = {Kind.MESSAGE: "message", Kind.REQUEST: "request", Kind.RESPONSE: "response"}
 
 PROBLEMS: Final[dict[DropReason, str]] = {
-    "bad_identifier": "not an identifier of DroneCAN",
-    "bad_tail": "tail byte missing or wrong",
-    "bad_toggle": "toggle bit wrong",
-    "bad_crc": "checksum wrong",
-    "duplicates": "the same frame again",
-    "unexpected": "the beginning was not heard",
-    "interrupted": "broken off by another transfer",
-    "timed_out": "the end never came",
-    "too_long": "longer than any transfer",
-    "evicted": "given up, too many others are under way",
-    "unknown_type": "data type not known",
+    "bad_identifier": "not a DroneCAN identifier",
+    "bad_tail": "missing or invalid tail byte",
+    "bad_toggle": "toggle bit error",
+    "bad_crc": "CRC error",
+    "duplicates": "duplicate frame",
+    "unexpected": "start of transfer not received",
+    "interrupted": "interrupted by another transfer",
+    "timed_out": "end of transfer not received",
+    "too_long": "longer than any known transfer",
+    "evicted": "dropped, too many transfers in progress",
+    "unknown_type": "unknown data type",
     "not_ours": "between other nodes",
 }
-"""Why nothing was made of a frame, to follow the words "not decoded:"."""
+"""Why a frame was not decoded, to follow the words "not decoded:"."""
 
 _HEALTHS: Final = {
     NodeHealth.OK: "OK",
@@ -59,29 +59,29 @@ _HEALTHS: Final = {
     NodeHealth.CRITICAL: "critical",
 }
 _OPCODES: Final = {Opcode.SAVE: "save", Opcode.ERASE: "erase"}
-_COMMANDS_TOLD: Final = 6
-_EVERYBODY: Final = 255
+_COMMANDS_SHOWN: Final = 6
+_ALL_SERVOS: Final = 255
 _UID_BYTES: Final = 16
 _PART_BYTES: Final = 6
 
 
 class Names:
-    """What whoever tells a transfer may know beyond the wire. This one knows nothing more."""
+    """Knowledge of nodes and parameters used in descriptions. This base class adds none."""
 
     def register(self, node: int, name: str) -> str:
-        """What a node's parameter `name` ("0x08") is called; "" where that is not known."""
+        """Title of a node's parameter `name` ("0x08"). "" if unknown."""
         return ""
 
     def value(self, node: int, name: str, raw: int) -> str:
-        """What an integer of that parameter means, with its unit; "" where that is not known."""
+        """Meaning of an integer of that parameter, with unit. "" if unknown."""
         return ""
 
     def position(self, node: int, position: float) -> str:
-        """The position an actuator Status of that node gives."""
+        """Text for the position in an actuator Status of that node."""
         return f"position {plain_number(position)}"
 
     def command(self, command: ActuatorCommand) -> str:
-        """What one entry of an ArrayCommand asks for."""
+        """Text for one entry of an ArrayCommand."""
         kind = command.command_type
         word = kind.name.lower() if isinstance(kind, CommandType) else f"command type {kind}"
         return f"{word} {plain_number(command.command_value)}"
@@ -91,13 +91,13 @@ PLAIN: Final = Names()
 
 
 def type_name(transfer: Transfer) -> str | None:
-    """The full DSDL name of a transfer's data type; None for one that is not known."""
+    """Full DSDL name of a transfer's data type. None if unknown."""
     data_type = BY_KEY.get((transfer.kind is not Kind.MESSAGE, transfer.type_id))
     return None if data_type is None else data_type.name
 
 
 def frame_count(transfer: Transfer) -> int:
-    """How many frames a transfer of this payload takes."""
+    """Number of frames of a transfer with this payload."""
     size = len(transfer.payload)
     return 1 if size <= SINGLE_FRAME_BYTES else -(-(size + 2) // SINGLE_FRAME_BYTES)
 
@@ -105,8 +105,8 @@ def frame_count(transfer: Transfer) -> int:
 def as_object(transfer: Transfer, structure: AnyStructure | None, timestamp: float) -> Fields:
     """The ten keys of a decoded transfer, ready for JSON.
 
-    `timestamp` is in seconds since 1970 UTC. `type` is null for an unknown type, `fields` also for a payload that
-    does not fit its type, `destination` for messages; source 0 is anonymous.
+    `timestamp` is in seconds since 1970 UTC. `type` is null for an unknown type, `fields` also for an invalid
+    payload, `destination` for messages. Source 0 is anonymous.
     """
     return {
         "timestamp": timestamp,
@@ -123,7 +123,7 @@ def as_object(transfer: Transfer, structure: AnyStructure | None, timestamp: flo
 
 
 def sentence(transfer: Transfer, structure: AnyStructure | None, names: Names = PLAIN) -> str:
-    """One line on a transfer, without who sent it to whom. Never raises, whatever the bytes are."""
+    """Describe a transfer in one line, without source and destination. Never raises."""
     source, destination = transfer.source, transfer.destination
     match structure:
         case NodeStatus():
@@ -137,35 +137,35 @@ def sentence(transfer: Transfer, structure: AnyStructure | None, names: Names = 
         case GetNodeInfoRequest():
             return "GetNodeInfo request"
         case GetNodeInfoResponse():
-            return f"GetNodeInfo answer {_info(structure)}"
+            return f"GetNodeInfo response {_info(structure)}"
         case RestartNodeRequest(magic):
-            return "RestartNode request" + ("" if magic == MAGIC else f", wrong number {magic:#x}")
+            return "RestartNode request" + ("" if magic == MAGIC else f", invalid magic number {magic:#x}")
         case RestartNodeResponse(ok):
-            return f"RestartNode answer {'restarts' if ok else 'refused'}"
+            return f"RestartNode response {'OK' if ok else 'refused'}"
         case ExecuteOpcodeRequest(opcode, argument):
             word = _OPCODES[opcode] if isinstance(opcode, Opcode) else f"opcode {opcode}"
             return f"ExecuteOpcode request {word}" + (f", argument {argument}" if argument else "")
         case ExecuteOpcodeResponse(argument, ok):
-            return f"ExecuteOpcode answer {'done' if ok else 'refused'}" + (
+            return f"ExecuteOpcode response {'OK' if ok else 'refused'}" + (
                 f", argument {argument}" if argument else ""
             )
         case GetSetRequest():
             return f"GetSet request {_get_set(structure, destination, names)}"
         case GetSetResponse(value, name=name):
             if value.kind is ValueKind.EMPTY:
-                return "GetSet answer empty: no such parameter, or refused"
-            return f"GetSet answer {printable(name) or 'without a name'} = {_value(value, source, name, names)}"
+                return "GetSet response empty: no such parameter, or refused"
+            return f"GetSet response {printable(name) or 'unnamed'} = {_value(value, source, name, names)}"
         case None:
             return _undecoded(transfer)
 
 
 def printable(text: str) -> str:
-    """Text from the bus, safe to print: whatever a terminal might act on is written as its number."""
-    return "".join(one if one.isprintable() else f"\\x{ord(one):02x}" for one in text)
+    """Text from the bus with control characters escaped, safe to print on a terminal."""
+    return "".join(char if char.isprintable() else f"\\x{ord(char):02x}" for char in text)
 
 
 def plain_number(value: float) -> str:
-    """A number from the wire with as many digits as float16 can mean, and a real minus sign."""
+    """A number with the significant digits of float16 and a true minus sign."""
     return f"{value:.5g}".replace("-", "−")
 
 
@@ -179,12 +179,12 @@ def duration(seconds: int) -> str:
 
 def _undecoded(transfer: Transfer) -> str:
     size = len(transfer.payload)
-    told = f"{size} byte{'' if size == 1 else 's'}"
-    kind = {Kind.MESSAGE: "", Kind.REQUEST: " request", Kind.RESPONSE: " answer"}[transfer.kind]
+    length = f"{size} byte{'' if size == 1 else 's'}"
+    kind = {Kind.MESSAGE: "", Kind.REQUEST: " request", Kind.RESPONSE: " response"}[transfer.kind]
     name = type_name(transfer)
     if name is not None:
-        return f"{name.rpartition('.')[2]}{kind} not decoded: a payload of {told} does not fit"
-    return f"Unknown {'service' if kind else 'message'} {transfer.type_id}{kind}, {told}"
+        return f"{name.rpartition('.')[2]}{kind} not decoded: invalid payload of {length}"
+    return f"Unknown {'service' if kind else 'message'} {transfer.type_id}{kind}, {length}"
 
 
 def _status(status: NodeStatus) -> str:
@@ -198,34 +198,34 @@ def _status(status: NodeStatus) -> str:
 
 
 def _allocation(message: AllocationMessage, source: int) -> str:
-    """Tables 2-7 and 2-8: what a node without an id tells in three parts, and what the allocator says back."""
+    """Tables 2-7 and 2-8: the three-part request of a node without an ID, and the allocator's response."""
     uid, size = message.unique_id.hex(), len(message.unique_id)
     short = f"{uid[:4]}…" if uid else "nothing"
     if source:
         if size == _UID_BYTES and message.node_id:
-            return f"gives node id {message.node_id} to {uid[:8]}…"
-        return f"heard {size} of {_UID_BYTES} bytes, {short}"
-    wish = f", asks for node id {message.node_id}" if message.node_id else ""
+            return f"assigns node ID {message.node_id} to {uid[:8]}…"
+        return f"received {size} of {_UID_BYTES} bytes, {short}"
+    preference = f", prefers node ID {message.node_id}" if message.node_id else ""
     if message.first_part_of_unique_id:
-        return f"uid part 1 of 3, {short}{wish}"
+        return f"uid part 1 of 3, {short}{preference}"
     part = 2 if size == _PART_BYTES else 3
-    return f"uid part {part} of 3, {short}{wish}"
+    return f"uid part {part} of 3, {short}{preference}"
 
 
 def _commands(message: ArrayCommand, names: Names) -> str:
-    told = [
-        f"{'every servo' if one.actuator_id == _EVERYBODY else f'servo {one.actuator_id}'} {names.command(one)}"
-        for one in message.commands[:_COMMANDS_TOLD]
+    shown = [
+        f"{'all servos' if each.actuator_id == _ALL_SERVOS else f'servo {each.actuator_id}'} {names.command(each)}"
+        for each in message.commands[:_COMMANDS_SHOWN]
     ]
-    more = len(message.commands) - len(told)
+    more = len(message.commands) - len(shown)
     if more:
-        told.append(f"{more} more")
-    return ", ".join(told) or "to nobody"
+        shown.append(f"{more} more")
+    return ", ".join(shown) or "empty"
 
 
 def _actuator(status: ActuatorStatus, source: int, names: Names) -> str:
     parts = [f"servo {status.actuator_id}", names.position(source, status.position)]
-    # 0 and NaN are what a servo that measures neither sends
+    # a servo that measures neither sends 0 or NaN
     parts += [
         f"{word} {plain_number(value)}"
         for word, value in (("force", status.force), ("speed", status.speed))
@@ -239,20 +239,20 @@ def _actuator(status: ActuatorStatus, source: int, names: Names) -> str:
 def _info(info: GetNodeInfoResponse) -> str:
     software, hardware = info.software_version, info.hardware_version
     return (
-        f"{printable(info.name) or 'without a name'}, software {software.major}.{software.minor}, "
+        f"{printable(info.name) or 'unnamed'}, software {software.major}.{software.minor}, "
         f"hardware {hardware.major}.{hardware.minor}, uid {hardware.unique_id.hex()[:8]}…"
     )
 
 
 def _get_set(request: GetSetRequest, destination: int, names: Names) -> str:
-    """By name, and by index where the name is empty (table 2-14)."""
+    """By name, or by index if the name is empty (table 2-14)."""
     name = request.name
-    what = printable(name) or f"index {request.index}"
-    called = names.register(destination, name) if name else ""
-    what = f"{what} {called}" if called else what
+    register = printable(name) or f"index {request.index}"
+    title = names.register(destination, name) if name else ""
+    register = f"{register} {title}" if title else register
     if request.value.kind is ValueKind.EMPTY:
-        return f"read {what}"
-    return f"write {what} = {_value(request.value, destination, name, names)}"
+        return f"read {register}"
+    return f"write {register} = {_value(request.value, destination, name, names)}"
 
 
 def _value(value: Value, node: int, name: str, names: Names) -> str:
@@ -264,7 +264,7 @@ def _value(value: Value, node: int, name: str, names: Names) -> str:
             return f"{content:.7g}".replace("-", "−")
         case int() if value.kind is ValueKind.INTEGER:
             shown = str(content).replace("-", "−")
-            meant = names.value(node, name, content) if name else ""
-            return f"{shown}, {meant}" if meant and meant != shown else shown
+            meaning = names.value(node, name, content) if name else ""
+            return f"{shown}, {meaning}" if meaning and meaning != shown else shown
         case _:
             return str(content)

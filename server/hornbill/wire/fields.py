@@ -1,4 +1,4 @@
-"""Structures as plain fields: the JSON form of the conformance vectors and of the decode command."""
+"""Structures as plain fields: the JSON form used by the conformance vectors and the decode command."""
 
 import math
 from collections.abc import Mapping
@@ -14,7 +14,7 @@ from hornbill.wire.value import EMPTY, Value, ValueKind
 Fields: TypeAlias = dict[str, Any]
 """Field values under their DSDL names: bytes as hex, unions as {"kind": ..., "value": ...}.
 
-JSON has no NaN and no infinity: they are "NaN", "Infinity" and "-Infinity".
+NaN and infinity, which JSON lacks, are "NaN", "Infinity" and "-Infinity".
 """
 
 _BY_NAME: Final = {(s.TYPE.name, s.KIND): s for s in ALL}
@@ -33,22 +33,22 @@ _UNION_KINDS: Final = {
     ValueKind.STRING: "string_value",
 }
 _KINDS_OF_UNION: Final = {name: kind for kind, name in _UNION_KINDS.items()}
-_NO_NUMBERS: Final = {"NaN": math.nan, "Infinity": math.inf, "-Infinity": -math.inf}
+_NON_FINITE: Final = {"NaN": math.nan, "Infinity": math.inf, "-Infinity": -math.inf}
 
 
 def to_fields(structure: AnyStructure) -> Fields:
-    """The fields of a structure, ready for JSON. Void fields are left out."""
+    """The fields of a structure, ready for JSON. Void fields are omitted."""
     return {field.name: _plain(getattr(structure, field.name)) for field in fields(structure)}
 
 
 def from_fields(name: str, kind: Kind, plain: Mapping[str, Any]) -> AnyStructure:
-    """The structure of a data type's full name and a kind, from the form `to_fields` gives.
+    """Build a structure from the form returned by `to_fields`, given the full name of its data type and its kind.
 
-    Raises ValueError for an unknown type, and for fields that are missing, unknown or of the wrong form.
+    Raises ValueError for an unknown type, and for missing, unknown or invalid fields.
     """
     structure = _BY_NAME.get((name, kind))
     if structure is None:
-        raise ValueError(f"{name} has no {kind.name} that hornbill knows.")
+        raise ValueError(f"{name} {kind.name.lower()} is not supported.")
     return cast(AnyStructure, _build(structure, plain))
 
 
@@ -77,7 +77,7 @@ def _build(structure: type, plain: Mapping[str, Any]) -> object:
     try:
         return structure(**{name: _value(name, value) for name, value in plain.items()})
     except (TypeError, AttributeError, KeyError) as error:
-        raise ValueError(f"{structure.__name__} cannot be made of these fields: {error}.") from error
+        raise ValueError(f"Invalid fields for {structure.__name__}: {error}.") from error
 
 
 def _value(name: str, plain: Any) -> object:
@@ -91,14 +91,14 @@ def _value(name: str, plain: Any) -> object:
         return NodeHealth(plain)
     if name == "commands":
         return tuple(_build(ActuatorCommand, entry) for entry in plain)
-    return _NO_NUMBERS.get(plain, plain) if isinstance(plain, str) and name != "name" else plain
+    return _NON_FINITE.get(plain, plain) if isinstance(plain, str) and name != "name" else plain
 
 
 def _union(plain: Mapping[str, Any]) -> Value:
     kind = _KINDS_OF_UNION.get(plain["kind"])
     if kind is None:
-        raise ValueError(f"{plain['kind']} is no kind of value. Give one of {', '.join(_KINDS_OF_UNION)}.")
+        raise ValueError(f"{plain['kind']} is not a value kind. Use one of {', '.join(_KINDS_OF_UNION)}.")
     if kind == ValueKind.EMPTY:
         return EMPTY
     content = plain["value"]
-    return Value(kind, _NO_NUMBERS.get(content, content) if kind == ValueKind.REAL else content)
+    return Value(kind, _NON_FINITE.get(content, content) if kind == ValueKind.REAL else content)

@@ -1,4 +1,4 @@
-"""Frame: one classic CAN data frame with a 29-bit identifier; LoggedFrame: one of a recording."""
+"""Frame: one classic CAN data frame with a 29-bit identifier; LoggedFrame: a frame of a recording."""
 
 from typing import NamedTuple
 
@@ -8,7 +8,7 @@ from hornbill.units import Instant
 class Frame(NamedTuple):
     """One frame of a DroneCAN bus.
 
-    `id` is the 29-bit identifier, `data` its 0..8 bytes, `at` the instant its last bit was on the bus
+    `id` is the 29-bit identifier, `data` its 0..8 bytes, `at` the time of its last bit on the bus
     (seconds; 0.0 for a frame not yet sent).
     """
 
@@ -18,9 +18,9 @@ class Frame(NamedTuple):
 
 
 class LoggedFrame(NamedTuple):
-    """One frame of a recording; `frame.at` is its time there: seconds since 1970 UTC, or since some start.
+    """One frame of a recording; `frame.at` is its recorded time: seconds since 1970 UTC, or since an unknown start.
 
-    `channel` is what the log calls the bus; `sent` is true for frames of ours.
+    `channel` is the name of the bus in the log; `sent` is true for frames we sent.
     """
 
     frame: Frame

@@ -1,4 +1,4 @@
-"""The 29 bits of a CAN identifier: message, anonymous message and service, to fields and back."""
+"""Conversion between 29-bit CAN identifiers and their fields: message, anonymous message and service."""
 
 from typing import Final, NamedTuple
 
@@ -12,8 +12,8 @@ _REQUEST: Final = 1 << 15
 class Identifier(NamedTuple):
     """The fields of one identifier.
 
-    `destination` is 0 for messages, `source` is 0 for anonymous ones. An anonymous message carries only the
-    low two bits of its type in `type_id` and a 14-bit `discriminator`; all others have None there.
+    `destination` is 0 for messages, `source` is 0 for anonymous ones. For an anonymous message `type_id`
+    contains only the low two bits of its type, and `discriminator` 14 bits; for all others it is None.
     """
 
     kind: Kind
@@ -27,7 +27,7 @@ class Identifier(NamedTuple):
 def make_message_id(priority: int, type_id: int, source: int) -> int:
     """The identifier of a message: priority 0 (first) to 31, type 0..65535, source 1..127.
 
-    Raises ValueError outside of these.
+    Raises ValueError for values out of range.
     """
     return fit("priority", priority, 31) << 24 | fit("type_id", type_id, 0xFFFF) << 8 | _node("source", source)
 
@@ -35,7 +35,7 @@ def make_message_id(priority: int, type_id: int, source: int) -> int:
 def make_anonymous_id(priority: int, discriminator: int, type_id: int) -> int:
     """The identifier of a message without a source: discriminator 0..16383, type 0..3.
 
-    Raises ValueError outside of these.
+    Raises ValueError for values out of range.
     """
     return (
         fit("priority", priority, 31) << 24
@@ -47,7 +47,7 @@ def make_anonymous_id(priority: int, discriminator: int, type_id: int) -> int:
 def make_service_id(priority: int, type_id: int, request: bool, destination: int, source: int) -> int:
     """The identifier of a request or response: type 0..255, destination and source 1..127.
 
-    Raises ValueError outside of these.
+    Raises ValueError for values out of range.
     """
     return (
         fit("priority", priority, 31) << 24
@@ -62,7 +62,7 @@ def make_service_id(priority: int, type_id: int, request: bool, destination: int
 def parse(identifier: int) -> Identifier:
     """The fields of any identifier; bits above the 29th are ignored. Never raises.
 
-    A service frame with node 0 at either end is not legal; it is parsed all the same, for a monitor to show.
+    A service frame with node 0 at either end is invalid, but still parsed for display in a monitor.
     """
     priority = identifier >> 24 & 31
     source = identifier & 0x7F
@@ -76,5 +76,5 @@ def parse(identifier: int) -> Identifier:
 
 def _node(name: str, number: int) -> int:
     if not 1 <= number <= 127:
-        raise ValueError(f"{name} is {number}. Give a node id, 1 to 127.")
+        raise ValueError(f"{name} is {number}. Enter a node ID, 1 to 127.")
     return number

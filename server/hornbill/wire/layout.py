@@ -1,4 +1,4 @@
-"""How single values become bytes: text, half-precision numbers, and the refusal of what does not fit."""
+"""Encoding of single values: text, half-precision numbers, and range checks."""
 
 from typing import Final
 
@@ -7,34 +7,34 @@ HALF_MAX: Final = 65504.0
 
 
 def half(value: float) -> float:
-    """`value` brought into -65504..65504, NaN kept: ready for struct's `e`, which refuses anything larger.
+    """Clamp `value` to -65504..65504 for struct's `e`, which refuses anything larger. NaN is unchanged.
 
-    Infinity becomes the nearest finite number too, because no servo should be sent one.
+    Infinity is clamped as well, because it must not be sent to a servo.
     """
-    # The order of the arguments matters: min and max return their first one when NaN is compared.
+    # The argument order matters: min and max return their first argument when comparing NaN.
     return max(min(value, HALF_MAX), -HALF_MAX)
 
 
 def fit(name: str, value: int, limit: int) -> int:
-    """`value`, when it is within 0..limit. Raises ValueError naming the field, the value and the limit."""
+    """Return `value` if it is within 0..limit. Raises ValueError with field, value and limit otherwise."""
     if not 0 <= value <= limit:
-        raise ValueError(f"{name} is {value}. Give 0 to {limit}.")
+        raise ValueError(f"{name} is {value}. Enter 0 to {limit}.")
     return value
 
 
 def room(name: str, value: bytes, limit: int) -> bytes:
-    """`value`, when it has at most `limit` bytes. Raises ValueError naming field and limit."""
+    """Return `value` if it has at most `limit` bytes. Raises ValueError with field and limit otherwise."""
     if len(value) > limit:
-        raise ValueError(f"{name} is {len(value)} bytes long. Give at most {limit}.")
+        raise ValueError(f"{name} is {len(value)} bytes long. The limit is {limit}.")
     return value
 
 
 def text_bytes(name: str, text: str, limit: int) -> bytes:
-    """Text of one byte a character, at most `limit` of them. Raises ValueError for others.
+    """Encode text as Latin-1, at most `limit` bytes. Raises ValueError if it is longer or cannot be encoded.
 
-    Latin-1 both ways: every byte sequence on the bus has a text, and that text gives the same bytes back.
+    With Latin-1 every byte sequence on the bus decodes to text that encodes to the same bytes.
     """
     try:
         return room(name, text.encode("latin-1"), limit)
     except UnicodeEncodeError:
-        raise ValueError(f"{name} is {text!r}. Use characters of one byte only.") from None
+        raise ValueError(f"{name} is {text!r}. Use single-byte characters (Latin-1) only.") from None

@@ -1,4 +1,4 @@
-"""The four messages a servo speaks: NodeStatus, Allocation, ArrayCommand and actuator Status."""
+"""The four messages of a servo: NodeStatus, Allocation, ArrayCommand and actuator Status."""
 
 import struct
 from collections.abc import Sequence
@@ -30,7 +30,7 @@ class Mode(IntEnum):
 
 
 class CommandType(IntEnum):
-    """Table 2-21, and PWM of uavcan.equipment.actuator.Command, which these servos do not take."""
+    """Table 2-21, and PWM of uavcan.equipment.actuator.Command, which these servos do not support."""
 
     UNITLESS = 0
     POSITION = 1
@@ -40,7 +40,7 @@ class CommandType(IntEnum):
 
 
 MAX_COMMANDS: Final = 15
-"""The most commands one ArrayCommand holds."""
+"""Maximum number of commands in one ArrayCommand."""
 
 _NODE_STATUS: Final = struct.Struct("<IBH")
 _ACTUATOR_STATUS: Final = struct.Struct("<BeeeB")
@@ -49,7 +49,7 @@ _COMMANDS: Final = [struct.Struct("<" + count * "BBe") for count in range(MAX_CO
 _UNIQUE_ID_BYTES: Final = 16
 
 POWER_RATING_UNKNOWN: Final = 127
-"""`power_rating_pct` of an actuator that does not report it."""
+"""`power_rating_pct` if not reported."""
 
 
 def _status_bits(byte: int) -> tuple[NodeHealth, Mode | int, int]:
@@ -78,7 +78,7 @@ class NodeStatus:
     KIND: ClassVar[Kind] = Kind.MESSAGE
 
     def encode(self) -> bytes:
-        """Seven bytes. Raises ValueError for a value that does not fit its field."""
+        """Seven bytes. Raises ValueError for values out of range."""
         bits = fit("health", self.health, 3) << 6 | fit("mode", self.mode, 7) << 3 | fit("sub_mode", self.sub_mode, 7)
         return _NODE_STATUS.pack(
             fit("uptime_sec", self.uptime_sec, 0xFFFFFFFF),
@@ -98,9 +98,9 @@ class NodeStatus:
 
 @dataclass(slots=True)
 class AllocationMessage:
-    """uavcan.protocol.dynamic_node_id.Allocation (tables 2-7, 2-8): node id 0..127, 0..16 bytes of unique id.
+    """uavcan.protocol.dynamic_node_id.Allocation (tables 2-7, 2-8): node ID 0..127, 0..16 bytes of unique ID.
 
-    `node_id` is the preferred id in a request, the assigned one in the last answer, otherwise 0.
+    `node_id` is the preferred ID in a request, the assigned ID in the final response, otherwise 0.
     """
 
     node_id: int
@@ -113,7 +113,7 @@ class AllocationMessage:
     KIND: ClassVar[Kind] = Kind.MESSAGE
 
     def encode(self) -> bytes:
-        """1 to 17 bytes. Raises ValueError for a node id above 127 or a unique id above 16 bytes."""
+        """1 to 17 bytes. Raises ValueError for a node ID above 127 or a unique ID above 16 bytes."""
         first = fit("node_id", self.node_id, 127) << 1 | bool(self.first_part_of_unique_id)
         return bytes((first,)) + room("unique_id", self.unique_id, _UNIQUE_ID_BYTES)
 
@@ -128,7 +128,7 @@ class AllocationMessage:
 
 @dataclass(slots=True)
 class ActuatorCommand:
-    """One entry of ArrayCommand: actuator id 0..255 (255 moves every servo), what to command, and how much.
+    """One entry of ArrayCommand: actuator ID 0..255 (255 moves every servo), command type and value.
 
     `command_type` is a CommandType or, from a foreign node, any byte. `command_value` is float16 on the
     wire: 11 significant bits, clamped to ±65504.
@@ -151,10 +151,10 @@ class ArrayCommand:
     KIND: ClassVar[Kind] = Kind.MESSAGE
 
     def encode(self) -> bytes:
-        """Four bytes a command and no count: the form of classic CAN. Raises ValueError for more than 15."""
+        """Four bytes per command without a count, as on classic CAN. Raises ValueError for more than 15."""
         commands = self.commands
         if len(commands) > MAX_COMMANDS:
-            raise ValueError(f"{len(commands)} commands are above the {MAX_COMMANDS} of one message. Send two.")
+            raise ValueError(f"{len(commands)} commands exceed the {MAX_COMMANDS} of one message. Send two messages.")
         numbers: list[float] = []
         for command in commands:
             value = command.command_value
@@ -173,8 +173,8 @@ class ArrayCommand:
     def decode(cls, payload: bytes, *, explicit_length: bool = False) -> Self | None:
         """From 4n bytes (n = 0..15).
 
-        With `explicit_length` also from 4n + 1 bytes, the form of CAN FD: a four-bit count stands first and
-        shifts everything after it. On classic CAN it is not standard, so only a monitor asks for it.
+        With `explicit_length` also from 4n + 1 bytes, as on CAN FD: a leading four-bit count shifts everything after
+        it. This is not standard on classic CAN, so only a monitor uses it.
         """
         if explicit_length and len(payload) % 4 == 1:
             whole = int.from_bytes(payload, "big")
@@ -197,10 +197,10 @@ class ArrayCommand:
 
 @dataclass(slots=True)
 class ActuatorStatus:
-    """uavcan.equipment.actuator.Status (table 2-22): what a servo broadcasts every 100 ms.
+    """uavcan.equipment.actuator.Status (table 2-22), broadcast by a servo every 100 ms.
 
-    `position` is in a unit that only the servo knows: the table prints two. NaN in `force` and `speed`, 127
-    in `power_rating_pct` mean "not reported".
+    The unit of `position` depends on the servo: the table prints two. NaN in `force` and `speed` and 127 in
+    `power_rating_pct` mean "not reported".
     """
 
     actuator_id: int
@@ -213,7 +213,7 @@ class ActuatorStatus:
     KIND: ClassVar[Kind] = Kind.MESSAGE
 
     def encode(self) -> bytes:
-        """Eight bytes; numbers are clamped to ±65504. Raises ValueError for an id or rating out of range."""
+        """Eight bytes; numbers are clamped to ±65504. Raises ValueError for an ID or rating out of range."""
         return _ACTUATOR_STATUS.pack(
             fit("actuator_id", self.actuator_id, 255),
             half(self.position),

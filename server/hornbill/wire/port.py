@@ -1,4 +1,4 @@
-"""CanPort: what a participant needs from an adapter, and nothing more; PortWrapper: a port in front of another."""
+"""CanPort: the interface of an adapter; PortWrapper: a port that wraps another."""
 
 import re
 from collections.abc import Callable, Mapping, Sequence
@@ -11,16 +11,16 @@ from hornbill.errors import BusDisconnected, PortError
 from hornbill.wire.frame import Frame
 
 LOG_SCHEME: Final = "file:"
-"""How the address of a recording begins: a bus that can only be listened to."""
+"""Address prefix of a recording: a receive-only bus."""
 
 RECORDING_SCHEME: Final = "recording:"
-"""The same of a recording that also tells what was known of the servos."""
+"""Address prefix of a recording that includes the state of the servos."""
 
 REPLAYS: Final = (LOG_SCHEME, RECORDING_SCHEME)
 
 
 class PortState(StrEnum):
-    """The adapter's state, in the words of `GET /bus`."""
+    """State of the adapter, as in `GET /bus`."""
 
     DISCONNECTED = "disconnected"
     CONNECTING = "connecting"
@@ -32,34 +32,34 @@ class PortState(StrEnum):
 
 @dataclass(slots=True)
 class PortStatistics:
-    """Counters since the port was opened; they go on when it is opened again by itself.
+    """Counters since the port was opened. They continue over automatic reconnects.
 
-    `busy_s` is bus time our own and foreign frames took, in seconds.
+    `busy_s` is the bus time taken by all frames, own and foreign, in seconds.
     """
 
     rx_frames: int = 0
     tx_frames: int = 0
     rx_dropped: int = 0
-    """Frames that came faster than they were taken."""
+    """Frames lost to RX overruns."""
     ignored: int = 0
-    """Standard, remote and CAN FD frames: not DroneCAN on classic CAN."""
+    """Standard, remote and CAN FD frames, which are not DroneCAN on classic CAN."""
     errors: int = 0
-    """Everything that went wrong: error frames, and frames of ours that could not leave."""
+    """All errors: error frames, and frames that could not be sent."""
     error_frames: int = 0
-    """Errors seen on the wire, whoever sent; few adapters tell."""
+    """Errors on the bus, whatever the sender. Few adapters report them."""
     unacknowledged: int = 0
-    """Our transmissions nobody acknowledged; few adapters tell."""
+    """Our transmissions that no node acknowledged. Few adapters report them."""
     bus_offs: int = 0
     reopened: int = 0
-    """How often the adapter was opened again by itself."""
+    """Number of automatic reconnects."""
     busy_s: float = 0.0
     line_bytes: int = 0
-    """Bytes that came over the serial line of a serial adapter."""
+    """Bytes received on the serial line of a serial adapter."""
 
 
 @dataclass(frozen=True, slots=True)
 class Note:
-    """Something unusual about an adapter that works: a code and its values for programs, a sentence for people."""
+    """A remark on a working adapter: a code and its values for programs, and a sentence for users."""
 
     code: str
     text: str
@@ -73,7 +73,7 @@ class SerialLineInfo:
     baud: int
     """Bit/s of the line."""
     found: bool = False
-    """Whether the rate was found by trying rather than given in the address."""
+    """Whether the rate was detected rather than given in the address."""
     confirmed: bool = True
     """Whether anything well-formed was received at this rate."""
     native_usb: bool = False
@@ -85,50 +85,50 @@ class SerialLineInfo:
 
     BITS_PER_BYTE = 10
     FRAME_BYTES = 27
-    """Of a full extended frame as slcan writes it."""
+    """Bytes of a full extended frame in slcan."""
 
     @property
     def bytes_per_s(self) -> float | None:
-        """What the line carries in each direction; None without a limit."""
+        """Capacity of the line in each direction. None without a limit."""
         return None if self.native_usb else self.baud / self.BITS_PER_BYTE
 
     @property
     def budget(self) -> int | None:
-        """Full extended frames per second that the line carries in each direction; None without a limit."""
+        """Capacity of the line in each direction, full extended frames/s. None without a limit."""
         return None if self.bytes_per_s is None else int(self.bytes_per_s / self.FRAME_BYTES)
 
 
 def line_bytes(frame: Frame) -> int:
-    """Bytes of an extended frame on a serial line, as slcan writes it."""
+    """Bytes of an extended frame in slcan."""
     return 11 + 2 * len(frame.data)
 
 
 @dataclass(frozen=True, slots=True)
 class PortDetails:
-    """What is known of an adapter beyond its state."""
+    """Properties of an adapter besides its state."""
 
     serial_line: SerialLineInfo | None = None
     notes: tuple[Note, ...] = ()
     frame_gap_s: float = 0.0
     """Pause between the frames of one transfer."""
     nothing_received: bool = False
-    """Whether the adapter has been open for a while and no frame was ever received."""
+    """Whether the adapter has been open for some time without receiving a frame."""
 
 
 PLAIN: Final = PortDetails()
-"""The details of a port that has none."""
+"""Details of a port without any."""
 
 _FRAME_GAP: Final = re.compile(r"\?frame_gap_ms=([^?]*)$")
 
 
 def split_frame_gap(address: str) -> tuple[str, str | None]:
-    """An address without its option `?frame_gap_ms=…`, and what that says; None without one."""
+    """Split the option `?frame_gap_ms=…` off an address. The second value is None without one."""
     found = _FRAME_GAP.search(address)
     return (address, None) if found is None else (address[: found.start()].strip(), found[1].strip())
 
 
 def same_device(one: str, other: str) -> bool:
-    """Whether two addresses name one adapter: options and the baud rate after @ make no difference."""
+    """Whether two addresses name the same adapter. Options and the baud rate after @ are ignored."""
     return _device(one) == _device(other)
 
 
@@ -138,13 +138,13 @@ def _device(address: str) -> str:
 
 @lru_cache(maxsize=16)
 def channel_name(address: str) -> str:
-    """What a log calls the channel: "can0" of `socketcan:can0`, "ttyACM0" of `slcan:/dev/ttyACM0`."""
+    """Channel name in logs: "can0" for `socketcan:can0`, "ttyACM0" for `slcan:/dev/ttyACM0`."""
     last = re.split(r"[:/\\]", address.partition("?")[0])[-1]
     return re.sub(r"\W+", "_", last, flags=re.ASCII) or "bus"
 
 
 def not_connected(address: str, trouble: PortError | None) -> BusDisconnected:
-    """The refusal of whatever would be sent to a port that is lost or closed."""
+    """The error for sending on a lost or closed port."""
     if trouble is None:
         text = f"{address} is not connected. Connect a bus and try again."
         return BusDisconnected(text, cause="bus_not_connected", address=address)
@@ -153,13 +153,13 @@ def not_connected(address: str, trouble: PortError | None) -> BusDisconnected:
 
 
 FrameSink = Callable[[list[Frame]], None]
-"""Called on the event loop with every frame received since the last call, in bus order."""
+"""Called on the event loop with the frames received since the last call, in bus order."""
 
 
 class CanPort(Protocol):
-    """One place on a CAN bus. All methods are called on the event loop; none blocks.
+    """One connection to a CAN bus. All methods are called on the event loop; none blocks.
 
-    `address` is `INTERFACE:CHANNEL`. A port never raises for what happens on the bus: it shows in `state`.
+    `address` is `INTERFACE:CHANNEL`. Events on the bus never raise: they appear in `state`.
     """
 
     address: str
@@ -168,50 +168,49 @@ class CanPort(Protocol):
 
     @property
     def state(self) -> PortState:
-        """What the adapter says of itself now."""
+        """Current state of the adapter."""
         ...
 
     @property
     def sample_point(self) -> float | None:
-        """Where in a bit it is sampled, 0..1; None where the adapter does not tell."""
+        """Sample point within a bit, 0..1. None if the adapter does not report it."""
         ...
 
     @property
     def trouble(self) -> PortError | None:
-        """What is wrong with the adapter and what helps, for people; None while it works."""
+        """Problem of the adapter and its remedy. None while it works."""
         ...
 
     @property
     def retry_in_s(self) -> float | None:
-        """Seconds until it is opened again by itself; None while it works, and for a port that does not."""
+        """Time until the next automatic reconnect, s. None while it works, and for a port that does not reconnect."""
         ...
 
     @property
     def details(self) -> PortDetails:
-        """What else is known of the adapter."""
+        """Further properties of the adapter."""
         ...
 
     def listen(self, sink: FrameSink) -> None:
-        """Deliver received frames to `sink` from now on. A port has one sink; the last call wins."""
+        """Deliver received frames to `sink`. A port has one sink; a later call replaces it."""
         ...
 
     def send(self, frames: Sequence[Frame]) -> None:
-        """Queue frames; they leave in the order of bus arbitration (lowest identifier first, equal ones in turn).
+        """Queue frames. They are sent in order of arbitration (lowest identifier first, equal ones in order).
 
-        Raises BusDisconnected when the port is closed or lost, and ValueError for a frame no CAN
-        controller could send.
+        Raises BusDisconnected if the port is closed or lost, and ValueError for an invalid frame.
         """
         ...
 
     async def close(self) -> None:
-        """Stop delivering, drop what is queued, free the adapter. Closing twice is harmless."""
+        """Stop delivering, drop queued frames and release the adapter. Idempotent."""
         ...
 
 
 class PortWrapper:
-    """A port in front of another one, with the facts of the one behind.
+    """A port that wraps another and has its properties.
 
-    What passes is for each wrapper to say: `listen`, `send` and `close` are never handed on by themselves.
+    Each wrapper implements `listen`, `send` and `close`: none is forwarded automatically.
     """
 
     def __init__(self, behind: CanPort) -> None:
@@ -237,7 +236,7 @@ class PortWrapper:
 
     @property
     def retry_in_s(self) -> float | None:
-        """Seconds until the port behind is opened again."""
+        """Time until the port behind reconnects, s."""
         return self._behind.retry_in_s
 
     @property
@@ -247,7 +246,7 @@ class PortWrapper:
 
 
 class NoPort:
-    """What stands for the port while no bus is connected."""
+    """Placeholder for the port while no bus is connected."""
 
     address = ""
     bitrate = 0

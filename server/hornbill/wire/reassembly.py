@@ -1,4 +1,4 @@
-"""Frames in, whole transfers out, whatever a bus may do to the frames in between."""
+"""Reassembly of received frames into transfers, tolerant of lost, repeated and damaged frames."""
 
 import logging
 from binascii import crc_hqx
@@ -16,20 +16,20 @@ from hornbill.wire.types import BY_KEY
 log = logging.getLogger(__name__)
 
 _MAX_TRANSFER_BYTES: Final = 512
-"""More than the longest transfer of any known type; a sender that never ends one is cut off here."""
+"""More than the longest transfer of any known type. Limits a transfer that never ends."""
 
 _MAX_ROUTES: Final = 8192
 _UNKNOWN_TYPE: Final = -1
 _SHORTEST_START: Final = 4  # two bytes of CRC, one of payload, the tail
 
-# What Transfer(...) does, without the function call around it.
+# Transfer(...) without its function call.
 _new: Final = cast("Callable[[type[Transfer], tuple[object, ...]], Transfer]", tuple.__new__)
 
 _Route: TypeAlias = tuple[Kind, int, int, int, int, int]
 """Kind, type id, source, destination, priority, CRC seed (or _UNKNOWN_TYPE) of one CAN identifier."""
 
 _Session: TypeAlias = tuple[int, Instant, bytes, bytes]
-"""Toggle and transfer id expected next, instant of the first frame, bytes so far, data of the last frame."""
+"""Toggle and transfer ID expected next, time of the first frame, bytes so far, data of the last frame."""
 
 DropReason: TypeAlias = Literal[
     "bad_identifier",
@@ -45,12 +45,12 @@ DropReason: TypeAlias = Literal[
     "unknown_type",
     "not_ours",
 ]
-"""Why nothing is made of a frame: the names of the counters."""
+"""Why a frame was dropped. Also the names of the counters."""
 
 
 @dataclass(slots=True)
 class ReassemblyCounters:
-    """What went through a Reassembler, and what it dropped for which reason, since it was made."""
+    """Frames and transfers processed by a Reassembler, and frames dropped by reason."""
 
     frames: int = 0
     transfers: int = 0
@@ -59,36 +59,35 @@ class ReassemblyCounters:
     bad_tail: int = 0
     """Frames without a tail byte, and first frames that are too short or anonymous."""
     bad_toggle: int = 0
-    """Frames whose toggle bit is wrong: a frame before them was lost."""
+    """Frames with an unexpected toggle bit: a frame before them was lost."""
     bad_crc: int = 0
     duplicates: int = 0
-    """Frames that an adapter repeated. They do no harm."""
+    """Frames repeated by an adapter. Harmless."""
     unexpected: int = 0
-    """Continuations of a transfer whose beginning is not known."""
+    """Continuation frames of a transfer whose start was not received."""
     interrupted: int = 0
-    """Transfers that gave way to the next one of the same kind."""
+    """Incomplete transfers replaced by the next one with the same identifier."""
     timed_out: int = 0
     too_long: int = 0
     evicted: int = 0
-    """Transfers given up because too many others were under way."""
+    """Transfers dropped because too many others were in progress."""
     unknown_type: int = 0
-    """Multi-frame transfers of a data type that is not known."""
+    """Multi-frame transfers of an unknown data type."""
     not_ours: int = 0
-    """Service frames between other nodes, and all frames with our own node id."""
+    """Service frames between other nodes, and all frames with our own node ID."""
 
 
 class Reassembler:
     """Turns received frames into transfers, per source, type, destination and priority.
 
-    With `node_id` (1..127), services addressed to other nodes are dropped before anything is kept of them, and so is
-    what others say with this node id; without, everything comes out, for a monitor. `timeout` is the longest a
-    transfer may take from its first frame on, in seconds. At most `max_sessions` are under way at a time; then the
-    oldest gives way.
+    With `node_id` (1..127), services addressed to other nodes and frames of other senders with this node ID are
+    dropped. Without it, all transfers are returned, as a monitor needs. `timeout` is the maximum duration of a
+    transfer from its first frame, in seconds. Beyond `max_sessions` transfers in progress, the oldest is dropped.
 
-    Single-frame transfers come out whatever their type; a longer one needs the signature of its type, so
-    those of unknown types are dropped. A repeated single-frame transfer comes out twice: answers are
-    matched by transfer id and messages carry state, so it does no harm, while a node that restarts its
-    transfer ids must not go unheard.
+    Single-frame transfers are returned whatever their type. Longer ones require the signature of their type, so
+    those of unknown types are dropped. A repeated single-frame transfer is returned twice: this is harmless, because
+    responses are matched by transfer ID and messages carry state, whereas filtering repetitions could ignore a node
+    that restarts its transfer IDs.
     """
 
     __slots__ = (
@@ -104,12 +103,12 @@ class Reassembler:
         on_drop: Callable[[DropReason, int, bytes], object] | None = None,
         on_own_id: Callable[[Frame], object] | None = None,
     ) -> None:
-        """`on_drop` is called with reason, identifier and data of what is dropped, but for the services of others.
+        """`on_drop` is called with reason, identifier and data of dropped frames, except services between other nodes.
 
         `on_own_id` is called with every frame that has `node_id`, before `feed` returns.
         """
         if node_id is not None and not 1 <= node_id <= 127:
-            raise ValueError(f"node_id is {node_id}. Give 1 to 127, or None to hear everything.")
+            raise ValueError(f"node_id is {node_id}. Use 1 to 127, or None to receive everything.")
         if timeout <= 0 or max_sessions < 1:
             raise ValueError(f"A timeout of {timeout} s and {max_sessions} sessions must both be above 0.")
         self.counters = ReassemblyCounters()
@@ -124,21 +123,20 @@ class Reassembler:
 
     @property
     def sessions(self) -> int:
-        """How many transfers are under way."""
+        """Number of transfers in progress."""
         return len(self._sessions)
 
     @property
     def routes(self) -> int:
-        """How many identifiers are remembered."""
+        """Number of identifiers cached."""
         return len(self._routes)
 
     def feed(self, frames: Sequence[Frame], now: Instant | None = None) -> list[Transfer]:
         """The transfers these frames complete, in bus order. Never raises.
 
-        `now` stamps frames that carry no instant of their own (`at` 0.0). A transfer has the instant of its
-        last frame.
+        `now` is the time of frames without their own (`at` 0.0). A transfer has the time of its last frame.
         """
-        # One function with local names, single-frame transfers first: the hottest loop of the product.
+        # One function with local names, single-frame transfers first: the hottest loop of the program.
         transfers: list[Transfer] = []
         complete, new = transfers.append, _new
         routes, sessions = self._routes, self._sessions
@@ -190,7 +188,7 @@ class Reassembler:
         return transfers
 
     def _learn(self, can_id: int) -> _Route | None:
-        """The fields of an identifier not met before, kept for its next frame; None: drop it."""
+        """Parse a new identifier and cache its fields. None if its frames are to be dropped."""
         if len(self._routes) >= _MAX_ROUTES:
             self._routes.clear()
         kind, type_id, source, destination, priority, _ = parse(can_id)
@@ -207,7 +205,7 @@ class Reassembler:
         return route
 
     def _begin(self, can_id: int, route: _Route, data: bytes, at: Instant) -> None:
-        """Open a session with the first frame of a longer transfer."""
+        """Start a session with the first frame of a multi-frame transfer."""
         sessions = self._sessions
         before = sessions.pop(can_id, None)
         if before is not None:
@@ -226,12 +224,12 @@ class Reassembler:
             sessions[can_id] = (tail & 31 | TOGGLE, at, data[:-1], data)
 
     def _break(self, can_id: int, session: _Session, data: bytes, at: Instant) -> None:
-        """A continuation that does not fit: a repetition is ignored, anything else ends the session."""
+        """Handle an unexpected continuation frame: a repetition is ignored, any other ends the session."""
         expected, started, _, last = session
         if at - started > self._timeout:
             reason = "timed_out"
         elif data == last:
-            # A sender that missed the acknowledgement repeats its frame; the toggle bit is there to show it.
+            # A sender that missed the acknowledgement repeats its frame. The toggle bit reveals it.
             self._drop("duplicates", can_id, data)
             return
         else:
@@ -240,14 +238,14 @@ class Reassembler:
         self._drop(reason, can_id, data)
 
     def _sweep(self, at: Instant) -> None:
-        """Forget transfers whose sender fell silent."""
+        """Discard timed out transfers."""
         self._swept = at
         late = [can_id for can_id, session in self._sessions.items() if at - session[1] > self._timeout]
         for can_id in late:
             self._drop("timed_out", can_id, self._sessions.pop(can_id)[3])
 
     def _drop_frame(self, can_id: int, data: bytes, at: Instant) -> None:
-        """A frame that has no route or no tail byte."""
+        """Count a frame without a route or a tail byte."""
         if can_id & 0x7F == self._node_id and 0 <= can_id < 1 << 29:
             self.counters.not_ours += 1
             if self._on_own_id is not None:

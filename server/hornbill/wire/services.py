@@ -1,4 +1,4 @@
-"""The four services a servo answers: GetNodeInfo, RestartNode, ExecuteOpcode and GetSet."""
+"""The four services of a servo: GetNodeInfo, RestartNode, ExecuteOpcode and GetSet."""
 
 import struct
 from dataclasses import dataclass
@@ -35,14 +35,14 @@ EXECUTE_OPCODE: Final = DataType("uavcan.protocol.param.ExecuteOpcode", 10, 0x3B
 GET_SET: Final = DataType("uavcan.protocol.param.GetSet", 11, 0xA7B622F939D1A4D5, service=True)
 
 MAGIC: Final = 0xACCE551B1E
-"""The 40-bit number without which no node restarts (table 2-9, printed there as if 32 bits held it)."""
+"""The 40-bit number required to restart a node (table 2-9, which prints it as if it fit 32 bits)."""
 
 _VERSIONS: Final = struct.Struct("<BBBIQBB16sB")
 _STATUS_BYTES: Final = 7
 _FIXED_BYTES: Final = _STATUS_BYTES + _VERSIONS.size
 _NODE_NAME_BYTES: Final = 80
 _PARAMETER_NAME_BYTES: Final = 92
-_INTEGER_ANSWER: Final = struct.Struct("<Bq3s4s")
+_INTEGER_RESPONSE: Final = struct.Struct("<Bq3s4s")
 _NO_LIMITS: Final = b"\0\0\0"
 _INTEGER: Final = ValueKind.INTEGER
 _OK_BIT: Final = 0x80
@@ -57,7 +57,7 @@ class Opcode(IntEnum):
 
 @dataclass(slots=True)
 class SoftwareVersion:
-    """uavcan.protocol.SoftwareVersion: bit 0 of the flags says `vcs_commit` is valid, bit 1 `image_crc`."""
+    """uavcan.protocol.SoftwareVersion. Flag bit 0: `vcs_commit` is valid; bit 1: `image_crc` is valid."""
 
     major: int
     minor: int
@@ -78,7 +78,7 @@ class HardwareVersion:
 
 @dataclass(slots=True)
 class GetNodeInfoRequest:
-    """Table 2-5. It has no payload at all; the byte the table prints is the tail byte."""
+    """Table 2-5. No payload: the byte printed in the table is the tail byte."""
 
     TYPE: ClassVar[DataType] = GET_NODE_INFO
     KIND: ClassVar[Kind] = Kind.REQUEST
@@ -89,13 +89,13 @@ class GetNodeInfoRequest:
 
     @classmethod
     def decode(cls, payload: bytes) -> Self | None:
-        """From anything: there are nodes that send the printed byte."""
+        """From any payload, because some nodes send the printed byte."""
         return cls()
 
 
 @dataclass(slots=True)
 class GetNodeInfoResponse:
-    """Table 2-6: who a node is. `name` has at most 80 characters."""
+    """Table 2-6: identity of a node. `name` has at most 80 characters."""
 
     status: NodeStatus
     software_version: SoftwareVersion
@@ -110,7 +110,7 @@ class GetNodeInfoResponse:
         software, hardware = self.software_version, self.hardware_version
         certificate = room("certificate_of_authenticity", hardware.certificate_of_authenticity, 255)
         if len(hardware.unique_id) != 16:
-            raise ValueError(f"unique_id is {len(hardware.unique_id)} bytes long. Give 16.")
+            raise ValueError(f"unique_id is {len(hardware.unique_id)} bytes long. It must have 16.")
         versions = _VERSIONS.pack(
             fit("software_version.major", software.major, 0xFF),
             fit("software_version.minor", software.minor, 0xFF),
@@ -126,7 +126,7 @@ class GetNodeInfoResponse:
 
     @classmethod
     def decode(cls, payload: bytes) -> Self | None:
-        """None when a fixed field or the certificate is cut short, or the name is longer than 80."""
+        """None if a fixed field or the certificate is truncated, or the name is longer than 80."""
         if len(payload) < _FIXED_BYTES:
             return None
         status = NodeStatus.decode(payload[:_STATUS_BYTES])
@@ -147,7 +147,7 @@ class GetNodeInfoResponse:
 
 @dataclass(slots=True)
 class RestartNodeRequest:
-    """Table 2-9, with the 40 bits the number needs. A node restarts only for MAGIC."""
+    """Table 2-9, with 40 bits for the number. A node restarts only for MAGIC."""
 
     magic_number: int = MAGIC
 
@@ -185,7 +185,7 @@ class RestartNodeResponse:
 
 @dataclass(slots=True)
 class ExecuteOpcodeRequest:
-    """Table 2-11: an Opcode (from a foreign node any byte) and a signed 48-bit argument, here 0."""
+    """Table 2-11: an Opcode (from a foreign node any byte) and a signed 48-bit argument, 0 in hornbill's requests."""
 
     opcode: Opcode | int
     argument: int = 0
@@ -208,7 +208,7 @@ class ExecuteOpcodeRequest:
 
 @dataclass(slots=True)
 class ExecuteOpcodeResponse:
-    """Table 2-13: a 48-bit signed argument and whether the operation was done."""
+    """Table 2-13: a signed 48-bit argument and whether the operation succeeded."""
 
     argument: int
     ok: bool
@@ -230,7 +230,7 @@ class ExecuteOpcodeResponse:
 class GetSetRequest:
     """Table 2-14: read (EMPTY value) or write one parameter.
 
-    By `name` of up to 92 characters or, where that is empty, by `index` 0..8191.
+    By `name` of up to 92 characters or, if that is empty, by `index` 0..8191.
     """
 
     index: int
@@ -241,19 +241,19 @@ class GetSetRequest:
     KIND: ClassVar[Kind] = Kind.REQUEST
 
     def encode(self) -> bytes:
-        """Two bytes, the value and the name. Raises ValueError when one of them does not fit."""
+        """Two bytes, the value and the name. Raises ValueError for values out of range."""
         index = fit("index", self.index, 0x1FFF)
         # The five high bits of the index share a byte with the tag of the value.
         value = encode_value(self.value, high=index >> 8 << 3)
         return bytes((index & 0xFF,)) + value + text_bytes("name", self.name, _PARAMETER_NAME_BYTES)
 
-    def is_answered_by(self, answer: "GetSetResponse") -> bool:
-        """Whether it names what was asked for, or nothing, as a refusal does (table 2-16)."""
-        return not (self.name and answer.name) or answer.name.upper() == self.name.upper()
+    def matches(self, response: "GetSetResponse") -> bool:
+        """Whether a response has the requested name, or none, as in a refusal (table 2-16)."""
+        return not (self.name and response.name) or response.name.upper() == self.name.upper()
 
     @classmethod
     def decode(cls, payload: bytes) -> Self | None:
-        """None when the value is cut short or of no known kind, or the name is longer than 92."""
+        """None if the value is truncated or of an unknown kind, or the name is longer than 92."""
         found = decode_value(payload, 1)
         if found is None:
             return None
@@ -266,7 +266,7 @@ class GetSetRequest:
 
 @dataclass(slots=True)
 class GetSetResponse:
-    """Table 2-16: the value after the request. All empty, name included: no such parameter, or refused."""
+    """Table 2-16: the value after the request. All empty, including the name: no such parameter, or refused."""
 
     value: Value
     default_value: Value
@@ -278,7 +278,7 @@ class GetSetResponse:
     KIND: ClassVar[Kind] = Kind.RESPONSE
 
     def encode(self) -> bytes:
-        """Four unions and the name of up to 92 characters. Raises ValueError when one does not fit."""
+        """Four unions and the name of up to 92 characters. Raises ValueError for values out of range."""
         return b"".join(
             (
                 encode_value(self.value),
@@ -291,10 +291,10 @@ class GetSetResponse:
 
     @classmethod
     def decode(cls, payload: bytes) -> Self | None:
-        """None when a union is cut short or of no known kind, or the name is longer than 92."""
+        """None if a union is truncated or of an unknown kind, or the name is longer than 92."""
         if len(payload) == 16:
-            # What a servo sends: an integer, three empty unions, four characters.
-            tag, number, limits, name = _INTEGER_ANSWER.unpack(payload)
+            # The form servos send: an integer, three empty unions, four characters.
+            tag, number, limits, name = _INTEGER_RESPONSE.unpack(payload)
             if tag == 1 and limits == _NO_LIMITS:
                 return cls(Value(_INTEGER, number), EMPTY, EMPTY, EMPTY, name.decode("latin-1"))
         unions: list[Value] = []
@@ -314,7 +314,7 @@ def _argument_bytes(argument: int) -> bytes:
     try:
         return argument.to_bytes(6, "little", signed=True)
     except OverflowError:
-        raise ValueError(f"argument is {argument}. Give a number of 48 bits, sign included.") from None
+        raise ValueError(f"argument is {argument}. It must fit a signed 48-bit integer.") from None
 
 
 def _argument(six: bytes) -> int:

@@ -1,4 +1,4 @@
-"""The table of the data types and structures hornbill knows, and the way from a transfer to its own."""
+"""Table of the supported data types and structures, and decoding of transfers."""
 
 from typing import Final, TypeAlias
 
@@ -48,12 +48,12 @@ ALL: Final[tuple[type[AnyStructure], ...]] = (
 """The twelve structures of the eight data types of tables 2-2 to 2-4."""
 
 BY_KEY: Final[dict[tuple[bool, int], DataType]] = {(s.TYPE.service, s.TYPE.id): s.TYPE for s in ALL}
-"""Data types by (is it a service, id)."""
+"""Data types by (is a service, ID)."""
 
 _DECODERS: Final = {(s.KIND, s.TYPE.id): s.decode for s in ALL}
 
 
 def decode(transfer: Transfer) -> AnyStructure | None:
-    """The structure a transfer carries; None for an unknown type or a malformed payload. Never raises."""
+    """Decode the structure of a transfer. None for an unknown type or a malformed payload. Never raises."""
     decoder = _DECODERS.get(transfer[:2])
     return None if decoder is None else decoder(transfer[6])

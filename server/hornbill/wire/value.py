@@ -1,4 +1,4 @@
-"""The tagged union uavcan.protocol.param.Value and its numeric sibling, to bytes and back."""
+"""Encoding of the tagged union uavcan.protocol.param.Value and its numeric variant."""
 
 import struct
 from enum import IntEnum
@@ -29,27 +29,27 @@ class Value(NamedTuple):
 
 
 EMPTY: Final = Value(ValueKind.EMPTY, None)
-"""No value: a read request, or the answer "no such parameter"."""
+"""No value: in a read request, or in a response for "no such parameter"."""
 
 _INTEGER: Final = ValueKind.INTEGER
 
 
 def integer(number: int) -> Value:
-    """The only kind a servo's parameter has: a 64-bit signed integer (checked when it is encoded)."""
+    """A 64-bit signed integer, the only kind servos use. The range is checked on encoding."""
     return Value(_INTEGER, number)
 
 
 def encode_value(value: Value, *, high: int = 0, numeric: bool = False) -> bytes:
-    """The tag byte (its unused upper bits set to `high`) and what follows it.
+    """Encode the tag byte (its unused upper bits set to `high`) and the content.
 
-    `numeric` is the two-bit union of the limits, which has no BOOLEAN and no STRING. Raises ValueError for a
-    value that is not of its kind or does not fit.
+    `numeric` selects the two-bit union of the limits, which has no BOOLEAN and no STRING. Raises ValueError for a
+    value of another kind or out of range.
     """
     if value == EMPTY:
         return bytes((high,))
     kind, content = value
     if numeric and kind > ValueKind.REAL:
-        raise ValueError(f"A limit cannot be {kind.name}. Give EMPTY, INTEGER or REAL.")
+        raise ValueError(f"A limit cannot be {kind.name}. Use EMPTY, INTEGER or REAL.")
     tag = bytes((high | kind,))
     try:
         match kind, content:
@@ -69,9 +69,9 @@ def encode_value(value: Value, *, high: int = 0, numeric: bool = False) -> bytes
 
 
 def decode_value(payload: bytes, offset: int, *, numeric: bool = False) -> tuple[Value, int] | None:
-    """The union whose tag byte is at `offset`, and the offset after it; None when the payload ends too soon.
+    """Decode the union at `offset`. Returns it and the offset after it, or None if the payload is truncated.
 
-    The unused upper bits of the tag byte are ignored. A tag that no kind has gives None.
+    The unused upper bits of the tag byte are ignored. An unknown tag returns None.
     """
     if offset >= len(payload):
         return None

@@ -119,15 +119,15 @@ def test_nodes_of_others_are_listed_as_what_they_are_and_an_actuator_is_not_take
 def test_beside_another_allocator_ours_stands_down_says_so_and_comes_back_when_it_is_gone(
     bench: Bench, tmp_path: Path
 ) -> None:
-    with Peer(110, name="org.example.allocator", unique_id=uid(40), monitors=True) as rival:
-        monitor: Any = NodeMonitor(rival.node)
-        theirs: Any = CentralizedServer(rival.node, monitor, database_storage=str(tmp_path / "table.db"))
-        rival.live_until(lambda: monitor.exists(OURS) and monitor.are_all_nodes_discovered(), "it knows the bus")
+    with Peer(110, name="org.example.allocator", unique_id=uid(40), monitors=True) as competitor:
+        monitor: Any = NodeMonitor(competitor.node)
+        theirs: Any = CentralizedServer(competitor.node, monitor, database_storage=str(tmp_path / "table.db"))
+        competitor.live_until(lambda: monitor.exists(OURS) and monitor.are_all_nodes_discovered(), "it knows the bus")
         with Applicant(uid(41), 80) as first, Applicant(uid(42), 80) as second:
-            live_until([rival, first], lambda: first.node_id, "a node id from either")
+            live_until([competitor, first], lambda: first.node_id, "a node id from either")
             state = bench.bus()["allocator"]
-            assert (state["state"], state["rival_node_id"]) == ("standing_down", 110)
-            live_until([rival, first, second], lambda: second.node_id, "a node id from the other one")
+            assert (state["state"], state["competing_node_id"]) == ("standby", 110)
+            live_until([competitor, first, second], lambda: second.node_id, "a node id from the other one")
             assert {source for source, _ in second.said} == {110}
             assert first.node_id != second.node_id
             assert uid(42).hex() not in bench.allocations()
@@ -139,4 +139,4 @@ def test_beside_another_allocator_ours_stands_down_says_so_and_comes_back_when_i
         assert third.said[-1][0] == OURS
         assert third.requests > 1, "it left a few requests to the other one"
     state = bench.bus()["allocator"]
-    assert (state["state"], state["rival_node_id"]) == ("on", None)
+    assert (state["state"], state["competing_node_id"]) == ("on", None)

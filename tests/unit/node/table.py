@@ -46,7 +46,7 @@ class MemoryTable:
 
 @dataclass
 class Neighbours:
-    """Residents of a bus, as a test says."""
+    """KnownNodes of a bus, as a test says."""
 
     heard: dict[int, float] = field(default_factory=dict[int, float])
     uids: dict[int, bytes] = field(default_factory=dict[int, bytes])
@@ -59,15 +59,15 @@ class Neighbours:
         """Who was heard within three seconds."""
         return {node_id for node_id, at in self.heard.items() if now - at < 3}
 
-    def resident(self, node_id: int) -> bytes | None:
+    def unique_id_at(self, node_id: int) -> bytes | None:
         """Their unique id, where it is known."""
         return self.uids.get(node_id)
 
-    def home(self, unique_id: bytes) -> int | None:
+    def node_id_of(self, unique_id: bytes) -> int | None:
         """Where it lives."""
         return next((node_id for node_id, uid in self.uids.items() if uid == unique_id), None)
 
-    def last_heard(self, node_id: int) -> float | None:
+    def last_seen(self, node_id: int) -> float | None:
         """When."""
         return self.heard.get(node_id)
 

@@ -21,7 +21,7 @@ C = bytes(range(0xC0, 0xD0))
 def allocator(
     table: MemoryTable | None = None, neighbours: Neighbours | None = None, own: frozenset[int] = frozenset({127})
 ) -> Allocator:
-    return Allocator(table or MemoryTable(), own_ids=own, residents=neighbours or Neighbours())
+    return Allocator(table or MemoryTable(), own_ids=own, known_nodes=neighbours or Neighbours())
 
 
 def number(n: int) -> bytes:
@@ -159,7 +159,7 @@ def test_a_node_met_before_gets_the_id_it_had_unless_it_wishes_for_another() -> 
 
 
 def test_ids_of_former_times_are_given_last() -> None:
-    it = Allocator(MemoryTable(), own_ids=frozenset(), residents=Directory(remembered=(125, 124)))
+    it = Allocator(MemoryTable(), own_ids=frozenset(), known_nodes=Directory(remembered=(125, 124)))
     assert exchange(it, A, 0.0) == 123
 
 
@@ -193,7 +193,7 @@ def test_a_pinned_id_is_given_and_never_replaced_by_another() -> None:
     neighbours.heard[10], neighbours.uids[10] = 99.0, B
     assert exchange(it, A, 100.0) is None
     assert exchange(it, A, 101.0) is None
-    assert [each.refusal for each in refusals] == ["Node id 10 is pinned to it, but another node uses that id."]
+    assert [each.refusal for each in refusals] == ["Node ID 10 is pinned to this node, but another node uses it."]
     assert table.kept == {A.hex(): 10}
 
 
@@ -320,7 +320,7 @@ def test_switched_off_it_shows_who_waits_and_answers_nobody() -> None:
 
 def test_a_new_id_is_not_given_before_the_bus_was_listened_to() -> None:
     table = MemoryTable({A.hex(): 99})
-    it = Allocator(table, own_ids=frozenset(), residents=Neighbours(), listening_since=100.0)
+    it = Allocator(table, own_ids=frozenset(), known_nodes=Neighbours(), listening_since=100.0)
     assert exchange(it, B, 100.1) is None
     assert exchange(it, A, 100.2) == 99  # who was here before need not wait
     assert exchange(it, B, 100.9) == 125

@@ -28,7 +28,7 @@ def test_it_stands_down_when_another_allocator_answers(caplog: pytest.LogCapture
     assert it.pending(0.4) == []
     assert table.recorded == []
     assert it.competitor == CompetingAllocator(9, 0.31, 3)
-    assert caplog.text.count("allocates node ids too") == 1
+    assert caplog.text.count("competing node ID allocator") == 1
 
 
 def test_it_comes_back_when_the_other_one_leaves_three_requests_unanswered() -> None:

@@ -12,7 +12,7 @@ B = bytes(range(0xB0, 0xC0))
 
 
 def allocator(table: MemoryTable, neighbours: Neighbours | None = None, own: int = 127) -> Allocator:
-    return Allocator(table, own_ids=frozenset({own, 127}), residents=neighbours or Neighbours())
+    return Allocator(table, own_ids=frozenset({own, 127}), known_nodes=neighbours or Neighbours())
 
 
 def number(n: int) -> bytes:
@@ -28,7 +28,7 @@ def test_when_every_id_is_taken_it_says_so_and_names_the_node(caplog: pytest.Log
     assert exchange(it, A, 1.0) is None
     (refusal,) = refusals
     assert refusal.partial == A.hex()
-    assert refusal.refusal == "All 125 node ids are taken. Forget allocations of nodes that are gone."
+    assert refusal.refusal == "All 125 node IDs are taken. Remove allocations of nodes no longer in use."
     assert A.hex() in caplog.text
     (waiting,) = it.pending(1.2)
     assert (waiting.refusal, waiting.attempts) == (refusal.refusal, 2)

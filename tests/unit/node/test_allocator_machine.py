@@ -1,4 +1,4 @@
-"""The allocator among requesters, losses, rivals, restarts and people, in any order: rules that nothing may break."""
+"""The allocator among requesters, losses, competitors, restarts and people, in any order: rules that nothing may break."""
 
 from dataclasses import dataclass
 
@@ -48,7 +48,7 @@ class Machine(RuleBasedStateMachine):
         self.now = 1000.0
         self.table = MemoryTable({f"{number:032x}": number for number in CROWD})
         self.nodes = [Node(uid) for uid in UIDS]
-        self.residents: dict[int, Node] = {}
+        self.known_nodes: dict[int, Node] = {}
         """Nodes with an id of their own, by that id; they never asked for it."""
         self.last: AllocationMessage | None = None
         self.mode = AllocationMode.ON
@@ -60,7 +60,7 @@ class Machine(RuleBasedStateMachine):
     def start_server(self) -> None:
         self.neighbours = Neighbours()
         self.it = Allocator(
-            self.table, own_ids=frozenset({OWN}), residents=self.neighbours, mode=self.mode, listening_since=self.now
+            self.table, own_ids=frozenset({OWN}), known_nodes=self.neighbours, mode=self.mode, listening_since=self.now
         )
         for node in self.living():
             node.spoke = False
@@ -95,7 +95,7 @@ class Machine(RuleBasedStateMachine):
     # Time, and who lives on the bus.
 
     def living(self) -> list[Node]:
-        return [node for node in [*self.nodes, *self.residents.values()] if node.node_id and node.powered]
+        return [node for node in [*self.nodes, *self.known_nodes.values()] if node.node_id and node.powered]
 
     def speak(self, node: Node) -> None:
         node.spoke = True
@@ -126,7 +126,7 @@ class Machine(RuleBasedStateMachine):
     @rule(node_id=ids, known=st.booleans())
     def resident_arrives(self, node_id: int, known: bool) -> None:
         if node_id != OWN and all(node.node_id != node_id for node in self.living()):
-            node = self.residents[node_id] = Node(bytes([node_id]) * 16, node_id=node_id)
+            node = self.known_nodes[node_id] = Node(bytes([node_id]) * 16, node_id=node_id)
             self.moved_in(node, known=known)
 
     @rule(who=applicants, quiet_s=st.sampled_from([0.0, 0.3, 0.9, 2.5]))
@@ -139,7 +139,7 @@ class Machine(RuleBasedStateMachine):
 
     @rule(node_id=ids)
     def resident_leaves(self, node_id: int) -> None:
-        self.residents.pop(node_id, None)
+        self.known_nodes.pop(node_id, None)
 
     def moved_in(self, node: Node, *, known: bool) -> None:
         self.neighbours.uids.pop(node.node_id, None)
@@ -186,7 +186,7 @@ class Machine(RuleBasedStateMachine):
         self.deliver(self.handle(AllocationMessage(node_id, first, part)), lost=True)
 
     @rule(who=applicants, length=st.sampled_from([0, 6, 7, 12, 16]), node_id=st.integers(0, 127))
-    def a_rival_answers(self, who: int, length: int, node_id: int) -> None:
+    def a_competitor_responds(self, who: int, length: int, node_id: int) -> None:
         message = AllocationMessage(node_id, False, UIDS[who][:length])
         assert self.handle(message, source=9) is None
         if length < 16 or all(node.node_id != node_id for node in self.living()):

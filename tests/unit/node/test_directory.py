@@ -32,8 +32,8 @@ class Told:
 
 def test_a_node_is_online_until_three_seconds_after_its_last_status() -> None:
     directory = Directory()
-    directory.hear(42, status(5), 100.0)
-    directory.hear(42, status(6, NodeHealth.WARNING), 101.0)
+    directory.record_status(42, status(5), 100.0)
+    directory.record_status(42, status(6, NodeHealth.WARNING), 101.0)
     record = directory.records[42]
     assert record == NodeRecord(42, status(6, NodeHealth.WARNING), 101.0, 100.0)
     assert directory.is_online(42, 103.9)
@@ -46,43 +46,43 @@ def test_a_node_is_online_until_three_seconds_after_its_last_status() -> None:
 def test_online_nodes_come_by_node_id() -> None:
     directory = Directory()
     for node_id in (9, 3, 77):
-        directory.hear(node_id, status(1), 0.0)
+        directory.record_status(node_id, status(1), 0.0)
     assert [record.node_id for record in directory.online(1.0)] == [3, 9, 77]
 
 
 def test_a_node_that_comes_back_with_the_uptime_it_should_have_has_not_restarted() -> None:
     directory = Directory()
     told = Told(directory)
-    directory.hear(42, status(5), 100.0)
-    directory.hear(42, status(16), 111.0)  # a cable was pulled
+    directory.record_status(42, status(5), 100.0)
+    directory.record_status(42, status(16), 111.0)  # a cable was pulled
     assert told.restarted == []
-    assert directory.records[42].lives == 0
+    assert directory.records[42].boot_count == 0
 
 
 def test_an_uptime_that_goes_back_is_a_restart() -> None:
     directory = Directory()
     told = Told(directory)
-    directory.hear(42, status(500), 100.0)
+    directory.record_status(42, status(500), 100.0)
     directory.identify(42, info(bytes(16)))
-    assert directory.records[42].lives == 0
-    directory.hear(42, status(0), 101.0)
+    assert directory.records[42].boot_count == 0
+    directory.record_status(42, status(0), 101.0)
     assert told.restarted == [42]
     record = directory.records[42]
-    assert (record.restarts, record.leaps, record.lives, record.info, record.unique_id) == (1, 0, 1, None, None)
+    assert (record.restarts, record.leaps, record.boot_count, record.info, record.unique_id) == (1, 0, 1, None, None)
 
 
 def test_a_restart_right_after_a_restart_is_one_more() -> None:
     directory = Directory()
-    directory.hear(42, status(1), 100.0)
-    directory.hear(42, status(0), 100.7)
+    directory.record_status(42, status(1), 100.0)
+    directory.record_status(42, status(0), 100.7)
     assert directory.records[42].restarts == 1
 
 
 def test_a_restart_out_of_sight_is_seen_by_an_uptime_that_lags_behind() -> None:
     directory = Directory()
     told = Told(directory)
-    directory.hear(42, status(5), 100.0)
-    directory.hear(42, status(20), 160.0)  # it should have been 65
+    directory.record_status(42, status(5), 100.0)
+    directory.record_status(42, status(20), 160.0)  # it should have been 65
     assert told.restarted == [42]
 
 
@@ -91,7 +91,7 @@ def test_late_and_early_statuses_are_no_restart(delay: float) -> None:
     directory = Directory()
     told = Told(directory)
     for second in range(10):
-        directory.hear(42, status(second), 100.0 + second + (delay if second % 2 else 0.0))
+        directory.record_status(42, status(second), 100.0 + second + (delay if second % 2 else 0.0))
     assert told.restarted == []
     assert directory.records[42].leaps == 0
 
@@ -99,8 +99,8 @@ def test_late_and_early_statuses_are_no_restart(delay: float) -> None:
 def test_two_nodes_with_one_id_restart_and_leap_in_turn() -> None:
     directory = Directory()
     for second in range(5):
-        directory.hear(42, status(1000 + second), 100.0 + second)
-        directory.hear(42, status(second), 100.5 + second)
+        directory.record_status(42, status(1000 + second), 100.0 + second)
+        directory.record_status(42, status(second), 100.5 + second)
     record = directory.records[42]
     assert (record.restarts, record.leaps) == (5, 4)
 
@@ -108,28 +108,28 @@ def test_two_nodes_with_one_id_restart_and_leap_in_turn() -> None:
 def test_it_keeps_the_unique_id_of_a_node_it_has_met() -> None:
     directory = Directory()
     directory.identify(42, info(bytes(16)))
-    assert directory.resident(42) is None
-    directory.hear(42, status(1), 0.0)
+    assert directory.unique_id_at(42) is None
+    directory.record_status(42, status(1), 0.0)
     directory.identify(42, info(bytes(range(16))))
-    directory.hear(42, status(2), 1.0)
-    assert directory.resident(42) == bytes(range(16))
+    directory.record_status(42, status(2), 1.0)
+    assert directory.unique_id_at(42) == bytes(range(16))
 
 
 def test_it_knows_where_a_node_was_met_last() -> None:
     directory = Directory()
-    assert directory.home(bytes(16)) is None
+    assert directory.node_id_of(bytes(16)) is None
     for at, node_id in ((0.0, 42), (5.0, 43)):
-        directory.hear(node_id, status(1), at)
+        directory.record_status(node_id, status(1), at)
         directory.identify(node_id, info(bytes(16)))
-    assert directory.home(bytes(16)) == 43
-    assert directory.home(bytes(range(16))) is None
+    assert directory.node_id_of(bytes(16)) == 43
+    assert directory.node_id_of(bytes(range(16))) is None
 
 
 def test_ids_of_former_times_are_known_but_nobody_was_heard_on_them() -> None:
     directory = Directory(remembered=(7, 9))
-    directory.hear(9, status(1), 0.0)
+    directory.record_status(9, status(1), 0.0)
     assert directory.known() == {7, 9}
-    assert directory.heard() == directory.occupied(1.0) == {9}
+    assert directory.seen() == directory.occupied(1.0) == {9}
 
 
 def test_a_hook_that_fails_keeps_no_other_from_being_called(caplog: pytest.LogCaptureFixture) -> None:
@@ -140,8 +140,8 @@ def test_a_hook_that_fails_keeps_no_other_from_being_called(caplog: pytest.LogCa
 
     directory.on_restarted.append(fail)
     told = Told(directory)
-    directory.hear(42, status(5), 0.0)
-    directory.hear(42, status(0), 1.0)
+    directory.record_status(42, status(5), 0.0)
+    directory.record_status(42, status(0), 1.0)
     assert told.restarted == [42]
     assert "a bug" in caplog.text
 
@@ -160,8 +160,8 @@ def test_on_a_bus_it_knows_nodes_that_say_no_status_too() -> None:
         now = host.clock()
         assert list(directory.records) == [42]
         assert directory.occupied(now) == directory.known() == {42, 43}
-        assert directory.last_heard(43) == pytest.approx(now - 1, abs=0.01)
-        assert directory.last_heard(44) is None
+        assert directory.last_seen(43) == pytest.approx(now - 1, abs=0.01)
+        assert directory.last_seen(44) is None
         await asyncio.sleep(3)
         assert directory.occupied(host.clock()) == set()
         assert directory.known() == {42, 43}
@@ -174,11 +174,11 @@ def test_on_a_bus_it_knows_nodes_that_say_no_status_too() -> None:
         directory.forget(42)
         directory.forget(43)
         assert directory.known() == set()
-        assert directory.anonymous_heard is None
+        assert directory.anonymous_seen is None
         asking = AllocationMessage(0, True, bytes(6))
         mute.port.send(split(Transfer(Kind.MESSAGE, 1, 0, 0, 24, 0, asking.encode()), AllocationMessage.TYPE))
         await asyncio.sleep(0.01)
-        assert directory.anonymous_heard == pytest.approx(host.clock(), abs=0.01)
+        assert directory.anonymous_seen == pytest.approx(host.clock(), abs=0.01)
         leave()
         talker.say_status(5)
         await asyncio.sleep(0.01)

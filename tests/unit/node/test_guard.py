@@ -281,10 +281,10 @@ def test_frames_out_of_order_never_complete_a_forbidden_transfer(order: list[int
     assert frames[2] not in inner.sent
 
 
-MALFORMED = "An incomplete or malformed request is refused: what a servo would make of it cannot be known."
-BOOT = "is refused: 0x49 is the boot loader's register."
-UNLISTED = "is refused: only registers of the parameter tables are written."
-UNNAMED = "is refused: only 0x and two hex digits, 0x49 excepted, name a register here."
+MALFORMED = "An incomplete or malformed request is refused: its effect on a servo is unknown."
+BOOT = "is refused: 0x49 is the boot loader register."
+UNLISTED = "is refused: only registers of the parameter tables can be written."
+UNNAMED = "is refused: a register name is 0x and two hex digits, except 0x49."
 WHOLE = payload(b"", b"\1" + struct.pack("<q", 1))
 
 
@@ -404,7 +404,7 @@ def test_a_command_to_every_servo_is_refused(actuators: tuple[int, ...]) -> None
         guarded.send(message(commands(*actuators)))
     assert inner.sent == []
     assert caught.value.facts == {"minimum": 1, "maximum": 254, "unit": "", "requested": 255, "cause": "broadcast_id"}
-    assert caught.value.detail == "Actuator id 255 would move every servo on the bus. Use 1 to 254."
+    assert caught.value.detail == "Actuator ID 255 would move every servo on the bus. Use 1 to 254."
 
 
 @pytest.mark.parametrize("actuators", [(0,), (1, 0), (*range(1, 15), 0), (0, 255)])
@@ -416,8 +416,8 @@ def test_a_command_to_id_0_is_refused_whatever_is_allowed(actuators: tuple[int, 
     assert inner.sent == []
     assert caught.value.facts == {"minimum": 1, "maximum": 254, "unit": "", "requested": 0, "cause": "unassigned_id"}
     assert caught.value.detail == (
-        "Actuator id 0 is that of every servo without a servo id: all of them may move together. Give the "
-        "servo an id (parameter 0x45), and use that: 1 to 254."
+        "Actuator ID 0 addresses every servo without a servo ID: all of them may move together. "
+        "Set a servo ID of 1 to 254 (parameter 0x45) and use that."
     )
 
 

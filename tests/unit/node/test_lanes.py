@@ -51,11 +51,11 @@ def test_an_item_gives_way_to_more_urgent_ones_alone_and_comes_back_before_its_e
         lanes.put(int(item[0]), priority, item)
     assert lanes.take() == "2a"
     assert lanes.take() == "1a"
-    assert not lanes.give_way(1, 24, "1a")
+    assert not lanes.preempt(1, 24, "1a")
     assert lanes.take() is None
     for item in ("1c", "1d"):
         lanes.put(1, 17, item)
-    assert lanes.give_way(1, 24, "1a")
+    assert lanes.preempt(1, 24, "1a")
     lanes.free(2)
     assert drain(lanes) == ["1c", "1d", "1a", "1b"]
 
@@ -98,8 +98,8 @@ def test_a_backlog_is_empty_when_the_port_sent_everything() -> None:
     statistics = PortStatistics(tx_frames=100)
     backlog = Backlog(statistics)
     assert backlog.is_empty(0.0)
-    backlog.handing(3, 1.0)
-    backlog.handing(1, 1.001)
+    backlog.queue(3, 1.0)
+    backlog.queue(1, 1.001)
     statistics.tx_frames = 103
     assert not backlog.is_empty(1.002)
     statistics.tx_frames = 104
@@ -109,11 +109,11 @@ def test_a_backlog_is_empty_when_the_port_sent_everything() -> None:
 def test_frames_that_were_dropped_do_not_stop_us_for_good() -> None:
     statistics = PortStatistics()
     backlog = Backlog(statistics)
-    backlog.handing(3, 1.0)
+    backlog.queue(3, 1.0)
     assert not backlog.is_empty(1.004)
     assert backlog.is_empty(1.006)
     statistics.tx_frames = 10  # somebody else counts on the same port
-    backlog.handing(1, 2.0)
+    backlog.queue(1, 2.0)
     assert not backlog.is_empty(2.0)
     statistics.tx_frames = 11
     assert backlog.is_empty(2.0)

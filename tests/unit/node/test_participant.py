@@ -164,7 +164,7 @@ def test_another_node_with_our_id_is_counted_and_not_listened_to(caplog: pytest.
         await host.close()
 
     run(play())
-    assert caplog.text.count("another node uses our node id 127") == 1
+    assert caplog.text.count("another node uses our node ID 127") == 1
 
 
 def test_it_knows_when_each_node_was_last_heard_whatever_it_said() -> None:

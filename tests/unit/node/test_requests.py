@@ -38,14 +38,14 @@ def test_without_an_answer_every_try_waits_its_time_and_has_its_own_transfer_id(
     async def play() -> None:
         _, host, peer = pair(drop=lambda _: True)
         began = now()
-        with pytest.raises(NoResponse, match=r"Node 42 did not answer GetSet in 3 tries of 100 ms\.") as caught:
+        with pytest.raises(NoResponse, match=r"Node 42 did not respond to GetSet in 3 tries of 100 ms\.") as caught:
             await host.request(42, read("0x38"), timeout=0.1, tries=3)
         assert now() - began == pytest.approx(0.3, abs=0.002)
         assert len({each.transfer_id for each in peer.requests}) == 3
-        facts = {"node_id": 42, "service": "GetSet", "tries": 3, "timeout_s": 0.1, "cause": "silent_node"}
+        facts = {"node_id": 42, "service": "GetSet", "tries": 3, "timeout_s": 0.1, "cause": "node_not_responding"}
         assert caught.value.facts == facts
         counters = host.request_counters
-        assert (counters.requests, counters.repeats, counters.unanswered, counters.answers) == (1, 2, 1, 0)
+        assert (counters.requests, counters.retries, counters.timeouts, counters.responses) == (1, 2, 1, 0)
         await host.close()
 
     run(play())
@@ -160,7 +160,7 @@ def test_repeated_answers_are_ignored() -> None:
             answer = await host.request(42, read(f"0x{register:02X}"))
             assert answer.value == integer(register)
         await asyncio.sleep(0.01)
-        assert host.request_counters.answers == 8
+        assert host.request_counters.responses == 8
         assert host.request_counters.late == 16
         await host.close()
 
@@ -257,7 +257,7 @@ def test_a_value_that_does_not_fit_is_told_before_anything_is_sent() -> None:
         with pytest.raises(ValueError, match="does not fit"):
             await host.request(42, GetSetRequest(0, integer(2**63), "0x20"))
         for node_id in (0, 128, HOST):
-            with pytest.raises(ValueError, match="another node's id, 1 to 127"):
+            with pytest.raises(ValueError, match="another node, 1 to 127"):
                 await host.request(node_id, read("0x20"))
         with pytest.raises(ValueError, match="16 to 31"):
             await host.request(42, read("0x20"), priority=15)
@@ -367,7 +367,7 @@ def test_a_closed_participant_leaves_no_alarm_that_matters() -> None:
         return host
 
     host = clock.run(scene())
-    assert (host.request_counters.repeats, host.request_counters.unanswered) == (0, 0)
+    assert (host.request_counters.retries, host.request_counters.timeouts) == (0, 0)
 
 
 def test_one_request_a_node_is_under_way_and_the_rest_go_by_priority_then_in_order() -> None:
@@ -437,7 +437,7 @@ def test_on_a_saturated_bus_nodes_take_turns() -> None:
         assert max(counts) - min(counts) <= 1
         await asyncio.gather(*tasks)
         assert now() - began < 0.475  # the bus needs 0.470 s for them: it never waited for us
-        assert host.request_counters.repeats == 0
+        assert host.request_counters.retries == 0
         await host.close()
 
     run(play())
@@ -491,7 +491,7 @@ def test_what_is_more_urgent_waits_for_one_try_of_a_read_and_not_for_all_of_them
         assert (await reading).name == "0x38"
         assert (await later).name == "0x39"
         assert peer.names == ["0x38", "0x00", "0x38", "0x39"]
-        assert host.request_counters.repeats == 1
+        assert host.request_counters.retries == 1
         await host.close()
 
     run(play())

@@ -41,7 +41,7 @@ def narrator(*servos: Met) -> TransferText:
 
 def tell(one: TransferText, structure: AnyStructure, at: float = 0.0, **header: Any) -> str:
     sent = transfer(structure, **header)._replace(at=at)
-    return one.tell(sent, structure, one.follow(sent))
+    return one.describe(sent, structure, one.follow(sent))
 
 
 def answer(value: Value, name: str) -> GetSetResponse:
@@ -53,20 +53,20 @@ def answer(value: Value, name: str) -> GetSetResponse:
     [
         (GetSetRequest(0, EMPTY, "0x08"), "GetSet request read 0x08 current_angle"),
         (GetSetRequest(0, integer(600), "0x38"), "GetSet request write 0x38 angle_limit_cw = 600, 60.0°"),
-        (answer(integer(600), "0x38"), "GetSet answer 0x38 = 600, 60.0°"),
-        (answer(integer(120), "0x0C"), "GetSet answer 0x0C = 120, 12.0 V"),
-        (answer(integer(40), "0x2C"), "GetSet answer 0x2C = 40"),
-        (answer(integer(1), "0x20"), "GetSet answer 0x20 = 1, Off"),
-        (answer(integer(9), "0x20"), "GetSet answer 0x20 = 9"),
-        (answer(integer(555_555_555), "0x01"), "GetSet answer 0x01 = 555555555, inactive"),
-        (answer(integer(0), "0x18"), "GetSet answer 0x18 = 0, no fault"),
+        (answer(integer(600), "0x38"), "GetSet response 0x38 = 600, 60.0°"),
+        (answer(integer(120), "0x0C"), "GetSet response 0x0C = 120, 12.0 V"),
+        (answer(integer(40), "0x2C"), "GetSet response 0x2C = 40"),
+        (answer(integer(1), "0x20"), "GetSet response 0x20 = 1, Off"),
+        (answer(integer(9), "0x20"), "GetSet response 0x20 = 9"),
+        (answer(integer(555_555_555), "0x01"), "GetSet response 0x01 = 555555555, inactive"),
+        (answer(integer(0), "0x18"), "GetSet response 0x18 = 0, no fault"),
         (
             answer(integer(0b1_0000_0010), "0x18"),
-            "GetSet answer 0x18 = 258, Hardware warning, Software notification",
+            "GetSet response 0x18 = 258, Hardware warning, Software notification",
         ),
-        (answer(integer(1 << 30), "0x1B"), "GetSet answer 0x1B = 1073741824, bit 30"),
-        (answer(integer(5), "0x07"), "GetSet answer 0x07 = 5"),
-        (answer(integer(5), "0xzz"), "GetSet answer 0xzz = 5"),
+        (answer(integer(1 << 30), "0x1B"), "GetSet response 0x1B = 1073741824, bit 30"),
+        (answer(integer(5), "0x07"), "GetSet response 0x07 = 5"),
+        (answer(integer(5), "0xzz"), "GetSet response 0xzz = 5"),
     ],
 )
 def test_registers_have_their_names_and_values_their_units(structure: AnyStructure, told: str) -> None:
@@ -126,13 +126,13 @@ def test_an_answer_tells_how_long_it_took_and_whether_the_servo_did_as_asked() -
     one = narrator()
     tell(one, GetSetRequest(0, integer(900), "0x38"), at=5.0, source=127, destination=10, transfer_id=3)
     told = tell(one, answer(integer(900), "0x38"), at=5.0008, source=10, destination=127, transfer_id=3)
-    assert told == "GetSet answer 0x38 = 900, 90.0°, as asked. 0.8 ms"
+    assert told == "GetSet response 0x38 = 900, 90.0°, as asked. 0.8 ms"
     tell(one, GetSetRequest(0, integer(-900), "0x39"), at=6.0, source=127, destination=10, transfer_id=4)
     told = tell(one, answer(integer(-750), "0x39"), at=6.002, source=10, destination=127, transfer_id=4)
-    assert told == "GetSet answer 0x39 = −750, −75.0°, asked for −900. 2.0 ms"
+    assert told == "GetSet response 0x39 = −750, −75.0°, asked for −900. 2.0 ms"
     tell(one, GetSetRequest(0, EMPTY, "0x08"), at=7.0, source=127, destination=10, transfer_id=5)
     told = tell(one, answer(integer(1), "0x08"), at=7.001, source=10, destination=127, transfer_id=5)
-    assert told == "GetSet answer 0x08 = 1, 0.1°. 1.0 ms"
+    assert told == "GetSet response 0x08 = 1, 0.1°. 1.0 ms"
 
 
 def test_a_text_that_was_asked_for_cannot_command_the_terminal_it_is_shown_on() -> None:
@@ -150,7 +150,7 @@ def test_an_answer_to_somebody_else_and_a_second_answer_are_not_taken_for_it() -
     stranger = tell(one, answer(integer(1), "0x08"), at=7.001, source=10, destination=126, transfer_id=5)
     first = tell(one, answer(integer(1), "0x08"), at=7.002, source=10, destination=127, transfer_id=5)
     second = tell(one, answer(integer(1), "0x08"), at=7.003, source=10, destination=127, transfer_id=5)
-    assert (stranger, second) == ("GetSet answer 0x08 = 1, 0.1°", "GetSet answer 0x08 = 1, 0.1°")
+    assert (stranger, second) == ("GetSet response 0x08 = 1, 0.1°", "GetSet response 0x08 = 1, 0.1°")
     assert first.endswith("2.0 ms")
 
 
@@ -173,4 +173,4 @@ def test_whatever_is_said_on_a_bus_is_told(talk: list[tuple[AnyStructure, int, i
     one = narrator(Met(1, 1), Met(2, 2))
     for structure, source, destination, transfer_id in talk:
         sent = transfer(structure, source=source, destination=destination, transfer_id=transfer_id)
-        assert one.tell(sent, decode(sent), one.follow(sent)).isprintable()
+        assert one.describe(sent, decode(sent), one.follow(sent)).isprintable()

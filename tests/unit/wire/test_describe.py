@@ -79,12 +79,12 @@ def answer(value: Value, name: str) -> GetSetResponse:
             ArrayCommand((ActuatorCommand(1, CommandType.POSITION, 0.5), ActuatorCommand(2, CommandType.SPEED, -20))),
             "ArrayCommand servo 1 position 0.5, servo 2 speed −20",
         ),
-        (ArrayCommand((ActuatorCommand(255, 9, 1.0),)), "ArrayCommand every servo command type 9 1"),
+        (ArrayCommand((ActuatorCommand(255, 9, 1.0),)), "ArrayCommand all servos command type 9 1"),
         (
             ArrayCommand([ActuatorCommand(n, CommandType.UNITLESS, 0) for n in range(1, 9)]),
             "ArrayCommand " + ", ".join(f"servo {n} unitless 0" for n in range(1, 7)) + ", 2 more",
         ),
-        (ArrayCommand(()), "ArrayCommand to nobody"),
+        (ArrayCommand(()), "ArrayCommand empty"),
         (GetNodeInfoRequest(), "GetNodeInfo request"),
         (
             GetNodeInfoResponse(
@@ -93,24 +93,24 @@ def answer(value: Value, name: str) -> GetSetResponse:
                 HardwareVersion(6, 1, UID),
                 "com.futaba",
             ),
-            "GetNodeInfo answer com.futaba, software 1.3, hardware 6.1, uid 4f0a91c3…",
+            "GetNodeInfo response com.futaba, software 1.3, hardware 6.1, uid 4f0a91c3…",
         ),
         (RestartNodeRequest(), "RestartNode request"),
-        (RestartNodeRequest(7), "RestartNode request, wrong number 0x7"),
-        (RestartNodeResponse(True), "RestartNode answer restarts"),
-        (RestartNodeResponse(False), "RestartNode answer refused"),
+        (RestartNodeRequest(7), "RestartNode request, invalid magic number 0x7"),
+        (RestartNodeResponse(True), "RestartNode response OK"),
+        (RestartNodeResponse(False), "RestartNode response refused"),
         (ExecuteOpcodeRequest(Opcode.SAVE), "ExecuteOpcode request save"),
         (ExecuteOpcodeRequest(7, 9), "ExecuteOpcode request opcode 7, argument 9"),
-        (ExecuteOpcodeResponse(0, True), "ExecuteOpcode answer done"),
-        (ExecuteOpcodeResponse(-1, False), "ExecuteOpcode answer refused, argument -1"),
+        (ExecuteOpcodeResponse(0, True), "ExecuteOpcode response OK"),
+        (ExecuteOpcodeResponse(-1, False), "ExecuteOpcode response refused, argument -1"),
         (GetSetRequest(0, EMPTY, "0x08"), "GetSet request read 0x08"),
         (GetSetRequest(8, EMPTY, ""), "GetSet request read index 8"),
         (GetSetRequest(0, integer(-600), "0x39"), "GetSet request write 0x39 = −600"),
-        (answer(integer(600), "0x38"), "GetSet answer 0x38 = 600"),
-        (answer(EMPTY, ""), "GetSet answer empty: no such parameter, or refused"),
-        (answer(Value(ValueKind.REAL, 0.5), "gain"), "GetSet answer gain = 0.5"),
-        (answer(Value(ValueKind.BOOLEAN, 255), "on"), "GetSet answer on = 255"),
-        (answer(Value(ValueKind.STRING, "a\x1b[2J"), "s"), 'GetSet answer s = "a\\x1b[2J"'),
+        (answer(integer(600), "0x38"), "GetSet response 0x38 = 600"),
+        (answer(EMPTY, ""), "GetSet response empty: no such parameter, or refused"),
+        (answer(Value(ValueKind.REAL, 0.5), "gain"), "GetSet response gain = 0.5"),
+        (answer(Value(ValueKind.BOOLEAN, 255), "on"), "GetSet response on = 255"),
+        (answer(Value(ValueKind.STRING, "a\x1b[2J"), "s"), 'GetSet response s = "a\\x1b[2J"'),
     ],
     ids=lambda value: value if isinstance(value, str) else type(value).__name__,
 )
@@ -122,12 +122,12 @@ def test_a_transfer_reads_as_a_sentence(structure: AnyStructure, told: str) -> N
     ("message", "source", "told"),
     [
         (AllocationMessage(0, True, UID[:6]), 0, "uid part 1 of 3, 4f0a…"),
-        (AllocationMessage(20, True, UID[:6]), 0, "uid part 1 of 3, 4f0a…, asks for node id 20"),
+        (AllocationMessage(20, True, UID[:6]), 0, "uid part 1 of 3, 4f0a…, prefers node ID 20"),
         (AllocationMessage(0, False, UID[6:12]), 0, "uid part 2 of 3, 5566…".replace("5566", UID[6:8].hex())),
         (AllocationMessage(0, False, UID[12:]), 0, f"uid part 3 of 3, {UID[12:14].hex()}…"),
-        (AllocationMessage(0, False, UID[:12]), 127, "heard 12 of 16 bytes, 4f0a…"),
-        (AllocationMessage(12, False, UID), 127, "gives node id 12 to 4f0a91c3…"),
-        (AllocationMessage(0, False, b""), 127, "heard 0 of 16 bytes, nothing"),
+        (AllocationMessage(0, False, UID[:12]), 127, "received 12 of 16 bytes, 4f0a…"),
+        (AllocationMessage(12, False, UID), 127, "assigns node ID 12 to 4f0a91c3…"),
+        (AllocationMessage(0, False, b""), 127, "received 0 of 16 bytes, nothing"),
     ],
 )
 def test_both_sides_of_an_allocation_are_told(message: AllocationMessage, source: int, told: str) -> None:
@@ -139,9 +139,9 @@ def test_both_sides_of_an_allocation_are_told(message: AllocationMessage, source
     [
         (Kind.MESSAGE, 20003, b"12345", "Unknown message 20003, 5 bytes"),
         (Kind.REQUEST, 200, b"1", "Unknown service 200 request, 1 byte"),
-        (Kind.RESPONSE, 200, b"", "Unknown service 200 answer, 0 bytes"),
-        (Kind.MESSAGE, 341, b"123456", "NodeStatus not decoded: a payload of 6 bytes does not fit"),
-        (Kind.RESPONSE, 5, b"", "RestartNode answer not decoded: a payload of 0 bytes does not fit"),
+        (Kind.RESPONSE, 200, b"", "Unknown service 200 response, 0 bytes"),
+        (Kind.MESSAGE, 341, b"123456", "NodeStatus not decoded: invalid payload of 6 bytes"),
+        (Kind.RESPONSE, 5, b"", "RestartNode response not decoded: invalid payload of 0 bytes"),
     ],
 )
 def test_what_cannot_be_decoded_is_told_as_such(kind: Kind, type_id: int, payload: bytes, told: str) -> None:
@@ -162,9 +162,9 @@ def test_what_the_reader_knows_is_added() -> None:
     written = GetSetRequest(0, integer(600), "0x38")
     assert sentence(transfer(written), written, Known()) == "GetSet request write 0x38 limit = 600, 60.0°"
     held = answer(integer(600), "0x38")
-    assert sentence(transfer(held), held, Known()) == "GetSet answer 0x38 = 600, 60.0°"
+    assert sentence(transfer(held), held, Known()) == "GetSet response 0x38 = 600, 60.0°"
     plain = answer(integer(7), "0x2C")
-    assert sentence(transfer(plain), plain, Known()) == "GetSet answer 0x2C = 7"
+    assert sentence(transfer(plain), plain, Known()) == "GetSet response 0x2C = 7"
 
 
 @given(structures)

@@ -72,7 +72,7 @@ def test_message_out_of_range(priority: int, type_id: int, source: int, named: s
 
 @pytest.mark.parametrize(("discriminator", "type_id"), [(0x4000, 1), (-1, 1), (0, 4)])
 def test_anonymous_out_of_range(discriminator: int, type_id: int) -> None:
-    with pytest.raises(ValueError, match="Give 0 to"):
+    with pytest.raises(ValueError, match="Enter 0 to"):
         make_anonymous_id(0, discriminator, type_id)
 
 
@@ -80,5 +80,5 @@ def test_anonymous_out_of_range(discriminator: int, type_id: int) -> None:
     ("type_id", "destination", "source"), [(256, 1, 1), (1, 0, 1), (1, 1, 0), (1, 128, 1), (1, 1, 128)]
 )
 def test_service_out_of_range(type_id: int, destination: int, source: int) -> None:
-    with pytest.raises(ValueError, match="Give"):
+    with pytest.raises(ValueError, match="Enter"):
         make_service_id(0, type_id, True, destination, source)

@@ -221,7 +221,7 @@ def test_a_drop_is_logged_for_those_who_look(caplog: pytest.LogCaptureFixture) -
 
 @pytest.mark.parametrize(("node_id", "timeout", "sessions"), [(0, 2.0, 1), (128, 2.0, 1), (1, 0.0, 1), (1, 2.0, 0)])
 def test_a_reassembler_that_could_not_work_is_refused(node_id: int, timeout: float, sessions: int) -> None:
-    with pytest.raises(ValueError, match=r"Give|above 0"):
+    with pytest.raises(ValueError, match=r"Use|above 0"):
         Reassembler(node_id, timeout=timeout, max_sessions=sessions)
 
 

@@ -74,7 +74,7 @@ def test_an_anonymous_discriminator_can_be_given() -> None:
 
 
 def test_an_anonymous_message_must_fit_one_frame() -> None:
-    with pytest.raises(ValueError, match=r"8 bytes are above the 7"):
+    with pytest.raises(ValueError, match=r"8 bytes exceed the 7"):
         split(transfer(AllocationMessage(0, True, b"1234567"), source=0), AllocationMessage.TYPE)
 
 
@@ -83,7 +83,7 @@ def test_an_anonymous_message_must_fit_one_frame() -> None:
     [
         ({"type_id": 342}, "not a transfer of"),
         ({"kind": Kind.REQUEST}, "not a transfer of"),
-        ({"destination": 5}, "everybody"),
+        ({"destination": 5}, "broadcast"),
         ({"transfer_id": 32}, "transfer_id"),
         ({"priority": 32}, "priority"),
         ({"source": 128}, "source"),

@@ -70,16 +70,16 @@ describe("a line of the monitor", () => {
       sent: false,
       can_id: "1003f309",
       data: "0a3f00",
-      problem: "toggle bit wrong",
+      problem: "toggle bit error",
     };
     const row = { kind: "frame", at: 1, frame } as const;
     expect(frameLineOf(row, false)).toMatchObject({
       head: "Not decoded",
-      text: "toggle bit wrong",
+      text: "toggle bit error",
       kind: "problem",
     });
     expect(frameLineOf(row, true)).toMatchObject({
-      text: "0a 3f 00   toggle bit wrong",
+      text: "0a 3f 00   toggle bit error",
       mono: true,
       kind: "problem",
     });

@@ -1,12 +1,13 @@
-/** The node id table: who has which, who waits, and whether hornbill gives any. */
+/** The node ID table: assignments, pending requests, and the mode of the allocator. */
 
 import { useSignal } from "@preact/signals";
 import type { Allocation, AllocatorMode, AllocatorState } from "../api/bus-types";
 import { ask } from "../api/client";
-import type { Bus } from "../api/types";
+import type { Bus, PendingAllocation } from "../api/types";
 import { allocations, ownerName, tableProblem } from "../bench/allocations";
 import { bus } from "../bench/bench";
 import { now } from "../bench/clock";
+import { factsOf } from "../bench/facts";
 import { pending } from "../bench/fleet";
 import { age, clock, date, grouped } from "../bench/format";
 import { up } from "../bench/link";
@@ -22,7 +23,7 @@ import { Segments } from "../kit/segments";
 import { text } from "../text";
 import { ForgetDialog, PinDialog } from "./id-dialogs";
 import { IdMap } from "./id-map";
-import { busWords as words } from "./words";
+import { findingWords as findings, busWords as words } from "./words";
 
 const said = words.ids;
 
@@ -137,7 +138,7 @@ function Pending() {
                 {said.heard(one.stage)}, {said.attempts(grouped(one.attempts))},{" "}
                 {said.waits(age(one.waiting_s + passed, 0))}
               </p>
-              {one.refusal !== null && <p class="small k-failure">{one.refusal}</p>}
+              {one.refusal !== null && <p class="small k-failure">{refusalText(one)}</p>}
             </div>
           </li>
         );
@@ -146,20 +147,26 @@ function Pending() {
   );
 }
 
+/** Why a node gets no node ID. */
+function refusalText(one: PendingAllocation): string {
+  const known = one.refusal_code && findings.refusal[one.refusal_code];
+  return known?.(factsOf(one.refusal_params)) ?? one.refusal ?? "";
+}
+
 function Allocator({ allocator, table }: { allocator: AllocatorState; table: readonly Allocation[] }) {
-  const asking = useSignal<AllocatorMode | null>(null);
+  const confirming = useSignal<AllocatorMode | null>(null);
   const set = async (mode: AllocatorMode) => {
-    const answer = await ask("PUT", "/bus/allocator", { body: { mode } });
-    if (bus.value) bus.value = { ...bus.value, allocator: answer } satisfies Bus;
+    const changed = await ask("PUT", "/bus/allocator", { body: { mode } });
+    if (bus.value) bus.value = { ...bus.value, allocator: changed } satisfies Bus;
   };
-  // What may take a servo off the bus is asked first.
+  // A mode that may take a servo off the bus needs a confirmation.
   const choose = (mode: AllocatorMode) => {
     if (mode === allocator.mode || !up.value) return;
     if (mode === "on") void set(mode);
-    else asking.value = mode;
+    else confirming.value = mode;
   };
-  const rival = allocator.rival_node_id;
-  const insist = asking.value === "insist";
+  const competing = allocator.competing_node_id;
+  const force = confirming.value === "force";
   return (
     <div class="allocator">
       <div class="allocator-head">
@@ -171,22 +178,22 @@ function Allocator({ allocator, table }: { allocator: AllocatorState; table: rea
           options={[
             { key: "on", label: said.modes.on },
             { key: "off", label: said.modes.off },
-            { key: "insist", label: said.modes.insist },
+            { key: "force", label: said.modes.force },
           ]}
         />
-        <span class="second small" data-testid="allocator-says">
-          {allocator.state !== "standing_down"
-            ? said.says[allocator.mode]
+        <span class="second small" data-testid="allocator-effect">
+          {allocator.state !== "standby"
+            ? said.effect[allocator.mode]
             : allocator.own_id_shared
-              ? said.says.own_id_shared
-              : said.says.standing_down}
+              ? said.effect.own_id_shared
+              : said.effect.standby}
         </span>
       </div>
-      {rival !== null && (
-        <p class="rival">
+      {competing !== null && (
+        <p class="competing">
           <Glyph kind="warning" />
           <span>
-            <b>{said.rival(String(rival))}</b> <span class="second">{said.rivalDo}</span>
+            <b>{said.competing(String(competing))}</b> <span class="second">{said.competingHelp}</span>
           </span>
         </p>
       )}
@@ -198,19 +205,19 @@ function Allocator({ allocator, table }: { allocator: AllocatorState; table: rea
           grouped(table.filter(one => one.pinned).length),
         )}
       </p>
-      {asking.value !== null && (
+      {confirming.value !== null && (
         <Confirm
-          title={insist ? said.insistTitle : said.offTitle}
-          verb={insist ? said.insistConfirm : said.offConfirm}
+          title={force ? said.forceTitle : said.offTitle}
+          verb={force ? said.forceConfirm : said.offConfirm}
           danger
           testid="allocator-dialog"
           actId="allocator-confirm"
-          act={() => set(asking.peek() ?? "on")}
+          act={() => set(confirming.peek() ?? "on")}
           onClose={() => {
-            asking.value = null;
+            confirming.value = null;
           }}
         >
-          <p>{insist ? said.insistText : said.offText}</p>
+          <p>{force ? said.forceText : said.offText}</p>
         </Confirm>
       )}
     </div>

@@ -130,7 +130,7 @@ def recycle(
 
 @ids.command("allocator")
 def allocator(
-    mode: Annotated[Literal["on", "off", "insist"], typer.Argument(help="insist: beside another allocator, too")],
+    mode: Annotated[Literal["on", "off", "force"], typer.Argument(help="force: beside another allocator, too")],
     server: Server = HERE,
     as_json: AsJson = False,
 ) -> None:

@@ -58,8 +58,8 @@ class AsyncBus:
         """Free the node ids of all that were not seen for so long, and are not pinned."""
         return await self._ask("POST", "/allocations/recycle", {"idle_longer_than_s": idle_longer_than_s})
 
-    async def set_allocator(self, mode: Literal["on", "off", "insist"]) -> answers.AllocatorState:
-        """Give node ids, or not; insist: beside another allocator, too."""
+    async def set_allocator(self, mode: Literal["on", "off", "force"]) -> answers.AllocatorState:
+        """Give node ids, or not; force: beside another allocator, too."""
         return await self._ask("PUT", "/bus/allocator", {"mode": mode})
 
     async def log(self) -> answers.LogState:

@@ -1,4 +1,4 @@
-"""Which servo ids and node ids are somebody's: on the bus, in ROM, in the store, or promised just now."""
+"""Servo IDs and node IDs in use: on the bus, in ROM, in the store, or reserved by a running change."""
 
 from collections.abc import Callable, Collection, Generator, Mapping
 from contextlib import contextmanager
@@ -13,7 +13,7 @@ from hornbill.units import Raw, Uid
 
 
 class Claims:
-    """Everybody's ids. Asks nothing of the bus."""
+    """IDs in use. Sends nothing."""
 
     def __init__(
         self,
@@ -24,18 +24,18 @@ class Claims:
         *,
         own_id: int,
     ) -> None:
-        """`servos` are those seen since the start, `directory` who lives on the bus, `own_id` our own node id."""
+        """`servos`: seen since the start. `directory`: nodes on the bus. `own_id`: node ID of this server."""
         self._servos = servos
         self._store = store
         self._directory = directory
         self._base = base
         self._own_id = own_id
-        self._promised: dict[Uid, Mapping[str, Raw]] = {}
+        self._reserved: dict[Uid, Mapping[str, Raw]] = {}
 
     def of(self, key: str, servo: Servo, leaving: Collection[Uid] = ()) -> list[Claim]:
-        """The numbers of row `key` (servo_id or node_id) that are not for `servo` to take.
+        """The numbers of row `key` (servo_id or node_id) that `servo` must not use.
 
-        What RAM and what ROM holds both count: a restart brings ROM's back. `leaving` are servos whose numbers do
+        RAM and ROM values both count, because a restart brings back the ROM value. `leaving`: servos whose numbers do
         not count, because the same batch moves them.
         """
         others = [one for one in self._servos() if one.uid != servo.uid]
@@ -44,9 +44,9 @@ class Claims:
         kept = {one.uid: one for one in self._store.servos.all(but=[servo.uid, *(uid for uid in known if uid)])}
         found += [claim for one in kept.values() for claim in self._remembered(key, one)]
         titles = {uid: one.label or uid[:8] for uid, one in kept.items()} | {one.uid: one.title for one in others}
-        for uid, rows in self._promised.items():
+        for uid, rows in self._reserved.items():
             if uid != servo.uid and key in rows:
-                found.append(Claim(rows[key], uid, titles.get(uid, uid[:8]), "being written right now"))
+                found.append(Claim(rows[key], uid, titles.get(uid, uid[:8]), "being written now"))
         if key == "node_id":
             found += self._on_the_bus(servo, titles)
             found += [
@@ -58,7 +58,7 @@ class Claims:
         return [claim for claim in found if claim.number and (claim.owner is None or claim.owner not in gone)]
 
     def on_the_bus(self, servo: Servo, node: int) -> Claim | None:
-        """Who else is on a node id now, though its RAM or ROM may say otherwise: an id changes by a restart alone."""
+        """Another user of a node ID on the bus. Its RAM or ROM may differ: an ID takes effect at a restart."""
         here = {one.uid: one.node_id for one in self._servos() if one.uid != servo.uid}
         for claim in self._on_the_bus(servo, {one.uid: one.title for one in self._servos()}):
             if claim.number == node and (claim.owner is None or here.get(claim.owner, node) == node):
@@ -66,41 +66,41 @@ class Claims:
         return None
 
     @contextmanager
-    def promised(self, servo: Servo, wanted: Mapping[str, Raw]) -> Generator[None]:
-        """While it lasts the ids in `wanted` are this servo's for everybody who asks, though nothing is written yet."""
+    def reserved(self, servo: Servo, wanted: Mapping[str, Raw]) -> Generator[None]:
+        """Reserve the IDs in `wanted` for this servo while a change that is not written yet is in progress."""
         ids = {key: raw for key, raw in wanted.items() if key in servo.catalog.unique}
         if ids:
-            self._promised[servo.uid] = ids
+            self._reserved[servo.uid] = ids
         try:
             yield
         finally:
-            self._promised.pop(servo.uid, None)
+            self._reserved.pop(servo.uid, None)
 
     @staticmethod
     def _held(key: str, servo: Servo) -> list[Claim]:
         register = servo.registers.get(key)
         if register is None:
             return []
-        where = "on the bus" if servo.online else "not on the bus now"
+        where = "on the bus" if servo.online else "offline"
         found = [] if register.raw is None else [Claim(register.raw, servo.uid, servo.title, where)]
         if register.rom is not None and register.rom != register.raw:
-            found.append(Claim(register.rom, servo.uid, servo.title, "in its ROM, until it is saved"))
+            found.append(Claim(register.rom, servo.uid, servo.title, "in its ROM until it is saved"))
         return found
 
     @staticmethod
     def _remembered(key: str, one: StoredServo) -> list[Claim]:
-        told = {one.rom.get(key), one.facts.servo_id if key == "servo_id" else None}
+        numbers = {one.rom.get(key), one.facts.servo_id if key == "servo_id" else None}
         title = one.label or f"servo {one.uid[:8]}"
-        return [Claim(number, one.uid, title, "not on the bus now") for number in told if number is not None]
+        return [Claim(number, one.uid, title, "offline") for number in numbers if number is not None]
 
     def _on_the_bus(self, servo: Servo, titles: Mapping[Uid, str]) -> list[Claim]:
-        found = [Claim(self._own_id, None, "hornbill itself", "on the bus")]
+        found = [Claim(self._own_id, None, "this server", "on the bus")]
         directory = self._directory()
         if directory is None:
             return found
         for node in sorted(directory.occupied(self._base.now())):
-            resident = directory.resident(node)
-            uid = None if resident is None else Uid(resident.hex())
+            occupant = directory.unique_id_at(node)
+            uid = None if occupant is None else Uid(occupant.hex())
             if uid == servo.uid or (uid is None and node == servo.node_id):
                 continue
             title = f"node {node}" if uid is None else titles.get(uid, f"node {node}")

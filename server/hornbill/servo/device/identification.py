@@ -9,7 +9,7 @@ from hornbill.node.directory import Directory
 from hornbill.schema.catalog import Catalog
 from hornbill.schema.model import ServoModel
 from hornbill.servo.device.foreign_nodes import ForeignNodes
-from hornbill.servo.device.requests import POLL, READ, Patience, ServoRequests
+from hornbill.servo.device.requests import POLL, READ, RetryPolicy, ServoRequests
 from hornbill.servo.device.servo import Servo
 from hornbill.units import NodeId, Raw, Uid
 from hornbill.wire.services import GetNodeInfoResponse
@@ -34,49 +34,49 @@ class NodeIdentity:
     model: ServoModel | None
 
 
-async def who(
+async def identify(
     requests: ServoRequests,
     catalog: Catalog,
     directory: Directory,
-    strangers: ForeignNodes,
+    foreign_nodes: ForeignNodes,
     node_id: NodeId,
     *,
     known: bool,
 ) -> NodeIdentity | None:
-    """Which servo is on a node id that said NodeStatus; None when none is known to be, and `strangers` knows why.
+    """Which servo is on a node id that said NodeStatus; None when none is known to be, and `foreign_nodes` knows why.
 
     `known`: a servo is. What GetNodeInfo answers goes into `directory`. Raises BusDisconnected, and NoResponse when a
     servo falls silent.
     """
     record = directory.records[node_id]
-    patience = READ if known else strangers.patience(node_id)
+    policy = READ if known else foreign_nodes.retry_policy(node_id)
     info = before = record.info
     try:
         if info is None:
-            info = await _ask_info(requests, directory, node_id, patience)
-        model_number = await requests.probe(node_id, catalog.by_key["model_number"], patience)
+            info = await _read_info(requests, directory, node_id, policy)
+        model_number = await requests.read_from_node(node_id, catalog.by_key["model_number"], policy)
     except NoResponse as error:
         if known:
             raise
         log.info("node %d: %s", node_id, error.detail)
-        (strangers.silent if info is None else strangers.deaf)(node_id)
+        (foreign_nodes.no_node_info if info is None else foreign_nodes.no_parameters)(node_id)
         return None
     if model_number is None:
         log.info("node %d has no 0x50", node_id)
-        strangers.refused(node_id)
+        foreign_nodes.refused(node_id)
         return None
     if before is not None or record.info is not info:  # somebody else may be here since it said who it is
-        info = await _ask_info(requests, directory, node_id, READ)
+        info = await _read_info(requests, directory, node_id, READ)
     return await _identify(requests, catalog, node_id, info, model_number)
 
 
-async def _ask_info(
-    requests: ServoRequests, directory: Directory, node_id: NodeId, patience: Patience
+async def _read_info(
+    requests: ServoRequests, directory: Directory, node_id: NodeId, policy: RetryPolicy
 ) -> GetNodeInfoResponse:
     """GetNodeInfo; the directory keeps it unless the node started anew meanwhile."""
-    life = directory.records[node_id].lives
-    info = await requests.node_info(node_id, patience)
-    if directory.records[node_id].lives == life:
+    boot_count = directory.records[node_id].boot_count
+    info = await requests.node_info(node_id, policy)
+    if directory.records[node_id].boot_count == boot_count:
         directory.identify(node_id, info)
     return info
 
@@ -84,18 +84,18 @@ async def _ask_info(
 async def _identify(
     requests: ServoRequests, catalog: Catalog, node_id: NodeId, info: GetNodeInfoResponse, model_number: Raw
 ) -> NodeIdentity:
-    async def ask(key: str) -> Raw | None:
-        return await requests.probe(node_id, catalog.by_key[key])
+    async def read(key: str) -> Raw | None:
+        return await requests.read_from_node(node_id, catalog.by_key[key])
 
-    hardware = await ask("hardware_version")
-    date = [await ask(key) for key, row in catalog.parameters.items() if row.group == "production"]
+    hardware = await read("hardware_version")
+    date = [await read(key) for key, row in catalog.parameters.items() if row.group == "production"]
     return NodeIdentity(
         uid=Uid(info.hardware_version.unique_id.hex()),
         name=info.name,
         model_number=model_number,
         hardware_version=hardware,
-        firmware=await ask("firmware_version"),
-        serial_number=await ask("product_number"),
+        firmware=await read("firmware_version"),
+        serial_number=await read("product_number"),
         production_date=_date(date),
         model=catalog.treated_as(model_number, hardware),
     )
@@ -135,7 +135,7 @@ def learn_rom(servo: Servo, *, soft_start: bool) -> None:
         forget_rom(servo)
         return
     for register in servo.registers.values():
-        told = register.parameter.rom and register.at is not None and register.tells_rom
+        told = register.parameter.rom and register.at is not None and register.reflects_rom
         if told and not (soft_start and register.parameter.soft_start is not None):
             register.rom = register.raw
 
@@ -167,7 +167,7 @@ async def learn_after_soft_start(requests: ServoRequests, servo: Servo, *, ended
     learn = [key for key in rows if servo.registers[key].rom is None]
     await read_rows(requests, servo, rows)
     for key in learn if ended else ():
-        if servo.registers[key].tells_rom and not servo.rom_lost:
+        if servo.registers[key].reflects_rom and not servo.rom_lost:
             servo.registers[key].rom = servo.registers[key].raw
 
 
@@ -177,7 +177,7 @@ def forget_rom(servo: Servo) -> None:
         register.rom = None
 
 
-def lost(error: NoResponse) -> str:
+def log_text(error: NoResponse) -> str:
     """A sentence for the log when a node went silent half-way."""
     return f"Identification broke off: {error.detail}"
 

@@ -19,15 +19,15 @@ GIVEN_IN_VAIN: Final = 3
 _MAKERS_ID: Final = 127
 """Of the maker's program, which says no NodeStatus."""
 
-RIVAL_S: Final = 10.0
+COMPETITOR_S: Final = 10.0
 """How long after its last answer an allocator that says no NodeStatus is taken for there."""
 
 
 def allocators(record: Record) -> list[Finding]:
     """Whether ours is the only allocator, unless somebody chose another."""
-    allocator, rival, now = record.allocator, record.allocator.rival, record.now
+    allocator, competitor, now = record.allocator, record.allocator.competitor, record.now
     seconds = round(now - record.since)
-    if rival is None:
+    if competitor is None:
         own = record.participant.node_id
         return [
             ok(
@@ -38,26 +38,26 @@ def allocators(record: Record) -> list[Finding]:
                 over_s=seconds,
             )
         ]
-    heard = record.participant.heard.get(rival.node_id, float("-inf"))
-    if now - heard >= HERE_S and now - rival.heard >= RIVAL_S:
-        text = f"Node {rival.node_id} was another, and has gone."
-        return [ok("second_allocator", "One allocator", text, node=rival.node_id)]
-    evidence = f"Node {rival.node_id} gave {count(rival.answers, 'answer')}, the last {now - rival.heard:.0f} s ago."
-    given = known(node=rival.node_id, answers=rival.answers, ago_s=round(now - rival.heard))
+    heard = record.participant.last_seen.get(competitor.node_id, float("-inf"))
+    if now - heard >= HERE_S and now - competitor.last_seen >= COMPETITOR_S:
+        text = f"Node {competitor.node_id} was another, and has gone."
+        return [ok("second_allocator", "One allocator", text, node=competitor.node_id)]
+    evidence = f"Node {competitor.node_id} gave {count(competitor.responses, 'answer')}, the last {now - competitor.last_seen:.0f} s ago."
+    given = known(node=competitor.node_id, answers=competitor.responses, ago_s=round(now - competitor.last_seen))
     if allocator.state is AllocatorStatus.OFF:
         return [ok("second_allocator", "One allocator", f"{evidence} Ours is off.", **given)]
     both = allocator.state is AllocatorStatus.ON
-    program = record.program(rival.node_id)
-    if program is None and rival.node_id == _MAKERS_ID and rival.node_id not in record.directory.records:
+    program = record.program(competitor.node_id)
+    if program is None and competitor.node_id == _MAKERS_ID and competitor.node_id not in record.directory.records:
         program = f"probably {MAKERS_PROGRAM}"
     return [
         Finding(
             "second_allocator",
             "failure" if both else "warning",
-            f"Node {rival.node_id} gives node ids too" + (f": {program}" if program else ""),
+            f"Node {competitor.node_id} gives node ids too" + (f": {program}" if program else ""),
             f"{evidence} Ours {'answers beside it: two nodes may get one id' if both else 'stands down for it'}.",
-            f"Keep one of the two: switch off that of node {rival.node_id}, or ours.",
-            node_ids=(rival.node_id,),
+            f"Keep one of the two: switch off that of node {competitor.node_id}, or ours.",
+            node_ids=(competitor.node_id,),
             advice="keep_one_allocator",
             params=known(**given, ours_answers=both, program=program),
         )
@@ -66,7 +66,7 @@ def allocators(record: Record) -> list[Finding]:
 
 def waiting(record: Record) -> list[Finding]:
     """Whether nodes wait for a node id longer than they should."""
-    asking = [one for one in record.allocator.pending(record.now) if record.now - one.last_heard < ASKING_S]
+    asking = [one for one in record.allocator.pending(record.now) if record.now - one.last_seen < ASKING_S]
     found = [told for one in asking if (told := _in_vain(record, one)) is not None]
     found += [
         _not_taken(node_id, grant)
@@ -89,10 +89,10 @@ def _in_vain(record: Record, one: AllocationRequest) -> Finding | None:
     since: dict[str, Param] = {
         "uid": _shown(one.partial),
         "times": one.attempts,
-        "over_s": round(record.now - one.first_heard),
+        "over_s": round(record.now - one.first_seen),
     }
-    asked = f"{_shown(one.partial)} has asked {count(one.attempts, 'time')} in {record.now - one.first_heard:.0f} s"
-    if state is AllocatorStatus.OFF and one.attempts >= OFF_ATTEMPTS and not _rival_serves(record):
+    asked = f"{_shown(one.partial)} has asked {count(one.attempts, 'time')} in {record.now - one.first_seen:.0f} s"
+    if state is AllocatorStatus.OFF and one.attempts >= OFF_ATTEMPTS and not _competitor_responds(record):
         return Finding(
             "allocator_off",
             "warning",
@@ -146,9 +146,9 @@ def _not_taken(node_id: int, grant: Grant) -> Finding:
     )
 
 
-def _rival_serves(record: Record) -> bool:
-    rival = record.allocator.rival
-    return rival is not None and record.now - rival.heard < RIVAL_S
+def _competitor_responds(record: Record) -> bool:
+    competitor = record.allocator.competitor
+    return competitor is not None and record.now - competitor.last_seen < COMPETITOR_S
 
 
 def _shown(partial: str) -> str:

@@ -47,7 +47,7 @@ def sample(statistics: PortStatistics, requests: RequestCounters, now: Instant) 
     """The counters as they stand."""
     return Sample(
         now, statistics.rx_frames, statistics.rx_dropped, statistics.ignored, statistics.errors,
-        statistics.error_frames, statistics.unacknowledged, statistics.busy_s, requests.requests + requests.repeats,
+        statistics.error_frames, statistics.unacknowledged, statistics.busy_s, requests.requests + requests.retries,
         statistics.line_bytes,
     )  # fmt: skip
 

@@ -25,7 +25,7 @@ _LASTING_S: Final = 0.5
 def own_node_id(record: Record) -> list[Finding]:
     """Whether anybody else speaks with our node id, be it to other nodes only."""
     own, shared = record.participant.node_id, record.participant.shared_id
-    at = shared.heard_at
+    at = shared.last_seen
     if at is None or record.now - at >= OWN_ID_S:
         text = f"Node id {own} is hornbill's alone"
         return [ok("own_node_id", text, f"{count(shared.frames, 'frame')} of others.", node=own, frames=shared.frames)]
@@ -33,7 +33,7 @@ def own_node_id(record: Record) -> list[Finding]:
     evidence = f"{count(shared.frames, 'frame')} from node {own} that we did not send: {said}. {_gives(record)}"
     values: dict[str, Param] = {
         "node": own, "frames": shared.frames, "requests": shared.requests, "gives_ids": shared.allocates,
-        "ours_gives_ids": record.allocator.state not in (AllocatorStatus.STANDING_DOWN, AllocatorStatus.OFF),
+        "ours_gives_ids": record.allocator.state not in (AllocatorStatus.STANDBY, AllocatorStatus.OFF),
         "other_id": 126 if own != 126 else 127,
     }  # fmt: skip
     restart = f"start hornbill with another node ID, {values['other_id']}."
@@ -65,7 +65,7 @@ def own_node_id(record: Record) -> list[Finding]:
 
 
 def _gives(record: Record) -> str:
-    if record.allocator.state is AllocatorStatus.STANDING_DOWN:
+    if record.allocator.state is AllocatorStatus.STANDBY:
         return "hornbill gives no node ids until a minute after the last of them."
     return (
         "hornbill gives no node ids."

@@ -7,7 +7,7 @@ from typing import Any, Final, TypeAlias
 
 from hornbill.node.hooks import Hooks
 from hornbill.node.tap import FrameTap
-from hornbill.servo.monitoring.transfer_text import Asked, TransferText
+from hornbill.servo.monitoring.transfer_text import MatchedRequest, TransferText
 from hornbill.servo.runtime.timebase import TimeBase
 from hornbill.wire.datatype import Kind
 from hornbill.wire.describe import KINDS, PROBLEMS, as_object, frame_count
@@ -20,7 +20,7 @@ from hornbill.wire.types import BY_KEY, AnyStructure, decode
 BATCH_S: Final = 1 / 30
 """How often those who watch are told; what comes in between they get together."""
 
-PENDING_MOST: Final = 4096
+MAX_PENDING: Final = 4096
 """Frames that are decoded before their time rather than kept: half a second of a full bus."""
 
 _SETTLE_S: Final = 0.1
@@ -74,14 +74,20 @@ class SeenTransfer:
     """One whole transfer; what it means is worked out when somebody wants to know, and once."""
 
     def __init__(
-        self, narrator: TransferText, transfer: Transfer, timestamp: float, sent: bool, can_id: int, asked: Asked | None
+        self,
+        text: TransferText,
+        transfer: Transfer,
+        timestamp: float,
+        sent: bool,
+        can_id: int,
+        request: MatchedRequest | None,
     ) -> None:
         self.transfer = transfer
         self.timestamp = timestamp
         self.sent = sent
         self.can_id = can_id
-        self._narrator = narrator
-        self._asked = asked
+        self._text = text
+        self._request = request
 
     @property
     def about(self) -> tuple[str, str | None, int, int | None]:
@@ -96,7 +102,7 @@ class SeenTransfer:
     @cached_property
     def summary(self) -> str:
         """A sentence for people."""
-        return self._narrator.tell(self.transfer, self._structure, self._asked)
+        return self._text.describe(self.transfer, self._structure, self._request)
 
     @property
     def text(self) -> str:
@@ -138,14 +144,14 @@ class Batch:
 class BusMonitor:
     """Decodes everything on the bus, services between other nodes included, while somebody watches."""
 
-    def __init__(self, tap: FrameTap, base: TimeBase, make_narrator: Callable[[], TransferText]) -> None:
+    def __init__(self, tap: FrameTap, base: TimeBase, make_text: Callable[[], TransferText]) -> None:
         self._tap = tap
         self._base = base
-        self._make_narrator = make_narrator
+        self._make_text = make_text
         self._watchers: Hooks[Batch] = Hooks()
         self._pending: list[tuple[Frame, bool]] = []
         self._timer: asyncio.TimerHandle | None = None
-        self._deaf: Callable[[], None] | None = None
+        self._untap: Callable[[], None] | None = None
         self._begin()
 
     @property
@@ -155,52 +161,52 @@ class BusMonitor:
 
     def watch(self, watcher: Callable[[Batch], None]) -> Callable[[], None]:
         """Tell `watcher` what is on the bus from now on, some thirty times a second; the answer ends it."""
-        if self._deaf is None:
+        if self._untap is None:
             self._begin()
-            self._deaf = self._tap.listen(self._hear)
+            self._untap = self._tap.listen(self._on_frames)
         self._watchers.append(watcher)
 
-        def forget() -> None:
+        def stop() -> None:
             if watcher in self._watchers:
                 self._watchers.remove(watcher)
             if not self._watchers:
                 self._end()
 
-        return forget
+        return stop
 
     def _begin(self) -> None:
-        self._narrator = self._make_narrator()
+        self._text = self._make_text()
         self._reassembler = Reassembler(on_drop=self._note_drop)
         self._drops: list[tuple[DropReason, int, bytes]] = []
         self._since = self._base.now()
 
     def _end(self) -> None:
-        if self._deaf is not None:
-            self._deaf()
-            self._deaf = None
+        if self._untap is not None:
+            self._untap()
+            self._untap = None
         if self._timer is not None:
             self._timer.cancel()
             self._timer = None
         self._pending.clear()
 
-    def _hear(self, frames: Sequence[Frame], sent: bool) -> None:
+    def _on_frames(self, frames: Sequence[Frame], sent: bool) -> None:
         """On the way of every frame to whoever waits for it: keep it, and work on it later."""
         self._pending.extend([(frame, sent) for frame in frames])
         if self._timer is None:
-            self._timer = asyncio.get_running_loop().call_later(BATCH_S, self._tell)
-        if len(self._pending) >= PENDING_MOST:
+            self._timer = asyncio.get_running_loop().call_later(BATCH_S, self._deliver)
+        if len(self._pending) >= MAX_PENDING:
             self._timer.cancel()
-            self._tell()
+            self._deliver()
 
-    def _tell(self) -> None:
+    def _deliver(self) -> None:
         self._timer = None
         pending, self._pending = self._pending, []
-        self._watchers.tell(self._decoded(pending))
+        self._watchers.notify(self._decoded(pending))
 
     def _decoded(self, pending: Sequence[tuple[Frame, bool]]) -> Batch:
         """One frame after the other, so that each is known to be the one that completed or broke a transfer."""
         now, utc_offset = self._base.now(), self._base.utc_offset
-        narrator, feed, drops = self._narrator, self._reassembler.feed, self._drops
+        text, feed, drops = self._text, self._reassembler.feed, self._drops
         frames: list[tuple[float, bool, Frame, str | None]] = []
         rows: list[Row] = []
         for frame, sent in pending:
@@ -217,7 +223,7 @@ class BusMonitor:
                         problem = PROBLEMS[reason]
                 drops.clear()
             frames.append((at, sent, frame, problem))
-            rows += [SeenTransfer(narrator, one, at, sent, frame.id, narrator.follow(one)) for one in completed]
+            rows += [SeenTransfer(text, one, at, sent, frame.id, text.follow(one)) for one in completed]
         return Batch(frames, rows)
 
     def _note_drop(self, reason: DropReason, can_id: int, data: bytes) -> None:

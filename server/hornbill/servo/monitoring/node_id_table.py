@@ -8,7 +8,7 @@ from hornbill.domain.fields import known
 from hornbill.domain.note import Note
 from hornbill.errors import Busy, InvalidValue
 from hornbill.node.allocation import serve_allocation
-from hornbill.node.allocator import AllocationMode, Allocator, AllocatorStatus, CompetingAllocator, Lasting
+from hornbill.node.allocator import AllocationMode, Allocator, AllocatorStatus, CompetingAllocator, PendingWrite
 from hornbill.node.directory import Directory
 from hornbill.node.node_ids import HIGHEST_DYNAMIC
 from hornbill.node.participant import Participant
@@ -22,7 +22,7 @@ from hornbill.units import Instant, NodeId, Uid
 
 log = logging.getLogger(__name__)
 
-SEEN_EVERY_S = 60.0
+STORE_SEEN_S = 60.0
 """How often it is kept that the nodes which are online are there: what a crash may lose of their last_seen."""
 
 SHARED_FOR_S: Final = 60.0
@@ -39,19 +39,19 @@ class NodeIdTable:
         store: Store,
         hub: Hub,
         base: TimeBase,
-        ask_who: Callable[[int], None],
+        identify: Callable[[int], None],
         *,
         own_id: int,
         mode: AllocationMode | None,
     ) -> None:
-        """`ask_who` asks a node who it is; `mode` is what was asked for at the start, None what was chosen last."""
+        """`identify` asks a node who it is; `mode` is what was asked for at the start, None what was chosen last."""
         self.own_id = own_id
         self._store = store
         self._hub = hub
         self._base = base
-        self._ask_who = ask_who
+        self._identify = identify
         self._directory = Directory()
-        self.allocator = self._make(mode or _kept_mode(store))
+        self.allocator = self._make(mode or _stored_mode(store))
         """While no bus is connected one that hears nothing."""
         self._shared: SharedNodeId | None = None
         self._granted: dict[int, Instant] = {}
@@ -64,7 +64,7 @@ class NodeIdTable:
         allocator.on_granted.append(self._on_granted)
         allocator.on_refused.append(self._on_refused)
         allocator.on_recycled.append(self._on_recycled)
-        allocator.on_unclear.append(self._ask_who)
+        allocator.on_unclear.append(self._identify)
         allocator.on_competitor_found.append(self._on_competitor_found)
         allocator.on_competitor_gone.append(self._on_competitor_gone)
         self._shared = participant.shared_id
@@ -75,7 +75,7 @@ class NodeIdTable:
 
     def leave(self) -> None:
         """The bus is left: keep who was there. Twice is harmless."""
-        self._note_seen()
+        self._store_seen()
         self._directory, self._granted = Directory(), {}
         if self._shared is not None:
             self._shared.on_seen.remove(self._on_shared)
@@ -87,8 +87,8 @@ class NodeIdTable:
         shared = self._shared
         if shared is not None and self.allocator.own_id_shared and now - (shared.last_seen or now) >= SHARED_FOR_S:
             self._end_sharing(shared)
-        if now - self._seen_at >= SEEN_EVERY_S:
-            self._note_seen()
+        if now - self._seen_at >= STORE_SEEN_S:
+            self._store_seen()
 
     def granted_at(self, node_id: int) -> Instant | None:
         """When a node id was given on this bus, if it was."""
@@ -118,8 +118,8 @@ class NodeIdTable:
                 f"Node id {node_id} is hornbill's own. Choose another.", node_id=node_id, cause="own_node_id"
             )
         resident = self._directory.unique_id_at(node_id)
-        stranger = resident is None or resident.hex() != uid
-        if stranger and self._directory.is_online(node_id, self._base.now()):
+        foreign = resident is None or resident.hex() != uid
+        if foreign and self._directory.is_online(node_id, self._base.now()):
             raise InvalidValue(
                 f"Node id {node_id} is in use by another node. Choose another, or switch that node off first.",
                 node_id=node_id,
@@ -129,10 +129,10 @@ class NodeIdTable:
         await self._store.run(self._store.allocations.pin, uid, NodeId(node_id))
         now_on = self.online().get(uid)
         if now_on == node_id:
-            return Note(f"It is on node id {node_id} already and keeps it.", "pin_kept", {"node_id": node_id})
+            return Note(f"It is on node id {node_id} already and keeps it.", "pin_unchanged", {"node_id": node_id})
         here = "" if now_on is None else f" Until then it stays on {now_on}."
         text = f"It gets node id {node_id} when it asks for one the next time: at its next start.{here}"
-        return Note(text, "pin_at_start", known(node_id=node_id, now_on=now_on))
+        return Note(text, "pin_at_restart", known(node_id=node_id, now_on=now_on))
 
     async def forget(self, uid: Uid, busy: str | None) -> Note:
         """Free a node's id, and say when that takes effect.
@@ -150,9 +150,9 @@ class NodeIdTable:
         now_on = self.online().get(uid)
         if now_on is None:
             text = f"Node id {node_id} is free now. Should the node ask again, it is new."
-            return Note(text, "id_free", {"node_id": node_id})
+            return Note(text, "id_freed", {"node_id": node_id})
         text = f"The node is online and keeps node id {now_on} until it starts anew; then it is given one as if new."
-        return Note(text, "id_kept_until_start", {"node_id": now_on})
+        return Note(text, "id_changes_at_restart", {"node_id": now_on})
 
     async def recycle(self, idle_longer_than_s: float, spared: Collection[Uid]) -> list[Uid]:
         """Free the ids of nodes without a pin not seen for so long, but for those `spared`; whose they were.
@@ -237,7 +237,7 @@ class NodeIdTable:
         self._hub.publish(LogEvent("notice", "own_node_id_alone", text, params=params))
         self._hub.publish(BusChanged())
 
-    def _note_seen(self) -> None:
+    def _store_seen(self) -> None:
         self._seen_at = self._base.now()
         try:
             self._store.allocations.seen(list(self.online()))
@@ -257,7 +257,7 @@ class _Table:
     def pinned(self, uid: Uid) -> bool:
         return self._store.allocations.pinned(uid)
 
-    def record(self, uid: Uid, node_id: NodeId) -> Lasting | None:
+    def record(self, uid: Uid, node_id: NodeId) -> PendingWrite | None:
         self._store.allocations.record(uid, node_id)
         return self._store.posted(self._store.allocations)
 
@@ -268,6 +268,6 @@ class _Table:
         self._store.allocations.drop(uid)
 
 
-def _kept_mode(store: Store) -> AllocationMode:
+def _stored_mode(store: Store) -> AllocationMode:
     kept = store.settings.get(_SETTING)
     return AllocationMode(kept) if kept in list(AllocationMode) else AllocationMode.ON

@@ -134,7 +134,7 @@ export const happened = {
   not_restored: p =>
     `${p.servo}のホーンを往復させた後、元に戻せませんでした: ${p.keys}。RAMだけに一時的な制限値が残っています。書き直すか、再起動してください。`,
 
-  lease_asked: p =>
+  lease_requested: p =>
     `${who(p.by)}が${who(p.holder)}に動作権を求めています${because(p)}拒否しなければ${p.timeout_s}後に移ります。`,
   lease_withdrawn: p =>
     p.gone
@@ -156,7 +156,7 @@ export const happened = {
       : `${p.servo}の保持指令${p.at_rpm ?? p.at_pct ?? ""}が終了しました。${p.problem ?? ""}`,
   move_ended: p => `${p.servo}の${p.to_deg}への動作は${p.at_deg}で終了しました。${p.problem ?? ""}`,
   stream_ended: p => `${p.servos}台へのストリームが終了しました。${p.problem ?? ""}`,
-  let_go: p => `${p.servo}への指令の継続を終了しました。もう一度指令してください。${p.problem ?? ""}`,
+  command_ended: p => `${p.servo}への指令の継続を終了しました。もう一度指令してください。${p.problem ?? ""}`,
 
   stopped: p =>
     p.before_start

@@ -88,7 +88,7 @@ _ROWS: Final[tuple[tuple[str, Kind, str, tuple[str, ...]], ...]] = (
     ("stops", "counter", "Stops somebody pressed.", ()),
     ("stop_answer_seconds", "histogram", "From a stop to the answer of each servo.", ()),
     ("lease_held", "gauge", "1 while somebody has motion control.", ()),
-    ("leases", "counter", "Leases taken, released, taken_away, or lapsed.", ("event",)),
+    ("leases", "counter", "Leases taken, released, revoked or expired.", ("event",)),
     ("streams_running", "gauge", "Streams that run.", ()),
     ("stream_bursts", "counter", "Bursts of setpoints that left.", ()),
     ("stream_missed_slots", "counter", "Slots of a stream in which nothing was sent in time.", ()),
@@ -167,11 +167,11 @@ def _bus(host: Host) -> Iterator[Metric]:
             yield _family(name, [((), count)])
         bad, asked = connection.participant.reassembly_counters, connection.participant.request_counters
         yield _family("bus_bad_frames", [((reason,), getattr(bad, reason)) for reason in _BAD_FRAMES])
-        yield _family("bus_request_repeats", [((), asked.repeats)])
+        yield _family("bus_request_repeats", [((), asked.retries)])
         yield _family("bus_late_answers", [((), asked.late)])
     requests = host.requests
-    yield _spreads("bus_request_seconds", [((kind,), one) for kind, one in requests.took.items()])
-    yield _family("bus_requests", requests.asked.items())
+    yield _spreads("bus_request_seconds", [((kind,), one) for kind, one in requests.response_times.items()])
+    yield _family("bus_requests", requests.outcomes.items())
     yield _family("bus_refusals", [((kind,), count) for kind, count in requests.refused.items()])
 
 
@@ -212,7 +212,7 @@ def _motion(host: Host) -> Iterator[Metric]:
     yield _family("stop_latched", [((), latch is not None)])
     yield _family("stop_unconfirmed_servos", [((), 0 if latch is None else len(latch.unconfirmed()))])
     yield _family("stops", [((), host.stop.presses)])
-    yield _spreads("stop_answer_seconds", [((), host.stop.answered)])
+    yield _spreads("stop_answer_seconds", [((), host.stop.response_times)])
     yield _family("lease_held", [((), host.leases.current(host.base.now()) is not None)])
     yield _family("leases", [((event,), count) for event, count in host.leases.counts.items()])
     yield _family("streams_running", [((), sum(one.ended is None for one in host.streams.all()))])
