@@ -111,7 +111,7 @@ def test_a_dialog_has_a_name_keeps_the_focus_and_gives_it_back(
 def test_the_first_tab_leads_past_bar_and_rail(page: Page, demo: Demo) -> None:
     show(page, demo, "servos")
     page.keyboard.press("Tab")
-    skip = page.get_by_role("button", name="Go to the page's content")
+    skip = page.get_by_role("button", name="Skip to content")
     expect(skip).to_be_focused()
     expect(skip).to_be_in_viewport()
     page.keyboard.press("Enter")

@@ -79,7 +79,7 @@ def test_what_was_found_is_accepted_from_the_records(meddled: tuple[Server, Page
     server, page, uid = meddled
     held = limit(server, uid)
     page.goto(server.url + "records")
-    page.get_by_test_id(f"known-{uid}").get_by_role("button", name="Changed outside").click()
+    page.get_by_test_id(f"known-{uid}").get_by_role("button", name="Changed externally").click()
     page.get_by_test_id("change-other").click()
     expect(page.get_by_test_id("drift-dialog")).to_have_count(0)
     assert limit(server, uid) == held, "accepting writes nothing"

@@ -62,7 +62,7 @@ def test_by_keyboard_cells_are_reached_edited_and_applied(page: Page, demo: Demo
     page.keyboard.press("Enter")
     expect(first).to_have_attribute("data-state", "out_of_range")
     expect(page.get_by_test_id("matrix-bar")).to_contain_text("1 change on 1 servo")
-    expect(page.get_by_test_id("matrix-bar")).to_contain_text("1 needs a look")
+    expect(page.get_by_test_id("matrix-bar")).to_contain_text("1 invalid value")
 
     page.get_by_test_id("matrix-review").click()
     plan = page.get_by_test_id(f"batch-{uids[1]}")
@@ -122,7 +122,7 @@ def test_a_plan_that_could_switch_servos_off_says_so_and_writes_nothing_without_
     dialog = page.get_by_test_id("batch-dialog")
     for uid in uids[:2]:
         expect(page.get_by_test_id(f"batch-{uid}")).to_have_attribute("data-outcome", "rejected")
-        expect(page.get_by_test_id(f"batch-{uid}")).to_contain_text("could switch the output off at once")
+        expect(page.get_by_test_id(f"batch-{uid}")).to_contain_text("could switch the output off immediately")
     expect(dialog).not_to_contain_text("confirm")
     expect(page.get_by_test_id("batch-go")).to_have_count(0)
     expect(page.get_by_test_id("change-again")).to_be_disabled()

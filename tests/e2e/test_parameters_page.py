@@ -134,7 +134,7 @@ def test_a_limit_that_would_switch_the_servo_off_is_asked_about_written_and_undo
     box.press("Enter")
     page.get_by_test_id("apply").click()
     dialog = page.get_by_test_id("apply-dialog")
-    expect(dialog).to_contain_text(re.compile(r"could switch the output off at once: the supply is 7\.\d\sV now"))
+    expect(dialog).to_contain_text(re.compile(r"could switch the output off immediately: the supply is 7\.\d\sV now"))
     expect(dialog).not_to_contain_text("confirm:")
     expect(page.get_by_test_id("apply-go")).to_be_disabled()
 

@@ -39,7 +39,7 @@ def test_snapshots_and_audit_are_told_in_words(page: Page, demo: Demo) -> None:
         demo.api.patch(f"/servos/{uid}/parameters", json={"values": values}).raise_for_status()
     page.goto(f"{demo.url}records#snapshots/{uid}")
     newest = page.get_by_test_id(re.compile(r"^snapshot-\d+$")).first
-    expect(newest).to_contain_text("Before a change of")
+    expect(newest).to_contain_text("Before changing")
     expect(newest).not_to_contain_text(re.compile("[a-z]_[a-z]"))
     page.goto(demo.url + "records#audit")
     table = page.get_by_test_id("audit").locator("tbody")
@@ -94,7 +94,7 @@ def test_a_recording_plays_as_a_bus_to_its_end_and_the_real_one_comes_back(recor
     expect(page.locator(".c-angle[data-stale=false]").first).to_be_visible(timeout=20_000)
 
     until(lambda: server.api.get("/bus").json()["trouble"] is not None, 60, "the recording does not end")
-    expect(page.get_by_test_id("bar-bus")).to_contain_text("Recording over", timeout=10_000)
+    expect(page.get_by_test_id("bar-bus")).to_contain_text("Recording ended", timeout=10_000)
     expect(page.locator(".c-angle[data-stale=false]"), "nothing is fresh any more").to_have_count(0)
     page.get_by_test_id("bar-bus").click()
     expect(page.get_by_test_id("bus-trouble")).to_contain_text("Play it again, or connect a bus.")
@@ -143,7 +143,7 @@ def test_a_restore_that_could_switch_the_servo_off_says_so_and_writes_nothing_wi
         page.get_by_test_id("differs-voltage_limit_lower").get_by_role("checkbox").check()
         page.get_by_test_id("restore-ticked").click()
         dialog = page.get_by_test_id("snapshot-dialog")
-        expect(dialog.get_by_role("alert")).to_contain_text("could switch the output off at once: the supply is")
+        expect(dialog.get_by_role("alert")).to_contain_text("could switch the output off immediately: the supply is")
         expect(dialog).not_to_contain_text("confirm")
         expect(page.get_by_test_id("snapshot-go")).to_have_count(0)
         again = page.get_by_test_id("change-again")

@@ -139,4 +139,4 @@ def test_the_overview_says_what_rom_lacks_and_asks_before_it_saves(page: Page, d
     expect(page.get_by_test_id("act-saved")).to_be_visible()
     page.get_by_test_id("act-snapshot").click()
     expect(page.get_by_test_id("act-snapshot")).to_contain_text("Snapshot taken")
-    expect(page.get_by_test_id("card-snapshots")).not_to_contain_text("No snapshot yet")
+    expect(page.get_by_test_id("card-snapshots")).not_to_contain_text("No snapshots yet")

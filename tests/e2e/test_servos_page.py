@@ -175,7 +175,7 @@ def test_ticked_servos_are_edited_together_and_their_torque_is_turned_off(page: 
     expect(bar).to_contain_text("2 servos selected")
     assert demo.api.get("/stop").json()["latched"] is False, "Space on a tick is no stop"
     page.get_by_test_id("torque-off-selected").click()
-    expect(bar).to_contain_text("Torque is off on 2 of them.")
+    expect(bar).to_contain_text("Torque is off on 2 servos.")
     for uid in uids:
         assert demo.api.get(f"/servos/{uid}/parameters").json()["parameters"]["torque_mode"]["value"] == "off"
 

@@ -105,7 +105,7 @@ describe("conditionOf", () => {
     ],
     ["silent while it restarts", { online: false, state: "restarting" }, "busy", "Restarting"],
     ["never heard", { online: false, state: "offline", angleAt: null }, "offline", "Offline"],
-    ["health without bits", { health: "critical" }, "failure", "Failure: it reports a critical state"],
+    ["health without bits", { health: "critical" }, "failure", "Failure: node health is CRITICAL"],
     ["words not read yet", { faults: { notification: null, warning: null, failure: null } }, "ok", "OK"],
   ])("%s", (_, more, kind, headline) => {
     expect(conditionOf(servo(more), facts())).toMatchObject({ kind, headline });
@@ -148,7 +148,7 @@ describe("conditionOf", () => {
   test.each<[Servo["activity"]["state"], string]>([
     ["holding", "Holding"],
     ["moving", "Moving"],
-    ["turning", "Turning"],
+    ["turning", "Rotating"],
     ["held_after_timeout", "Held after timeout (0x26)"],
   ])("a well servo that is %s says so", (state, line) => {
     expect(conditionOf(servo(doing(state)), facts())).toMatchObject({ kind: "ok", headline: "OK", line });
@@ -157,7 +157,7 @@ describe("conditionOf", () => {
   test("one whose time-out let go says so, and not that it holds", () => {
     const output = { state: "off", reason: "timeout", by: null, since: null } as const;
     const found = conditionOf(servo({ ...doing("released"), output }), facts());
-    expect(found.line).toBe("Let go: command timeout (0x26)");
+    expect(found.line).toBe("Torque off: command timeout (0x26)");
     expect(found.doing).toBeUndefined();
   });
 
@@ -192,7 +192,7 @@ describe("conditionOf", () => {
     });
     expect(conditionOf(servo(), facts({ stop: stop(true) })).line).toBe("Torque off, confirmed in 4\u202fms");
     expect(conditionOf(servo(), facts({ stop: stop(false) }))).toMatchObject({
-      line: "Did not answer the stop",
+      line: "No response to the stop",
       alarming: true,
     });
   });

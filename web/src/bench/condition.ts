@@ -55,7 +55,7 @@ export function conditionOf(servo: KnownServo, facts: ConditionFacts): Condition
     found.romLost = true;
   const confirmation = facts.stop?.latched ? facts.stop.servos.find(one => one.uid === servo.uid) : undefined;
   if (!confirmation) return found;
-  if (!confirmation.confirmed) return { ...found, line: text.stop.noAnswer, alarming: true };
+  if (!confirmation.confirmed) return { ...found, line: text.stop.noResponse, alarming: true };
   if (confirmation.ms === null) return found;
   return { ...found, line: text.stop.confirmed(withUnit(number(confirmation.ms, 0), "ms")) };
 }

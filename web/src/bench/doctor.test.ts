@@ -78,7 +78,7 @@ describe("watchDoctor", () => {
     await vi.advanceTimersByTimeAsync(10);
     const at = doctor.readAt.value;
     await vi.advanceTimersByTimeAsync(3000);
-    expect(doctor.problem.value).toContain("hornbill does not answer");
+    expect(doctor.problem.value).toContain("hornbill does not respond");
     expect(findings.value).toHaveLength(1);
     expect(doctor.readAt.value).toBe(at);
   });

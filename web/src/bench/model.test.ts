@@ -37,8 +37,8 @@ test("what stands for an unknown hardware or firmware number is named", () => {
   };
   expect(modelName(other)).toBe("as BLA21-06U-A0");
   expect(unfamiliar(other)).toEqual([
-    "hornbill does not know hardware 6090: it treats this servo as a BLA21-06U-A0, the newest it knows of the series.",
-    "hornbill does not know firmware 1.900: it treats it as 1.400, the newest before it.",
+    "Hardware 6090 is unknown. hornbill treats this servo as a BLA21-06U-A0, the newest known model of the series.",
+    "Firmware 1.900 is unknown. hornbill treats it as 1.400, the newest known version before it.",
   ]);
   expect(firmwareNote(other)).toBe(null);
 });
@@ -47,7 +47,7 @@ test("a servo of an unknown series can be read only", () => {
   expect(modelName(stranger)).toBe("Unknown series 99");
   expect(readOnly(stranger)).toBe(true);
   expect(unfamiliar(stranger)).toEqual([
-    "hornbill does not know series 99: this servo can be read, kept as a snapshot and compared. It is neither moved nor written to, but for torque off. Use a hornbill that knows this series, or Futaba's own program.",
+    "hornbill does not support series 99. It reads this servo, takes snapshots and compares them, but writes nothing except torque off. Use a hornbill version that supports the series, or Futaba's own program.",
   ]);
 });
 

@@ -21,7 +21,7 @@ const output = (more: Partial<Output>): Output => ({
 describe("outputLine", () => {
   test.each<[Partial<Output>, string]>([
     [{ state: "on", reason: "command", by: "Rig 3" }, "Output on"],
-    [{ state: "unknown", reason: "stop", by: "Rig 3" }, "Output not known"],
+    [{ state: "unknown", reason: "stop", by: "Rig 3" }, "Output unknown"],
     [{}, "Output off: stopped"],
     [{ by: "Rig 3" }, "Output off: stopped by Rig 3"],
     [{ reason: "lease", by: "Rig 3" }, "Output off: motion control of Rig 3 ended"],

@@ -1,8 +1,8 @@
-/** The shape of what explains the server's rows; in English the server's own tables do. */
+/** Shape of the help for rows. Empty in English: the server's tables have it. */
 
 type Sentences = Readonly<Record<string, string>>;
 
-/** By key, help for rows and groups of them, and what the maker advises on a row. */
+/** By key: help for rows and groups, and the maker's advice on a row. */
 export const words: Readonly<Record<"rows" | "groups" | "advice", Sentences>> = {
   rows: {},
   groups: {},

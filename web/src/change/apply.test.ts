@@ -146,11 +146,11 @@ describe("apply", () => {
     expect(outcome("b")).toMatchObject({ kind: "failed", what: "Not written: 5 is above 4." });
   });
 
-  test("somebody else was faster: said once, values read again, drafts kept", async () => {
+  test("another client was faster: reported once, values read again, drafts kept", async () => {
     answer = { status: 412, body: { code: "stale_revision", detail: "", title: "", type: "", status: 412 } };
     stage("a", 5);
     await apply(sheet);
-    expect(sheet.trouble.value).toContain("somebody else");
+    expect(sheet.trouble.value).toContain("another client");
     expect(sent.map(one => one.method)).toEqual(["PATCH", "GET"]);
     expect(sheet.drafts.get("a")?.text).toBe("5");
     expect(sheet.revision).toBe("8");
@@ -191,6 +191,6 @@ describe("apply", () => {
     });
     stage("a", 5);
     await apply(sheet);
-    expect(outcome("a")).toMatchObject({ kind: "failed", what: "Not written: hornbill does not answer." });
+    expect(outcome("a")).toMatchObject({ kind: "failed", what: "Not written: hornbill does not respond." });
   });
 });

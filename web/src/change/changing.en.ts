@@ -1,12 +1,12 @@
-/** English words of changes to servos: the dialog before one, its progress, and what came of it; loaded with them. */
+/** English words of changes to servos: the dialog before a change, its progress and result; loaded with them. */
 import type { ChangeKind } from "./flow";
 
 const values = (n: number) => `${n} ${n === 1 ? "value" : "values"}`;
 const servos = (n: number) => `${n} ${n === 1 ? "servo" : "servos"}`;
 
-/** What a change is about. */
+/** Subject of a change. */
 export interface About {
-  /** The servo, or the profile. */
+  /** Name of the servo or profile. */
   name: string;
   servos: number;
   values: number;
@@ -20,7 +20,7 @@ interface Kind {
   lead?: string;
   head?: { now: string; next: string };
   nothing?: string;
-  /** The tick that asks for a save; the line where it is not set. */
+  /** Label of the check box that includes a save, and the line shown while it is not checked. */
   save?: string;
   ram?: string;
   go: Sentence;
@@ -41,39 +41,39 @@ const kinds: Record<ChangeKind, Kind> = {
   save: {
     title: ({ name, values: n }) =>
       n === 0 ? `Save ${name} to ROM?` : `Save ${values(n)} to ROM on ${name}?`,
-    nothing: "ROM already holds all of this. The servo is saved and restarts anyway.",
+    nothing: "ROM already has these values. The servo is saved and restarts anyway.",
     go: ({ name }) => `Save and restart ${name}`,
     running: ({ name }) => `Saving to ROM on ${name}`,
     done: ({ name }) => `Saved to ROM on ${name}`,
     failed: ({ name }) => `Not saved on ${name}`,
   },
   undo: {
-    title: ({ name, values: n }) => `Write ${values(n)} back on ${name}?`,
-    lead: "RAM held these values before. They are written to RAM and read back; ROM is not changed.",
+    title: ({ name, values: n }) => `Restore ${values(n)} on ${name}?`,
+    lead: "RAM had these values before. They are written to RAM and read back; ROM does not change.",
     head: { now: "Now", next: "Before" },
-    go: ({ values: n }) => `Write ${values(n)} back`,
+    go: ({ values: n }) => `Restore ${values(n)}`,
   },
   snapshot: {
     title: ({ name }) => `Restore ${name}`,
-    nothing: "Nothing would change: the servo already holds all of this.",
-    save: "Save to ROM as well. The servo restarts: no torque for about a second, and its horn may go slowly to 0°",
-    ram: "To RAM only: lost at power-off.",
+    nothing: "No changes: the servo already has these values.",
+    save: "Also save to ROM. The servo restarts: no torque for about a second, and its horn may move slowly to 0°",
+    ram: "RAM only: lost at power-off.",
     go: ({ values: n, save }) => `Write ${values(n)}${save ? " and save" : ""}`,
   },
   drift: {
     title: ({ name }) => `Another tool changed ${name}`,
-    lead: "ROM differs from what hornbill last knew: it was written elsewhere or with another tool.",
+    lead: "ROM differs from the values hornbill last read: another computer or tool wrote it.",
     head: { now: "Found", next: "Known before" },
-    nothing: "Nothing differs any more.",
-    save: "Save to ROM: the servo restarts, holds no torque for about a second, and its horn may go slowly to 0°",
-    ram: "To RAM only: the mark stays until ROM is proved to hold it.",
+    nothing: "No differences remain.",
+    save: "Save to ROM. The servo restarts: no torque for about a second, and its horn may move slowly to 0°",
+    ram: "RAM only: the mark remains until ROM is verified.",
     go: ({ values: n }) => `Restore ${values(n)}`,
-    other: "Accept what was found",
+    other: "Accept found values",
   },
   batch: {
     title: ({ servos: n }) => `Apply to ${servos(n)}?`,
-    save: "Save to ROM as well: each of these servos restarts",
-    ram: "To RAM only: no restart. Lost at power-off.",
+    save: "Also save to ROM: each of these servos restarts",
+    ram: "RAM only: no restart. Lost at power-off.",
     go: ({ servos: n, save }) => `Apply ${save ? "and save" : "to"} ${servos(n)}`,
     running: ({ servos: n }) => `Applying to ${servos(n)}`,
     done: ({ servos: n }) => `Applied to ${servos(n)}`,
@@ -81,7 +81,7 @@ const kinds: Record<ChangeKind, Kind> = {
   },
   "batch-save": {
     title: ({ servos: n }) => `Save ${servos(n)} to ROM?`,
-    nothing: "ROM already holds all of this. The servo is saved and restarts anyway.",
+    nothing: "ROM already has these values. The servo is saved and restarts anyway.",
     go: ({ servos: n }) => `Save and restart ${servos(n)}`,
     running: ({ servos: n }) => `Saving ${servos(n)} to ROM`,
     done: ({ servos: n }) => `${servos(n)} saved`,
@@ -89,7 +89,7 @@ const kinds: Record<ChangeKind, Kind> = {
   },
   profile: {
     title: ({ name }) => `Apply ${name}`,
-    save: "Save to ROM. Each servo restarts: no torque for about a second, its horn may go slowly to 0°",
+    save: "Save to ROM. Each servo restarts: no torque for about a second, and its horn may move slowly to 0°",
     go: ({ servos: n }) => `Apply to ${servos(n)}`,
     running: ({ name }) => `Applying ${name}`,
     done: ({ name }) => `${name} applied`,
@@ -98,7 +98,7 @@ const kinds: Record<ChangeKind, Kind> = {
   restart: {
     title: about => `Restart ${them(about)}?`,
     head: { now: "In RAM now", next: "After, from ROM" },
-    nothing: "No value is lost: RAM holds what ROM is known to hold.",
+    nothing: "No values are lost: RAM matches the known ROM values.",
     go: about => `Restart ${them(about)}`,
     running: about => `Restarting ${them(about)}`,
     done: about => `${them(about)} restarted`,
@@ -108,7 +108,7 @@ const kinds: Record<ChangeKind, Kind> = {
   "factory-reset": {
     title: ({ name }) => `Reset ${name} to factory defaults?`,
     head: { now: "Now", next: "Default" },
-    nothing: "Every value is at its default already. The servo is written and restarted anyway.",
+    nothing: "All values are already at their defaults. The servo is written and restarted anyway.",
     go: ({ name }) => `Reset ${name}`,
     running: ({ name }) => `Resetting ${name}`,
     done: ({ name }) => `${name} is at factory defaults`,
@@ -128,25 +128,25 @@ export const words = {
   parameter: "Parameter",
   now: "Now",
   next: "New value",
-  planning: "Checking what would change",
+  planning: "Checking the changes",
   again: "Check again",
-  preview: "Show what would change",
-  nothing: "Nothing would change.",
-  unchanged: (n: number) => `${values(n)} already held.`,
-  leftOut: (n: number) => `${values(n)} left out`,
-  rejected: (why: string) => `Left out, nothing is written to it: ${why}`,
+  preview: "Preview changes",
+  nothing: "No changes.",
+  unchanged: (n: number) => `${values(n)} unchanged.`,
+  leftOut: (n: number) => `${values(n)} skipped`,
+  rejected: (why: string) => `Excluded, nothing is written: ${why}`,
   refused: (why: string) => `Nothing was written. ${why}`,
   facts: (model: string, serial: string, id: string) => `${model}, ${serial}, servo ${id}`,
   keepOn: "Keep the supply on until this is done.",
   inTurn: "One servo at a time, in this order. Keep this page open until the last one has restarted.",
   lost: (n: number) => `${values(n)} in RAM only ${n === 1 ? "is" : "are"} lost`,
-  lostHint: "Cancel and save to ROM first to keep them.",
-  assumed: "found in RAM after a restart that was not watched",
+  lostHint: "To keep them, cancel and save to ROM first.",
+  assumed: "found in RAM after an unobserved restart",
   working: "Writing",
   show: "Show progress",
   of: (done: number, all: number) => `${done} of ${all} done`,
   steps: (name: string) => `Steps of ${name}`,
-  results: "Result of each servo",
+  results: "Results by servo",
   state: {
     waiting: "Waiting",
     running: "Running",
@@ -159,53 +159,53 @@ export const words = {
   saved: "Saved, and read back from ROM",
   fault: {
     not_written: (why: string) => `Not written: ${why}`,
-    rolled_back: (why: string) => `Not written; this servo is as it was. ${why}`,
+    rolled_back: (why: string) => `Not written; this servo is unchanged. ${why}`,
     not_saved: (why: string) => `Written to RAM, not saved. ${why}`,
   },
 
-  /** Before the restart: what it holds meanwhile. */
+  /** Torque until the restart. */
   gap: {
-    save: "The servo writes to ROM and restarts. It holds no torque for about a second, so a load can drop.",
-    restart: "The servo holds no torque for about a second, so a load can drop.",
-    "factory-reset": "Torque goes off first and stays off for a few seconds, so a load can drop.",
+    save: "The servo writes to ROM and restarts. It has no torque for about a second, so a load can drop.",
+    restart: "The servo has no torque for about a second, so a load can drop.",
+    "factory-reset": "Torque turns off first and stays off for a few seconds, so a load can drop.",
   },
-  /** What the horn does at the start, by the forecast's code; and then. */
+  /** Movement of the horn at the start, by the code of the forecast; then after it. */
   horn: {
     moves: (from: string) => `The horn moves: ${from} to 0.0°`,
     unknown_start: "The horn moves to 0.0°",
     stays: "The horn stays at 0.0°",
-    holds: "The horn stays where it is",
+    holds: "The horn stays in place",
     no_torque: "The servo restarts with torque off",
-    brake: "The servo restarts on the brake",
+    brake: "The servo restarts with the brake on",
     unknown: "The horn may move to 0.0°",
   },
   after: {
     moves: "Then it turns slowly to 0.0°, at most 30\u202frpm and 30\u202f% torque.",
     unknown_start:
-      "Then it turns slowly to 0.0°, from an angle that is not known: origin or direction change with the restart.",
+      "Then it turns slowly to 0.0° from an unknown angle: origin or direction change with the restart.",
     stays: "Then it holds within 1° of 0.0°.",
-    holds: "Soft start is off: then it holds where it stands.",
-    no_torque: "It holds nothing after the restart until torque is turned on.",
+    holds: "Soft start is off: then it holds its position.",
+    no_torque: "After the restart it holds nothing until torque is turned on.",
     brake: "After the restart it brakes weakly and holds no angle.",
-    unknown: "What the horn does then is not known, because ROM was not read completely.",
+    unknown: "ROM was not read completely, so the horn's movement is unknown.",
   },
-  /** By the warning's code; those not here are said by the sentences above, or concern a save only. */
+  /** By the code of the warning. The other warnings are covered by the sentences above, or concern only a save. */
   warnings: {
     turn_count_lost: (before: string, after: string) =>
       `The turn count is lost: ${before} will read as ${after}. The next move may go the other way.`,
     rom_lost: () =>
-      "Its saved values could not be loaded at the last start, and may not load now: then it runs on defaults again. Restore a snapshot and save.",
-    timeout_on_the_way: (after: string) =>
-      `Its own timeout (0x26, 0x27) may switch the output off ${after} after the start: the horn then coasts to rest.`,
+      "Its saved values could not be loaded at the last start. If they cannot be loaded this time, it runs on defaults again. Restore a snapshot and save.",
+    timeout_during_soft_start: (after: string) =>
+      `Its command timeout (0x26, 0x27) may switch the output off ${after} after the start. The horn then coasts to rest.`,
     energised: () =>
-      "The output comes on for a moment before ROM is written, and holds the horn where it stands. Keep clear.",
+      "The output turns on briefly before ROM is written and holds the horn in place. Keep clear.",
     outside_limits: (here: string, limit: string) =>
-      `The horn stands at ${here}, outside its angle limits: it may be moved to ${limit}.`,
+      `The horn is at ${here}, outside its angle limits. It may move to ${limit}.`,
     supply_near_limit: (supply: string, limit: string) =>
       `The supply is ${supply}, close to the limit of ${limit}. It must not sag while ROM is written.`,
     supply_unknown: () => "The supply was not read. It must be steady while ROM is written.",
     supply_beyond_limit: (supply: string) =>
-      `The supply is ${supply}, beyond a limit that applies after the restart. The output stays off then.`,
+      `The supply is ${supply}, beyond a limit that applies after the restart. The output then stays off.`,
   },
 
   reset: {
@@ -213,21 +213,21 @@ export const words = {
     node: (id: string) => `node ID ${id}`,
     dynamicNode: "dynamic node ID",
     identityGoes:
-      "The servo gets servo ID 0 and a dynamic node ID, and its zero may change. It is found again by its unique ID.",
+      "The servo gets servo ID 0 and a dynamic node ID, and its origin may change. hornbill finds it again by its unique ID.",
     changes: (n: number) => `${values(n)} ${n === 1 ? "changes" : "change"} in RAM and ROM`,
-    snapshot: "A snapshot of the present values is taken first.",
+    snapshot: "A snapshot of the current values is taken first.",
     type: (name: string) => `Type ${name} to confirm`,
   },
 
   profile: {
     who: "Servos",
-    none: "No servo is on the bus.",
-    goOn: "Continue with the others when one fails",
-    planned: (n: number) => (n === 0 ? "already holds all of it" : `${values(n)} would change`),
+    none: "No servos on the bus.",
+    goOn: "Continue with the others if one fails",
+    planned: (n: number) => (n === 0 ? "no changes" : `${values(n)} ${n === 1 ? "changes" : "change"}`),
   },
 
   output: {
-    lead: "Outputs come on one after another. Each horn is held where it is now.",
+    lead: "Outputs turn on one after another. Each horn is held at its current angle.",
     clears: "The stop is cleared.",
     load: "under load",
     loaded: (names: string, n: number) =>
@@ -235,26 +235,26 @@ export const words = {
     torque: (pct: string) => `about ${pct} torque`,
     stays: (why: string) => `Not restored. ${why}`,
     keeps:
-      "The servos' command timeout (0x26) would switch the output off again, so this page takes motion control. The output goes off when you leave this page, hide the tab or turn motion off.",
-    again: "Stop was pressed again. Close this and look before you restore the output.",
+      "The servos' command timeout (0x26) would switch the output off again, so this page takes motion control. The output turns off when you leave this page, hide the tab or turn motion off.",
+    again: "Stop was pressed again. Close this and check before you restore the output.",
     cleared: "Clear the stop",
     held: (deg: string) => `held at ${deg}`,
-    stop: "Stop ends this at once.",
+    stop: "Stop ends this immediately.",
   },
 
-  /** Choosing a profile for servos. */
+  /** Choice of a profile. */
   profiles: {
     title: (n: number) => `Apply a profile to ${servos(n)}`,
     facts: (model: string, n: number) => `${model}, ${n} ${n === 1 ? "row" : "rows"}`,
     toProfiles: "Go to Profiles",
-    loading: "Reading the profiles.",
-    empty: "No profile yet",
+    loading: "Loading profiles.",
+    empty: "No profiles yet",
     emptyLine:
-      "Set one servo up as all should be, then make a profile of it: its values are taken, its IDs and origin are not. Or import a TOML or JSON file.",
+      "Configure one servo, then create a profile from it. It contains the servo's values, but not its IDs and origin. Or import a TOML or JSON file.",
     anyModel: "any model",
   },
 
-  /** The files of a job's report. */
+  /** File formats of a job's report. */
   report: {
     csv: "CSV",
     json: "JSON",

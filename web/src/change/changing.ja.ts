@@ -162,7 +162,7 @@ export const words: Said<typeof english> = {
       `回転数が失われます: ${before}は${after}になります。次の動作は逆向きになることがあります。`,
     rom_lost: () =>
       "前回の起動で保存値を読み込めませんでした。今回も読み込めなければ、再び初期値で動きます。スナップショットを復元して保存してください。",
-    timeout_on_the_way: after =>
+    timeout_during_soft_start: after =>
       `起動から${after}で通信タイムアウト（0x26、0x27）により出力がオフになり、ホーンが惰性で動くことがあります。`,
     energised: () =>
       "ROMの書き込み直前に出力が一瞬オンになり、ホーンを今の位置で保持します。手を触れないでください。",

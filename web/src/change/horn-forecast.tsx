@@ -71,8 +71,8 @@ function warned(warning: ForecastWarning, verb: Props["verb"]): string | null {
       );
     case "rom_lost":
       return words.warnings.rom_lost();
-    case "timeout_on_the_way":
-      return words.warnings.timeout_on_the_way(withUnit(number(params.after_s ?? 0, 1), "s"));
+    case "timeout_during_soft_start":
+      return words.warnings.timeout_during_soft_start(withUnit(number(params.after_s ?? 0, 1), "s"));
     case "energised":
       return words.warnings.energised();
     case "outside_limits":

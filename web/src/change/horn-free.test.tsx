@@ -140,7 +140,7 @@ describe("a refused dry run", () => {
   test("keeps the dialog of a restore from opening, and says why", async () => {
     refused = { code: "stopped", status: 423, detail: "Stopped." };
     await show(() => undefined);
-    await act(async () => expect(await snapshot()).toContain("clear the stop first"));
+    await act(async () => expect(await snapshot()).toContain("Clear the stop first"));
     expect(found("snapshot-dialog")).toBeNull();
   });
 

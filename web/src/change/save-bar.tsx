@@ -53,7 +53,7 @@ export function SaveBar(props: Props) {
           {said.changes(staged + wrong + ramOnly, name)}
           {wrong > 0 && (
             <span class="k-failure plain">
-              , <span data-testid="need-look">{said.needLook(wrong)}</span>
+              , <span data-testid="need-look">{said.invalid(wrong)}</span>
             </span>
           )}
         </p>

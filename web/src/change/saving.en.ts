@@ -1,14 +1,14 @@
-/** The English sentences of a save to ROM, and of what comes before it. */
+/** English words of a save to ROM, and of the bar before it. */
 
 const count = (n: number, one: string, many: string) => `${n} ${n === 1 ? one : many}`;
 
 export const words = {
   changes: (n: number, name: string) => `${count(n, "change", "changes")} on ${name}`,
-  needLook: (n: number) => `${n} ${n === 1 ? "needs" : "need"} a look`,
+  invalid: (n: number) => `${n} invalid ${n === 1 ? "value" : "values"}`,
   parts: (staged: number, ram: number) =>
     [staged > 0 ? `${staged} staged` : "", ram > 0 ? `${ram} in RAM only` : ""].filter(Boolean).join(", "),
-  torqueIsOne: " (one is torque mode)",
-  invalidNever: "A value that is not allowed is never sent.",
+  torqueIsOne: " (including torque mode)",
+  invalidNever: "Invalid values are never sent.",
   discard: "Discard",
   diff: "Show diff",
   ctrlS: "Ctrl S",
@@ -21,10 +21,10 @@ export const words = {
   noLink: "Waiting for the link",
   offline: (name: string) => `${name} is offline`,
   sub: {
-    softStart: (name: string) => `${name} restarts, horn goes to 0.0°`,
+    softStart: (name: string) => `${name} restarts, horn moves to 0.0°`,
     hold: (name: string) => `${name} restarts, then holds`,
     off: (name: string) => `${name} restarts with torque off`,
-    brake: (name: string) => `${name} restarts on the brake`,
+    brake: (name: string) => `${name} restarts with the brake on`,
     unknown: (name: string) => `${name} restarts`,
   },
   title: (n: number, name: string) =>
@@ -33,18 +33,18 @@ export const words = {
   facts: (model: string, serial: string, id: string) => `${model}, ${serial}, servo ${id}`,
   unknownHead: "The horn may move",
   outputOn:
-    "Output is off now. It comes on right before the save, and the horn is held where it is until the restart.",
-  nothing: "ROM already holds all of this. The servo is saved and restarts anyway.",
+    "Output is off now. It turns on right before the save and holds the horn in place until the restart.",
+  nothing: "ROM already has these values. The servo is saved and restarts anyway.",
   unknownRows: (n: number) =>
-    `${count(n, "other value is", "other values are")} saved as ${n === 1 ? "it is" : "they are"}: what ROM holds of ${n === 1 ? "it" : "them"} is not known.`,
-  idChange: "The servo or node ID changes with this. The servo is found again by its unique id.",
+    `${count(n, "other value is", "other values are")} saved unchanged: ${n === 1 ? "its ROM value is" : "their ROM values are"} unknown.`,
+  idChange: "This changes the servo or node ID. hornbill finds the servo again by its unique ID.",
   head: { parameter: "Parameter", rom: "In ROM now", ram: "In RAM", after: "After" },
   afterSave: (n: number) =>
     n === 1 ? "The servo restarts after the save" : "Each servo restarts after its save",
   free: (n: number) =>
     n === 1
-      ? "The horn can turn freely and nobody is near it"
-      : `The horns of these ${n} servos can turn freely and nobody is near them`,
+      ? "The horn can turn freely and no one is near it"
+      : `The horns of these ${n} servos can turn freely and no one is near them`,
   confirm: (name: string) => `Save and restart ${name}`,
   notSaved: (why: string) => `Not saved: ${why}`,
 };

@@ -4,7 +4,7 @@ import type { words as english } from "./saving.en";
 
 export const words = {
   changes: (n, name) => `${name}: 変更${n}件`,
-  needLook: n => `要確認 ${n}件`,
+  invalid: n => `無効な値 ${n}件`,
   parts: (staged, ram) =>
     [staged > 0 ? `編集済み${staged}件` : "", ram > 0 ? `RAMのみ${ram}件` : ""].filter(Boolean).join("、"),
   torqueIsOne: "（トルクモードを含む）",

@@ -1,50 +1,50 @@
-/** What the steps of jobs are called; in English the server says what they found. */
+/** English names of the steps of jobs. In English the server words their evidence. */
 import type { EvidenceCode, Job, StepCode } from "../api/types";
 import type { Saying } from "../bench/facts";
 
 const saving = {
-  silence: "Silent while it writes and starts",
+  silence: "Silent while it writes and restarts",
   restart: "Restarted",
   back: "Back on the bus",
-  soft_start: "Soft start over",
+  soft_start: "Soft start finished",
 };
 
 const steps: Readonly<Record<Job["kind"], Partial<Record<StepCode, string>>>> = {
   save: {
     ...saving,
-    check: "At rest, supply and RAM read",
+    check: "At rest; supply and RAM read",
     snapshot: "Snapshot taken",
     write: "Written to ROM",
-    read_back: "In ROM: every saved row read back",
+    read_back: "Verified: every saved row read back from ROM",
   },
   restart: {
     ...saving,
-    ask: "Restart asked for",
-    silence: "Silent while it starts",
+    ask: "Restart requested",
+    silence: "Silent while it restarts",
     read_back: "Every row read",
   },
   factory_reset: {
     check: "Supply and RAM read",
     snapshot: "Snapshot taken",
     torque_off: "Torque off",
-    erase: "Reset by the servo itself",
-    read: "What it holds now read",
+    erase: "Reset by the servo",
+    read: "Current values read",
     identity: "Identity written back",
-    rows: "Rows that still differ written",
+    rows: "Remaining differences written",
     save: "Saved to ROM",
     verify: "Every row verified",
   },
   identify: {
-    check: "Horn at rest, torque and limits read",
+    check: "Horn at rest; torque and limits read",
     limit: "Speed and torque limited",
     wiggle: "Wiggled",
-    return: "Back where it was",
-    restore: "Everything as it was found",
+    return: "Back at its first angle",
+    restore: "All values restored",
   },
   step_test: {
-    check: "Ready, and what it is measured under recorded",
-    there: "Steps out and back",
-    numbers: "Numbers made and kept",
+    check: "Ready; test conditions recorded",
+    there: "Steps measured",
+    numbers: "Results calculated and stored",
   },
   profile: {
     plan: "Values checked",
@@ -52,15 +52,15 @@ const steps: Readonly<Record<Job["kind"], Partial<Record<StepCode, string>>>> = 
     save: "Saved",
   },
   commissioning: {
-    check: "Still holds what was wanted",
-    aside: "Servo ID parked on 0, its next owner comes first",
-    away: "Node ID parked on dynamic and saved, its next owner comes first",
+    check: "Still as planned",
+    aside: "Servo ID set to 0 to free it for its next servo",
+    away: "Node ID set to dynamic and saved, to free it for its next servo",
     identify: "Horn wiggled",
-    write: "Named, ids and values written and read back",
+    write: "Label, IDs and values written and read back",
     save: "Saved",
-    verify: "Found to hold what was wanted",
+    verify: "Verified as planned",
   },
-  restore_output: { clear: "Stop cleared", restore: "output on" },
+  restore_output: { clear: "Stop cleared", restore: "Output on" },
 };
 
 const evidence: Readonly<Partial<Record<EvidenceCode, Saying>>> = {};

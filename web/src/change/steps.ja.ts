@@ -93,10 +93,10 @@ export const words = {
     snapshot_known: p => `スナップショット${p.snapshot}は作成済み`,
     snapshot_failed: () => "スナップショットを保存できませんでした。今回の保存は元に戻せません。",
     sent: p => `${p.tries}回送信。${p.answered ? "サーボが応答しました" : "応答なし: 再起動で確認します"}`,
-    asked: p => `${p.tries}回要求`,
+    requested: p => `${p.tries}回要求`,
     silent: p => `送信後${p.from_s}から${p.to_s}まで受信なし`,
     restarted: () => "稼働時間が戻りました。",
-    restarted_when_asked: () => "自動では再起動せず、要求後に稼働時間が戻りました。",
+    restarted_on_request: () => "自動では再起動せず、要求後に稼働時間が戻りました。",
     back_on_node: p =>
       p.node_id === p.node_id_before
         ? `ノード${p.node_id}（変更なし）、送信後${p.after_s}で識別`
@@ -119,7 +119,7 @@ export const words = {
     saved_by_job: p => `ジョブ${p.job}で保存`,
     rows_verified: p => `再起動後にROMの${p.rows}行を読み返し、すべて一致`,
     at_rest: p =>
-      `ホーンは${p.angle_deg}で静止、トルクは${TORQUE[p.torque ?? ""] ?? ""}${p.driven ? "（指令中）" : ""}、可動範囲${p.low_deg}～${p.high_deg}`,
+      `ホーンは${p.angle_deg}で静止、トルクは${TORQUE[p.torque ?? ""] ?? ""}${p.commanded ? "（指令中）" : ""}、可動範囲${p.low_deg}～${p.high_deg}`,
     not_limited: p =>
       `ファームウェア${p.firmware ?? "（不明）"}に0x25はないため、サーボ側の制限はなく、ゆっくりした指令だけで抑えます。`,
     limited: p => `速度${p.speed_rpm}、トルク${p.torque_pct}（0x25、0x3A～0x3D、RAMのみ、一時的）`,
@@ -130,7 +130,7 @@ export const words = {
     restored: p =>
       `全行を書き戻して確認、${
         p.torque === "on"
-          ? `${p.driven ? "指令を継続" : "位置を保持"}${p.timeout_s ? `（${p.timeout_s}後に通信タイムアウト0x26でトルクオフ）` : ""}`
+          ? `${p.commanded ? "指令を継続" : "位置を保持"}${p.timeout_s ? `（${p.timeout_s}後に通信タイムアウト0x26でトルクオフ）` : ""}`
           : `トルクは元どおり${TORQUE[p.torque ?? ""] ?? ""}`
       }`,
     test_conditions: p =>
@@ -152,14 +152,14 @@ export const words = {
     saved: () => "ROMに保存し、再起動後に読み返しました。",
     save_not_needed: () => "不要: ROMはすでにすべての値を保持しています。",
     identified: p => `ノード${p.node_id ?? "–"}で動作し、元の位置に戻りました。`,
-    values_hold: p =>
+    values_verified: p =>
       `${p.in_rom ? "RAMとROM" : "RAMのみ"}が${p.values}件の値をすべて保持（ノード${p.node_id ?? "–"}から読み出し）`,
-    values_still_hold: p =>
+    values_still_verified: p =>
       `${p.values}件の値をすべて確認（ノード${p.node_id ?? "–"}から読み出し）、書き込みなし${
         p.proved_at ? "。ROMは前回の確認のとおり" : ""
       }`,
     servo_id_parked: p => `サーボID ${p.servo_id ?? "–"}が空きました。`,
-    servo_id_put_back: p => `サーボID ${p.servo_id ?? "–"}に戻しました。`,
+    servo_id_restored: p => `サーボID ${p.servo_id ?? "–"}に戻しました。`,
     servo_id_lost: p => `サーボIDはRAMで0です: ${p.servo_id ?? "–"}に戻せませんでした。`,
     node_id_parked: p => `ノードID ${p.node_id_before ?? "–"}が空きました。今は${p.node_id ?? "–"}です。`,
     failed_before: () => "前の手順が失敗しました。",

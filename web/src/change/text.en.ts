@@ -1,11 +1,11 @@
-/** The English sentences of what is fetched with the Parameters page: help, confirmation, undo. */
+/** English words fetched with the Parameters page: help, confirmation, undo. */
 
 const values = (n: number) => `${n} ${n === 1 ? "value" : "values"}`;
 
 export const words = {
-  favourite: (row: string) => `${row} is a favourite`,
+  favourite: (row: string) => `Favourite: ${row}`,
   help: {
-    open: (row: string) => `What ${row} does`,
+    open: (row: string) => `About ${row}`,
     register: "Register",
     raw: "Raw",
     unread: "not read",
@@ -16,8 +16,8 @@ export const words = {
     standard: "Default",
     section: (number: string) => `section ${number} of the servo's specification`,
     address: (name: string, address: number) => `${name} (index ${address})`,
-    afterRestart: "It takes effect after the next restart.",
-    keys: "↑ ↓ one step of the unit, Shift ten, Alt a tenth. Enter keeps, Esc takes the text back (and stops every servo).",
+    afterRestart: "Takes effect after the next restart.",
+    keys: "↑ ↓ change by one unit, Shift by ten, Alt by a tenth. Enter confirms. Esc cancels the edit (and stops every servo).",
     unitFollows: (row: string) => `Its unit follows ${row}.`,
     origin: "Reading",
     readAgo: (age: string) => `${age} ago`,
@@ -25,30 +25,30 @@ export const words = {
 
   fold: {
     show: (n: number) => `Show ${n} expert ${n === 1 ? "row" : "rows"}`,
-    hide: "Fold",
-    what: (names: string) => `For experts: ${names}.`,
+    hide: "Hide",
+    what: (names: string) => `Expert rows: ${names}.`,
   },
 
   confirm: {
     supply: (row: string, wanted: string, reading: string, margin: string) =>
-      `${row} ${wanted} could switch the output off at once: the supply is ${reading} now (±${margin}). A servo whose output is off holds nothing; a load can drop.`,
+      `${row} ${wanted} could switch the output off immediately: the supply is ${reading} now (±${margin}). With its output off a servo holds nothing, and a load can drop.`,
     temperature: (row: string, wanted: string, reading: string, margin: string) =>
-      `${row} ${wanted} could switch the output off at once: the temperature is ${reading} now (±${margin}). A servo whose output is off holds nothing; a load can drop.`,
+      `${row} ${wanted} could switch the output off immediately: the temperature is ${reading} now (±${margin}). With its output off a servo holds nothing, and a load can drop.`,
     unknown: (row: string, wanted: string) =>
-      `${row} ${wanted} could switch the output off at once: what it is compared with is not known. A servo whose output is off holds nothing; a load can drop.`,
+      `${row} ${wanted} could switch the output off immediately: the reading it is compared with is unknown. With its output off a servo holds nothing, and a load can drop.`,
     turns: (row: string, wanted: string, turns: string) =>
       `${row} ${wanted} is ${turns} turns. Beyond ±180° the servo counts turns, and the count is lost at power-off.`,
     ticks: {
-      supply: "I checked the supply: this voltage limit is meant",
-      temperature: "I checked the temperature: this limit is meant",
+      supply: "I checked the supply: this voltage limit is intended",
+      temperature: "I checked the temperature: this limit is intended",
       torque_off_in_rom: "Torque off in ROM is intended: the servo holds nothing after a start",
       torque_on_in_rom: "Torque on in ROM is intended: the servo holds its horn after every start",
       multi_turn: "Angles beyond ±180° are intended: the turn count is lost at power-off",
     },
     torqueOff:
-      "ROM will hold torque off or brake. After every start the servo holds nothing until torque is turned on.",
+      "Torque mode in ROM will be off or brake. After every start the servo holds nothing until torque is turned on.",
     torqueUnknown:
-      "What ROM holds as torque mode (0x20) is not known, so a save cannot keep it. Choose what ROM gets.",
+      "The torque mode (0x20) in ROM is unknown, so a save cannot preserve it. Choose the value to save.",
     choices: {
       torque_on_in_rom: "Torque on: the servo holds its horn after every start",
       torque_off_in_rom: "Torque off: the servo holds nothing after a start",

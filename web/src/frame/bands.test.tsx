@@ -37,7 +37,7 @@ test("a servo that did not answer is named, with what to do", () => {
     ],
   });
   expect(band()).toContain("Torque is off on 1 of 2 servos.");
-  expect(band()).toContain("Rudder did not answer: if it can move, cut its supply.");
+  expect(band()).toContain("Rudder did not respond: if it can move, cut its supply.");
 });
 
 test("a node that may be a servo counts and is named like one", () => {
@@ -46,5 +46,5 @@ test("a node that may be a servo counts and is named like one", () => {
     nodes: [{ node_id: 42, confirmed: false, ms: null }],
   });
   expect(band()).toContain("Torque is off on 1 of 2 servos.");
-  expect(band()).toContain("Node 42 did not answer");
+  expect(band()).toContain("Node 42 did not respond");
 });

@@ -106,20 +106,20 @@ function AskedBand() {
   if ((phase !== "on" && phase !== "held") || !held || !asked) return null;
   const left = Math.max(0, Math.ceil((held.passesAt ?? now.value) - now.value));
   return (
-    <section class="link-band asked" data-testid="asked-band" aria-label={text.asked.label}>
+    <section class="link-band asked" data-testid="asked-band" aria-label={text.request.label}>
       <span class="asked-buttons">
         <Button testid="keep-lease" live onClick={() => void keepMotion(asked.id)}>
-          {text.asked.keep}
+          {text.request.keep}
         </Button>
-        <Button testid="hand-over" onClick={() => endMotion(text.asked.handed(who(asked.by)))}>
-          {text.asked.hand}
+        <Button testid="hand-over" onClick={() => endMotion(text.request.handedOver(who(asked.by)))}>
+          {text.request.handOver}
         </Button>
       </span>
       <span>
         {/* Read aloud once, not with every second. */}
-        <span role="alert">{text.asked.asks(who(asked.by), asked.reason)}</span>{" "}
+        <span role="alert">{text.request.asks(who(asked.by), asked.reason)}</span>{" "}
         <span class="second" data-testid="asked-left">
-          {text.asked.passes(left)}
+          {text.request.passes(left)}
         </span>
       </span>
     </section>

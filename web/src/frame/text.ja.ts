@@ -46,12 +46,12 @@ export const frame = {
     servos: "サーボ",
     noServos: "なし",
     motion: "動作権",
-    nobody: "なし",
+    free: "なし",
     you: "自分",
     youFor: name => `自分、${name}`,
     held: (holder, left) => `${holder}、残り${left}\u202fs`,
     motionLeft: left => `動作権、残り${left}\u202fs`,
-    asks: (by, left) => `${by}が要求中、${left}\u202fs`,
+    requested: (by, left) => `${by}が要求中、${left}\u202fs`,
     refused: "不可: 停止中",
   },
   link: {
@@ -60,14 +60,14 @@ export const frame = {
     up: "hornbillに接続中",
     down: "hornbillに未接続",
   },
-  asked: {
+  request: {
     label: "動作権の要求",
     asks: (by, reason) =>
       `${by}が動作権を求めています${reason ? `: ${reason.replace(/[。.\s]+$/, "")}。` : "。"}`,
     passes: left => `拒否しなければ${left}\u202fs後に移ります。先にトルクが切れます。`,
     keep: "渡さない",
-    hand: "渡す",
-    handed: by => `動作を終了: ${by}に渡しました。トルクはオフです。`,
+    handOver: "渡す",
+    handedOver: by => `動作を終了: ${by}に渡しました。トルクはオフです。`,
   },
   stop: {
     word: "停止",
@@ -111,7 +111,7 @@ export const frame = {
     brake: "ブレーキ",
     off: "オフ",
     confirmed: ms => `トルクオフを${ms}で確認`,
-    noAnswer: "停止に応答なし",
+    noResponse: "停止に応答なし",
   },
   panel: {
     failed: why => `ページのこの部分で問題が起きました: ${why}。他の部分は動いています。`,

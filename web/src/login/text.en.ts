@@ -1,20 +1,20 @@
-/** The English sentences of signing in and out; loaded with them. */
+/** English words of signing in and out; loaded with them. */
 
 export const words = {
   title: "Sign in to hornbill",
-  why: "This server moves servos, so it wants to know who you are.",
+  why: "This server moves servos, so access requires a token.",
   token: "Token",
   enter: "Sign in",
-  unknown: "No token is like this one. Perhaps it was revoked, or not all of it was copied.",
-  tooMany: (wait_s: number) => `Too many attempts have failed. Try again in ${wait_s}\u202fs.`,
-  stop: "A press of STOP is still sent. It counts from whoever was signed in here before, and on the machine itself; else cut the supply.",
-  how: "Whoever runs the server makes tokens with:",
+  unknown: "Invalid token. It may have been revoked or copied incompletely.",
+  tooMany: (wait_s: number) => `Too many failed attempts. Try again in ${wait_s}\u202fs.`,
+  stop: "STOP is still sent. The server accepts it from browsers that were signed in before and from its own computer. Otherwise cut the supply.",
+  how: "The administrator of the server creates tokens with:",
   as: (name: string, role: string) => `${name}, ${role}`,
   roles: {
-    view: "may look and stop",
-    operate: "may move servos",
-    configure: "may configure servos",
-    admin: "may do everything",
+    view: "can view and stop",
+    operate: "can move servos",
+    configure: "can configure servos",
+    admin: "can do everything",
   },
   leave: "Sign out",
 };

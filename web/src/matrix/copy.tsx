@@ -30,7 +30,7 @@ export function CopyDialog({ from, uids, rows, onClose }: Props) {
   return (
     <Confirm
       title={said.title(nameOf(source))}
-      subtitle={said.kept}
+      subtitle={said.skippedLine}
       verb={said.go(total)}
       local
       ready={total > 0}

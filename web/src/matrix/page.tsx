@@ -147,8 +147,8 @@ function Nobody() {
     <div class="page">
       <section class="empty">
         <div>
-          <h1>{said.nobody}</h1>
-          <p class="second">{said.nobodyLine}</p>
+          <h1>{said.empty}</h1>
+          <p class="second">{said.emptyLine}</p>
           <p class="below-line">
             <Button look="primary" onClick={() => go(pathOf("servos", null))}>
               {said.toServos}

@@ -81,7 +81,7 @@ export function Notes({ uid }: { uid: string }) {
           <div class="o-buttons">
             <Button onClick={() => (typed.value = null)}>{words.discard}</Button>
             <button type="submit" class="button primary" data-testid="notes-keep" disabled={!up.value}>
-              {words.keep}
+              {words.saveNotes}
             </button>
           </div>
         </form>

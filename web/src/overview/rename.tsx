@@ -15,7 +15,7 @@ export function Rename({ one, onClose }: { one: KnownServo; onClose: () => void 
   return (
     <Confirm
       title={text.servos.rename(nameOf(one))}
-      verb={words.keep}
+      verb={words.saveNotes}
       testid="rename-dialog"
       actId="rename-keep"
       act={async () => {

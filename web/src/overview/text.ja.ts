@@ -33,7 +33,7 @@ export const words = {
   toInventory: "サーボ台帳",
   noNotes: "ギヤ、負荷、修理など、次の人に伝えることを書きます。",
   write: "書く…",
-  keep: "保存",
+  saveNotes: "保存",
   discard: "破棄",
   tracking: "追従誤差",
   deadBand: deg => `デッドバンド ${deg}`,

@@ -1,4 +1,4 @@
-/** The English sentences of the Parameters page: rows, save bar, dialogs. */
+/** English words of the Parameters page: rows, checks of typed values, jobs. */
 
 const count = (n: number, one: string, many: string) => `${n} ${n === 1 ? one : many}`;
 
@@ -20,14 +20,14 @@ export const params = {
     rom: "ROM",
     default: "Default",
   },
-  noPwm: "PWM input is not in this model",
+  noPwm: "This model has no PWM input",
   live: "Live view",
-  reading: "Reading the parameters.",
+  reading: "Reading parameters.",
   readAgain: "Read again",
   refresh: "Read all from the bus",
-  notRead: (why: string) => `Parameters not read: ${why}`,
+  notRead: (why: string) => `Could not read the parameters: ${why}`,
   toServos: "Go to Servos",
-  noneChanged: "Nothing is changed here.",
+  noneChanged: "No changes.",
   noFavourites: "No favourites yet. Mark a row with ☆.",
   noneFound: (what: string) => `No parameter matches “${what}”.`,
   torqueOff: "Torque off",
@@ -50,7 +50,7 @@ export const rows = {
     pending: "Writing",
     applied: "In RAM, read back. Not in ROM",
     saved: (at: string) => `Saved, verified in ROM ${at}`,
-    clamped: (asked: string, holds: string) => `Asked ${asked}, servo holds ${holds}`,
+    clamped: (asked: string, holds: string) => `Requested ${asked}, servo has ${holds}`,
     unread: "Not read yet",
     lastRead: (age: string) => `Last read ${age} ago`,
     lastReadUnknown: "Last read before the link was lost",
@@ -58,23 +58,23 @@ export const rows = {
   },
   goTo: (name: string) => `Go to ${name}`,
   use: (value: string) => `Use ${value}`,
-  again: "Try again",
+  again: "Retry",
   notStaged: "Not staged.",
   notWritten: (why: string) => `Not written: ${why}`,
-  ramHolds: (value: string) => `RAM holds ${value}.`,
-  rolledBack: (others: string) => `Not kept: ${others} failed, so every change was taken back.`,
+  ramHolds: (value: string) => `RAM has ${value}.`,
+  rolledBack: (others: string) => `Undone: ${others} failed, so all changes were rolled back.`,
   verdict: {
-    refused: "the servo refused it.",
-    no_response: "no answer in any of the tries.",
+    refused: "the servo refused the value.",
+    no_response: "no response after several tries.",
     clamped: "the servo changed the value.",
   } as Record<string, string>,
   staleRevision:
-    "Not written: somebody else changed this servo meanwhile. Its values were read again; look at them, then apply.",
+    "Not written: another client changed this servo. Its values were read again. Review them, then apply.",
   ram: "RAM",
   rom: "ROM",
   default: "default",
   toDefault: (row: string, value: string) => `Set ${row} to its default, ${value}`,
-  ruler: (ram: string, low: string, high: string) => `RAM holds ${ram}, in a range of ${low} to ${high}`,
+  ruler: (ram: string, low: string, high: string) => `RAM value ${ram}, range ${low} to ${high}`,
 };
 
 export const check = {
@@ -83,12 +83,12 @@ export const check = {
   ambiguous: (typed: string) => `The comma in “${typed}” can separate thousands or decimals.`,
   otherUnit: (typed: string, unit: string) =>
     unit === ""
-      ? `This value has no unit; “${typed}” is not expected.`
+      ? `This value has no unit. Remove “${typed}”.`
       : `This value is in ${unit}, not in ${typed}.`,
   enterOne: (value: string) => `Enter ${value}.`,
   above: (value: string, limit: string) => `${value} is above this model's limit of ${limit}.`,
   below: (value: string, limit: string) => `${value} is below this model's limit of ${limit}.`,
-  between: (value: string, step: string) => `${value} is between two steps of ${step}.`,
+  between: (value: string, step: string) => `${value} is not a multiple of ${step}.`,
   either: (low: string, high: string) => `Enter ${low} or ${high}.`,
   enter: (low: string, high: string) => `Enter ${low} to ${high}.`,
   enterNumber: "Enter a number.",
@@ -104,7 +104,7 @@ export const job = {
   notConfirmed: (step: string) => `${step}: not confirmed`,
   never: "not reached",
   step: (n: number, all: number) =>
-    `Step ${n} of ${all}. Usually 1 to 3\u202fs. It goes on if you leave this page.`,
+    `Step ${n} of ${all}. Usually 1 to 3\u202fs. It continues if you leave this page.`,
   hide: "Hide",
   close: "Close",
   state: {
@@ -119,7 +119,7 @@ export const job = {
     running: "running",
     done: "done",
     failed: "failed",
-    skipped: "left out",
+    skipped: "skipped",
   },
   liveAngle: (angle: string) => `At ${angle} now.`,
 };

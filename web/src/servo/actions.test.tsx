@@ -86,7 +86,7 @@ describe("in the head", () => {
       begun.value = [flow];
     });
     press("servo-menu");
-    expect(find("menu-restart")?.textContent).toContain("A change to this servo is under way.");
+    expect(find("menu-restart")?.textContent).toContain("A change to this servo is in progress.");
     press("menu-restart");
     press("menu-factory-reset");
     expect(sent).toEqual([]);

@@ -1,23 +1,23 @@
-/** The English words for what hornbill keeps by code: why a snapshot was taken, what was done, what came of it. */
+/** English words for stored codes: reasons of snapshots, and actions and outcomes of the audit. */
 import type { Facts } from "../bench/facts";
 
 export const words = {
   reasons: {
-    by_hand: () => "Taken by hand",
+    manual: () => "Taken manually",
     saving: () => "Before a save to ROM",
     factory_reset: () => "Before a factory reset",
-    drift_undone: () => "Before changes from outside were undone",
+    drift_undone: () => "Before external changes were undone",
     change: (p: Facts) =>
       p.more === undefined || p.more === "0"
-        ? `Before a change of ${p.key}`
-        : `Before a change of ${p.key} and ${p.more} more`,
+        ? `Before changing ${p.key}`
+        : `Before changing ${p.key} and ${p.more} more`,
     commissioning: () => "Before commissioning",
-    matrix: () => "Before a change of several servos",
-    profile: (p: Facts) => `Before the profile ${p.profile}`,
+    matrix: () => "Before changing several servos",
+    profile: (p: Facts) => `Before applying profile ${p.profile}`,
     restore: (p: Facts) =>
       p.snapshot === undefined
-        ? `Before a restore of ${p.side}`
-        : `Before snapshot ${p.snapshot} was restored`,
+        ? `Before restoring ${p.side}`
+        : `Before restoring snapshot ${p.snapshot}`,
   },
 
   words: {
@@ -30,14 +30,14 @@ export const words = {
     profile: "Profile",
     commissioning: "Commissioning",
     identify: "Wiggle",
-    drift: "Change outside",
+    drift: "External change",
     label: "Label",
     notes: "Notes",
     position_unit: "Position unit",
     lease: "Motion control",
     stop: "Stop",
     acknowledge: "Acknowledge",
-    pin: "Pin a node ID",
+    pin: "Pin node ID",
     forget: "Forget",
     allocator: "Node ID allocator",
     step_test: "Step test",
@@ -47,11 +47,11 @@ export const words = {
     verified: "verified",
     unchanged: "unchanged",
     accepted: "accepted",
-    cancelled: "stopped",
+    cancelled: "cancelled",
     failed: "failed",
     refused: "refused",
-    no_response: "no answer",
-    clamped: "held by the servo",
+    no_response: "no response",
+    clamped: "limited by the servo",
     rolled_back: "undone",
     dropped: "dropped",
     cleared: "cleared",
@@ -59,7 +59,7 @@ export const words = {
     taken: "taken",
     handed: "handed over",
     passed: "passed on",
-    released: "given back",
-    lapsed: "ran out",
+    released: "released",
+    expired: "expired",
   } as Record<string, string>,
 };

@@ -4,7 +4,7 @@ import type { words as english } from "./audit.en";
 
 export const words = {
   reasons: {
-    by_hand: () => "手動",
+    manual: () => "手動",
     saving: () => "ROM保存の前",
     factory_reset: () => "工場出荷設定に戻す前",
     drift_undone: () => "外部の変更を戻す前",
@@ -56,6 +56,6 @@ export const words = {
     handed: "引き渡し",
     passed: "移行",
     released: "返却",
-    lapsed: "期限切れ",
+    expired: "期限切れ",
   },
 } satisfies Said<typeof english>;

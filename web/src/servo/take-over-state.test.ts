@@ -50,7 +50,7 @@ describe("asking", () => {
   test("says who asks and why, looks every second, and holds with torque off once it was granted", async () => {
     await askFor(UID, " calibrate ");
     expect(sent[0]).toBe(
-      `POST /leases/requests {"holder":"${holder()}","ttl_s":3,"reason":"calibrate","patience_s":10}`,
+      `POST /leases/requests {"holder":"${holder()}","ttl_s":3,"reason":"calibrate","timeout_s":10}`,
     );
     expect(motion.value).toMatchObject({ phase: "waiting", from: "Rig 3", request: "R" });
     await turn();

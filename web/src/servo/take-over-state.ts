@@ -20,7 +20,7 @@ export async function askFor(uid: string, reason: string): Promise<void> {
   motion.value = { phase: "asking", uid };
   motionRefusal.value = null;
   try {
-    const body = { holder: holder(), ttl_s: TTL_S, reason: reason.trim(), patience_s: PATIENCE_S };
+    const body = { holder: holder(), ttl_s: TTL_S, reason: reason.trim(), timeout_s: PATIENCE_S };
     const told = await ask("POST", "/leases/requests", { body });
     if (motion.peek().phase === "asking") follow(uid, told);
     else await withdraw(told.id);
@@ -58,7 +58,7 @@ function follow(uid: string, told: TakeOverState): void {
     setTimeout(() => void look(told.id), Math.min(LOOK_MS, 1000 * told.expires_in_s + 50));
   } else {
     const keeps = heldLease.peek()?.holder ?? from;
-    motion.value = { phase: "off", why: told.state === "refused" ? words.kept(who(keeps)) : words.over };
+    motion.value = { phase: "off", why: told.state === "refused" ? words.refused(who(keeps)) : words.over };
   }
 }
 

@@ -8,12 +8,12 @@ export const words = {
   held: holder => `${holder}が動作権を持っています`,
   left: left => `最後の応答から${seconds(left)}で終わります。作業中であれば要求してください。`,
   why: "理由（相手に表示されます）",
-  ask: "要求する",
+  request: "要求",
   take: "すぐに取る…",
-  asked: holder => `${holder}に動作権を要求しました`,
+  requested: holder => `${holder}に動作権を要求しました`,
   passes: left => `拒否されなければ${seconds(left)}後に移ります。`,
   withdraw: "要求を取り下げる",
-  kept: holder => `${holder}は動作権を渡しません。`,
+  refused: holder => `${holder}は動作権を渡しません。`,
   over: "要求は終わりました。もう一度要求してください。",
   takeTitle: holder => `${holder}から動作権を取りますか？`,
   takeText: holder =>
@@ -23,5 +23,5 @@ export const words = {
   takeNow: "すぐに取る",
   yours: "動作権を取得しました",
   yoursText: "それまで指令されていたサーボのトルクはオフです。動作を有効にするまで何も動きません。",
-  giveBack: "返す",
+  release: "解放",
 } satisfies Said<typeof english>;

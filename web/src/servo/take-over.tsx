@@ -25,7 +25,7 @@ export function TakeOver({ uid }: { uid: string }) {
         </h3>
         <p class="second">{words.yoursText}</p>
         <Button testid="give-back" onClick={() => forgetMotion(null)}>
-          {words.giveBack}
+          {words.release}
         </Button>
       </section>
     );
@@ -40,7 +40,7 @@ export function TakeOver({ uid }: { uid: string }) {
     <section class="take-over" data-testid="take-over" data-phase={present.phase}>
       <h3>
         {waiting ? <Spinner /> : <Glyph kind="warning" />}{" "}
-        {waiting ? words.asked(holder) : words.held(holder)}
+        {waiting ? words.requested(holder) : words.held(holder)}
       </h3>
       <p class="second" data-testid="take-over-left">
         {waiting
@@ -61,7 +61,7 @@ export function TakeOver({ uid }: { uid: string }) {
             disabled={present.phase !== "off"}
             onClick={() => void askFor(uid, reason.value)}
           >
-            {words.ask}
+            {words.request}
           </Button>
         )}
         <Button

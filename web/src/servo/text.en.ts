@@ -1,10 +1,10 @@
-/** The English words round every page of one servo; loaded with them. */
+/** English words common to all pages of a servo; loaded with them. */
 
 export const words = {
   head: {
     tabs: "Pages of this servo",
-    before: "Servo before",
-    after: "Servo after",
+    before: "Previous servo",
+    after: "Next servo",
     place: (n: number, of: number) => `${n} of ${of}`,
     saved: "All values are in ROM",
     notKnown: "ROM not known",

@@ -1,4 +1,4 @@
-/** The English headings of groups in the list. */
+/** English headings of groups in the list. */
 export const words = {
   rest: "Others",
   ok: "OK",

@@ -1,4 +1,4 @@
-/** The English sentences of the Servos page and of what a servo does. */
+/** English words of the Servos page, and of the states of a servo. */
 
 export const servos = {
   title: "Servos",
@@ -23,19 +23,19 @@ export const servos = {
   notKnown: "not known",
   ramOnly: (n: number) => `${n} in RAM only`,
   ramLost: (n: number) => `${n} RAM ${n === 1 ? "value" : "values"} lost`,
-  changedOutside: "Changed outside",
-  changedRows: (n: number) => `Changed outside: ${n} ${n === 1 ? "row" : "rows"} of its ROM`,
+  changedOutside: "Changed externally",
+  changedRows: (n: number) => `Changed externally: ${n} ROM ${n === 1 ? "row" : "rows"}`,
   showChanged: "Show the difference…",
   firmware: (version: string) => `fw ${version}`,
   noData: "no data",
-  unitConflict: "Status and register 0x08 disagree about the position unit.",
+  unitConflict: "Status and register 0x08 disagree on the position unit.",
   rename: (name: string) => `Rename ${name}`,
   nickname: "Nickname",
   open: (name: string) => `Open ${name}`,
   unknownModel: "Unknown model",
-  unknownLine: "Read only",
-  more: "More servos: wire them to the bus. They appear here by themselves.",
-  nothingFound: "No servo matches.",
+  unknownLine: "Read-only",
+  more: "To add servos, wire them to the bus. They appear here automatically.",
+  nothingFound: "No matching servos.",
   showAll: "Show all",
   model: "Model",
   everyModel: "All models",
@@ -58,42 +58,42 @@ export const servos = {
   },
   sortBy: (column: string) => `Sort by ${column}`,
   select: (name: string) => `Select ${name}`,
-  selectAll: "Select all that are shown",
+  selectAll: "Select all shown",
   bar: {
     label: (n: number) => `${n} ${n === 1 ? "servo" : "servos"} selected`,
-    none: "Select none",
+    none: "Clear selection",
     plot: "Plot",
-    edit: "Edit together",
+    edit: "Compare and edit",
     profile: "Apply profile…",
-    /** One servo after the other. */
+    /** One servo at a time. */
     wiggling: (name: string, n: number, of: number) =>
       of === 1 ? `Wiggling ${name}` : `Wiggling ${name}, ${n} of ${of}`,
-    wiggled: (n: number) => (n === 1 ? "1 wiggled." : `${n} wiggled in turn.`),
-    skipRest: "Skip the rest",
+    wiggled: (n: number) => `${n} ${n === 1 ? "servo" : "servos"} wiggled.`,
+    skipRest: "Skip remaining",
     notWiggled: (name: string, why: string) => `${name}: not wiggled. ${why}`,
     notRestarted: (name: string, why: string) => `${name}: not restarted. ${why}`,
-    torqueOffDone: (n: number) => `Torque is off on ${n} of them.`,
+    torqueOffDone: (n: number) => `Torque is off on ${n} ${n === 1 ? "servo" : "servos"}.`,
     torqueOffFailed: (name: string, why: string) => `${name}: torque off was not confirmed. ${why}`,
   },
   sparkline: (name: string) => `Angle of ${name} over the last 30 s`,
   waiting: "Waiting for a node ID",
-  stages: ["heard", "2 of 3 parts", "third part"] as const,
-  usually: "Normal: up to 1.8\u202fs per servo",
+  stages: ["1 of 3 parts", "2 of 3 parts", "3 of 3 parts"] as const,
+  usually: "Normally up to 1.8\u202fs per servo",
 };
 
 export const empty = {
-  title: "No servo yet",
-  evidence: (fps: string, errors: string) => `The bus carries ${fps} frames/s with ${errors} errors.`,
+  title: "No servos yet",
+  evidence: (fps: string, errors: string) => `The bus carries ${fps} frames/s, ${errors} errors.`,
   noBus: "hornbill is not connected to a bus.",
-  supply: "Check the supply: a servo needs its rated voltage before it answers.",
+  supply: "Check the supply: a servo needs its rated voltage to respond.",
   termination: "Check the termination: 120\u202fΩ at both ends of the bus.",
-  bitrate: "Check the bit rate: these servos talk at 1\u202fMbit/s.",
-  waiting: "Servos are asking for a node ID; it takes about a second each.",
-  lostBus: "The adapter is lost. It is opened again by itself.",
-  pick: "Pick the adapter the servos are wired to; hornbill lists what is plugged in.",
+  bitrate: "Check the bit rate: these servos use 1\u202fMbit/s.",
+  waiting: "Servos are requesting node IDs. Each takes about a second.",
+  lostBus: "The adapter was lost. hornbill reopens it automatically.",
+  pick: "Choose the adapter that the servos are wired to.",
   connect: "Connect an adapter…",
-  loading: "Reading the list of servos.",
-  again: "Look again",
+  loading: "Loading the list of servos.",
+  again: "Check again",
 };
 
 export const state = {
@@ -104,15 +104,15 @@ export const state = {
   protected: (what: string) => `Protected: ${what}`,
   protectedAt: (celsius: string) => `${celsius}, output off`,
   outputOff: "output off",
-  protectedLine: "Output comes back on by itself",
+  protectedLine: "Output turns on again automatically",
   saving: "Saving to ROM",
-  savingLine: "Keep its supply on",
+  savingLine: "Keep the supply on",
   restarting: "Restarting",
-  restartingLine: "Holds no torque for about a second",
+  restartingLine: "No torque for about a second",
   softStart: "Soft start",
-  softStartLine: "Horn goes slowly to 0.0°",
+  softStartLine: "Horn moves slowly to 0.0°",
   updating: "Software update",
-  updatingLine: "Keep its supply on",
+  updatingLine: "Keep the supply on",
   identifying: "Identifying",
   identifyingLine: "Reading model, firmware and serial",
   toSnapshots: "Restore a snapshot…",
@@ -121,13 +121,13 @@ export const state = {
   lastSeen: (at: string) => `Last seen ${at}`,
   checkSupply: "Check its supply",
   connectBus: "Connect the bus",
-  neverSeen: "Not heard since hornbill started",
+  neverSeen: "Not seen since hornbill started",
   more: (n: number) => `and ${n} more`,
   unknownBit: (bit: number) => `bit ${bit} (undocumented)`,
   health: {
-    warning: "it reports a warning",
-    error: "it reports an error",
-    critical: "it reports a critical state",
+    warning: "node health is WARNING",
+    error: "node health is ERROR",
+    critical: "node health is CRITICAL",
   },
   counts: {
     ok: (n: number) => `${n} OK`,
@@ -145,20 +145,20 @@ const who = (what: string, by: string) => (by === "" ? what : `${what} by ${by}`
 export const activity = {
   holding: "Holding",
   moving: "Moving",
-  turning: "Turning",
+  turning: "Rotating",
   soft_start: "Soft start",
   hunting: "Hunting",
   huntingBy: (swing: string) => `Hunting, ${swing} peak to peak`,
-  huntingAdvice: "It oscillates at rest. Lower the P gain or widen the dead band.",
+  huntingAdvice: "Oscillates at rest. Lower the P gain or widen the deadband.",
   saturated: "Saturated",
   saturatedAt: (torque: string, limit: string) => `Saturated, torque ${torque} of ${limit}`,
-  saturatedAdvice: "It pushes at its torque limit without moving. Free the horn or reduce the load.",
-  released: "Let go: command timeout (0x26)",
+  saturatedAdvice: "Pushes at its torque limit without moving. Free the horn or reduce the load.",
+  released: "Torque off: command timeout (0x26)",
   held_after_timeout: "Held after timeout (0x26)",
 };
 
 export const output = {
-  state: { on: "Output on", off: "Output off", brake: "Brake on", unknown: "Output not known" },
+  state: { on: "Output on", off: "Output off", brake: "Brake on", unknown: "Output unknown" },
   reason: {
     configured: () => "as configured",
     stop: (by: string) => who("stopped", by),
@@ -171,26 +171,26 @@ export const output = {
   restore: "Restore output…",
   offOn: (n: number) => `Output is off on ${n === 1 ? "1 servo" : `${n} servos`}.`,
   keptOn: (n: number) =>
-    `Output is on for ${n === 1 ? "1 servo" : `${n} servos`}. It goes off when you leave this page.`,
-  nothing: "No servo to restore: the torque mode in ROM is off.",
-  /** Neither motion control nor a token told who it was. */
+    `Output is on for ${n === 1 ? "1 servo" : `${n} servos`}. It turns off when you leave this page.`,
+  nothing: "No servo to restore: torque mode in ROM is off.",
+  /** Neither a lease nor a token names the client. */
   client: "a client",
   line: (state: string, why: string) => `${state}: ${why}`,
   at: (why: string, time: string) => `${why}, ${time}`,
 };
 
-/** On models and firmware; the notes on firmware are the server's. */
+/** On models and firmware. Notes on firmware come from the server. */
 export const model = {
   as: (name: string) => `as ${name}`,
   unknownSeries: (number: string) => `Unknown series ${number}`,
   readOnly: (number: string) =>
-    `hornbill does not know series ${number}: this servo can be read, kept as a snapshot and compared. ` +
-    "It is neither moved nor written to, but for torque off. " +
-    "Use a hornbill that knows this series, or Futaba's own program.",
+    `hornbill does not support series ${number}. It reads this servo, takes snapshots and compares them, ` +
+    "but writes nothing except torque off. " +
+    "Use a hornbill version that supports the series, or Futaba's own program.",
   otherHardware: (number: string, name: string) =>
-    `hornbill does not know hardware ${number}: it treats this servo as a ${name}, the newest it knows of the series.`,
+    `Hardware ${number} is unknown. hornbill treats this servo as a ${name}, the newest known model of the series.`,
   otherFirmware: (version: string, as: string) =>
-    `hornbill does not know firmware ${version}: it treats it as ${as}, the newest before it.`,
-  showNote: "What to know of this firmware",
+    `Firmware ${version} is unknown. hornbill treats it as ${as}, the newest known version before it.`,
+  showNote: "Notes on this firmware",
   noteOn: (version: string, note: string) => `Firmware ${version}: ${note}`,
 };

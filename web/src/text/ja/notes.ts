@@ -45,13 +45,13 @@ export const notes = {
   unit_no_text: () => '単位は文字列です（例: "ms"）。',
   unit_without_value: p => `${p.key}は単位だけで値がありません。除いてください。`,
 
-  pin_kept: p => `すでにノードID ${p.node_id}で動作しています。このまま固定します。`,
-  pin_at_start: p =>
+  pin_unchanged: p => `すでにノードID ${p.node_id}で動作しています。このまま固定します。`,
+  pin_at_restart: p =>
     `次に起動してノードIDを要求したとき、${p.node_id}を割り当てます。${p.now_on ? `それまでは${p.now_on}のままです。` : ""}`,
   pin_after_fixed: p =>
     `ノードID ${p.node_id}が設定されており（0x46）、要求しません。0x46を0にすると、固定したIDになります。`,
-  id_free: p => `ノードID ${p.node_id}が空きました。このノードが再び要求すると、新しいノードとして扱います。`,
-  id_kept_until_start: p =>
+  id_freed: p => `ノードID ${p.node_id}が空きました。このノードが再び要求すると、新しいノードとして扱います。`,
+  id_changes_at_restart: p =>
     `ノードはオンラインで、再起動まではノードID ${p.node_id}のままです。その後は新しいノードとして割り当てます。`,
 
   no_status: () => "送信していますが、毎秒1回必要なNodeStatusを一度も送っていません。",

@@ -14,8 +14,8 @@ export const STOP_CAUSE: Readonly<Record<string, string>> = {
 };
 
 export const LEASE_END: Readonly<Record<string, (p: Facts) => string>> = {
-  ran_out: p => `${who(p.holder)}の動作権が時間切れになりました。`,
-  given_back: p => `${who(p.holder)}が動作権を返しました。`,
+  expired: p => `${who(p.holder)}の動作権が時間切れになりました。`,
+  released: p => `${who(p.holder)}が動作権を返しました。`,
   page_closed: p => `${who(p.holder)}のページが閉じられました。`,
   job_ended: p => `${who(p.holder)}が終了しました。`,
   passed: p => `要求していた${who(p.holder)}に動作権が移ります。`,
