@@ -78,6 +78,17 @@ def test_every_open_question_of_the_simulator_is_on_the_checklist() -> None:
         assert f"`{field.name}`" in page, f"docs/explanation/hardware.md does not say who can tell {field.name}"
 
 
+def test_the_guide_to_simulated_servos_lists_every_switch_with_its_default() -> None:
+    page = (ROOT / "docs" / "how-to" / "simulate.md").read_text(encoding="utf-8")
+    listed = {
+        name: values.partition(",")[0].strip("`")
+        for name, values in re.findall(r"^\| `(\w+)` \| ([^|]+) \|", page, re.MULTILINE)
+    }
+    defaults = {field.name: str(field.default).replace("True", "true").replace("False", "false") for field in
+                dataclasses.fields(Behaviour)}  # fmt: skip
+    assert listed == defaults
+
+
 def test_what_the_checklist_says_a_probe_answers_it_does() -> None:
     page = (ROOT / "docs" / "explanation" / "hardware.md").read_text(encoding="utf-8")
     source = "".join(file.read_text(encoding="utf-8") for file in (PACKAGE / "probe").glob("*.py"))
