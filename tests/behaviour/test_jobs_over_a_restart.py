@@ -72,7 +72,7 @@ START: dict[str, Start] = {
 
 def stated() -> dict[str, str]:
     """By kind, whether the document says that it can be resumed."""
-    rows = re.findall(r"^\| `(\w+)` \| (resumable|started anew) \|", DOCUMENT.read_text(encoding="utf-8"), re.M)
+    rows = re.findall(r"^\| `(\w+)` \| (resumable|repeat) \|", DOCUMENT.read_text(encoding="utf-8"), re.M)
     return dict(rows)
 
 
