@@ -119,7 +119,7 @@ async def test_what_its_own_time_out_does_is_told(rig: Rig, action: str, state: 
     json(await rig.call("POST", f"/servos/{servo.uid}/command", {"type": "angle", "value": 10}, lease=lease))
     await asyncio.sleep(4)
     assert await doing(rig, servo) == "holding"
-    rig.host.motion.hand_back(servo)
+    rig.host.motion.stop_commanding(servo)
     await asyncio.sleep(4)
     assert await doing(rig, servo) == state
 
@@ -130,7 +130,7 @@ async def test_a_time_out_of_before_the_server_started_is_told(rig: Rig) -> None
     lease = await on(rig, servo)
     json(await rig.call("POST", f"/servos/{servo.uid}/command", {"type": "angle", "value": 10}, lease=lease))
     await asyncio.sleep(5)
-    rig.host.motion.hand_back(servo)
+    rig.host.motion.stop_commanding(servo)
     await asyncio.sleep(5)
     servo.output.commanded_at = servo.output.timed_out_at = None  # a server that knows nothing of before
     json(await rig.call("PUT", "/bus", {"address": "memory:host"}))

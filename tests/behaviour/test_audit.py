@@ -154,7 +154,7 @@ async def test_motion_control_taken_given_back_and_lapsed_is_kept_by_its_holder(
     await asyncio.sleep(2)
     rows = await audit(rig, action="lease")
     assert [row["outcome"] for row in reversed(rows)] in (
-        ["taken", "released", "taken", "lapsed"], ["taken", "taken", "released", "lapsed"],
+        ["taken", "released", "taken", "expired"], ["taken", "taken", "released", "expired"],
     )  # fmt: skip
     assert {row["by"] for row in rows} == {"test"}
     assert rows[0]["detail"] == "The lease of test ran out."

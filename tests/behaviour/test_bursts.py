@@ -156,12 +156,12 @@ def test_it_is_held_while_the_lease_lives_and_torque_goes_off_when_it_lapses(*, 
         lapses_at = asyncio.get_running_loop().time() + 8
         lease = await rig.lease(ttl_s=8)
         json(await rig.call("POST", "/commands", angles([servo], 33.3), lease=lease))
-        assert rig.host.motion.driven(servo.uid)
+        assert rig.host.motion.is_commanded(servo.uid)
         await asyncio.sleep(5)
         assert len(rig.array_commands()) == 1, "a burst is never repeated"
         assert rig.sim(servo).output == 0
         assert abs(rig.sim(servo).angle_deg - 33.3) < 1
-        assert not rig.events("let_go")
+        assert not rig.events("command_ended")
         assert abs((servo.raw("command_angle") or 0) - 333) <= 1
         await asyncio.sleep(lapses_at + 0.1 - asyncio.get_running_loop().time())
         assert rig.sim(servo).output == 1
@@ -180,7 +180,7 @@ async def test_a_servo_that_is_known_to_show_bursts_and_missed_one_is_let_go_and
     await asyncio.sleep(0.05)
     rig.bus.loss(0)
     await asyncio.sleep(3)
-    assert "did not take" in rig.events("let_go")[0].text
+    assert "did not take" in rig.events("command_ended")[0].text
     assert abs(rig.sim(servo).angle_deg - 20) < 1
     assert rig.sim(servo).output == 1, "its own time-out took it"
 
@@ -201,7 +201,7 @@ async def test_a_stop_ends_it_and_a_prepared_burst_cannot_be_sent_any_more(rig: 
     with pytest.raises(Stopped):
         rig.host.bursts.send(lease, prepared)
     json(await rig.call("DELETE", "/stop"))
-    servos[0].boots += 1
+    servos[0].boot_count += 1
     with pytest.raises(Busy):
         rig.host.bursts.send(lease, prepared)
     assert len(rig.array_commands()) == 51

@@ -100,7 +100,7 @@ async def test_old_news_of_a_lonely_servo_is_not_taken_for_a_restart_and_delays_
     assert rig.sim(servo).output == 1
     await asyncio.sleep(10)
     assert servo.state is State.READY
-    assert servo.boots == 0
+    assert servo.boot_count == 0
     assert rig.events("restarted") == []
 
 
@@ -115,7 +115,7 @@ async def test_a_restart_while_it_was_lost_is_noticed(rig: Rig) -> None:
     await asyncio.sleep(40)
     await back(rig)
     await asyncio.sleep(5)
-    assert servo.boots == 1
+    assert servo.boot_count == 1
     assert servo.state is State.READY
 
 
@@ -134,7 +134,7 @@ async def test_a_short_loss_does_not_make_anybody_identify_anew(rig: Rig) -> Non
 async def test_a_bus_that_cannot_be_opened_yet_is_waited_for(rig: Rig) -> None:
     rig.cable.plugged = False
     port = rig.cable.port("memory:host", 1_000_000)
-    await port.open_sooner_or_later()
+    await port.open_with_retries()
     await rig.host.attach(port)
     assert "opened again by itself" in rig.events("bus_lost")[0].text
     assert json(await rig.call("GET", "/bus"))["state"] == "lost"

@@ -20,7 +20,7 @@ async def test_commands_end_and_torque_off_is_the_first_thing_written_when_the_b
     lease = await commanded(rig, servo)
     await lose(rig)
     await asyncio.sleep(0.1)
-    assert not rig.host.motion.driven(servo.uid)
+    assert not rig.host.motion.is_commanded(servo.uid)
     assert servo.title in rig.events("bus_lost")[0].text
     written = len(rig.writes())
     await back(rig)
@@ -210,7 +210,7 @@ async def test_a_command_that_comes_while_it_is_lost_forgives_nothing(rig: Rig) 
     with pytest.raises(BusDisconnected, match="The bus is lost"):
         await rig.host.motion.command(servo, lease, "angle", 5, clamp=False)
     assert rig.host.torque_off.pending(servo.uid)
-    assert not rig.host.motion.driven(servo.uid)
+    assert not rig.host.motion.is_commanded(servo.uid)
     await back(rig)
     await asyncio.sleep(0.1)
     assert rig.sim(servo).output == 1

@@ -68,7 +68,7 @@ async def test_after_a_restart_beyond_half_a_turn_the_next_far_move_is_confirmed
     await asyncio.sleep(0.4)
     rig.bench.power(servo.uid, True)
     async with asyncio.timeout(20):
-        while servo.boots == 0 or servo.state is not State.READY:
+        while servo.boot_count == 0 or servo.state is not State.READY:
             await asyncio.sleep(0.05)
     shown = json(await rig.call("GET", f"/servos/{servo.uid}/parameters/current_angle"))["value"]
     assert abs(shown + 90) < 1, "270° returns as -90°"
@@ -94,7 +94,7 @@ async def test_a_restart_within_half_a_turn_loses_no_turns(rig: Rig, servo: Serv
     await asyncio.sleep(0.4)
     rig.bench.power(servo.uid, True)
     async with asyncio.timeout(20):
-        while servo.boots == 0 or servo.state is not State.READY:
+        while servo.boot_count == 0 or servo.state is not State.READY:
             await asyncio.sleep(0.05)
     assert not rig.events("turns_lost")
     assert await said(rig, servo, 170) == []

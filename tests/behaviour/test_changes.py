@@ -173,7 +173,7 @@ async def test_a_row_that_holds_something_else_than_it_answered_undoes_the_whole
     once_written(rig, "angle_boost", lambda: rig.sim(servo).memory.put(0x2C, 99))
     answer = json(await patching(rig, servo, EIGHT))
     assert answer["outcome"] == "rolled_back"
-    assert answer["problem"]["code"] == "not_as_wanted"
+    assert answer["problem"]["code"] == "unexpected_result"
     assert answer["problem"]["differences"] == [{"key": "angle_p_gain", "wanted": 50, "found": 99}]
     assert held(rig, servo, EIGHT) == before
 
@@ -197,7 +197,7 @@ async def test_a_servo_that_may_have_restarted_is_put_back_only_once_its_status_
 
     once_written(rig, "angle_boost", spoil)
     rig.host.hub.subscribe(put_back)
-    assert json(await patching(rig, servo, EIGHT))["problem"]["code"] == "not_as_wanted"
+    assert json(await patching(rig, servo, EIGHT))["problem"]["code"] == "unexpected_result"
     assert heard_at[0] > spoiled_at[0]
 
 
@@ -288,7 +288,7 @@ async def test_torque_that_a_failed_change_turned_on_is_taken_away_again_and_nev
     body = {"values": {"torque_mode": "on", "angle_p_gain": 41}}
     answer = json(await rig.call("PATCH", path, body, lease=lease))
     assert verdicts(answer) == {"angle_p_gain": "rolled_back", "torque_mode": "rolled_back"}
-    assert not rig.host.motion.driven(servo.uid)
+    assert not rig.host.motion.is_commanded(servo.uid)
     assert held(rig, servo, {"torque_mode": 1, "angle_p_gain": 40}) == {"torque_mode": 1, "angle_p_gain": 40}
     json(await rig.call("POST", f"/servos/{servo.uid}/torque", {"mode": "on"}, lease=lease))
     body = {"values": {"torque_mode": "off", "angle_p_gain": 41}}
@@ -437,7 +437,7 @@ async def test_a_node_id_of_anybody_is_refused_and_the_own_one_is_not(rig: Rig) 
     Neighbour(rig.bus.port("gps"), 60).speak()
     rig.host.store.allocations.record(Uid("cd" * 16), NodeId(33))
     await asyncio.sleep(2)
-    for node, words in ((12, "on the bus"), (60, "node 60"), (33, "allocation table"), (127, "hornbill itself")):
+    for node, words in ((12, "on the bus"), (60, "node 60"), (33, "allocation table"), (127, "this server")):
         taken = problem(await patching(rig, servo, {"node_id": node}), "conflict", 409)
         assert words in taken["detail"], taken["detail"]
     assert rig.writes() == []
@@ -483,7 +483,7 @@ async def test_taking_torque_away_waits_for_no_change_and_needs_no_lease(rig: Ri
     json(await rig.call(way, *off))
     assert not changing.done()
     assert rig.sim(servo).memory.get(0x20) == 1
-    assert not rig.host.motion.driven(servo.uid)
+    assert not rig.host.motion.is_commanded(servo.uid)
     assert json(await changing)["outcome"] == "applied"
     assert rig.sim(servo).memory.get(0x20) == 1
 
@@ -493,7 +493,7 @@ async def test_a_row_that_refuses_to_be_read_before_it_is_written_says_so(rig: R
     rig.sim(servo).conditions.refuse_keys.add("angle_d_gain")
     answer = await patching(rig, servo, {"angle_p_gain": 41, "angle_d_gain": 31})
     refused = problem(answer, "refused_by_servo", 502)
-    assert "refused to read angle_d_gain (0x2D) before it was written; nothing was written" in refused["detail"]
+    assert "refused a read of angle_d_gain (0x2D) before the write. Nothing was written" in refused["detail"]
     assert rig.writes() == []
 
 

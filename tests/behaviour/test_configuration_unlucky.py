@@ -108,7 +108,7 @@ async def test_what_rom_holds_is_not_known_when_a_reset_ends_while_erase_is_unde
     await rig.ready()
     await asyncio.sleep(8)
     assert servo.registers["angle_p_gain"].rom == 77
-    rig.sim(servo).conditions.answer_delay_s = 0.1
+    rig.sim(servo).conditions.response_delay_s = 0.1
     started = json(await rig.call("POST", f"/servos/{servo.uid}/factory-reset"), 202)
     await until_step(rig, started["id"], "erase")
     await asyncio.sleep(0.05)
@@ -117,7 +117,7 @@ async def test_what_rom_holds_is_not_known_when_a_reset_ends_while_erase_is_unde
         json(await rig.call("POST", "/stop"))
     else:
         json(await rig.call("DELETE", f"/jobs/{started['id']}"))
-    rig.sim(servo).conditions.answer_delay_s = 0.0
+    rig.sim(servo).conditions.response_delay_s = 0.0
     await ended(rig, started["id"])
     assert servo.registers["angle_p_gain"].rom is None
     assert servo.registers["angle_p_gain"].at is None
@@ -291,12 +291,12 @@ async def test_what_was_written_right_after_a_restart_nobody_had_noticed_is_not_
     rig.bus.loss(100)
     await asyncio.sleep(0.12)  # its first NodeStatus is lost
     rig.bus.loss(0)
-    boots = servo.boots
+    boot_count = servo.boot_count
     answer = await patch(rig, servo, angle_p_gain=55)
-    assert servo.boots == boots
+    assert servo.boot_count == boot_count
     assert answer["outcome"] == "applied", answer
     await asyncio.sleep(3)
-    assert servo.boots == boots + 1
+    assert servo.boot_count == boot_count + 1
     assert rig.sim(servo).memory.get(GAIN) == 55
     assert rig.sim(servo).memory.stored(GAIN) == 40
     assert servo.registers["angle_p_gain"].rom in (None, 40)

@@ -21,12 +21,12 @@ HERE = replace(PLAIN, uid=UID, rom={"angle_limit_cw": 600, "speed_limit_cw": 200
 
 async def power(rig: Rig, servo: Servo, *, off_s: float = 4.0) -> None:
     """Off and on again; it comes back identified and out of soft start."""
-    boots = servo.boots
+    boot_count = servo.boot_count
     rig.bench.power(servo.uid, False)
     await asyncio.sleep(off_s)
     rig.bench.power(servo.uid, True)
     async with asyncio.timeout(30):
-        while servo.boots == boots or servo.state is not State.READY:
+        while servo.boot_count == boot_count or servo.state is not State.READY:
             await asyncio.sleep(0.05)
     await asyncio.sleep(1)
 

@@ -136,12 +136,12 @@ async def test_a_servo_that_could_not_load_its_rom_says_so_from_the_start_until_
     rig: Rig, servo: Servo
 ) -> None:
     sim = rig.sim(servo)
-    boots = servo.boots
+    boot_count = servo.boot_count
     rig.bench.power(servo.uid, False)
     await asyncio.sleep(4)
     sim.memory.rom_sound = False
     rig.bench.power(servo.uid, True)
-    await until(lambda: servo.boots > boots and servo.identified)
+    await until(lambda: servo.boot_count > boot_count and servo.identified)
     lost = await fault(rig, "rom_lost")
     assert (lost["active"], lost["latched"], lost["past_event"], lost["level"]) == (True, True, True, "warning")
     assert [one.level for one in rig.events("fault")] == ["warning"]
@@ -150,16 +150,16 @@ async def test_a_servo_that_could_not_load_its_rom_says_so_from_the_start_until_
 @scene(HERE)
 async def test_a_restart_by_watchdog_is_one_failure_and_goes_with_the_next_start(rig: Rig, servo: Servo) -> None:
     await asyncio.sleep(5)  # so that its uptime tells of a new start
-    boots = servo.boots
+    boot_count = servo.boot_count
     rig.sim(servo).faults.inject("watchdog_restart", True)
-    await until(lambda: servo.boots > boots and servo.state is State.READY)
+    await until(lambda: servo.boot_count > boot_count and servo.state is State.READY)
     await asyncio.sleep(10)
     told = await fault(rig, "watchdog_restart")
     assert (told["active"], told["latched"], told["past_event"], told["count"]) == (True, True, True, 1)
     assert [one.level for one in rig.events("fault")] == ["failure"]
-    boots = servo.boots
+    boot_count = servo.boot_count
     json(await rig.call("POST", f"/servos/{servo.uid}/restart?wait=true"))
-    await until(lambda: servo.boots > boots and servo.state is State.READY)
+    await until(lambda: servo.boot_count > boot_count and servo.state is State.READY)
     told = await fault(rig, "watchdog_restart")
     assert (told["active"], told["latched"], told["count"]) == (False, False, 1)
 
@@ -167,9 +167,9 @@ async def test_a_restart_by_watchdog_is_one_failure_and_goes_with_the_next_start
 @scene(HERE)
 async def test_what_is_broken_counts_anew_with_every_start(rig: Rig, servo: Servo) -> None:
     await inject(rig, servo, "sensor_weak")
-    boots = servo.boots
+    boot_count = servo.boot_count
     json(await rig.call("POST", f"/servos/{servo.uid}/restart?wait=true"))
-    await until(lambda: servo.boots > boots and servo.identified)
+    await until(lambda: servo.boot_count > boot_count and servo.identified)
     await asyncio.sleep(POLLED_S)
     assert (await fault(rig, "sensor_weak"))["count"] == 2
     assert len(rig.events("fault")) == 2

@@ -263,7 +263,7 @@ async def test_the_end_of_a_run_brakes_no_run_that_somebody_else_began_since(rig
     json(await rig.call("POST", f"{path}/torque", {"mode": "on"}, lease=other))
     json(await rig.call("POST", f"{path}/command", plain(30), lease=other))
     await asyncio.sleep(FOR_S + 0.2)
-    assert rig.host.motion.driven(servo.uid)
+    assert rig.host.motion.is_commanded(servo.uid)
     assert turns(rig, servo)
 
 

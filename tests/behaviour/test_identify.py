@@ -94,7 +94,7 @@ async def test_what_a_wiggle_borrows_is_never_told_as_in_ram_only(rig: Rig, serv
         await asyncio.sleep(0.005)
     assert lent, "it was limited meanwhile"
     assert {key for keys in seen for key in keys} - {"torque_mode"} == set(before) - {"torque_mode"}
-    assert servo.lent == {}
+    assert servo.temporary_values == {}
 
 
 @scene(HELD)
@@ -105,7 +105,7 @@ async def test_what_a_wiggle_could_not_give_back_is_told_as_in_ram_only(rig: Rig
         await asyncio.sleep(0.005)
     rig.sim(servo).conditions.mute = True
     await rig.host.jobs.wait(job)
-    assert servo.lent == {}
+    assert servo.temporary_values == {}
     assert "speed_limit_cw" in servo.unsaved()
 
 
@@ -142,7 +142,7 @@ async def test_one_horn_wiggles_within_its_bounds_and_everything_is_as_before(ri
     assert rig.sim(one).output == before[0]["torque_mode"]
     assert rig.array_commands() == []
     assert {node for node, _, _ in rig.writes()} == {one.node_id}
-    assert not rig.host.motion.driven(one.uid)
+    assert not rig.host.motion.is_commanded(one.uid)
     assert json(await rig.call("GET", "/leases")) == []
     (kept,) = rig.host.store.audit.rows(action="identify")
     assert (kept.entry.uid, kept.entry.outcome, kept.entry.by) == (one.uid, "succeeded", "no lease")
@@ -208,7 +208,7 @@ async def test_the_command_of_a_live_lease_goes_on_after_it(rig: Rig, servo: Ser
     assert job["state"] == "succeeded", job
     assert servo.raw("command_angle") == 100
     await asyncio.sleep(3)
-    assert rig.host.motion.driven(servo.uid)
+    assert rig.host.motion.is_commanded(servo.uid)
     assert rig.sim(servo).output == 0
     assert rig.sim(servo).angle_deg == pytest.approx(10, abs=0.5)
     json(await rig.call("DELETE", f"/leases/{lease}"))

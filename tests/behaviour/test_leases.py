@@ -17,7 +17,7 @@ from jumping_clock import JumpingLoop
 
 TWENTY = [replace(HOLDING, servo_id=n, node_id=10 + n) for n in range(1, 21)]
 TWO = TWENTY[:2]
-ASK = {"holder": "Bob", "ttl_s": 2.0, "reason": "my turn", "patience_s": 10.0}
+ASK = {"holder": "Bob", "ttl_s": 2.0, "reason": "my turn", "timeout_s": 10.0}
 
 
 async def move(rig: Rig, servo: Servo, lease: str, angle: float = 20.0) -> None:
@@ -151,7 +151,7 @@ async def test_a_heart_beat_keeps_the_lease_and_without_one_it_lapses(rig: Rig, 
 
 
 @scene(PLAIN)
-async def test_when_the_server_is_killed_the_servos_own_time_out_takes_torque_away(rig: Rig, servo: Servo) -> None:
+async def test_when_the_server_is_killed_the_servos_own_time_out_takes_disable_torque(rig: Rig, servo: Servo) -> None:
     """From the bus, a killed server is one that says nothing any more."""
 
     lease = await rig.lease()
@@ -176,7 +176,7 @@ async def test_everybody_sees_who_asks_and_the_countdown_and_the_log_says_it(rig
     told = (await page.hear("lease"))["lease"]
     assert (told["holder"], told["request"]["by"], told["request"]["reason"]) == ("test", "Bob", "my turn")
     assert 9.9 < told["request"]["expires_in_s"] <= 10
-    assert "Bob asks test for motion control: my turn." in rig.events("lease_asked")[0].text
+    assert "Bob asks test for motion control: my turn." in rig.events("lease_requested")[0].text
     await asyncio.sleep(2)
     beat = json(await rig.call("PUT", f"/leases/{lease}"))
     assert 7.9 < beat["request"]["expires_in_s"] <= 8, "a holder without a socket learns it from a heart-beat"
@@ -266,7 +266,7 @@ async def test_whoever_withdraws_or_vanishes_gets_nothing_and_the_holder_keeps_i
     await rig.lease()
     asked = json(await rig.call("POST", "/leases/requests", ASK), 202)
     assert json(await rig.call("DELETE", f"/leases/requests/{asked['id']}"))["state"] == "withdrawn"
-    asked = json(await rig.call("POST", "/leases/requests", {**ASK, "patience_s": 3}), 202)
+    asked = json(await rig.call("POST", "/leases/requests", {**ASK, "timeout_s": 3}), 202)
     await asyncio.sleep(3.1)  # it never looked
     assert (await poll(rig, asked))["state"] == "withdrawn"
     asked = json(await rig.call("POST", "/leases/requests", ASK), 202)

@@ -103,19 +103,19 @@ async def test_faults_stops_leases_and_refusals_are_counted(rig: Rig) -> None:
     found = await scrape(rig)
     assert of(found, "stop_latched") == 1
     assert of(found, "stops_total") == 1
-    assert of(found, "stop_answer_seconds_count") == 1
-    assert of(found, "stop_answer_seconds_bucket", le="0.02") == 1
+    assert of(found, "stop_response_seconds_count") == 1
+    assert of(found, "stop_response_seconds_bucket", le="0.02") == 1
     assert of(found, "stop_unconfirmed_servos") == 0
     assert of(found, "leases_total", event="taken") == 2
     assert of(found, "leases_total", event="released") == 1
-    assert of(found, "leases_total", event="lapsed") == 1
+    assert of(found, "leases_total", event="expired") == 1
     assert of(found, "lease_held") == 0
     assert of(found, "servo_faults", level="warning") == 1
     active = [has["fault"] for has, value in found["hornbill_servo_fault"] if value == 1]
     assert len(active) == 1
     assert of(found, "bus_refusals_total", kind="read") == 1
     assert of(found, "events_total", level="failure", code="stopped") == 1
-    answered = of(found, "bus_requests_total", kind="read", outcome="answered")
+    answered = of(found, "bus_requests_total", kind="read", outcome="responded")
     assert answered == of(found, "bus_request_seconds_count", kind="read")
 
 

@@ -313,7 +313,7 @@ async def test_what_its_own_time_out_took_is_not_given_back_by_the_keep_alive(ri
     rig.bus.loss(0)
     await asyncio.sleep(5)
     assert rig.sim(servo).output == 1
-    assert rig.events("let_go")
+    assert rig.events("command_ended")
 
 
 @scene()

@@ -91,7 +91,7 @@ async def test_continue_goes_on_past_a_servo_that_refuses_and_says_so_at_the_end
     assert [rig.sim(servo).starts for servo in servos] == [2, 1, 2]
     assert states(job)["save 2"] == "skipped"
     told = json(await rig.call("GET", f"/jobs/{job['id']}/report"))["servos"]
-    assert [(one["verdict"], one["held_in"], one["profile"]) for one in told] == [
+    assert [(one["verdict"], one["verified_in"], one["profile"]) for one in told] == [
         ("done", "rom", "gains"), ("failed", None, "gains"), ("done", "rom", "gains")
     ]  # fmt: skip
     assert told[0]["values"]["timeout_time"] == {"value": 500, "unit": "ms"}
@@ -133,7 +133,7 @@ async def test_a_dry_run_says_what_would_change_and_writes_nothing(rig: Rig) -> 
 @pytest.mark.parametrize(("on_anomaly", "third"), [("stop", "not_tried"), ("continue", "applied")])
 @pytest.mark.parametrize(
     ("kind", "code", "outcome", "held"),
-    [("clamp", "not_as_wanted", "applied", 60_000), ("refuse", "refused_by_servo", "rolled_back", 1000)],
+    [("clamp", "unexpected_result", "applied", 60_000), ("refuse", "refused_by_servo", "rolled_back", 1000)],
 )
 def test_a_value_the_servo_clamps_or_refuses_is_an_anomaly_and_that_servo_is_not_saved(
     on_anomaly: str, third: str, kind: Any, code: str, outcome: str, held: int

@@ -239,7 +239,7 @@ async def test_stop_ends_a_reset_at_once_and_nothing_more_is_written_but_the_sto
     if step == "rows":
         erase_does_nothing(monkeypatch)
     if step in ("read", "rows"):
-        rig.sim(servo).conditions.answer_delay_s = 0.01
+        rig.sim(servo).conditions.response_delay_s = 0.01
     job_id = await reset_until(rig, servo, step)
     await asyncio.sleep(0.003)  # what the adapter has got by now leaves
     count = len(rig.writes())
@@ -271,7 +271,7 @@ async def test_rows_are_written_one_by_one_when_erase_does_nothing(rig: Rig, mon
 @scene(WORN)
 async def test_power_lost_in_the_middle_is_told_with_what_is_not_done_and_the_snapshot(rig: Rig) -> None:
     servo = await old(rig)
-    rig.sim(servo).conditions.answer_delay_s = 0.01
+    rig.sim(servo).conditions.response_delay_s = 0.01
     job_id = await reset_until(rig, servo, "read")
     rig.bench.power(servo.uid, False)
     job = await ended(rig, job_id)
@@ -290,7 +290,7 @@ async def test_power_lost_in_the_middle_is_told_with_what_is_not_done_and_the_sn
 async def test_power_lost_for_a_moment_while_rows_are_written_begins_them_anew(rig: Rig) -> None:
     servo = await old(rig)
     before = stored(rig, servo)
-    rig.sim(servo).conditions.answer_delay_s = 0.01
+    rig.sim(servo).conditions.response_delay_s = 0.01
     job_id = await reset_until(rig, servo, "identity")
     rig.bench.power(servo.uid, False)
     await asyncio.sleep(0.5)
@@ -368,11 +368,11 @@ async def test_while_it_is_reset_nothing_else_is_done_to_it_and_the_audit_names_
 @scene(WORN)
 async def test_a_reset_that_is_cancelled_leaves_torque_off(rig: Rig) -> None:
     servo = await old(rig)
-    rig.sim(servo).conditions.answer_delay_s = 0.01
+    rig.sim(servo).conditions.response_delay_s = 0.01
     job_id = await reset_until(rig, servo, "read")
     job = json(await rig.call("DELETE", f"/jobs/{job_id}"))
     assert job["state"] == "cancelled"
-    rig.sim(servo).conditions.answer_delay_s = 0
+    rig.sim(servo).conditions.response_delay_s = 0
     await asyncio.sleep(1)
     assert rig.sim(servo).output == 1
     assert servo.busy is None
@@ -383,17 +383,17 @@ async def test_a_dry_run_of_a_restart_names_what_is_lost_and_what_the_horn_does_
     servo = await old(rig)
     rig.sim(servo).turn_by_hand(40.0, asyncio.get_running_loop().time())
     json(await rig.call("PATCH", f"/servos/{servo.uid}/parameters", {"values": {"angle_p_gain": 55}}))
-    path, written, boots = f"/servos/{servo.uid}/restart", rig.writes(), servo.boots
+    path, written, boot_count = f"/servos/{servo.uid}/restart", rig.writes(), servo.boot_count
     plan = json(await rig.call("POST", path, {"dry_run": True}))
     assert [(one["key"], one["before"], one["requested"], one["verdict"]) for one in plan["lost"]] == [
         ("angle_p_gain", 55, 77, "planned")
     ]
     assert plan["restart"] == json(await rig.call("GET", f"/servos/{servo.uid}/restart-forecast"))
     await asyncio.sleep(1)
-    assert (rig.writes(), servo.boots, rig.host.jobs.all()) == (written, boots, [])
+    assert (rig.writes(), servo.boot_count, rig.host.jobs.all()) == (written, boot_count, [])
     job = json(await rig.call("POST", f"{path}?wait=true", {"dry_run": False}))
     assert job["state"] == "succeeded"
-    assert servo.boots == boots + 1
+    assert servo.boot_count == boot_count + 1
     assert servo.raw("angle_p_gain") == 77
 
 

@@ -36,7 +36,7 @@ async def test_six_servos_stay_online_on_a_slow_line_and_nothing_is_dropped(rig:
     servos = await rig.ready(6)
     states = Counter[State]()
     began, received = asyncio.get_running_loop().time(), adapter.statistics.line_bytes
-    asked = rig.host.requests.asked.copy()
+    asked = rig.host.requests.outcomes.copy()
     while asyncio.get_running_loop().time() < began + 20:
         await asyncio.sleep(0.1)
         states.update(servo.state for servo in servos)
@@ -44,13 +44,13 @@ async def test_six_servos_stay_online_on_a_slow_line_and_nothing_is_dropped(rig:
     assert set(states) == {State.READY}
     assert adapter.dropped == 0
     assert rig.events("servo_offline") == []
-    asked = rig.host.requests.asked - asked
+    asked = rig.host.requests.outcomes - asked
     assert asked["poll", "no_response"] == 0
-    polled = asked["poll", "answered"] / 20
+    polled = asked["poll", "responded"] / 20
     assert polled * READ_BYTES <= BUDGET * SLOW / 10
     used = (adapter.statistics.line_bytes - received) / 20 / (SLOW / 10)
     assert used <= FULL
-    assert asked["poll", "answered"] / 20 >= 6 * 6.0 / 2, "each row at half its pace at least"
+    assert asked["poll", "responded"] / 20 >= 6 * 6.0 / 2, "each row at half its pace at least"
 
 
 @scene(*crowd(6), connect=False)
@@ -64,11 +64,11 @@ async def test_a_wish_for_more_than_the_line_carries_is_cut_to_what_it_carries(r
     assert granted["granted_hz"] < 5
     await asyncio.sleep(2)
     began, received = asyncio.get_running_loop().time(), adapter.statistics.line_bytes
-    asked = rig.host.requests.asked.copy()
+    asked = rig.host.requests.outcomes.copy()
     await asyncio.sleep(10)
     took = asyncio.get_running_loop().time() - began
-    asked = rig.host.requests.asked - asked
-    assert asked["poll", "answered"] / took * READ_BYTES <= BUDGET * SLOW / 10 * 1.02
+    asked = rig.host.requests.outcomes - asked
+    assert asked["poll", "responded"] / took * READ_BYTES <= BUDGET * SLOW / 10 * 1.02
     assert (adapter.statistics.line_bytes - received) / took <= FULL * SLOW / 10
     assert (adapter.dropped, asked["poll", "no_response"]) == (0, 0)
     assert all(servo.online for servo in servos)
@@ -86,10 +86,10 @@ async def test_what_is_on_the_line_beside_polling_is_left_its_room(rig: Rig) -> 
         json(await rig.call("PUT", f"/servos/{servo.uid}/telemetry", body))
     await asyncio.sleep(15)
     dropped, received = adapter.dropped, adapter.statistics.line_bytes
-    asked = rig.host.requests.asked.copy()
+    asked = rig.host.requests.outcomes.copy()
     await asyncio.sleep(10)
-    asked = rig.host.requests.asked - asked
-    polled = asked["poll", "answered"] / 10 * READ_BYTES / (SLOW / 10)
+    asked = rig.host.requests.outcomes - asked
+    polled = asked["poll", "responded"] / 10 * READ_BYTES / (SLOW / 10)
     assert FULL - unasked - 0.1 <= polled <= FULL - unasked
     assert (adapter.statistics.line_bytes - received) / 10 <= FULL * SLOW / 10
     assert adapter.dropped == dropped, "when all are identified at once the buffer may have been too small"

@@ -318,7 +318,8 @@ def test_a_stop_in_the_instant_of_an_answer_leaves_nothing_repeating() -> None:
         await asyncio.sleep(2)
         assert abs(rig.sim(servo).angle_deg - 10) < 1
         assert (
-            not rig.host.motion.driven(servo.uid) or len({raw for _, name, raw in rig.writes() if name == "0x00"}) == 2
+            not rig.host.motion.is_commanded(servo.uid)
+            or len({raw for _, name, raw in rig.writes() if name == "0x00"}) == 2
         )
 
     play(scene)
@@ -422,7 +423,7 @@ async def test_a_controller_that_was_off_the_bus_between_two_looks_ends_commands
     await asyncio.sleep(0.001)
     rig.bus.recover(rig.cable.inner)
     await asyncio.sleep(0.5)
-    assert not rig.host.motion.driven(servo.uid)
+    assert not rig.host.motion.is_commanded(servo.uid)
     assert rig.sim(servo).output == 1
     assert rig.events("bus_lost")
 

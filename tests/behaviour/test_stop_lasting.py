@@ -34,7 +34,7 @@ def asked(rig: Rig, node: int | None) -> int:
 
 def killed(rig: Rig) -> None:
     """Nothing of the host runs any more that could keep anything."""
-    rig.host.stored_torque_off._keep = lambda: asyncio.sleep(0)  # pyright: ignore[reportPrivateUsage]
+    rig.host.stored_torque_off._store_latch = lambda: asyncio.sleep(0)  # pyright: ignore[reportPrivateUsage]
 
 
 def test_a_server_started_anew_is_stopped_says_so_and_stops_what_it_finds(tmp_path: Path) -> None:

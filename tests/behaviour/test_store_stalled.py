@@ -90,7 +90,7 @@ async def test_no_keep_alive_sample_or_stop_waits_for_a_database_that_hangs(
         assert [one["confirmed"] for one in stopped["servos"]] == [True]
         assert rig.sim(servo).output == 1
         json(await rig.call("DELETE", "/stop"))
-        assert not rig.events("let_go")
+        assert not rig.events("command_ended")
         assert not change.done(), "nothing is written before its snapshot is kept"
     json(await change)
     rows = json(await rig.call("GET", "/audit"))

@@ -89,14 +89,14 @@ async def test_a_servo_heard_all_the_time_restarted_during_a_suspend_or_ran_on(
     rig: Rig, servo: Servo, restarted: bool
 ) -> None:
     await asyncio.sleep(600)
-    boots = servo.boots
+    boot_count = servo.boot_count
     slept(rig, 8 * HOUR)
     ran(rig, servo, 5 * HOUR if restarted else 8 * HOUR)
     if restarted:
         saved_by_another_tool(rig, servo)
     await asyncio.sleep(3)
     servo = await read_again(rig)
-    assert servo.boots == boots + restarted
+    assert servo.boot_count == boot_count + restarted
     assert servo.rom().get("angle_p_gain") == (None if restarted else 40)
 
 
@@ -107,7 +107,7 @@ async def test_a_clock_that_is_set_restarts_nothing(rig: Rig, servo: Servo) -> N
     for step in (400 * 24 * HOUR, -8 * HOUR, 2.0):
         slept(rig, step)
         await asyncio.sleep(5)
-    assert (servo.boots, rig.events("restarted"), rig.events("let_go")) == (0, [], [])
+    assert (servo.boot_count, rig.events("restarted"), rig.events("command_ended")) == (0, [], [])
     assert servo.rom()["angle_p_gain"] == 40
     assert rig.sim(servo).output == 0
 

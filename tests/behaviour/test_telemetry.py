@@ -1,4 +1,4 @@
-"""Telemetry over REST: wishes, what is really polled, gaps, and the window as a file."""
+"""Telemetry over REST: subscriptions, what is really polled, gaps, and the window as a file."""
 
 import asyncio
 import csv
@@ -57,14 +57,14 @@ async def test_what_is_granted_is_what_is_measured(rig: Rig) -> None:
     }  # fmt: skip
     await asyncio.sleep(6)
     state = await told(rig, servo)
-    assert state["wishes"] == [granted]
+    assert state["subscriptions"] == [granted]
     speed = state["channels"]["current_speed"]
     assert speed["granted_hz"] == 50
     assert speed["background_hz"] is None
     assert speed["measured_hz"] == pytest.approx(50, abs=1)
     assert speed["age_s"] < 0.05
     assert state["channels"]["current_voltage"]["background_hz"] == pytest.approx(1 / 2.4, abs=0.01)
-    assert (await told(rig, other))["wishes"] == []
+    assert (await told(rig, other))["subscriptions"] == []
 
 
 @scene()
@@ -76,10 +76,10 @@ async def test_several_wish_and_get_every_row_at_the_highest_rate(rig: Rig, serv
     assert (channels["current_speed"]["granted_hz"], channels["current_torque"]["granted_hz"]) == (40, 40)
     await asyncio.sleep(0.2)
     state = await told(rig, servo)
-    assert [one["owner"] for one in state["wishes"]] == ["page"]
+    assert [one["owner"] for one in state["subscriptions"]] == ["page"]
     assert state["channels"]["current_speed"]["granted_hz"] == 10
     await wish(rig, servo, [], 1, owner="page")
-    assert (await told(rig, servo))["wishes"] == []
+    assert (await told(rig, servo))["subscriptions"] == []
 
 
 @scene()
@@ -88,7 +88,7 @@ async def test_a_servo_that_has_not_said_what_it_is_is_granted_nothing_and_told_
     granted = await wish(rig, servo, SIX, 20)
     assert (granted["channels"], granted["granted_hz"], granted["bus_share"]) == ([], 0, 0)
     assert "has not said yet what it is" in granted["note"]
-    assert (await told(rig, servo))["wishes"] == []
+    assert (await told(rig, servo))["subscriptions"] == []
     wrong = {"channels": ["nonsense"], "rate_hz": 1}
     problem(await rig.call("PUT", f"/servos/{servo.uid}/telemetry", wrong), "unknown_parameter", 404)
 

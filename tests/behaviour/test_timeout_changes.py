@@ -56,7 +56,7 @@ async def test_a_timeout_shortened_under_command_takes_no_output(
     await asyncio.sleep(after_s)
     await set_timeout(rig, servo, lease, ms)
     await asyncio.sleep(2)
-    assert (watch.dropped, rig.events("let_go")) == (0, [])
+    assert (watch.dropped, rig.events("command_ended")) == (0, [])
     watch.end()
 
 
@@ -75,7 +75,7 @@ async def test_every_way_to_change_the_timeout_takes_no_output(rig: Rig) -> None
     await rig.call("POST", "/profiles/quick/apply", {"uids": [servo.uid]}, lease=lease)
     await asyncio.sleep(2)
     assert servo.raw("timeout_time") == 90
-    assert (watch.dropped, rig.events("let_go")) == (0, [])
+    assert (watch.dropped, rig.events("command_ended")) == (0, [])
     watch.end()
 
 
@@ -89,7 +89,7 @@ async def test_a_refused_change_goes_back_to_the_timeout_of_before_without_a_dro
     await rig.call("PATCH", f"/servos/{servo.uid}/parameters", body, lease=lease)
     assert rig.sim(servo).register(address.TIMEOUT_TIME) == 1000
     await asyncio.sleep(2)
-    assert (watch.dropped, rig.events("let_go")) == (0, [])
+    assert (watch.dropped, rig.events("command_ended")) == (0, [])
     watch.end()
 
 
@@ -107,7 +107,7 @@ async def test_a_lost_answer_to_the_change_takes_no_output(rig: Rig) -> None:
     rig.cable.deafen(0)
     await change
     await asyncio.sleep(1)
-    assert (watch.dropped, rig.events("let_go")) == (0, [])
+    assert (watch.dropped, rig.events("command_ended")) == (0, [])
     watch.end()
 
 
@@ -131,7 +131,7 @@ async def test_another_tool_that_shortened_the_timeout_too_far_is_named_when_it_
     await asyncio.sleep(0.05)
     json(await rig.call("GET", f"/servos/{servo.uid}/parameters/timeout_time?refresh=true"))
     await asyncio.sleep(0.1)
-    (event,) = rig.events("let_go")
+    (event,) = rig.events("command_ended")
     assert "was not commanded for" in event.text
     assert "timeout (0x27) of 100 ms" in event.text
 
@@ -144,7 +144,7 @@ async def test_a_timeout_shortened_by_another_tool_is_met_as_soon_as_it_is_read(
     rig.sim(servo).memory.put(address.TIMEOUT_TIME, 200)
     json(await rig.call("GET", f"/servos/{servo.uid}/parameters/timeout_time?refresh=true"))
     await asyncio.sleep(2)
-    assert (watch.dropped, rig.events("let_go")) == (0, [])
+    assert (watch.dropped, rig.events("command_ended")) == (0, [])
     watch.end()
 
 

@@ -165,7 +165,7 @@ async def test_an_output_that_somebody_switched_on_is_not_saved_either(rig: Rig)
     servo = await old(rig)
     lease = await rig.lease()
     json(await rig.call("POST", f"/servos/{servo.uid}/torque", {"mode": "on"}, lease=lease))
-    rig.host.motion.hand_back(servo)
+    rig.host.motion.stop_commanding(servo)
     job = json(await rig.call("POST", f"/servos/{servo.uid}/save?wait=true", lease=lease))
     assert job["state"] == "succeeded", job["error"]
     assert rig.sim(servo).memory.stored(TORQUE) == 1
@@ -643,7 +643,7 @@ async def test_a_lease_that_ends_on_the_way_takes_nothing_from_the_save(rig: Rig
     await off_for_good(rig, servo)
 
 
-@pytest.mark.parametrize(("way", "ends"), [("save", "released"), ("restart", "lapsed")])
+@pytest.mark.parametrize(("way", "ends"), [("save", "released"), ("restart", "expired")])
 @scene(HOLDS)
 async def test_what_a_save_or_a_restart_inside_a_lease_energised_is_off_when_the_lease_ends(
     rig: Rig, way: str, ends: str

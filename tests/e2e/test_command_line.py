@@ -154,7 +154,7 @@ def test_watch_prints_samples_and_stops_the_polling_it_asked_for(bench: Demo) ->
     samples = [one for one in messages if one["type"] == "telemetry"]
     assert samples
     assert {one["uid"] for one in samples} == {servo["uid"]}
-    owners = [one["owner"] for one in bench.api.get(f"/servos/{servo['uid']}/telemetry").json()["wishes"]]
+    owners = [one["owner"] for one in bench.api.get(f"/servos/{servo['uid']}/telemetry").json()["subscriptions"]]
     assert "hornbill watch" not in owners
     told = hornbill(bench, "watch", "--seconds", "0.5").stdout
     assert f"{servo['serial']}: ready" in told

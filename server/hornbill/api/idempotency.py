@@ -1,4 +1,4 @@
-"""A POST with an Idempotency-Key is done once; whoever sends it again gets the first answer."""
+"""Idempotency-Key support: replays the stored response to a repeated POST."""
 
 import asyncio
 import logging
@@ -14,9 +14,9 @@ from starlette.responses import Response
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from hornbill.api import present
-from hornbill.api.problems import answer as problem_answer
+from hornbill.api.problems import problem_response
 from hornbill.api.routes.motion import streams
-from hornbill.api.routing import EVERY_TIME, KEY_HEADER, LONGEST_KEY
+from hornbill.api.routing import WITHOUT_KEY, KEY_HEADER, LONGEST_KEY
 from hornbill.api.security.access import WHO, Identity
 from hornbill.api.security.bodies import whole
 from hornbill.api.security.guard import route_path
@@ -28,146 +28,146 @@ from hornbill.store.store import Store
 log = logging.getLogger(__name__)
 
 REPLAYED: Final = "Idempotency-Replayed"
-"""A header of every answer that is not the first."""
+"""Header of replayed responses."""
 
 _KEY: Final = re.compile(rf"[\x21-\x7e]{{1,{LONGEST_KEY}}}")
-_KEPT_HEADERS: Final = ("content-type", "location", "retry-after")
+_STORED_HEADERS: Final = ("content-type", "location", "retry-after")
 
 
-def _lease(host: Host, told: dict[str, Any]) -> BaseModel:
+def _lease(host: Host, stored: dict[str, Any]) -> BaseModel:
     lease = host.leases.current(host.base.now())
-    if lease is None or lease.id != told["id"]:
+    if lease is None or lease.id != stored["id"]:
         raise Unknown(
             "unknown_lease",
-            "The lease this key was given has ended. Ask for a new one, with a new key.",
+            "The lease created with this key has ended. Request a new lease with a new key.",
             cause="lease_of_key_ended",
         )
     return present.lease(host, lease)
 
 
-_AS_IT_IS_NOW: Final[dict[str, Callable[[Host, dict[str, Any]], BaseModel]]] = {
+_CURRENT: Final[dict[str, Callable[[Host, dict[str, Any]], BaseModel]]] = {
     "/api/v1/leases": _lease,
-    "/api/v1/leases/requests": lambda host, told: present.take_over(host, host.motion_control.look(told["id"])),
-    "/api/v1/streams": lambda host, told: streams.shown(host.streams.get(told["id"])),
+    "/api/v1/leases/requests": lambda host, stored: present.take_over(host, host.motion_control.get_request(stored["id"])),
+    "/api/v1/streams": lambda host, stored: streams.shown(host.streams.get(stored["id"])),
 }
-"""What was given may have ended since: the first answer would call it live. So it is looked at again."""
+"""Routes whose replay returns the current state: the resource may have ended since the first response."""
 
 
 class Idempotency:
-    """ASGI middleware behind the guard. Keys are those of a token; where nobody needs one, all share them.
+    """ASGI middleware behind the guard. Keys are scoped to a token; without access control all clients share them.
 
-    Every answer is kept, a refusal too: a key is one request with one outcome, and to try again takes a new key. Sent
-    again while the first is under way, it waits for the same answer.
+    Every response is stored, errors included: a key stands for one request with one outcome, and a new attempt needs a
+    new key. A repeat during the first request waits for its response.
     """
 
     def __init__(self, app: ASGIApp) -> None:
         self._app = app
-        self._under_way: dict[str, tuple[str, asyncio.Future[Answer | None]]] = {}
-        self._beginning = asyncio.Lock()
-        """Held from the look for a first request to when this one is it, for the store is waited for in between."""
+        self._in_progress: dict[str, tuple[str, asyncio.Future[Answer | None]]] = {}
+        self._registering = asyncio.Lock()
+        """Held from the lookup of a key until the request is registered, because the store is awaited in between."""
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
-        """Do it, or answer what it was answered before."""
+        """Carry the request out, or replay the stored response."""
         if scope["type"] != "http" or scope["method"] != "POST":
             await self._app(scope, receive, send)
             return
         keys = HTTPConnection(scope).headers.getlist(KEY_HEADER)
         path = route_path(scope)
-        if not keys or path in EVERY_TIME or not path.startswith("/api/"):
+        if not keys or path in WITHOUT_KEY or not path.startswith("/api/"):
             await self._app(scope, receive, send)
             return
         try:
             if len(keys) > 1 or not _KEY.fullmatch(keys[0]):
                 raise InvalidValue(
-                    f"{KEY_HEADER} is one text of 1 to {LONGEST_KEY} visible ASCII characters.",
+                    f"Invalid {KEY_HEADER}. Send it once, with 1 to {LONGEST_KEY} visible ASCII characters.",
                     cause="key_malformed",
                     longest=LONGEST_KEY,
                 )
             body, receive = await whole(receive)
             if body is None:
-                return  # gone before all of it was here: nothing is done
+                return  # disconnected before the body was complete
             key, request = _digests(scope, path, keys[0], body)
             store: Store = scope["app"].state.host.store
-            async with self._beginning:
-                first = self._under_way.get(key)
+            async with self._registering:
+                first = self._in_progress.get(key)
                 begun = None if first is not None else await store.run(store.answers.begin, key, request)
                 if first is None and begun is None:
-                    self._under_way[key] = request, asyncio.get_running_loop().create_future()
+                    self._in_progress[key] = request, asyncio.get_running_loop().create_future()
             if first is not None:
-                known, answered, here = first[0], None, True
+                known, stored, here = first[0], None, True
             elif begun is not None:
-                known, answered, here = begun.request, begun.answer, begun.here
+                known, stored, here = begun.request, begun.answer, begun.here
             else:
                 await self._do(store, key, scope, receive, send)
                 return
             if known != request:
                 raise KeyReused(
-                    f"This {KEY_HEADER} came with another request before. Make a new one, a UUID for one, for each "
-                    "request.",
+                    f"This {KEY_HEADER} was already used for a different request. Use a new key for each request, for "
+                    "example a UUID.",
                     cause="key_reused",
                 )
             if first is not None:
-                answered = await asyncio.shield(first[1])
-            response = _again(scope["app"].state.host, path, answered, here)
+                stored = await asyncio.shield(first[1])
+            response = _replay(scope["app"].state.host, path, stored, here)
         except HornbillError as error:
-            response = problem_answer(error)
+            response = problem_response(error)
         await response(scope, receive, send)
 
     async def _do(self, store: Store, key: str, scope: Scope, receive: Receive, send: Send) -> None:
-        """The first time. What it is answered is kept before it is sent."""
+        """Carry out the first request. The response is stored before it is sent."""
         started: Message = {}
-        said = bytearray()
+        content = bytearray()
         found: Answer | None = None
 
-        async def keeping(message: Message) -> None:
+        async def storing(message: Message) -> None:
             nonlocal started, found
             if message["type"] == "http.response.start":
                 started = message
                 return
-            said.extend(message.get("body", b""))
+            content.extend(message.get("body", b""))
             if message.get("more_body", False):
                 return
-            found = Answer(started["status"], _headers(started), bytes(said))
+            found = Answer(started["status"], _headers(started), bytes(content))
             try:
                 await store.run(store.answers.end, key, found)
-            except StoreFailed:  # it was done: whoever asked must hear so, and the key has no answer any more
-                log.exception("the answer to a request with a key cannot be kept")
+            except StoreFailed:  # the request was carried out, so its response is sent; a repeat gets `interrupted`
+                log.exception("cannot store the response to a request with an Idempotency-Key")
             await send(started)
             await send({"type": "http.response.body", "body": found.body})
 
         try:
-            await self._app(scope, receive, keeping)
+            await self._app(scope, receive, storing)
         finally:
-            self._under_way.pop(key)[1].set_result(found)
+            self._in_progress.pop(key)[1].set_result(found)
 
 
 def _digests(scope: Scope, path: str, key: str, body: bytes) -> tuple[str, str]:
-    """The key together with whose it is, and the request. Neither key nor token can be read from what is kept."""
+    """Digests of token with key, and of the request. Neither key nor token is stored in plain text."""
     who: Identity | None = scope.get(WHO)
     owned = f"{'' if who is None else who.token}\n{key}"
-    asked = b"\n".join((path.encode(errors="replace"), scope["query_string"], body))
-    return sha256(owned.encode()).hexdigest(), sha256(asked).hexdigest()
+    request = b"\n".join((path.encode(errors="replace"), scope["query_string"], body))
+    return sha256(owned.encode()).hexdigest(), sha256(request).hexdigest()
 
 
 def _headers(started: Message) -> dict[str, str]:
     pairs = ((name.decode("latin-1").lower(), value.decode("latin-1")) for name, value in started["headers"])
-    return {name: value for name, value in pairs if name in _KEPT_HEADERS}
+    return {name: value for name, value in pairs if name in _STORED_HEADERS}
 
 
-def _again(host: Host, path: str, answered: Answer | None, here: bool) -> Response:
-    """The first answer. Raises Interrupted where there is none, and Unknown where what it gave has ended."""
-    if answered is None:
+def _replay(host: Host, path: str, stored: Answer | None, here: bool) -> Response:
+    """Replay of the first response. Raises Interrupted if there is none, and Unknown if the resource has ended."""
+    if stored is None:
         why = (
-            "It ended without an answer"
+            "It ended without a response"
             if here
-            else "The server ended, or another one was asked, while it was under way"
+            else "The server exited during the request, or another server received it"
         )
         raise Interrupted(
-            f"This request was begun before. {why}: whether it was done is not known. Look at what is there; "
-            "it is not done again with this key.",
+            f"A request with this {KEY_HEADER} was started before. {why}, so its outcome is unknown. Check the current "
+            "state; the request is not repeated with this key.",
             cause="outcome_unknown",
         )
-    body, look = answered.body, _AS_IT_IS_NOW.get(path)
-    if look is not None and answered.status < 300:
-        body = look(host, orjson.loads(body)).model_dump_json().encode()
-    return Response(body, answered.status, headers={**answered.headers, REPLAYED: "true"})
+    body, current = stored.body, _CURRENT.get(path)
+    if current is not None and stored.status < 300:
+        body = current(host, orjson.loads(body)).model_dump_json().encode()
+    return Response(body, stored.status, headers={**stored.headers, REPLAYED: "true"})

@@ -60,7 +60,7 @@ class Decoding:
     def __init__(self, recording: LogReader) -> None:
         self._recording = recording
         self._reassemblers: dict[str, Reassembler] = {}
-        self._narrator = TransferText(Catalog.load())
+        self._text = TransferText(Catalog.load())
         self._transfers = 0
         self._misfits = 0
 
@@ -72,7 +72,7 @@ class Decoding:
     def text_lines(self) -> Iterator[str]:
         """One line a transfer: time in UTC, who to whom, what, identifier, frames. Raises LogFailed."""
         for transfer, structure, can_id in self._walk():
-            told = self._narrator.tell(transfer, structure, self._narrator.follow(transfer))
+            told = self._text.describe(transfer, structure, self._text.follow(transfer))
             ends = f"{transfer.source or '–'} → {transfer.destination or 'all'}"
             frames = frame_count(transfer)
             size = f"{len(transfer.payload)} bytes" if frames == 1 else f"{frames} frames"

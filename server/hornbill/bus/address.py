@@ -1,4 +1,4 @@
-"""open_port: from an address such as `socketcan:can0` to an open CanPort, or to the reason and its remedy."""
+"""open_port: open a CanPort by address, such as `socketcan:can0`. Errors state the cause and the remedy."""
 
 import asyncio
 import threading
@@ -20,37 +20,39 @@ from hornbill.errors import PortOpenFailed
 from hornbill.wire.port import CanPort, PortStatistics
 
 OPEN_S = 8.0
-"""How long opening may take: a serial adapter that restarts when it is opened is deaf for 2 s."""
+"""Timeout for opening: a serial adapter that restarts on opening receives nothing for 2 s."""
 
 _HIGHEST_BITRATE = 1_000_000
 _HANGS = "Unplug the adapter, plug it in again and retry."
 _EXAMPLES = "for example socketcan:can0 or slcan:/dev/ttyACM0"
 _CANDLE = "candle"
 INTERFACES = can.VALID_INTERFACES | {_CANDLE}
-"""The words before the colon of an address."""
+"""Interfaces: the part of an address before the colon."""
 
 
 def parse(address: str) -> tuple[str, str]:
-    """Split `INTERFACE:CHANNEL`. Raises PortOpenFailed when either is missing or the interface is unknown."""
+    """Split `INTERFACE:CHANNEL`. Raises PortOpenFailed if either is missing or the interface is unknown."""
     interface, colon, channel = (part.strip() for part in address.partition(":"))
     if not colon:
         raise PortOpenFailed(
-            f"{address!r} is not the address of a bus. Write INTERFACE:CHANNEL, {_EXAMPLES}.",
+            f"{address!r} is not a bus address. Enter INTERFACE:CHANNEL, {_EXAMPLES}.",
             address=address,
-            cause="no_address",
+            cause="bus_address_invalid",
         )
     if interface not in INTERFACES:
         known = ", ".join(sorted(INTERFACES))
         raise PortOpenFailed(
-            f"There is no interface {interface!r}. Known: {known}.",
+            f"Unknown interface {interface!r}. Supported: {known}.",
             address=address,
-            cause="no_interface",
+            cause="interface_unsupported",
             interface=interface,
             known=known,
         )
     if not channel and interface != _CANDLE:
         raise PortOpenFailed(
-            f"{address!r} names no channel. Write INTERFACE:CHANNEL, {_EXAMPLES}.", address=address, cause="no_address"
+            f"{address!r} has no channel. Enter INTERFACE:CHANNEL, {_EXAMPLES}.",
+            address=address,
+            cause="bus_address_invalid",
         )
     if interface == "socketcand":
         parse_channel(channel)
@@ -58,13 +60,13 @@ def parse(address: str) -> tuple[str, str]:
 
 
 def check(address: str, bitrate: int) -> str:
-    """The address without blanks. Raises PortOpenFailed for what never could be opened, at `bitrate` (bit/s)."""
+    """Return the address without spaces. Raises PortOpenFailed if it, or `bitrate` (bit/s), is invalid."""
     interface, channel = parse(address)
     if not 0 < bitrate <= _HIGHEST_BITRATE:
         raise PortOpenFailed(
-            f"{bitrate} bit/s is outside 1 to {_HIGHEST_BITRATE} bit/s. The servos are delivered with 1000000.",
+            f"{bitrate} bit/s is outside 1 to {_HIGHEST_BITRATE} bit/s. The factory setting of the servos is 1000000.",
             address=address,
-            cause="no_bit_rate",
+            cause="bit_rate_unsupported",
             bitrate=bitrate,
         )
     return f"{interface}:{channel}"
@@ -80,10 +82,10 @@ async def open_port(
 ) -> CanPort:
     """Open `INTERFACE:CHANNEL` at `bitrate` (bit/s, up to 1000000) with python-can.
 
-    SocketCAN and the virtual interfaces take no bitrate from here; SocketCAN's must be right already. Opening runs
-    in a thread; one that takes longer than `deadline_s` is given up, and closed again should it succeed later.
-    Counters go on in `statistics`, where given. `memory` holds the baud rates of serial adapters. Raises
-    PortOpenFailed, whose text says what to do; facts: address, and remedy.
+    SocketCAN and the virtual interfaces do not take the bit rate from here; SocketCAN's must be set already. Opening
+    runs in a thread. If it takes longer than `deadline_s`, it is abandoned, and closed if it succeeds later.
+    Counters continue in `statistics` if given. `memory` stores the baud rates of serial adapters. Raises
+    PortOpenFailed with the cause and the remedy; facts: address, remedy.
     """
     plain = check(address, bitrate)
     interface, _, channel = plain.partition(":")
@@ -98,20 +100,22 @@ async def open_port(
                     opening.first_baud = memory.baud(opening.usb.serial_number)
             await run(opening.run)
     except asyncio.CancelledError:
-        opening.give_up()
+        opening.abandon()
         raise
     except PortOpenFailed as error:
         error.facts.setdefault("address", address)
         raise
     except Exception as error:
         if limit.expired():
-            opening.give_up()
-            found = Diagnosis(f"It did not open within {deadline_s:g} s: its driver hangs.", _HANGS, "driver_hangs")
+            opening.abandon()
+            found = Diagnosis(
+                f"Opening timed out after {deadline_s:g} s: its driver hangs.", _HANGS, "driver_open_timeout"
+            )
         else:
             found = diagnose(interface, channel, error)
-        said = f" (The driver said: {error})" if str(error) else ""
+        driver = f" (Driver: {error})" if str(error) else ""
         raise PortOpenFailed(
-            f"{address} cannot be opened. {found.cause} {found.remedy}{said}",
+            f"{address} cannot be opened. {found.cause} {found.remedy}{driver}",
             address=address,
             remedy=found.remedy,
             cause=found.code,
@@ -126,7 +130,7 @@ async def open_port(
 
 
 class _Opening:
-    """One attempt to open a bus; whoever comes too late, the thread or the caller, closes it."""
+    """One attempt to open a bus. If it is abandoned, the thread or the caller closes the bus, whichever is later."""
 
     def __init__(self, interface: str, channel: str, bitrate: int) -> None:
         self.sample_point: float | None = None
@@ -137,10 +141,10 @@ class _Opening:
         self._bitrate = bitrate
         self._lock = threading.Lock()
         self._bus: can.BusABC | AdapterLink | None = None
-        self._given_up = False
+        self._abandoned = False
 
     def run(self) -> None:
-        """Open the bus. Raises what python-can and its drivers raise, which is anything."""
+        """Open the bus. Raises any exception of python-can and its drivers."""
         if self._interface == "socketcan":
             found = socketcan.check(self._channel, self._bitrate)
             self.sample_point = None if found is None else found.sample_point
@@ -148,14 +152,14 @@ class _Opening:
         if self._interface == "socketcan":
             socketcan.keep_backlog_short(bus)
         with self._lock:
-            if not self._given_up:
+            if not self._abandoned:
                 self._bus = bus
                 return
         bus.shutdown()
 
     def _open(self) -> can.BusABC | AdapterLink:
         match self._interface:
-            case "slcan":  # python-can's own loses frames of a full bus
+            case "slcan":  # python-can's own driver loses frames on a saturated bus
                 return SlcanBus(
                     self._channel, self._bitrate, usb=self.usb, first_baud=self.first_baud, wanted=self._is_wanted
                 )
@@ -169,24 +173,24 @@ class _Opening:
                     interface=self._interface,
                     channel=self._channel,
                     bitrate=self._bitrate,
-                    ignore_config=True,  # the address says it all: no file in the home folder may change it
+                    ignore_config=True,  # only the address counts: no file in the home folder may change it
                     **options,
                 )
 
     def _is_wanted(self) -> bool:
-        return not self._given_up
+        return not self._abandoned
 
     def take(self) -> can.BusABC | AdapterLink:
-        """The open bus, which is the caller's from now on."""
+        """Return the open bus. The caller owns it."""
         with self._lock:
             bus, self._bus = self._bus, None
         assert bus is not None
         return bus
 
-    def give_up(self) -> None:
-        """Nobody waits any longer."""
+    def abandon(self) -> None:
+        """Close the bus now or when it is open."""
         with self._lock:
-            self._given_up = True
+            self._abandoned = True
             bus, self._bus = self._bus, None
         if bus is not None:
             bus.shutdown()

@@ -45,7 +45,7 @@ EventCode = TypeAliasType(
         "not_rolled_back",
         "not_restored",
         # motion control
-        "lease_asked",
+        "lease_requested",
         "lease_withdrawn",
         "lease_refused",
         "lease_passed",
@@ -54,7 +54,7 @@ EventCode = TypeAliasType(
         "hold_ended",
         "move_ended",
         "stream_ended",
-        "let_go",
+        "command_ended",
         # torque off
         "stopped",
         "stopped_late",
@@ -78,7 +78,7 @@ Unstored = Literal["audit", "faults", "changes", "stop", "servo", "lost_values",
 """What could not be stored: `what` of the event store_failed."""
 
 
-LeaseEndCode = Literal["ran_out", "given_back", "page_closed", "job_ended", "passed", "forced"]
+LeaseEndCode = Literal["expired", "released", "page_closed", "job_ended", "passed", "forced"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -102,11 +102,11 @@ class LeaseEnd:
 
 
 _LEASE_ENDS: Final[Mapping[LeaseEndCode, str]] = {
-    "ran_out": "The lease of {holder} ran out.",
-    "given_back": "{holder} gave motion control back.",
+    "expired": "The lease of {holder} expired.",
+    "released": "{holder} released motion control.",
     "page_closed": "The page of {holder} closed.",
     "job_ended": "{holder} ended.",
-    "passed": "Motion control passes to {holder}, who asked for it.",
+    "passed": "Motion control passes to {holder}, who requested it.",
     "forced": "{holder} took motion control by force{because}",
 }
 

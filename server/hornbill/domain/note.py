@@ -36,11 +36,11 @@ NoteCode = TypeAliasType(
         "unit_no_text",
         "unit_without_value",
         # node IDs
-        "pin_kept",
-        "pin_at_start",
+        "pin_unchanged",
+        "pin_at_restart",
         "pin_after_fixed",
-        "id_free",
-        "id_kept_until_start",
+        "id_freed",
+        "id_changes_at_restart",
         # nodes
         "no_status",
         "this_server",
@@ -97,7 +97,7 @@ class Note:
     @classmethod
     def of(cls, problem: HornbillError) -> Self:
         """A problem as a note."""
-        return cls(problem.detail, "problem", problem.told)
+        return cls(problem.detail, "problem", problem.note_params)
 
     @classmethod
     def words(cls, text: str) -> tuple[Self, ...]:

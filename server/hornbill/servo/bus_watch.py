@@ -95,8 +95,8 @@ class BusWatch:
         assert self._lost_at is not None
         away = self._base.now() - self._lost_at
         self._set_lost_at(None)
-        self._motion.torque_off.hurry()
-        self._fleet.bus_back()
+        self._motion.torque_off.retry_now()
+        self._fleet.bus_restored()
         self._on_back()
         owed = self._motion.torque_off.servos()
         text = f"{self._port.address} is back after {away:.1f} s. Nothing moves by itself."
@@ -132,7 +132,7 @@ class BusWatch:
     def _params(self) -> dict[str, object]:
         """What is wrong, as values of an event."""
         trouble = self._port.trouble
-        told = {} if trouble is None else trouble.told
+        told = {} if trouble is None else trouble.note_params
         return {**told, "address": self._port.address, "retry": self._port.retry_in_s is not None}
 
     def _tell(self, level: str, code: EventCode, text: str, **params: object) -> None:

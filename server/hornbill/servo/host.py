@@ -326,7 +326,7 @@ class Host:
             if isinstance(port, RecordedPort) and port.about is not None:
                 self.telemetry.set_aside()
                 replaying = Replaying.of(port.about, self.fleet, self.requests, self.base)
-                participant.on_frames.append(replaying.hear)
+                participant.on_frames.append(replaying.receive)
             self.doctor.follow(port, participant, allocator, directory)
             participant.start()
             self.watch.begin(port)

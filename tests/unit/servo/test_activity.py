@@ -10,7 +10,7 @@ import pytest
 from hornbill.schema.catalog import Catalog
 from hornbill.schema.parameter import DUMMY
 from hornbill.servo.device.servo import Servo
-from hornbill.servo.monitoring.activity import LOOKS, Activities, torque_limit_pct
+from hornbill.servo.monitoring.activity import MAX_FAST_POLLED, Activities, torque_limit_pct
 from hornbill.servo.monitoring.polling import Polling
 from hornbill.servo.runtime.hub import Hub, LogEvent, Sampled
 from hornbill.servo.runtime.timebase import TimeBase
@@ -40,7 +40,7 @@ class Desk:
         self.activities = Activities(hub, base, cast(Polling, self), lambda _uid: self.servo, lambda _uid: True)
         hub.subscribe(self.said.append, LogEvent)
 
-    def wish(self, _servo: Servo, channels: list[str], rate_hz: float, *, owner: str, ttl_s: float) -> None:
+    def subscribe(self, _servo: Servo, channels: list[str], rate_hz: float, *, owner: str, ttl_s: float) -> None:
         """Stands for Polling."""
         assert owner == "activity"
         self.looks.append((channels[0], rate_hz))
@@ -137,7 +137,7 @@ def test_few_servos_are_looked_at_closely_at_a_time() -> None:
     looked: list[str] = []
 
     class Reads:
-        def wish(self, servo: Servo, *_: object, **__: object) -> None:
+        def subscribe(self, servo: Servo, *_: object, **__: object) -> None:
             looked.append(servo.uid)
 
     base = TimeBase(lambda: desk.now, lambda: desk.now)
@@ -148,7 +148,7 @@ def test_few_servos_are_looked_at_closely_at_a_time() -> None:
             desk.hub.publish(Sampled(servo.uid, "current_angle", desk.now, 0.0))
             desk.hub.publish(Sampled(servo.uid, "current_torque", desk.now, 80.0 * (tick // 5 % 2)))
         if tick == 19:
-            assert len(set(looked)) == LOOKS
+            assert len(set(looked)) == MAX_FAST_POLLED
     assert all(activities.of(servo).doing == "holding" for servo in others)
 
 

@@ -80,7 +80,7 @@ def test_a_problem_is_that_servos_own_and_the_first_is_the_jobs() -> None:
     assert isinstance(job.error, NoResponse)
     assert job.error.detail == "2 of 3 servos failed. silent"
     assert job.error.facts == {
-        "uid": A, "uids": [A, C], "also": ["of_servos"], "failed": 2, "targets": 3,
+        "uid": A, "uids": [A, C], "also": ["some_servos_failed"], "failed": 2, "targets": 3,
         "titles": ["servo aaaaaaaa", "servo cccccccc"],
     }  # fmt: skip
     assert verdicts(job) == ["failed", "not_tried", "failed"]

@@ -5,7 +5,7 @@ import random
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hornbill.servo.recorder.frame_ring import KEPT_S, LIMIT_BYTES, FrameRing
+from hornbill.servo.recorder.frame_ring import LIMIT_BYTES, RETAIN_S, FrameRing
 from hornbill.wire.frame import Frame
 
 FRAMES = st.lists(
@@ -44,9 +44,9 @@ def test_an_hour_of_frames_stays_within_its_memory_and_keeps_ten_minutes() -> No
         most = max(most, ring.size)
     assert most < 625 * len(batch) * 21
     assert ring.since is not None
-    assert KEPT_S <= 3600 - ring.since <= KEPT_S + 21
+    assert RETAIN_S <= 3600 - ring.since <= RETAIN_S + 21
     assert not ring.full
-    assert 7_000 * 21 * (KEPT_S + 20) < LIMIT_BYTES - (2 << 20), "ten minutes of a full bus have room"
+    assert 7_000 * 21 * (RETAIN_S + 20) < LIMIT_BYTES - (2 << 20), "ten minutes of a full bus have room"
 
 
 def batch_at(batch: list[Frame], at: float) -> list[Frame]:
@@ -77,8 +77,8 @@ def test_a_silent_bus_forgets_what_is_old() -> None:
 
 def test_frames_carry_the_name_of_the_bus_they_were_on() -> None:
     ring = FrameRing()
-    ring.turn("can0")
+    ring.switch_channel("can0")
     ring.add([Frame(1, b"", 1.0)], False)
-    ring.turn("can1")
+    ring.switch_channel("can1")
     ring.add([Frame(1, b"", 2.0)], False)
     assert [one.channel for part in ring.slices(0, 9) for one in part] == ["can0", "can1"]

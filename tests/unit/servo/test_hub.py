@@ -48,4 +48,4 @@ def test_a_listener_that_fails_costs_the_others_nothing(caplog: pytest.LogCaptur
     hub.subscribe(heard.append)
     hub.publish(SAMPLE)
     assert heard == [SAMPLE]
-    assert "a listener failed" in caplog.text
+    assert "a subscriber failed" in caplog.text

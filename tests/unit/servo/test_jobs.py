@@ -7,7 +7,7 @@ from collections.abc import Awaitable, Callable
 import pytest
 
 import jumping_clock as clock
-from hornbill.errors import Busy, HornbillError, Interrupted, NoResponse, NotAsWanted, Stopped, Unknown
+from hornbill.errors import Busy, HornbillError, Interrupted, NoResponse, Stopped, UnexpectedResult, Unknown
 from hornbill.servo.runtime.jobs import KEPT, NOT_KNOWN, Jobs, RunningJob, Step, Work
 from hornbill.servo.runtime.steps import Evidence
 from hornbill.store.jobs import StoredJob
@@ -129,7 +129,7 @@ def test_the_next_process_knows_how_each_ended() -> None:
             return {"rows": 42, "by_uid": {A: [1, None]}}
 
         async def badly(job: RunningJob) -> dict[str, object]:
-            raise NotAsWanted("It holds something else.", cause=None, differences=[{"key": "origin", "wanted": 1}])
+            raise UnexpectedResult("It holds something else.", cause=None, differences=[{"key": "origin", "wanted": 1}])
 
         async def unknown(job: RunningJob) -> dict[str, object]:
             raise Unknown("unknown_profile", "There is no such profile.", cause=None)
@@ -144,8 +144,8 @@ def test_the_next_process_knows_how_each_ended() -> None:
         assert well.result == {"rows": 42, "by_uid": {A: [1, None]}}
         assert [step.evidence for step in well.steps] == ["42 rows", "not needed", None]
         assert well.steps[1].uid == A
-        assert isinstance(badly.error, NotAsWanted)
-        assert (badly.error.code, badly.error.detail) == ("not_as_wanted", "It holds something else.")
+        assert isinstance(badly.error, UnexpectedResult)
+        assert (badly.error.code, badly.error.detail) == ("unexpected_result", "It holds something else.")
         assert badly.error.facts == {"differences": [{"key": "origin", "wanted": 1}]}
         assert isinstance(unknown.error, Unknown)
         assert unknown.error.code == "unknown_profile"

@@ -20,7 +20,7 @@ def runs_on(*, uptime_s: float, age_s: float, way_s: float, restarted_after_s: f
     """
     now = 1000.0
     status = SimpleNamespace(uptime_sec=int(uptime_s))
-    servo = SimpleNamespace(status=status, status_at=now - age_s, node_id=10, boots=1)
+    servo = SimpleNamespace(status=status, status_at=now - age_s, node_id=10, boot_count=1)
 
     async def node_info(node: int) -> object:
         nonlocal now

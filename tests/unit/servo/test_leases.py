@@ -11,11 +11,11 @@ from hornbill.errors import Busy, HornbillError, LeaseHeld, LeaseRequired, Unkno
 from hornbill.servo.runtime.actor import act_as
 from hornbill.servo.runtime.leases import Leases
 
-HELD = (LeaseHeld, {"cause": "lease_of_another", "holder": "Rig 3", "expires_in_s": 17.877})
-PROMISED = (Busy, {"cause": "passing_to", "by": "Page 2"})
-NONE = (LeaseRequired, {"cause": "no_lease"})
-OVER = (LeaseRequired, {"cause": "lease_over"})
-UNKNOWN = (Unknown, {"cause": "lease_over"})
+HELD = (LeaseHeld, {"cause": "lease_held_by_other", "holder": "Rig 3", "expires_in_s": 17.877})
+PROMISED = (Busy, {"cause": "control_transfer_pending", "by": "Page 2"})
+NONE = (LeaseRequired, {"cause": "lease_missing"})
+OVER = (LeaseRequired, {"cause": "lease_ended"})
+UNKNOWN = (Unknown, {"cause": "lease_ended"})
 IS_HELD = "Rig 3 has motion control for 18 s more. Ask for it, or wait."
 ENDED = "This lease has ended. Ask for a new one."
 OTHER = "0" * 32
@@ -38,7 +38,7 @@ REFUSED: tuple[tuple[float, Callable[[Leases], object], Refusal, str], ...] = (
     (20, lambda leases: leases.renew(OTHER, 102.1234), UNKNOWN, ENDED),
     (20, lambda leases: leases.release(OTHER, 102.1234), UNKNOWN, ENDED),
     (2.5, lambda leases: leases.grant("Page 1", 3.0, 102.0),
-     (LeaseHeld, {"cause": "lease_of_another", "holder": "Rig 3", "expires_in_s": 0.5}),
+     (LeaseHeld, {"cause": "lease_held_by_other", "holder": "Rig 3", "expires_in_s": 0.5}),
      "Rig 3 has motion control for 1 s more. Ask for it, or wait."),
     (2, lambda leases: leases.require(None, 102.0), NONE,
      "Motion needs a live lease."),
@@ -80,20 +80,20 @@ def test_a_lease_that_is_handed_over_lives_for_the_grace_until_it_is_renewed(
 
 def test_every_way_a_lease_ends_is_counted_and_none_of_them_is_a_lapse() -> None:
     leases = Leases()
-    assert leases.take_away(0.0) is None
+    assert leases.revoke(0.0) is None
     first = leases.grant("Rig", 2.0, now=0.0)
-    assert leases.take_away(1.0) is first
-    assert leases.take_away(1.0) is None
+    assert leases.revoke(1.0) is first
+    assert leases.revoke(1.0) is None
     second = leases.grant("Rig", 2.0, now=1.0)
     assert leases.release(second.id, 2.0) is second
     assert leases.current(2.0) is None
     third = leases.grant("Rig", 2.0, now=2.0)
-    assert leases.lapsed(3.9) is None
-    assert leases.lapsed(4.0) is third
+    assert leases.expired(3.9) is None
+    assert leases.expired(4.0) is third
     for now in (5.0, 7.0, 9.0):
         leases.grant("Rig", 1.0, now)
-    assert [one.expires_at for one in (leases.lapsed(9.5), leases.lapsed(9.5)) if one] == [6.0, 8.0], "oldest first"
-    assert leases.counts == {"taken": 6, "taken_away": 1, "released": 1, "lapsed": 3}
+    assert [one.expires_at for one in (leases.expired(9.5), leases.expired(9.5)) if one] == [6.0, 8.0], "oldest first"
+    assert leases.counts == {"taken": 6, "revoked": 1, "released": 1, "expired": 3}
 
 
 @pytest.mark.parametrize(
@@ -128,11 +128,11 @@ def test_what_everybody_sees_of_a_leases_id_tells_it_from_others_and_lets_nobody
 def test_a_lapsed_lease_is_no_lease_and_is_handed_out_once() -> None:
     leases = Leases()
     lease = leases.grant("Rig", 2.0, now=10.0)
-    assert leases.lapsed(11.9) is None
+    assert leases.expired(11.9) is None
     with pytest.raises(LeaseRequired, match="has ended"):
         leases.require(lease.id, now=12.0)
-    assert leases.lapsed(12.0) is lease
-    assert leases.lapsed(12.1) is None
+    assert leases.expired(12.0) is lease
+    assert leases.expired(12.1) is None
     with pytest.raises(Unknown):
         leases.renew(lease.id, now=12.1)
 
@@ -141,8 +141,8 @@ def test_a_lapse_is_seen_even_when_somebody_else_was_quicker_with_a_new_lease() 
     leases = Leases()
     old = leases.grant("Rig", 1.0, now=0.0)
     new = leases.grant("Page", 5.0, now=1.01)
-    assert leases.lapsed(1.02) is old
-    assert leases.lapsed(1.03) is None
+    assert leases.expired(1.02) is old
+    assert leases.expired(1.03) is None
     assert leases.current(1.03) is new
 
 

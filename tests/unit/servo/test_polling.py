@@ -10,7 +10,7 @@ import jumping_clock as clock
 from hornbill.schema.catalog import Catalog
 from hornbill.schema.parameter import Parameter
 from hornbill.servo.device.reading import LIVE_PERIOD_S
-from hornbill.servo.device.requests import Patience, ServoRequests
+from hornbill.servo.device.requests import RetryPolicy, ServoRequests
 from hornbill.servo.device.servo import Servo, State
 from hornbill.servo.monitoring.polling import BACKGROUND, BUDGET, READ_S, Polling
 from hornbill.servo.runtime.timebase import TimeBase
@@ -28,7 +28,7 @@ class Reads:
         self.overview = overview
         self.done: list[tuple[float, Uid, str]] = []
 
-    async def read(self, servo: Servo, parameter: Parameter, _patience: Patience) -> Raw:
+    async def read(self, servo: Servo, parameter: Parameter, policy: RetryPolicy) -> Raw:
         loop = asyncio.get_running_loop()
         self.done.append((loop.time(), servo.uid, parameter.key))
         await asyncio.sleep(READ_S)
@@ -103,7 +103,7 @@ def test_a_new_wish_is_not_kept_waiting() -> None:
         await asyncio.sleep(5.05)
         reads.done.clear()
         wished = loop.time()
-        polling.wish(servo, ["current_speed"], 20.0)
+        polling.subscribe(servo, ["current_speed"], 20.0)
         while not any(key == "current_speed" for _, _, key in reads.done):
             await asyncio.sleep(0.001)
         waited = loop.time() - wished
@@ -128,7 +128,7 @@ def in_rates(
             polling.begin(servo)
         for number, rates in wished.items():
             for key, rate in rates.items():
-                polling.wish(servos[number], [key], rate, owner=key)
+                polling.subscribe(servos[number], [key], rate, owner=key)
         await asyncio.sleep(5.0)
         reads.done.clear()
         await asyncio.sleep(seconds)
@@ -170,7 +170,7 @@ def test_a_servo_that_is_not_there_takes_nothing_from_others() -> None:
         here, gone = ready(1), ready(2)
         for servo in (here, gone):
             polling.begin(servo)
-            polling.wish(servo, list(FAST), 200.0)
+            polling.subscribe(servo, list(FAST), 200.0)
         shared = polling.rates(here)["current_speed"]
         gone.online = False
         await asyncio.sleep(1.5)
@@ -191,7 +191,7 @@ def test_a_wish_with_an_end_ends_by_itself_unless_it_is_renewed() -> None:
         found: list[int] = []
         for renew in (True, True, False, False):
             if renew:
-                polling.wish(servo, ["current_speed"], 20.0, owner="page", ttl_s=5.0)
+                polling.subscribe(servo, ["current_speed"], 20.0, owner="page", ttl_s=5.0)
             reads.done.clear()
             await asyncio.sleep(4.0)
             found.append(sum(key == "current_speed" for _, _, key in reads.done))

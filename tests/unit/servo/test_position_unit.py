@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from hornbill.domain.servo import PositionUnit
-from hornbill.servo.device.position_estimate import DEGREES, HELD, LITERAL, Angle, Estimate
+from hornbill.servo.device.position_estimate import DEGREES, LITERAL, PAIRS_AT_ONE_ANGLE, Angle, Estimate
 
 UNITS = st.sampled_from(get_args(PositionUnit.__value__))
 Rounding = Literal["nearest", "down", "none"]
@@ -52,7 +52,7 @@ def watch(
         told = degrees if rounding == "none" else tenths(degrees, rounding)
         if random.random() >= loss:
             position = half(told / DEGREES[unit])
-            estimate.heard(position, at, reading)
+            estimate.add_status(position, at, reading)
             angle = estimate.shown(position)
             if angle is not None:
                 shown.append(abs(angle - degrees))
@@ -75,7 +75,7 @@ def test_a_horn_that_rests_off_zero_is_enough_whatever_is_rounded(
     watch(estimate, still(degrees), unit, rounding=rounding)
     assert (estimate.measured, estimate.state) == (unit, "confirmed" if unit == LITERAL else "conflict")
     assert estimate.sure is (unit == LITERAL)
-    assert f"{HELD} times" in estimate.evidence.text
+    assert f"{PAIRS_AT_ONE_ANGLE} times" in estimate.evidence.text
 
 
 @settings(max_examples=200)
@@ -151,18 +151,18 @@ def test_five_are_needed_at_one_angle_and_four_are_not_enough() -> None:
         estimate = Estimate()
         for tick in range(pairs + 2):
             reading = Angle(50.0, tick * 0.2 - 0.1) if tick > 1 else None
-            estimate.heard(half(50.0 / DEGREES["radian"]), tick * 0.2, reading)
+            estimate.add_status(half(50.0 / DEGREES["radian"]), tick * 0.2, reading)
         return estimate
 
-    assert after(HELD - 1).measured is None
-    assert after(HELD).measured == "radian"
+    assert after(PAIRS_AT_ONE_ANGLE - 1).measured is None
+    assert after(PAIRS_AT_ONE_ANGLE).measured == "radian"
 
 
 def test_pairs_that_fit_another_unit_in_between_begin_the_count_anew() -> None:
     estimate = Estimate()
     for tick in range(40):
         degrees = 50.0 if tick % 5 else 50.0 * DEGREES["radian"] / 100
-        estimate.heard(0.5, tick * 0.2, Angle(degrees, tick * 0.2 - 0.1))
+        estimate.add_status(0.5, tick * 0.2, Angle(degrees, tick * 0.2 - 0.1))
     assert estimate.state == "assumed"
 
 
@@ -170,7 +170,7 @@ def test_pairs_that_fit_another_unit_in_between_begin_the_count_anew() -> None:
 def test_pairs_that_fit_no_unit_are_a_conflict_and_status_is_not_shown(position: float) -> None:
     estimate = Estimate()
     for tick in range(20):
-        estimate.heard(position, tick * 0.2, Angle(50.0, tick * 0.2 - 0.1))
+        estimate.add_status(position, tick * 0.2, Angle(50.0, tick * 0.2 - 0.1))
     assert estimate.state == "conflict"
     assert estimate.shown(position) is None
     assert not estimate.sure

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from hornbill.schema.catalog import Catalog
 from hornbill.servo.device.servo import Servo
 from hornbill.servo.monitoring.sample_ring import FIRST_CHUNK, LARGEST_CHUNK, SampleRing
-from hornbill.servo.monitoring.telemetry import MOST_BYTES, TelemetryCollector
+from hornbill.servo.monitoring.telemetry import MAX_BYTES, TelemetryCollector
 from hornbill.servo.runtime.hub import Hub, LogEvent, Sampled, ServoChanged
 from hornbill.servo.runtime.timebase import TimeBase
 from hornbill.units import Uid
@@ -221,7 +221,7 @@ def test_only_the_last_minutes_are_kept() -> None:
 
 def test_a_crowd_at_full_rate_stays_within_the_memory_and_the_oldest_goes_first() -> None:
     most = 1_000_000
-    desk = Desk(most_bytes=most)
+    desk = Desk(max_bytes=most)
     uids = [Uid(f"{number:032x}") for number in range(125)]
     for turn in range(1000):
         for uid in uids:
@@ -241,7 +241,7 @@ def test_ten_minutes_of_a_full_bus_take_a_fifth_of_what_is_allowed() -> None:
             if turn % 10 == 0:
                 for key in ("command_angle", "command_speed", "command_torque", "current_voltage", "current_speed"):
                     desk.hub.publish(Sampled(Uid(f"{number:032x}"), key, 1000 + turn / 10, 1.0))
-    assert desk.telemetry.bytes * 125 / servos < MOST_BYTES / 5
+    assert desk.telemetry.bytes * 125 / servos < MAX_BYTES / 5
 
 
 def test_a_gap_is_told_once_wherever_its_instant_is_rounded_to() -> None:

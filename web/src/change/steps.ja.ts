@@ -1,4 +1,4 @@
-/** Japanese names of the steps of jobs, and what they found. tests/contract holds them complete. */
+/** Japanese names of the steps of jobs, and their evidence. tests/contract/test_japanese.py checks that they are complete. */
 import type { Said } from "../text/language";
 import { words as changing } from "./changing.ja";
 import type { words as english } from "./steps.en";
@@ -34,7 +34,7 @@ export const words = {
     },
     restart: {
       ...saving,
-      ask: "再起動の要求",
+      request: "再起動の要求",
       silence: "起動中の無通信",
       read_back: "全行の読み出し",
     },
@@ -54,12 +54,12 @@ export const words = {
       limit: "速度とトルクの制限",
       wiggle: "ホーンの往復",
       return: "元の位置に復帰",
-      restore: "すべて元どおり",
+      restore: "すべての値の復元",
     },
     step_test: {
       check: "準備と測定条件の記録",
-      there: "ステップの往復",
-      numbers: "数値の計算と保存",
+      measure: "ステップの往復",
+      evaluate: "数値の計算と保存",
     },
     profile: {
       plan: "値の確認",
@@ -67,19 +67,19 @@ export const words = {
       save: "保存",
     },
     commissioning: {
-      check: "現在も指定どおり",
-      aside: "サーボIDを0に退避（次の使用者が先）",
-      away: "ノードIDを動的割り当てに退避して保存（次の使用者が先）",
+      check: "計画との一致の確認",
+      park_servo_id: "次のサーボのためにサーボIDを0に変更",
+      park_node_id: "次のサーボのためにノードIDを動的割当てに変更して保存",
       identify: "ホーンの往復",
       write: "名前、ID、値の書き込みと読み返し",
       save: "保存",
-      verify: "指定どおりであることの確認",
+      verify: "計画どおりであることの確認",
     },
     restore_output: { clear: "停止の解除", restore: "出力オン" },
   },
   evidence: {
     problem: p => p.problem ?? "失敗しました。",
-    interrupted: () => "ここでサーバーが終了しました。サーボが実行したかどうかは不明です。",
+    interrupted: () => "ここでサーバが終了しました。サーボが実行したかどうかは不明です。",
     rows_read: p =>
       [
         `${p.rows}行を読み出し`,
@@ -92,11 +92,11 @@ export const words = {
     snapshot_taken: p => `スナップショット${p.snapshot}`,
     snapshot_known: p => `スナップショット${p.snapshot}は作成済み`,
     snapshot_failed: () => "スナップショットを保存できませんでした。今回の保存は元に戻せません。",
-    sent: p => `${p.tries}回送信。${p.answered ? "サーボが応答しました" : "応答なし: 再起動で確認します"}`,
+    sent: p => `${p.tries}回送信。${p.acknowledged ? "サーボが応答しました" : "応答なし: 再起動で確認します"}`,
     requested: p => `${p.tries}回要求`,
     silent: p => `送信後${p.from_s}から${p.to_s}まで受信なし`,
-    restarted: () => "稼働時間が戻りました。",
-    restarted_on_request: () => "自動では再起動せず、要求後に稼働時間が戻りました。",
+    restarted: () => "稼働時間（uptime）が0に戻りました。",
+    restarted_on_request: () => "自動では再起動せず、要求後に稼働時間（uptime）が0に戻りました。",
     back_on_node: p =>
       p.node_id === p.node_id_before
         ? `ノード${p.node_id}（変更なし）、送信後${p.after_s}で識別`
@@ -109,7 +109,7 @@ export const words = {
     all_rows_read: p => `${p.rows}行を読み出し`,
     torque_off: () => "0x20はオフ",
     erased: p =>
-      `${p.answered ? "サーボが応答" : "応答なし: 値を読み出して確認"}、${
+      `${p.acknowledged ? "サーボが応答" : "応答なし: 値を読み出して確認"}、${
         p.restarted ? `再起動（ノード${p.node_id ?? "–"}）` : "再起動なし"
       }`,
     rows_differ: p =>
@@ -150,13 +150,13 @@ export const words = {
     planned: p => `${p.rows}行${p.left_out && p.left_out !== "0" ? `、${p.left_out}行は対象外` : ""}`,
     written: p => `${p.rows}行を書き込んで読み返し、${p.unchanged}行は変更なし`,
     saved: () => "ROMに保存し、再起動後に読み返しました。",
-    save_not_needed: () => "不要: ROMはすでにすべての値を保持しています。",
+    save_not_needed: () => "不要: ROMはすでに同じ値です。",
     identified: p => `ノード${p.node_id ?? "–"}で動作し、元の位置に戻りました。`,
     values_verified: p =>
-      `${p.in_rom ? "RAMとROM" : "RAMのみ"}が${p.values}件の値をすべて保持（ノード${p.node_id ?? "–"}から読み出し）`,
+      `${p.in_rom ? "RAMとROM" : "RAMのみ"}の${p.values}件の値がすべて一致（ノード${p.node_id ?? "–"}から読み出し）`,
     values_still_verified: p =>
       `${p.values}件の値をすべて確認（ノード${p.node_id ?? "–"}から読み出し）、書き込みなし${
-        p.proved_at ? "。ROMは前回の確認のとおり" : ""
+        p.verified_at ? "。ROMは前回の確認のとおり" : ""
       }`,
     servo_id_parked: p => `サーボID ${p.servo_id ?? "–"}が空きました。`,
     servo_id_restored: p => `サーボID ${p.servo_id ?? "–"}に戻しました。`,
@@ -170,6 +170,6 @@ export const words = {
     latch_cleared: () => "停止状態でした。",
     not_latched: () => "停止状態ではありませんでした。",
     held: p =>
-      `${p.angle_deg ?? "–"}で保持。${p.kept_by === "lease" ? "指令中: 動作権が終わるとオフ" : "自力で保持"}`,
+      `${p.angle_deg ?? "–"}で保持。${p.held_by === "lease" ? "指令中: 動作権が終わるとオフ" : "自力で保持"}`,
   },
 } satisfies Said<typeof english>;

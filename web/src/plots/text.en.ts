@@ -72,7 +72,7 @@ export const words = {
       stopped: "stop",
       stop_cleared: "stop cleared",
       no_response: "no answer",
-      let_go: "torque off",
+      command_ended: "torque off",
       move_ended: "move ended",
       stream_ended: "stream ended",
       lease_ended: "control ended",

@@ -1,4 +1,4 @@
-/** The Japanese words for what hornbill keeps by code: why a snapshot was taken, what was done, what came of it. */
+/** Japanese words for stored codes: reasons of snapshots, and actions and outcomes of the audit. */
 import type { Said } from "../text/language";
 import type { words as english } from "./audit.en";
 
@@ -6,8 +6,8 @@ export const words = {
   reasons: {
     manual: () => "手動",
     saving: () => "ROM保存の前",
-    factory_reset: () => "工場出荷設定に戻す前",
-    drift_undone: () => "外部の変更を戻す前",
+    factory_reset: () => "初期化の前",
+    drift_undone: () => "外部の変更を取り消す前",
     change: p =>
       p.more === undefined || p.more === "0" ? `${p.key}の変更前` : `${p.key}他${p.more}項目の変更前`,
     commissioning: () => "初期設定の前",
@@ -21,7 +21,7 @@ export const words = {
     torque: "トルク",
     save: "保存",
     restart: "再起動",
-    factory_reset: "工場出荷設定",
+    factory_reset: "初期化",
     snapshot: "スナップショット",
     profile: "プロファイル",
     commissioning: "初期設定",
@@ -34,8 +34,8 @@ export const words = {
     stop: "停止",
     acknowledge: "確認",
     pin: "ノードIDの固定",
-    forget: "忘れる",
-    allocator: "ノードID割り当て",
+    forget: "登録の削除",
+    allocator: "ノードIDアロケータ",
     step_test: "ステップ試験",
     restore_output: "出力の復帰",
     applied: "適用",
@@ -51,11 +51,11 @@ export const words = {
     rolled_back: "取り消し",
     dropped: "破棄",
     cleared: "解除",
-    pressed: "操作",
+    pressed: "実行",
     taken: "取得",
     handed: "引き渡し",
     passed: "移行",
-    released: "返却",
+    released: "解放",
     expired: "期限切れ",
   },
 } satisfies Said<typeof english>;

@@ -1,4 +1,4 @@
-"""Who a request comes from, by token, cookie or ticket, and when that ends."""
+"""Authentication by token, session cookie or ticket, and its expiry."""
 
 import asyncio
 import logging
@@ -21,22 +21,22 @@ log = logging.getLogger(__name__)
 
 COOKIE: Final = "hornbill_session"
 COMMAND_LINE: Final = "command line"
-"""What the token given at start is called; it is an admin's, and is kept nowhere."""
+"""Name of the token given at start. It has the role admin and is not stored."""
 WHO: Final = "hornbill.who"
-"""Where in the scope of a request its Identity is; None there: nobody had to say who they are."""
-FRESH_S: Final = 2.0
-"""A token that another process made or revoked is known, or forgotten, after this at the latest."""
+"""Key of a request's Identity in its ASGI scope; the value is None without a credential."""
+REFRESH_S: Final = 2.0
+"""Maximum delay until a token created or revoked by another process takes effect."""
 USED_S: Final = 60.0
-"""How often it is kept that a token was used."""
-AT_WORK: Final = 1000
-"""Tokens at work that are remembered, each with where it was right; the one not used for longest goes first."""
+"""Interval at which the last use of tokens is stored."""
+MOST_PROVED: Final = 1000
+"""Remembered pairs of address and valid token; the least recently used is dropped first."""
 _NOBODY: Final = ""
-"""In the place of a digest: what whoever has none brings."""
+"""Stands for the digest of a credential where there is none."""
 
 
 @dataclass(frozen=True, slots=True)
 class Identity:
-    """Who it is. `credential` is what they brought, by digest: a token's or a session's."""
+    """Authenticated client. `credential`: digest of the token or session it sent."""
 
     name: str
     role: Role
@@ -45,7 +45,7 @@ class Identity:
 
 
 class Access:
-    """Knows tokens, sessions and tickets. Without any token it is open, unless `required`."""
+    """Tokens, sessions and tickets. Without any token every client is an admin, unless `required`."""
 
     def __init__(
         self,
@@ -55,7 +55,7 @@ class Access:
         now: Callable[[], float] = time.monotonic,
         wall: Callable[[], float] = time.time,
     ) -> None:
-        """`given`: the token of the command line. `required`: nobody gets in without a token, even if there is none."""
+        """`given`: token from the command line. `required`: require a token even if none exists yet."""
         self._given = None if given is None else Token(COMMAND_LINE, Role.ADMIN.word, digest(given), wall())
         self._required = required or given is not None
         self._now = now
@@ -63,60 +63,60 @@ class Access:
         self._store: Store | None = None
         self._tokens: dict[str, Token] = {} if self._given is None else {self._given.digest: self._given}
         self._used: dict[str, float] = {}
-        self._used_kept_at = now()
+        self._used_stored_at = now()
         self._ends: dict[str, set[asyncio.Future[None]]] = {}
         self.sessions = Sessions()
         self.tickets = Tickets()
         self.attempts = Attempts()
-        self.guesses = Attempts("wrong tokens came")
-        self._at_work: OrderedDict[tuple[str, str], None] = OrderedDict()
+        self.guesses = Attempts("requests with invalid tokens")
+        self._proved: OrderedDict[tuple[str, str], None] = OrderedDict()
 
     @property
     def required(self) -> bool:
-        """Whether a token is needed. Once it is, it is until the process ends: revoking the last opens nothing."""
+        """Whether a token is required. Once true, it stays true until the process exits, even without tokens."""
         return self._required
 
     def open(self, store: Store) -> None:
-        """Begin with the tokens of a store. Raises StoreFailed."""
+        """Load the tokens of a store. Raises StoreFailed."""
         self._store = store
         self._take(store.tokens.all())
 
     async def refresh(self) -> None:
-        """Read the tokens again, end the sockets of what has ended, and keep when tokens were used."""
+        """Reload the tokens, close sockets whose credentials have ended, and store the last use of tokens."""
         self._age()
         if self._store is None:
             return
         try:
             self._take(await self._store.run(self._store.tokens.all))
-            if self._now() - self._used_kept_at >= USED_S:
-                await self._keep_used()
+            if self._now() - self._used_stored_at >= USED_S:
+                await self._store_used()
         except StoreFailed:
-            log.warning("the tokens cannot be read again; those known stay", exc_info=True)
+            log.warning("cannot reload the tokens; known tokens stay valid", exc_info=True)
 
     async def keep_fresh(self) -> None:
-        """`refresh`, again and again, until cancelled."""
+        """Call `refresh` every REFRESH_S until cancelled."""
         while True:
-            await asyncio.sleep(FRESH_S)
+            await asyncio.sleep(REFRESH_S)
             await self.refresh()
 
     async def close(self) -> None:
-        """Keep when tokens were used, at the end."""
+        """Store the last use of tokens."""
         try:
-            await self._keep_used()
+            await self._store_used()
         except StoreFailed:
-            log.warning("when tokens were used could not be kept", exc_info=True)
+            log.warning("cannot store the last use of tokens", exc_info=True)
 
     def last_used_at(self, name: str) -> float | None:
-        """When a token was used that is not kept yet, seconds since 1970; None when there is nothing newer."""
+        """Last use of a token that is not stored yet, seconds since 1970; None if there is none."""
         return self._used.get(name)
 
     def who(self, connection: HTTPConnection, ticket: str | None = None, *, stopping: bool = False) -> Identity | None:
-        """Who a request comes from: the header counts, then the ticket, then the cookie. None: nobody we know.
+        """Identity of a client: by header, else ticket, else cookie. None if unknown.
 
-        `stopping`: Stop is pressed. Raises TooManyAttempts as `offered`.
+        `stopping`: the request is a stop. Raises TooManyAttempts as `offered`.
         """
         kind, _, secret = connection.headers.get("authorization", "").partition(" ")
-        if kind.lower() == "bearer":  # any other is for a proxy in front of us
+        if kind.lower() == "bearer":  # other schemes are for a proxy in front of the server
             address = connection.client.host if connection.client else ""
             return self.offered(secret.strip(), address, stopping=stopping)
         if ticket is not None:
@@ -127,13 +127,13 @@ class Access:
         return None if session is None else self._known(session.token, session.key)
 
     def stopper(self, connection: HTTPConnection) -> Identity | None:
-        """Who presses Stop with a session that has run out: it was proved once, and Stop does not ask for a login."""
+        """Identity of a client that stops with an expired session: Stop never requires a new login."""
         secret = cookie(connection)
         session = None if secret is None else self.sessions.spent(secret)
         return None if session is None else self._known(session.token, session.key)
 
     def bearer(self, secret: str) -> Identity | None:
-        """Who has this token. All are compared, each in a time that does not tell how much of it was right."""
+        """Identity of a token. All tokens are compared, each in constant time."""
         offered, found = digest(secret), ""
         for known in self._tokens:
             if secrets.compare_digest(known, offered):
@@ -141,13 +141,13 @@ class Access:
         return self._known(found, found) if found else None
 
     def offered(self, secret: str, address: str, *, stopping: bool = False) -> Identity | None:
-        """Who has the token that came from `address`. Raises TooManyAttempts after too many that were wrong.
+        """Identity of a token sent from `address`. Raises TooManyAttempts after too many invalid tokens.
 
-        From then on none is looked at that was not right from there before, so that nobody learns by it which is:
-        programs at work go on, newcomers wait. A stop is looked at always: it must not wait for what others do.
+        While limited, only tokens that were valid from this address before are checked, so that guessing yields
+        nothing: running programs continue, new clients wait. A stop request is always checked.
         """
         place, now = (address, digest(secret)), self._now()
-        if place not in self._at_work:
+        if place not in self._proved:
             try:
                 self.guesses.allow(address, now)
             except TooManyAttempts:
@@ -156,59 +156,59 @@ class Access:
                 return self.bearer(secret)
         who = self.bearer(secret)
         if who is not None:
-            self._at_work[place] = None
-            self._at_work.move_to_end(place)
-            while len(self._at_work) > AT_WORK:
-                self._at_work.popitem(last=False)
+            self._proved[place] = None
+            self._proved.move_to_end(place)
+            while len(self._proved) > MOST_PROVED:
+                self._proved.popitem(last=False)
         elif self._required:
-            self._at_work.pop(place, None)
+            self._proved.pop(place, None)
             self.guesses.failed(address, now, place[1])
-            log.warning("a token that is not known came from %s", address)
+            log.warning("invalid token from %s", address)
         return who
 
     def login(self, secret: str, address: str) -> tuple[Identity, str]:
-        """Who it is, and the secret of a new session. Raises Unauthorized and TooManyAttempts."""
+        """Identity, and secret of a new session. Raises Unauthorized and TooManyAttempts."""
         self.attempts.allow(address, self._now())
         who = self.bearer(secret)
         if who is None:
             self.attempts.failed(address, self._now())
             raise Unauthorized(
-                "No token is like this one. Perhaps it was revoked, or not all of it was copied. "
-                "'hornbill token add NAME --role ROLE' makes one.",
+                "Invalid token. It may have been revoked or copied incompletely. Create a token with "
+                "'hornbill token create NAME --role ROLE'.",
                 cause="token_unknown",
             )
         session, cookie_secret = self.sessions.begin(who.token, self._now())
         return Identity(who.name, who.role, who.token, session.key), cookie_secret
 
     def ticket(self, who: Identity | None) -> str:
-        """A ticket for one socket of whoever asks; where no token is needed, it is one for nobody."""
+        """Ticket that opens one socket with the client's identity, or without one if no token is required."""
         return self.tickets.issue(*(("", "") if who is None else (who.token, who.credential)), self._now())
 
     def left_s(self, connection: HTTPConnection) -> float | None:
-        """Seconds until the session of this cookie has run out; None without one."""
+        """Seconds until the session of this cookie expires; None without one."""
         secret = cookie(connection)
         session = None if secret is None else self.sessions.get(secret, self._now())
         return None if session is None else session.ends_at() - self._now()
 
     def logout(self, secret: str) -> None:
-        """End the session of this cookie, and the sockets that came with it."""
+        """End the session of this cookie and its sockets."""
         session = self.sessions.end(secret)
         if session is not None:
             self._end(session.key)
 
     def watch(self, who: Identity | None) -> asyncio.Future[None]:
-        """Done when what they brought opens nothing any more: revoked, or logged out. Give it back by `unwatch`.
+        """Future that completes when the credential ends: revoked or logged out. Release it with `unwatch`.
 
-        None brought nothing: that opens nothing any more from the first token on.
+        Without a credential (None) it completes when tokens become required.
         """
         made: asyncio.Future[None] = asyncio.get_running_loop().create_future()
-        for key in _brought(who):
+        for key in _credentials(who):
             self._ends.setdefault(key, set()).add(made)
         return made
 
     def unwatch(self, who: Identity | None, watched: asyncio.Future[None]) -> None:
-        """No more news wanted."""
-        for key in _brought(who):
+        """Release a future of `watch`."""
+        for key in _credentials(who):
             waiting = self._ends.get(key, set())
             waiting.discard(watched)
             if not waiting:
@@ -219,15 +219,15 @@ class Access:
         if found is None:
             return None
         role = WORDS.get(found.role)
-        if role is None:  # of a newer hornbill: it opens nothing here
+        if role is None:  # a role of a newer hornbill grants nothing here
             return None
         if found is not self._given:
             self._used[found.name] = self._wall()
         return Identity(found.name, role, token, credential)
 
-    async def _keep_used(self) -> None:
+    async def _store_used(self) -> None:
         if self._used and self._store is not None:
-            self._used_kept_at = self._now()
+            self._used_stored_at = self._now()
             used, self._used = self._used, {}
             await self._store.run(self._store.tokens.used, used)
 
@@ -244,7 +244,7 @@ class Access:
             self._end(_NOBODY)
 
     def _age(self) -> None:
-        """A session with an open socket is in use; one that has run out takes its sockets along."""
+        """Keep sessions with open sockets alive, and close the sockets of expired sessions."""
         now = self._now()
         for key in list(self._ends):
             session = self.sessions.at(key)
@@ -259,18 +259,18 @@ class Access:
                 one.set_result(None)
 
 
-def _brought(who: Identity | None) -> set[str]:
+def _credentials(who: Identity | None) -> set[str]:
     return {_NOBODY} if who is None else {who.token, who.credential}
 
 
 def cookie(connection: HTTPConnection) -> str | None:
-    """The secret of the session cookie, if there is one."""
+    """Secret of the session cookie, if any."""
     return connection.cookies.get(COOKIE)
 
 
 def forbidden(who: Identity, role: Role) -> ForbiddenRole:
-    """The refusal of whoever's token does not reach to `role`."""
+    """Error for a token whose role is below `role`."""
     return ForbiddenRole(
-        f"The token {who.name!r} is for {who.role.word}; this needs {role.word}.",
+        f"The role of token {who.name!r} is {who.role.word}. This operation requires {role.word}.",
         cause="role_insufficient", token=who.name, role=who.role.word, needed=role.word,
     )  # fmt: skip

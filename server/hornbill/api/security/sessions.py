@@ -1,6 +1,6 @@
-"""What a login leaves behind: sessions of browsers, tickets for sockets, and how often a guess may fail.
+"""Browser sessions, socket tickets, and limits on failed attempts.
 
-All of it is in memory and by digest: it ends with the process. Time is an argument.
+Held in memory by digest, until the process exits. Time is passed as an argument.
 """
 
 import secrets
@@ -13,22 +13,22 @@ from typing import Final
 from hornbill.errors import TooManyAttempts
 
 IDLE_S: Final = 12 * 3600.0
-"""A session nobody has used for so long has run out: one shift."""
+"""Time after which an unused session expires: one shift."""
 LASTING_S: Final = 7 * 24 * 3600.0
-"""However much it is used, a session ends after this."""
+"""Maximum lifetime of a session."""
 TICKET_S: Final = 30.0
-"""How long a ticket waits to be used."""
+"""Lifetime of an unused ticket."""
 _MOST: Final = 1000
-"""Sessions, tickets and addresses kept; the oldest go first."""
+"""Maximum number of stored sessions, tickets and addresses; the oldest are dropped."""
 
 TRIES: Final = 10
-"""Logins, or tokens, that may be wrong from one address within `WINDOW_S`; from all together ten times as many."""
+"""Failed logins or invalid tokens allowed per address within `WINDOW_S`; ten times as many over all addresses."""
 WINDOW_S: Final = 60.0
 
 
 @dataclass(slots=True)
 class Session:
-    """One login: of which token, and since when. `token` is the token's digest."""
+    """One login. `token` is the digest of its token."""
 
     key: str
     token: str
@@ -36,28 +36,28 @@ class Session:
     used_at: float
 
     def ends_at(self) -> float:
-        """When it has run out, unless it is used before."""
+        """Time of expiry unless it is used before."""
         return min(self.used_at + IDLE_S, self.began_at + LASTING_S)
 
 
 class Sessions:
-    """Sessions by their secret, which the browser has in a cookie."""
+    """Sessions by secret, which the browser stores in a cookie."""
 
     def __init__(self) -> None:
-        self._kept: OrderedDict[str, Session] = OrderedDict()
+        self._sessions: OrderedDict[str, Session] = OrderedDict()
 
     def begin(self, token: str, now: float) -> tuple[Session, str]:
-        """A session for the token with this digest, and the secret of it."""
+        """Create a session for the token with this digest. Returns it with its secret."""
         secret = secrets.token_urlsafe(32)
         made = Session(_key(secret), token, now, now)
-        self._kept[made.key] = made
-        while len(self._kept) > _MOST:
-            self._kept.popitem(last=False)
+        self._sessions[made.key] = made
+        while len(self._sessions) > _MOST:
+            self._sessions.popitem(last=False)
         return made, secret
 
     def get(self, secret: str, now: float) -> Session | None:
-        """The session of this secret while it has not run out; looking is using."""
-        found = self._kept.get(_key(secret))
+        """Session of this secret unless expired. Counts as use."""
+        found = self._sessions.get(_key(secret))
         if found is None:
             return None
         if found.ends_at() <= now:
@@ -66,48 +66,48 @@ class Sessions:
         return found
 
     def spent(self, secret: str) -> Session | None:
-        """The session of this secret, also when it has run out: it was proved once."""
-        return self._kept.get(_key(secret))
+        """Session of this secret, even if expired."""
+        return self._sessions.get(_key(secret))
 
     def at(self, key: str) -> Session | None:
-        """The session of this key, run out or not."""
-        return self._kept.get(key)
+        """Session of this key, even if expired."""
+        return self._sessions.get(key)
 
     def end(self, secret: str) -> Session | None:
-        """Log out: the session is forgotten."""
-        return self._kept.pop(_key(secret), None)
+        """Delete the session of this secret."""
+        return self._sessions.pop(_key(secret), None)
 
 
 class Tickets:
-    """One-shot secrets, each for one socket, for who can set no header."""
+    """Single-use secrets that open one socket each, for clients that cannot set headers."""
 
     def __init__(self) -> None:
-        self._kept: OrderedDict[str, tuple[str, str, float]] = OrderedDict()
+        self._tickets: OrderedDict[str, tuple[str, str, float]] = OrderedDict()
 
     def issue(self, token: str, credential: str, now: float) -> str:
-        """A ticket for whoever has the token with this digest and brought `credential`; for one use in `TICKET_S`."""
+        """Create a ticket for the token with this digest and `credential`, valid once within `TICKET_S`."""
         secret = secrets.token_urlsafe(32)
-        self._kept[_key(secret)] = (token, credential, now + TICKET_S)
-        while len(self._kept) > _MOST:
-            self._kept.popitem(last=False)
+        self._tickets[_key(secret)] = (token, credential, now + TICKET_S)
+        while len(self._tickets) > _MOST:
+            self._tickets.popitem(last=False)
         return secret
 
     def take(self, secret: str, now: float) -> tuple[str, str] | None:
-        """Token and credential it was issued for; the ticket is gone, whatever it was."""
-        token, credential, until = self._kept.pop(_key(secret), ("", "", 0.0))
+        """Consume a ticket. Returns the token and credential it was issued for, or None if it is invalid or expired."""
+        token, credential, until = self._tickets.pop(_key(secret), ("", "", 0.0))
         return (token, credential) if until > now else None
 
 
 class Attempts:
-    """Counts what failed. Who brings what is right is never counted."""
+    """Counts failed attempts by address. Successful ones are not counted."""
 
-    def __init__(self, what: str = "logins have failed") -> None:
-        """`what` is said of a number of them."""
+    def __init__(self, what: str = "failed logins") -> None:
+        """`what`: plural noun of the attempts, for the error text."""
         self._what = what
         self._failed: OrderedDict[str, list[tuple[float, str]]] = OrderedDict()
 
     def allow(self, address: str, now: float) -> None:
-        """Raises TooManyAttempts when too many have failed from `address`, or from everywhere, in the last minute."""
+        """Raises TooManyAttempts if too many failed from `address`, or in total, within WINDOW_S."""
         if not self._failed:
             return
         self._forget(now)
@@ -124,7 +124,7 @@ class Attempts:
                 )
 
     def failed(self, address: str, now: float, guess: str = "") -> None:
-        """One more has failed. The same `guess`, by digest, is one however often it comes: that guesses at nothing."""
+        """Count a failed attempt. Repetitions of the same `guess` (a digest) count once."""
         known = self._failed.setdefault(_network(address), [])
         if not guess or all(before != guess for _, before in known):
             known.append((now, guess))
@@ -141,14 +141,14 @@ class Attempts:
 
 
 def _network(address: str) -> str:
-    """What one household is counted by: of IPv6 it has 2^64 addresses, and can guess from each."""
+    """Network by which attempts are counted: an IPv6 client has a /64 prefix, so its addresses count together."""
     try:
         known = ip_address(address)
-    except ValueError:  # a name, or nothing
+    except ValueError:  # a name, or empty
         return address
     return known.exploded[:19] if known.version == 6 and known.ipv4_mapped is None else address
 
 
 def _key(secret: str) -> str:
-    """Looked up by digest: how long that takes says nothing of the secret."""
+    """Digest of a secret, by which it is looked up: the lookup time reveals nothing about the secret."""
     return sha256(secret.encode(errors="surrogatepass")).hexdigest()

@@ -1,4 +1,4 @@
-"""Changes of several rows, all or nothing: check everything, take a snapshot, write, prove, or undo."""
+"""Atomic changes of several rows: check all, take a snapshot, write, verify, and roll back on failure."""
 
 import asyncio
 import logging
@@ -49,13 +49,13 @@ _ADDRESS = re.compile(r"0*x[0-9a-f]+|[0-9]+|[0-9a-f]+h")
 
 
 def not_a_key(key: str) -> bool:
-    """Whether somebody names the boot loader (0x49, in any spelling) or a register by its address: never keys."""
+    """Whether `key` names the boot loader (0x49, in any spelling) or a register by address. Neither is a key."""
     plain = key.strip().casefold().replace("-", "_").replace(" ", "_")
     return plain in ("boot_loader", "bootloader", "booting_loader") or _ADDRESS.fullmatch(plain) is not None
 
 
 class Changes:
-    """Writes configuration rows. Motion rows go through Motion and are refused here."""
+    """Writes configuration rows. Refuses motion rows, which belong to Motion."""
 
     def __init__(
         self,
@@ -77,12 +77,12 @@ class Changes:
         self._writing = Writing(services, motion)
 
     def row(self, servo: Servo, key: str) -> Parameter:
-        """The row of that key on this servo. Raises Unknown (no such key) or NotInThisModel."""
+        """Row of `key` on this servo. Raises Unknown (no such key), ForbiddenParameter or NotInThisModel."""
         if not_a_key(key):
             raise ForbiddenParameter(
-                f"{key[:20]} is a register nothing in hornbill reads or writes.",
+                f"hornbill never reads or writes the register {key[:20]}.",
                 key=key[:20],
-                cause="never_touched",
+                cause="register_forbidden",
             )
         known = servo.catalog.parameter(key)
         register = servo.registers.get(key)
@@ -90,15 +90,15 @@ class Changes:
             return register.parameter
         if servo.model is None:
             raise NotInThisModel(
-                f"{servo.title} has not said yet what it is: wait until it is ready.",
+                f"{servo.title} is not identified yet. Wait until it is ready.",
                 key=key,
-                cause="not_identified_yet",
+                cause="identification_incomplete",
                 servo=servo.title,
             )
         firmware = servo.firmware_text or "unknown"
         raise NotInThisModel(
             f"{servo.title} ({servo.model.name}, firmware {firmware}) does not have {key} ({known.name})."
-            + (f" It came with {known.since}." if known.since != servo.catalog.firmware_steps[0] else ""),
+            + (f" It was added in {known.since}." if known.since != servo.catalog.firmware_steps[0] else ""),
             key=key,
             cause="not_in_firmware",
             servo=servo.title,
@@ -106,7 +106,7 @@ class Changes:
         )
 
     def number(self, row: Parameter, value: object) -> float:
-        """`value` as the number a command needs. Raises InvalidValue."""
+        """`value` as the number for a command. Raises InvalidValue."""
         try:
             found = math.nan if isinstance(value, bool) or not isinstance(value, int | float) else float(value)
         except OverflowError:
@@ -115,7 +115,7 @@ class Changes:
             raise InvalidValue(
                 f"{row.label} is a number in {row.unit}. Enter {scale.allowed(row)}.",
                 key=row.key,
-                cause="no_number",
+                cause="not_a_number",
                 unit=row.unit,
             )
         return found
@@ -128,11 +128,11 @@ class Changes:
         confirm: Collection[str] = (),
         leaving: Collection[Uid] = (),
     ) -> dict[str, Raw]:
-        """Raw values to write, every one checked against what is known now. Nothing is sent.
+        """Raw values to write, each checked against the last known state. Sends nothing.
 
-        `confirm`: words of NeedsConfirmation (supply, temperature, multi_turn) that were answered with yes. `leaving`:
-        servos whose ids do not count as taken, because the same batch moves them. Raises the first problem: Unknown,
-        NotInThisModel, ForbiddenParameter, ReadOnly, OutOfRange, InvalidValue, TorqueOn, Conflict, NeedsConfirmation.
+        `confirm`: confirmed words of NeedsConfirmation (supply, temperature, multi_turn). `leaving`: servos whose IDs
+        do not count as in use, because the same batch moves them. Raises the first problem: Unknown, NotInThisModel,
+        ForbiddenParameter, ReadOnly, OutOfRange, InvalidValue, TorqueOn, Conflict, NeedsConfirmation.
         """
         rows = {key: self.row(servo, key) for key in values}
         permission.check_series(servo)
@@ -152,13 +152,13 @@ class Changes:
     def _raw(self, servo: Servo, row: Parameter, value: object, known: Mapping[str, Raw | None]) -> Raw:
         if row.group == "command":
             raise InvalidValue(
-                f"{row.key} moves the horn, so it is no configuration.",
+                f"{row.key} moves the horn, so it is not a configuration row. Use a motion command.",
                 key=row.key,
                 uid=servo.uid,
-                cause="a_command",
+                cause="motion_command",
             )
         if not row.writable:
-            raise ReadOnly(f"{row.label} ({row.name}) can only be read.", key=row.key, cause="read_only")
+            raise ReadOnly(f"{row.label} ({row.name}) is read-only.", key=row.key, cause="read_only")
         try:
             raw = scale.to_raw(row, value, known)
         except BadRequest as error:
@@ -175,10 +175,10 @@ class Changes:
         return raw
 
     async def edit(self, servo: Servo, values: Mapping[str, object], options: WriteOptions) -> Outcome:
-        """`apply`, and with `save` the save that follows. A running save of just these values is joined.
+        """`apply`, then save if `save` is set. Joins a running save of the same values.
 
-        Raises what `apply` and Restarting.check raise, before anything is written. When the save cannot begin after the
-        values were written, they stay written, and the outcome names that failure.
+        Raises the errors of `apply` and Restarting.check before anything is written. If the save cannot start after the
+        write, the written values stay, and the outcome contains the failure.
         """
         if not options.save:
             return await self.apply(servo, values, options)
@@ -202,28 +202,27 @@ class Changes:
             return replace(outcome, failure=error)
 
     async def apply(self, servo: Servo, values: Mapping[str, object], options: WriteOptions) -> Outcome:
-        """Check all, take a snapshot, write all, read all back; on any failure the old values are put back.
+        """Check all, take a snapshot, write all, read all back. On any failure restore the previous values.
 
-        A value of torque_mode is staged: it is configuration from then on, whatever a stop or a lease makes of the
-        output. With `save`, torque on is left to that save where the output is off: it needs no lease, and is "planned"
-        in the outcome.
+        A value of torque_mode is staged: it stays the configured value even if a stop or a lease switches the output.
+        With `save` and output off, torque on is left to the save: it needs no lease, and its verdict is "planned".
 
-        Raises, before anything was written, what `plan` raises, StaleRevision, LeaseHeld, Busy, Refused, NoResponse,
-        BusDisconnected, StoreFailed, and for torque on LeaseRequired, Stopped, ConfigurationLost. From the first write
-        on the outcome tells.
+        Before the first write it raises the errors of `plan`, StaleRevision, LeaseHeld, Busy, Refused, NoResponse,
+        BusDisconnected, StoreFailed, and for torque on LeaseRequired, Stopped, ConfigurationLost. Later failures are in
+        the outcome.
         """
         lease_id, revision, dry_run = options.lease_id, options.revision, options.dry_run
         by = options.by or self._leases.who(lease_id, self._base.now())
-        taken = None if dry_run else self._torque_away(servo, values)
-        if taken is not None:  # taking torque away never waits behind a change, and needs no lease
+        taken = None if dry_run else self._disable_torque(servo, values)
+        if taken is not None:  # torque off never waits for another change and needs no lease
             self._check_revision(servo, revision)
             before = servo.configured(KEY)
             return self._staged(servo, await self._take_torque(servo, taken, by), taken, before, by)
-        async with servo.changing:  # or one's roll-back would undo what the other wrote meanwhile
+        async with servo.changing:  # otherwise one change's rollback could undo another change
             self._check(servo, values, lease_id, revision)
-            boots = servo.boots
+            boot_count = servo.boot_count
             await self._read_before(servo, values)
-            self._check(servo, values, lease_id, revision)  # another tool may have written, and only now we know
+            self._check(servo, values, lease_id, revision)  # the read may have shown a write by another tool
             wanted = self.plan(servo, values, confirm=options.confirm, leaving=options.leaving)
             torque, before = wanted.get(KEY), servo.configured(KEY)
             later = options.save and torque == ON and servo.raw(KEY) != ON
@@ -239,11 +238,11 @@ class Changes:
                     change(servo, writes, one, one.before, other if one.row.key in changing else same) for one in writes
                 ]
                 planned = Outcome("planned" if dry_run else "applied", listed)
-                return planned if torque is None else self._torque_told(servo, planned, torque, before)
-            with self._claims.promised(servo, wanted):
-                await self._keep_snapshot(servo, options.reason or _reason(changing), by)
+                return planned if torque is None else self._with_torque(servo, planned, torque, before)
+            with self._claims.reserved(servo, wanted):
+                await self._take_snapshot(servo, options.reason or _reason(changing), by)
                 self._check(servo, values, lease_id, None)
-                if servo.boots != boots:
+                if servo.boot_count != boot_count:
                     raise Busy(
                         f"{servo.title} restarted before anything was written. Read it again.",
                         cause="restarted_before_write",
@@ -254,23 +253,23 @@ class Changes:
                 return outcome if torque is None else self._staged(servo, outcome, torque, before, by)
 
     def _staged(self, servo: Servo, outcome: Outcome, torque: Raw, before: Raw | None, by: str) -> Outcome:
-        """Stage the 0x20 that was asked for, when all of a change is done, and tell what became of it."""
+        """Stage the requested 0x20 after a successful change, and add it to the outcome."""
         written = next((one.verdict for one in outcome.changes if one.key == KEY), None)
         if outcome.outcome != "applied" or written not in (None, "applied", "unchanged"):
             return outcome
         servo.stage_output(torque, by, self._base.now())
-        self._hub.tell(ServoChanged(servo.uid))
-        self._hub.tell(ReadingChanged(servo.uid, KEY))
-        told = self._torque_told(servo, outcome, torque, before)
-        staged = told.changes[-1]
-        if written != "applied" and staged.verdict != "unchanged":  # what was written has its entry already
+        self._hub.publish(ServoChanged(servo.uid))
+        self._hub.publish(ReadingChanged(servo.uid, KEY))
+        full = self._with_torque(servo, outcome, torque, before)
+        staged = full.changes[-1]
+        if written != "applied" and staged.verdict != "unchanged":  # a write already has its entry
             values = staged.before, staged.requested, staged.after
             self._audit.note(NewAuditEntry(by, "torque", staged.verdict, servo.uid, KEY, *values))
-        return told
+        return full
 
     @staticmethod
-    def _torque_told(servo: Servo, outcome: Outcome, torque: Raw, before: Raw | None) -> Outcome:
-        """The outcome with 0x20 as configuration: `before` is what it was configured to, not what RAM held."""
+    def _with_torque(servo: Servo, outcome: Outcome, torque: Raw, before: Raw | None) -> Outcome:
+        """The outcome with 0x20 as configured. `before` is the previously configured value, not the value in RAM."""
         row = servo.catalog.by_key[KEY]
         was = None if before is None else scale.to_value(row, before)
         wanted = scale.to_value(row, torque)
@@ -281,16 +280,16 @@ class Changes:
         return Outcome(outcome.outcome, [*others, Change(KEY, was, wanted, after, verdict)], outcome.failure)
 
     async def torque(self, servo: Servo, torque: Raw, lease_id: str | None, *, by: str | None = None) -> Raw:
-        """Torque on (under a lease), off or brake (always), and an audit row: what 0x20 holds then.
+        """Torque on (under a lease), off or brake (always), with an audit entry. Returns the 0x20 read back.
 
-        Raises as Motion.switch does.
+        Raises the errors of Motion.switch.
         """
         by = by or self._leases.who(lease_id, self._base.now())
         row, before = servo.catalog.by_key[KEY], servo.raw(KEY)
         shown, wanted = (None if raw is None else scale.to_value(row, raw) for raw in (before, torque))
         try:
             raw = await self._motion.switch(servo, torque, lease_id, by=by)
-        except BadRequest:  # nothing was sent, or somebody else's stop came in between, which has its own row
+        except BadRequest:  # nothing was sent, or a stop intervened, which has its own entry
             raise
         except HornbillError as error:
             entry = NewAuditEntry(by, "torque", _verdict(error), servo.uid, KEY, shown, wanted, notes=(Note.of(error),))
@@ -301,8 +300,8 @@ class Changes:
         )
         return raw
 
-    def _torque_away(self, servo: Servo, values: Mapping[str, object]) -> Raw | None:
-        """The 0x20 of off or brake when that is all that is asked for."""
+    def _disable_torque(self, servo: Servo, values: Mapping[str, object]) -> Raw | None:
+        """The 0x20 of off or brake if it is the only requested value."""
         if set(values) != {KEY}:
             return None
         raw = self._raw(servo, self.row(servo, KEY), values[KEY], servo.raws())
@@ -330,14 +329,14 @@ class Changes:
     def _check_revision(servo: Servo, revision: str | None) -> None:
         if revision is not None and revision != servo.revision:
             raise StaleRevision(
-                f"{servo.title} was changed since revision {revision}; it is now at {servo.revision}. Read it again.",
+                f"{servo.title} changed since revision {revision}; it is now at {servo.revision}. Read it again.",
                 revision=servo.revision,
-                cause="changed_since",
+                cause="changed_since_read",
                 servo=servo.title,
             )
 
     async def _read_before(self, servo: Servo, values: Mapping[str, object]) -> None:
-        """Read what is to be written, and what that is judged by. Raises NoResponse, Refused, BusDisconnected."""
+        """Read the rows to write and those they are checked against. Raises NoResponse, Refused, BusDisconnected."""
         rows = {key: register.parameter for key, register in servo.registers.items()}
         keys = [*values, *rules.to_read(rows, values)]
         if any(rows[key].moves_horn for key in values):
@@ -354,34 +353,34 @@ class Changes:
                 await self._requests.read(servo, row)
             except Refused as error:
                 raise Refused(
-                    f"{servo.title} refused to read {key} ({row.name}) before it was written; nothing was written. "
-                    "Try again; if it does so each time, this servo does not have it.",
+                    f"{servo.title} refused a read of {key} ({row.name}) before the write. Nothing was written. "
+                    "Try again. If this repeats, the servo does not have this row.",
                     key=key,
-                    cause="refused_before_write",
+                    cause="read_refused_before_write",
                     servo=servo.title,
                 ) from error
 
     @staticmethod
     def _writes(servo: Servo, wanted: Mapping[str, Raw]) -> list[Write]:
-        """In the order asked for, torque last."""
+        """In the requested order, torque last."""
         writes: list[Write] = []
         for key in sorted(wanted, key=lambda key: key == KEY):
             before = servo.raw(key)
-            assert before is not None, f"{key} was not read before it is written"
+            assert before is not None, f"{key} was not read before the write"
             writes.append(Write(servo.registers[key].parameter, before, wanted[key]))
         return writes
 
-    async def _keep_snapshot(self, servo: Servo, reason: Reason, by: str) -> None:
+    async def _take_snapshot(self, servo: Servo, reason: Reason, by: str) -> None:
         try:
             await self._history.take(self._requests, servo, reason=reason, by=by)
         except HornbillError:
             raise
-        except Exception as error:  # a full disk: a change that could not be undone later is not made
-            log.exception("no snapshot of %s", servo.title)
+        except Exception as error:  # for example a full disk: without a snapshot the change could not be undone
+            log.exception("No snapshot of %s", servo.title)
             raise StoreFailed(
-                f"No snapshot of {servo.title} could be kept, so nothing was written. "
+                f"The snapshot of {servo.title} could not be stored, so nothing was written. "
                 "Check the data folder and its disk.",
-                cause="no_snapshot_kept",
+                cause="snapshot_not_stored",
                 servo=servo.title,
             ) from error
 

@@ -1,4 +1,4 @@
-"""Take a snapshot of what a servo holds, before every change and by hand."""
+"""Snapshots of a servo's configuration, before each change and on request."""
 
 from collections.abc import Mapping
 from typing import cast
@@ -18,7 +18,7 @@ from hornbill.units import Raw
 
 
 class History:
-    """Snapshots hold every row that ROM keeps (0x20 to 0x46, section 4.11), identity rows too, raw by key."""
+    """Takes and deletes snapshots: all rows stored in ROM (0x20 to 0x46, section 4.11) with identity, raw by key."""
 
     def __init__(self, store: Store, audit: Audit) -> None:
         self._store = store
@@ -28,51 +28,51 @@ class History:
     async def take(
         self, requests: ServoRequests, servo: Servo, *, reason: Reason, by: str, automatic: bool = True
     ) -> StoredSnapshot:
-        """Keep what RAM holds now, and what is known of ROM. Rows whose reading is not current are read first.
+        """Store the RAM values and the known ROM values. Rows without a current reading are read first.
 
-        One made by hand reads every row: another tool may have written it since. An automatic one that would repeat
-        the newest is not kept again: the answer is that one. Call it while nobody else can change the servo (its
-        `changing` lock). Raises NoResponse, BusDisconnected,
-        and Busy during soft start, when five rows read temporary values (section 4.14), and after a restart.
+        A manual snapshot reads every row, because another tool may have written it. An automatic one that equals the
+        newest is not stored again; the newest is returned. Call it under the servo's `changing` lock. Raises
+        NoResponse, BusDisconnected, and Busy after a restart and during soft start, when five rows read temporary
+        values (section 4.14).
         """
         if not servo.online:
             raise NoResponse(
-                f"{servo.title} is offline: what it holds cannot be read. Check its supply and the wiring.",
+                f"{servo.title} is offline and cannot be read. Check its supply and wiring.",
                 cause="offline",
                 servo=servo.title,
             )
         if servo.soft_starting:
             raise Busy(
-                f"{servo.title} is in soft start, so what it answers is not what it holds. Wait until it is over.",
+                f"{servo.title} is in soft start, so its readings are temporary. Wait until soft start has finished.",
                 state=servo.state.value,
-                cause="soft_start_reads",
+                cause="read_during_soft_start",
                 servo=servo.title,
             )
-        boots = servo.boots
+        boot_count = servo.boot_count
         rows = [key for key, one in servo.registers.items() if one.parameter.rom]
         await read_rows(requests, servo, [key for key in rows if not automatic or _unread(servo, key)])
-        if servo.boots != boots:
+        if servo.boot_count != boot_count:
             raise Busy(
-                f"{servo.title} restarted while it was read. Try again when it is ready.",
-                cause="restarted_while_read",
+                f"{servo.title} restarted during the read. Try again when it is ready.",
+                cause="restarted_during_read",
                 servo=servo.title,
             )
-        return await self.keep(servo, reason=reason, by=by, automatic=automatic)
+        return await self.store_known(servo, reason=reason, by=by, automatic=automatic)
 
-    async def keep(self, servo: Servo, *, reason: Reason, by: str, automatic: bool) -> StoredSnapshot:
-        """Keep what is known now, without asking the servo; rows that are not known are left out."""
+    async def store_known(self, servo: Servo, *, reason: Reason, by: str, automatic: bool) -> StoredSnapshot:
+        """Store the known values without reading the servo. Unknown rows are left out."""
         made = await self._store.run(
             self.snapshots.add, servo.uid, reason=reason.text, by=by, automatic=automatic,
             model=servo.model.name if servo.model else None, firmware=servo.firmware,
-            schema_revision=servo.catalog.revision, ram=held(servo), rom=servo.rom(), unless_same=automatic,
-            reason_code=reason.code, reason_params=cast("Mapping[str, Json]", reason.params),
+            schema_revision=servo.catalog.revision, ram=configured_values(servo), rom=servo.rom(),
+            unless_same=automatic, reason_code=reason.code, reason_params=cast("Mapping[str, Json]", reason.params),
         )  # fmt: skip
         if not automatic:
             self._audit.note(_entry(made, by, "succeeded", after=made.id))
         return made
 
     async def drop(self, snapshot: StoredSnapshot, *, by: str) -> None:
-        """Forget a snapshot. Raises Unknown (unknown_snapshot) when somebody else just did."""
+        """Delete a snapshot. Raises Unknown (unknown_snapshot) if it was deleted already."""
         await self._store.run(self.snapshots.drop, snapshot.id)
         self._audit.note(_entry(snapshot, by, "dropped", before=snapshot.id))
 
@@ -85,8 +85,8 @@ def _entry(
     return NewAuditEntry(by, "snapshot", outcome, one.uid, None, before, None, after, notes)
 
 
-def held(servo: Servo) -> dict[str, Raw]:
-    """What the rows that ROM keeps are known to be configured to now, raw by key: never a temporary value (4.14)."""
+def configured_values(servo: Servo) -> dict[str, Raw]:
+    """Known configured values of the rows stored in ROM, raw by key. Never a temporary value (4.14)."""
     return {
         key: raw
         for key, one in servo.registers.items()
@@ -95,6 +95,6 @@ def held(servo: Servo) -> dict[str, Raw]:
 
 
 def _unread(servo: Servo, key: str) -> bool:
-    """Whether what RAM holds in a row that ROM keeps is not known now."""
+    """Whether the RAM value of a row stored in ROM is unknown."""
     one = servo.registers[key]
     return one.parameter.rom and (one.at is None or servo.temporary(key))

@@ -1,4 +1,4 @@
-"""Steps of a factory reset: the model's defaults in RAM and ROM, whatever ERASE turns out to do (2.3, 4.9)."""
+"""Steps of a factory reset: the model's defaults in RAM and ROM, whatever ERASE does (2.3, 4.9)."""
 
 import copy
 from collections.abc import Callable
@@ -6,7 +6,7 @@ from dataclasses import dataclass, field, replace
 
 from hornbill.domain.change import Change, Reason, ResetPreview
 from hornbill.domain.fields import known
-from hornbill.errors import HornbillError, NoResponse, NotAsWanted, OutOfRange, Refused
+from hornbill.errors import HornbillError, NoResponse, OutOfRange, Refused, UnexpectedResult
 from hornbill.schema import scale
 from hornbill.schema.scale import Value
 from hornbill.servo.configuration.following import RestartFollower
@@ -25,19 +25,19 @@ from hornbill.store.audit import NewAuditEntry
 from hornbill.units import Raw
 from hornbill.wire.services import Opcode
 
-LIVES = 3
-"""Restarts in the middle of the writing that are gone along with: each one loses what was not saved."""
+BOOTS = 3
+"""Maximum number of attempts to write all rows. A restart during an attempt loses unsaved values."""
 
-_PATIENT = replace(WRITE, tries=READ.tries)
+_RESTORE = replace(WRITE, tries=READ.tries)
 
 RESET_STEPS = {
     "check": "Supply and RAM read",
     "snapshot": "Snapshot taken",
     "torque_off": "Torque off",
-    "erase": "Reset by the servo itself",
-    "read": "What it holds now read",
+    "erase": "Reset by the servo",
+    "read": "Current values read",
     "identity": "Identity written back",
-    "rows": "Rows that still differ written",
+    "rows": "Remaining differences written",
     "save": "Saved to ROM",
     "verify": "Every row verified",
 }
@@ -48,20 +48,20 @@ BEFORE_RESET = Reason("before factory reset", "factory_reset")
 
 @dataclass(slots=True)
 class ResetRun:
-    """One factory reset: what is wanted and was there, raw by key, and how far it came."""
+    """One factory reset: target values, previous values (raw by key) and progress."""
 
     servo: Servo
     by: str
-    keeps: bool
+    keep_identity: bool
     wanted: dict[str, Raw] = field(default_factory=dict[str, Raw])
     before: dict[str, Raw | None] = field(default_factory=dict[str, Raw | None])
     snapshot: int | None = None
     written: dict[str, Raw] = field(default_factory=dict[str, Raw])
     erased: bool = False
-    torque_gone: bool = False
+    torque_off: bool = False
 
     def audit_rows(self, job: RunningJob, outcome: str) -> list[NewAuditEntry]:
-        """An entry for each row that the reset changed."""
+        """Audit entries, one per changed row."""
         servo, values = self.servo, self.servo.raws()
         rows: list[NewAuditEntry] = []
         for key, raw in (self.wanted if outcome == "succeeded" else self.written).items():
@@ -79,13 +79,13 @@ class ResetRun:
 class ResetSteps:
     """Resets one servo.
 
-    The documents do not say whether ERASE reaches ROM, whether it takes the ids along, and whether it restarts; so
-    nothing is concluded from it: what the servo holds afterwards is read, the rest is written row by row, and only
-    the save proves it. The order is the one that moves least. Torque is taken first, and again when ERASE has given
-    it back (0x20 is ON by default), because a zero that is written back turns under a held horn. 0x20 itself has to be
-    ON in RAM when SAVE copies RAM to ROM: it is the very last row, written right before the SAVE. The horn is then
-    held where it stands (section 4.13) for the milliseconds until the ROM write stops the motor anyway; nothing moves
-    before the restart, and that was told beforehand. Where the SAVE is not carried out, torque goes off again.
+    The specification does not say whether ERASE changes ROM or the IDs, or whether it restarts the servo. So the result
+    of ERASE is not trusted: all rows are read afterwards, differing rows are written one by one, and only the save
+    verifies them. The order avoids motion. Torque is turned off first, and again if ERASE turned it on (0x20 defaults
+    to ON), because writing the zero back would turn a held horn. 0x20 must be ON in RAM when SAVE copies RAM to ROM, so
+    it is the last row, written immediately before SAVE. The horn is then held at its angle (section 4.13) for the
+    milliseconds until the ROM write stops the motor; it does not move before the restart, which was announced. If SAVE
+    is not carried out, torque is turned off again.
     """
 
     def __init__(
@@ -96,7 +96,7 @@ class ResetSteps:
         history: History,
         start_save: Callable[[ResetRun], RunningJob],
     ) -> None:
-        """`start_save`: starts the save of a servo that the reset has, checked and took a snapshot of."""
+        """`start_save`: starts the save of a servo that this reset has already claimed, checked and stored."""
         self._requests = services.requests
         self._hub = services.hub
         self._jobs = services.jobs
@@ -106,7 +106,7 @@ class ResetSteps:
         self._start_save = start_save
 
     async def preview(self, servo: Servo, *, keep_identity: bool) -> ResetPreview:
-        """What a reset would change, of a servo that is read for it. Raises NotInThisModel, NoResponse."""
+        """Read the servo and list what a reset would change. Raises NotInThisModel, NoResponse."""
         reset_values(servo, keep_identity)
         await self.read(servo)
         wanted = reset_values(servo, keep_identity)
@@ -126,17 +126,17 @@ class ResetSteps:
         return ResetPreview(changes, kept, forecast_of(servo, wanted))
 
     async def work(self, job: RunningJob, run: ResetRun) -> dict[str, object]:
-        """All steps. Stop ends it at once. The result as it is stored; an error says what was not done."""
+        """Run all steps and return the result. A stop ends it immediately. An error lists what was not done."""
         succeeded = False
         try:
             result = await self._follow.unless_stopped(self._work(job, run))
             succeeded = True
             return result
         except HornbillError as error:
-            raise _told(job, run, error) from error
+            raise _with_not_done(job, run, error) from error
         finally:
-            if run.erased and not run.torque_gone and not succeeded and not self._follow.stop.latched:
-                self._motion.torque_off.require(run.servo, "command", run.by)  # ERASE may have given torque back
+            if run.erased and not run.torque_off and not succeeded and not self._follow.stop.latched:
+                self._motion.torque_off.require(run.servo, "command", run.by)  # ERASE may have turned torque on
 
     async def _work(self, job: RunningJob, run: ResetRun) -> dict[str, object]:
         servo = run.servo
@@ -144,7 +144,7 @@ class ResetSteps:
         await self._follow.old_enough(servo)
         await self.read(servo)
         check_supply(servo)
-        run.wanted = reset_values(servo, run.keeps)
+        run.wanted = reset_values(servo, run.keep_identity)
         run.before = {key: servo.configured(key) for key in run.wanted}
         restart = forecast_of(servo, run.wanted)
         ahead = " ".join([restart.text, *restart.warnings])
@@ -159,20 +159,20 @@ class ResetSteps:
         job.done("torque_off", Evidence("torque_off", "0x20 reads off"))
         node_before = servo.node_id
         await self._erase(job, run)
-        await self._bring(job, run)
+        await self._write_differences(job, run)
         saved = await self._save(job, run)
         job.begin("verify")
         wrong = {key: raw for key, raw in run.wanted.items() if servo.registers[key].rom != raw}
         if wrong:
-            differences, said = differing(servo, wrong)
-            raise NotAsWanted(
-                f"{servo.title} was saved, and ROM is not as it should be: {said}.",
+            differences, text = differing(servo, wrong)
+            raise UnexpectedResult(
+                f"{servo.title} was saved, but its ROM differs: {text}.",
                 differences=differences,
                 cause="rom_differs",
                 servo=servo.title,
                 keys=[one["key"] for one in differences],
             )
-        text = f"{len(run.wanted)} rows of ROM read back after the restart, all as they should be"
+        text = f"{len(run.wanted)} rows read back from ROM after the restart, all correct"
         job.done("verify", Evidence("rows_verified", text, {"rows": len(run.wanted)}))
         changed = [key for key, raw in run.wanted.items() if run.before[key] != raw]
         return {
@@ -181,133 +181,134 @@ class ResetSteps:
         }  # fmt: skip
 
     async def _erase(self, job: RunningJob, run: ResetRun) -> None:
-        """Run ERASE once. Whatever comes of it, the servo is there and settled afterwards. Raises Refused, NoResponse."""
+        """Run ERASE once, then wait until the servo is back and settled. Raises Refused, NoResponse."""
         servo = run.servo
         job.begin("erase")
         await self._follow.fleet.memory.doubt(servo)
         departure = self._follow.depart(servo)
         defaults = {key: one.parameter.default for key, one in servo.registers.items() if one.parameter.rom}
         servo.expected_rom = {key: raw for key, raw in defaults.items() if raw is not None}
-        run.erased, run.torque_gone, refused = True, False, False
-        servo.writes_are_over()
+        run.erased, run.torque_off, refused = True, False, False
+        servo.clear_write_times()
         try:
             refused = not await self._requests.opcode(servo, Opcode.ERASE)
-            answered = True
+            acknowledged = True
         except NoResponse:
-            answered = False
-        finally:  # also when stop, or who cancels, ends the wait for the answer: it may have been carried out
+            acknowledged = False
+        finally:  # also if a stop or a cancellation ends the wait: it may have been carried out
             if not refused:
                 identification.forget_rom(servo)
                 for key in defaults:
                     servo.forget(key)
-                    self._hub.tell(ReadingChanged(servo.uid, key))
+                    self._hub.publish(ReadingChanged(servo.uid, key))
         if refused:
-            run.erased, run.torque_gone = False, True
+            run.erased, run.torque_off = False, True
             self._follow.fleet.memory.remember(servo)
             raise Refused(
-                f"{servo.title} refused the reset (ok = 0). Nothing was changed but torque, which is off.",
+                f"{servo.title} refused the reset (ok = 0). Nothing changed except torque, which is off.",
                 cause="reset_refused",
                 servo=servo.title,
             )
         restarted = await self._follow.left(servo, departure)
-        await self._there(servo)
-        answer = "answered ok" if answered else "no answer: what the servo holds will tell"
-        text = f"{answer}; " + (f"it restarted, node {servo.node_id}" if restarted else "no restart")
+        await self._wait_until_back(servo)
+        response = "acknowledged" if acknowledged else "no response: the values will be read"
+        text = f"{response}; " + (f"it restarted, node {servo.node_id}" if restarted else "no restart")
         node = servo.node_id if restarted else None
-        job.done("erase", Evidence("erased", text, known(answered=answered, restarted=restarted, node_id=node)))
+        job.done("erase", Evidence("erased", text, known(acknowledged=acknowledged, restarted=restarted, node_id=node)))
 
-    async def _bring(self, job: RunningJob, run: ResetRun) -> None:
-        """Write what ERASE left undone, in one life of the servo. Raises NoResponse, Refused, NotAsWanted."""
+    async def _write_differences(self, job: RunningJob, run: ResetRun) -> None:
+        """Write the remaining differences within one boot. Raises NoResponse, Refused, UnexpectedResult."""
         servo = run.servo
-        for life in range(1, LIVES + 1):
-            boots = servo.boots
+        for boot in range(1, BOOTS + 1):
+            boot_count = servo.boot_count
             try:
-                await self._there(servo)
+                await self._wait_until_back(servo)
                 job.begin("read")
                 await self._requests.read(servo, servo.registers["torque_mode"].parameter)
-                back = servo.raw("torque_mode") != 1
-                if back:
+                torque_was_on = servo.raw("torque_mode") != 1
+                if torque_was_on:
                     await self._torque_off(run)
-                run.torque_gone = True
+                run.torque_off = True
                 await identification.read_rows(self._requests, servo, list(run.wanted))
                 open_rows = [key for key in run.wanted if servo.raw(key) != run.wanted[key] and key != "torque_mode"]
-                given = ", and torque was on again: taken off" if back else ""
-                text = f"{len(open_rows)} rows are not yet as they should be{given}"
-                job.done("read", Evidence("rows_differ", text, {"rows": len(open_rows), "torque_was_on": back}))
+                torque = "; torque was on and was turned off again" if torque_was_on else ""
+                text = f"{len(open_rows)} rows still differ{torque}"
+                values = {"rows": len(open_rows), "torque_was_on": torque_was_on}
+                job.done("read", Evidence("rows_differ", text, values))
                 identity = [key for key in open_rows if servo.registers[key].parameter.identity]
                 await self._write(job, run, "identity", identity)
                 await self._write(job, run, "rows", [key for key in open_rows if key not in identity])
             except NoResponse:
-                if life == LIVES:
+                if boot == BOOTS:
                     raise
-                run.torque_gone = False
+                run.torque_off = False
                 continue
-            if servo.boots == boots:
+            if servo.boot_count == boot_count:
                 return
-            run.torque_gone = False
+            run.torque_off = False
         raise NoResponse(
-            f"{servo.title} restarts again and again, so that nothing it is told stays. Check its supply.",
-            cause="restarts_repeatedly_reset",
+            f"{servo.title} restarts repeatedly, so written values are lost. Check its supply.",
+            cause="restarts_repeatedly_in_reset",
             servo=servo.title,
         )
 
     async def _write(self, job: RunningJob, run: ResetRun, step: str, keys: list[str]) -> None:
         servo = run.servo
         if not keys:
-            job.skip(step, Evidence("nothing_differs", "all of them are as they should be"))
+            job.skip(step, Evidence("nothing_differs", "nothing differs"))
             return
         job.begin(step)
         for key in keys:
             row, raw = servo.registers[key].parameter, run.wanted[key]
-            found = run.written[key] = await self._requests.write(servo, row, raw, _PATIENT)
+            found = run.written[key] = await self._requests.write(servo, row, raw, _RESTORE)
             if found != raw:
                 values = servo.raws()
-                raise NotAsWanted(
-                    f"{servo.title} made {scale.to_text(row, found, values)} of {row.label.lower()} "
-                    f"{scale.to_text(row, raw, values)}.",
+                raise UnexpectedResult(
+                    f"{servo.title} changed {row.label.lower()} from the written {scale.to_text(row, raw, values)} to "
+                    f"{scale.to_text(row, found, values)}.",
                     differences=[difference(servo, key, raw, found)[0]],
-                    cause="took_another",
+                    cause="value_changed_by_servo",
                     servo=servo.title,
                     key=key,
                 )
         job.done(step, Evidence("rows_written", ", ".join(keys), {"keys": [*keys]}))
 
     async def _save(self, job: RunningJob, run: ResetRun) -> RunningJob:
-        """Save through a job of its own, which writes 0x20 last."""
+        """Save by a child job, which writes 0x20 last."""
         job.begin("save")
         child = self._start_save(run)
-        told = f"Saving {run.servo.title} was cancelled. What its ROM holds is not known."
+        detail = f"The save of {run.servo.title} was cancelled. The contents of its ROM are unknown."
         try:
-            await self._jobs.succeeded(child, NotAsWanted(told, cause="save_cancelled", servo=run.servo.title))
+            await self._jobs.succeeded(child, UnexpectedResult(detail, cause="save_cancelled", servo=run.servo.title))
         finally:
-            await self._jobs.cancel(child.id)  # ends nothing that has ended; a stop must not leave it alone
+            await self._jobs.cancel(child.id)  # no effect on an ended job; after a stop the child must not continue
         last = child.steps[-1]
         text = f"job {child.id}: {last.evidence}"
         job.done("save", Evidence("saved_by_job", text, {**last.evidence_params, "job": child.id}))
         return child
 
     async def _torque_off(self, run: ResetRun) -> None:
-        if await self._motion.torque_away(run.servo, "off", by=run.by) != 1:
-            raise NotAsWanted(
-                f"{run.servo.title} did not take torque off. Nothing further was reset.",
-                cause="torque_off_not_taken",
+        if await self._motion.disable_torque(run.servo, "off", by=run.by) != 1:
+            raise UnexpectedResult(
+                f"{run.servo.title} did not turn torque off. The reset ended here.",
+                cause="torque_off_not_accepted",
                 servo=run.servo.title,
             )
 
-    async def _there(self, servo: Servo) -> None:
-        """Wait for a servo that may be starting, on whatever node id, and for the end of its soft start."""
+    async def _wait_until_back(self, servo: Servo) -> None:
+        """Wait until a servo is identified, on any node ID, and its soft start has ended."""
         await self._follow.back(servo, self._follow.depart(servo))
         await self._follow.soft_start_over(servo)
         servo.busy = State.SAVING
-        self._hub.tell(ServoChanged(servo.uid))
+        self._hub.publish(ServoChanged(servo.uid))
 
     async def read(self, servo: Servo) -> None:
-        """Read every row of ROM, and what a restart is judged by. Raises NoResponse, BusDisconnected."""
+        """Read all rows stored in ROM and those a forecast needs. Raises NoResponse, BusDisconnected."""
         await identification.read_rows(self._requests, servo, servo.before_restart)
 
 
 def reset_values(servo: Servo, keep_identity: bool) -> dict[str, Raw]:
-    """What a reset brings a servo to, raw by key. Raises NotInThisModel."""
+    """Values after a reset, raw by key. Raises NotInThisModel."""
     if servo.model is None:
         raise permission.unknown_series(servo)
     found: dict[str, Raw] = {}
@@ -319,24 +320,26 @@ def reset_values(servo: Servo, keep_identity: bool) -> dict[str, Raw]:
     return found
 
 
-def _told(job: RunningJob, run: ResetRun, error: HornbillError) -> HornbillError:
-    """The error with what was not done, and the way back."""
-    told = copy.copy(error)  # the save job shows the same one
-    told.facts = dict(error.facts)
+def _with_not_done(job: RunningJob, run: ResetRun, error: HornbillError) -> HornbillError:
+    """The error, extended by the steps not done and the snapshot to restore."""
+    extended = copy.copy(error)  # the save job contains the same object
+    extended.facts = dict(error.facts)
     not_done = [step.text for step in job.steps if step.state in ("waiting", "running")]
-    told.facts["not_done"] = not_done
-    told.extend(after=f" Not done: {', '.join(not_done).lower()}.", also="not_done")
+    extended.facts["not_done"] = not_done
+    extended.extend(after=f" Not done: {', '.join(not_done).lower()}.", also="steps_incomplete")
     if run.snapshot is not None:
-        told.facts["snapshot"] = run.snapshot
-        if run.erased and f"Snapshot {run.snapshot}" not in told.detail:
-            told.extend(after=f" Snapshot {run.snapshot} holds what it held before.", also="snapshot_holds_before")
-    return told
+        extended.facts["snapshot"] = run.snapshot
+        if run.erased and f"Snapshot {run.snapshot}" not in extended.detail:
+            extended.extend(
+                after=f" Snapshot {run.snapshot} contains the previous values.", also="snapshot_has_previous_values"
+            )
+    return extended
 
 
 def check_supply(servo: Servo) -> None:
-    """Raises OutOfRange at a supply at which ROM must not be written."""
+    """Raises OutOfRange if ROM must not be written at the present supply voltage."""
     problem = supply_problem(servo)
     if problem is not None:
         raise OutOfRange(
-            f"{problem} Nothing was reset.", key="current_voltage", cause="supply_bad_reset", servo=servo.title
+            f"{problem} Nothing was reset.", key="current_voltage", cause="supply_out_of_range_reset", servo=servo.title
         )

@@ -1,4 +1,4 @@
-"""Save, restart and factory reset: jobs that end on evidence (sections 2.3, 4.10, 4.11, 4.14)."""
+"""Save, restart and factory reset as jobs with verified results (sections 2.3, 4.10, 4.11, 4.14)."""
 
 from collections.abc import Awaitable, Callable, Mapping
 from typing import Literal, overload
@@ -28,11 +28,11 @@ from hornbill.store.audit import NewAuditEntry
 from hornbill.units import Raw
 
 RESTART_STEPS = {
-    "ask": "Restart asked for",
-    "silence": "Silent while it starts",
+    "request": "Restart requested",
+    "silence": "Silent while it restarts",
     "restart": "Restarted",
     "back": "Back on the bus",
-    "soft_start": "Soft start over",
+    "soft_start": "Soft start finished",
     "read_back": "Every row read",
 }
 
@@ -40,7 +40,7 @@ DEFAULTS = RestartOptions()
 
 
 class Restarting:
-    """Starts jobs of the kinds save, restart and factory_reset; a second save or restart of a servo joins the first."""
+    """Starts jobs of the kinds save, restart and factory_reset. A second save or restart of a servo joins the first."""
 
     def __init__(
         self,
@@ -58,15 +58,15 @@ class Restarting:
         self._reset = ResetSteps(services, motion, follow, history, self._save_of_reset)
 
     def start(self, servo: Servo, kind: RestartKind, options: RestartOptions = DEFAULTS) -> RunningJob:
-        """Write RAM to ROM, restart, or bring RAM and ROM to the model's defaults. The servo restarts; with soft start
-        and torque on in ROM its horn moves to 0 degrees.
+        """Save RAM to ROM, restart, or reset RAM and ROM to the model's defaults. The servo restarts; with soft start
+        and torque on in ROM its horn moves to 0°.
 
-        A job of the same kind that is under way is joined, unless it may be of something else: a save with `written` or
-        `torque_on` is then Busy, as any reset.
+        Joins a running job of the same kind. A save with `written` or `torque_on` and any reset raise Busy instead,
+        because the running job may differ.
 
-        Raises what `check` raises. The job may end with that and OutOfRange (the supply), Refused, TorqueOff, Conflict
-        (the node ID is another's), NotAsWanted, ConfigurationLost; its facts name the `snapshot` of before, the
-        `differences`, and of a reset what was `not_done`.
+        Raises the errors of `check`. The job may also fail with OutOfRange (supply), Refused, TorqueOff, Conflict (node
+        ID in use), UnexpectedResult, ConfigurationLost. The facts contain the `snapshot` taken before, the
+        `differences`, and for a reset the steps `not_done`.
         """
         running = self.running(kind, servo)
         if running is not None and kind != "factory_reset" and not options.written and not options.torque_on:
@@ -78,23 +78,24 @@ class Restarting:
         if kind == "factory_reset":
             reset = ResetRun(servo, by, options.keep_identity)
             return self._begin(kind, RESET_STEPS, reset, lambda job: self._reset.work(job, reset))
-        run = SaveRun(servo, by, servo.boots, servo.output.taken, options.written, torque=torque)
+        run = SaveRun(servo, by, servo.boot_count, servo.output.disable_count, options.written, torque=torque)
         if kind == "restart":
             return self._begin(kind, RESTART_STEPS, run, lambda job: self._restart(job, servo))
         return self._begin(kind, SAVE_STEPS, run, lambda job: self._save.work(job, run))
 
     def check(self, servo: Servo, kind: RestartKind, options: RestartOptions = DEFAULTS) -> Raw | None:
-        """What `start` raises before anything is sent; else the 0x20 that ROM is to hold after a save. Sends nothing.
+        """All checks of `start` that need no bus. Returns the 0x20 that a save will write to ROM. Sends nothing.
 
-        Raises Stopped, LeaseHeld, Busy, NoResponse, NotInThisModel, for a save NeedsConfirmation, and ConfigurationLost
-        and BusReadOnly where the output has to come on first.
+        Raises Stopped, LeaseHeld, Busy, NoResponse, NotInThisModel; for a save NeedsConfirmation; and ConfigurationLost
+        and BusReadOnly if the output must be turned on first.
         """
         self._follow.stop.check()
         self._allow(options)
         permission.check_writable(servo)
-        if self._motion.driven(servo.uid):
+        if self._motion.is_commanded(servo.uid):
             raise Busy(
-                f"{servo.title} is under command. Turn motion off first: a restart drops its torque.",
+                f"{servo.title} is under motion control, and a restart turns its torque off. "
+                "Release motion control first.",
                 cause="under_command",
                 servo=servo.title,
             )
@@ -121,7 +122,7 @@ class Restarting:
     async def plan(
         self, servo: Servo, kind: RestartKind, options: RestartOptions = DEFAULTS
     ) -> SavePreview | ResetPreview:
-        """What `start` would do, after every check of it and of its job before the first write. Sends only reads."""
+        """Dry run of `start`, after all checks that precede the first write. Sends only reads."""
         if kind == "factory_reset":
             self.check(servo, kind, options)
             found = await self.preview_reset(servo, keep_identity=options.keep_identity)
@@ -135,30 +136,30 @@ class Restarting:
         return await self._save.plan(servo, self.check(servo, kind, options), options)
 
     async def preview_reset(self, servo: Servo, *, keep_identity: bool) -> ResetPreview:
-        """What a reset would change, of a servo that is read for it. Raises NotInThisModel, NoResponse."""
+        """Read the servo and list what a reset would change. Raises NotInThisModel, NoResponse."""
         return await self._reset.preview(servo, keep_identity=keep_identity)
 
     def running(self, kind: RestartKind, servo: Servo) -> RunningJob | None:
-        """The job of that kind of this servo that is under way."""
+        """The running job of this kind on this servo."""
         jobs = self._services.jobs.all()
         return next((job for job in jobs if (job.kind, job.uid) == (kind, servo.uid) and not job.ended), None)
 
     def save_in_progress(self, servo: Servo, values: Mapping[str, object], lease_id: str | None) -> RunningJob | None:
-        """The save under way that puts just these values (engineering, by key) into ROM, or None. Raises LeaseHeld."""
+        """The running save that writes exactly these values (engineering, by key) to ROM, or None. Raises LeaseHeld."""
         self._services.leases.allow_write(lease_id, self._services.base.now())
         job, held = self.running("save", servo), servo.expected_rom
-        if job is None or held is None or not values.keys() <= held.keys():  # None: it has not read yet what it saves
+        if job is None or held is None or not values.keys() <= held.keys():  # None: its values are not read yet
             return None
         try:
             same = all(
                 held[key] == scale.to_raw(servo.registers[key].parameter, one, held) for key, one in values.items()
             )
-        except BadRequest:  # reported when the value is written
+        except BadRequest:  # reported by the write
             return None
         return job if same else None
 
     def _allow(self, options: RestartOptions) -> None:
-        """Raises LeaseHeld unless `by` was permitted already."""
+        """Raises LeaseHeld unless `by` is already authorized."""
         if options.by is None:
             self._services.leases.allow_write(options.lease_id, self._services.base.now())
 
@@ -172,7 +173,7 @@ class Restarting:
         servo, hub = run.servo, self._services.hub
         before, expected = servo.busy, servo.expected_rom
         servo.busy = State.RESTARTING if kind == "restart" else State.SAVING
-        servo.gives_up_ram = servo.gives_up_ram or kind != "save"
+        servo.discards_ram = servo.discards_ram or kind != "save"
         hub.publish(ServoChanged(servo.uid))
 
         async def whole(job: RunningJob) -> dict[str, object]:
@@ -186,7 +187,7 @@ class Restarting:
                 raise
             finally:
                 servo.busy, servo.expected_rom = before, expected
-                servo.gives_up_ram = servo.gives_up_ram and before is not None
+                servo.discards_ram = servo.discards_ram and before is not None
                 hub.publish(ServoChanged(servo.uid))
                 entry = NewAuditEntry(run.by, kind, outcome, servo.uid, before=run.snapshot, notes=notes, job=job.id)
                 self._services.audit.note(*run.audit_rows(job, outcome), entry)
@@ -195,17 +196,20 @@ class Restarting:
 
     def _save_of_reset(self, reset: ResetRun) -> RunningJob:
         servo = reset.servo
-        run = SaveRun(servo, reset.by, servo.boots, servo.output.taken, (), reset.snapshot, reset.wanted[KEY])
+        run = SaveRun(
+            servo, reset.by, servo.boot_count, servo.output.disable_count, (), reset.snapshot, reset.wanted[KEY]
+        )
         return self._begin("save", SAVE_STEPS, run, lambda job: self._save.work(job, run))
 
     async def _restart(self, job: RunningJob, servo: Servo) -> dict[str, object]:
-        job.begin("ask")
+        job.begin("request")
         await self._follow.old_enough(servo)
         departure = self._follow.depart(servo)
-        tries = await self._follow.ask(servo, departure)
+        tries = await self._follow.request_restart(servo, departure)
         job.done(
-            "ask", Evidence("asked", "once" if tries == 1 else f"{tries} times: it ran on before", {"tries": tries})
+            "request",
+            Evidence("requested", "once" if tries == 1 else f"{tries} times, because it ran on", {"tries": tries}),
         )
-        self._follow.seen(job, departure, Evidence("restarted", "its uptime went back"))
+        self._follow.seen(job, departure, Evidence("restarted", "its uptime was reset"))
         await self._follow.prove(job, servo, departure, list(servo.registers), {})
         return {"node_id": servo.node_id, "node_id_before": departure.node_id}

@@ -1,4 +1,4 @@
-"""The writes of one change, the proof that they hold, and their undoing when anything fails."""
+"""Writes of one change, their verification, and rollback on failure."""
 
 import asyncio
 from collections.abc import Collection, Iterable, Mapping, Sequence
@@ -6,12 +6,12 @@ from dataclasses import dataclass, replace
 
 from hornbill.domain.change import Change, Reason, SavePreview, Verdict
 from hornbill.domain.note import Note
-from hornbill.errors import BadRequest, BusDisconnected, HornbillError, NoResponse, NotAsWanted, Refused
+from hornbill.errors import BadRequest, BusDisconnected, HornbillError, NoResponse, Refused, UnexpectedResult
 from hornbill.schema import scale
 from hornbill.schema.parameter import Parameter
 from hornbill.servo.configuration.proving import difference
 from hornbill.servo.device import permission
-from hornbill.servo.device.output import KEY, taken_by
+from hornbill.servo.device.output import KEY, off_mode
 from hornbill.servo.device.requests import READ, WRITE
 from hornbill.servo.device.services import HostServices
 from hornbill.servo.device.servo import Servo
@@ -22,23 +22,22 @@ from hornbill.store.audit import NewAuditEntry
 from hornbill.units import Instant, Raw, Uid
 
 KEEP_WRITING = replace(WRITE, tries=READ.tries)
-"""With a fifth of all frames lost a write (three frames each way) succeeds in 0.26 of its tries: 10 of them fail once
-in 20, and 25 once in 2,000. 3 s without an answer is what a silent node is called offline after."""
+"""With 20 % frame loss a write (three frames in each direction) succeeds in 0.26 of its tries: 10 tries fail once in 20
+writes, 25 tries once in 2,000. After 3 s without a response a node counts as offline."""
 
 UNDO_WITHIN_S = 10.0
-"""How long a servo that fell silent is waited for, so that it can be put back: it may be restarting (3 s, and a soft
-start after it, during which nothing is written)."""
+"""Timeout of a rollback on a servo that became silent. It may be restarting: 3 s, then a soft start, during which
+nothing is written."""
 
-LOOK_AGAIN_S = 0.05
+CHECK_PERIOD_S = 0.05
 
 
 @dataclass(frozen=True, slots=True)
 class WriteOptions:
-    """Who writes, and how. `by` is the lease's holder by default; `by`, `job` and `reason` are for snapshot and audit.
+    """Options of a write. `by` defaults to the lease holder; `by`, `job` and `reason` are for snapshot and audit.
 
-    `save`: a save follows, so that torque on is left to it. `confirm`: words of NeedsConfirmation (supply, temperature,
-    multi_turn) that were answered with yes. `leaving`: servos whose IDs do not count as taken, because the same run
-    moves them.
+    `save`: a save follows, so torque on is left to it. `confirm`: confirmed words of NeedsConfirmation (supply,
+    temperature, multi_turn). `leaving`: servos whose IDs do not count as in use, because the same run moves them.
     """
 
     lease_id: str | None = None
@@ -54,9 +53,10 @@ class WriteOptions:
 
 @dataclass(frozen=True, slots=True)
 class Outcome:
-    """`outcome`: applied, rolled_back or planned. Of rolled_back, keys that were not come to are not in `changes`.
+    """Result of a change. `outcome`: applied, rolled_back or planned. `changes` excludes keys not reached before a
+    rollback.
 
-    `job` is the save that follows, `plan` what that would be after a dry run.
+    `job`: the save that follows. `plan`: that save, after a dry run.
     """
 
     outcome: str
@@ -68,7 +68,7 @@ class Outcome:
 
 @dataclass(frozen=True, slots=True)
 class Write:
-    """One row to write: raw values before, as just read, and wanted."""
+    """One row to write: raw value before, as just read, and raw value to write."""
 
     row: Parameter
     before: Raw
@@ -76,7 +76,7 @@ class Write:
 
 
 class Writing:
-    """Writes rows of one servo that were checked before, all or nothing, and enters them in the audit."""
+    """Writes already checked rows of one servo atomically, and audits them."""
 
     def __init__(self, services: HostServices, motion: Motion) -> None:
         self._requests = services.requests
@@ -86,32 +86,33 @@ class Writing:
         self._motion = motion
 
     async def all_or_nothing(self, servo: Servo, listed: Sequence[Write], by: str, options: WriteOptions) -> Outcome:
-        """Write all in this order, then read all back; on any failure put back what was there, last first.
+        """Write all in this order, then read all back. On any failure restore the previous values in reverse order.
 
-        Never raises HornbillError: what went wrong is in the outcome. A servo that answers a write with another value
-        told so: that is `clamped`, and stays. What it answers afterwards must be what it answered then.
+        Never raises HornbillError: a failure is in the outcome. If a servo acknowledges a write with another value, the
+        row is `clamped` and stays. A later read must return the acknowledged value.
         """
         tried: list[Write] = []
-        answers: dict[str, Raw] = {}
+        acknowledged: dict[str, Raw] = {}
         try:
             for one in listed:
                 if one.raw == one.before:
                     continue
                 tried.append(one)
                 if one.row.key == KEY:
-                    answers[KEY] = await self._motion.switch(servo, one.raw, options.lease_id)
+                    acknowledged[KEY] = await self._motion.switch(servo, one.raw, options.lease_id)
                 else:
-                    answers[one.row.key] = await self._requests.write(servo, one.row, one.raw, KEEP_WRITING)
-            await self._prove(servo, tried, answers)
+                    acknowledged[one.row.key] = await self._requests.write(servo, one.row, one.raw, KEEP_WRITING)
+            await self._verify(servo, tried, acknowledged)
         except HornbillError as error:
-            refused = tried[-1].row.key if isinstance(error, Refused | BadRequest) and len(answers) < len(tried) else ""
+            incomplete = len(acknowledged) < len(tried)
+            refused = tried[-1].row.key if isinstance(error, Refused | BadRequest) and incomplete else ""
             held = await self._undo(servo, tried, refused, error)
-            self._say_what_is_not_back(servo, tried, held)
+            self._publish_not_restored(servo, tried, held)
             outcome = Outcome("rolled_back", self._undone(servo, listed, held, refused), error)
         else:
             changes: list[Change] = []
             for one in listed:
-                after = answers.get(one.row.key, one.before)
+                after = acknowledged.get(one.row.key, one.before)
                 verdict = "unchanged" if one.raw == one.before else "applied" if after == one.raw else "clamped"
                 changes.append(change(servo, listed, one, after, verdict))
             outcome = Outcome("applied", changes)
@@ -121,7 +122,7 @@ class Writing:
         return outcome
 
     def _note(self, servo: Servo, outcome: Outcome, by: str, options: WriteOptions) -> None:
-        """One audit row a key that was written. Commands and keep-alives have none: a rig sends 1,000 a second."""
+        """One audit entry per written key. Commands and keep-alives are not audited: a rig sends 1,000 per second."""
         failure = () if outcome.failure is None else (Note.of(outcome.failure),)
         notes = (*(options.reason.notes if options.reason else ()), *failure)
         self._audit.note(
@@ -135,17 +136,17 @@ class Writing:
             )
         )  # fmt: skip
 
-    async def _prove(self, servo: Servo, written: list[Write], answers: Mapping[str, Raw]) -> None:
-        """Raises NotAsWanted when a row does not hold what its write answered, Refused or NoResponse when unread."""
+    async def _verify(self, servo: Servo, written: list[Write], acknowledged: Mapping[str, Raw]) -> None:
+        """Read all rows. Raises UnexpectedResult if one differs from the acknowledged value, Refused, NoResponse."""
         wrong: list[tuple[dict[str, object], str]] = []
         for one in written:
-            wanted, found = answers[one.row.key], await self._requests.read(servo, one.row)
+            wanted, found = acknowledged[one.row.key], await self._requests.read(servo, one.row)
             if found != wanted:
-                wrong.append(difference(servo, one.row.key, wanted, found, "holds "))
+                wrong.append(difference(servo, one.row.key, wanted, found, "is "))
         if wrong:
-            raise NotAsWanted(
-                f"{servo.title} took every value, and was then found to hold something else: "
-                f"{'; '.join(text for _, text in wrong)}. It may have restarted, or another tool writes to it.",
+            raise UnexpectedResult(
+                f"{servo.title} acknowledged all values, but some differ afterwards: "
+                f"{'; '.join(text for _, text in wrong)}. It may have restarted, or another tool may write to it.",
                 differences=[fact for fact, _ in wrong],
                 cause="values_not_retained",
                 servo=servo.title,
@@ -155,39 +156,39 @@ class Writing:
     async def _undo(
         self, servo: Servo, tried: list[Write], refused: str, error: HornbillError
     ) -> dict[str, Raw | None]:
-        """Put back what `tried` held, last first, and read it back; what each row holds then, None where unknown.
+        """Restore the values before `tried` in reverse order and read them back. Returns the values, None if unknown.
 
-        A servo that fell silent is written to again only when it was heard since: a restart must be noticed first, for
-        nothing is written during soft start, and what is written before it is noticed would be taken for what ROM
-        held. Torque is never turned on again: that would move the horn.
+        A servo that became silent is written to only after its next status: a restart must be detected first, because
+        nothing is written during soft start, and a value written before that would be mistaken for the ROM value.
+        Torque is never turned on again, because that would move the horn.
         """
         held: dict[str, Raw | None] = {}
-        owed = {one.row.key: one for one in reversed(tried)}
-        if self._keeps_torque(servo, owed.get(KEY)):
-            owed.pop(KEY)
+        remaining = {one.row.key: one for one in reversed(tried)}
+        if self._leave_torque(servo, remaining.get(KEY)):
+            remaining.pop(KEY)
             held[KEY] = servo.raw(KEY)
         until = self._base.now() + UNDO_WITHIN_S
-        silent_since = self._base.now() if isinstance(error, NoResponse | NotAsWanted) else None
-        while owed and self._base.now() < until:
+        silent_since = self._base.now() if isinstance(error, NoResponse | UnexpectedResult) else None
+        while remaining and self._base.now() < until:
             if self._ready(servo, silent_since):
                 try:
-                    boots = servo.boots
-                    stuck = [key for key, one in owed.items() if not await self._put_back(servo, one)]
-                    for key, one in list(owed.items()):
+                    boot_count = servo.boot_count
+                    stuck = [key for key, one in remaining.items() if not await self._restore(servo, one)]
+                    for key, one in list(remaining.items()):
                         held[key] = await self._found(servo, one, was_refused=key == refused)
-                        if servo.boots == boots and (held[key] == one.before or key in stuck):
-                            del owed[key]
+                        if servo.boot_count == boot_count and (held[key] == one.before or key in stuck):
+                            del remaining[key]
                 except NoResponse:
                     silent_since = self._base.now()
                 except BusDisconnected:
                     break
-            if owed:
-                await asyncio.sleep(LOOK_AGAIN_S)
-        return held | dict.fromkeys(owed)
+            if remaining:
+                await asyncio.sleep(CHECK_PERIOD_S)
+        return held | dict.fromkeys(remaining)
 
     @staticmethod
-    def _keeps_torque(servo: Servo, one: Write | None) -> bool:
-        """Whether torque mode is not for us to put back: it was on, or somebody took torque away meanwhile."""
+    def _leave_torque(servo: Servo, one: Write | None) -> bool:
+        """Whether torque mode must not be restored: it was on, or torque was turned off meanwhile."""
         return one is not None and (one.before == 0 or servo.raw(KEY) not in (one.raw, None))
 
     @staticmethod
@@ -198,11 +199,11 @@ class Writing:
             return False
         return silent_since is None or (servo.status_at is not None and servo.status_at > silent_since)
 
-    async def _put_back(self, servo: Servo, one: Write) -> bool:
-        """Whether the servo took it. Raises NoResponse, BusDisconnected."""
+    async def _restore(self, servo: Servo, one: Write) -> bool:
+        """Write the previous value. Returns False if refused. Raises NoResponse, BusDisconnected."""
         try:
             if one.row.key == KEY:
-                await self._motion.torque_away(servo, taken_by(one.before))
+                await self._motion.disable_torque(servo, off_mode(one.before))
             else:
                 await self._requests.write(servo, one.row, one.before, KEEP_WRITING)
         except Refused:
@@ -210,7 +211,7 @@ class Writing:
         return True
 
     async def _found(self, servo: Servo, one: Write, *, was_refused: bool) -> Raw | None:
-        """What RAM holds. A row that refuses to be read as it refused to be written was never changed."""
+        """RAM value of a row, None if unknown. A row that refuses both write and read is unchanged."""
         try:
             return await self._requests.read(servo, one.row)
         except Refused:
@@ -229,20 +230,20 @@ class Writing:
                 )
         return changes
 
-    def _say_what_is_not_back(self, servo: Servo, tried: list[Write], held: Mapping[str, Raw | None]) -> None:
+    def _publish_not_restored(self, servo: Servo, tried: list[Write], held: Mapping[str, Raw | None]) -> None:
         lost = [one for one in tried if one.row.key != KEY and held[one.row.key] != one.before]
         if lost:
             names = ", ".join(one.row.label for one in lost)
             params: dict[str, object] = {"servo": servo.title, "keys": [one.row.key for one in lost]}
-            text = f"{servo.title} could not be put back as it was: {names}. Read it, and restore the last snapshot."
+            text = f"Not all values of {servo.title} could be restored: {names}. Read it and restore the last snapshot."
             self._hub.publish(LogEvent("failure", "not_rolled_back", text, servo.uid, params))
 
 
 def change(servo: Servo, writes: Iterable[Write], one: Write, after: Raw | None, verdict: Verdict) -> Change:
-    """What becomes of one of these writes, in engineering values.
+    """Result of one of these writes, in engineering values.
 
-    The unit of 0x36 follows 0x37 (section 4.30), which may be among the writes: what 0x36 held is shown in the unit
-    it had then, what was asked for in the unit it was asked for in.
+    The unit of 0x36 follows 0x37 (section 4.30), which may be among the writes. So each value is in the unit that
+    applied to it: the previous value in the previous unit, the requested value in the requested unit.
     """
     now = servo.raws()
     before = {**now, **{each.row.key: each.before for each in writes}}
@@ -259,5 +260,5 @@ def _verdict(one: Write, held: Raw | None, *, was_refused: bool) -> Verdict:
     if held == one.before:
         return "refused" if was_refused else "rolled_back"
     if one.row.key == KEY and one.raw == 0:
-        return "rolled_back"  # off is what brake was to become, or the other way: somebody took torque away
+        return "rolled_back"  # off instead of brake, or the reverse: torque was turned off meanwhile
     return "applied" if held == one.raw else "clamped"

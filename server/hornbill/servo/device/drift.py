@@ -136,7 +136,7 @@ def _flagged(servo: Servo, key: str, was: Raw) -> bool:
         return False  # whoever switched the output may have done it since the start: RAM tells nothing of ROM
     young = servo.status is None or servo.status.uptime_sec < SOFT_START_MAY_LAST_S
     temporary = register.parameter.soft_start is not None and (young or servo.soft_starting)
-    if not register.tells_rom or register.at is None or temporary:
+    if not register.reflects_rom or register.at is None or temporary:
         return False
     return register.raw is not None and register.raw != was
 

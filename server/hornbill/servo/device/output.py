@@ -29,7 +29,7 @@ LATE_S: Final = 0.1
 """A time-out is taken to have struck this long after its time: the last command may have arrived late."""
 
 
-def taken_by(raw: Raw | None) -> str:
+def off_mode(raw: Raw | None) -> str:
     """The word of a value of 0x20 that takes the output away; "off" for any other."""
     return next((word for word, number in MODES.items() if number == raw), "off")
 
@@ -60,20 +60,20 @@ class OutputRecord:
     """When it was last commanded in this life: the time of 0x27 runs from then (section 4.19)."""
     timed_out_at: Instant | None = None
     protected_at: Instant | None = None
-    taken: int = 0
+    disable_count: int = 0
     """How often somebody here took it away, or began to: what waits to give it must not, when that happened since."""
-    _meant: tuple[Raw, Reason, str | None] | None = None
+    _pending: tuple[Raw, Reason, str | None] | None = None
 
     def switch(self, raw: Raw, reason: Reason, by: str | None) -> None:
         """Say who is about to write 0x20 and why; it counts once the servo is seen to hold it."""
-        self._meant = raw, reason, by
-        self.taken += raw != ON
+        self._pending = raw, reason, by
+        self.disable_count += raw != ON
 
     def seen(self, raw: Raw, at: Instant, *, changed: bool) -> None:
         """0x20 was read or answered. What nobody here asked for was switched by another tool."""
-        new, meant = changed or self.since is None, self._meant
+        new, meant = changed or self.since is None, self._pending
         if meant is not None and meant[0] == raw:
-            self._meant = None
+            self._pending = None
             if new:
                 _, self.reason, self.by = meant
         elif changed and self.since is not None:
@@ -88,7 +88,7 @@ class OutputRecord:
         self.staged = self.last_configured = raw
         self.reason, self.by, self.since = "configured", by, at
 
-    def as_found(self, found: "OutputRecord") -> None:
+    def restore_reason(self, found: "OutputRecord") -> None:
         """Be switched for the reason of `found`, a copy of before: what was done since has been undone."""
         self.reason, self.by, self.since = found.reason, found.by, found.since
 
@@ -96,7 +96,7 @@ class OutputRecord:
         """The servo was commanded, or may have been: its time-out runs from now, and what it took is given back."""
         self.commanded_at, self.timed_out_at = at, None
 
-    def time_out(self, now: Instant, after_s: float) -> bool:
+    def check_timeout(self, now: Instant, after_s: float) -> bool:
         """Whether its own time-out (0x27, seconds) has just taken its output; call it often."""
         at = self.commanded_at
         if at is None or self.timed_out_at is not None or now < at + after_s + LATE_S:
@@ -104,7 +104,7 @@ class OutputRecord:
         self.timed_out_at = at + after_s
         return True
 
-    def protect(self, on: bool, at: Instant) -> None:
+    def set_protected(self, on: bool, at: Instant) -> None:
         """The servo itself has its output off, or has it no longer off, for what its fault words tell."""
         if on != (self.protected_at is not None):
             self.protected_at = at if on else None

@@ -34,35 +34,35 @@ NAMES: Final[dict[PositionUnit, str]] = {
 LITERAL: Final[PositionUnit] = "hundred_degrees"
 """The maker's unit, taken as given. No candidate is larger: taken wrongly it shows too much, never too little."""
 
-LEAST_DEG: Final = 2.0
+MIN_ANGLE_DEG: Final = 2.0
 """Below this an angle proves nothing: rounding to 0.1° would be more than a tenth of it."""
 
-NEAR_DEG: Final = 0.15
+TOLERANCE_DEG: Final = 0.15
 """0x08 is in steps of 0.1°, rounded or cut off, and the horn of a holding servo trembles by half a step."""
 
-LOOSE: Final = 0.1
+MAX_UNCERTAINTY: Final = 0.1
 """What a pair leaves open may be a tenth of the angle at most; the closest two candidates are 1.7 apart."""
 
-HELD: Final = 5
+PAIRS_AT_ONE_ANGLE: Final = 5
 """Pairs in a row that prove a unit at one angle: an angle that happens to fit another unit does so once, while the
 horn passes, and not every time for a second."""
 
-MOVED: Final = 3
-"""Pairs in a row that prove it when the horn stood at two angles LEAST_DEG apart meanwhile: only a factor fits both."""
+PAIRS_AT_TWO_ANGLES: Final = 3
+"""Pairs in a row that prove it when the horn stood at two angles MIN_ANGLE_DEG apart meanwhile: only a factor fits both."""
 
-AGAINST: Final = 2
+MAX_CONTRADICTIONS: Final = 2
 """Readings in a row that disagree with a unit which one has borne out."""
 
-GAP_S: Final = 0.35
+MAX_GAP_S: Final = 0.35
 """Status comes every 0.1 s (table 2-2); when more than two in a row were lost the horn may have been anywhere."""
 
-APART_S: Final = 0.15
+MIN_INTERVAL_S: Final = 0.15
 """Pairs nearer than this are one observation."""
 
-HALF_MOST: Final = 65504.0
+MAX_FLOAT16: Final = 65504.0
 """The largest float16. A servo has reached the end of what Status can say, so such a position proves nothing."""
 
-TINY_DEG: Final = 0.3
+MIN_DIFFERENCE_DEG: Final = 0.3
 """By so much 0x08 may differ from Status before it is worth another look."""
 
 
@@ -73,7 +73,7 @@ class Angle(NamedTuple):
     at: Instant
 
 
-class _Heard(NamedTuple):
+class _Status(NamedTuple):
     position: float
     at: Instant
 
@@ -86,7 +86,7 @@ class Estimate:
     """
 
     __slots__ = (
-        "_against", "_heard", "_judged_at", "_run", "_run_unit", "borne_out", "clash", "evidence", "firmware", "forced",
+        "_contradictions", "_statuses", "_judged_at", "_run", "_run_unit", "supported", "clash", "evidence", "firmware", "forced",
         "measured",
     )  # fmt: skip
 
@@ -100,14 +100,14 @@ class Estimate:
         """Pairs fit no unit, or two."""
         self.evidence = Note("The maker's unit, not checked yet: at 0° every unit reads the same.", "unit_unchecked")
         """How that is known, for people; of what was measured, not of what is forced."""
-        self._against = 0
-        self.borne_out = False
+        self._contradictions = 0
+        self.supported = False
         """Whether the last readings of a horn at rest agree with the maker's unit, while nothing was measured."""
         self.forget_motion()
 
     def forget_motion(self) -> None:
         """What is heard next has nothing to do with what was heard last: the servo was silent, or somebody else."""
-        self._heard: deque[_Heard] = deque(maxlen=3)
+        self._statuses: deque[_Status] = deque(maxlen=3)
         self._judged_at: Instant = -math.inf
         self._run: list[float] = []
         self._run_unit: PositionUnit | None = None
@@ -132,58 +132,58 @@ class Estimate:
         return self.state != "conflict"
 
     @property
-    def open(self) -> bool:
+    def unmeasured(self) -> bool:
         """Whether it is still to be measured."""
         return self.measured is None and self.forced is None and not self.clash
 
     @property
     def still(self) -> bool:
         """Whether the last Statuses agree, so that 0x08 read now would make a pair with the next."""
-        positions = [heard.position for heard in self._heard]
-        return len(positions) > 1 and max(positions) - min(positions) <= LOOSE / 2 * max(map(abs, positions))
+        positions = [status.position for status in self._statuses]
+        return len(positions) > 1 and max(positions) - min(positions) <= MAX_UNCERTAINTY / 2 * max(map(abs, positions))
 
     def shown(self, position: float) -> float | None:
         """Degrees of a position of Status; None where 0x08 disagrees or was not read yet, and is shown instead."""
-        known = self.forced is not None or (not self.clash and (self.measured is not None or self.borne_out))
+        known = self.forced is not None or (not self.clash and (self.measured is not None or self.supported))
         return position * DEGREES[self.unit] if known else None
 
-    def heard(self, position: float, at: Instant, reading: Angle | None) -> bool:
+    def add_status(self, position: float, at: Instant, reading: Angle | None) -> bool:
         """Take a Status, and the last reading of 0x08 if there is one. True when what is known has changed."""
-        last = self._heard[-1] if self._heard else None
-        if last is not None and at - last.at > GAP_S:
-            self._heard.clear()
-        self._heard.append(_Heard(position, at))
-        before, since = (position, at - GAP_S) if last is None else last
+        last = self._statuses[-1] if self._statuses else None
+        if last is not None and at - last.at > MAX_GAP_S:
+            self._statuses.clear()
+        self._statuses.append(_Status(position, at))
+        before, since = (position, at - MAX_GAP_S) if last is None else last
         if reading is None or not since < reading.at <= at:
             return False
         self._compare(before, position, reading.degrees)
-        if len(self._heard) < 3 or reading.at - self._judged_at < APART_S:
+        if len(self._statuses) < 3 or reading.at - self._judged_at < MIN_INTERVAL_S:
             return False
-        verdict = _unit_of([heard.position for heard in self._heard], reading.degrees)
+        verdict = _unit_of([status.position for status in self._statuses], reading.degrees)
         if verdict == "nothing":
             return False
         self._judged_at = reading.at
         unit = None if verdict == "no_unit" else verdict
         if unit != self._run_unit:
             self._run, self._run_unit = [], unit
-        self._run = [*self._run, reading.degrees][-HELD:]
+        self._run = [*self._run, reading.degrees][-PAIRS_AT_ONE_ANGLE:]
         return self._conclude(position, reading.degrees)
 
     def _compare(self, before: float, after: float, degrees: float) -> None:
         """Whether one reading between two Statuses agrees with the maker's unit, though the horn may be turning."""
         low, high = sorted((before * DEGREES[LITERAL], after * DEGREES[LITERAL]))
-        slack = NEAR_DEG + abs(degrees) / 4
+        slack = TOLERANCE_DEG + abs(degrees) / 4
         if low - slack <= degrees <= high + slack:
-            self.borne_out, self._against = True, 0
+            self.supported, self._contradictions = True, 0
         elif high - low <= slack:  # it rests, so nothing but an answer that was late explains the difference
-            self._against += 1
-            self.borne_out = self.borne_out and self._against < AGAINST
+            self._contradictions += 1
+            self.supported = self.supported and self._contradictions < MAX_CONTRADICTIONS
 
     def _conclude(self, position: float, degrees: float) -> bool:
         """Whether the pairs in a row are enough to know something new."""
         unit, run = self._run_unit, self._run
-        moved = unit is not None and len(run) >= MOVED and max(run) - min(run) >= LEAST_DEG
-        if self.clash or not (moved or len(run) >= HELD) or (unit is not None and unit == self.measured):
+        moved = unit is not None and len(run) >= PAIRS_AT_TWO_ANGLES and max(run) - min(run) >= MIN_ANGLE_DEG
+        if self.clash or not (moved or len(run) >= PAIRS_AT_ONE_ANGLE) or (unit is not None and unit == self.measured):
             return False
         pairs = f"{len(run)} times in a row, last {position:.6g} in Status beside {degrees:.1f}° in 0x08"
         values = known(times=len(run), position=f"{position:.6g}", angle_deg=round(degrees, 1), unit=unit)
@@ -204,14 +204,14 @@ def _unit_of(positions: list[float], degrees: float) -> "PositionUnit | Literal[
     """The one unit in which positions around a reading mean the same as it; `nothing` where they prove nothing."""
     low, high = min(positions), max(positions)
     size = max(abs(low), abs(high))
-    if abs(degrees) < LEAST_DEG or size >= HALF_MOST:
+    if abs(degrees) < MIN_ANGLE_DEG or size >= MAX_FLOAT16:
         return "nothing"
     step = _step(size)
     for unit, per_unit in DEGREES.items():
-        near = NEAR_DEG + per_unit * step
+        near = TOLERANCE_DEG + per_unit * step
         if per_unit * low - near <= degrees <= per_unit * high + near:
-            return unit if near + per_unit * (high - low) <= LOOSE * abs(degrees) else "nothing"
-    rested = high - low <= max(2 * step, size * NEAR_DEG / abs(degrees))
+            return unit if near + per_unit * (high - low) <= MAX_UNCERTAINTY * abs(degrees) else "nothing"
+    rested = high - low <= max(2 * step, size * TOLERANCE_DEG / abs(degrees))
     return "no_unit" if rested else "nothing"
 
 

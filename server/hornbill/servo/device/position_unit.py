@@ -11,15 +11,15 @@ from hornbill.domain.note import Note
 from hornbill.errors import HornbillError
 from hornbill.servo.device.position_estimate import (
     DEGREES,
-    LEAST_DEG,
     LITERAL,
+    MIN_ANGLE_DEG,
+    MIN_DIFFERENCE_DEG,
     NAMES,
-    TINY_DEG,
     Angle,
     Estimate,
     PositionUnit,
 )
-from hornbill.servo.device.requests import Patience, ServoRequests
+from hornbill.servo.device.requests import RetryPolicy, ServoRequests
 from hornbill.servo.device.servo import Servo, State
 from hornbill.servo.runtime.audit import Audit
 from hornbill.servo.runtime.hub import Hub, LogEvent, ServoChanged
@@ -32,18 +32,18 @@ from hornbill.units import Instant, Uid
 _NOTE: Final = TypeAdapter(Note)
 log = logging.getLogger(__name__)
 
-LOOK: Final = Patience(priority=27, timeout_s=0.12, tries=2, kind="poll")
+COMPARE: Final = RetryPolicy(priority=27, timeout_s=0.12, tries=2, kind="poll")
 """0x08 to be compared with Status: after every poll, and not asked again for long, for it is about now."""
 
-EAGER: Final = 20
+FAST_READS: Final = 20
 """Reads a servo is asked for soon after another when it is met: twice what it takes with a fifth of all frames lost."""
-EAGER_S: Final = 0.2
-UNSHOWN_S: Final = 2.0
+FAST_S: Final = 0.2
+ANGLE_UNKNOWN_S: Final = 2.0
 """Between later reads while nothing but 0x08 tells where the horn is: 0.03 % of the bus."""
-PATIENT_S: Final = 6.0
+SLOW_S: Final = 6.0
 """Between later reads otherwise: ten a minute."""
 
-ASKABLE: Final = frozenset((State.READY, State.SOFT_START, State.PROTECTED))
+READABLE: Final = frozenset((State.READY, State.SOFT_START, State.PROTECTED))
 
 
 def to_position(servo: Servo, degrees: float) -> float:
@@ -57,10 +57,10 @@ def to_degrees(servo: Servo, position: float) -> float:
 
 
 @dataclass(slots=True)
-class _Asking:
+class _Reads:
     """How often 0x08 of one servo has been asked for."""
 
-    left: int = EAGER
+    left: int = FAST_READS
     next_at: Instant = 0.0
     task: asyncio.Task[None] | None = None
 
@@ -77,7 +77,7 @@ class PositionUnits:
         requests: ServoRequests,
         hub: Hub,
         base: TimeBase,
-        kept: SettingTable,
+        settings: SettingTable,
         audit: Audit,
         for_all: PositionUnit | None,
     ) -> None:
@@ -85,25 +85,25 @@ class PositionUnits:
         self._requests = requests
         self._hub = hub
         self._base = base
-        self._kept = kept
+        self._settings = settings
         self._audit = audit
         self._for_all: PositionUnit | None = for_all
         self._own: set[Uid] = set()
         """Who was given a unit of its own."""
-        self._asking: dict[Uid, _Asking] = {}
+        self._reads: dict[Uid, _Reads] = {}
 
-    def met(self, servo: Servo) -> None:
+    def on_arrival(self, servo: Servo) -> None:
         """A servo is there, and which firmware it has is known. What was measured on another one is void."""
         estimate = servo.position_unit
-        if servo.uid not in self._asking:
-            estimate = servo.position_unit = self._recall(servo.uid)
-            self._asking[servo.uid] = _Asking()
-        self._asking[servo.uid].left = EAGER
+        if servo.uid not in self._reads:
+            estimate = servo.position_unit = self._restore(servo.uid)
+            self._reads[servo.uid] = _Reads()
+        self._reads[servo.uid].left = FAST_READS
         estimate.forget_motion()
         if estimate.firmware != servo.firmware:
             servo.position_unit = Estimate(forced=estimate.forced, firmware=servo.firmware)
             if estimate.measured is not None or estimate.clash:
-                self._keep(servo.uid, "measured", None)
+                self._store(servo.uid, "measured", None)
                 text = f"{servo.title} has other firmware than its position unit was measured on: it is measured anew."
                 self._hub.publish(
                     LogEvent(
@@ -111,7 +111,7 @@ class PositionUnits:
                     )
                 )
 
-    def heard(self, servo: Servo, position: float, at: Instant) -> float | None:
+    def on_status(self, servo: Servo, position: float, at: Instant) -> float | None:
         """A position of Status in degrees; None where its unit would be a guess, and 0x08 is shown instead."""
         estimate, register = servo.position_unit, servo.registers.get("current_angle")
         if register is None:
@@ -119,22 +119,22 @@ class PositionUnits:
         reading = None
         if register.raw is not None and register.at is not None:
             reading = Angle(register.raw / register.parameter.per_unit, register.at)
-        if estimate.heard(position, at, reading):
+        if estimate.add_status(position, at, reading):
             self._found(servo)
         shown = estimate.shown(position)
-        if (estimate.open or shown is None) and self._worth_a_look(estimate, position, reading, shown):
-            self._look(servo, unshown=shown is None)
+        if (estimate.unmeasured or shown is None) and self._worth_reading(estimate, position, reading, shown):
+            self._read_soon(servo, angle_unknown=shown is None)
         return shown
 
     def force(self, servo: Servo, unit: PositionUnit | None, *, by: str) -> None:
         """Take a servo's positions for this unit from now on; None measures it, also when it has been before."""
         before = servo.position_unit.unit
-        self._keep(servo.uid, "forced", unit)
+        self._store(servo.uid, "forced", unit)
         if unit is None:
             self._own.discard(servo.uid)
-            self._keep(servo.uid, "measured", None)
-            asking = self._asking.setdefault(servo.uid, _Asking())
-            asking.left, asking.next_at = EAGER, self._base.now()
+            self._store(servo.uid, "measured", None)
+            reads = self._reads.setdefault(servo.uid, _Reads())
+            reads.left, reads.next_at = FAST_READS, self._base.now()
             servo.position_unit = Estimate(forced=self._for_all, firmware=servo.firmware)
         else:
             self._own.add(servo.uid)
@@ -155,45 +155,47 @@ class PositionUnits:
 
     def forget(self, uid: Uid) -> None:
         """Drop what is known of a servo."""
-        self._asking.pop(uid, None)
+        self._reads.pop(uid, None)
         self._own.discard(uid)
-        self._keep(uid, "forced", None)
-        self._keep(uid, "measured", None)
+        self._store(uid, "forced", None)
+        self._store(uid, "measured", None)
 
     async def close(self) -> None:
         """Ask nothing more."""
-        tasks = [one.task for one in self._asking.values() if one.task is not None]
+        tasks = [one.task for one in self._reads.values() if one.task is not None]
         for task in tasks:
             task.cancel()
         await asyncio.gather(*tasks, return_exceptions=True)
 
     @staticmethod
-    def _worth_a_look(estimate: Estimate, position: float, reading: Angle | None, shown: float | None) -> bool:
+    def _worth_reading(estimate: Estimate, position: float, reading: Angle | None, shown: float | None) -> bool:
         if shown is None:
             return True
-        away = position != 0 or (reading is not None and abs(reading.degrees) >= LEAST_DEG)
+        away = position != 0 or (reading is not None and abs(reading.degrees) >= MIN_ANGLE_DEG)
         if not away or not estimate.still:
             return False
-        return abs(shown) >= LEAST_DEG or (reading is not None and abs(reading.degrees) > TINY_DEG + abs(shown))
+        return abs(shown) >= MIN_ANGLE_DEG or (
+            reading is not None and abs(reading.degrees) > MIN_DIFFERENCE_DEG + abs(shown)
+        )
 
-    def _look(self, servo: Servo, *, unshown: bool) -> None:
+    def _read_soon(self, servo: Servo, *, angle_unknown: bool) -> None:
         """Read 0x08 between this Status and the next, unless it was read lately or the servo is at something else."""
-        asking, now = self._asking.setdefault(servo.uid, _Asking()), self._base.now()
-        if now < asking.next_at or asking.task is not None or servo.state not in ASKABLE or servo.changing.locked():
+        reads, now = self._reads.setdefault(servo.uid, _Reads()), self._base.now()
+        if now < reads.next_at or reads.task is not None or servo.state not in READABLE or servo.changing.locked():
             return
-        asking.next_at = now + (EAGER_S if asking.left > 0 else UNSHOWN_S if unshown else PATIENT_S)
-        asking.left -= 1
-        asking.task = asyncio.get_running_loop().create_task(self._ask(servo, asking))
+        reads.next_at = now + (FAST_S if reads.left > 0 else ANGLE_UNKNOWN_S if angle_unknown else SLOW_S)
+        reads.left -= 1
+        reads.task = asyncio.get_running_loop().create_task(self._read(servo, reads))
 
-    async def _ask(self, servo: Servo, asking: _Asking) -> None:
+    async def _read(self, servo: Servo, reads: _Reads) -> None:
         parameter = servo.registers["current_angle"].parameter
         try:
-            raw = await self._requests.read(servo, parameter, LOOK)
+            raw = await self._requests.read(servo, parameter, COMPARE)
         except HornbillError as error:
             log.debug("%s: 0x08 beside Status: %s", servo.title, error.detail)
             return
         finally:
-            asking.task = None
+            reads.task = None
         servo.angle_deg, servo.angle_at = raw / parameter.per_unit, self._base.now()
         servo.angle_polled_at = servo.angle_at
 
@@ -204,7 +206,7 @@ class PositionUnits:
             "measured": measured, "clash": estimate.clash, "evidence": asdict(estimate.evidence),
             "firmware": estimate.firmware,
         }  # fmt: skip
-        self._keep(servo.uid, "measured", record)
+        self._store(servo.uid, "measured", record)
         log.info("%s: position unit %s, %s: %s", servo.title, estimate.unit, estimate.state, estimate.evidence.text)
         remedy = "Force the unit."
         params: dict[str, object] = {"servo": servo.title}
@@ -227,11 +229,11 @@ class PositionUnits:
             self._hub.publish(LogEvent("warning", "position_unit", text, servo.uid, params))
         self._hub.publish(ServoChanged(servo.uid))
 
-    def _recall(self, uid: Uid) -> Estimate:
-        own = _unit(self._held(uid, "forced"))
+    def _restore(self, uid: Uid) -> Estimate:
+        own = _unit(self._stored(uid, "forced"))
         if own is not None:
             self._own.add(uid)
-        forced, kept = own or self._for_all, self._held(uid, "measured")
+        forced, kept = own or self._for_all, self._stored(uid, "measured")
         if not isinstance(kept, dict):
             return Estimate(forced=forced)
         firmware = kept.get("firmware")
@@ -240,18 +242,18 @@ class PositionUnits:
         estimate.evidence = _note(kept.get("evidence"))
         return estimate
 
-    def _held(self, uid: Uid, what: str) -> Json:
+    def _stored(self, uid: Uid, what: str) -> Json:
         """Never raises: a servo whose past cannot be read is measured, and can be stopped."""
         try:
-            return self._kept.get(_key(uid, what))
+            return self._settings.get(_key(uid, what))
         except Exception:
             log.exception("the position unit of %s could not be read", uid)
             return None
 
-    def _keep(self, uid: Uid, what: str, value: Json) -> None:
+    def _store(self, uid: Uid, what: str, value: Json) -> None:
         """Never raises: a full disk must not keep anybody from measuring."""
         try:
-            self._kept.put(_key(uid, what), value) if value is not None else self._kept.drop(_key(uid, what))
+            self._settings.put(_key(uid, what), value) if value is not None else self._settings.drop(_key(uid, what))
         except Exception:
             log.exception("the position unit of %s could not be kept", uid)
             text = "What positions of a servo mean could not be stored. Check the data folder and its disk."

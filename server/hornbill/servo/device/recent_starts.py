@@ -16,7 +16,7 @@ GRANTED_WITHIN_S = 2.0
 
 
 class RecentStarts:
-    """A node is fresh from the message that proves it until `spent`, when its rows have been read."""
+    """A node is fresh from the message that proves it until `remove`, when its rows have been read."""
 
     def __init__(self, now: Callable[[], Instant], granted_at: Callable[[int], Instant | None]) -> None:
         """`granted_at` gives when we gave a node ID on this bus, None if we did not."""
@@ -24,14 +24,14 @@ class RecentStarts:
         self._since: dict[int, tuple[int, Instant]] = {}
         self._granted_at = granted_at
 
-    def heard(self, node: int, uptime_s: int, at: Instant, *, restarted: bool) -> None:
+    def on_status(self, node: int, uptime_s: int, at: Instant, *, restarted: bool) -> None:
         """A NodeStatus of somebody who is new, or whose restart was noticed."""
         granted = self._granted_at(node)
         young = uptime_s <= (RESTARTED_UPTIME_S if restarted else FRESH_UPTIME_S)
         if young or (granted is not None and at - granted < GRANTED_WITHIN_S):
             self._since.setdefault(node, (uptime_s, at))
 
-    def of(self, node: int, record: NodeRecord | None) -> bool:
+    def has_just_started(self, node: int, record: NodeRecord | None) -> bool:
         """Whether nobody can have written to a node since its start.
 
         A node that had nobody to hear it may first say, all at once, what it said long ago: then its uptime has
@@ -42,7 +42,7 @@ class RecentStarts:
         uptime, since = self._since[node]
         return record.status.uptime_sec - uptime <= self._now() - since + 2
 
-    def spent(self, node: int) -> None:
+    def remove(self, node: int) -> None:
         """Its rows were read: from now on anybody may write."""
         self._since.pop(node, None)
 

@@ -182,10 +182,10 @@ class ServoRequests:
 
     def observe_response(self, servo: Servo, response: GetSetResponse) -> None:
         """Take what a servo answered to somebody else, in a recording, for what its RAM holds. Never raises."""
-        name = answer.name.upper()
+        name = response.name.upper()
         rows = (one.parameter for one in servo.registers.values())
         parameter = next((row for row in rows if row.name.upper() == name), None)
-        raw = None if parameter is None else _integer_of(answer, parameter)
+        raw = None if parameter is None else _integer_of(response, parameter)
         if parameter is None or raw is None:
             return
         self._remember(servo, parameter, raw)

@@ -17,7 +17,7 @@ class _Beyond:
     """The last angle beyond ±180°, in degrees, and since when angles are within again."""
 
     angle_deg: float
-    boots: int
+    boot_count: int
     within_since: Instant | None = None
 
 
@@ -40,15 +40,15 @@ class TurnCount:
         known = self._beyond.get(sample.uid)
         if abs(sample.value) > HALF_TURN_DEG:
             servo = self._find(sample.uid)
-            if servo is not None and (known is None or known.boots == servo.boots):
-                self._beyond[sample.uid] = _Beyond(sample.value, servo.boots)
+            if servo is not None and (known is None or known.boot_count == servo.boot_count):
+                self._beyond[sample.uid] = _Beyond(sample.value, servo.boot_count)
         elif known is not None and known.within_since is None:
             known.within_since = sample.t
 
     def _on_servo(self, change: ServoChanged) -> None:
         known = self._beyond.get(change.uid)
         servo = self._find(change.uid) if known is not None else None
-        if known is None or servo is None or servo.boots == known.boots:
+        if known is None or servo is None or servo.boot_count == known.boot_count:
             return
         if not servo.identified or servo.status is None or servo.status_at is None:
             return  # its uptime may still be the one of before

@@ -1,4 +1,4 @@
-"""Activity: what the motor and horn of a servo do now, told from what is received of it."""
+"""Activity: what the motor and horn of a servo do now, commands from what is received of it."""
 
 import math
 from collections import deque
@@ -56,17 +56,17 @@ CALM_S: Final = 2.0
 NEW_COMMAND_DEG: Final = 0.3
 """An ArrayCommand of another tool that differs by less is the same command again."""
 
-UNEASY_PCT: Final = 25.0
-UNEASY_S: Final = 8.0
+UNSTEADY_PCT: Final = 25.0
+UNSTEADY_S: Final = 8.0
 """Torque of a horn at rest that differs by so much within this time: it may swing where Status does not show it."""
 
-LOOK_HZ: Final = (23.7, 29.3)
-LOOK_S: Final = 2.0
-LOOKS: Final = 4
+FAST_POLL_HZ: Final = (23.7, 29.3)
+FAST_POLL_S: Final = 2.0
+MAX_FAST_POLLED: Final = 4
 """Then 0x08 is polled for so long at one of these rates, in turn, because a swing at a multiple of a rate does not show
 at that rate; so many servos at a time."""
 
-FAR: Final[Instant] = -math.inf
+NEVER: Final[Instant] = -math.inf
 
 _REGISTER: Final = {kind: key for key, kind in COMMANDS.items()}
 _AWAY: Final = frozenset((State.OFFLINE, State.IDENTIFYING, State.SAVING, State.RESTARTING, State.UPDATING))
@@ -92,21 +92,21 @@ class _Watch:
 
     servo: Servo
     doing: Doing = "unknown"
-    since: Instant = FAR
-    boots: int = 0
+    since: Instant = NEVER
+    boot_count: int = 0
     oscillation: Oscillation = field(default_factory=Oscillation)
     angles: deque[tuple[Instant, float]] = field(default_factory=lambda: deque[tuple[Instant, float]](maxlen=64))
-    angle_at: Instant = FAR
+    angle_at: Instant = NEVER
     moving: bool = False
     commands: list[Raw | None] = field(default_factory=list[Raw | None])
     foreign: tuple[int, float] | None = None
-    commanded_at: Instant = FAR
+    commanded_at: Instant = NEVER
     torque_pct: float | None = None
     torques: deque[tuple[Instant, float]] = field(default_factory=lambda: deque[tuple[Instant, float]](maxlen=64))
     near_since: Instant | None = None
     near: bool = False
-    look_until: Instant = FAR
-    looks: int = 0
+    fast_until: Instant = NEVER
+    fast_polls: int = 0
     alarms: set[Doing] = field(default_factory=set[Doing])
     calm_since: Instant | None = None
 
@@ -132,14 +132,14 @@ class Activities:
         base: TimeBase,
         polling: Polling,
         find: Callable[[Uid], Servo | None],
-        driven: Callable[[Uid], bool],
+        is_commanded: Callable[[Uid], bool],
     ) -> None:
-        """`find` gives the servo of a uid; `driven` tells whether somebody has it under command here."""
+        """`find` gives the servo of a uid; `is_commanded`, whether a client of this server commands it."""
         self._hub = hub
         self._base = base
         self._polling = polling
         self._find = find
-        self._driven = driven
+        self._is_commanded = is_commanded
         self._watches: dict[Uid, _Watch] = {}
         hub.subscribe(self._on_sample, Sampled)
         hub.subscribe(self._on_servo, ServoChanged)
@@ -168,9 +168,9 @@ class Activities:
 
     def on_array_command(self, transfer: Transfer, message: ArrayCommand) -> None:
         """Another tool commands. The same command again leaves a horn at rest."""
-        told = {one.actuator_id: (int(one.command_type), one.command_value) for one in message.commands}
+        commands = {one.actuator_id: (int(one.command_type), one.command_value) for one in message.commands}
         for watch in self._watches.values():
-            command = told.get(watch.servo.servo_id or 0, told.get(EVERY_SERVO))
+            command = commands.get(watch.servo.servo_id or 0, commands.get(EVERY_SERVO))
             if command is None or not watch.servo.online:
                 continue
             before, watch.foreign = watch.foreign, command
@@ -192,11 +192,11 @@ class Activities:
             self._torque(watch, sample.t, sample.value)
 
     def _angle(self, watch: _Watch, t: Instant, degrees: float) -> None:
-        if t - watch.angle_at > SILENT_S or watch.boots != watch.servo.boots:
+        if t - watch.angle_at > SILENT_S or watch.boot_count != watch.servo.boot_count:
             watch.forget_motion()
-            watch.boots = watch.servo.boots
+            watch.boot_count = watch.servo.boot_count
         watch.angle_at = t
-        self._look_at_command(watch, t)
+        self._check_command(watch, t)
         if t - watch.commanded_at >= REST_S:
             watch.oscillation.add(t, degrees)
         angles = watch.angles
@@ -214,7 +214,7 @@ class Activities:
             watch.near, watch.near_since = False, None
         self._judge(watch, t)
         if watch.doing == "moving" and watch.oscillation.suspected:
-            self._look(watch, t, "current_angle")
+            self._poll_fast(watch, t, "current_angle")
 
     def _torque(self, watch: _Watch, t: Instant, pct: float) -> None:
         watch.torque_pct = pct
@@ -228,12 +228,12 @@ class Activities:
             watch.torques.clear()
         elif not watch.torques or t - watch.torques[-1][0] >= CONFIRM_S / 2:
             watch.torques.append((t, pct))
-        while watch.torques and t - watch.torques[0][0] > UNEASY_S:
+        while watch.torques and t - watch.torques[0][0] > UNSTEADY_S:
             watch.torques.popleft()
         if watch.near_since is not None and not watch.near:
-            self._look(watch, t, "current_torque")
-        if watch.torques and _way(watch.torques) >= UNEASY_PCT:
-            self._look(watch, t, "current_angle")
+            self._poll_fast(watch, t, "current_torque")
+        if watch.torques and _way(watch.torques) >= UNSTEADY_PCT:
+            self._poll_fast(watch, t, "current_angle")
         self._judge(watch, t)
 
     def _on_servo(self, change: ServoChanged) -> None:
@@ -249,10 +249,10 @@ class Activities:
     def _watch(self, servo: Servo) -> _Watch:
         watch = self._watches.get(servo.uid)
         if watch is None or watch.servo is not servo:
-            watch = self._watches[servo.uid] = _Watch(servo, since=self._base.now(), boots=servo.boots)
+            watch = self._watches[servo.uid] = _Watch(servo, since=self._base.now(), boot_count=servo.boot_count)
         return watch
 
-    def _look_at_command(self, watch: _Watch, now: Instant) -> None:
+    def _check_command(self, watch: _Watch, now: Instant) -> None:
         """What was commanded, by us or as its registers were read: a new command ends rest."""
         servo = watch.servo
         commands = [servo.raw(key) for key in COMMANDS]
@@ -263,15 +263,15 @@ class Activities:
             watch.commands = commands
 
     def _judge(self, watch: _Watch, now: Instant) -> None:
-        doing = self._now(watch, now)
+        doing = self._doing(watch, now)
         if doing != watch.doing:
             watch.doing, watch.since = doing, now
             self._hub.publish(ServoChanged(watch.servo.uid))
         if doing == "hunting" and watch.oscillation.since_turn(now) > QUIET_S / 2:
-            self._look(watch, now, "current_angle")
+            self._poll_fast(watch, now, "current_angle")
         self._alarm(watch, now)
 
-    def _now(self, watch: _Watch, now: Instant) -> Doing:
+    def _doing(self, watch: _Watch, now: Instant) -> Doing:
         servo = watch.servo
         state = servo.state
         if state in _AWAY:
@@ -288,37 +288,41 @@ class Activities:
         kind = in_force({key: servo.raw(key) for key in (MODE, *COMMANDS)}, servo.registers)
         if kind in ("speed", "torque") and servo.raw(_REGISTER[kind]) not in (0, None):
             return "turning"
-        if self._hunts(watch, now):
+        if self._is_hunting(watch, now):
             return "hunting"
         if watch.moving:
             return "moving"
         if watch.near:
             return "saturated"
-        held = servo.output.timed_out_at is not None and not servo.commanded_by_pwm and not self._driven(servo.uid)
+        held = (
+            servo.output.timed_out_at is not None and not servo.commanded_by_pwm and not self._is_commanded(servo.uid)
+        )
         return "held_after_timeout" if held else "holding"
 
-    def _hunts(self, watch: _Watch, now: Instant) -> bool:
+    def _is_hunting(self, watch: _Watch, now: Instant) -> bool:
         """A PWM signal may move it as it likes, and nothing on the bus tells."""
         servo, swing = watch.servo, watch.oscillation
         if now - watch.commanded_at < REST_S or (servo.commanded_by_pwm and self._left_to_pwm(servo)):
             return False
         if swing.proved(now):
             return True
-        return watch.doing == "hunting" and swing.since_turn(now) <= QUIET_S + len(LOOK_HZ) * LOOK_S
+        return watch.doing == "hunting" and swing.since_turn(now) <= QUIET_S + len(FAST_POLL_HZ) * FAST_POLL_S
 
     @staticmethod
     def _left_to_pwm(servo: Servo) -> bool:
         return servo.output.commanded_at is None or servo.output.timed_out_at is not None
 
-    def _look(self, watch: _Watch, now: Instant, key: str) -> None:
+    def _poll_fast(self, watch: _Watch, now: Instant, key: str) -> None:
         """Poll a row for a while, unless too many are looked at."""
         servo = watch.servo
-        busy = sum(other.look_until > now for other in self._watches.values())
-        if servo.recorded or servo.state in _AWAY or watch.look_until > now or busy >= LOOKS:
+        busy = sum(other.fast_until > now for other in self._watches.values())
+        if servo.recorded or servo.state in _AWAY or watch.fast_until > now or busy >= MAX_FAST_POLLED:
             return
-        watch.look_until = now + LOOK_S
-        watch.looks += 1
-        self._polling.wish(servo, [key], LOOK_HZ[watch.looks % len(LOOK_HZ)], owner="activity", ttl_s=LOOK_S)
+        watch.fast_until = now + FAST_POLL_S
+        watch.fast_polls += 1
+        self._polling.subscribe(
+            servo, [key], FAST_POLL_HZ[watch.fast_polls % len(FAST_POLL_HZ)], owner="activity", ttl_s=FAST_POLL_S
+        )
 
     def _alarm(self, watch: _Watch, now: Instant) -> None:
         """Begin an alarm with its state, and end it when the horn has been at rest without it, or without output."""
@@ -327,7 +331,7 @@ class Activities:
             watch.calm_since = None
             if doing not in watch.alarms and not watch.servo.recorded:
                 watch.alarms.add(doing)
-                self._tell(watch, doing)
+                self._publish_alarm(watch, doing)
             return
         gone = doing in ("off", "brake", "released")
         if not watch.alarms or not (gone or doing in ("holding", "held_after_timeout")):
@@ -337,10 +341,10 @@ class Activities:
         if gone or now - watch.calm_since >= CALM_S:
             for alarm in ALARMS:
                 if alarm in watch.alarms:
-                    self._tell_end(watch, alarm)
+                    self._publish_end(watch, alarm)
             watch.alarms.clear()
 
-    def _tell(self, watch: _Watch, doing: Alarm) -> None:
+    def _publish_alarm(self, watch: _Watch, doing: Alarm) -> None:
         servo, found = watch.servo, self.of(watch.servo)
         params: dict[str, object] = {
             "servo": servo.title, "peak_to_peak_deg": found.peak_to_peak_deg, "torque_pct": found.torque_pct,
@@ -354,7 +358,7 @@ class Activities:
             text += f"{found.torque_limit_pct:.0f} %. Check for a blocked horn or a load that is too heavy."
         self._hub.publish(LogEvent("warning", doing, text, servo.uid, params))
 
-    def _tell_end(self, watch: _Watch, doing: Alarm) -> None:
+    def _publish_end(self, watch: _Watch, doing: Alarm) -> None:
         title = watch.servo.title
         text = f"{title} no longer oscillates at rest."
         if doing == "saturated":

@@ -24,7 +24,7 @@ log = logging.getLogger(__name__)
 EVENT_LEVEL: Final = {"notification": "notice", "warning": "warning", "failure": "failure"}
 """How loud the event of a bit is, by the bit's level."""
 
-MINDED: Final = frozenset(("warning", "failure"))
+NEEDS_ACKNOWLEDGEMENT: Final = frozenset(("warning", "failure"))
 """Levels that somebody should acknowledge; notifications come and go in normal use."""
 
 
@@ -32,7 +32,7 @@ MINDED: Final = frozenset(("warning", "failure"))
 class _Word:
     """One of the three words as we know it: bits that are set, and when each was first read so."""
 
-    boots: int
+    boot_count: int
     since: dict[str, Instant] = field(default_factory=dict[str, Instant])
     ended: Instant | None = None
     """The servo went silent or restarted: when the word was read last before. None: we still follow it."""
@@ -68,7 +68,7 @@ class Faults:
         """Every bit that is set or ever was: failures before warnings before notifications, active before past."""
         servo = self._find(uid)
         found = [
-            self._shown(servo, self._by_key[key], entry)
+            self._fault(servo, self._by_key[key], entry)
             for key, entry in self._history(uid).items()
             if key in self._by_key  # the tables of a later hornbill may have known others
         ]
@@ -79,7 +79,9 @@ class Faults:
         return sum(
             1
             for key, entry in self._history(uid).items()
-            if entry.acknowledged_at is None and key in self._by_key and self._by_key[key].level in MINDED
+            if entry.acknowledged_at is None
+            and key in self._by_key
+            and self._by_key[key].level in NEEDS_ACKNOWLEDGEMENT
         )
 
     async def acknowledge(self, uid: Uid, by: str, key: str | None = None) -> None:
@@ -112,7 +114,7 @@ class Faults:
 
     def _on_reading(self, change: ReadingChanged) -> None:
         if change.key in REGISTERS and (servo := self._find(change.uid)) is not None and not servo.recorded:
-            self._look(servo, change.key)
+            self._on_word(servo, change.key)
 
     def _on_servo(self, change: ServoChanged) -> None:
         """What a silent or restarted servo said last is kept as last seen then."""
@@ -121,15 +123,15 @@ class Faults:
             return
         for name in REGISTERS:
             word = self._words.get((servo.uid, name))
-            if word is None or word.ended is not None or (servo.online and word.boots == servo.boots):
+            if word is None or word.ended is not None or (servo.online and word.boot_count == servo.boot_count):
                 continue
             register = servo.registers.get(name)
             now = self._base.now()
             word.ended = now if register is None or register.at is None else register.at
             if word.since:
-                self._keep(Sight(servo.uid, self._base.utc(word.ended), seen=frozenset(word.since)))
+                self._store_sighting(Sight(servo.uid, self._base.utc(word.ended), seen=frozenset(word.since)))
 
-    def _look(self, servo: Servo, name: str) -> None:
+    def _on_word(self, servo: Servo, name: str) -> None:
         """A word was read: tell what came up and what went."""
         register, word = servo.registers.get(name), self._words.get((servo.uid, name))
         if register is None or register.raw is None or register.at is None:
@@ -145,15 +147,17 @@ class Faults:
             }
         else:
             before = word.since
-        went_on = word is not None and word.boots == servo.boots
+        went_on = word is not None and word.boot_count == servo.boot_count
         same = before if went_on else {key: at for key, at in before.items() if _has_run_since(servo, at)}
         appeared, gone = shown - same.keys(), frozenset(before.keys() - shown)
         followed = word is not None and word.ended is None
-        self._words[servo.uid, name] = _Word(servo.boots, {key: same.get(key, register.at) for key in shown})
+        self._words[servo.uid, name] = _Word(servo.boot_count, {key: same.get(key, register.at) for key in shown})
         if not appeared and not gone:
             return
-        self._keep(Sight(servo.uid, self._base.utc(register.at), appeared, gone if followed else frozenset(), gone))
-        self._tell(servo, appeared, gone)
+        self._store_sighting(
+            Sight(servo.uid, self._base.utc(register.at), appeared, gone if followed else frozenset(), gone)
+        )
+        self._publish(servo, appeared, gone)
 
     def _visible(self, servo: Servo, name: str, raw: int) -> frozenset[str]:
         """The bits that are set, by key, without those that mean nothing on a model without PWM input (note 1)."""
@@ -168,28 +172,28 @@ class Faults:
             try:
                 found = self._store.faults.of(uid)
             except Exception:
-                self._not_kept("the faults of servo %s could not be read", uid)
+                self._report_store_failed("the faults of servo %s could not be read", uid)
                 found = dict[str, FaultEntry]()  # what the store has is read with the next bit that changes
             self._entries[uid] = found
         return found
 
-    def _keep(self, sight: Sight) -> None:
+    def _store_sighting(self, sight: Sight) -> None:
         known = self._history(sight.uid)
         try:
             known.update(self._store.faults.keep(sight))
             self._failed = False
         except Exception:  # a full disk must not keep anybody from seeing a fault
-            self._not_kept("a change of faults could not be kept: %r", sight)
+            self._report_store_failed("a change of faults could not be kept: %r", sight)
             known.update(sight.changes(known))
 
-    def _not_kept(self, text: str, about: object) -> None:
+    def _report_store_failed(self, text: str, about: object) -> None:
         log.exception(text, about)
         if not self._failed:
             self._failed = True
             text = "The history of faults cannot be kept. Check the data folder and its disk; faults show all the same."
             self._hub.publish(LogEvent("warning", "store_failed", text, params={"what": "faults"}))
 
-    def _tell(self, servo: Servo, appeared: Collection[str], gone: Collection[str]) -> None:
+    def _publish(self, servo: Servo, appeared: Collection[str], gone: Collection[str]) -> None:
         for bit in self._in_order(appeared):
             text = f"{servo.title}: {bit.label}. {bit.advice}"
             self._hub.publish(LogEvent(EVENT_LEVEL[bit.level], "fault", text, servo.uid, _named(servo, bit)))
@@ -201,7 +205,7 @@ class Faults:
     def _in_order(self, keys: Collection[str]) -> list[FaultBit]:
         return sorted((self._by_key[key] for key in keys), key=lambda bit: bit.bit)
 
-    def _shown(self, servo: Servo | None, bit: FaultBit, entry: FaultEntry) -> Fault:
+    def _fault(self, servo: Servo | None, bit: FaultBit, entry: FaultEntry) -> Fault:
         word = self._words.get((entry.uid, bit.parameter))
         register = None if servo is None else servo.registers.get(bit.parameter)
         was_set = entry.active if word is None else bit.key in word.since

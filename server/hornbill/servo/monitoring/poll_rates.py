@@ -4,8 +4,8 @@ from dataclasses import dataclass
 
 from hornbill.units import Instant
 
-REST = "rest"
-"""Whose wish it is when nobody says."""
+DEFAULT_OWNER = "rest"
+"""Whose request it is when nobody says."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -18,7 +18,7 @@ class PollRate:
 
 
 class PollRates:
-    """One wish an owner; together they ask for the union of the rows, each at the highest rate wished for it."""
+    """One request an owner; together they ask for the union of the rows, each at the highest rate wished for it."""
 
     def __init__(self) -> None:
         self.by_owner: dict[str, PollRate] = {}
@@ -35,10 +35,10 @@ class PollRates:
         """When the next of them ends by itself."""
         return min((one.until for one in self.by_owner.values() if one.until is not None), default=None)
 
-    def put(self, owner: str, wish: PollRate) -> None:
-        """Replace what this owner wants; a wish for no rows ends it."""
-        if wish.channels:
-            self.by_owner[owner] = wish
+    def put(self, owner: str, request: PollRate) -> None:
+        """Replace what this owner wants; a request for no rows ends it."""
+        if request.channels:
+            self.by_owner[owner] = request
         else:
             self.by_owner.pop(owner, None)
         self._unite()

@@ -1,4 +1,4 @@
-"""Polling: which rows are asked for regularly, how often, and what the bus allows of it."""
+"""Polling: which rows are active for regularly, how often, and what the bus allows of it."""
 
 import asyncio
 import logging
@@ -11,7 +11,7 @@ from hornbill.errors import HornbillError, InvalidValue, NoResponse, NotInThisMo
 from hornbill.servo.device.requests import POLL, ServoRequests
 from hornbill.servo.device.servo import Servo, State
 from hornbill.servo.monitoring.line_budget import LineBudget
-from hornbill.servo.monitoring.poll_rates import REST, PollRate, PollRates
+from hornbill.servo.monitoring.poll_rates import DEFAULT_OWNER, PollRate, PollRates
 from hornbill.servo.runtime.timebase import TimeBase
 from hornbill.units import Instant, Uid
 
@@ -26,7 +26,7 @@ BUDGET = 0.40
 0.26 % a servo) is no polling and comes on top."""
 
 BACKGROUND = 0.5
-"""Share of the budget above which what every servo is asked for is asked less often, but never less than STRETCH
+"""Share of the budget above which what every servo is active for is active less often, but never less than STRETCH
 times so, unless it would take more than BACKGROUND_MOST of the budget."""
 
 STRETCH = 2.0
@@ -35,12 +35,12 @@ STRETCH = 2.0
 BACKGROUND_MOST = 0.9
 
 FAULT_WORDS_S = 1.0
-"""Period at which the fault words are asked for while the overview is not zero (B52)."""
+"""Period at which the fault words are active for while the overview is not zero (B52)."""
 
-WEIGH_S = 1.0
+SCHEDULE_S = 1.0
 SLOTS = 20
-"""Parts of a second in which servos are asked in turn, so that a crowd fills the bus evenly; those of one part are
-asked together, because frames that come together cost the process less than frames that come one by one."""
+"""Parts of a second in which servos are active in turn, so that a crowd fills the bus evenly; those of one part are
+active together, because frames that come together cost the process less than frames that come one by one."""
 
 PAUSED = frozenset((State.OFFLINE, State.IDENTIFYING, State.SAVING, State.RESTARTING, State.UPDATING))
 
@@ -48,21 +48,21 @@ PAUSED = frozenset((State.OFFLINE, State.IDENTIFYING, State.SAVING, State.RESTAR
 @dataclass(slots=True)
 class _Round:
     servo: Servo
-    wishes: PollRates = field(default_factory=PollRates)
+    requested: PollRates = field(default_factory=PollRates)
     due: dict[str, Instant] = field(default_factory=dict[str, Instant])
     task: asyncio.Task[None] | None = None
-    nap: "asyncio.Future[None] | None" = None
+    sleeping: "asyncio.Future[None] | None" = None
     paused: bool = False
 
     @property
-    def asked(self) -> bool:
+    def active(self) -> bool:
         return self.task is not None and self.servo.state not in PAUSED
 
 
 class Polling:
     """One task a servo, so that one request is in flight a servo and a silent one delays nobody.
 
-    What is left of the budget beside the background goes to wishes in proportion to the rates they ask for. Of one
+    What is left of the budget beside the background goes to requested in proportion to the rates they ask for. Of one
     servo's rows the one longest due goes first, so a fast row never keeps a slow one waiting.
     """
 
@@ -76,18 +76,18 @@ class Polling:
         self._requests = requests
         self._base = base
         self._rounds: dict[Uid, _Round] = {}
-        self._weigh_at: Instant = 0.0
+        self._schedule_at: Instant = 0.0
         self._stretch = 1.0
-        self._cut = 1.0
+        self._scale = 1.0
 
     @property
     def cap(self) -> float:
         """The share of the bus that polling keeps within now: less than `budget` where a serial line is slower."""
-        return min(self.budget, self._whole(self._base.now()) * READ_S)
+        return min(self.budget, self._capacity(self._base.now()) * READ_S)
 
-    def _whole(self, now: Instant) -> float:
+    def _capacity(self, now: Instant) -> float:
         """Reads per second that all polling may do, by the slower of the bus and the serial line."""
-        servos = sum(1 for one in self._rounds.values() if one.asked)
+        servos = sum(1 for one in self._rounds.values() if one.active)
         return min(self.budget / READ_S, self._line.reads_per_s(self.budget, servos, self._reads, now))
 
     def begin(self, servo: Servo) -> None:
@@ -98,12 +98,18 @@ class Polling:
             found.due = dict.fromkeys(servo.catalog.polled, first)
             found.task = asyncio.get_running_loop().create_task(self._poll(found))
 
-    def wish(
-        self, servo: Servo, channels: list[str], rate_hz: float, *, owner: str = REST, ttl_s: float | None = None
+    def subscribe(
+        self,
+        servo: Servo,
+        channels: list[str],
+        rate_hz: float,
+        *,
+        owner: str = DEFAULT_OWNER,
+        ttl_s: float | None = None,
     ) -> TelemetryGrant:
         """Poll these rows at this rate as well, for `ttl_s` seconds or until replaced; an empty list ends it.
 
-        Every owner has one wish a servo. Raises Unknown, NotInThisModel, InvalidValue. Of a servo that has not said
+        Every owner has one request a servo. Raises Unknown, NotInThisModel, InvalidValue. Of a servo that has not said
         yet what it is nothing can be polled: then the grant is empty, and says so.
         """
         rows = [(key, servo.catalog.parameter(key)) for key in dict.fromkeys(channels)]
@@ -118,32 +124,35 @@ class Polling:
         for key, row in rows:
             if key not in servo.registers:
                 raise NotInThisModel(
-                    f"{servo.title} does not have {key} ({row.name}).", key=key, cause="no_such_row", servo=servo.title
+                    f"{servo.title} does not have {key} ({row.name}).",
+                    key=key,
+                    cause="row_not_in_servo",
+                    servo=servo.title,
                 )
             if row.kind != "number":
-                raise InvalidValue(f"{key} is no number, so it is no channel.", key=key, cause="no_channel")
+                raise InvalidValue(f"{key} is no number, so it is no channel.", key=key, cause="channel_not_numeric")
         now = self._base.now()
         one = self._rounds.setdefault(servo.uid, _Round(servo))
         until = None if ttl_s is None else now + ttl_s
-        wish = PollRate(tuple(key for key, _ in rows), rate_hz, until)
-        one.wishes.put(owner, wish)
-        if one.nap is not None and not one.nap.done():
-            one.nap.set_result(None)
-        self._weigh(now)
-        return self._grant(one, owner, wish, now)
+        request = PollRate(tuple(key for key, _ in rows), rate_hz, until)
+        one.requested.put(owner, request)
+        if one.sleeping is not None and not one.sleeping.done():
+            one.sleeping.set_result(None)
+        self._schedule(now)
+        return self._grant(one, owner, request, now)
 
     def grants(self, servo: Servo) -> list[TelemetryGrant]:
-        """Every owner's wish for a servo, and what is granted of it now."""
+        """Every owner's request for a servo, and what is granted of it now."""
         one = self._current(servo)
         now = self._base.now()
-        return [self._grant(one, owner, wish, now) for owner, wish in one.wishes.by_owner.items()]
+        return [self._grant(one, owner, request, now) for owner, request in one.requested.by_owner.items()]
 
     def rates(self, servo: Servo) -> dict[str, float]:
-        """Hz at which each wished row of a servo is polled now."""
-        return {key: hz * self._cut for key, hz in self._current(servo).wishes.rates.items()}
+        """Hz at which each requested_hz row of a servo is polled now."""
+        return {key: hz * self._scale for key, hz in self._current(servo).requested.rates.items()}
 
     def background(self, servo: Servo) -> dict[str, float]:
-        """Hz at which its rows are polled whether anybody wishes it or not."""
+        """Hz at which its rows are polled whether anybody requested it or not."""
         return {key: 1 / (period * self._stretch) for key, period in self._background(servo).items()}
 
     async def close(self) -> None:
@@ -154,23 +163,23 @@ class Polling:
         await asyncio.gather(*tasks, return_exceptions=True)
 
     def _current(self, servo: Servo) -> _Round:
-        self._weigh(self._base.now())
+        self._schedule(self._base.now())
         return self._rounds.get(servo.uid) or _Round(servo)
 
-    def _grant(self, one: _Round, owner: str, wish: PollRate, now: Instant) -> TelemetryGrant:
-        hz = {key: one.wishes.rates[key] * self._cut for key in wish.channels}
+    def _grant(self, one: _Round, owner: str, request: PollRate, now: Instant) -> TelemetryGrant:
+        hz = {key: one.requested.rates[key] * self._scale for key in request.channels}
         note = None
-        if wish.channels and one.servo.state in PAUSED:
+        if request.channels and one.servo.state in PAUSED:
             title, state = one.servo.title, one.servo.state.value
             text = f"{title} is {state}; it is polled once it is ready."
             note = Note(text, "polled_when_ready", {"servo": title, "state": state})
         return TelemetryGrant(
             owner=owner,
-            channels=list(wish.channels),
-            requested_hz=wish.rate_hz,
-            granted_hz=round(min([wish.rate_hz, *hz.values()]) if hz else 0.0, 2),
+            channels=list(request.channels),
+            requested_hz=request.rate_hz,
+            granted_hz=round(min([request.rate_hz, *hz.values()]) if hz else 0.0, 2),
             bus_share=round(sum(hz.values()) * READ_S, 4),
-            expires_in_s=None if wish.until is None else round(max(0.0, wish.until - now), 3),
+            expires_in_s=None if request.until is None else round(max(0.0, request.until - now), 3),
             note=None if note is None else note.text,
             note_code=None if note is None else note.code,
             note_params={} if note is None else note.params,
@@ -178,31 +187,31 @@ class Polling:
 
     @staticmethod
     def _background(servo: Servo) -> dict[str, float]:
-        """The rows asked for without a wish, and their periods in seconds while the budget allows them."""
+        """The rows active for without a request, and their periods in seconds while the budget allows them."""
         rows = {key: period for key, period in servo.catalog.polled.items() if key in servo.registers}
         return rows | dict.fromkeys(servo.catalog.fault_words, FAULT_WORDS_S) if servo.raw("fault_overview") else rows
 
-    def _weigh(self, now: Instant) -> None:
-        """How much is asked of everybody, and so how much less often than wished; wishes that ended are dropped.
+    def _schedule(self, now: Instant) -> None:
+        """How much is active of everybody, and so how much less often than requested_hz; requested that ended are dropped.
 
-        At least once a second, and whenever a wish comes or ends or a servo is there again. A servo that is not
-        asked takes nothing from others.
+        At least once a second, and whenever a request comes or ends or a servo is there again. A servo that is not
+        active takes nothing from others.
         """
         ends: list[Instant] = []
         for one in self._rounds.values():
-            one.wishes.expire(now)
-            end = one.wishes.next_end
+            one.requested.expire(now)
+            end = one.requested.next_end
             if end is not None:
                 ends.append(end)
-        self._weigh_at = min([now + WEIGH_S, *ends])
-        asked = [one for one in self._rounds.values() if one.asked]
-        always = sum(1 / period for one in asked for period in self._background(one.servo).values())
-        whole = self._whole(now)
-        gently = min(STRETCH, max(1.0, always / (whole * BACKGROUND)))
-        self._stretch = max(gently, always / (whole * BACKGROUND_MOST))
-        wished = sum(one.wishes.total_hz for one in asked)
-        left = whole - always / self._stretch
-        self._cut = min(1.0, left / wished) if wished else 1.0
+        self._schedule_at = min([now + SCHEDULE_S, *ends])
+        active = [one for one in self._rounds.values() if one.active]
+        always = sum(1 / period for one in active for period in self._background(one.servo).values())
+        capacity = self._capacity(now)
+        gently = min(STRETCH, max(1.0, always / (capacity * BACKGROUND)))
+        self._stretch = max(gently, always / (capacity * BACKGROUND_MOST))
+        requested_hz = sum(one.requested.total_hz for one in active)
+        left = capacity - always / self._stretch
+        self._scale = min(1.0, left / requested_hz) if requested_hz else 1.0
 
     async def _poll(self, one: _Round) -> None:
         one.paused = False
@@ -211,7 +220,7 @@ class Polling:
                 await self._turn(one)
             except Exception:  # a defect of ours, or of a listener: this servo must not go stale for it
                 log.exception("polling %s failed; it goes on", one.servo.title)
-                await asyncio.sleep(WEIGH_S)
+                await asyncio.sleep(SCHEDULE_S)
 
     async def _turn(self, one: _Round) -> None:
         """Wait for what is due next, or poll it."""
@@ -220,38 +229,38 @@ class Polling:
             one.paused = True
             await asyncio.sleep(0.1)
             return
-        if one.paused or now >= self._weigh_at:
+        if one.paused or now >= self._schedule_at:
             one.paused = False
-            self._weigh(now)
+            self._schedule(now)
         key, at = self._next(one, now)
         if at > now:
-            await self._nap(one, at - now)
+            await self._sleep(one, at - now)
         else:
-            await self._ask(one, key)
+            await self._read(one, key)
 
-    async def _nap(self, one: _Round, seconds: float) -> None:
-        """Until something is due, or a new wish."""
+    async def _sleep(self, one: _Round, seconds: float) -> None:
+        """Until something is due, or a new request."""
         loop = asyncio.get_running_loop()
-        one.nap = nap = loop.create_future()
-        alarm = loop.call_later(seconds, lambda: nap.done() or nap.set_result(None))
+        one.sleeping = sleeping = loop.create_future()
+        alarm = loop.call_later(seconds, lambda: sleeping.done() or sleeping.set_result(None))
         try:
-            await nap
+            await sleeping
         finally:
             alarm.cancel()
 
     def _next(self, one: _Round, now: Instant) -> tuple[str, Instant]:
         registers, due = one.servo.registers, one.due
-        keys = {**one.wishes.rates, **self._background(one.servo)}
+        keys = {**one.requested.rates, **self._background(one.servo)}
         there = [key for key in keys if key in registers]
         if not there:
             return "", now + 0.1
         key = min(there, key=lambda key: due.get(key, now))
         return key, due.get(key, now)
 
-    async def _ask(self, one: _Round, key: str) -> None:
+    async def _read(self, one: _Round, key: str) -> None:
         servo, now = one.servo, self._base.now()
-        hz = one.wishes.rates.get(key)
-        period = math.inf if hz is None else 1 / (hz * self._cut)
+        hz = one.requested.rates.get(key)
+        period = math.inf if hz is None else 1 / (hz * self._scale)
         period = min(period, self._background(servo).get(key, math.inf) * self._stretch)
         # the next slot follows from the last one, so the rate holds; slots that were missed are not caught up
         one.due[key] = max(one.due.get(key, now) + period, now)

@@ -15,7 +15,7 @@ from hornbill.units import Instant, Uid
 MINUTES = 10.0
 """How much of a channel is kept, unless set otherwise."""
 
-MOST_BYTES = 128_000_000
+MAX_BYTES = 128_000_000
 """All rings together; beyond it the oldest samples go first, whosever they are. A full bus brings about 2000 samples
 a second: ten minutes of that take 20 MB."""
 
@@ -27,7 +27,7 @@ WRAP_WITHIN_S = 0.25
 """Samples so near each other in time cannot be half a turn apart, unless the angle wrapped at ±180 degrees (4.17)."""
 
 RATE_OVER_S = 5.0
-MARKS_KEPT = 1000
+MAX_MARKS = 1000
 
 ANGLE = "current_angle"
 
@@ -37,9 +37,9 @@ Mark = tuple[Instant, Literal["wrap", "inactive", "gap", "restart"]]
 @dataclass(slots=True)
 class _Channel:
     ring: SampleRing
-    marks: deque[Mark] = field(default_factory=lambda: deque[Mark](maxlen=MARKS_KEPT))
+    marks: deque[Mark] = field(default_factory=lambda: deque[Mark](maxlen=MAX_MARKS))
     inactive: bool = False
-    heard: Instant | None = None
+    last_at: Instant | None = None
 
 
 @dataclass(slots=True)
@@ -61,19 +61,19 @@ class TelemetryCollector:
         find: Callable[[Uid], Servo | None],
         *,
         minutes: float = MINUTES,
-        most_bytes: int = MOST_BYTES,
+        max_bytes: int = MAX_BYTES,
     ) -> None:
-        """`find` gives the servo of a uid; `minutes` of every channel are kept, in at most `most_bytes`."""
-        self.kept_s = minutes * 60
-        self._most_bytes = most_bytes
+        """`find` gives the servo of a uid; `minutes` of every channel are kept, in at most `max_bytes`."""
+        self.retention_s = minutes * 60
+        self._most_bytes = max_bytes
         self._hub = hub
         self._base = base
         self._find = find
         self._channels: dict[Uid, dict[str, _Channel]] = {}
         self._presence: dict[Uid, _Presence] = {}
         self._bytes = 0
-        self._aside: tuple[dict[Uid, dict[str, _Channel]], dict[Uid, _Presence], int] | None = None
-        self._telling_gap = False
+        self._set_aside: tuple[dict[Uid, dict[str, _Channel]], dict[Uid, _Presence], int] | None = None
+        self._publishing_gap = False
         hub.subscribe(self._on_sample, Sampled)
         hub.subscribe(self._on_servo, ServoChanged)
         hub.subscribe(self._on_event, LogEvent)
@@ -85,14 +85,14 @@ class TelemetryCollector:
 
     def set_aside(self) -> None:
         """Begin with nothing, for the samples of a recording, which were not taken now; twice is harmless."""
-        if self._aside is None:
-            self._aside = self._channels, self._presence, self._bytes
+        if self._set_aside is None:
+            self._set_aside = self._channels, self._presence, self._bytes
             self._channels, self._presence, self._bytes = {}, {}, 0
 
-    def bring_back(self) -> None:
+    def restore(self) -> None:
         """Have again what was set aside, and forget what came since. Without it nothing happens."""
-        if self._aside is not None:
-            (self._channels, self._presence, self._bytes), self._aside = self._aside, None
+        if self._set_aside is not None:
+            (self._channels, self._presence, self._bytes), self._set_aside = self._set_aside, None
 
     def channels(self, uid: Uid) -> Iterable[str]:
         """Keys of which there are samples of this servo."""
@@ -113,7 +113,7 @@ class TelemetryCollector:
 
     def marks(self, uid: Uid, key: str, since: Instant) -> list[Mark]:
         """What is to be known of a channel since an instant: the angle wrapped, a command became inactive, nothing
-        was heard, the servo started anew. The newest thousand.
+        was last_at, the servo started anew. The newest thousand.
         """
         channel = self._channels.get(uid, {}).get(key)
         return [] if channel is None else [mark for mark in channel.marks if mark[0] >= since]
@@ -124,30 +124,30 @@ class TelemetryCollector:
         if channel is None:
             return 0.0, None
         count = channel.ring.window(now - RATE_OVER_S).count
-        return count / RATE_OVER_S, None if channel.heard is None else now - channel.heard
+        return count / RATE_OVER_S, None if channel.last_at is None else now - channel.last_at
 
     def _on_sample(self, sample: Sampled) -> None:
         channel = self._channel(sample.uid, sample.key)
         ring, value = channel.ring, sample.value
         before, at = ring.last_v, ring.last_t
-        silent = not self._telling_gap and sample.t - at > max(SILENCE_S, 3 * ring.last_interval)
+        silent = not self._publishing_gap and sample.t - at > max(SILENCE_S, 3 * ring.last_interval)
         if silent and before == before:
             self._gap(sample.uid, sample.key, at + SILENCE_S, "gap")
-        if self._telling_gap:
+        if self._publishing_gap:
             channel.inactive = False
         else:
-            channel.heard = sample.t
+            channel.last_at = sample.t
             if value is None and not channel.inactive:
                 channel.marks.append((sample.t, "inactive"))
             channel.inactive = value is None
         if sample.key == ANGLE and value is not None and 0 <= sample.t - at < WRAP_WITHIN_S:
-            self._look_for_wrap(sample, abs(value - before), channel)
+            self._check_wrap(sample, abs(value - before), channel)
         grown = ring.append(sample.t, float("nan") if value is None else value)
         if grown:
             self._bytes += grown
-            self._bytes -= ring.drop_before(sample.t - self.kept_s)
+            self._bytes -= ring.drop_before(sample.t - self.retention_s)
             if self._bytes > self._most_bytes:
-                self._shed()
+                self._drop_oldest()
 
     def _channel(self, uid: Uid, key: str) -> _Channel:
         channels = self._channels.get(uid)
@@ -158,7 +158,7 @@ class TelemetryCollector:
             found = channels[key] = _Channel(SampleRing())
         return found
 
-    def _look_for_wrap(self, sample: Sampled, jump_deg: float, channel: _Channel) -> None:
+    def _check_wrap(self, sample: Sampled, jump_deg: float, channel: _Channel) -> None:
         servo = self._find(sample.uid) if jump_deg > WRAP_DEG else None
         if servo is not None and servo.raw("extended_angle") != 1:
             channel.marks.append((sample.t, "wrap"))
@@ -190,13 +190,13 @@ class TelemetryCollector:
 
     def _gap(self, uid: Uid, key: str, at: Instant, why: Literal["gap", "restart"]) -> None:
         self._channels[uid][key].marks.append((at, why))
-        self._telling_gap = True
+        self._publishing_gap = True
         try:
             self._hub.publish(Sampled(uid, key, at, None))
         finally:
-            self._telling_gap = False
+            self._publishing_gap = False
 
-    def _shed(self) -> None:
+    def _drop_oldest(self) -> None:
         """Let the oldest samples of all go, whosever they are."""
         rings = [one.ring for one in chain.from_iterable(each.values() for each in self._channels.values())]
         while self._bytes > self._most_bytes:

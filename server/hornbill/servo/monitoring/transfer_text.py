@@ -21,12 +21,12 @@ from hornbill.wire.types import AnyStructure, decode
 
 _REGISTER: Final = re.compile(r"0x[0-9A-Fa-f]{2}", re.ASCII)
 _DEGREES_PER_UNITLESS: Final = 180.0
-_OPEN_MOST: Final = 1024
+_MAX_OPEN: Final = 1024
 """Requests whose answers are waited for; a bus where more go unanswered is not told of the oldest."""
 
 
 @dataclass(frozen=True, slots=True)
-class Asked:
+class MatchedRequest:
     """The request an answer belongs to, and how many seconds it took."""
 
     request: Transfer
@@ -101,30 +101,32 @@ class TransferText:
         self._names = TableNames(catalog, servos)
         self._open: dict[tuple[int, int, int, int], Transfer] = {}
 
-    def follow(self, transfer: Transfer) -> Asked | None:
+    def follow(self, transfer: Transfer) -> MatchedRequest | None:
         """Take the next transfer of the bus, in order; for an answer, what it answers."""
         kind, type_id, source, destination, _, transfer_id, _, at = transfer
         if kind is Kind.REQUEST:
             key = (destination, source, type_id, transfer_id)
             self._open.pop(key, None)  # so that it stands last
-            if len(self._open) >= _OPEN_MOST:
+            if len(self._open) >= _MAX_OPEN:
                 del self._open[next(iter(self._open))]
             self._open[key] = transfer
         elif kind is Kind.RESPONSE:
             request = self._open.pop((source, destination, type_id, transfer_id), None)
             if request is not None:
-                return Asked(request, at - request.at)
+                return MatchedRequest(request, at - request.at)
         return None
 
-    def tell(self, transfer: Transfer, structure: AnyStructure | None, asked: Asked | None = None) -> str:
+    def describe(
+        self, transfer: Transfer, structure: AnyStructure | None, matched: MatchedRequest | None = None
+    ) -> str:
         """The sentence, and of an answer whether the node does as asked and how long it took. Never raises."""
         text = sentence(transfer, structure, self._names)
-        if asked is None:
+        if matched is None:
             return text
-        request = decode(asked.request)
+        request = decode(matched.request)
         if isinstance(request, GetSetRequest) and isinstance(structure, GetSetResponse):
             text += _compared(request.value, structure.value)
-        return f"{text}. {asked.took_s * 1000:.1f} ms"
+        return f"{text}. {matched.took_s * 1000:.1f} ms"
 
 
 def _compared(wanted: Value, held: Value) -> str:

@@ -48,7 +48,7 @@ class Part:
     target: Target
     command: ActuatorCommand
     value: float
-    boots: int
+    boot_count: int
 
 
 @dataclass(frozen=True, slots=True)
@@ -104,7 +104,7 @@ class Bursts:
                 most=MOST,
             )
         if len({setpoint.servo.uid for setpoint in setpoints}) < len(setpoints):
-            raise InvalidValue("A servo has two commands in one burst. Give it one.", cause="two_commands")
+            raise InvalidValue("A servo has two commands in one burst. Give it one.", cause="duplicate_command")
         for setpoint in setpoints:
             self._motion.may_move(setpoint.servo, lease_id)
         outcomes = await asyncio.gather(*(self._freshen(setpoint) for setpoint in setpoints), return_exceptions=True)
@@ -140,7 +140,7 @@ class Bursts:
                 parts.append(part)
                 continue
             target = permission.target(part.servo, part.kind, value, clamp=clamp)
-            parts.append(replace(_part(part.servo, part.kind, target), boots=part.boots))
+            parts.append(replace(_part(part.servo, part.kind, target), boot_count=part.boot_count))
         return _packed(parts)
 
     def send(self, lease_id: str | None, prepared: Prepared) -> Sent:
@@ -158,7 +158,7 @@ class Bursts:
                 self._requests.burst(message)
                 left += len(message)
         finally:  # a bus that is lost in the middle leaves those under command that were told
-            self._motion.drive_by_burst(lease, [(part.servo, part.target) for part in prepared.parts[:left]])
+            self._motion.note_burst(lease, [(part.servo, part.target) for part in prepared.parts[:left]])
         return Sent(len(prepared.messages), max(handed, self._wire_s(prepared)))
 
     def bus_s(self, prepared: Prepared) -> float:
@@ -201,7 +201,7 @@ class Bursts:
         lease = None
         for part in prepared.parts:
             lease = self._motion.may_move(part.servo, lease_id)
-            if part.servo.boots != part.boots:
+            if part.servo.boot_count != part.boot_count:
                 raise Busy(
                     f"{part.servo.title} restarted since the burst was prepared. Prepare it anew.",
                     cause="restarted_since_prepared",
@@ -255,14 +255,14 @@ def _part(servo: Servo, kind: str, target: Target) -> Part:
                 f"{number:g}° is beyond ±{HALF_TURN_DEG:g}°: an ArrayCommand carries no turns. Command {servo.title} "
                 "alone.",
                 requested=number, minimum=-HALF_TURN_DEG, maximum=HALF_TURN_DEG, uid=servo.uid,
-                cause="beyond_array_command", servo=servo.title,
+                cause="beyond_array_command_range", servo=servo.title,
             )  # fmt: skip
         wire = held(position_unit.to_position(servo, number))
         value = position_unit.to_degrees(servo, wire)
     else:
         wire = value = held(number)
     assert servo.servo_id is not None
-    return Part(servo, kind, target, ActuatorCommand(servo.servo_id, _TYPE[kind], wire), value, servo.boots)
+    return Part(servo, kind, target, ActuatorCommand(servo.servo_id, _TYPE[kind], wire), value, servo.boot_count)
 
 
 def _check_unit(servo: Servo) -> None:
@@ -270,7 +270,7 @@ def _check_unit(servo: Servo) -> None:
         raise PositionUnitUnknown(
             f"Status of {servo.title} disagrees with register 0x08 about the unit of a position. Command it alone, "
             "or force the unit.",
-            uid=servo.uid, state=servo.position_unit.state, cause="unit_in_conflict", servo=servo.title,
+            uid=servo.uid, state=servo.position_unit.state, cause="position_unit_conflict", servo=servo.title,
         )  # fmt: skip
 
 
@@ -291,4 +291,4 @@ def _together(needed: Sequence[NeedsConfirmation]) -> NeedsConfirmation:
         words += [str(word) for word in found if word not in words]  # pyright: ignore[reportUnknownVariableType, reportUnknownArgumentType]
     detail = " ".join(error.detail for error in needed[:3])
     servos = [str(error.facts["servo"]) for error in needed]
-    return NeedsConfirmation(detail, cause="turns_of_several", confirm=words[0], words=words, servos=servos)
+    return NeedsConfirmation(detail, cause="multi_turn_moves", confirm=words[0], words=words, servos=servos)

@@ -109,7 +109,7 @@ class Holds:
             )
         same = going is not None and (going.kind, going.value) == (kind, value)
         if going is not None and going.target is not None and (renew or same):
-            self._motion.still_holds(servo, lease_id, going.target)
+            self._motion.check_command(servo, lease_id, going.target)
             if same:
                 going.until = now + for_s
                 return going.target
@@ -151,7 +151,7 @@ class Holds:
         if self._holds.get(servo.uid) is not hold:
             return
         del self._holds[servo.uid]
-        if hold.target is not None and self._motion.told(servo.uid) is not hold.target:
+        if hold.target is not None and self._motion.last_command(servo.uid) is not hold.target:
             return  # commanded since, if only to the same, or torque off: somebody else's now
         text = f"{servo.title} is braked: nobody said in time that it shall run on at {hold.value:g} {UNIT[hold.kind]}."
         self._hub.publish(LogEvent("notice", "hold_ended", text, servo.uid, {**hold.params, "braked": True}))
@@ -165,17 +165,17 @@ class Holds:
             return await self._still(servo, lease_id, kind)
         except HornbillError:
             if hold is not None:
-                await self._torque_away(servo)
+                await self._disable_torque(servo)
             raise
 
     async def _brake(self, servo: Servo, lease_id: str, kind: str) -> None:
         """0 under the lease it ran under; torque off when that cannot be, or is not answered. Never raises."""
-        if not self._motion.driven(servo.uid):
+        if not self._motion.is_commanded(servo.uid):
             return  # torque off was written, or is owed
         try:
             await self._still(servo, lease_id, kind)
         except HornbillError:
-            await self._torque_away(servo)
+            await self._disable_torque(servo)
 
     async def _still(self, servo: Servo, lease_id: str | None, kind: str) -> Target:
         """0, which brakes. Raises NoResponse after BRAKE_S, and what Motion.command raises."""
@@ -189,12 +189,12 @@ class Holds:
                 servo=servo.title,
             ) from error
 
-    async def _torque_away(self, servo: Servo) -> None:
-        if not self._motion.driven(servo.uid):
+    async def _disable_torque(self, servo: Servo) -> None:
+        if not self._motion.is_commanded(servo.uid):
             return
         try:
-            await self._motion.torque_away(servo, "off")
+            await self._motion.disable_torque(servo, "off")
         except HornbillError as error:  # it is owed from here on, and written until it is answered
             self._hub.publish(
-                LogEvent("warning", "hold_ended", error.detail, servo.uid, {**error.told, "servo": servo.title})
+                LogEvent("warning", "hold_ended", error.detail, servo.uid, {**error.note_params, "servo": servo.title})
             )

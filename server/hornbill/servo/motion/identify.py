@@ -38,7 +38,7 @@ class Identify:
         Its result: {"from_deg", "low_deg", "high_deg", "back_deg", "moved"}; a horn that did not move fails it with
         did_not_move. Without `lease_id` it takes a lease of its own for its time. The caller must not hold
         `servo.changing`. Raises Stopped, LeaseRequired, LeaseHeld, Busy, NoResponse, NotInThisModel,
-        ConfigurationLost, BusDisconnected; later, as the job's problem, OutOfRange, Refused, NotAsWanted, too.
+        ConfigurationLost, BusDisconnected; later, as the job's problem, OutOfRange, Refused, UnexpectedResult, too.
         """
         running = self._jobs.running(servo.uid)
         if running is not None and running.kind == "identify":

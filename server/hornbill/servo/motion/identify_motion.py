@@ -8,7 +8,16 @@ from copy import copy
 from dataclasses import dataclass, field
 
 from hornbill.domain.fields import Param, known
-from hornbill.errors import Busy, DidNotMove, HornbillError, NoResponse, NotAsWanted, OutOfRange, TorqueOff, Unknown
+from hornbill.errors import (
+    Busy,
+    DidNotMove,
+    HornbillError,
+    NoResponse,
+    OutOfRange,
+    TorqueOff,
+    UnexpectedResult,
+    Unknown,
+)
 from hornbill.schema.parameter import DUMMY
 from hornbill.servo.device import permission
 from hornbill.servo.device.output import MODES, ON, OutputRecord
@@ -67,7 +76,7 @@ class _Horn:
 
     mode: Raw
     output: OutputRecord
-    driven: bool
+    commanded: bool
     centre: float
     home: float
     low: float
@@ -162,7 +171,7 @@ class IdentifyMotion:
             self._check_ours()
             await self._torque_as_found(horn)
             if left := await shielded(self._borrowed.give_back(self._renew)):
-                raise NotAsWanted(
+                raise UnexpectedResult(
                     f"{self._servo.title} was not found to hold its own values again.",
                     keys=left,
                     cause="rows_not_restored",
@@ -170,8 +179,8 @@ class IdentifyMotion:
                 )
             if horn.mode == 0:
                 self._check_ours()
-            if horn.mode == 0 and not horn.driven:
-                self._motion.hand_back(self._servo)
+            if horn.mode == 0 and not horn.commanded:
+                self._motion.stop_commanding(self._servo)
             job.done("restore", self._restored(horn))
         except BaseException as error:
             await shielded(self._end_badly(horn, error))
@@ -207,7 +216,7 @@ class IdentifyMotion:
                 cause="horn_turning",
                 servo=servo.title,
             )
-        mode, driven = servo.raw("torque_mode") or 0, self._motion.driven(servo.uid)
+        mode, commanded = servo.raw("torque_mode") or 0, self._motion.is_commanded(servo.uid)
         command = servo.raw("command_angle")
         row = permission.row_for(servo, "angle")
         if mode == 0 and command in (None, DUMMY):
@@ -231,7 +240,7 @@ class IdentifyMotion:
         horn = _Horn(
             mode=mode,
             output=copy(servo.output),
-            driven=driven,
+            commanded=commanded,
             centre=centre,
             # never far away: an output that timed out (4.19) or was overcome is not brought back with a jump
             home=near if mode == 0 and abs(near - centre) <= MOVED_DEG else centre,
@@ -246,10 +255,10 @@ class IdentifyMotion:
                 minimum=low, maximum=high, unit=row.unit, requested=centre,
                 cause="wiggle_range_too_small", servo=servo.title,
             )  # fmt: skip
-        found = ("on", "off", "the brake")[mode] + (", under command" if driven else "")
+        found = ("on", "off", "the brake")[mode] + (", under command" if commanded else "")
         text = f"horn at rest at {centre:+.1f}°, torque {found}; room {horn.low:+.1f} to {horn.high:+.1f}°"
         values = {
-            "angle_deg": centre, "torque": ("on", "off", "brake")[mode], "driven": driven,
+            "angle_deg": centre, "torque": ("on", "off", "brake")[mode], "commanded": commanded,
             "low_deg": horn.low, "high_deg": horn.high,
         }  # fmt: skip
         self._job.done("check", Evidence("at_rest", text, values))
@@ -331,7 +340,7 @@ class IdentifyMotion:
         """Raises what `Motion.may_move` raises, and TorqueOff: somebody took torque, and has the last word."""
         self._renew()
         self._motion.may_move(self._servo, self._lease.id)
-        if not self._motion.driven(self._servo.uid):
+        if not self._motion.is_commanded(self._servo.uid):
             raise TorqueOff(
                 f"Torque was taken from {self._servo.title} before it was as it was found.",
                 cause="torque_switched_off",
@@ -341,16 +350,16 @@ class IdentifyMotion:
     async def _torque_as_found(self, horn: _Horn) -> None:
         if horn.mode != 0:
             mode = next(word for word, raw in MODES.items() if raw == horn.mode)
-            await self._motion.torque_away(self._servo, mode)
-            self._servo.output.as_found(horn.output)
+            await self._motion.disable_torque(self._servo, mode)
+            self._servo.output.restore_reason(horn.output)
 
     def _restored(self, horn: _Horn) -> Evidence:
         end = {1: "torque is off, as it was", 2: "the brake is on, as it was"}.get(horn.mode)
-        values: dict[str, Param] = {"torque": ("on", "off", "brake")[horn.mode], "driven": bool(horn.driven)}
+        values: dict[str, Param] = {"torque": ("on", "off", "brake")[horn.mode], "commanded": bool(horn.commanded)}
         if end is None:
-            end = "its command goes on" if horn.driven else "it holds its place, as it did"
+            end = "its command goes on" if horn.commanded else "it holds its place, as it did"
             action, after = self._servo.raw("timeout_action") or 0, self._servo.raw("timeout_time") or 0
-            if action and not horn.driven:
+            if action and not horn.commanded:
                 end += f", until its own time-out (0x26) takes torque in {after / 1000:g} s"
                 values["timeout_s"] = after / 1000
         return Evidence("restored", f"every row written back and read; {end}", values)
@@ -358,11 +367,11 @@ class IdentifyMotion:
     async def _end_badly(self, horn: _Horn, error: BaseException) -> None:
         """Torque off (the brake, where it was found on the brake), and every row its own value again."""
         servo = self._servo
-        if self._motion.driven(servo.uid):  # else stop, or the end of the lease, has seen to it
+        if self._motion.is_commanded(servo.uid):  # else stop, or the end of the lease, has seen to it
             with contextlib.suppress(HornbillError):  # it is owed then, and written until it is answered
-                await self._motion.torque_away(servo, "brake" if horn.mode == MODES["brake"] else "off")
+                await self._motion.disable_torque(servo, "brake" if horn.mode == MODES["brake"] else "off")
                 if horn.mode != ON:
-                    servo.output.as_found(horn.output)
+                    servo.output.restore_reason(horn.output)
         elif self._motion.stop.latched or self._motion.torque_off.pending(servo.uid):
             await self._motion.torque_off.acknowledged(QUIET_S)
         left = await self._borrowed.give_back()

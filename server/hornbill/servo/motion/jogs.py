@@ -73,7 +73,7 @@ class _Jog(PeriodicSource):
     def _undisturbed(self, sent: Target) -> bool:
         """Whether nobody else has commanded the servo since. Raises what ends every motion."""
         try:
-            self.motion.still_holds(self.servo, self.lease_id, sent)
+            self.motion.check_command(self.servo, self.lease_id, sent)
         except Busy:
             return False
         return True

@@ -7,7 +7,7 @@ from typing import Any, Final
 
 from hornbill.errors import BusDisconnected, Busy, HornbillError, LeaseHeld, LeaseRequired, NoResponse, Stopped
 from hornbill.servo.device.permission import Target
-from hornbill.servo.device.requests import COMMAND, READ, Patience, ServoRequests
+from hornbill.servo.device.requests import COMMAND, READ, RetryPolicy, ServoRequests
 from hornbill.servo.device.servo import Servo
 from hornbill.servo.motion.cautions import needs_feeding
 from hornbill.servo.runtime.hub import Hub, LogEvent, ReadingChanged
@@ -23,10 +23,10 @@ LATENESS_S: Final = 30.0
 
 
 @dataclass(slots=True)
-class Driven:
+class CommandedServo:
     """A servo under command: whose lease, what it was told last, and the task that keeps telling it.
 
-    `holds` is what its register answered, None after a message that nobody answers; `boots` counts the starts it had
+    `holds` is what its register answered, None after a message that nobody answers; `boot_count` counts the starts it had
     made when it was told, at `fed`. `found`: its lease had energised it before. `let_go` is why it is not told any
     more, when that ended by itself.
     """
@@ -34,13 +34,13 @@ class Driven:
     servo: Servo
     lease_id: str
     target: Target | None = None
-    holds: Raw | None = None
-    boots: int = 0
+    register_raw: Raw | None = None
+    boot_count: int = 0
     fed: Instant = 0.0
     asking: bool = False
     alive: asyncio.Task[None] | None = None
     found: bool = False
-    let_go: HornbillError | None = None
+    end_reason: HornbillError | None = None
 
 
 class KeepingAlive:
@@ -54,9 +54,9 @@ class KeepingAlive:
         requests: ServoRequests,
         hub: Hub,
         base: TimeBase,
-        gate: Callable[[Driven], None],
-        send: Callable[[Driven, Target, Patience], Coroutine[Any, Any, Raw]],
-        find: Callable[[Uid], Driven | None],
+        gate: Callable[[CommandedServo], None],
+        send: Callable[[CommandedServo, Target, RetryPolicy], Coroutine[Any, Any, Raw]],
+        find: Callable[[Uid], CommandedServo | None],
     ) -> None:
         """`find` gives what is under command by unique id."""
         self._requests = requests
@@ -77,135 +77,135 @@ class KeepingAlive:
         """
         return max(3 * SHORTEST_S, 1.5 * max(self._late_s, self._late_before_s))
 
-    def begin(self, driven: Driven, target: Target, holds: Raw) -> None:
+    def begin(self, commanded: CommandedServo, target: Target, holds: Raw) -> None:
         """It took a command and answered that it holds `holds`: repeat that from now on."""
-        self.pause(driven)
-        self._told(driven, target, holds)
-        self._start(driven)
+        self.pause(commanded)
+        self._note_sent(commanded, target, holds)
+        self._start(commanded)
 
-    def told(self, driven: Driven, target: Target) -> None:
+    def begin_unacknowledged(self, commanded: CommandedServo, target: Target) -> None:
         """It was told by a message that nobody answers: its time-out counts from now, and the register is read later.
 
         Cheap enough for every burst of a stream: the task goes on sleeping.
         """
-        if driven.asking:  # what is under way is the old target, and must not leave after the new one
-            self.pause(driven)
-        self._told(driven, target, None)
-        if driven.alive is None or driven.alive.done():
-            self._start(driven)
+        if commanded.asking:  # what is under way is the old target, and must not leave after the new one
+            self.pause(commanded)
+        self._note_sent(commanded, target, None)
+        if commanded.alive is None or commanded.alive.done():
+            self._start(commanded)
 
     @staticmethod
-    def pause(driven: Driven) -> None:
+    def pause(commanded: CommandedServo) -> None:
         """Repeat nothing any more."""
-        driven.asking = False
-        if driven.alive is not None:
-            driven.alive.cancel()
-            driven.alive = None
+        commanded.asking = False
+        if commanded.alive is not None:
+            commanded.alive.cancel()
+            commanded.alive = None
 
-    def _told(self, driven: Driven, target: Target, holds: Raw | None) -> None:
-        driven.target, driven.holds = target, holds
-        driven.fed, driven.boots, driven.let_go = self._base.now(), driven.servo.boots, None
+    def _note_sent(self, commanded: CommandedServo, target: Target, holds: Raw | None) -> None:
+        commanded.target, commanded.register_raw = target, holds
+        commanded.fed, commanded.boot_count, commanded.end_reason = self._base.now(), commanded.servo.boot_count, None
 
-    def _start(self, driven: Driven, fed: "asyncio.Future[None] | None" = None) -> None:
-        driven.alive = asyncio.get_running_loop().create_task(self._repeat(driven, fed))
+    def _start(self, commanded: CommandedServo, fed: "asyncio.Future[None] | None" = None) -> None:
+        commanded.alive = asyncio.get_running_loop().create_task(self._repeat(commanded, fed))
 
-    def _feed_now(self, driven: Driven) -> "asyncio.Future[None]":
+    def _feed_now(self, commanded: CommandedServo) -> "asyncio.Future[None]":
         """Feed without waiting for the interval; the answer is done once the servo has been fed."""
         fed = asyncio.get_running_loop().create_future()
-        self.pause(driven)
-        self._start(driven, fed)
+        self.pause(commanded)
+        self._start(commanded, fed)
         return fed
 
     def _on_reading(self, change: ReadingChanged) -> None:
         """The timeout changed, whoever changed it: the interval of before may be too long."""
-        driven = self._find(change.uid) if change.key == TIMEOUT else None
-        if driven is not None and driven.alive is not None and not driven.alive.done():
-            self._feed_now(driven)
+        commanded = self._find(change.uid) if change.key == TIMEOUT else None
+        if commanded is not None and commanded.alive is not None and not commanded.alive.done():
+            self._feed_now(commanded)
 
     async def before_timeout(self, servo: Servo, raw: Raw) -> None:
         """Feed a servo whose timeout is about to be shortened: the new one may have passed since the last time."""
-        driven = self._find(servo.uid)
-        if driven is None or driven.alive is None or driven.alive.done() or raw > (servo.raw(TIMEOUT) or 0):
+        commanded = self._find(servo.uid)
+        if commanded is None or commanded.alive is None or commanded.alive.done() or raw > (servo.raw(TIMEOUT) or 0):
             return
-        fed = self._feed_now(driven)
-        assert driven.alive is not None
-        await asyncio.wait({driven.alive, fed}, timeout=COMMAND.timeout_s, return_when=asyncio.FIRST_COMPLETED)
+        fed = self._feed_now(commanded)
+        assert commanded.alive is not None
+        await asyncio.wait({commanded.alive, fed}, timeout=COMMAND.timeout_s, return_when=asyncio.FIRST_COMPLETED)
 
-    async def _repeat(self, driven: Driven, fed: "asyncio.Future[None] | None") -> None:
+    async def _repeat(self, commanded: CommandedServo, fed: "asyncio.Future[None] | None") -> None:
         """After a restart, in protection, and when its timeout may have struck, the horn would jump to where it was
         commanded before: then the servo is left alone until somebody commands it again.
 
         `fed`: feed at once, and set its result then.
         """
-        servo, unanswered = driven.servo, False
+        servo, unanswered = commanded.servo, False
         while True:
             interval = interval_s(servo)
-            rest = driven.fed + interval - self._base.now()
+            rest = commanded.fed + interval - self._base.now()
             if rest > 0 and not unanswered and fed is None:
                 await asyncio.sleep(rest)
                 continue
             # an answer to somebody else's read may be lost, and is then waited for longer than the interval
             urgent = interval < READ.timeout_s
-            patience = Patience(
+            policy = RetryPolicy(
                 COMMAND.priority, min(COMMAND.timeout_s, interval / 2), 1, urgent=urgent, kind="command"
             )
-            driven.asking = True
+            commanded.asking = True
             try:
-                before = driven.fed
-                unanswered = not await self._feed(driven, patience, look=not unanswered)
+                before = commanded.fed
+                unanswered = not await self._feed(commanded, policy, look=not unanswered)
             except HornbillError as error:
-                self._let_go(driven, error)
+                self._end(commanded, error)
                 return
             finally:
-                if driven.alive is asyncio.current_task():
-                    driven.asking = False
+                if commanded.alive is asyncio.current_task():
+                    commanded.asking = False
             if unanswered:
                 continue
             if fed is None:
-                self._note_lateness(driven.fed - before - interval)
+                self._note_lateness(commanded.fed - before - interval)
             elif not fed.done():
                 fed.set_result(None)
             fed = None
 
-    async def _feed(self, driven: Driven, patience: Patience, *, look: bool) -> bool:
+    async def _feed(self, commanded: CommandedServo, policy: RetryPolicy, *, look: bool) -> bool:
         """Write the command once more, unless the servo needs none; `look` first whether it is still held.
 
         False when it was not answered and the servo has surely not restarted. Raises what ends its motion.
         """
-        servo = driven.servo
+        servo = commanded.servo
         try:
             if not needs_feeding(servo):
-                driven.fed = self._base.now()
-                if driven.holds is None:
-                    await self._see(driven, patience)
+                commanded.fed = self._base.now()
+                if commanded.register_raw is None:
+                    await self._see(commanded, policy)
                 return True
-            self._gate(driven)
-            if servo.boots != driven.boots:
+            self._gate(commanded)
+            if servo.boot_count != commanded.boot_count:
                 raise Busy(f"{servo.title} restarted.", cause="servo_restarted", servo=servo.title)
             if look:
-                if late := self._too_late(driven):
+                if late := self._too_late(commanded):
                     raise Busy(
                         f"{servo.title} was not commanded for {late}.", cause="commands_interrupted", servo=servo.title
                     )
-                await self._see(driven, patience)
-            assert driven.target is not None
-            driven.holds = await self._send(driven, driven.target, patience)
-            driven.fed = self._base.now()
+                await self._see(commanded, policy)
+            assert commanded.target is not None
+            commanded.register_raw = await self._send(commanded, commanded.target, policy)
+            commanded.fed = self._base.now()
         except NoResponse:
             if not needs_feeding(servo):
                 return True
-            if not await self._runs_on(servo, driven.boots):
+            if not await self._runs_on(servo, commanded.boot_count):
                 raise
-            if late := self._too_late(driven):
+            if late := self._too_late(commanded):
                 raise NoResponse(
                     f"{servo.title} did not answer for {late}.", cause="response_gap", servo=servo.title
                 ) from None
             return False
         return True
 
-    def _too_late(self, driven: Driven) -> str | None:
+    def _too_late(self, commanded: CommandedServo) -> str | None:
         """For how long it was not commanded, when that is longer than its timeout."""
-        silent_s, limit_s = self._base.now() - driven.fed, (driven.servo.raw(TIMEOUT) or 1000) / 1000
+        silent_s, limit_s = self._base.now() - commanded.fed, (commanded.servo.raw(TIMEOUT) or 1000) / 1000
         if silent_s <= max(limit_s, 3 * SHORTEST_S):
             return None
         return f"{silent_s * 1000:.0f} ms, longer than its timeout (0x27) of {limit_s * 1000:.0f} ms"
@@ -217,18 +217,18 @@ class KeepingAlive:
             self._late_s, self._window_ends = 0.0, now + LATENESS_S
         self._late_s = max(self._late_s, late_s)
 
-    async def _see(self, driven: Driven, patience: Patience) -> None:
+    async def _see(self, commanded: CommandedServo, policy: RetryPolicy) -> None:
         """Raises Busy when its register does not hold the command any more: a restart too quick to be noticed, the
         return from protection (4.7), PWM input (4.30) or another tool overwrites it, and none of that is undone.
 
         Whether ArrayCommand shows in the registers is not documented. From a servo where it did once, another value
         means that a burst did not arrive; from any other it means nothing, and the command is repeated by 0x00.
         """
-        servo, target = driven.servo, driven.target
+        servo, target = commanded.servo, commanded.target
         assert target is not None
-        held = await self._requests.read(servo, target.parameter, patience)
-        if driven.holds is not None:
-            if held != driven.holds:
+        held = await self._requests.read(servo, target.parameter, policy)
+        if commanded.register_raw is not None:
+            if held != commanded.register_raw:
                 raise Busy(
                     f"{servo.title} holds another command than the one it was given.",
                     held=held,
@@ -237,7 +237,7 @@ class KeepingAlive:
                 )
         elif abs(held - target.raw) <= 1:  # float16 may have moved it by a step
             self._shows.add(servo.uid)
-            driven.target, driven.holds = replace(target, raw=held), held
+            commanded.target, commanded.register_raw = replace(target, raw=held), held
         elif servo.uid in self._shows:
             raise Busy(
                 f"{servo.title} did not take the command of the last burst.",
@@ -246,7 +246,7 @@ class KeepingAlive:
                 servo=servo.title,
             )
 
-    async def _runs_on(self, servo: Servo, boots: int) -> bool:
+    async def _runs_on(self, servo: Servo, boot_count: int) -> bool:
         """Whether a servo that missed a command has surely not restarted, by its uptime (whole seconds, table 2-17)."""
         before, at, node = servo.status, servo.status_at, servo.node_id
         if before is None or at is None or node is None:
@@ -257,15 +257,23 @@ class KeepingAlive:
             return False
         # It ran before the status we know: that holds however long its answer took to reach us.
         since = self._base.now() - at
-        return servo.boots == boots and before.uptime_sec <= uptime and uptime > since
+        return servo.boot_count == boot_count and before.uptime_sec <= uptime and uptime > since
 
-    def _let_go(self, driven: Driven, error: HornbillError) -> None:
-        driven.let_go = error
+    def _end(self, commanded: CommandedServo, error: HornbillError) -> None:
+        commanded.end_reason = error
         expected = isinstance(error, Stopped | LeaseRequired | LeaseHeld | BusDisconnected)
-        if self._find(driven.servo.uid) is driven and not expected:
-            text = f"{error.detail} {driven.servo.title} is not kept under its last command any more. Command it again."
+        if self._find(commanded.servo.uid) is commanded and not expected:
+            text = (
+                f"{error.detail} {commanded.servo.title} is not kept under its last command any more. Command it again."
+            )
             self._hub.publish(
-                LogEvent("warning", "let_go", text, driven.servo.uid, {**error.told, "servo": driven.servo.title})
+                LogEvent(
+                    "warning",
+                    "command_ended",
+                    text,
+                    commanded.servo.uid,
+                    {**error.note_params, "servo": commanded.servo.title},
+                )
             )
 
 

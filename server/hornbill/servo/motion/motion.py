@@ -13,20 +13,20 @@ from hornbill.errors import (
     HornbillError,
     LeaseRequired,
     NoResponse,
-    NotAsWanted,
     Refused,
     TorqueOff,
+    UnexpectedResult,
 )
 from hornbill.schema.effect import MODE
 from hornbill.schema.parameter import DUMMY, Parameter
 from hornbill.servo.device import permission
-from hornbill.servo.device.output import KEY, MODES, ON, taken_by
+from hornbill.servo.device.output import KEY, MODES, ON, off_mode
 from hornbill.servo.device.permission import Target
-from hornbill.servo.device.requests import COMMAND, POLL, READ, TORQUE, Patience
+from hornbill.servo.device.requests import COMMAND, POLL, READ, TORQUE, RetryPolicy
 from hornbill.servo.device.services import HostServices
 from hornbill.servo.device.servo import Servo
 from hornbill.servo.motion import cautions
-from hornbill.servo.motion.keeping_alive import Driven, KeepingAlive
+from hornbill.servo.motion.keeping_alive import CommandedServo, KeepingAlive
 from hornbill.servo.runtime.hub import BusUsable, ServoChanged, StopPressed
 from hornbill.servo.runtime.leases import HeldLease
 from hornbill.servo.torque_off.retries import TorqueOffRetries
@@ -55,7 +55,7 @@ AT_ONCE = replace(COMMAND, urgent=True)
 class Motion:
     """Everything that can make a horn move goes through here.
 
-    A servo whose command ended is owed torque off, until it answers or is commanded again under a lease.
+    A servo whose command ended is pending torque off, until it answers or is commanded again under a lease.
     """
 
     def __init__(
@@ -69,26 +69,26 @@ class Motion:
         self.stop = stop
         self.torque_off = torque_off
         self._streamed = streamed
-        self._driven: dict[Uid, Driven] = {}
+        self._commanded: dict[Uid, CommandedServo] = {}
         self._energised: dict[Uid, tuple[Servo, str]] = {}
         """Servos that a lease energised and its ID, also by a save or a restart: off when it ends, commanded or not."""
         self._sending: dict[asyncio.Task[Raw], Uid] = {}
         self._ageing: dict[Uid, asyncio.Task[None]] = {}
-        self.keeping_alive = KeepingAlive(requests, hub, base, self._gate, self._send, self._driven.get)
+        self.keeping_alive = KeepingAlive(requests, hub, base, self._gate, self._send, self._commanded.get)
         self._bus_gone = False
         self.leaving = False
         """The bus is being left: nothing may be put under command any more."""
-        hub.subscribe(lambda _pressed: self.quiet(), StopPressed)
+        hub.subscribe(lambda _pressed: self.cancel_commands(), StopPressed)
         hub.subscribe(self._on_bus, BusUsable)
 
-    def driven(self, uid: Uid) -> bool:
+    def is_commanded(self, uid: Uid) -> bool:
         """Whether somebody has this servo under command."""
-        return uid in self._driven
+        return uid in self._commanded
 
-    def told(self, uid: Uid) -> Target | None:
+    def last_command(self, uid: Uid) -> Target | None:
         """What this servo was commanded last, as far as it is under command."""
-        driven = self._driven.get(uid)
-        return None if driven is None else driven.target
+        commanded = self._commanded.get(uid)
+        return None if commanded is None else commanded.target
 
     async def command(
         self, servo: Servo, lease_id: str | None, kind: str, value: float, *, clamp: bool, confirm: Collection[str] = ()
@@ -109,19 +109,19 @@ class Motion:
                 servo=servo.title,
             )
         target = self.permit(servo, lease, kind, value, clamp=clamp, confirm=confirm)
-        driven = self._drive(servo, lease)
-        self.keeping_alive.pause(driven)  # or the old target could leave after the new one
+        commanded = self._take_command(servo, lease)
+        self.keeping_alive.pause(commanded)  # or the old target could leave after the new one
         try:
             # beside a read that is under way, but never before a command that is
             waits = servo.uid in self._sending.values()
-            holds = await self._send(driven, target, COMMAND if waits else AT_ONCE)
+            holds = await self._send(commanded, target, COMMAND if waits else AT_ONCE)
         except NoResponse:
-            if not await self._holds(driven, target):
+            if not await self._arrived(commanded, target):
                 raise
             holds = target.raw
-        self._moved(driven, target)
+        self._note_confirmed(commanded, target)
         self._note_command(servo, target)
-        self.keeping_alive.begin(driven, target, holds)
+        self.keeping_alive.begin(commanded, target, holds)
         return target
 
     def permit(
@@ -147,41 +147,44 @@ class Motion:
         here = [one.raw for one in known if one.raw is not None and one.at is not None and one.raw != DUMMY]
         return cautions.cautions(servo, kind, raw, here, self.keeping_alive.shortest_s)
 
-    def drive_by_burst(self, lease: HeldLease, parts: Collection[tuple[Servo, Target]]) -> None:
+    def note_burst(self, lease: HeldLease, parts: Collection[tuple[Servo, Target]]) -> None:
         """Take servos under command to which a burst has just been handed, and keep them alive."""
         now = self._base.now()
         for servo, target in parts:
-            driven = self._drive(servo, lease)
-            self._moved(driven, target)
+            commanded = self._take_command(servo, lease)
+            self._note_confirmed(commanded, target)
             servo.output.commanded(now)
             before = servo.raw(target.parameter.key)
             self._note_command(servo, target, tell=before is None or before == DUMMY)
             servo.note(target.parameter.key, target.raw, now)
             for key in permission.ROW_OF.values():
                 servo.forget(key)  # whether ArrayCommand shows in them is not documented
-            self.keeping_alive.told(driven, target)
+            self.keeping_alive.begin_unacknowledged(commanded, target)
 
-    def still_holds(self, servo: Servo, lease_id: str | None, target: Target) -> None:
+    def check_command(self, servo: Servo, lease_id: str | None, target: Target) -> None:
         """Whether it is still under this command, for whoever waits for its end.
 
         Raises Stopped, LeaseRequired, LeaseHeld, Busy, NoResponse, TorqueOff, BusDisconnected; and what ended the
         feeding of its time-out, if that ended by itself.
         """
         self.may_move(servo, lease_id)
-        driven = self._driven.get(servo.uid)
-        if driven is None:
+        commanded = self._commanded.get(servo.uid)
+        if commanded is None:
             raise TorqueOff(
                 f"Torque was taken from {servo.title} before it settled.",
                 cause="torque_switched_off",
                 servo=servo.title,
             )
-        if driven.target is None or (driven.target.parameter, driven.target.raw) != (target.parameter, target.raw):
+        if commanded.target is None or (commanded.target.parameter, commanded.target.raw) != (
+            target.parameter,
+            target.raw,
+        ):
             raise Busy(
                 f"{servo.title} was given another command before it settled.",
                 cause="command_superseded",
                 servo=servo.title,
             )
-        if (why := driven.let_go) is not None:
+        if (why := commanded.end_reason) is not None:
             error = copy(why)
             error.extend(
                 before=f"{servo.title} was let go before it settled: ",
@@ -189,7 +192,7 @@ class Motion:
                 servo=servo.title,
             )
             raise error
-        if driven.alive is None or driven.alive.done():
+        if commanded.alive is None or commanded.alive.done():
             raise Busy(
                 f"{servo.title} was let go before it settled.", cause="released_before_settling", servo=servo.title
             )
@@ -198,7 +201,7 @@ class Motion:
         """Write 0x20: what it holds then. On needs a lease (`torque_on`), off and brake do not (`torque_away`)."""
         if torque == ON:
             return await self.torque_on(servo, lease_id)
-        return await self.torque_away(servo, taken_by(torque), by=by)
+        return await self.disable_torque(servo, off_mode(torque), by=by)
 
     async def torque_on(self, servo: Servo, lease_id: str | None) -> Raw:
         """Energise the motor where it stands, under a lease. Raises as `command` does.
@@ -209,25 +212,25 @@ class Motion:
         """
         lease = self.may_move(servo, lease_id)
         mode = servo.registers["torque_mode"].parameter
-        driven = self._drive(servo, lease)
-        self.keeping_alive.pause(driven)
-        here = await self._here(servo)
+        commanded = self._take_command(servo, lease)
+        self.keeping_alive.pause(commanded)
+        here = await self._present_angle(servo)
         self.may_move(servo, lease_id)
         if here is not None:
-            await self._send(driven, here, TORQUE)
+            await self._send(commanded, here, TORQUE)
         servo.output.switch(ON, "command", lease.holder)
-        raw = await self._send(driven, Target(mode, ON, clamped=False), TORQUE)
-        hold = await self._here(servo)
+        raw = await self._send(commanded, Target(mode, ON, clamped=False), TORQUE)
+        hold = await self._present_angle(servo)
         if raw == ON and hold is not None:
             self.may_move(servo, lease_id)
             try:
-                holds = await self._send(driven, hold, COMMAND)
+                holds = await self._send(commanded, hold, COMMAND)
             except NoResponse:
-                if not await self._holds(driven, hold):
+                if not await self._arrived(commanded, hold):
                     raise
                 holds = hold.raw
             self._note_command(servo, hold)
-            self.keeping_alive.begin(driven, hold, holds)
+            self.keeping_alive.begin(commanded, hold, holds)
             return raw
         for key in permission.ROW_OF.values():  # the servo has set them anew (section 4.13)
             await self._requests.read(servo, servo.registers[key].parameter, READ)
@@ -249,10 +252,10 @@ class Motion:
         moves nothing, the other is the same however often it arrives.
 
         Raises as `check_energise`; Busy for a horn that turns, TorqueOff when somebody takes the output meanwhile,
-        NotAsWanted, NoResponse, Refused.
+        UnexpectedResult, NoResponse, Refused.
         """
         self.check_energise(servo)
-        taken = servo.output.taken
+        taken = servo.output.disable_count
         speed = await self._requests.read(servo, servo.registers["current_speed"].parameter, READ)
         if abs(speed) > AT_REST_RPM:
             raise Busy(
@@ -262,38 +265,40 @@ class Motion:
                 speed_rpm=speed,
             )
         angle = await self._requests.read(servo, servo.registers["current_angle"].parameter, READ)
-        await self._insist(servo, Target(permission.row_for(servo, "angle"), angle, clamped=False), taken)
+        await self._write_until_acknowledged(
+            servo, Target(permission.row_for(servo, "angle"), angle, clamped=False), taken
+        )
         servo.output.switch(ON, "command", by)
         mode = servo.registers["torque_mode"].parameter
-        if await self._insist(servo, Target(mode, ON, clamped=False), taken) != ON:
-            raise NotAsWanted(
+        if await self._write_until_acknowledged(servo, Target(mode, ON, clamped=False), taken) != ON:
+            raise UnexpectedResult(
                 f"{servo.title} did not take torque on, which ROM was to hold.",
                 differences=[{"key": mode.key, "wanted": "on", "found": None}],
                 cause="torque_on_not_accepted",
                 servo=servo.title,
             )
 
-    async def torque_away(self, servo: Servo, mode: str, *, by: str | None = None) -> Raw:
+    async def disable_torque(self, servo: Servo, mode: str, *, by: str | None = None) -> Raw:
         """Torque off or brake: needs no lease and overtakes everything. Raises NoResponse, Refused, BusDisconnected.
 
         `by`: who asks for it, the holder of the lease it is under unless given.
         """
         by = by or self._holder(servo)
-        owed = self.driven(servo.uid) or self.torque_off.pending(servo.uid)
-        self._let_go(servo.uid)
+        pending = self.is_commanded(servo.uid) or self.torque_off.pending(servo.uid)
+        self._end_command(servo.uid)
         self.torque_off.cancel_for_command(servo.uid)  # or an "off" of before could follow the brake
         if mode == "off":
             self.torque_off.release_brake(servo.uid)
-        raw = await self.torque_off.write(servo, mode, "command", by, insist=owed)
+        raw = await self.torque_off.write(servo, mode, "command", by, retry=pending)
         self._hub.publish(ServoChanged(servo.uid))
         return raw
 
-    def hand_back(self, servo: Servo) -> None:
+    def stop_commanding(self, servo: Servo) -> None:
         """Command it no more, and leave torque as it is: for a horn that holds its place as it did before we came."""
-        driven = self._driven.get(servo.uid)
-        if driven is not None and not driven.found:
+        commanded = self._commanded.get(servo.uid)
+        if commanded is not None and not commanded.found:
             self._energised.pop(servo.uid, None)
-        self._let_go(servo.uid)
+        self._end_command(servo.uid)
 
     def claim(self, servo: Servo, lease_id: str | None) -> None:
         """A save or a restart under this lease is about to give a servo its output: the end of the lease takes it."""
@@ -308,22 +313,22 @@ class Motion:
             self.torque_off.require(servo, "lease", lease.holder)
         return servos
 
-    def quiet(self) -> None:
+    def cancel_commands(self) -> None:
         """Drop every command that is waiting or being repeated, at once: before a stop writes its first frame."""
-        for uid in {*self._driven, *self._sending.values()}:
-            self._let_go(uid)
+        for uid in {*self._commanded, *self._sending.values()}:
+            self._end_command(uid)
 
     def bus_lost(self) -> list[Servo]:
-        """End every command; the servos that were under one, to which torque off is owed from now on."""
-        driven = [one.servo for one in self._driven.values()]
-        for servo in driven:
+        """End every command; the servos that were under one, to which torque off is pending from now on."""
+        commanded = [one.servo for one in self._commanded.values()]
+        for servo in commanded:
             holder = self._holder(servo)
-            self._let_go(servo.uid)
+            self._end_command(servo.uid)
             self.torque_off.require(servo, "lease", holder)
-        return driven
+        return commanded
 
     @contextmanager
-    def barred(self) -> Generator[None]:
+    def leaving_bus(self) -> Generator[None]:
         """Within it the bus is being left: nothing may be put under command any more."""
         self.leaving = True
         try:
@@ -342,7 +347,7 @@ class Motion:
             self.torque_off.require(servo, "lease", None if lease is None else lease.holder)
         if not self._bus_gone:
             await self.torque_off.acknowledged(LEAVE_S)
-        self.torque_off.name_unanswered()
+        self.torque_off.report_pending()
 
     def may_move(self, servo: Servo, lease_id: str | None) -> HeldLease:
         """The lease to move it under.
@@ -364,7 +369,7 @@ class Motion:
         if self._bus_gone:
             raise BusDisconnected("The bus is lost. Command again when it is back.", cause="bus_lost")
 
-    async def _here(self, servo: Servo) -> Target | None:
+    async def _present_angle(self, servo: Servo) -> Target | None:
         """The present angle, as just read, as a command; None where the angle limits do not let the horn stay."""
         await self.freshen(servo, "angle", max_age_s=0.0)
         angle = await self._requests.read(servo, servo.registers["current_angle"].parameter, READ)
@@ -407,38 +412,38 @@ class Motion:
             if lease_id not in (None, of):
                 continue
             del self._energised[uid]
-            driven = uid in self._driven
-            self._let_go(uid)
-            if driven or servo.busy is not None or servo.output_state.state not in MODES:
+            commanded = uid in self._commanded
+            self._end_command(uid)
+            if commanded or servo.busy is not None or servo.output_state.state not in MODES:
                 left.append(servo)
         return left
 
     def _holder(self, servo: Servo) -> str | None:
         """Whose lease a servo is under."""
-        driven, lease = self._driven.get(servo.uid), self._leases.current(self._base.now())
-        return lease.holder if driven is not None and lease is not None and lease.id == driven.lease_id else None
+        commanded, lease = self._commanded.get(servo.uid), self._leases.current(self._base.now())
+        return lease.holder if commanded is not None and lease is not None and lease.id == commanded.lease_id else None
 
-    def _drive(self, servo: Servo, lease: HeldLease) -> Driven:
+    def _take_command(self, servo: Servo, lease: HeldLease) -> CommandedServo:
         self.torque_off.cancel_for_command(servo.uid)
-        driven = self._driven.get(servo.uid)
-        if driven is None or driven.lease_id != lease.id:
+        commanded = self._commanded.get(servo.uid)
+        if commanded is None or commanded.lease_id != lease.id:
             found = self._energised.get(servo.uid, (servo, None))[1] == lease.id
-            driven = self._driven[servo.uid] = Driven(servo, lease.id, found=found)
+            commanded = self._commanded[servo.uid] = CommandedServo(servo, lease.id, found=found)
             self._energised[servo.uid] = servo, lease.id
-        return driven
+        return commanded
 
-    async def _send(self, driven: Driven, target: Target, patience: Patience) -> Raw:
+    async def _send(self, commanded: CommandedServo, target: Target, policy: RetryPolicy) -> Raw:
         try:
-            raw = await self._deliver(driven.servo, target, patience)
+            raw = await self._deliver(commanded.servo, target, policy)
         except asyncio.CancelledError:
             if asyncio.current_task().cancelling():  # pyright: ignore[reportOptionalMemberAccess]
                 raise
-            self._check(driven)
+            self._check(commanded)
             raise
-        self._check(driven)
+        self._check(commanded)
         return raw
 
-    async def _insist(self, servo: Servo, target: Target, taken: int) -> Raw:
+    async def _write_until_acknowledged(self, servo: Servo, target: Target, taken: int) -> Raw:
         """Write until it is answered, or somebody takes the output: raises Stopped, TorqueOff then."""
         gone = f"Somebody switched the output of {servo.title} off meanwhile, so it was not switched on."
         try:
@@ -449,25 +454,23 @@ class Motion:
             self._check_open()
             raise TorqueOff(gone, cause="switched_off_during_command", servo=servo.title) from None
         self._check_open()
-        if servo.output.taken != taken:
+        if servo.output.disable_count != taken:
             raise TorqueOff(gone, cause="switched_off_during_command", servo=servo.title)
         return raw
 
-    async def _deliver(self, servo: Servo, target: Target, patience: Patience) -> Raw:
+    async def _deliver(self, servo: Servo, target: Target, policy: RetryPolicy) -> Raw:
         """Write in a task of its own, which whoever lets the servo go cancels before it leaves."""
-        task = asyncio.get_running_loop().create_task(
-            self._requests.write(servo, target.parameter, target.raw, patience)
-        )
+        task = asyncio.get_running_loop().create_task(self._requests.write(servo, target.parameter, target.raw, policy))
         self._sending[task] = servo.uid
         task.add_done_callback(lambda done: self._sending.pop(done, None))
         return await task
 
-    def _check(self, driven: Driven) -> None:
+    def _check(self, commanded: CommandedServo) -> None:
         """Raises when the servo was let go while something was under way.
 
         Raises Stopped, BusDisconnected, LeaseRequired or TorqueOff.
         """
-        if self._has(driven):
+        if self._is_current(commanded):
             return
         self.stop.check()
         if self._bus_gone or self.leaving:
@@ -475,29 +478,29 @@ class Motion:
                 "The bus went away while the command was under way. Torque goes off.", cause="bus_lost_during_command"
             )
         lease = self._leases.current(self._base.now())
-        if lease is None or lease.id != driven.lease_id:
+        if lease is None or lease.id != commanded.lease_id:
             raise LeaseRequired(
                 "The lease ended while the command was under way. Torque goes off.", cause="lease_ended_during_command"
             )
         raise TorqueOff(
-            f"Torque was taken from {driven.servo.title} while the command was under way.",
+            f"Torque was taken from {commanded.servo.title} while the command was under way.",
             cause="torque_switched_off",
-            servo=driven.servo.title,
+            servo=commanded.servo.title,
         )
 
-    async def _holds(self, driven: Driven, target: Target) -> bool:
+    async def _arrived(self, commanded: CommandedServo, target: Target) -> bool:
         """Whether a command that was not answered arrived: a read may be repeated where the command may not."""
         try:
-            held = await self._requests.read(driven.servo, target.parameter, READ)
+            held = await self._requests.read(commanded.servo, target.parameter, READ)
         except (NoResponse, Refused):
             return False
-        self._check(driven)
+        self._check(commanded)
         return held == target.raw
 
-    def _moved(self, driven: Driven, target: Target) -> None:
+    def _note_confirmed(self, commanded: CommandedServo, target: Target) -> None:
         """It was commanded by somebody who knew what there was to say about it."""
         if "turn_count" in target.confirmed:
-            driven.servo.turns_lost_deg = None
+            commanded.servo.turns_lost_deg = None
 
     def _note_command(self, servo: Servo, target: Target, *, tell: bool = True) -> None:
         now = self._base.now()
@@ -510,18 +513,18 @@ class Motion:
     def _on_bus(self, change: BusUsable) -> None:
         self._bus_gone = not change.usable
 
-    def _has(self, driven: Driven) -> bool:
-        return self._driven.get(driven.servo.uid) is driven
+    def _is_current(self, commanded: CommandedServo) -> bool:
+        return self._commanded.get(commanded.servo.uid) is commanded
 
-    def _gate(self, driven: Driven) -> None:
-        self._check(driven)
-        self.may_move(driven.servo, driven.lease_id)
+    def _gate(self, commanded: CommandedServo) -> None:
+        self._check(commanded)
+        self.may_move(commanded.servo, commanded.lease_id)
 
-    def _let_go(self, uid: Uid) -> None:
+    def _end_command(self, uid: Uid) -> None:
         # an "on" that still waits in a queue must not leave after the "off" that follows
         for task, where in list(self._sending.items()):
             if where == uid:
                 task.cancel()
-        driven = self._driven.pop(uid, None)
-        if driven is not None:
-            self.keeping_alive.pause(driven)
+        commanded = self._commanded.pop(uid, None)
+        if commanded is not None:
+            self.keeping_alive.pause(commanded)

@@ -1,4 +1,4 @@
-"""Motion control: how it is taken, given back, asked for, refused, taken by force, and how it expires."""
+"""Motion control: how it is taken, given back, request for, refused, taken by force, and how it expires."""
 
 import asyncio
 import secrets
@@ -24,13 +24,13 @@ PASS_S = 0.25
 written then, and is written on until it is answered."""
 
 GRACE_S = 5.0
-"""How long a lease that was asked for lasts until its first renewal: whoever asked has to hear of it."""
+"""How long a lease that was request for lasts until its first renewal: whoever request has to hear of it."""
 
-SIGN_S = 5.0
-"""Whoever asks and is not heard of for so long, or for all of a shorter patience, is believed gone."""
+REQUESTER_TIMEOUT_S = 5.0
+"""Whoever asks and is not heard of for so long, or for all of a shorter policy, is believed gone."""
 
-KEPT = 16
-"""Requests that can still be asked about after their end."""
+MAX_STORED = 16
+"""Requests that can still be request about after their end."""
 
 Outcome = Literal["waiting", "granted", "refused", "withdrawn"]
 _Ended = Literal["lease_withdrawn", "lease_refused"]
@@ -39,12 +39,12 @@ _STATES: Final[Mapping[_Ended, Outcome]] = {"lease_withdrawn": "withdrawn", "lea
 
 @dataclass(slots=True)
 class TakeOverRequest:
-    """One request for motion control. `id` is known to whoever asked, and to nobody else; `shown_id` to all."""
+    """One request for motion control. `id` is known to whoever request, and to nobody else; `shown_id` to all."""
 
     by: str
     ttl_s: float
     reason: str
-    patience_s: float
+    timeout_s: float
     at: Instant
     seen_at: Instant
     state: Outcome = "waiting"
@@ -55,7 +55,7 @@ class TakeOverRequest:
     @property
     def due(self) -> Instant:
         """When the lease passes unless the holder refuses."""
-        return self.at + self.patience_s
+        return self.at + self.timeout_s
 
 
 class MotionControl:
@@ -72,7 +72,7 @@ class MotionControl:
         self._base = services.base
         self._audit = services.audit
         self._motion = motion
-        self._asked: OrderedDict[str, TakeOverRequest] = OrderedDict()
+        self._requests: OrderedDict[str, TakeOverRequest] = OrderedDict()
         self._waiting: TakeOverRequest | None = None
         self._passing: asyncio.Task[Any] | None = None
 
@@ -116,7 +116,7 @@ class MotionControl:
         task = self._passing = asyncio.get_running_loop().create_task(self._force(holder, ttl_s, reason.strip()))
         return await asyncio.shield(task)
 
-    async def ask(self, by: str, ttl_s: float, reason: str, patience_s: float) -> TakeOverRequest:
+    async def request(self, by: str, ttl_s: float, reason: str, timeout_s: float) -> TakeOverRequest:
         """Ask the holder for motion control; without a holder it is granted at once.
 
         Raises Busy while somebody else's request waits.
@@ -124,25 +124,25 @@ class MotionControl:
         if self._waiting is not None or self._passing is not None:
             who = "Somebody" if self._waiting is None else self._waiting.by
             raise Busy(
-                f"{who} has asked for motion control already. Wait until that is decided.",
+                f"{who} has request for motion control already. Wait until that is decided.",
                 cause="already_requested",
                 by=who,
             )
         now = self._base.now()
-        asked = TakeOverRequest(by, ttl_s, reason, patience_s, now, now)
-        self._asked[asked.id] = asked
-        while len(self._asked) > KEPT:
-            self._asked.popitem(last=False)
+        request = TakeOverRequest(by, ttl_s, reason, timeout_s, now, now)
+        self._requests[request.id] = request
+        while len(self._requests) > MAX_STORED:
+            self._requests.popitem(last=False)
         held = self._leases.current(now)
-        self._leases.promised_to, self._waiting = by, asked
+        self._leases.promised_to, self._waiting = by, request
         if held is not None:
             text = f"{by} asks {held.holder} for motion control{because(reason)} "
-            text += f"It passes in {patience_s:g} s unless {held.holder} refuses."
-            params: dict[str, object] = {"by": by, "holder": held.holder, "reason": reason, "patience_s": patience_s}
-            self._hub.publish(LogEvent("notice", "lease_asked", text, params=params))
+            text += f"It passes in {timeout_s:g} s unless {held.holder} refuses."
+            params: dict[str, object] = {"by": by, "holder": held.holder, "reason": reason, "timeout_s": timeout_s}
+            self._hub.publish(LogEvent("notice", "lease_requested", text, params=params))
             self._hub.publish(LeaseChanged())
         await self.settle()
-        return asked
+        return request
 
     async def settle(self) -> None:
         """Let the lease pass now if it can, and wait until it has."""
@@ -150,47 +150,47 @@ class MotionControl:
         if self._passing is not None:
             await asyncio.shield(self._passing)
 
-    def look(self, asked_id: str) -> TakeOverRequest:
+    def get_request(self, request_id: str) -> TakeOverRequest:
         """How the request went, for whoever made it; a sign that they are still there. Raises Unknown."""
-        asked = self._asked.get(asked_id)
-        if asked is None:
+        request = self._requests.get(request_id)
+        if request is None:
             raise Unknown(
                 "unknown_lease",
                 "This request is not known any more. Ask anew.",
                 cause="control_request_not_found",
             )
-        asked.seen_at = self._base.now()
-        return asked
+        request.seen_at = self._base.now()
+        return request
 
-    def withdraw(self, asked_id: str) -> TakeOverRequest:
+    def withdraw(self, request_id: str) -> TakeOverRequest:
         """Ask no more. What was granted or refused stays so. Raises Unknown."""
-        asked = self.look(asked_id)
-        self._end(asked, "lease_withdrawn", f"{asked.by} does not ask for motion control any more.")
-        return asked
+        request = self.get_request(request_id)
+        self._end(request, "lease_withdrawn", f"{request.by} does not ask for motion control any more.")
+        return request
 
     def refuse(self, shown_id: str, lease_id: str | None) -> TakeOverRequest:
         """The holder keeps motion control. Raises LeaseRequired, LeaseHeld, Unknown."""
         lease = self._leases.require(lease_id, self._base.now())
-        asked = self._waiting
-        if asked is None or shown_id not in (asked.shown_id, asked.id):
+        request = self._waiting
+        if request is None or shown_id not in (request.shown_id, request.id):
             raise Unknown(
                 "unknown_lease", "Nobody asks for motion control by this id any more.", cause="no_pending_request"
             )
-        text = f"{lease.holder} keeps motion control: {asked.by} was refused."
-        self._end(asked, "lease_refused", text, holder=lease.holder)
-        return asked
+        text = f"{lease.holder} keeps motion control: {request.by} was refused."
+        self._end(request, "lease_refused", text, holder=lease.holder)
+        return request
 
     def tick(self) -> None:
         """Act on a lease that ran out, and let one pass when its time has come. Call it at least every 50 ms."""
-        self._end_lapsed()
-        asked = self._waiting
-        if asked is None or self._passing is not None:
+        self._end_expired()
+        request = self._waiting
+        if request is None or self._passing is not None:
             return
         now = self._base.now()
-        if now - asked.seen_at >= min(SIGN_S, asked.patience_s):
-            self._end(asked, "lease_withdrawn", f"{asked.by} asked for motion control and is gone.", gone=True)
-        elif now >= asked.due or self._leases.current(now) is None:
-            self._passing = asyncio.get_running_loop().create_task(self._pass(asked))
+        if now - request.seen_at >= min(REQUESTER_TIMEOUT_S, request.timeout_s):
+            self._end(request, "lease_withdrawn", f"{request.by} request for motion control and is gone.", gone=True)
+        elif now >= request.due or self._leases.current(now) is None:
+            self._passing = asyncio.get_running_loop().create_task(self._pass(request))
 
     async def close(self) -> None:
         """End what is under way."""
@@ -198,15 +198,15 @@ class MotionControl:
             self._passing.cancel()
             await asyncio.gather(self._passing, return_exceptions=True)
 
-    async def _pass(self, asked: TakeOverRequest) -> None:
+    async def _pass(self, request: TakeOverRequest) -> None:
         try:
             old = self._leases.current(self._base.now())
-            await self._let_go(LeaseEnd("passed", asked.by))
-            if asked.state != "waiting":
+            await self._end_current(LeaseEnd("passed", request.by))
+            if request.state != "waiting":
                 return  # withdrawn meanwhile
-            asked.lease = self._leases.hand_over(asked.by, asked.ttl_s, self._base.now(), grace_s=GRACE_S)
-            asked.state, self._waiting = "granted", None
-            self._tell_passed(asked.lease, old, "passed", asked.reason)
+            request.lease = self._leases.hand_over(request.by, request.ttl_s, self._base.now(), grace_s=GRACE_S)
+            request.state, self._waiting = "granted", None
+            self._publish_passed(request.lease, old, "passed", request.reason)
         finally:
             self._passing = None
 
@@ -216,25 +216,25 @@ class MotionControl:
                 text = f"{holder} took motion control by force."
                 self._end(self._waiting, "lease_refused", text, holder=holder, forced=True)
             old = self._leases.current(self._base.now())
-            await self._let_go(LeaseEnd("forced", holder, reason))
+            await self._end_current(LeaseEnd("forced", holder, reason))
             lease = self._leases.hand_over(holder, ttl_s, self._base.now(), grace_s=0.0)
-            self._tell_passed(lease, old, "forced", reason)
+            self._publish_passed(lease, old, "forced", reason)
             return lease
         finally:
             self._passing = None
 
-    async def _let_go(self, why: LeaseEnd) -> None:
+    async def _end_current(self, why: LeaseEnd) -> None:
         """End whatever lease there is, and wait for torque to be off on what it commanded."""
         self._leases.promised_to = why.holder
-        self._end_lapsed()
-        old = self._leases.take_away(self._base.now())
+        self._end_expired()
+        old = self._leases.revoke(self._base.now())
         if old is not None:
             self._ended(old, why)
         await self._motion.torque_off.acknowledged(PASS_S)
 
-    def _end_lapsed(self) -> None:
-        while (lease := self._leases.lapsed(self._base.now())) is not None:
-            self._ended(lease, LeaseEnd("ran_out", lease.holder))
+    def _end_expired(self) -> None:
+        while (lease := self._leases.expired(self._base.now())) is not None:
+            self._ended(lease, LeaseEnd("expired", lease.holder))
 
     def _ended(self, lease: HeldLease, why: LeaseEnd) -> None:
         """Torque off on what was commanded under a lease that has ended, then its event and its entry in the audit."""
@@ -244,18 +244,18 @@ class MotionControl:
             titles = [servo.title for servo in servos]
             text = f"{why.text} Torque goes off on {', '.join(titles)}."
             self._hub.publish(LogEvent("notice", "lease_ended", text, params={**why.params, "servos": titles}))
-        outcome = "lapsed" if lease.expires_at <= self._base.now() else "released"
+        outcome = "expired" if lease.expires_at <= self._base.now() else "released"
         note = Note(why.text, "lease_ended", why.params)
         self._audit_later(NewAuditEntry(lease.holder, "lease", outcome, notes=(note,)))
 
-    def _end(self, asked: TakeOverRequest, code: _Ended, text: str, **params: object) -> None:
-        if asked.state != "waiting":
+    def _end(self, request: TakeOverRequest, code: _Ended, text: str, **params: object) -> None:
+        if request.state != "waiting":
             return
-        asked.state, self._waiting, self._leases.promised_to = _STATES[code], None, None
-        self._hub.publish(LogEvent("notice", code, text, params={"by": asked.by, **params}))
+        request.state, self._waiting, self._leases.promised_to = _STATES[code], None, None
+        self._hub.publish(LogEvent("notice", code, text, params={"by": request.by, **params}))
         self._hub.publish(LeaseChanged())
 
-    def _tell_passed(
+    def _publish_passed(
         self, lease: HeldLease, old: HeldLease | None, how: Literal["passed", "forced"], reason: str
     ) -> None:
         self._hub.publish(LeaseChanged())

@@ -111,7 +111,7 @@ class SetpointRunner:
         try:
             await self.follow(source)
         except HornbillError as error:
-            self._report(source, error.detail, "notice", error.told)
+            self._report(source, error.detail, "notice", error.note_params)
         except Exception as error:  # a defect of ours must not look like a run that goes on
             log.exception("setpoints failed")
             self._report(source, f"hornbill itself failed: {error!r}. Report this.", "failure", INTERNAL)

@@ -2,14 +2,14 @@
 
 from collections.abc import Callable
 
-from hornbill.errors import BusDisconnected, HornbillError, NoResponse, NotAsWanted
+from hornbill.errors import BusDisconnected, HornbillError, NoResponse, UnexpectedResult
 from hornbill.schema import scale
 from hornbill.schema.parameter import Parameter
-from hornbill.servo.device.requests import READ, WRITE, Patience, ServoRequests
+from hornbill.servo.device.requests import READ, WRITE, RetryPolicy, ServoRequests
 from hornbill.servo.device.servo import Servo
 from hornbill.units import Raw
 
-_PATIENT = Patience(WRITE.priority, WRITE.timeout_s, READ.tries, kind="write")
+_RESTORE = RetryPolicy(WRITE.priority, WRITE.timeout_s, READ.tries, kind="write")
 """A row that is left behind changed is worse than a wait of 3 s."""
 
 
@@ -19,13 +19,13 @@ class TemporaryValues:
     def __init__(self, requests: ServoRequests, servo: Servo) -> None:
         self._requests = requests
         self._servo = servo
-        self._boots = servo.boots
+        self._boot_count = servo.boot_count
         self._rows: list[tuple[Parameter, Raw]] = []
 
     async def lend(self, key: str, raw: Raw) -> None:
         """Write a row that was just read, and remember what it held.
 
-        Raises NoResponse, Refused, BusDisconnected, and NotAsWanted when the servo made another value of it.
+        Raises NoResponse, Refused, BusDisconnected, and UnexpectedResult when the servo made another value of it.
         """
         register = self._servo.registers[key]
         row, before = register.parameter, register.raw
@@ -33,14 +33,14 @@ class TemporaryValues:
         if before == raw:
             return
         self._rows.append((row, before))  # before the write: one that is not answered may have arrived
-        self._servo.lent[key] = before
-        held = await self._requests.write(self._servo, row, raw, _PATIENT)
+        self._servo.temporary_values[key] = before
+        held = await self._requests.write(self._servo, row, raw, _RESTORE)
         if held != raw:
-            raise NotAsWanted(
+            raise UnexpectedResult(
                 f"{self._servo.title} took {scale.to_text(row, raw)} as {row.label.lower()} and holds "
                 f"{scale.to_text(row, held)}.",
                 key=key,
-                cause="took_another",
+                cause="value_changed_by_servo",
                 servo=self._servo.title,
             )
 
@@ -51,23 +51,23 @@ class TemporaryValues:
         `before_each` is called before every write, of which each may take 3 s.
         """
         failed: list[tuple[Parameter, Raw]] = []
-        while self._rows and self._servo.boots == self._boots:
+        while self._rows and self._servo.boot_count == self._boot_count:
             row, before = self._rows[-1]
             before_each()
             try:
-                held = await self._requests.write(self._servo, row, before, _PATIENT)
+                held = await self._requests.write(self._servo, row, before, _RESTORE)
             except (NoResponse, BusDisconnected):
                 break
             except HornbillError:
                 held = None
             self._rows.pop()
-            self._servo.lent.pop(row.key, None)
+            self._servo.temporary_values.pop(row.key, None)
             if held != before:
                 failed.append((row, before))
-        if self._servo.boots != self._boots:
+        if self._servo.boot_count != self._boot_count:
             self._rows.clear()
             return []
         self._rows = failed[::-1] + self._rows
         for row, _ in self._rows:
-            self._servo.lent.pop(row.key, None)  # what is left behind is to be seen
+            self._servo.temporary_values.pop(row.key, None)  # what is left behind is to be seen
         return [row.key for row, _ in self._rows]

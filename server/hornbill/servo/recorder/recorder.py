@@ -1,4 +1,4 @@
-"""Recorder: what happened in the last ten minutes, and the recording of it that is written when something fails."""
+"""Flight recorder: the last ten minutes in memory, written to a file after a failure, a stop or a loss."""
 
 import asyncio
 import logging
@@ -19,7 +19,7 @@ from hornbill.schema.fault import bits_of
 from hornbill.servo.device.fleet import Fleet
 from hornbill.servo.device.services import HostServices
 from hornbill.servo.recorder.building import BeginDraft, RecordingBuilder, RecordingInProgress
-from hornbill.servo.recorder.frame_ring import KEPT_S, FrameRing
+from hornbill.servo.recorder.frame_ring import RETAIN_S, FrameRing
 from hornbill.servo.recorder.snapshot import KnownState
 from hornbill.servo.runtime.hub import BusChanged, LeaseChanged, LogEvent, ReadingChanged, StopChanged
 from hornbill.servo.torque_off.stop import Latch, StopControl
@@ -32,18 +32,18 @@ BEFORE_S: Final = 60.0
 LEAST_BEFORE_S: Final = 30.0
 AFTER_S: Final = 10.0
 LONGEST_S: Final = 60.0
-"""After its first mark a recording takes in no more; what comes later begins another."""
+"""Maximum time after the first trigger. A later trigger begins a new recording."""
 
 QUIET_S: Final = 60.0
-"""The same trouble of the same servo begins a recording again only after this long without it: a loose plug would else
-fill the folder with itself, and push out what was seen first."""
+"""The same trigger of the same servo begins a new recording only after this long without it. Otherwise a loose plug
+would fill the folder and displace the first recording of the problem."""
 
-EVENTS_KEPT: Final = 20_000
+MAX_EVENTS: Final = 20_000
 CLOSE_S: Final = 5.0
 
 
 class Recorder:
-    """Listens from `begin` on, and costs nothing before. What is played from a recording is not recorded again."""
+    """Records from `begin` on. A replay is not recorded again."""
 
     def __init__(
         self,
@@ -55,19 +55,19 @@ class Recorder:
         port: Callable[[], CanPort | None],
         builder: RecordingBuilder,
     ) -> None:
-        """`port` is that of the bus connected now."""
+        """`port` returns the port of the connected bus."""
         self._base, self._hub, self._leases = services.base, services.hub, services.leases
         self._tap, self._fleet, self._stop, self._port, self._builder = tap, fleet, stop, port, builder
         self._draft: BeginDraft | None = None
         self.before_s = BEFORE_S
-        """Seconds a recording holds before its first mark."""
+        """Time that a recording covers before its first trigger, s."""
         self.ring = FrameRing()
-        self._events: deque[tuple[Instant, bytes]] = deque(maxlen=EVENTS_KEPT)
+        self._events: deque[tuple[Instant, bytes]] = deque(maxlen=MAX_EVENTS)
         self._failures: dict[Uid, int] = {}
         self._latch: Latch | None = None
         self._holder: str | None = None
         self._address: str | None = None
-        self._deaf: Callable[[], None] = lambda: None
+        self._unlisten: Callable[[], None] = lambda: None
         self._since: Instant = services.base.now()
         self._last: dict[tuple[object, ...], Instant] = {}
         self._pending: RecordingInProgress | None = None
@@ -75,57 +75,56 @@ class Recorder:
         self._closing = asyncio.Event()
 
     def begin(self, draft: BeginDraft, *, before_s: float = BEFORE_S) -> None:
-        """Start recording. `draft` begins each file; a recording covers `before_s` (30 to 600) before its first mark."""
-        if not LEAST_BEFORE_S <= before_s <= KEPT_S:
+        """Start recording. `draft` begins each file, which covers `before_s` (30 to 600) before its first trigger."""
+        if not LEAST_BEFORE_S <= before_s <= RETAIN_S:
             raise InvalidValue(
-                f"{before_s:g} s is outside {LEAST_BEFORE_S:g} to {KEPT_S:g} s.",
+                f"{before_s:g} s is outside the range of {LEAST_BEFORE_S:g} to {RETAIN_S:g} s.",
                 requested=before_s,
                 cause="before_out_of_range",
                 minimum_s=LEAST_BEFORE_S,
-                maximum_s=KEPT_S,
+                maximum_s=RETAIN_S,
             )
         assert self._draft is None
         self._draft, self.before_s, self._since = draft, before_s, self._base.now()
         hub = self._hub
-        hub.subscribe(self._on_happened, LogEvent)
+        hub.subscribe(self._on_event, LogEvent)
         hub.subscribe(self._on_reading, ReadingChanged)
         hub.subscribe(self._on_stop, StopChanged)
         hub.subscribe(self._on_lease, LeaseChanged)
         hub.subscribe(self._on_bus, BusChanged)
-        self._deaf = self._tap.listen(self.ring.add)
+        self._unlisten = self._tap.listen(self.ring.add)
         self._on_bus(BusChanged())
 
     @property
     def recording(self) -> bool:
-        """Whether what happens is recorded now."""
+        """Whether the bus is being recorded: not before `begin`, not during a replay."""
         return self._draft is not None and not self._recorded
 
     @property
     def reach_s(self) -> float:
-        """How many seconds back it remembers: since it began, at most ten minutes, less when memory was full."""
+        """Time span in memory, s: since the start, at most 600, less if memory is full."""
         now = self._base.now()
         self.ring.forget_old(now)
         since = self._since if not self.ring.full else max(self._since, self.ring.since or self._since)
-        return max(0.0, min(KEPT_S, now - since))
+        return max(0.0, min(RETAIN_S, now - since))
 
     @property
     def pending(self) -> RecordingInProgress | None:
-        """The recording that still takes in what happens."""
+        """Recording that still collects data. None if none."""
         return self._pending
 
     def trigger(self, text: str, before_s: float | None = None) -> "asyncio.Future[str]":
-        """Write a recording of now; the answer is its name once it is written, or LogFailed.
+        """Write a recording of this moment. The future returns its file name or raises LogFailed.
 
-        `before_s` is 1..600, as configured unless given. Raises LogFailed where there is no folder for it, and Busy
-        while a recording is played.
+        `before_s`: 1 to 600, default: as configured. Raises LogFailed without a folder, Busy during a replay.
         """
         if self._draft is None:
             raise LogFailed(
-                "Nothing is recorded: there is no folder for recordings.", cause="recordings_folder_missing"
+                "Nothing is recorded because the server has no data folder.", cause="recordings_folder_missing"
             )
         if self._recorded:
             raise Busy(
-                "A recording is played. Connect a bus, and what happens there is recorded.",
+                "A recording is being played, so nothing is recorded. Connect a bus first.",
                 cause="playback_in_progress",
             )
         self._mark("manual", text, slug=_slug(text), before_s=before_s)
@@ -133,8 +132,8 @@ class Recorder:
         return self._pending.done
 
     async def close(self) -> None:
-        """Write at once what was still waiting for its end. Twice is harmless."""
-        self._deaf()
+        """Write pending recordings immediately. Idempotent."""
+        self._unlisten()
         self._closing.set()
         self._builder.hurry = True
         if self._tasks:
@@ -154,14 +153,14 @@ class Recorder:
             return
         before, self._address = self._recorded, address
         if self._recorded and not before:
-            self._deaf()
+            self._unlisten()
         elif before and not self._recorded:
-            self._deaf = self._tap.listen(self.ring.add)
-            self._since = self._base.now()  # samples of before are those of the recording
+            self._unlisten = self._tap.listen(self.ring.add)
+            self._since = self._base.now()  # earlier samples belong to the replay
         if address is not None:
-            self.ring.turn(channel_name(address))
+            self.ring.switch_channel(channel_name(address))
 
-    def _on_happened(self, event: LogEvent) -> None:
+    def _on_event(self, event: LogEvent) -> None:
         self._note({
             "type": "event", "level": event.level, "code": event.code, "text": event.text, "uid": event.uid,
             "params": event.params,
@@ -226,7 +225,7 @@ class Recorder:
         before_s: float | None = None,
         params: Mapping[str, object] = MappingProxyType({}),
     ) -> None:
-        """Something happened: it goes into the recording that is pending, or begins one."""
+        """Add a trigger to the pending recording, or begin a new one."""
         if self._draft is None or self._recorded or self._closing.is_set():
             return
         now, same = self._base.now(), (reason, uid, which)
@@ -255,7 +254,7 @@ class Recorder:
         task.add_done_callback(self._tasks.discard)
 
     async def _finish(self, pending: RecordingInProgress, draft: BeginDraft) -> None:
-        """Wait for its end, and write it. What goes wrong is an event, and whoever waits is told."""
+        """Wait for the end of the recording and write it. A failure is published and raised from `pending.done`."""
         try:
             while (left := pending.until - self._base.now()) > 0 and not self._closing.is_set():
                 try:
@@ -273,25 +272,25 @@ class Recorder:
             raise
         except Exception as error:
             if not isinstance(error, HornbillError):
-                log.exception("a recording could not be written")
-            detail = error.detail if isinstance(error, HornbillError) else f"The recording cannot be written: {error}."
+                log.exception("Recording not written")
+            detail = error.detail if isinstance(error, HornbillError) else f"The recording was not written: {error}."
             failed = error if isinstance(error, LogFailed) else LogFailed(detail, cause="recording_not_written")
             pending.done.set_exception(failed)
-            pending.done.exception()  # nobody may be waiting
-            self._tell("warning", "recording_failed", f"{detail} Everything else goes on.", failed.note_params)
+            pending.done.exception()  # mark as retrieved: there may be no waiter
+            self._publish("warning", "recording_failed", f"{detail} Everything else continues.", failed.note_params)
             return
         pending.done.set_result(name)
         text = f"{pending.text.rstrip('.')}. Recorded in {name} ({size / 1e6:.1f} MB)."
         params = {**pending.marks[0].params, "mark": pending.reason, "text": pending.text, "name": name}
-        self._tell("notice", "recording_written", text, {**params, "size_mb": round(size / 1e6, 1)})
+        self._publish("notice", "recording_written", text, {**params, "size_mb": round(size / 1e6, 1)})
         if dropped:
-            text = f"Room was made for it: {', '.join(dropped)} deleted."
-            self._tell("notice", "recordings_deleted", text, {"names": dropped})
+            text = f"Deleted to make room: {', '.join(dropped)}."
+            self._publish("notice", "recordings_deleted", text, {"names": dropped})
 
-    def _tell(self, level: str, code: EventCode, text: str, params: Mapping[str, object]) -> None:
+    def _publish(self, level: str, code: EventCode, text: str, params: Mapping[str, object]) -> None:
         self._hub.publish(LogEvent(level, code, text, params={**params}))
 
 
 def _slug(text: str) -> str:
-    """A few plain letters of what somebody wrote, for the name of a file."""
-    return re.sub(r"[^a-z0-9]+", "-", text.lower())[:30].strip("-") or "by-hand"
+    """A file name part from a user's text: ASCII letters, digits and hyphens, at most 30 characters."""
+    return re.sub(r"[^a-z0-9]+", "-", text.lower())[:30].strip("-") or "manual"

@@ -1,4 +1,4 @@
-"""Replaying: the servos of a recording, as they were and as its frames go on to tell, without asking anybody."""
+"""Servos of a replayed recording: their recorded state, updated from its frames. Sends nothing."""
 
 from collections.abc import Sequence
 from typing import Protocol, runtime_checkable
@@ -21,16 +21,16 @@ from hornbill.wire.types import decode
 
 @runtime_checkable
 class RecordedPort(Protocol):
-    """A port that plays a recording, and may know what it is of."""
+    """A port that replays a file. `about` describes a recording, and is None for a log."""
 
     about: About | None
 
 
 class Replaying:
-    """Follows the frames of one recording. Servos are those of then, apart from the ones this host has met itself."""
+    """Updates the servos of one recording from its frames. They are separate from servos that this host has seen."""
 
     def __init__(self, fleet: Fleet, requests: ServoRequests, base: TimeBase, servos: Sequence[Servo]) -> None:
-        """`servos` are shown until the fleet leaves this bus."""
+        """Show `servos` until the fleet leaves this bus."""
         self._fleet = fleet
         self._requests = requests
         self._base = base
@@ -39,42 +39,41 @@ class Replaying:
 
     @classmethod
     def of(cls, about: About, fleet: Fleet, requests: ServoRequests, base: TimeBase) -> "Replaying":
-        """The servos that the recording is of."""
+        """Show the servos described by `about`."""
         return cls(fleet, requests, base, [servo_of(one, fleet.catalog, base) for one in about.servos])
 
-    def hear(self, frames: Sequence[Frame], _sent: bool) -> None:
-        """Answers to questions of then say what registers held then."""
+    def receive(self, frames: Sequence[Frame], _sent: bool) -> None:
+        """Update registers from recorded responses."""
         for transfer in self._reassembler.feed(frames):
             if transfer.kind is Kind.RESPONSE:
-                self._answered(transfer)
+                self._on_response(transfer)
 
-    def _answered(self, transfer: Transfer) -> None:
+    def _on_response(self, transfer: Transfer) -> None:
         match decode(transfer):
-            case GetSetResponse() as answer:
+            case GetSetResponse() as response:
                 servo = self._fleet.recorded_on(transfer.source)
                 if servo is not None:
-                    self._requests.observe_response(servo, answer)
+                    self._requests.observe_response(servo, response)
             case GetNodeInfoResponse(hardware_version=hardware):
                 self._fleet.recorded_moved(Uid(hardware.unique_id.hex()), NodeId(transfer.source))
             case _:
                 return
 
 
-def servo_of(told: RecordedServo, catalog: Catalog, base: TimeBase) -> Servo:
-    """A servo as a recording tells of it, not heard yet.
+def servo_of(one: RecordedServo, catalog: Catalog, base: TimeBase) -> Servo:
+    """A servo from a recording, not yet seen in its frames.
 
-    Readings that change by themselves are those of the moment the recording was written for; they are left to the
-    frames, which begin before it.
+    Live readings were taken at the trigger, but the frames begin before it, so live readings come from the frames.
     """
-    servo = Servo(Uid(told.uid), catalog, name=told.name, label=told.label, model_number=told.model_number or 0)
+    servo = Servo(Uid(one.uid), catalog, name=one.name, label=one.label, model_number=one.model_number or 0)
     servo.recorded = True
-    servo.node_id = None if told.node_id is None else NodeId(told.node_id)
-    servo.hardware_version, servo.serial_number = told.hardware_version, told.serial_number
-    servo.production_date = told.production_date
-    servo.identify_as(catalog.treated_as(servo.model_number or 0, told.hardware_version), told.firmware)
+    servo.node_id = None if one.node_id is None else NodeId(one.node_id)
+    servo.hardware_version, servo.serial_number = one.hardware_version, one.serial_number
+    servo.production_date = one.production_date
+    servo.identify_as(catalog.treated_as(servo.model_number or 0, one.hardware_version), one.firmware)
     for key, register in servo.registers.items():
-        kept = told.readings.get(key)
-        if kept is not None and register.parameter.group not in LIVE_PERIOD_S:
-            servo.note(key, kept.raw, base.now())
-        register.rom = told.rom.get(key)
+        reading = one.readings.get(key)
+        if reading is not None and register.parameter.group not in LIVE_PERIOD_S:
+            servo.note(key, reading.raw, base.now())
+        register.rom = one.rom.get(key)
     return servo

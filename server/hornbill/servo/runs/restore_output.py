@@ -24,7 +24,7 @@ from hornbill.servo.configuration.following import RestartFollower
 from hornbill.servo.configuration.record import ServoRecord
 from hornbill.servo.device import permission
 from hornbill.servo.device.fleet import Fleet
-from hornbill.servo.device.output import KEY, ON, SESSION, taken_by
+from hornbill.servo.device.output import KEY, ON, SESSION, off_mode
 from hornbill.servo.device.requests import READ
 from hornbill.servo.device.services import HostServices
 from hornbill.servo.device.servo import Servo
@@ -69,11 +69,11 @@ class Prospect:
 
 @dataclass(slots=True, kw_only=True)
 class OutputTarget(RunTarget):
-    """One servo of the job. `outcome`: not_tried, on, failed. `kept_by`: lease (off when it ends) or servo."""
+    """One servo of the job. `outcome`: not_tried, on, failed. `held_by`: lease (off when it ends) or servo."""
 
     servo: Servo
     outcome: str = "not_tried"
-    kept_by: str | None = None
+    held_by: str | None = None
     angle_deg: float | None = None
 
     def fail(self, problem: HornbillError) -> None:
@@ -90,7 +90,7 @@ class OutputTarget(RunTarget):
     def shown(self) -> dict[str, object]:
         """The target in the result of the job, as JSON."""
         return {
-            **self.record.document(), "outcome": self.outcome, "kept_by": self.kept_by, "angle_deg": self.angle_deg
+            **self.record.document(), "outcome": self.outcome, "held_by": self.held_by, "angle_deg": self.angle_deg
         }  # fmt: skip
 
 
@@ -103,7 +103,7 @@ class OutputRun(FleetJob[OutputTarget]):
     lease_id: str | None
     by: str
 
-    ALSO = "outputs_stayed_off"
+    ALSO = "outputs_still_off"
 
     def summary(self, failed: Sequence[OutputTarget]) -> str:
         """Which outputs stayed off."""
@@ -210,20 +210,20 @@ class RestoreOutputJobs:
             self._check_lease(lease_id)
             if servo.output_state.state == "on":
                 target.angle_deg = _angle(servo)
-                target.kept_by = "lease" if self._motion.driven(servo.uid) else "servo"
+                target.held_by = "lease" if self._motion.is_commanded(servo.uid) else "servo"
             else:
                 self._check(servo)
                 await self._switch_on(run, target)
-                target.kept_by = "servo" if lease_id is None else "lease"
+                target.held_by = "servo" if lease_id is None else "lease"
         target.outcome = "on"
-        kept = "under command: off when motion control ends" if target.kept_by == "lease" else "it holds by itself"
+        kept = "under command: off when motion control ends" if target.held_by == "lease" else "it holds by itself"
         text = f"held at {target.angle_deg:+.1f}°; {kept}"
-        return Evidence("held", text, known(angle_deg=target.angle_deg, kept_by=target.kept_by))
+        return Evidence("held", text, known(angle_deg=target.angle_deg, held_by=target.held_by))
 
     async def _switch_on(self, run: OutputRun, target: OutputTarget) -> None:
         """Switch on and check that the horn stays. On any problem the output is switched off again."""
         servo, lease_id = target.servo, run.lease_id
-        before, found, taken, stood = servo.raw(KEY), copy(servo.output), servo.output.taken, _angle(servo)
+        before, found, taken, stood = servo.raw(KEY), copy(servo.output), servo.output.disable_count, _angle(servo)
         try:
             if lease_id is not None:
                 await self._motion.torque_on(servo, lease_id)
@@ -234,25 +234,28 @@ class RestoreOutputJobs:
             target.angle_deg = _angle(servo)
             self._check_stays(servo, lease_id, stood, target.angle_deg)
         except BaseException:
-            under_other = lease_id is None and self._motion.driven(servo.uid)
-            if not self._stop.latched and servo.output.taken == taken and not under_other:
-                self._motion.hand_back(servo)
-                self._motion.torque_off.require(servo, found.reason, found.by, taken_by(before))
+            under_other = lease_id is None and self._motion.is_commanded(servo.uid)
+            if not self._stop.latched and servo.output.disable_count == taken and not under_other:
+                self._motion.stop_commanding(servo)
+                self._motion.torque_off.require(servo, found.reason, found.by, off_mode(before))
             raise
 
     def _check_stays(self, servo: Servo, lease_id: str | None, stood: float, angle: float) -> None:
         """Raises when the output is not on any more, or the horn did not stay where it stood."""
         if lease_id is not None:
             self._motion.may_move(servo, lease_id)
-        if servo.output_state.state != "on" or (lease_id is not None and not self._motion.driven(servo.uid)):
+        if servo.output_state.state != "on" or (lease_id is not None and not self._motion.is_commanded(servo.uid)):
             raise Refused(
-                f"The output of {servo.title} did not stay on.", key=KEY, cause="output_not_kept", servo=servo.title
+                f"The output of {servo.title} did not stay on.",
+                key=KEY,
+                cause="output_not_maintained",
+                servo=servo.title,
             )
         if abs(angle - stood) > STAYED_DEG:
             raise DidNotMove(
                 f"{servo.title} was to hold its horn at {stood:.1f}°, and it went to {angle:.1f}°. Its output is taken "
                 "again. Look what moves it.",
-                angle_deg=angle, target_deg=stood, cause="horn_moved_away", servo=servo.title,
+                angle_deg=angle, target_deg=stood, cause="horn_moved", servo=servo.title,
             )  # fmt: skip
 
     async def _prospect(self, servo: Servo, lease_id: str | None) -> Prospect:
@@ -280,14 +283,14 @@ class RestoreOutputJobs:
         if self._motion.torque_off.pending(servo.uid):
             raise NoResponse(
                 f"{servo.title} has not confirmed that its output is off: that is still being written.",
-                cause="off_unconfirmed",
+                cause="torque_off_unconfirmed",
                 servo=servo.title,
             )
         speed = servo.raw("current_speed") or 0
         if abs(speed) > AT_REST_RPM:
             raise Busy(
                 f"The horn of {servo.title} turns at {speed} rpm. Let it come to rest.",
-                cause="horn_turns_off",
+                cause="horn_turning_output_off",
                 servo=servo.title,
                 speed_rpm=speed,
             )

@@ -133,7 +133,7 @@ class Jobs:
         try:
             return self._jobs[job_id]
         except KeyError:
-            raise Unknown("unknown_job", f"There is no job {job_id!r}.", cause="no_such_job", job=job_id) from None
+            raise Unknown("unknown_job", f"There is no job {job_id!r}.", cause="job_not_found", job=job_id) from None
 
     def running(self, uid: Uid) -> RunningJob | None:
         """The job under way on this servo."""
@@ -147,7 +147,7 @@ class Jobs:
                 raise Busy(
                     f"A {job.kind} job is under way over servo {both[:8]}, too. Wait for its end.",
                     job=job.id,
-                    cause="job_runs",
+                    cause="job_running",
                     kind=job.kind,
                 )
 
@@ -189,7 +189,7 @@ class Jobs:
             raise Busy(
                 f"A {other.kind} job is under way on this servo. Wait for its end, then resume.",
                 job=other.id,
-                cause="job_runs",
+                cause="job_running",
                 kind=other.kind,
             )
         before, job.lease_id = job.lease_id, lease_id
@@ -220,7 +220,7 @@ class Jobs:
         except Exception as error:  # a defect of ours must end the job visibly, not leave it running for ever
             log.exception("the %s job %s failed", job.kind, job.id)
             text = f"hornbill itself failed: {error!r}. Report this."
-            job.state, job.error = "failed", HornbillError(text, cause="own_defect", error=repr(error))
+            job.state, job.error = "failed", HornbillError(text, cause="internal_error", error=repr(error))
         finally:
             self._end(job)
 
@@ -320,7 +320,7 @@ def _interrupted(job: RunningJob) -> Interrupted:
     text = f"The server ended while this was under way. Done: {', '.join(done) or 'nothing'}. "
     if begun:
         text += f"Begun, and whether the servo acted is not known: {', '.join(begun)}. "
-    return Interrupted(text + "What is not done was not begun.", cause="server_ended")
+    return Interrupted(text + "What is not done was not begun.", cause="server_exited")
 
 
 def _titled(step: Step) -> str:

@@ -33,7 +33,7 @@ class Leases:
 
     def __init__(self) -> None:
         self._lease: HeldLease | None = None
-        self._unseen: list[HeldLease] = []
+        self._expired_unseen: list[HeldLease] = []
         self.promised_to: str | None = None
         """Who gets the next lease, because it was asked for: nobody else does meanwhile."""
         self.counts: Counter[str] = Counter()
@@ -52,7 +52,7 @@ class Leases:
         if self.promised_to is not None:
             raise Busy(
                 f"Motion control is passing to {self.promised_to}, who asked for it. Try again in a second.",
-                cause="passing_to",
+                cause="control_transfer_pending",
                 by=self.promised_to,
             )
         return self._new(holder, ttl_s, now, ttl_s)
@@ -68,12 +68,12 @@ class Leases:
         self.promised_to = None
         return self._new(holder, ttl_s, now, max(ttl_s, grace_s))
 
-    def take_away(self, now: Instant) -> HeldLease | None:
+    def revoke(self, now: Instant) -> HeldLease | None:
         """End whatever lease there is. The answer is who had it: what it commanded must be let go."""
         lease = self.current(now)
         if lease is not None:
             self._lease = None
-            self.counts["taken_away"] += 1
+            self.counts["revoked"] += 1
         return lease
 
     def renew(self, lease_id: str, now: Instant) -> HeldLease:
@@ -83,7 +83,7 @@ class Leases:
             raise Unknown(
                 "unknown_lease",
                 "This lease has ended. Ask for a new one.",
-                cause="lease_over",
+                cause="lease_ended",
             )
         lease.expires_at = now + lease.ttl_s
         return lease
@@ -95,16 +95,16 @@ class Leases:
         self.counts["released"] += 1
         return lease
 
-    def lapsed(self, now: Instant) -> HeldLease | None:
+    def expired(self, now: Instant) -> HeldLease | None:
         """A lease that has run out unseen, each one once, also when another has been granted since."""
-        if self._unseen:
-            self.counts["lapsed"] += 1
-            return self._unseen.pop(0)
+        if self._expired_unseen:
+            self.counts["expired"] += 1
+            return self._expired_unseen.pop(0)
         lease = self._lease
         if lease is None or lease.expires_at > now:
             return None
         self._lease = None
-        self.counts["lapsed"] += 1
+        self.counts["expired"] += 1
         return lease
 
     def require(self, lease_id: str | None, now: Instant) -> HeldLease:
@@ -115,9 +115,9 @@ class Leases:
         if lease is not None:
             raise self._held(lease, now)
         if lease_id is None:
-            raise LeaseRequired("Motion needs a live lease.", cause="no_lease")
+            raise LeaseRequired("Motion needs a live lease.", cause="lease_missing")
         raise LeaseRequired(
-            "This lease has ended, and torque is off on what it commanded. Ask for a new one.", cause="lease_over"
+            "This lease has ended, and torque is off on what it commanded. Ask for a new one.", cause="lease_ended"
         )
 
     def allow_write(self, lease_id: str | None, now: Instant) -> None:
@@ -133,7 +133,7 @@ class Leases:
 
     def _new(self, holder: str, ttl_s: float, now: Instant, first_s: float) -> HeldLease:
         if self._lease is not None:
-            self._unseen.append(self._lease)
+            self._expired_unseen.append(self._lease)
         self.counts["taken"] += 1
         self._lease = HeldLease(secrets.token_hex(16), holder, ttl_s, now + first_s)
         return self._lease
@@ -143,7 +143,7 @@ class Leases:
         left = lease.expires_at - now
         return LeaseHeld(
             f"{lease.holder} has motion control for {max(1, math.ceil(left))} s more. Ask for it, or wait.",
-            cause="lease_of_another",
+            cause="lease_held_by_other",
             holder=lease.holder,
             expires_in_s=round(left, 3),
         )

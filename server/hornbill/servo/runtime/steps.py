@@ -28,7 +28,7 @@ class Evidence:
     @classmethod
     def of(cls, error: HornbillError) -> Self:
         """A problem as evidence: its code is the value `problem`, its plain facts are the other values."""
-        return cls("problem", error.detail, error.told)
+        return cls("problem", error.detail, error.note_params)
 
 
 @dataclass(slots=True)

@@ -17,25 +17,25 @@ from hornbill.units import Instant, Raw, Uid
 
 log = logging.getLogger(__name__)
 
-AGAIN_S: Final = 0.02
-AGAIN_LATER_S: Final = 0.25
-AGAIN_ABSENT_S: Final = 1.0
+RETRY_S: Final = 0.02
+RETRY_LATER_S: Final = 0.25
+RETRY_OFFLINE_S: Final = 1.0
 """Pauses between two tries: at first; of a servo that is heard and does not answer; of one that is not even heard,
 which may be switched off for good. It is written at once when it comes back."""
 
-SOON: Final = 25
+FAST_TRIES: Final = 25
 """Tries at the first pause, half a second in all."""
 
-UNANSWERED_S: Final = 10.0
+REPORT_S: Final = 10.0
 """An order other than a stop that is not acknowledged for so long is reported as a failure, once; it goes on."""
 
-LOOK_S: Final = 1.0
+REWRITE_S: Final = 1.0
 """How often torque is taken again, for a stop that lasts, from a node that is not polled because it is unidentified."""
 
-LOOK_BRAKED_S: Final = 0.33
+REWRITE_BRAKE_S: Final = 0.33
 """The same with the brake: a third of the timeout (0x27) as delivered, which may let the brake go (section 4.19)."""
 
-LONGEST_BRAKED_S: Final = 60.0
+MAX_REWRITE_S: Final = 60.0
 _OFF: Final[Raw] = 1
 
 _AT_ONCE = replace(STOP, timeout_s=STOP.timeout_s * 2, tries=10)
@@ -45,7 +45,7 @@ _AT_ONCE = replace(STOP, timeout_s=STOP.timeout_s * 2, tries=10)
 class TorqueOffOrder:
     """Torque off or brake for a servo, or for a node ID that may be one, with the reason and who wants it.
 
-    `settled` is done at the first acknowledgement, or when the order is cancelled. `named`: reported as unanswered.
+    `settled` is done at the first acknowledgement, or when the order is cancelled. `reported`: reported as unanswered.
     """
 
     to: Servo | int
@@ -53,12 +53,12 @@ class TorqueOffOrder:
     reason: Reason
     by: str | None
     since: Instant
-    on_held: Callable[[], None] | None
-    lasting: Callable[[], bool]
+    on_acknowledged: Callable[[], None] | None
+    persistent: Callable[[], bool]
     on_gone: Callable[[], None]
     settled: asyncio.Future[None] = field(default_factory=lambda: asyncio.get_running_loop().create_future())
     task: asyncio.Task[None] | None = None
-    named: bool = False
+    reported: bool = False
     tries: int = 0
 
     @property
@@ -80,8 +80,8 @@ class TorqueOffRetries:
         self._fleet = fleet
         self._row = fleet.catalog.by_key[KEY]
         self._orders: dict[Uid | int, TorqueOffOrder] = {}
-        self._hurry = asyncio.Event()
-        self._hurried = 0
+        self._wake = asyncio.Event()
+        self._wake_count = 0
 
     def servos(self) -> list[Servo]:
         """Servos that have not acknowledged an order other than a stop."""
@@ -104,16 +104,16 @@ class TorqueOffRetries:
         reason: Reason,
         by: str | None,
         *,
-        on_held: Callable[[], None] | None = None,
-        lasting: Callable[[], bool] = lambda: False,
+        on_acknowledged: Callable[[], None] | None = None,
+        persistent: Callable[[], bool] = lambda: False,
         on_gone: Callable[[], None] = lambda: None,
     ) -> None:
         """Write `mode` (off or brake) from the next turn of the event loop on, instead of what was ordered before.
 
-        `on_held` is called with every acknowledgement. While `lasting`, the brake of a servo and the torque mode of a
+        `on_acknowledged` is called with every acknowledgement. While `persistent`, the brake of a servo and the torque mode of a
         node are written again and again afterwards. `on_gone`: the node is not taken for a servo any more.
         """
-        order = TorqueOffOrder(to, mode, reason, by, self._base.now(), on_held, lasting, on_gone)
+        order = TorqueOffOrder(to, mode, reason, by, self._base.now(), on_acknowledged, persistent, on_gone)
         self.cancel(order.key)
         self._orders[order.key] = order
         order.task = asyncio.get_running_loop().create_task(self._write(order))
@@ -123,20 +123,22 @@ class TorqueOffRetries:
         old = self._orders.get(servo.uid)
         if old is None:
             self.order(servo, mode, reason, by)
-            asyncio.get_running_loop().call_later(UNANSWERED_S, self._name, self._orders[servo.uid])
+            asyncio.get_running_loop().call_later(REPORT_S, self._report, self._orders[servo.uid])
         elif old.settled.done():
-            self.order(servo, old.mode, old.reason, old.by, on_held=old.on_held, lasting=old.lasting)
+            self.order(
+                servo, old.mode, old.reason, old.by, on_acknowledged=old.on_acknowledged, persistent=old.persistent
+            )
 
-    async def write(self, servo: Servo, mode: str, reason: Reason, by: str | None, *, insist: bool) -> Raw:
+    async def write(self, servo: Servo, mode: str, reason: Reason, by: str | None, *, retry: bool) -> Raw:
         """Write `mode` now, with ten tries, and return what the servo holds then.
 
-        `insist`: if that fails, go on until it acknowledges. Raises NoResponse, Refused, BusDisconnected.
+        `retry`: if that fails, go on until it acknowledges. Raises NoResponse, Refused, BusDisconnected.
         """
         servo.output.switch(MODES[mode], reason, by)
         try:
             return await self._requests.write(servo, self._row, MODES[mode], _AT_ONCE)
         except (HornbillError, asyncio.CancelledError):
-            if insist:
+            if retry:
                 self.require(servo, reason, by, mode)
             raise
 
@@ -164,11 +166,11 @@ class TorqueOffRetries:
         for to in list(self._orders):
             self.cancel(to)
 
-    def hurry(self) -> None:
+    def retry_now(self) -> None:
         """Write at once, and often, to what has not acknowledged: the bus is back, or a servo is."""
-        self._hurried += 1
-        self._hurry.set()
-        self._hurry = asyncio.Event()
+        self._wake_count += 1
+        self._wake.set()
+        self._wake = asyncio.Event()
 
     async def acknowledged(self, within_s: float) -> None:
         """Return when everything ordered has been acknowledged, or after that time, s."""
@@ -176,10 +178,10 @@ class TorqueOffRetries:
         if waiting:
             await asyncio.wait(waiting, timeout=within_s)
 
-    def name_unanswered(self) -> None:
+    def report_pending(self) -> None:
         """Report the servos that have not acknowledged, a stop apart, each once."""
         for order in self._orders.values():
-            self._name(order)
+            self._report(order)
 
     async def close(self) -> None:
         """End every order, and wait for it."""
@@ -187,10 +189,10 @@ class TorqueOffRetries:
         self.cancel_all()
         await asyncio.gather(*tasks, return_exceptions=True)
 
-    def _name(self, order: TorqueOffOrder) -> None:
-        if order.named or order.settled.done() or order.reason == "stop" or isinstance(order.to, int):
+    def _report(self, order: TorqueOffOrder) -> None:
+        if order.reported or order.settled.done() or order.reason == "stop" or isinstance(order.to, int):
             return
-        order.named = True
+        order.reported = True
         text = f"{order.to.title} did not answer to torque {order.mode}; it is written until it does."
         params: dict[str, object] = {"servos": [order.to.title], "mode": order.mode}
         text += " If it can move, cut its supply."
@@ -208,16 +210,16 @@ class TorqueOffRetries:
                     order.to.output.switch(MODES[order.mode], order.reason, order.by)
                 order.tries = 0
                 while True:
-                    hurried = self._hurried
-                    if order.settled.done() and not order.lasting():
+                    wake_count = self._wake_count
+                    if order.settled.done() and not order.persistent():
                         return
                     if isinstance(order.to, int) and order.to not in self._fleet.suspects():
                         order.on_gone()
                         return
                     if await self._try(order):
                         break
-                    order.tries = 0 if await self._hurried_within(order, hurried) else order.tries + 1
-                self._held(order)
+                    order.tries = 0 if await self._woken_within(order, wake_count) else order.tries + 1
+                self._acknowledged(order)
                 if not await self._needed_again(order):
                     return
         finally:
@@ -233,37 +235,37 @@ class TorqueOffRetries:
         wanted = MODES[order.mode]
         try:
             if isinstance(order.to, int):
-                self._fleet.imposed(order.to)
-                return await self._requests.impose(order.to, self._row, wanted, STOP) == wanted
+                self._fleet.torque_written(order.to)
+                return await self._requests.write_to_node(order.to, self._row, wanted, STOP) == wanted
             if await self._requests.write(order.to, self._row, wanted, STOP) == wanted:
                 if order.to.online:
                     return True
-                order.tries = SOON
+                order.tries = FAST_TRIES
         except HornbillError as error:
             log.debug("%s: torque %s: %s", order.key, order.mode, error.detail)
         except Exception:  # whatever it is, the servo still has to be stopped
             log.exception("%s: torque %s", order.key, order.mode)
         return False
 
-    async def _hurried_within(self, order: TorqueOffOrder, hurried: int) -> bool:
+    async def _woken_within(self, order: TorqueOffOrder, wake_count: int) -> bool:
         """The pause after a try that failed; whether there was hurry since that try began."""
         tries, absent = order.tries + 1, isinstance(order.to, Servo) and not order.to.online
-        pause = AGAIN_S if tries <= SOON else AGAIN_ABSENT_S if absent else AGAIN_LATER_S
-        if hurried != self._hurried:
-            pause = AGAIN_S
+        pause = RETRY_S if tries <= FAST_TRIES else RETRY_OFFLINE_S if absent else RETRY_LATER_S
+        if wake_count != self._wake_count:
+            pause = RETRY_S
         try:
             async with asyncio.timeout(pause):
-                await self._hurry.wait()
+                await self._wake.wait()
         except TimeoutError:
-            return hurried != self._hurried
+            return wake_count != self._wake_count
         return True
 
-    def _held(self, order: TorqueOffOrder) -> None:
-        if order.on_held is not None:
-            order.on_held()
+    def _acknowledged(self, order: TorqueOffOrder) -> None:
+        if order.on_acknowledged is not None:
+            order.on_acknowledged()
         elif isinstance(order.to, Servo):
-            if order.named:
-                order.named, where = False, "off" if order.mode == "off" else "on the brake"
+            if order.reported:
+                order.reported, where = False, "off" if order.mode == "off" else "on the brake"
                 text = f"Torque is {where} on {order.to.title} now."
                 params: dict[str, object] = {"servo": order.to.title, "mode": order.mode}
                 self._hub.publish(LogEvent("notice", "torque_off", text, order.to.uid, params))
@@ -277,14 +279,14 @@ class TorqueOffRetries:
         not say that the timeout leaves a brake alone, and 0x20 counts as a command; with 0x26 at off it could let go
         of what the brake holds. Writing 2 energises nothing.
         """
-        while order.lasting():
+        while order.persistent():
             if isinstance(order.to, int):
-                await asyncio.sleep(LOOK_BRAKED_S if order.mode == "brake" else LOOK_S)
-                return order.to not in self._fleet.suspects() or order.lasting()
+                await asyncio.sleep(REWRITE_BRAKE_S if order.mode == "brake" else REWRITE_S)
+                return order.to not in self._fleet.suspects() or order.persistent()
             if order.mode != "brake":
                 return False
             timeout_s = (order.to.raw("timeout_time") or 1000) / 1000
-            await asyncio.sleep(max(AGAIN_S, min(LONGEST_BRAKED_S, timeout_s / 3)))
-            if order.lasting() and order.to.raw("timeout_action") in (None, _OFF):
+            await asyncio.sleep(max(RETRY_S, min(MAX_REWRITE_S, timeout_s / 3)))
+            if order.persistent() and order.to.raw("timeout_action") in (None, _OFF):
                 return True
         return False

@@ -18,27 +18,27 @@ from hornbill.servo.torque_off.retries import TorqueOffRetries
 from hornbill.store.audit import NewAuditEntry
 from hornbill.units import Instant, Uid
 
-SAME_S = 1.0
+SAME_PRESS_S = 1.0
 """The page sends one press over its socket and over REST; within this time both are one stop."""
 
-ANSWER_BOUNDS_S = (0.002, 0.005, 0.01, 0.02, 0.05, 0.1, 0.25, 1.0, 5.0)
+RESPONSE_BOUNDS_S = (0.002, 0.005, 0.01, 0.02, 0.05, 0.1, 0.25, 1.0, 5.0)
 
-NAMED_S = 1.0
-"""Who has not confirmed after this long is named in an event."""
+REPORT_S = 1.0
+"""Who has not confirmed after this long is reported in an event."""
 
 
 @dataclass(slots=True)
 class Confirmation:
     """How stop went on one servo since `begun`; `ms` from the request to the servo's answer.
 
-    `named`: somebody was told that it does not answer.
+    `reported`: somebody was told that it does not answer.
     """
 
     uid: Uid
     label: str
     begun: Instant
     ms: float | None = None
-    named: bool = False
+    reported: bool = False
 
     @property
     def confirmed(self) -> bool:
@@ -53,7 +53,7 @@ class NodeConfirmation:
     node_id: int
     begun: Instant
     ms: float | None = None
-    named: bool = False
+    reported: bool = False
 
     @property
     def confirmed(self) -> bool:
@@ -98,7 +98,7 @@ class StopControl:
         self.latch: Latch | None = None
         self.presses = 0
         """How often somebody stopped, since the start; the same press by two roads is one."""
-        self.answered = Histogram(ANSWER_BOUNDS_S)
+        self.response_times = Histogram(RESPONSE_BOUNDS_S)
         """From the first write of a stop to the answer of each servo it is for."""
         self._bus_gone = False
         self._hub.subscribe(self._on_reading, ReadingChanged)
@@ -138,15 +138,15 @@ class StopControl:
         latch = self.latch
         waiting = {servo.uid for servo in self._retries.servos()}
         self._hub.publish(StopPressed())
-        if latch is not None and (latch.mode, latch.by) == (mode, by) and self._base.now() - latch.at < SAME_S:
-            self._go_on(latch, waiting)
+        if latch is not None and (latch.mode, latch.by) == (mode, by) and self._base.now() - latch.at < SAME_PRESS_S:
+            self._repeat(latch, waiting)
             return latch
         self.latch = latch = Latch(mode, self._base.now(), by, reason)
         self.presses += 1
         # who has not answered to an earlier stop is not let off because it has no node id just now
         waiting |= self._retries.pending_servos()
         self._retries.cancel_all()
-        for servo in self._fleet.met():
+        for servo in self._fleet.seen():
             if servo.node_id is not None or servo.uid in waiting:
                 self._begin(servo, latch)
         for node in self._fleet.suspects():
@@ -163,17 +163,17 @@ class StopControl:
         self._audit.later(self._retries.acknowledged(AUDITED_S), lambda: _pressed(latch))
         return latch
 
-    def _go_on(self, latch: Latch, waiting: Collection[Uid]) -> None:
+    def _repeat(self, latch: Latch, waiting: Collection[Uid]) -> None:
         """The same press, by its other road: send again at once, and keep the times of the first."""
-        for servo in self._fleet.met():
+        for servo in self._fleet.seen():
             if servo.node_id is not None or servo.uid in waiting:
-                self._begin(servo, latch, anew=False)
+                self._begin(servo, latch, restart=False)
         for node in self._fleet.suspects():
             self._begin_node(node, latch)
 
     def on_arrival(self, servo: Servo) -> None:
         """A servo that comes back while the latch is set is stopped too: it may have started with torque on."""
-        self._retries.hurry()
+        self._retries.retry_now()
         if self.latch is not None:
             self._begin(servo, self.latch)
             if servo.node_id is not None:
@@ -190,7 +190,7 @@ class StopControl:
         """Somebody else turned torque on, or a restart too quick to be noticed did: not while the latch is set."""
         if self.latch is None or change.key != KEY or self._retries.pending(change.uid):
             return
-        servo = next((one for one in self._fleet.met() if one.uid == change.uid), None)
+        servo = next((one for one in self._fleet.seen() if one.uid == change.uid), None)
         if servo is not None and servo.raw(KEY) == ON:
             self._begin(servo, self.latch)
             self._hub.publish(StopChanged())
@@ -216,24 +216,24 @@ class StopControl:
             self._retries.acknowledged(AUDITED_S), lambda: NewAuditEntry(by, "stop", "cleared", notes=notes)
         )
 
-    def _begin(self, servo: Servo, latch: Latch, *, anew: bool = True) -> None:
-        if anew or servo.uid not in latch.servos:
+    def _begin(self, servo: Servo, latch: Latch, *, restart: bool = True) -> None:
+        if restart or servo.uid not in latch.servos:
             latch.servos[servo.uid] = one = Confirmation(servo.uid, servo.title, self._base.now())
-            self._name_later(latch, one)
+            self._report_later(latch, one)
         one = latch.servos[servo.uid]
         self._retries.order(
             servo, latch.mode, "stop", latch.by,
-            on_held=lambda: self._confirm(latch, one), lasting=lambda: latch is self.latch,
+            on_acknowledged=lambda: self._confirm(latch, one), persistent=lambda: latch is self.latch,
         )  # fmt: skip
 
     def _begin_node(self, node: int, latch: Latch) -> None:
         one = latch.nodes.get(node)
         if one is None:
             one = latch.nodes[node] = NodeConfirmation(node, self._base.now())
-            self._name_later(latch, one)
+            self._report_later(latch, one)
         self._retries.order(
             node, latch.mode, "stop", latch.by,
-            on_held=lambda: self._confirm(latch, one), lasting=lambda: latch is self.latch,
+            on_acknowledged=lambda: self._confirm(latch, one), persistent=lambda: latch is self.latch,
             on_gone=lambda: self._node_gone(latch, node),
         )  # fmt: skip
 
@@ -243,17 +243,17 @@ class StopControl:
         if latch is self.latch:
             self._hub.publish(StopChanged())
 
-    def _name_later(self, latch: Latch, one: Confirmation | NodeConfirmation) -> None:
-        asyncio.get_running_loop().call_at(one.begun + NAMED_S, self._name_silent, latch)
+    def _report_later(self, latch: Latch, one: Confirmation | NodeConfirmation) -> None:
+        asyncio.get_running_loop().call_at(one.begun + REPORT_S, self._report_silent, latch)
 
-    def _name_silent(self, latch: Latch) -> None:
+    def _report_silent(self, latch: Latch) -> None:
         """Name everybody who should have confirmed by now, in one event."""
-        due = self._base.now() - NAMED_S + 0.001
-        silent = [one for one in latch.unconfirmed() if one.begun <= due and not one.named]
+        due = self._base.now() - REPORT_S + 0.001
+        silent = [one for one in latch.unconfirmed() if one.begun <= due and not one.reported]
         if latch is not self.latch or not silent:
             return
         for one in silent:
-            one.named = True
+            one.reported = True
         text = f"No answer to the stop from {', '.join(one.label for one in silent)}. Torque may still be on there; "
         text += "it is written until they answer. If they can move, cut their supply."
         only = silent[0] if len(silent) == 1 else None
@@ -264,9 +264,9 @@ class StopControl:
     def _confirm(self, latch: Latch, one: Confirmation | NodeConfirmation) -> None:
         if one.ms is None:
             one.ms = round((self._base.now() - latch.at) * 1000, 2)
-            self.answered.add(self._base.now() - one.begun)
-        if one.named:
-            one.named = False
+            self.response_times.add(self._base.now() - one.begun)
+        if one.reported:
+            one.reported = False
             uid = one.uid if isinstance(one, Confirmation) else None
             text = f"{one.label} has answered: torque {latch.mode}."
             params: dict[str, object] = {"servo": one.label, "mode": latch.mode}

@@ -5,7 +5,7 @@ import logging
 from collections.abc import Mapping
 from typing import NamedTuple, cast
 
-from hornbill.servo.device.output import MODES, OutputState, Reason, taken_by
+from hornbill.servo.device.output import MODES, OutputState, Reason, off_mode
 from hornbill.servo.device.servo import Servo
 from hornbill.servo.runtime.hub import Hub, LogEvent, StopChanged
 from hornbill.servo.runtime.timebase import TimeBase
@@ -82,7 +82,7 @@ class StoredTorqueOff:
 
         The note is in the database when this returns.
         """
-        note = StoredMode(taken_by(raw), before.reason, before.by, self._base.utc_now())
+        note = StoredMode(off_mode(raw), before.reason, before.by, self._base.utc_now())
         self._put_saves({**self._saves(), servo.uid: note.to_json()})
         await self._store.settled()
 
@@ -109,17 +109,17 @@ class StoredTorqueOff:
         if self._task is not None:
             self._task.cancel()
             await asyncio.gather(self._task, return_exceptions=True)
-        await self._keep()
+        await self._store_latch()
 
     def _on_stop(self, _change: StopChanged) -> None:
         if self._stop.latch is not self._latch and (self._task is None or self._task.done()):
-            self._task = asyncio.get_running_loop().create_task(self._keep_soon())
+            self._task = asyncio.get_running_loop().create_task(self._store_soon())
 
-    async def _keep_soon(self) -> None:
+    async def _store_soon(self) -> None:
         await self._retries.acknowledged(WAITS_S)
-        await self._keep()
+        await self._store_latch()
 
-    async def _keep(self) -> None:
+    async def _store_latch(self) -> None:
         """A store that fails is reported, because the next start would not be stopped."""
         settings = self._store.settings
         try:

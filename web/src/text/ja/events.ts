@@ -6,13 +6,13 @@ import { notes } from "./notes";
 import { because, LEASE_END, STOP_CAUSE, UNIT, who } from "./said";
 import { table } from "./table";
 
-const DISK = "データフォルダーとディスクを確認してください。";
+const DISK = "データフォルダとディスクを確認してください。";
 const CUT = "動く可能性があれば電源を切ってください。";
 const MODE: Readonly<Record<string, string>> = { on: "オン", off: "オフ", brake: "ブレーキ" };
 
 const mode = (p: Facts) => MODE[p.mode ?? ""] ?? p.mode ?? "";
 const trouble = (p: Facts) =>
-  p.problem ?? `${p.address}を使用できません。アダプターとケーブルを確認してください。`;
+  p.problem ?? `${p.address}を使用できません。アダプタとケーブルを確認してください。`;
 const again = (p: Facts) => (p.retry ? "自動で開き直します。" : "");
 const faultNames = (keys: string | undefined) =>
   (keys ?? "")
@@ -28,26 +28,26 @@ const faultAdvice = (key: string | undefined) =>
 const UNSTORED: Readonly<Record<string, string>> = {
   audit: `監査記録を保存できません。${DISK}今行っている操作は記録されません。`,
   faults: `異常の履歴を保存できません。${DISK}異常は表示されます。`,
-  changes: `今の変更は保存されません。サーバーを再起動すると失われます。${DISK}`,
-  stop: `停止状態を保存できません。今は有効ですが、サーバーを再起動すると引き継がれません。${DISK}`,
+  changes: `今の変更は保存されません。サーバを再起動すると失われます。${DISK}`,
+  stop: `停止状態を保存できません。今は有効ですが、サーバを再起動すると引き継がれません。${DISK}`,
   lost_values: `サーボが失ったRAMの値を保存できませんでした。${DISK}`,
   position_unit: `位置の単位を保存できませんでした。${DISK}`,
 };
 
 /** What a node ID cannot be given for. */
 export const refusals = {
-  table_failed: () => "割り当て表を読み書きできません。データフォルダーを確認してください。",
+  table_failed: () => "割り当て表を読み書きできません。データフォルダを確認してください。",
   pinned_id_in_use: p => `固定されたノードID ${p.node_id}を別のノードが使っています。`,
   all_taken: p =>
-    `${p.node_ids}個のノードIDがすべて使用中です。なくなったノードの割り当てを忘れさせてください。`,
+    `${p.node_ids}個のノードIDがすべて使用中です。使われていないノードの割り当てを削除してください。`,
 } satisfies Partial<Record<RefusalCode, Saying>>;
 
 /** Why a recording is written. */
 export const marks = {
   stop: p => `${who(p.by)}が停止${p.why ? `: ${STOP_CAUSE[p.why] ?? p.why}` : ""}`,
-  failure: p => `${p.servo}の故障: ${faultNames(p.faults)}`,
+  failure: p => `${p.servo}の障害: ${faultNames(p.faults)}`,
   lost: p =>
-    p.node_id === undefined ? `${p.servo}の通信途絶` : `${p.servo}のノードID ${p.node_id}を別のノードが使用`,
+    p.node_id === undefined ? `${p.servo}がオフライン` : `${p.servo}のノードID ${p.node_id}を別のノードが使用`,
   bus_lost: p => trouble(p).replace(/。$/, ""),
 } satisfies Codes["marks"];
 
@@ -64,10 +64,10 @@ export const happened = {
       p.servos ? `${p.servos}のトルクはオフになります。` : ""
     }`,
   sample_point: p =>
-    `${p.address}のサンプルポイントは${p.sample_point_pct}、サーボは${p.wanted_sample_point_pct}です。短いバスでは使えますが、長いバスではアダプターを合わせてください。`,
+    `${p.address}のサンプルポイントは${p.sample_point_pct}、サーボは${p.wanted_sample_point_pct}です。短いバスでは使えますが、長いバスではアダプタを合わせてください。`,
 
   allocator_mode: p =>
-    `ノードIDの割り当て器を「${{ on: "オン", off: "オフ", force: "強制" }[p.mode ?? ""] ?? p.mode}」にしました。`,
+    `ノードIDのアロケータを「${{ on: "オン", off: "オフ", force: "強制" }[p.mode ?? ""] ?? p.mode}」にしました。`,
   allocated: p => `ノードID ${p.node_id}を${p.uid?.slice(0, 8)}…に割り当てました。`,
   node_ids_freed: p => `${p.idle_s}以上検出されないノードのID ${p.count}件を空けました。`,
   node_id_recycled: p =>
@@ -88,7 +88,7 @@ export const happened = {
     `${p.makers_program ? "Futabaの設定ソフト" : "別のプログラム"}がhornbillのノードID ${p.node_id}を使っています。${
       {
         on: "設定どおりhornbillはノードIDの割り当てを続けます。",
-        off: "hornbillの割り当て器はオフです。",
+        off: "hornbillのアロケータはオフです。",
         standby: `相手の最後のフレームから${p.shared_s}の間、hornbillはノードIDを割り当てません。`,
       }[p.allocator ?? ""] ?? ""
     }どちらかのプログラムを終了してください。`,
@@ -103,9 +103,9 @@ export const happened = {
   restarted: p =>
     `${p.servo}が自ら再起動しました。RAMだけの値は失われました。ホーンがソフトスタートで0°へ動くことがあります。`,
   fault: p => `${p.servo}: ${faultName(p.fault)}。${faultAdvice(p.fault)}`,
-  fault_cleared: p => `${p.servo}: ${faultName(p.fault)}は解消しました。`,
+  fault_cleared: p => `${p.servo}: 「${faultName(p.fault)}」は解消しました。`,
   hunting: p =>
-    `${p.servo}が停止位置で${p.peak_to_peak_deg}（全振幅）振動しています（ハンチング）。角度Pゲインを下げるか、Dゲインを上げるか、不感帯を広げてください。`,
+    `${p.servo}が停止位置で${p.peak_to_peak_deg}（全振幅）振動しています（ハンチング）。角度比例ゲインを下げるか、微分ゲインを上げるか、デッドバンドを広げてください。`,
   hunting_ended: p => `${p.servo}の停止位置での振動は収まりました。`,
   saturated: p =>
     `${p.servo}は停止したままトルク${p.torque_pct}で、制限の${p.torque_limit_pct}に近い状態です。ホーンの拘束や過大な負荷を確認してください。`,
@@ -139,7 +139,7 @@ export const happened = {
   lease_withdrawn: p =>
     p.gone
       ? `動作権を求めていた${who(p.by)}がいなくなりました。`
-      : `${who(p.by)}が動作権の要求を取り下げました。`,
+      : `${who(p.by)}が動作権の要求を取り消しました。`,
   lease_refused: p =>
     p.forced
       ? `${who(p.holder)}が動作権を強制的に取りました。${who(p.by)}の要求は終わりです。`
@@ -160,7 +160,7 @@ export const happened = {
 
   stopped: p =>
     p.before_start
-      ? `サーバーの再起動前に${who(p.by)}が停止したままです。検出したサーボのトルクを${mode(p)}にします。`
+      ? `サーバの再起動前に${who(p.by)}が停止したままです。検出したサーボのトルクを${mode(p)}にします。`
       : p.bus_lost
         ? `${who(p.by)}が停止しましたが、バスが失われています。バスが戻り次第、全サーボのトルクを${mode(p)}にします。それまで、${CUT}`
         : `${who(p.by)}が停止しました。全サーボのトルクを${mode(p)}にします。`,

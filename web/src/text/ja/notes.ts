@@ -9,7 +9,7 @@ const STATE: Readonly<Record<string, string>> = {
   saving: "保存中",
   restarting: "再起動中",
   updating: "ソフトウェアの更新中",
-  offline: "通信途絶",
+  offline: "オフライン",
 };
 /** What showed it: so many pairs of Status and 0x08, and the last of them. */
 const pairs = (p: Facts) => `連続${p.times}回、最後はStatus ${p.position}、0x08 ${p.angle_deg}`;
@@ -17,7 +17,7 @@ const unit = (code: string | undefined) => UNIT[code ?? ""] ?? code;
 /** Who may be a servo in spite of it. */
 const perhaps = (yes: string | undefined) =>
   yes
-    ? "アクチュエーターのStatusを送信しているため、サーボかもしれません。停止時はトルクオフを書き込みます。"
+    ? "アクチュエータのStatusを送信しているため、サーボかもしれません。停止時はトルクオフを書き込みます。"
     : "";
 
 export const notes = {
@@ -55,16 +55,16 @@ export const notes = {
     `ノードはオンラインで、再起動まではノードID ${p.node_id}のままです。その後は新しいノードとして割り当てます。`,
 
   no_status: () => "送信していますが、毎秒1回必要なNodeStatusを一度も送っていません。",
-  this_server: () => "このサーバーです。",
+  this_server: () => "このサーバです。",
   another_hornbill: () => "別のhornbillです。",
   asking_for_id: p =>
     p.count === "0"
       ? "今、ノードIDを要求しているノードはありません。"
       : `${p.count}台がノードIDを要求しています。割り当て表を確認してください。`,
   no_model_number: p =>
-    `モデル番号（0x50）がないため、このシリーズのサーボではありません。${perhaps(p.may_be_servo)}`,
+    `機種番号（0x50）がないため、このシリーズのサーボではありません。${perhaps(p.may_be_servo)}`,
   no_parameters: p =>
-    `GetNodeInfoには応答しますが、GetSetには応答しません。読み出せるパラメーターはありません。${perhaps(p.may_be_servo)}`,
+    `GetNodeInfoには応答しますが、GetSetには応答しません。読み出せるパラメータはありません。${perhaps(p.may_be_servo)}`,
   no_info: p => `GetNodeInfoに応答しません（${p.tries}回要求）。${perhaps(p.may_be_servo)}`,
 
   not_pollable_yet: p => `${p.servo}は識別が終わっていないため、まだ周期的に読み出せません。`,
@@ -73,7 +73,7 @@ export const notes = {
 
   log_limit: p => `上限の${p.limit_mb}に達しました。`,
   disk_slow: p => `ディスクが${p.within_s}以内に最後まで書き込めませんでした。`,
-  disk_full: () => "ディスクに空きがありません。データフォルダーのあるディスクを空けてください。",
+  disk_full: () => "ディスクに空きがありません。データフォルダのあるディスクを空けてください。",
   write_failed: p => `書き込めませんでした（${p.error}）。`,
 
   unit_unchecked: () => "メーカーの単位です。0度ではどの単位も同じ値のため、まだ確認していません。",

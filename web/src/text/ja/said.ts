@@ -3,7 +3,7 @@ import type { Facts } from "../../bench/facts";
 import { live } from "../../motion/text.ja";
 import { readable } from "../holder-name";
 
-export const who = (name: string | undefined) => readable(name ?? "他の人", live.motion.holder);
+export const who = (name: string | undefined) => readable(name ?? "別のクライアント", live.motion.holder);
 export const because = (p: Facts) => (p.reason ? `: ${p.reason.replace(/[。.\s]+$/, "")}。` : "。");
 
 /** Of this page's own causes of a stop. */

@@ -35,7 +35,7 @@ class TakeOver(Model):
     )
     ttl_s: float = Field(default=2.0, ge=0.5, le=60, description="Time to live after each renewal, s.")
     reason: str = Field(default="", max_length=200, description="Reason, shown to users and written to the audit.")
-    patience_s: float = Field(
+    timeout_s: float = Field(
         default=10.0, ge=1, le=120, description="Time after which the lease passes unless refused, s."
     )
 
@@ -62,7 +62,7 @@ async def list_leases(host: TheHost) -> list[LeaseView]:
 
 @routes.put("/leases/{lease_id}", Role.OPERATE, "unknown_lease")
 async def renew_lease(host: TheHost, lease_id: LeaseId) -> Lease:
-    """A sign of life: another `ttl_s` from now. The answer also says who asks for motion control."""
+    """A sign of life: another `ttl_s` from now. The job_response also says who asks for motion control."""
     lease = host.leases.renew(lease_id, host.base.now())
     host.lease_changed()
     return present.lease(host, lease)
@@ -71,7 +71,7 @@ async def renew_lease(host: TheHost, lease_id: LeaseId) -> Lease:
 @routes.delete("/leases/{lease_id}", Role.OPERATE, "unknown_lease")
 async def release_lease(host: TheHost, lease_id: LeaseId) -> LeaseView:
     """Give motion control back. Torque goes off on what was commanded under it; whoever asked for it gets it then."""
-    lease = host.motion_control.release(lease_id, "given_back")
+    lease = host.motion_control.release(lease_id, "released")
     shown = present.lease_view(host, lease)
     await host.torque_off.acknowledged(PASS_S)
     await host.motion_control.settle()
@@ -79,20 +79,20 @@ async def release_lease(host: TheHost, lease_id: LeaseId) -> LeaseView:
 
 
 @routes.post("/leases/requests", Role.OPERATE, "busy", "invalid_value", status_code=202)
-async def ask_for_lease(host: TheHost, body: TakeOver) -> TakeOverState:
+async def request_lease(host: TheHost, body: TakeOver) -> TakeOverState:
     """Ask the holder for motion control. Everybody sees who asks, and a countdown.
 
-    When the holder gives it back, or has not refused in `patience_s`, it is yours, after torque is off on what they
+    When the holder gives it back, or has not refused in `timeout_s`, it is yours, after torque is off on what they
     commanded. Look at least every few seconds, or you are believed gone. Keep the `id`: it is your way to the lease.
     """
-    asked = await host.motion_control.ask(signed(body.holder), body.ttl_s, body.reason, body.patience_s)
+    asked = await host.motion_control.request(signed(body.holder), body.ttl_s, body.reason, body.timeout_s)
     return present.take_over(host, asked)
 
 
 @routes.get("/leases/requests/{request_id}", Role.VIEW, "unknown_lease")
 async def get_lease_request(host: TheHost, request_id: RequestId) -> TakeOverState:
     """How it went, for whoever asked. Once granted, renew the lease within 5 s."""
-    return present.take_over(host, host.motion_control.look(request_id))
+    return present.take_over(host, host.motion_control.get_request(request_id))
 
 
 @routes.delete("/leases/requests/{request_id}", Role.OPERATE, "unknown_lease")

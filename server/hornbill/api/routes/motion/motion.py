@@ -75,7 +75,7 @@ class Commanded(Model):
         default=None,
         description=(
             "with settled false, what was not met at the end: band: the angle is outside the band; dwell: within it, "
-            "not yet for dwell_s; samples: the servo did not answer when its angle was read"
+            "not yet for dwell_s; samples: the servo did not job_response when its angle was read"
         ),
     )
     warnings: list[str] = Field(default_factory=list[str], description="Warnings, one sentence each.")
@@ -159,7 +159,7 @@ async def command_servo(host: TheHost, servo: TheServo, body: Command, lease: Le
         settled = await wait_settled(
             host.requests, servo, host.base, target.raw,
             band_deg=body.band_deg, dwell_s=body.dwell_s, timeout_s=body.timeout_s,
-            still_allowed=lambda: host.motion.still_holds(servo, lease, target),
+            still_allowed=lambda: host.motion.check_command(servo, lease, target),
         )  # fmt: skip
     return Commanded(
         sent_at=sent_at,

@@ -1,4 +1,4 @@
-"""GET /metrics: what a rig is watched by, in the text format of Prometheus. The table of metrics is `TABLE`."""
+"""GET /metrics: metrics in the Prometheus text format. `TABLE` lists them."""
 
 import asyncio
 import platform
@@ -26,14 +26,14 @@ routes = Routes("server", prefix="")
 
 MEDIA_TYPE: Final = "text/plain; version=0.0.4; charset=utf-8"
 ANGLE_FRESH_S: Final = 0.5
-"""An angle older than five broadcasts (table 2-2) is not shown; its age still is."""
+"""Maximum age of an exported angle: five broadcasts (table 2-2). Its age is always exported."""
 
 Kind = Literal["gauge", "counter", "histogram"]
 _WHO: Final = ("uid", "label")
 
 
 class Shown(NamedTuple):
-    """One metric; a counter's samples are called `name`_total."""
+    """One metric; samples of counters are named `name`_total."""
 
     name: str
     kind: Kind
@@ -43,62 +43,62 @@ class Shown(NamedTuple):
 
 _ROWS: Final[tuple[tuple[str, Kind, str, tuple[str, ...]], ...]] = (
     ("build_info", "gauge", "Always 1; the version is in the labels.", ("version", "python")),
-    ("uptime_seconds", "gauge", "Since the server started.", ()),
+    ("uptime_seconds", "gauge", "Time since the server started.", ()),
     ("http_request_seconds", "histogram",
-     "From the request to the end of its answer. 499: the client went away.", ("method", "route", "status")),
-    ("http_requests_under_way", "gauge", "Requests without an answer yet.", ()),
+     "Duration of requests to the end of the response. 499: the client disconnected.", ("method", "route", "status")),
+    ("http_requests_in_progress", "gauge", "Requests in progress.", ()),
     ("sockets_open", "gauge", "Open WebSockets.", ("route",)),
-    ("telemetry_dropped_samples", "counter", "Samples that sockets were too slow for.", ()),
+    ("telemetry_dropped_samples", "counter", "Samples dropped because a socket was too slow.", ()),
     ("events", "counter", "Entries of the event log.", ("level", "code")),
-    ("jobs", "counter", "Jobs that have ended: succeeded, failed or cancelled.", ("kind", "outcome")),
-    ("jobs_under_way", "gauge", "Jobs that are queued or run.", ("kind",)),
-    ("bus_state", "gauge", "1 for the state the bus is in, 0 for the others.", ("state",)),
-    ("bus_load_ratio", "gauge", "Share of the bus in use over the last second, 0 to 1.", ()),
-    ("bus_frames", "counter", "Frames since the adapter was connected: rx or tx.", ("direction",)),
-    ("bus_dropped_frames", "counter", "Frames that came faster than they were taken.", ()),
+    ("jobs", "counter", "Ended jobs: succeeded, failed or cancelled.", ("kind", "outcome")),
+    ("jobs_in_progress", "gauge", "Queued and running jobs.", ("kind",)),
+    ("bus_state", "gauge", "1 for the current state of the bus, 0 for the others.", ("state",)),
+    ("bus_load_ratio", "gauge", "Bus load over the last second, 0 to 1.", ()),
+    ("bus_frames", "counter", "Frames since the adapter was connected, rx or tx.", ("direction",)),
+    ("bus_dropped_frames", "counter", "RX overruns: received frames that were dropped.", ()),
     ("bus_ignored_frames", "counter", "Standard, remote and CAN FD frames.", ()),
-    ("bus_errors", "counter", "Error frames, and frames of ours that could not leave.", ()),
-    ("bus_error_frames", "counter", "Errors seen on the wire; few adapters tell.", ()),
-    ("bus_unacknowledged", "counter", "Transmissions nobody acknowledged; few adapters tell.", ()),
-    ("bus_offs", "counter", "How often the adapter's controller left the bus because of errors.", ()),
-    ("bus_reopened", "counter", "How often the adapter was opened again by itself.", ()),
-    ("bus_bad_frames", "counter", "Frames that were no part of a whole transfer.", ("reason",)),
+    ("bus_errors", "counter", "Error frames, and own frames that could not be sent.", ()),
+    ("bus_error_frames", "counter", "Error frames on the bus. Few adapters report them.", ()),
+    ("bus_unacknowledged", "counter", "Transmissions without acknowledgement. Few adapters report them.", ()),
+    ("bus_offs", "counter", "Number of times the adapter went bus-off.", ()),
+    ("bus_reopened", "counter", "Number of automatic reconnects of the adapter.", ()),
+    ("bus_bad_frames", "counter", "Frames that belong to no complete transfer.", ("reason",)),
     ("bus_request_seconds", "histogram",
-     "From asking a servo to its answer, its turn and repetitions within.", ("kind",)),
+     "Duration of requests to servos, including queueing and retries.", ("kind",)),
     ("bus_requests", "counter",
-     "Requests that have ended: answered, no_response, or failed (cancelled, or never sent).", ("kind", "outcome")),
-    ("bus_refusals", "counter", "Answers without the value asked for.", ("kind",)),
-    ("bus_request_repeats", "counter", "Tries after the first.", ()),
-    ("bus_late_answers", "counter", "Answers nobody waited for any more.", ()),
-    ("servos", "gauge", "Servos in each state.", ("state",)),
-    ("servo_info", "gauge", "Always 1; who it is is in the labels.", (*_WHO, "model", "firmware", "serial")),
-    ("servo_online", "gauge", "1 while the servo is heard.", _WHO),
-    ("servo_health", "gauge", "NodeStatus: 0 well, 1 warning, 2 error, 3 critical.", _WHO),
-    ("servo_uptime_seconds", "gauge", "Since the servo started, as it says.", _WHO),
-    ("servo_angle_degrees", "gauge", "Where the horn is (0x08); absent once it is older than 0.5 s.", _WHO),
-    ("servo_angle_age_seconds", "gauge", "How long ago the angle was last known.", _WHO),
-    ("servo_temperature_celsius", "gauge", "Temperature (0x0B); absent once it is older than 5 s.", _WHO),
-    ("servo_voltage_volts", "gauge", "Supply voltage (0x0C); absent once it is older than 5 s.", _WHO),
-    ("servo_faults", "gauge", "Fault bits that are set, by level.", (*_WHO, "level")),
-    ("servo_fault", "gauge", "1 for every fault bit that is set.", (*_WHO, "level", "fault")),
-    ("servo_unacknowledged_faults", "gauge", "Warnings and failures nobody has acknowledged.", _WHO),
-    ("servo_unsaved_parameters", "gauge", "Parameters a restart would lose.", _WHO),
-    ("stop_latched", "gauge", "1 while a stop keeps everything still.", ()),
-    ("stop_unconfirmed_servos", "gauge", "Servos that have not answered the stop that is latched.", ()),
-    ("stops", "counter", "Stops somebody pressed.", ()),
-    ("stop_answer_seconds", "histogram", "From a stop to the answer of each servo.", ()),
-    ("lease_held", "gauge", "1 while somebody has motion control.", ()),
+     "Ended requests: responded, no_response, or failed (cancelled or never sent).", ("kind", "outcome")),
+    ("bus_refusals", "counter", "Responses without the requested value.", ("kind",)),
+    ("bus_request_repeats", "counter", "Retries of requests.", ()),
+    ("bus_late_responses", "counter", "Responses received after the timeout.", ()),
+    ("servos", "gauge", "Servos by state.", ("state",)),
+    ("servo_info", "gauge", "Always 1; the identity is in the labels.", (*_WHO, "model", "firmware", "serial")),
+    ("servo_online", "gauge", "1 while the servo is online.", _WHO),
+    ("servo_health", "gauge", "Health from NodeStatus: 0 ok, 1 warning, 2 error, 3 critical.", _WHO),
+    ("servo_uptime_seconds", "gauge", "Uptime reported by the servo.", _WHO),
+    ("servo_angle_degrees", "gauge", "Horn angle (0x08). Absent if older than 0.5 s.", _WHO),
+    ("servo_angle_age_seconds", "gauge", "Age of the horn angle.", _WHO),
+    ("servo_temperature_celsius", "gauge", "Temperature (0x0B). Absent if older than 5 s.", _WHO),
+    ("servo_voltage_volts", "gauge", "Supply voltage (0x0C). Absent if older than 5 s.", _WHO),
+    ("servo_faults", "gauge", "Active fault bits by level.", (*_WHO, "level")),
+    ("servo_fault", "gauge", "1 for every active fault bit.", (*_WHO, "level", "fault")),
+    ("servo_unacknowledged_faults", "gauge", "Unacknowledged warnings and failures.", _WHO),
+    ("servo_unsaved_parameters", "gauge", "Parameters that a restart would lose.", _WHO),
+    ("stop_latched", "gauge", "1 while a stop is latched.", ()),
+    ("stop_unconfirmed_servos", "gauge", "Servos that have not confirmed the latched stop.", ()),
+    ("stops", "counter", "Stop requests.", ()),
+    ("stop_response_seconds", "histogram", "Time from a stop to the response of each servo.", ()),
+    ("lease_held", "gauge", "1 while a client has motion control (a lease).", ()),
     ("leases", "counter", "Leases taken, released, revoked or expired.", ("event",)),
-    ("streams_running", "gauge", "Streams that run.", ()),
-    ("stream_bursts", "counter", "Bursts of setpoints that left.", ()),
-    ("stream_missed_slots", "counter", "Slots of a stream in which nothing was sent in time.", ()),
+    ("streams_running", "gauge", "Running streams.", ()),
+    ("stream_bursts", "counter", "Sent bursts of setpoints.", ()),
+    ("stream_missed_slots", "counter", "Slots of streams without a burst in time.", ()),
 )  # fmt: skip
 
 TABLE: Final = tuple(Shown(f"hornbill_{name}", kind, text, labels) for name, kind, text, labels in _ROWS)
-"""Every metric there is, but for those of the process, which the library names."""
+"""All metrics except those of the process, which the library defines."""
 
 PROCESS: Final = "process_"
-"""How those begin: memory, CPU and open files of the server, on Linux."""
+"""Prefix of process metrics: memory, CPU and open files of the server, on Linux."""
 
 _BY_NAME: Final = {one.name: one for one in TABLE}
 _BAD_FRAMES: Final = (
@@ -112,7 +112,7 @@ _Samples = Iterable[tuple[Sequence[str], float]]
 
 @routes.get("/metrics", Role.VIEW, include_in_schema=False)
 async def get_metrics(host: TheHost, request: Request) -> Response:
-    """All metrics. The loop has its turn between any two, so that a stop does not wait for a scrape."""
+    """All metrics. Yields to the event loop after each, so that a scrape does not delay a stop."""
     text = bytearray()
     for family in collect(host, request.app.state.measures, getattr(request.app.state, "event_log", None)):
         text += generate_latest(_One(family))
@@ -121,7 +121,7 @@ async def get_metrics(host: TheHost, request: Request) -> Response:
 
 
 class _One:
-    """One family as the library's writer wants it."""
+    """Adapter of one family to the library's writer."""
 
     def __init__(self, family: Metric) -> None:
         self._family = family
@@ -131,20 +131,20 @@ class _One:
 
 
 def collect(host: Host, measures: Measures, log: EventLog | None) -> Iterator[Metric]:
-    """Every metric as it is now, one after the other. `log`: of live clients; null without any."""
+    """Current values of all metrics. `log`: event log, None without live clients."""
     yield _family("build_info", [((__version__, platform.python_version()), 1)])
     yield _family("uptime_seconds", [((), host.base.now() - host.started_at)])
     yield _spreads(
         "http_request_seconds",
         [((method, route, str(status)), one) for (method, route, status), one in measures.requests.items()],
     )
-    yield _family("http_requests_under_way", [((), measures.under_way)])
+    yield _family("http_requests_in_progress", [((), measures.in_progress)])
     yield _family("sockets_open", [((route,), count) for route, count in measures.sockets.items()])
     yield _family("telemetry_dropped_samples", [((), 0 if log is None else log.dropped)])
     yield _family("events", host.counts.events.items())
     yield _family("jobs", host.counts.jobs.items())
     running = [job.kind for job in host.jobs.all() if not job.ended]
-    yield _family("jobs_under_way", [((kind,), running.count(kind)) for kind in dict.fromkeys(running)])
+    yield _family("jobs_in_progress", [((kind,), running.count(kind)) for kind in dict.fromkeys(running)])
     yield from _bus(host)
     yield from _servos(host)
     yield from _motion(host)
@@ -165,10 +165,10 @@ def _bus(host: Host) -> Iterator[Metric]:
             ("bus_offs", seen.bus_offs), ("bus_reopened", seen.reopened),
         ):  # fmt: skip
             yield _family(name, [((), count)])
-        bad, asked = connection.participant.reassembly_counters, connection.participant.request_counters
+        bad, requested = connection.participant.reassembly_counters, connection.participant.request_counters
         yield _family("bus_bad_frames", [((reason,), getattr(bad, reason)) for reason in _BAD_FRAMES])
-        yield _family("bus_request_repeats", [((), asked.retries)])
-        yield _family("bus_late_answers", [((), asked.late)])
+        yield _family("bus_request_repeats", [((), requested.retries)])
+        yield _family("bus_late_responses", [((), requested.late)])
     requests = host.requests
     yield _spreads("bus_request_seconds", [((kind,), one) for kind, one in requests.response_times.items()])
     yield _family("bus_requests", requests.outcomes.items())
@@ -182,9 +182,9 @@ def _servos(host: Host) -> Iterator[Metric]:
     yield _family("servos", [((state.value,), states.count(state)) for state in State])
     yield _family("servo_info", [((*_who(one), *_what(one)), 1) for one in servos])
     yield _family("servo_online", [(_who(one), one.online) for one in servos])
-    heard = [(one, one.status) for one in online if one.status is not None]
-    yield _family("servo_health", [(_who(one), status.health) for one, status in heard])
-    yield _family("servo_uptime_seconds", [(_who(one), status.uptime_sec) for one, status in heard])
+    reported = [(one, one.status) for one in online if one.status is not None]
+    yield _family("servo_health", [(_who(one), status.health) for one, status in reported])
+    yield _family("servo_uptime_seconds", [(_who(one), status.uptime_sec) for one, status in reported])
     angles = [(one, one.angle_deg, now - one.angle_at) for one in servos if one.angle_at is not None]
     yield _family(
         "servo_angle_degrees",
@@ -212,7 +212,7 @@ def _motion(host: Host) -> Iterator[Metric]:
     yield _family("stop_latched", [((), latch is not None)])
     yield _family("stop_unconfirmed_servos", [((), 0 if latch is None else len(latch.unconfirmed()))])
     yield _family("stops", [((), host.stop.presses)])
-    yield _spreads("stop_answer_seconds", [((), host.stop.response_times)])
+    yield _spreads("stop_response_seconds", [((), host.stop.response_times)])
     yield _family("lease_held", [((), host.leases.current(host.base.now()) is not None)])
     yield _family("leases", [((event,), count) for event, count in host.leases.counts.items()])
     yield _family("streams_running", [((), sum(one.ended is None for one in host.streams.all()))])
@@ -229,14 +229,14 @@ def _what(one: Servo) -> tuple[str, str, str]:
 
 
 def _fresh(one: Servo, key: str, now: float) -> Iterator[float]:
-    """A reading in its unit, if it was read lately."""
+    """Reading in its unit, unless stale."""
     register = one.registers.get(key)
     if register is not None and register.raw is not None and not is_stale(one, register, now):
         yield register.raw / register.parameter.per_unit
 
 
 def _knows_faults(one: Servo, now: float) -> bool:
-    """The three words are read only while the overview (0x18) says that there is something in them."""
+    """Whether all fault registers are fresh. The three registers are read only while the overview (0x18) is not 0."""
     keys = (OVERVIEW, *REGISTERS) if one.raw(OVERVIEW) else (OVERVIEW,)
     words = [one.registers.get(key) for key in keys]
     return all(word is not None and not is_stale(one, word, now) for word in words)

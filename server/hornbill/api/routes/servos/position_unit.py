@@ -1,4 +1,4 @@
-"""Routes of the position unit: what a position on the bus means on one servo, and saying so by hand."""
+"""Routes of the position unit."""
 
 from pydantic import Field
 
@@ -14,14 +14,14 @@ routes = Routes("motion")
 
 
 class PositionUnitPut(Model):
-    """Force a unit, or (null) measure it."""
+    """Position unit to use."""
 
-    unit: PositionUnit | None = Field(description="Unit of position 1.0. Null: measure it.")
+    unit: PositionUnit | None = Field(description="Unit of position 1.0. Null to measure it.")
 
 
 @routes.get("/servos/{uid}/position-unit", Role.VIEW, "unknown_servo")
 async def get_position_unit(host: TheHost, servo: TheServo) -> PositionUnitState:
-    """What position 1.0 of Status and ArrayCommand means on this servo, and how that is known."""
+    """Get the unit of positions in Status and ArrayCommand, and its evidence."""
     return present.position_unit(host, servo)
 
 
@@ -29,12 +29,12 @@ async def get_position_unit(host: TheHost, servo: TheServo) -> PositionUnitState
 async def set_position_unit(
     host: TheHost, servo: TheServo, body: PositionUnitPut, lease: LeaseHeader = None
 ) -> PositionUnitState:
-    """Take its positions for this unit; null measures it, anew if it was before. Nothing is written to the servo."""
+    """Set the position unit, or measure it again (null). Nothing is written to the servo."""
     now = host.base.now()
     host.leases.allow_write(lease, now)
-    if host.motion.driven(servo.uid):
+    if host.motion.is_commanded(servo.uid):
         raise Busy(
-            f"{servo.title} is under command, and the same angle would be another position. Let it go first.",
+            f"{servo.title} is under command. Changing the unit would change its position. End the command first.",
             cause="unit_change_under_command",
             servo=servo.title,
         )

@@ -1,4 +1,4 @@
-"""Routes of telemetry: what is polled of a servo and for whom, and its samples as a file."""
+"""Routes of telemetry: subscriptions, and samples as a file."""
 
 import re
 from typing import Annotated, Final, Literal
@@ -24,10 +24,10 @@ from hornbill.servo.monitoring.sample_ring import SampleColumns
 routes = Routes("telemetry")
 
 
-class TelemetryWish(Model):
-    """Rows to poll, and how often."""
+class TelemetryRequest(Model):
+    """Telemetry subscription: rows to poll, and their rate."""
 
-    channels: list[ParameterKey] = Field(description="Keys of readable parameters.")
+    channels: list[ParameterKey] = Field(description="Keys of readable parameters. Empty to end the subscription.")
     rate_hz: float = Field(gt=0, le=200, description="Samples per second.")
     ttl_s: float | None = Field(
         default=None, gt=0, le=86_400, description="Time until the subscription expires, s. Null: until replaced."
@@ -41,14 +41,17 @@ class TelemetryWish(Model):
 
 
 class TelemetryMark(Model):
-    """Something to know of a channel at an instant: `t` in seconds on the server's clock."""
+    """Mark in the samples of a channel."""
 
     t: float = Field(description="Time on the server's clock, s.")
-    kind: Literal["wrap", "inactive", "gap", "restart"] = Field(description="What happened.")
+    kind: Literal["wrap", "inactive", "gap", "restart"] = Field(
+        description="wrap: the angle wrapped at ±180°; inactive: no value (dummy value); gap: samples are missing; "
+        "restart: the servo restarted."
+    )
 
 
 class TelemetryChannel(Model):
-    """One channel: how often it is to be polled, and how often it really is."""
+    """Rates of one channel."""
 
     granted_hz: float | None = Field(description="Granted rate of the subscriptions, Hz. Null without a subscription.")
     background_hz: float | None = Field(description="Rate of background polling, Hz. Null if not polled.")
@@ -61,14 +64,14 @@ TelemetryChannelByKey = TypeAliasType("TelemetryChannelByKey", Annotated[dict[st
 
 
 class Telemetry(Model):
-    """What is polled of a servo, and for whom."""
+    """Telemetry of a servo."""
 
-    wishes: list[TelemetryGrant] = Field(description="Subscriptions and their granted rates.")
+    subscriptions: list[TelemetryGrant] = Field(description="Subscriptions and their granted rates.")
     channels: TelemetryChannelByKey = Field(description="Channels by parameter key.")
     budget: float = Field(description="Share of the bus available to polling, 0 to 1.")
 
 
-WISH_PROBLEMS = ("unknown_servo", "unknown_parameter", "not_in_this_model", "invalid_value")
+SUBSCRIPTION_PROBLEMS = ("unknown_servo", "unknown_parameter", "not_in_this_model", "invalid_value")
 FILE_PROBLEMS = ("unknown_servo", "unknown_parameter", "invalid_value")
 
 PARQUET: Final = "application/vnd.apache.parquet"
@@ -79,22 +82,22 @@ Channels = Annotated[
 ]
 
 
-@routes.put("/servos/{uid}/telemetry", Role.OPERATE, *WISH_PROBLEMS)
-async def set_telemetry(host: TheHost, servo: TheServo, body: TelemetryWish) -> TelemetryGrant:
-    """What to poll of this servo, and how often; the answer says what the bus budget allows. [] ends it.
+@routes.put("/servos/{uid}/telemetry", Role.OPERATE, *SUBSCRIPTION_PROBLEMS)
+async def set_telemetry(host: TheHost, servo: TheServo, body: TelemetryRequest) -> TelemetryGrant:
+    """Set the telemetry subscription of one owner. The response contains the rate that the bus budget allows.
 
-    Every `owner` has one wish a servo; together they get every row at the highest rate wished. With `ttl_s` the
-    wish ends by itself unless it is said again. Of a servo of an unknown model nothing can be polled: the grant is
-    empty then, and its `note` says why.
+    Each `owner` has one subscription per servo; every row is polled at the highest requested rate. With `ttl_s` the
+    subscription expires unless renewed. Servos of unknown models cannot be polled: the granted rate is 0, and `note`
+    gives the reason.
     """
-    return host.polling.wish(servo, body.channels, body.rate_hz, owner=body.owner, ttl_s=body.ttl_s)
+    return host.polling.subscribe(servo, body.channels, body.rate_hz, owner=body.owner, ttl_s=body.ttl_s)
 
 
 @routes.get("/servos/{uid}/telemetry", Role.VIEW, "unknown_servo")
 async def get_telemetry(host: TheHost, servo: TheServo) -> Telemetry:
-    """Who wishes what, what is granted, and what really comes: rate over the last five seconds and age a channel."""
+    """Get the subscriptions of a servo, and the granted and measured rates of its channels."""
     granted, background = host.polling.rates(servo), host.polling.background(servo)
-    since = host.base.now() - host.telemetry.kept_s
+    since = host.base.now() - host.telemetry.retention_s
     shown: dict[str, TelemetryChannel] = {}
     for key in dict.fromkeys((*granted, *background, *host.telemetry.channels(servo.uid))):
         hz, age_s = host.telemetry.measured(servo.uid, key)
@@ -105,8 +108,8 @@ async def get_telemetry(host: TheHost, servo: TheServo) -> Telemetry:
             age_s=None if age_s is None else round(age_s, 3),
             marks=[TelemetryMark(t=t, kind=kind) for t, kind in host.telemetry.marks(servo.uid, key, since)],
         )
-    wishes = host.polling.grants(servo)
-    return Telemetry(wishes=wishes, channels=shown, budget=host.polling.budget)
+    subscriptions = host.polling.grants(servo)
+    return Telemetry(subscriptions=subscriptions, channels=shown, budget=host.polling.budget)
 
 
 @routes.get(
@@ -120,8 +123,8 @@ async def get_telemetry(host: TheHost, servo: TheServo) -> Telemetry:
 async def export_csv(
     host: TheHost, servo: TheServo, seconds: Seconds = 600.0, channels: Channels = None
 ) -> StreamingResponse:
-    """The last samples, a line a sample time and a column a channel. A cell is empty where a channel has no sample
-    at that time, was silent, or was inactive; nothing is interpolated.
+    """Download recent samples as CSV: one line per sample time, one column per channel. A cell is empty if the channel
+    has no sample at that time, did not respond or was inactive. Nothing is interpolated.
     """
     content = telemetry_files.csv(_window(host, servo, seconds, channels), host.base)
     return StreamingResponse(content, media_type=CSV, headers=_named(servo, "csv"))
@@ -139,8 +142,8 @@ async def export_csv(
 async def export_parquet(
     host: TheHost, servo: TheServo, seconds: Seconds = 600.0, channels: Channels = None
 ) -> StreamingResponse:
-    """The same as rows of `channel`, `t` and `value` (null is a gap, or inactive), channel by channel; `utc_offset`
-    in the file's metadata.
+    """Download recent samples as Parquet: rows of `channel`, `t` and `value` (null for gap or inactive), sorted by
+    channel. The metadata contain `utc_offset`.
     """
     telemetry_files.need_parquet()
     content = telemetry_files.parquet(_window(host, servo, seconds, channels), host.base.utc_offset)
@@ -148,14 +151,16 @@ async def export_parquet(
 
 
 def _window(host: Host, servo: Servo, seconds: float, channels: str | None) -> dict[str, SampleColumns]:
-    """The samples as they are now: what comes while the file is fetched is not in it."""
+    """Samples up to now; those received during the download are not included."""
     since = host.base.now() - seconds
     known = list(host.telemetry.channels(servo.uid))
     keys = known if channels is None else [key.strip() for key in channels.split(",") if key.strip()]
     for key in keys:
         row = servo.catalog.parameter(key)
         if row.kind != "number" and key not in known:
-            raise InvalidValue(f"{key} is no number, so it is no channel.", key=key, cause="channel_not_numeric")
+            raise InvalidValue(
+                f"{key} is not numeric, so it cannot be a channel.", key=key, cause="channel_not_numeric"
+            )
     return {key: host.telemetry.columns(servo.uid, key, since) for key in dict.fromkeys(keys)}
 
 
