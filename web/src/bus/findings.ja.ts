@@ -1,4 +1,4 @@
-/** Japanese titles, evidence and remedies of the doctor's findings. tests/contract holds them complete. */
+/** Japanese titles, evidence and remedies of the doctor's findings. tests/contract checks that they are complete. */
 import type { Facts } from "../bench/facts";
 import { refusals } from "../text/ja/events";
 import type { Said } from "../text/language";
@@ -16,20 +16,20 @@ const CONTROLLER: Readonly<Record<string, string>> = {
   bus_off: "バスオフ",
 };
 
-const controller = (p: Facts) => `コントローラーは${CONTROLLER[p.controller ?? ""] ?? "不明"}`;
+const controller = (p: Facts) => `コントローラは${CONTROLLER[p.controller ?? ""] ?? "不明"}`;
 
-/** Those of the parts that are known, in one line. */
+/** The known parts, joined. */
 const line = (...parts: (string | undefined | false)[]) => parts.filter(Boolean).join("、");
 
-const asking = (p: Facts) => `${p.uid}が${p.over_s}に${p.times}回要求`;
+const requesting = (p: Facts) => `${p.uid}が${p.over_s}に${p.times}回要求`;
 
-/** Of an adapter that cannot be used: since when, else what it says. */
+/** Evidence for an adapter that cannot be used: how long, else the adapter's own message. */
 const lost = (p: Facts) =>
   p.down_s === undefined
     ? (p.problem ?? "")
     : line(
         `${p.down_s}前から`,
-        `それまでに自動で開き直した回数${p.reopened}`,
+        `それまでの再接続${p.reopened}回`,
         p.retry_in_s && `${p.retry_in_s}後に再試行`,
       );
 
@@ -43,7 +43,7 @@ const ownId = (p: Facts) =>
 
 export const words = {
   well: {
-    adapter: () => "アダプターまたは記録の再生は正常",
+    adapter: () => "アダプタまたは記録の再生は正常",
     bus_off: () => "バスに参加中",
     bit_rate: () => "ビットタイミング",
     no_traffic: () => "フレームを受信中",
@@ -52,10 +52,10 @@ export const words = {
     other_commands: () => "他からの指令なし",
     duplicate_node_id: () => "ノードIDの重複なし",
     duplicate_servo_id: () => "サーボIDの重複なし",
-    second_allocator: () => "割り当て器は1つ",
-    allocation_stuck: () => "ノードIDを待ち続けるノードなし",
+    second_allocator: () => "アロケータは1つ",
+    allocation_stuck: () => "ノードIDの要求はすべて応答済み",
     frames_dropped: () => "フレームの取りこぼしなし",
-    errors_rising: () => "エラーなし、またはわずか",
+    errors_rising: () => "エラーはないか、わずか",
     load_over_budget: () => "バス負荷は上限以内",
     silent_node: () => "要求に応答しないノードなし",
     answers_lost: () => "応答を受信中",
@@ -66,52 +66,50 @@ export const words = {
   },
   wrong: {
     no_bus: () => "バスに未接続",
-    adapter_failed: () => "アダプターを開けない",
-    adapter_lost: () => "アダプター喪失",
+    adapter_failed: () => "アダプタを開けません",
+    adapter_lost: () => "アダプタ喪失",
     interface_down: () => "CANインターフェースが停止中",
     bus_off: p =>
-      p.ago_s === undefined
-        ? "hornbillのコントローラーがバスオフ"
-        : "hornbillのコントローラーがバスオフだった",
-    bit_rate: () => "アダプターのビットレートの不一致",
+      p.ago_s === undefined ? "hornbillのコントローラがバスオフ" : "hornbillのコントローラのバスオフが発生",
+    bit_rate: () => "アダプタのビットレートの不一致",
     sample_point: p => `サンプルポイントが${p.sample_point_pct}（サーボは${p.wanted_sample_point_pct}）`,
     only_errors: () => "バス上はエラーフレームのみ",
     unacknowledged: () => "バス上はhornbillのみ",
     no_traffic: () => "バスからの受信なし",
-    nothing_received: () => "シリアルアダプターからの受信が一度もなし",
-    serial_line_full: () => "シリアル回線が満杯: アダプターがフレームを失う可能性あり",
-    adapter_silent: () => "アダプターがコマンドに応答しない",
-    bit_rate_fixed: () => "アダプターのCANビットレートは固定",
-    baud_unknown: () => "アダプターのボーレートが不明",
-    adapter_echoes: () => "アダプターが送信内容を返している",
+    nothing_received: () => "シリアルアダプタからの受信が一度もなし",
+    serial_line_full: () => "シリアル回線の容量超過: フレームが失われる可能性あり",
+    adapter_silent: () => "アダプタからコマンドへの応答なし",
+    bit_rate_fixed: () => "アダプタのCANビットレートは変更不可",
+    baud_unknown: () => "アダプタのボーレートが不明",
+    adapter_echoes: () => "アダプタによる送信フレームの折り返し",
     line_noise: () => "シリアル回線のノイズ",
-    latency_timer: () => "FTDIチップのレイテンシタイマーが長い",
-    errors_rising: p => (p.rising ? "エラーの増加" : "エラーが多く、コントローラーがエラーパッシブ"),
+    latency_timer: () => "FTDIチップのレイテンシタイマが長い",
+    errors_rising: p => (p.rising ? "エラーの増加" : "エラーが多く、コントローラがエラーパッシブ"),
     load_over_budget: () => "バス負荷の上限超過",
     frames_dropped: () => "hornbillに届くまでのフレームの取りこぼし",
     foreign_frames: () => "DroneCAN以外のフレームあり",
     own_node_id: p => `hornbillのノードID ${p.node}を使う別のノード`,
     makers_program: p => `Futabaの設定ソフトがhornbillのノードID ${p.node}を使用中`,
-    servos_without_id: p => `サーボID 0のサーボ${p.count}台は、ID 0への指令で同時に動作`,
+    servos_without_id: p => `サーボID 0のサーボ${p.count}台: ID 0への指令で同時に動作`,
     other_commands: p => `ノード${p.node}がサーボに指令を送信中`,
     duplicate_node_id: p => `ノードID ${p.node}を使う2台のノード`,
     duplicate_servo_id: p => `同じサーボIDを使う${p.count}台のサーボ`,
-    second_allocator: p => `ノード${p.node}もノードIDを割り当て`,
-    allocator_off: () => "ノードID待ちのノードあり、割り当て器はオフ",
+    second_allocator: p => `ノード${p.node}もノードIDを割り当て中`,
+    allocator_off: () => "ノードID待ちのノードあり、アロケータはオフ",
     allocation_refused: () => "ノードIDを割り当てられないノード",
     allocation_stuck: p =>
       p.node === undefined
         ? "ノードID待ちのまま進まないノード"
-        : `与えられたノードID ${p.node}を使わないノード`,
+        : `割り当てたノードID ${p.node}を使わないノード`,
     silent_node: p =>
       p.servo === undefined ? `ノード${p.node}の応答なし` : `${p.servo}（ノード${p.node}）の応答なし`,
     answers_lost: () => "応答の欠落",
     answers_slow: () => "応答の遅れ",
-    servo_offline: p => `${p.servo}の通信途絶`,
+    servo_offline: p => `${p.servo}がオフライン`,
   },
   evidence: {
     well: {
-      adapter: p => line(p.address, `自動で開き直した回数${p.reopened}`),
+      adapter: p => line(p.address, `再接続${p.reopened}回`),
       bus_off: p => `接続後のバスオフ${p.times}回`,
       bit_rate: p =>
         line(
@@ -129,9 +127,9 @@ export const words = {
         p.own !== undefined
           ? `hornbill（ノード${p.own}）のみ。${p.over_s}間、他にありません。`
           : p.answers === undefined
-            ? `ノード${p.node}が割り当てていましたが、いなくなりました。`
+            ? `ノード${p.node}が割り当てていましたが、現在はバス上にありません。`
             : `ノード${p.node}が${p.answers}回応答、最後は${p.ago_s}前。hornbill側はオフです。`,
-      allocation_stuck: p => `今要求しているノード${p.requests}台`,
+      allocation_stuck: p => `現在要求中のノード${p.requests}台`,
       frames_dropped: p => `${p.over_s}に${p.frames}フレーム中0`,
       errors_rising: p => `${p.over_s}にエラー${p.errors}件`,
       load_over_budget: p =>
@@ -146,7 +144,7 @@ export const words = {
       foreign_frames: p => `${p.over_s}に0件`,
     },
     wrong: {
-      no_bus: () => "hornbillはアダプターなしで動作しています。",
+      no_bus: () => "hornbillはアダプタなしで動作しています。",
       adapter_lost: lost,
       adapter_failed: lost,
       interface_down: lost,
@@ -157,7 +155,7 @@ export const words = {
       bit_rate: p =>
         p.frames === undefined
           ? lost(p)
-          : `アダプターは${Number(p.bitrate) / 1e6}\u202fMbit/s、サーボは1\u202fMbit/s。${p.seconds_s}に受信${p.frames}フレーム`,
+          : `アダプタは${Number(p.bitrate) / 1e6}\u202fMbit/s、サーボは1\u202fMbit/s。${p.seconds_s}に受信${p.frames}フレーム`,
       sample_point: p => `${p.address}から読み返した値です。長いケーブルではフレームが失われます。`,
       only_errors: p =>
         `${p.silence_s}にエラーフレーム${p.errors}件、フレーム0件（${Number(p.bitrate) / 1e6}\u202fMbit/s）。${controller(p)}`,
@@ -182,16 +180,16 @@ export const words = {
       adapter_echoes: notes.adapter_echoes,
       line_noise: p => notes.line_noise({ bytes: p.bytes ?? "" }),
       latency_timer: p =>
-        `FTDIチップのレイテンシタイマーが${p.latency_ms}です。1\u202fmsに設定すると応答が速くなります。`,
+        `FTDIチップのレイテンシタイマが${p.latency_ms}です。1\u202fmsに設定すると応答が速くなります。`,
       foreign_frames: p => `${p.over_s}に標準、リモート、CAN FDのフレーム${p.frames}件（無視）`,
       own_node_id: ownId,
       makers_program: ownId,
-      duplicate_node_id: p => `ノード${p.node}のメッセージに2つの転送カウンターが交互に現れます。`,
+      duplicate_node_id: p => `ノード${p.node}のメッセージに2つの転送カウンタが交互に現れます。`,
       duplicate_servo_id: p => `ノード${p.nodes}がサーボID ${p.servo_id}を使用。1つの指令ですべて動きます。`,
       servos_without_id: p =>
         line(
           `ノード${p.nodes}がサーボID 0`,
-          p.commanders ? `ノード${p.commanders}がID 0に指令中` : "今はID 0への指令なし",
+          p.commanders ? `ノード${p.commanders}がID 0に指令中` : "現在ID 0への指令なし",
         ),
       other_commands: p =>
         line(
@@ -203,14 +201,14 @@ export const words = {
         line(
           `ノード${p.node}が${p.answers}回応答、最後は${p.ago_s}前`,
           p.program,
-          p.ours_answers ? "hornbillも応答: 同じIDを2台に渡すおそれがあります" : "hornbillは控えています",
+          p.ours_answers ? "hornbillも応答: 同じIDが2台に割り当てられるおそれあり" : "hornbillは待機中",
         ),
-      allocator_off: asking,
-      allocation_refused: p => `${asking(p)}。${refusals[p.refusal as keyof typeof refusals]?.(p) ?? ""}`,
+      allocator_off: requesting,
+      allocation_refused: p => `${requesting(p)}。${refusals[p.refusal as keyof typeof refusals]?.(p) ?? ""}`,
       allocation_stuck: p =>
         p.node === undefined
-          ? `${asking(p)}。固有IDの3つの部分のうち${p.parts}つだけ届きました。`
-          : `${p.uid}にノードID ${p.node}を${p.times}回与えましたが、受信がありません。`,
+          ? `${requesting(p)}。固有IDの3つの部分のうち${p.parts}つだけを受信しました。`
+          : `${p.uid}にノードID ${p.node}を${p.times}回割り当てましたが、そのノードからの受信がありません。`,
       silent_node: p => `${p.heard_s}前に受信。${p.over_s}に要求${p.requests}件、応答0件`,
       answers_lost: p =>
         `${p.over_s}の要求${p.requests}件中${p.lost}件（${p.lost_pct}）に応答なし。多い順にノード${p.nodes}`,
@@ -219,52 +217,54 @@ export const words = {
       servo_offline: p => line(`最後の受信は${p.heard_s}前`, p.node && `ノード${p.node}`),
     },
   },
+  refusal: refusals,
   remedy: {
-    connect_adapter: () => "アダプターを選んで接続してください。",
-    check_adapter: p => p.command ?? "アダプターとケーブルを確認し、接続し直してください。",
+    connect_adapter: () => "アダプタを選んで接続してください。",
+    check_adapter: p => p.command ?? "アダプタとケーブルを確認し、接続し直してください。",
     as_adapter_says: p => p.problem ?? "",
     check_timing_and_wiring: () => "ビットレート、配線、終端を確認し、接続し直してください。",
     set_bit_timing: p =>
       p.command ??
       (p.sample_point_pct === undefined
-        ? "1 Mbit/sでアダプターを接続し直してください。"
-        : "サンプルポイント87.5 %でアダプターを接続し直してください。"),
-    keep_one_allocator: () => "どちらか一方にしてください: 相手を止めるか、ノードIDでhornbill側を止めます。",
-    turn_allocator_on: () => "ノードIDでオンにしてください。",
-    free_node_id: () => "ノードIDで割り当てを確認してください。「忘れる」で1つ空きます。",
+        ? "1 Mbit/sでアダプタを接続し直してください。"
+        : "サンプルポイント87.5 %でアダプタを接続し直してください。"),
+    keep_one_allocator: () =>
+      "アロケータの一方を止めてください: 相手を止めるか、「ノードID」でhornbill側をオフにします。",
+    turn_allocator_on: () => "「ノードID」でアロケータをオンにしてください。",
+    free_node_id: () => "「ノードID」で割り当てを確認してください。「削除」でノードIDが空きます。",
     find_short: () => "CAN_HとCAN_Lの短絡と、別のビットレートのノードを探してください。",
     set_bit_rate: () =>
-      `すべてのノードとアダプターを、サーボのビットレートである1\u202fMbit/sにしてください。そうなっている場合は、CAN_HとCAN_Lの入れ違いまたは短絡、グランドの欠落、終端（${ENDS}）を調べてください。`,
+      `すべてのノードとアダプタを、サーボのビットレートである1\u202fMbit/sにしてください。既に1\u202fMbit/sの場合は、CAN_HとCAN_Lの入れ違いまたは短絡、グランドの欠落、終端（${ENDS}）を確認してください。`,
     check_wires: () => WIRES,
     check_wires_and_baud: () => `${WIRES}アドレスの@以降を省くと、ボーレートが自動検出されます。`,
     free_serial_line: () =>
-      "アダプターのボーレートを上げるか、このバスのサーボを減らすか、シリアル回線のないアダプターを使用してください。",
-    check_plugs: () => `コネクターとケーブル、終端（${ENDS}）、スタブの長さを確認してください。`,
-    slow_sender: () => "何がそれほど多く送っているかをモニターで確認し、遅くするか、バスから外してください。",
+      "アダプタのボーレートを上げるか、このバスのサーボを減らすか、シリアル回線のないアダプタを使用してください。",
+    check_plugs: () => `コネクタとケーブル、終端（${ENDS}）、スタブの長さを確認してください。`,
+    slow_sender: () => "送信の多いノードをモニタで確認し、送信周期を長くするか、バスから外してください。",
     free_computer: () =>
-      "このコンピューターに負荷をかけている他のものを閉じるか、バッファーの大きいアダプターを使ってください。",
+      "このコンピュータに負荷をかけている他のプログラムを終了するか、バッファの大きいアダプタを使用してください。",
     none_needed: () =>
-      "負荷になるほかに害はありません。CAN FDフレームは、クラシックCANだけを扱うサーボを混乱させます。",
+      "バス負荷が増えるだけで害はありません。ただしCAN FDフレームは、クラシックCANのみに対応するサーボの通信を妨げます。",
     renumber_node: () =>
-      "一方をバスから外し、もう一方のノードID（パラメーター0x46）を0にして保存し、外した方を戻してください。",
+      "一方をバスから外し、もう一方のノードID（パラメータ0x46）を0にして保存し、外した方を戻してください。",
     change_own_node_id: () =>
       "もう一方のプログラムを終了するか、環境変数HORNBILL_NODE_IDでhornbillに別のノードIDを指定して起動してください。",
     close_program: () =>
-      "どちらか一方のプログラムを終了してください。サーボの応答を互いに自分宛てと取り違えます。または、環境変数HORNBILL_NODE_IDでhornbillに別のノードIDを指定して起動してください。",
-    give_servo_ids: () => "各サーボに固有のサーボID（1～254、パラメーター0x45）を付け、保存してください。",
+      "どちらか一方のプログラムを終了してください。互いに相手宛ての応答を自分宛てとして受信します。または、環境変数HORNBILL_NODE_IDでhornbillに別のノードIDを指定して起動してください。",
+    give_servo_ids: () => "各サーボに固有のサーボID（1～254、パラメータ0x45）を付け、保存してください。",
     silence_commander: () =>
-      "ここからサーボを動かしたり設定したりする前に、相手の出力を止めてください。誰が送ったものでも、最後の指令が有効になります。",
-    renumber_servos: () => "1台を除くすべてに別のサーボID（パラメーター0x45）を付け、保存してください。",
+      "hornbillでサーボを動かしたり設定したりする前に、相手の送信を止めてください。送信元に関係なく、最後の指令が有効になります。",
+    renumber_servos: () => "1台を除くすべてに別のサーボID（パラメータ0x45）を付け、保存してください。",
     check_node_and_restart: () =>
-      `ノードがhornbillの応答を受信していないか、ノードからの送信が失われています: 配線と終端（${ENDS}）を確認し、その後ノードを再起動してください。`,
+      `ノードがhornbillの応答を受信していないか、ノードの送信が失われています。配線と終端（${ENDS}）を確認し、その後ノードを再起動してください。`,
     check_node: () =>
-      `ノードがhornbillの最後の応答を受信していません: 配線と終端（${ENDS}）を確認してください。`,
+      `ノードがhornbillの最後の応答を受信していません。配線と終端（${ENDS}）を確認してください。`,
     check_worst_cable: () =>
-      `最初に挙がったノードのコネクターとケーブルを確認し、次に終端（${ENDS}）を確認してください。`,
+      `最初に挙がったノードのコネクタとケーブルを確認し、次に終端（${ENDS}）を確認してください。`,
     check_computer: () =>
-      "アダプターまたはこのコンピューターが混み合っていないか、バスに負荷がかかっていないかを確認してください。",
+      "アダプタまたはこのコンピュータが混み合っていないか、バスに負荷がかかっていないかを確認してください。",
     check_supply: () => "電源を確認し、次にケーブルを確認してください。",
     check_cable_and_restart: () =>
-      "送信はしていますが受信していないか、サーボではありません: ケーブルを確認し、その後電源を切って再起動してください。",
+      "送信はしていますが受信していないか、サーボではありません。ケーブルを確認し、電源を入れ直してください。",
   },
 } satisfies Said<typeof english>;

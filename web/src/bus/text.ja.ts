@@ -9,22 +9,22 @@ export const words = {
   samplePoint: pct => `サンプルポイント ${pct}`,
   samplePointUnknown: "サンプルポイント不明",
   disconnect: "切断…",
-  change: "アダプターを変更…",
+  change: "アダプタを変更…",
   connect: "接続…",
   log: "ログを保存…",
   logging: size => `ログ保存中、${size}`,
   parts: "バスページのセクション",
   doctorTab: "診断",
-  monitorTab: "モニター",
+  monitorTab: "モニタ",
   nodesTab: "ノード",
   idsTab: "ノードID",
   state: {
     disconnected: "未接続",
-    connecting: "アダプターを開いています",
+    connecting: "アダプタを開いています",
     active: "アクティブ",
-    passive: "エラーパッシブ: アダプターが多くのエラーを検出",
-    bus_off: "バスオフ: エラーが多すぎてアダプターが離脱",
-    lost: "アダプター喪失",
+    passive: "エラーパッシブ: アダプタが多くのエラーを検出",
+    bus_off: "バスオフ: エラーが多すぎてアダプタが離脱",
+    lost: "アダプタ喪失",
   },
   trouble: {
     nothing: "受信なし",
@@ -46,24 +46,24 @@ export const words = {
     inUse: pct => `、使用率${pct}`,
     gap: "フレーム間隔",
     fact: (baud, frames) => `シリアル回線 ${baud} baud、最大${frames}フレーム/s`,
-    notesTitle: "アダプターに関する注記",
+    notesTitle: "アダプタに関する注記",
     tryingRates: baud =>
-      `アダプターのボーレートが不明です。${baud} baudから順に試しています。ボーレートが分かる場合は、アドレスの末尾に@BAUDの形で追加してください。`,
+      `アダプタのボーレートが不明です。${baud} baudから順に試しています。ボーレートが分かる場合は、アドレスの末尾に@BAUDの形で追加してください。`,
     leaveOut: baud =>
       `アドレスで${baud} baudが指定されていますが、何も受信していません。@以降を省くと、hornbillがボーレートを自動検出します。`,
     checkBus:
       "サーボの電源を確認し、次にCAN_H、CAN_L、グランド、終端（両端に120\u202fΩ）を確認してください。",
     notes: {
-      adapter_silent: () => "アダプターはコマンドに応答しませんが、そのまま使用します。",
+      adapter_silent: () => "アダプタはコマンドに応答しませんが、そのまま使用します。",
       bit_rate_fixed: () =>
-        "アダプターはCANビットレートの設定を受け付けません。アダプター固有のビットレートで使用します。1\u202fMbit/sである必要があります。",
+        "アダプタはCANビットレートの設定を受け付けません。アダプタ固有のビットレートで使用します。1\u202fMbit/sである必要があります。",
       baud_unknown: params =>
         `何も受信していないため、ボーレートが不明です。まず${params.baud} baudを試します。`,
-      adapter_echoes: () => "アダプターが送信フレームをそのまま返します。返されたフレームは破棄します。",
+      adapter_echoes: () => "アダプタが送信フレームをそのまま返します。返されたフレームは破棄します。",
       line_noise: params =>
-        `アダプターを開く間に、無効なデータを${params.bytes}バイト受信しました。ケーブルを確認してください。`,
+        `アダプタを開く間に、無効なデータを${params.bytes}バイト受信しました。ケーブルを確認してください。`,
       latency_timer: params =>
-        `FTDIチップのレイテンシタイマーが${params.latency_ms}\u202fmsです。1\u202fmsに設定すると応答が速くなります。`,
+        `FTDIチップのレイテンシタイマが${params.latency_ms}\u202fmsです。1\u202fmsに設定すると応答が速くなります。`,
     },
   },
   plot: {
@@ -105,13 +105,13 @@ export const words = {
     well: n => `${n}項目を診断し、問題はありませんでした。`,
     failed: why => `診断できませんでした。${why}`,
     servo: name => `${name}へ`,
-    nodes: id => `モニターでノード${id}を表示`,
+    nodes: id => `モニタでノード${id}を表示`,
     ids: "ノードIDを表示",
-    connect: "アダプターを接続…",
+    connect: "アダプタを接続…",
     severity: { ok: "正常", notice: "通知", warning: "警告", failure: "障害" },
   },
   monitor: {
-    title: "モニター",
+    title: "モニタ",
     filter: "絞り込み",
     example: "node:11 type:GetSet problems",
     view: "表示",
@@ -172,7 +172,7 @@ export const words = {
     unknown: key =>
       `${key}:は使えません。node:、type:、kind:、problems、または引用符付きの文字列を使ってください。`,
     twice: key => `${key}:が2回あります。1回だけ入力してください。`,
-    longText: most => `フィルターが${most}文字を超えています。短くしてください。`,
+    longText: most => `フィルタが${most}文字を超えています。短くしてください。`,
   },
   nodes: {
     title: "ノード",
@@ -213,26 +213,25 @@ export const words = {
     title: "ノードID",
     used: (used, free, pinned) => `125個中 使用${used}、空き${free}、固定${pinned}`,
     map: used => `使用中のノードID: ${used}`,
-    mode: "ノードIDアロケーター",
+    mode: "ノードIDアロケータ",
     modes: { on: "オン", off: "オフ", force: "強制" },
     effect: {
       on: "hornbillが、要求したノードにノードIDを割り当てます。毎回同じIDです。",
       off: "hornbillはノードIDを割り当てません。新しいサーボはIDがないままです。",
-      force: "他のアロケーターが応答していても、hornbillがノードIDを割り当てます。",
-      standby: "待機中: 他のアロケーターが応答しているため、hornbillはノードIDを割り当てません。",
+      force: "他のアロケータが応答していても、hornbillがノードIDを割り当てます。",
+      standby: "待機中: 他のアロケータが応答しているため、hornbillはノードIDを割り当てません。",
       own_id_shared:
         "待機中: 別のプログラムがhornbillのノードIDを使っています。その最後のフレームから1分が過ぎるまで、hornbillはノードIDを割り当てません。",
     },
-    competing: id => `他のアロケーターが応答しています: ノード${id}。`,
+    competing: id => `他のアロケータが応答しています: ノード${id}。`,
     competingHelp:
       "どちらか一方を止めてください。両方が応答すると、1台に2つのIDが割り当てられることがあります。",
-    forceTitle: "他のアロケーターがあってもノードIDを割り当てますか？",
+    forceTitle: "他のアロケータがあってもノードIDを割り当てますか？",
     forceText:
-      "2つのアロケーターが応答すると、1台のサーボに2つのノードIDが、または2台に同じノードIDが割り当てられることがあります。できれば先に他方を止めてください。",
+      "2つのアロケータが応答すると、1台のサーボに2つのノードIDが、または2台に同じノードIDが割り当てられることがあります。できれば先に他方を止めてください。",
     forceConfirm: "強制",
-    offTitle: "ノードIDアロケーターをオフにしますか？",
-    offText:
-      "固定ノードIDのないサーボは、起動時にhornbillからIDを割り当てられず、通信できなくなります。",
+    offTitle: "ノードIDアロケータをオフにしますか？",
+    offText: "固定ノードIDのないサーボは、起動時にhornbillからIDを割り当てられず、通信できなくなります。",
     offConfirm: "オフ",
     head: { id: "ノードID", name: "ノード", seen: "最終受信", pinned: "割り当て" },
     online: "オンライン",
@@ -268,20 +267,19 @@ export const words = {
   disconnectDialog: {
     title: name => `${name}を切断しますか？`,
     first: "先に、指令中のすべてのサーボのトルクをオフにします。",
-    after:
-      "再びバスを接続するまで、hornbillはサーボの読み出しも動作も停止もできません。",
+    after: "再びバスを接続するまで、hornbillはサーボの読み出しも動作も停止もできません。",
     stays: "値、名前、ノードIDは変わりません。",
     confirm: name => `${name}を切断`,
   },
   connectDialog: {
-    title: "アダプターを接続",
+    title: "アダプタを接続",
     now: name =>
-      `現在の接続: ${name}。新しいアダプターが開くまで続きます。そのとき、指令中のサーボのトルクはオフになります。`,
+      `現在の接続: ${name}。新しいアダプタが開くまで続きます。そのとき、指令中のサーボのトルクはオフになります。`,
     none: "バスに接続していません。",
-    lost: name => `${name}との接続が失われました。他のアダプターを接続するまで再試行します。`,
-    searched: age => `${age}前に検索。接続したアダプターは自動で表示されます。`,
-    searching: "アダプターを検索中",
-    adapters: "アダプター",
+    lost: name => `${name}との接続が失われました。他のアダプタを接続するまで再試行します。`,
+    searched: age => `${age}前に検索。接続したアダプタは自動で表示されます。`,
+    searching: "アダプタを検索中",
+    adapters: "アダプタ",
     other: "その他のアドレス",
     otherLine:
       "INTERFACE:CHANNELの形式。例: socketcan:can0、slcan:/dev/ttyACM0、candle:、socketcand:192.168.1.20:29536/can0、pcan:PCAN_USBBUS1、file:recording.log",
@@ -299,10 +297,9 @@ export const words = {
     copied: "コピー済み",
     options: "オプション",
     gap: "フレーム間隔",
-    gapLine:
-      "1つの転送のフレーム間の休止時間です。通常は0です。アダプターによっては3\u202fmsが必要です。",
+    gapLine: "1つの転送のフレーム間の休止時間です。通常は0です。アダプタによっては3\u202fmsが必要です。",
     gapWrong: value => `${value}は有効なフレーム間隔ではありません。0～20 msを入力してください。`,
-    findingRate: "アダプターのボーレートを検出しています。最大4\u202fsかかります。",
+    findingRate: "アダプタのボーレートを検出しています。最大4\u202fsかかります。",
     lastBaud: baud => `前回は${baud} baud`,
     state: {
       ready: "使用可",
@@ -311,7 +308,7 @@ export const words = {
       wrong_bitrate: "ビットレート不一致",
       no_permission: "権限なし",
       in_use: "他のプログラムが使用中",
-      no_driver: "ドライバーなし",
+      no_driver: "ドライバなし",
     },
     demo: "デモ",
     demoLine:
@@ -319,16 +316,15 @@ export const words = {
     switchesOff:
       "接続できるバスは1つだけです。シミュレーションサーボは電源が切れ、RAMだけにある値は失われます。再び起動するには、デモを選び直してください。",
     demoName: "シミュレーションサーボ",
-    nothing: "アダプターが見つかりません。",
-    nothingLine:
-      "アダプターを接続するとここに表示されます。その他のアドレスまたはデモも使えます。",
+    nothing: "アダプタが見つかりません。",
+    nothingLine: "アダプタを接続するとここに表示されます。その他のアドレスまたはデモも使えます。",
     checks: [
-      "コンピューターがアダプターを認識しているか確認してください: `lsusb`",
-      "ドライバーがCANインターフェースを作成したか確認してください: `ip -br link show type can`",
-      "Linuxでは、シリアルアダプター（slcan）にグループの権限が必要です: `sudo usermod -aG dialout $USER`。その後ログインし直してください。",
+      "コンピュータがアダプタを認識しているか確認してください: `lsusb`",
+      "ドライバがCANインターフェースを作成したか確認してください: `ip -br link show type can`",
+      "Linuxでは、シリアルアダプタ（slcan）にグループの権限が必要です: `sudo usermod -aG dialout $USER`。その後ログインし直してください。",
     ],
     doctor: "診断結果",
-    failed: why => `アダプターの一覧を取得できません。${why}`,
+    failed: why => `アダプタの一覧を取得できません。${why}`,
   },
   logDialog: {
     title: "バスの通信をログファイルに保存",
@@ -341,7 +337,7 @@ export const words = {
     formats: {
       candump: ["candump", "candump -l（can-utils）のテキスト形式です。hornbill decodeで読めます。"],
       asc: ["ASC", "Vector社のツールのテキスト形式です。hornbill decodeで読めます。"],
-      blf: ["BLF", "Vector社のツールのバイナリー形式で、最小です。hornbill decodeで読めます。"],
+      blf: ["BLF", "Vector社のツールのバイナリ形式で、最小です。hornbill decodeで読めます。"],
       csv: ["CSV", "表計算ソフト用の生フレームの表です。"],
     },
     name: "名前",

@@ -1,4 +1,4 @@
-/** Japanese words of changes to servos: the dialog before one, its progress, and what came of it; loaded with them. */
+/** Japanese words of changes to servos: the dialog before a change, its progress and result; loaded with them. */
 import type { Said } from "../text/language";
 import type { words as english } from "./changing.en";
 
@@ -9,7 +9,7 @@ export const words: Said<typeof english> = {
     apply: {
       title: ({ name }) => `${name}の変更の確認`,
       lead: "まだ何も書き込んでいません。",
-      go: ({ values: n }) => `それでも${n}件の値を書き込む`,
+      go: ({ values: n }) => `このまま${n}件の値を書き込み`,
     },
     save: {
       title: ({ name, values: n }) =>
@@ -21,27 +21,27 @@ export const words: Said<typeof english> = {
       failed: ({ name }) => `${name}は保存できませんでした`,
     },
     undo: {
-      title: ({ name, values: n }) => `${name}の${n}件の値を元に戻しますか？`,
+      title: ({ name, values: n }) => `${name}の${n}件の値を復元しますか？`,
       lead: "以前RAMにあった値です。RAMに書き込んで読み返します。ROMは変わりません。",
       head: { now: "現在", next: "以前" },
-      go: ({ values: n }) => `${n}件の値を元に戻す`,
+      go: ({ values: n }) => `${n}件の値を復元`,
     },
     snapshot: {
       title: ({ name }) => `${name}を復元`,
       nothing: "変更はありません。既にすべて同じ値です。",
       save: "ROMにも保存。再起動し、約1秒間トルクがなく、ホーンがゆっくり0°へ動くことがあります",
       ram: "RAMのみ: 電源を切ると消えます。",
-      go: ({ values: n, save }) => `${n}件の値を書き込${save ? "んで保存" : "む"}`,
+      go: ({ values: n, save }) => `${n}件の値を書き込み${save ? "、保存" : ""}`,
     },
     drift: {
       title: ({ name }) => `${name}は別のツールで変更されました`,
-      lead: "ROMの値がhornbillの知る値と異なります。別の場所または別のツールで書き込まれました。",
+      lead: "ROMの値が、hornbillが前回読み出した値と異なります。別のコンピュータまたはツールが書き込みました。",
       head: { now: "検出した値", next: "以前の値" },
       nothing: "違いはなくなりました。",
       save: "ROMに保存: 再起動し、約1秒間トルクがなく、ホーンがゆっくり0°へ動くことがあります",
       ram: "RAMのみ: ROMの値を確認できるまで印は残ります。",
-      go: ({ values: n }) => `${n}件の値を元に戻す`,
-      other: "検出した値を受け入れる",
+      go: ({ values: n }) => `${n}件の値を復元`,
+      other: "検出した値を採用",
     },
     batch: {
       title: ({ servos: n }) => `${n}台のサーボに適用しますか？`,
@@ -96,7 +96,7 @@ export const words: Said<typeof english> = {
       failed: () => "一部の出力を復帰できませんでした",
     },
   },
-  parameter: "パラメーター",
+  parameter: "パラメータ",
   now: "現在",
   next: "新しい値",
   planning: "変更内容を確認中",
@@ -111,8 +111,8 @@ export const words: Said<typeof english> = {
   keepOn: "終わるまで電源を切らないでください。",
   inTurn: "この順に1台ずつ再起動します。最後の1台が終わるまで、このページを開いておいてください。",
   lost: n => `RAMのみの${n}件の値が失われます`,
-  lostHint: "残すには、取り消して先にROMに保存してください。",
-  assumed: "監視外の再起動後にRAMで検出",
+  lostHint: "残すには、キャンセルして先にROMに保存してください。",
+  assumed: "検出されなかった再起動の後にRAMで検出",
   working: "書き込み中",
   show: "進行状況を表示",
   of: (done, all) => `${done} / ${all}台完了`,
@@ -175,7 +175,7 @@ export const words: Said<typeof english> = {
       `電源電圧は${supply}で、再起動後の制限を外れます。その場合、出力はオフのままです。`,
   },
   reset: {
-    keep: (id, node, origin) => `サーボID ${id}、${node}、原点 ${origin}を残す`,
+    keep: (id, node, origin) => `サーボID ${id}、${node}、原点 ${origin}を維持`,
     node: id => `ノードID ${id}`,
     dynamicNode: "動的ノードID",
     identityGoes:
@@ -187,8 +187,8 @@ export const words: Said<typeof english> = {
   profile: {
     who: "対象のサーボ",
     none: "バスにサーボがありません。",
-    goOn: "失敗しても残りを続ける",
-    planned: n => (n === 0 ? "既にすべて同じ値" : `${n}件が変わる`),
+    goOn: "失敗しても残りを続行",
+    planned: n => (n === 0 ? "既にすべて同じ値" : `${n}件を変更`),
   },
   output: {
     lead: "1台ずつ順に出力をオンにします。各ホーンは今の位置で保持されます。",
@@ -198,7 +198,7 @@ export const words: Said<typeof english> = {
     torque: pct => `トルク約${pct}`,
     stays: why => `復帰しません。${why}`,
     keeps:
-      "サーボの指令タイムアウト（0x26）で出力が再びオフになるため、このページが動作権を取得します。このページを離れる、タブを隠す、または動作を終了すると、出力はオフになります。",
+      "サーボの通信タイムアウト（0x26）で出力が再びオフになるため、このページが動作権を取得します。このページを離れる、タブを隠す、または動作を終了すると、出力はオフになります。",
     again: "停止がもう一度押されました。閉じて確認してから出力を復帰してください。",
     cleared: "停止を解除",
     held: deg => `${deg}で保持`,
@@ -208,10 +208,10 @@ export const words: Said<typeof english> = {
     title: n => `${n}台にプロファイルを適用`,
     facts: (model, n) => `${model}、${n}項目`,
     toProfiles: "プロファイルへ",
-    loading: "プロファイルを読み込み中。",
+    loading: "プロファイルを読み込み中です。",
     empty: "プロファイルはまだありません",
     emptyLine:
-      "1台を目標どおりに設定し、そこから作成してください。値だけを取り、IDと原点は含みません。TOMLまたはJSONファイルの読み込みもできます。",
+      "1台を設定し、そのサーボからプロファイルを作成してください。サーボの値が入り、IDと原点は含みません。TOMLまたはJSONファイルの読み込みもできます。",
     anyModel: "全機種",
   },
   report: {

@@ -19,7 +19,7 @@ const steps: Readonly<Record<Job["kind"], Partial<Record<StepCode, string>>>> = 
   },
   restart: {
     ...saving,
-    ask: "Restart requested",
+    request: "Restart requested",
     silence: "Silent while it restarts",
     read_back: "Every row read",
   },
@@ -43,8 +43,8 @@ const steps: Readonly<Record<Job["kind"], Partial<Record<StepCode, string>>>> = 
   },
   step_test: {
     check: "Ready; test conditions recorded",
-    there: "Steps measured",
-    numbers: "Results calculated and stored",
+    measure: "Steps measured",
+    evaluate: "Results calculated and stored",
   },
   profile: {
     plan: "Values checked",
@@ -53,8 +53,8 @@ const steps: Readonly<Record<Job["kind"], Partial<Record<StepCode, string>>>> = 
   },
   commissioning: {
     check: "Still as planned",
-    aside: "Servo ID set to 0 to free it for its next servo",
-    away: "Node ID set to dynamic and saved, to free it for its next servo",
+    park_servo_id: "Servo ID set to 0 to free it for its next servo",
+    park_node_id: "Node ID set to dynamic and saved, to free it for its next servo",
     identify: "Horn wiggled",
     write: "Label, IDs and values written and read back",
     save: "Saved",

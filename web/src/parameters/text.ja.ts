@@ -1,9 +1,9 @@
-/** The Japanese sentences of the Parameters page: rows, save bar, dialogs. */
+/** Japanese words of the Parameters page: rows, checks of typed values, jobs. */
 import type { Text } from "../text/language";
 
 export const parameters = {
   params: {
-    title: "パラメーター",
+    title: "パラメータ",
     choose: "サーボ",
     facts: (model, serial, servo, node) => `${model}、${serial}、サーボ${servo}、ノード${node}`,
     search: "名前、0x…",
@@ -12,7 +12,7 @@ export const parameters = {
     favourites: "お気に入り",
     filter: "表示",
     head: {
-      parameter: "パラメーター",
+      parameter: "パラメータ",
       value: "値",
       range: "この機種の範囲",
       ram: "RAM",
@@ -21,14 +21,14 @@ export const parameters = {
     },
     noPwm: "この機種にPWM入力はありません",
     live: "ライブ表示",
-    reading: "パラメーターを読み出し中。",
+    reading: "パラメータを読み出し中です。",
     readAgain: "再読み出し",
-    refresh: "バスからすべて読み出す",
-    notRead: why => `パラメーターを読み出せません: ${why}`,
+    refresh: "バスからすべて読み出し",
+    notRead: why => `パラメータを読み出せません: ${why}`,
     toServos: "サーボへ",
     noneChanged: "変更はありません。",
     noFavourites: "お気に入りはまだありません。☆で行に印を付けます。",
-    noneFound: what => `「${what}」に該当するパラメーターはありません。`,
+    noneFound: what => `「${what}」に該当するパラメータはありません。`,
     torqueOff: "トルクオフ",
     torqueOffFailed: why => `トルクオフを確認できません: ${why}`,
     unlock: "ロック解除",
@@ -39,7 +39,7 @@ export const parameters = {
       firmware: "ファームウェア",
       hardware: "ハードウェア",
       made: "製造日時",
-      uid: "ユニークID",
+      uid: "固有ID",
     },
   },
   rows: {
@@ -55,23 +55,23 @@ export const parameters = {
       noEffect: why => `効果なし: ${why}`,
     },
     goTo: name => `${name}へ`,
-    use: value => `${value}を使う`,
+    use: value => `${value}を使用`,
     again: "再試行",
-    notStaged: "編集に含めません。",
+    notStaged: "変更に追加していません。",
     notWritten: why => `書き込めません: ${why}`,
     ramHolds: value => `RAMの値は${value}です。`,
     rolledBack: others => `取り消し: ${others}が失敗したため、すべて元に戻しました。`,
     verdict: {
       refused: "サーボが拒否しました。",
-      no_response: "再送しても応答がありません。",
+      no_response: "再試行しても応答がありません。",
       clamped: "サーボが値を変えました。",
     },
     staleRevision:
-      "書き込めません: 他の人がこのサーボを変更しました。値を読み直しました。確認してから適用してください。",
+      "書き込めません: 別のクライアントがこのサーボを変更しました。値を読み直しました。確認してから適用してください。",
     ram: "RAM",
     rom: "ROM",
     default: "初期値",
-    toDefault: (row, value) => `${row}を初期値 ${value} に戻す`,
+    toDefault: (row, value) => `${row}を初期値 ${value} に変更`,
     ruler: (ram, low, high) => `RAMの値 ${ram}、範囲 ${low}～${high}`,
   },
   check: {
@@ -80,12 +80,12 @@ export const parameters = {
     ambiguous: typed => `「${typed}」のカンマは、桁区切りにも小数点にも読めます。`,
     otherUnit: (typed, unit) =>
       unit === ""
-        ? `この値に単位はありません（${typed}）。`
+        ? `この値に単位はありません。「${typed}」を削除してください。`
         : `この値の単位は${unit}です（${typed}ではありません）。`,
     enterOne: value => `${value}を入力してください。`,
     above: (value, limit) => `${value}はこの機種の上限${limit}を超えています。`,
     below: (value, limit) => `${value}はこの機種の下限${limit}を下回っています。`,
-    between: (value, step) => `${value}は刻み${step}に合いません。`,
+    between: (value, step) => `${value}は${step}単位の値ではありません。`,
     either: (low, high) => `${low}または${high}を入力してください。`,
     enter: (low, high) => `${low}～${high}を入力してください。`,
     enterNumber: "数値を入力してください。",
@@ -100,7 +100,7 @@ export const parameters = {
     notConfirmed: step => `${step}: 未確認`,
     never: "未到達",
     step: (n, all) => `手順${n}/${all}。通常1～3\u202fs。ページを離れても続きます。`,
-    hide: "隠す",
+    hide: "非表示",
     close: "閉じる",
     state: {
       queued: "待機中",

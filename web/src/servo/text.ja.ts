@@ -1,4 +1,4 @@
-/** The Japanese words round every page of one servo; loaded with them. */
+/** Japanese words common to all pages of a servo; loaded with them. */
 import type { Said } from "../text/language";
 import type { words as english } from "./text.en";
 

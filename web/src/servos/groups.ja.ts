@@ -4,11 +4,11 @@ import type { words as english } from "./groups.en";
 
 export const words = {
   rest: "その他",
-  ok: "OK",
+  ok: "正常",
   notice: "通知",
   warning: "警告",
   protected: "保護動作",
-  failure: "故障",
+  failure: "障害",
   busy: "処理中",
   identifying: "識別中",
   offline: "オフライン",

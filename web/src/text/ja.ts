@@ -18,7 +18,7 @@ export const text = {
   guides: {
     contents: "ドキュメント（英語）",
     tutorial: "最初のサーボを10分で（英語）",
-    adapters: "アダプターの接続方法（英語）",
+    adapters: "アダプタの接続方法（英語）",
     commission: "新しいサーボの設定方法（英語）",
     bus: "バスの不具合の調べ方（英語）",
     recover: "見失ったサーボの復旧方法（英語）",

@@ -12,7 +12,7 @@ export const words = {
   loading: "3D表示を開いています",
   qualities: { auto: "画質: 自動", high: "画質: 高", low: "画質: 低" },
   qualityAuto: { high: "画質: 自動、高", low: "画質: 自動、低" },
-  qualityHint: "「高」では反射と影を描きます。「低」はGPUのないコンピューター向けです。",
+  qualityHint: "「高」では反射と影を描きます。「低」はGPUのないコンピュータ向けです。",
   reset: "視点を戻す",
   all: "すべて表示",
   allHint: "このサーボの後ろに、ほかのサーボも表示します。",

@@ -14,35 +14,35 @@ const STATE: Readonly<Record<string, string>> = {
   updating: "ソフトウェアを更新中です",
   soft_start: "ソフトスタート中です（ホーンが0°へ移動中）",
   protected: "保護動作中です（出力はオフで、自動で復帰します）",
-  offline: "通信途絶です",
+  offline: "オフラインです",
 };
 
-export const who = (name: string | undefined) => readable(name ?? "他の人", live.motion.holder);
+export const who = (name: string | undefined) => readable(name ?? "別のクライアント", live.motion.holder);
 /** The unit of a value with its space. */
 const u = (p: Facts) => (p.unit ? `\u202f${p.unit}` : "");
 /** The server's own words, where the code alone says too little. */
 const detail = (p: Facts) => (p.summary ? `（${p.summary}）` : "");
 
 export const codes: Readonly<Record<string, Saying>> = {
-  bad_table: () => "パラメーター表に誤りがあります。",
-  store_failed: () => "データベースを使用できません。データフォルダーとディスクを確認してください。",
+  bad_table: () => "パラメータ表に誤りがあります。",
+  store_failed: () => "データベースを使用できません。データフォルダとディスクを確認してください。",
   log_failed: p => `ファイルを読み書きできません。${detail(p)}`,
-  bus_trouble: p => `アダプターまたはバスに問題があります。${detail(p)}`,
+  bus_trouble: p => `アダプタまたはバスに問題があります。${detail(p)}`,
   bus_open_failed: p => `バスを開けません。${detail(p)}`,
-  bus_disconnected: () => "バスに接続していません。アダプターを接続してください。",
+  bus_disconnected: () => "バスに接続していません。アダプタを接続してください。",
   bus_read_only: () => "このバスは記録の再生です。何も書き込みません。実際のバスを接続してください。",
   no_response: () => "サーボが応答しません。電源と配線を確認してください。",
   refused_by_servo: p => `サーボが拒否しました。${detail(p)}`,
   did_not_move: p => `ホーンが指令どおりに動きませんでした。${detail(p)}`,
   unexpected_result: p => `サーボの値が書き込んだ値と異なります。${detail(p)}`,
-  interrupted: () => "途中でサーバーが終了しました。どこまで実行されたかは不明です。",
-  forbidden_parameter: () => "このレジスターには触れません。何も送信していません。",
+  interrupted: () => "途中でサーバが終了しました。どこまで実行されたかは不明です。",
+  forbidden_parameter: () => "このレジスタには触れません。何も送信していません。",
   not_available: p => `この環境では使用できません。${detail(p)}`,
   unknown_servo: () => "このサーボはもう登録されていません。",
-  unknown_parameter: () => "そのパラメーターはありません。",
+  unknown_parameter: () => "そのパラメータはありません。",
   unknown_job: () => "その処理はもうありません。",
   unknown_lease: () => "その動作権はもうありません。",
-  unknown_uid: () => "そのユニークIDはありません。",
+  unknown_uid: () => "その固有IDはありません。",
   unknown_log: () => "そのログはありません。",
   unknown_snapshot: () => "そのスナップショットはありません。",
   unknown_profile: () => "そのプロファイルはありません。",
@@ -51,7 +51,7 @@ export const codes: Readonly<Record<string, Saying>> = {
   unknown_fault: () => "その異常はありません。",
   unknown_recording: () => "その記録はありません。",
   unknown_token: () => "そのトークンはありません。",
-  no_simulator: () => "このサーバーにシミュレーターはありません。",
+  no_simulator: () => "このサーバにシミュレータはありません。",
   not_in_this_model: p => `この機種またはファームウェアにはありません。${detail(p)}`,
   read_only: () => "読み出し専用です。",
   out_of_range: p =>
@@ -79,7 +79,7 @@ export const codes: Readonly<Record<string, Saying>> = {
   unsupported_media_type: () => "データの形式が正しくありません。",
   too_large: () => "データが大きすぎます。",
   idempotency_key_reused: () => "このキーは別の要求で使われました。",
-  stale_revision: () => "他の人がこのサーボを変更しました。現在の値を確認してから、やり直してください。",
+  stale_revision: () => "別のクライアントがこのサーボを変更しました。現在の値を確認してから、再試行してください。",
   not_found: () => "見つかりません。",
   method_not_allowed: () => "この操作はできません。",
   internal: p => `hornbillの内部で問題が起きました。報告してください。${detail(p)}`,
@@ -89,22 +89,22 @@ export const codes: Readonly<Record<string, Saying>> = {
 
 export const causes: Readonly<Record<string, Saying>> = {
   adapter_ambiguous: p =>
-    `${p.address}に当てはまるアダプターが複数あります。シリアル番号で指定してください: ${p.others}。`,
-  adapter_lost: p => `${p.address}が失われました。アダプターとケーブルを確認してください。`,
+    `${p.address}に当てはまるアダプタが複数あります。シリアル番号で指定してください: ${p.others}。`,
+  adapter_lost: p => `${p.address}が失われました。アダプタとケーブルを確認してください。`,
   adapter_not_found: p =>
-    `アダプター${p.address}はありません。${p.others ? `次から選んでください: ${p.others}。` : "接続してください。"}`,
+    `アダプタ${p.address}はありません。${p.others ? `次から選んでください: ${p.others}。` : "接続してください。"}`,
   adapter_removed: () => `取り外されています。接続し直してください。`,
-  adapter_unconfirmed: () => `シリアルポートの先にCANアダプターがあるかどうかは分かりません。`,
-  address_is_recording: p => `${p.address}は記録です。読み書きも動作もできません。アダプターを接続してください。`,
+  adapter_unconfirmed: () => `シリアルポートの先にCANアダプタがあるかどうかは分かりません。`,
+  address_is_recording: p => `${p.address}は記録です。読み書きも動作もできません。アダプタを接続してください。`,
   allocation_busy: p =>
-    `ノードID ${p.node_id}のサーボは処理中です。終わるまで割り当てを忘れさせることはできません。`,
+    `ノードID ${p.node_id}のサーボは処理中です。終わるまで割り当てを削除できません。`,
   allocation_not_found: p => `${p.uid}のノードIDの割り当てはありません。`,
   already_requested: p => `すでに${who(p.by)}が動作権を求めています。決まるまで待ってください。`,
   angle_unknown: p => `${p.servo}の角度が分かりません。電源と配線を確認してください。`,
   baud_unknown: p =>
-    `${p.address}は開いていますが、一度も受信していません。ボーレートが不明で、${p.baud} baudを試しています。${BUS}アダプター固有のボーレートがあれば、アドレスの末尾に@BAUDを付けてください。`,
+    `${p.address}は開いていますが、一度も受信していません。ボーレートが不明で、${p.baud} baudを試しています。${BUS}アダプタ固有のボーレートがあれば、アドレスの末尾に@BAUDを付けてください。`,
   baud_unsupported: p =>
-    `${p.address}を${p.bauds} baudに設定できません。ドライバーが対応していません。別のボーレートを選んでください。`,
+    `${p.address}を${p.bauds} baudに設定できません。ドライバが対応していません。別のボーレートを選んでください。`,
   before_out_of_range: p => `${p.minimum_s}～${p.maximum_s}で指定してください。`,
   between_steps: p =>
     `${p.requested}${u(p)}は刻みの間の値です。${p.nearest}${u(p)}のいずれかを入力してください。`,
@@ -131,15 +131,15 @@ export const causes: Readonly<Record<string, Saying>> = {
   bus_off: p =>
     `${p.address}はエラーが多く、バスオフです。ビットレート、配線、終端を確認し、接続し直してください。`,
   bus_option_required: p =>
-    `${p.address}は開けません。トークンが必要なサーバーでは、起動時に--busで指定してください。`,
+    `${p.address}は開けません。トークンが必要なサーバでは、起動時に--busで指定してください。`,
   candle_channel_invalid: p => `${p.address}はSERIAL_NUMBERまたはSERIAL_NUMBER/CHANNELの形式ではありません。`,
   candle_package_missing: p =>
     `${p.address}に必要なPythonパッケージがありません。pip install 'hornbill[candle]'でインストールしてください。`,
   changed_since_read: p => `${p.servo}は読み出し後に変更されました。もう一度読み出してください。`,
   channel_invalid: p => `「${p.channel}」は${p.interface}のチャンネルではありません。`,
   channel_names_unavailable: p =>
-    `ドライバーからチャンネル名を取得できません。アドレスを${p.interface}:CHANNELの形で入力してください。`,
-  channel_not_found: p => `アダプターにチャンネル${p.channel}はありません。0～${p.highest}を選んでください。`,
+    `ドライバからチャンネル名を取得できません。アドレスを${p.interface}:CHANNELの形で入力してください。`,
+  channel_not_found: p => `アダプタにチャンネル${p.channel}はありません。0～${p.highest}を選んでください。`,
   channel_not_numeric: p => `${p.key}は数値ではないため、チャンネルにできません。`,
   closed_while_opening: p => `${p.address}は開いている途中で閉じられました。`,
   command_in_profile: p => `${p.key}はホーンを動かす指令で、設定ではありません。除いてください。`,
@@ -156,16 +156,16 @@ export const causes: Readonly<Record<string, Saying>> = {
   could_switch_off: p =>
     `${p.key}を${p.requested}${u(p)}にすると、今すぐ出力が切れる可能性があります${p.reading === undefined ? "（測定値は不明）" : `（測定値${p.reading}${u(p)}、余裕±${p.margin}${u(p)}）`}。`,
   data_folder_only: p =>
-    `${p.address}は開けません。ネットワーク経由ではデータフォルダーの記録だけを名前で開けます。`,
+    `${p.address}は開けません。ネットワーク経由ではデータフォルダの記録だけを名前で開けます。`,
   delete_failed: p => `${p.name}を削除できません。`,
-  demo_only: p => `${p.address}は開けません。公開デモではシミュレーターだけを使えます。`,
-  device_not_found: () => `そのデバイスはありません。アダプターを接続し、名前を確認してください。`,
-  driver_not_loaded: p => `ドライバーが読み込まれていません。次のコマンドを実行してください: ${p.command}`,
+  demo_only: p => `${p.address}は開けません。公開デモではシミュレータだけを使えます。`,
+  device_not_found: () => `そのデバイスはありません。アダプタを接続し、名前を確認してください。`,
+  driver_not_loaded: p => `ドライバが読み込まれていません。次のコマンドを実行してください: ${p.command}`,
   driver_not_responding: () =>
-    `ドライバーが応答しません。アダプターを抜き差ししてください。直らない場合はコンピューターを再起動してください。`,
+    `ドライバが応答しません。アダプタを抜き差ししてください。直らない場合はコンピュータを再起動してください。`,
   driver_open_timeout: () =>
-    `ドライバーが応答せず、開けませんでした。アダプターを抜き差ししてからやり直してください。`,
-  driver_refused: () => `ドライバーが拒否しました。アダプターの接続とドライバーを確認してください。`,
+    `ドライバが応答せず、開けませんでした。アダプタを抜き差ししてからやり直してください。`,
+  driver_refused: () => `ドライバが拒否しました。アダプタの接続とドライバを確認してください。`,
   duplicate_command: () => `同じサーボに2つの指令があります。1つにしてください。`,
   duplicate_id: p => `${p.key} ${p.requested}が2台のサーボに指定されています。それぞれ別にしてください。`,
   duplicate_servo: () => `同じサーボが2回指定されています。`,
@@ -175,7 +175,7 @@ export const causes: Readonly<Record<string, Saying>> = {
   file_not_found: p => `「${p.name}」はありません。`,
   file_not_toml_or_json: () => `TOMLまたはJSONのファイルを指定してください。`,
   file_not_written: p =>
-    `記録を書き込めません（${p.error}）。データフォルダーとディスクを確認してください。`,
+    `記録を書き込めません（${p.error}）。データフォルダとディスクを確認してください。`,
   file_too_large: p => `ファイルが${p.limit_kb} kBを超えています。プロファイルは通常数kBです。`,
   file_unreadable: p => `${p.name}を読めません。名前と権限を確認してください。`,
   firmware_invalid: p => `「${p.requested}」はファームウェアの版ではありません。1.300のように書いてください。`,
@@ -204,7 +204,7 @@ export const causes: Readonly<Record<string, Saying>> = {
     `${p.servo}のホーンが${p.speed_rpm}で動いています。保存していません。先に静止させてください。`,
   horn_turning_output_off: p => `出力がオフの${p.servo}のホーンが${p.speed_rpm}で動いています。静止させてください。`,
   host_not_allowed: p =>
-    `「${p.host}」はこのサーバーの名前ではありません。次のいずれかを使ってください: ${p.known}。`,
+    `「${p.host}」はこのサーバの名前ではありません。次のいずれかを使ってください: ${p.known}。`,
   host_not_found: () => `そのホストはありません。ホスト名を確認するか、IPアドレスを入力してください。`,
   id_changed_since_prepared: p => `${p.servo}のサーボIDは準備の後に変わりました。やり直してください。`,
   id_exchange_failed: p => `${p.titles}の間のIDの受け渡しに失敗しました。`,
@@ -220,13 +220,13 @@ export const causes: Readonly<Record<string, Saying>> = {
   identity_in_profile: p => `${p.key}はサーボごとの値です。除くか、IDと原点を含める指定をしてください。`,
   in_use: p => `${p.users ?? "別のプログラム"}が使用中です。先に終了してください。`,
   interface_bus_off: p =>
-    `${p.interface}のコントローラーがエラーでバスオフです。ビットレート、配線、終端を確認し、再起動してください: ${p.command}`,
+    `${p.interface}のコントローラがエラーでバスオフです。ビットレート、配線、終端を確認し、再起動してください: ${p.command}`,
   interface_down: p =>
     `インターフェース${p.interface}が停止しています。次のコマンドで起動してください: ${p.command}`,
   interface_not_found: p =>
-    `CANインターフェース${p.interface}はありません。${p.others ? `このコンピューターにあるもの: ${p.others}。` : ""}${p.command ? `次のコマンドで作成できます: ${p.command}` : "アダプターを接続するか、別のインターフェースを選んでください。"}`,
+    `CANインターフェース${p.interface}はありません。${p.others ? `このコンピュータにあるもの: ${p.others}。` : ""}${p.command ? `次のコマンドで作成できます: ${p.command}` : "アダプタを接続するか、別のインターフェースを選んでください。"}`,
   interface_not_visible: () =>
-    `LinuxのドライバーにはありますがCANインターフェースが見えません。コンテナでは--network hostで実行してください。`,
+    `LinuxのドライバにはありますがCANインターフェースが見えません。コンテナでは--network hostで実行してください。`,
   interface_unsupported: p => `「${p.interface}」というインターフェースはありません。使えるもの: ${p.known}。`,
   internal_error: p => `hornbillの内部で問題が起きました（${p.error}）。報告してください。`,
   job_cancelled: p => `${p.servo}の処理が中止されました。`,
@@ -245,9 +245,9 @@ export const causes: Readonly<Record<string, Saying>> = {
   lease_of_key_ended: () => `このキーで取った動作権は終わりました。新しいキーで取り直してください。`,
   line_not_utf8: p => `${p.line}行目がUTF-8ではありません。UTF-8で保存してください。`,
   lines_invalid: p =>
-    `${p.lines_in_all}行中${p.count}行を受け付けられないため、何も保存していません。最初は${p.line}行目です。`,
+    `${p.total_lines}行中${p.count}行を受け付けられないため、何も保存していません。最初は${p.line}行目です。`,
   linux_only: () =>
-    `SocketCANはLinuxだけで使えます。slcan:COM3のように、アダプターのインターフェースを使ってください。`,
+    `SocketCANはLinuxだけで使えます。slcan:COM3のように、アダプタのインターフェースを使ってください。`,
   loaded_horns: p =>
     `${p.servos}のホーンに負荷がかかっている可能性があります（ブレーキ中、回転中、または${p.load_pct}を超えるトルク）。今の位置で保持します。`,
   log_damaged: p => `${p.name}は壊れています。${p.frames}フレームより先を読めません。`,
@@ -256,7 +256,7 @@ export const causes: Readonly<Record<string, Saying>> = {
   log_not_written: p => `${p.name}に書き込めません。`,
   log_running: p => `${p.name}を記録中です。先に終了してください。`,
   mavlink: p =>
-    `${p.address}はMAVLinkを話しています。オートパイロットが接続されています。CANアダプターか、オートパイロットのslcanポートを使ってください。`,
+    `${p.address}はMAVLinkを話しています。オートパイロットが接続されています。CANアダプタか、オートパイロットのslcanポートを使ってください。`,
   media_type_not_json: p =>
     `${p.media ? `データの形式「${p.media}」は使えません` : "データの形式が指定されていません"}。application/jsonで送ってください。`,
   message_invalid: () => `このソケットのメッセージではありません。`,
@@ -268,7 +268,7 @@ export const causes: Readonly<Record<string, Saying>> = {
     `${p.servos}は1回転を超えて動くか、再起動で回転数を失っています。動かすには確認してください。`,
   name_in_use: p => `${p.name}はすでにあります。別の名前にするか、削除してください。`,
   names_unknown: p => `${p.names}はありません。次から選んでください: ${p.known}。`,
-  no_bus: () => `バスに接続していません。アダプターを接続してください。`,
+  no_bus: () => `バスに接続していません。アダプタを接続してください。`,
   no_data_at_baud: p =>
     `${p.address}は${p.baud} baudで開いていますが、バスから一度も受信していません。${BUS}`,
   no_data_at_given_baud: p =>
@@ -276,32 +276,32 @@ export const causes: Readonly<Record<string, Saying>> = {
   no_data_received: p =>
     `${p.address}は開いていますが、一度も受信していません。${BUS}ビットレートも確認してください。`,
   no_driver: p =>
-    `${p.interface}のドライバーがインストールされていません。${p.command ? `Linuxではカーネルのドライバーを使い、socketcan:can0として接続できます: ${p.command}` : "メーカーのドライバーをインストールしてください。"}`,
+    `${p.interface}のドライバがインストールされていません。${p.command ? `Linuxではカーネルのドライバを使い、socketcan:can0として接続できます: ${p.command}` : "メーカーのドライバをインストールしてください。"}`,
   no_pending_request: () => `このIDで動作権を求めている人はもういません。`,
   no_permission: p =>
-    `このユーザーには使用する権限がありません。次のコマンドを実行し、ログインし直してください: ${p.command}`,
-  no_simulator: () => `このサーバーにシミュレーターはありません。hornbill demoで起動してください。`,
+    `このユーザには使用する権限がありません。次のコマンドを実行し、ログインし直してください: ${p.command}`,
+  no_simulator: () => `このサーバにシミュレータはありません。hornbill demoで起動してください。`,
   node_id_in_use: p =>
     `ノードID ${p.node_id}は別のノードが使用中です。別のIDを選ぶか、先にそのノードの電源を切ってください。`,
   node_id_mismatch: p => `${p.servo}はノード${p.wanted_node_id}ではなく${p.node_id ?? "–"}で応答しています。`,
-  node_id_missing: p => `${p.servo}は通信途絶です。ノードIDがありません。電源と配線を確認してください。`,
+  node_id_missing: p => `${p.servo}はオフラインです。ノードIDがありません。電源と配線を確認してください。`,
   node_id_not_free_yet: () => `指定したノードIDは、この中の別のサーボが使用中で、保存するまで空きません。`,
   node_id_out_of_range: p =>
     `ノードID ${p.requested}は割り当てられません。${p.minimum}～${p.maximum}を入力してください。`,
   node_id_reassigned: p =>
     `${p.servo}はノードID ${p.requested}を空けるはずでしたが、再び割り当てられました。別のツールが割り当てている可能性があります。`,
   node_id_reserved: p =>
-    `ノードID ${p.node_id}は${p.owner}のものです。別のIDを選ぶか、先にその割り当てを忘れさせてください。`,
+    `ノードID ${p.node_id}は${p.owner}のものです。別のIDを選ぶか、先にその割り当てを削除してください。`,
   node_id_still_in_use: p =>
     `${p.servo}はノードID ${p.requested}で復帰しますが、そのIDはまだ${p.owner_title}が使っています。保存していません。先にそちらを保存するか、初期設定で入れ替えてください。`,
-  node_ids_exhausted: () => `退避に使えるノードIDがありません。なくなったノードの割り当てを忘れさせてください。`,
+  node_ids_exhausted: () => `退避に使えるノードIDがありません。使われていないノードの割り当てを削除してください。`,
   node_not_responding: p =>
     `ノード${p.node_id}が応答しません（${p.service}、${p.tries}回）。電源、ケーブル、バスを確認してください。`,
   not_a_number: p => `${p.key}には数値を入力してください${p.unit ? `（${p.unit}）` : ""}。`,
   not_a_recording: p => `${p.name}はhornbillの記録ではありません。hornbillが書き出した.zipを指定してください。`,
   not_allowed_in_profile: p => `${p.key}はプロファイルに入れられません。除いてください。`,
   not_following: p =>
-    `${p.servo}が指令に従いません。ホーンは${p.angle_deg}、目標から${p.away_deg}です。試験を終了しました。負荷の緩みを確認するか、角度Pゲインを下げてください。`,
+    `${p.servo}が指令に従いません。ホーンは${p.angle_deg}、目標から${p.away_deg}です。試験を終了しました。負荷の緩みを確認するか、角度比例ゲインを下げてください。`,
   not_identified: p => `${p.servo}はまだ識別されていないため、動かしません。`,
   not_in_firmware: p => `${p.servo}（ファームウェア${p.firmware}）に${p.key}はありません。`,
   not_in_source: p => `${p.servo}に${p.key}はありません。除いてください。`,
@@ -314,12 +314,12 @@ export const causes: Readonly<Record<string, Saying>> = {
   not_restored_after_wiggle: p =>
     `${p.servo}の行が元の値に戻っていません: ${p.not_restored}。RAMだけの変更です。書き込み直すか、再起動してください。`,
   not_resumable: () => `この処理は再開できません。`,
-  not_simulated: p => `サーボ${p.uid}はシミュレーターにありません。`,
+  not_simulated: p => `サーボ${p.uid}はシミュレータにありません。`,
   not_slcan: p =>
-    `${p.address}から届くデータはslcanの形式ではありません。slcanアダプターの接続とボーレートを確認してください。`,
+    `${p.address}から届くデータはslcanの形式ではありません。slcanアダプタの接続とボーレートを確認してください。`,
   not_stored_in_rom: p => `${p.key}はROMに保存されないため、設定ではありません。除いてください。`,
   nothing_to_write: p => `${p.side}から${p.servo}に書き込む値がありません。行を指定してください。`,
-  offline: p => `${p.servo}は通信途絶です。電源と配線を確認してください。`,
+  offline: p => `${p.servo}はオフラインです。電源と配線を確認してください。`,
   one_source_required: () => `プロファイルの元は、値、サーボ、スナップショットのうち1つだけ指定してください。`,
   open_failed: p => `${p.address}を開けません。`,
   origin_not_allowed: p =>
@@ -334,7 +334,7 @@ export const causes: Readonly<Record<string, Saying>> = {
   outside_limits: p =>
     `${p.servo}のホーンは${p.requested}°にあり、角度制限（${p.minimum}～${p.maximum}°）の外です。出力をオンにすると動きます。手で内側へ回すか、制限を広げてください。`,
   own_node_id: p => `ノードID ${p.node_id}はhornbillが使っています。別のIDを選んでください。`,
-  parameter_unknown: p => `「${p.key}」というパラメーターはありません。`,
+  parameter_unknown: p => `「${p.key}」というパラメータはありません。`,
   playback_ended: () => `記録の再生が終わりました。もう一度再生するか、バスを接続してください。`,
   playback_in_progress: () => `記録を再生中です。バスを接続すると記録されます。`,
   playback_speed_invalid: p => `「${p.requested}」は再生速度として使えません。`,
@@ -361,8 +361,8 @@ export const causes: Readonly<Record<string, Saying>> = {
   recording_damaged: p => `${p.name}は壊れています。`,
   recording_not_written: () => `記録を書き込めません。ディスクを確認してください。`,
   recording_unreadable: p => `${p.name}はこのhornbillで読めない記録です。`,
-  recordings_folder_missing: () => `記録のフォルダーがないため、記録していません。`,
-  register_forbidden: p => `${p.key}はhornbillが読み書きしないレジスターです。`,
+  recordings_folder_missing: () => `記録のフォルダがないため、記録していません。`,
+  register_forbidden: p => `${p.key}はhornbillが読み書きしないレジスタです。`,
   register_refused: p =>
     `${p.servo}が${p.key}の${p.writes ? "書き込み" : "読み出し"}を拒否しました（値のない応答）。やり直してください。毎回同じ場合、このサーボにこの行はありません。`,
   released_before_settling: p => `${p.servo}は整定する前に指令が終了しました。`,
@@ -399,11 +399,11 @@ export const causes: Readonly<Record<string, Saying>> = {
   save_outcome_unknown: p =>
     `その時点で${p.servo}がSAVEを受信していたか、ROMの内容がどうなっているかは不明です。`,
   save_refused: p => `${p.servo}が保存を拒否しました（ok = 0）。RAMの値は変わっていません。`,
-  server_exited: () => `処理の途中でサーバーが終了しました。完了した手順は処理の記録で確認してください。`,
+  server_exited: () => `処理の途中でサーバが終了しました。完了した手順は処理の記録で確認してください。`,
   server_not_responding: () =>
-    `サーバーが応答しません。ホストに到達できるか、そのポートでsocketcandが動作しているか確認してください。`,
+    `サーバが応答しません。ホストに到達できるか、そのポートでsocketcandが動作しているか確認してください。`,
   server_not_running: () =>
-    `接続先でサーバーが動作していません。そのホストでsocketcandを起動し、ポートを確認してください。`,
+    `接続先でサーバが動作していません。そのホストでsocketcandを起動し、ポートを確認してください。`,
   servo_id_in_use: p => `サーボID ${p.servo_id}は別のサーボが使用しています。`,
   servo_id_not_restored: p => `サーボIDはRAMで0です: ${p.servo_id ?? "–"}に戻せませんでした。`,
   servo_id_parked: p =>
@@ -419,20 +419,20 @@ export const causes: Readonly<Record<string, Saying>> = {
   side_unknown: p =>
     `「${p.requested}」は比較できません。サーボ、スナップショット、プロファイル、初期値のいずれかを指定してください。`,
   sim_output_on: () =>
-    `モーターの出力がオンのため、手では回せません。先にトルクをオフにするか、電源を切ってください。`,
-  sim_servo_invalid: p => `このサーボはシミュレーターに追加できません${detail(p)}。`,
+    `モータの出力がオンのため、手では回せません。先にトルクをオフにするか、電源を切ってください。`,
+  sim_servo_invalid: p => `このサーボはシミュレータに追加できません${detail(p)}。`,
   slcan_bit_rate_unsupported: p => `slcanに${p.bitrate} bit/sはありません。`,
   slcan_setting_refused: p =>
-    `${p.address}のアダプターが設定を拒否しました（BELL）。抜き差ししてからやり直してください。`,
+    `${p.address}のアダプタが設定を拒否しました（BELL）。抜き差ししてからやり直してください。`,
   snapshot_has_previous_values: p => `以前の値はスナップショット${p.snapshot}にあります。`,
   snapshot_not_found: p => `スナップショット${p.snapshot}はありません。`,
   snapshot_not_stored: p =>
-    `${p.servo}のスナップショットを保存できなかったため、何も書き込んでいません。データフォルダーとディスクを確認してください。`,
+    `${p.servo}のスナップショットを保存できなかったため、何も書き込んでいません。データフォルダとディスクを確認してください。`,
   snapshot_of_other_servo: p => `スナップショット${p.snapshot}は別のサーボのものです。`,
   snapshot_of_unknown_model: p => `スナップショット${p.snapshot}は未対応の機種のものです。`,
   socketcand_address_invalid: p => `${p.address}はHOST:PORT/CHANNELの形式ではありません。`,
   socketcand_refused: p =>
-    `${p.address}を開けません。socketcandサーバーがこのCANインターフェースを提供しているか確認してください。`,
+    `${p.address}を開けません。socketcandサーバがこのCANインターフェースを提供しているか確認してください。`,
   soft_start_stuck: p =>
     `ソフトスタートで${p.servo}のホーンが0°に着かないため、ROMの速度とトルクの値を読み出せません。拘束されていないか確認し、再起動してください。`,
   some_servos_failed: p => `${p.targets}台中${p.failed}台で失敗しました: ${p.titles}。`,
@@ -443,9 +443,9 @@ export const causes: Readonly<Record<string, Saying>> = {
   steps_incomplete: () => `完了していない手順があります。`,
   stopped: p => `${who(p.by)}が停止しました。停止を解除するまで何も動きません。`,
   store_newer: () =>
-    `データベースは新しい版のhornbillで作成されています。その版を使うか、別のデータフォルダーを指定してください。`,
+    `データベースは新しい版のhornbillで作成されています。その版を使うか、別のデータフォルダを指定してください。`,
   store_timeout: () => `データベースが応答しません。しばらくしてからやり直してください。`,
-  store_unusable: () => `データベースを使用できません。データフォルダーとディスクを確認してください。`,
+  store_unusable: () => `データベースを使用できません。データフォルダとディスクを確認してください。`,
   stream_ended: () => `ストリームは終了しています。新しく開始してください。`,
   stream_not_found: p => `ストリーム${p.stream}はありません。`,
   stream_too_fast: p =>
@@ -456,7 +456,7 @@ export const causes: Readonly<Record<string, Saying>> = {
     `${p.servo}の電源電圧${p.requested} Vでは保存できません（動作範囲${p.minimum}～${p.maximum} V）。保存していません。`,
   switched_off_during_command: p => `${p.servo}の出力が途中で切られたため、オンにしていません。`,
   switched_off_during_save: p => `保存中に${p.servo}の出力が切られました。保存し直してください。`,
-  table_invalid: p => `パラメーター表${p.file ?? ""}に誤りがあります${p.row ? `（${p.row}）` : ""}。`,
+  table_invalid: p => `パラメータ表${p.file ?? ""}に誤りがあります${p.row ? `（${p.row}）` : ""}。`,
   timeout_needs_lease: p =>
     `${p.servos}は通信タイムアウト（0x26、0x27）で出力が再び切れます。動作権を取ると、終わるまで出力を維持します。`,
   token_name_in_use: p => `トークン「${p.name}」はすでにあります。先に取り消すか、別の名前にしてください。`,
@@ -516,7 +516,7 @@ export const causes: Readonly<Record<string, Saying>> = {
   values_not_retained: p =>
     `${p.servo}はすべての値を受け付けましたが、その後の値が異なります: ${p.keys}。再起動したか、他から書き込まれています。`,
   wiggle_failed: p =>
-    `${p.servo}のホーンが${p.moved ? "元の位置に戻りませんでした" : "動きませんでした"}（${p.back_deg}）。拘束されていないか、不感帯（0x2E）と速度・トルクの制限（0x3A～0x3D）を確認してください。`,
+    `${p.servo}のホーンが${p.moved ? "元の位置に戻りませんでした" : "動きませんでした"}（${p.back_deg}）。拘束されていないか、デッドバンド（0x2E）と速度・トルクの制限（0x3A～0x3D）を確認してください。`,
   wiggle_range_too_small: p =>
     `${p.servo}のホーンは${p.requested}°にあり、角度制限（${p.minimum}～${p.maximum}°）の中に往復する余地がありません。手で内側へ回すか、制限を広げてください。`,
   write_forbidden: () => `この書き込みは禁止されています。何も送信していません。`,
