@@ -1,6 +1,15 @@
-"""A servo as a plug: made for a phase, set up before it, torn down after it, whatever happened in between.
+"""Servo as a test-station plug: set up before the phases, torn down after them in every case.
 
-It needs nothing of OpenHTF, only its way of working: derive from `openhtf.plugs.BasePlug` as well, and it is one.
+It does not import OpenHTF. OpenHTF creates plugs without arguments and calls only `tearDown`, so wrap it there:
+
+    class Servo(openhtf.plugs.BasePlug):
+        def __init__(self) -> None:
+            self._plug = ServoPlug("61-466861")
+            self._plug.setUp()
+            self.settle_s = self._plug.settle_s
+
+        def tearDown(self) -> None:
+            self._plug.tearDown()
 """
 
 from contextlib import ExitStack
@@ -9,16 +18,16 @@ from hornbill.client import Hornbill, Servo
 
 
 class ServoPlug:
-    """Motion control of one servo for the length of a test; torque is off before and after."""
+    """Lease and torque on one servo for the duration of a test. Torque is off before and after."""
 
     def __init__(self, serial: str) -> None:
-        """`serial` as 'hornbill list' shows it; the server is that of HORNBILL_URL."""
+        """`serial`: as shown by 'hornbill list'. HORNBILL_URL selects the server."""
         self._serial = serial
         self._open = ExitStack()
         self.servo: Servo
 
     def setUp(self) -> None:
-        """Take motion control, and turn torque on where the horn stands."""
+        """Take motion control and turn torque on at the present angle."""
         with ExitStack() as begun:
             hornbill = begun.enter_context(Hornbill(by="test station"))
             self.servo = hornbill.find(serial=self._serial)
@@ -27,9 +36,9 @@ class ServoPlug:
             self._open = begun.pop_all()
 
     def tearDown(self) -> None:
-        """Give motion control back, which turns torque off; safe to call twice."""
+        """Release motion control, which turns torque off. Idempotent."""
         self._open.close()
 
     def settle_s(self, angle_deg: float) -> float:
-        """Seconds until the horn rests at an angle. Raises DidNotMove when it does not within 5 s."""
+        """Settling time at an angle, s. Raises DidNotMove after 5 s."""
         return self.servo.move(angle_deg)["settle_time_s"] or 0.0

@@ -1,4 +1,4 @@
-"""A station that uses the plug as a test executive does: set up, phases with limits, tear down. Prints a record."""
+"""Test station with the plug: set up, measure within limits, tear down. Prints a record."""
 
 import json
 import sys
@@ -9,7 +9,7 @@ LIMITS = {"settle_20_deg_s": 1.0, "settle_0_deg_s": 1.0}
 
 
 def main(serial: str) -> int:
-    """Exit code 0 when every measurement is within its limit."""
+    """Return exit code 0 if every measurement is within its limit."""
     plug = ServoPlug(serial)
     measured: dict[str, float] = {}
     try:

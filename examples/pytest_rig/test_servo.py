@@ -1,4 +1,4 @@
-"""A rig's acceptance test of one servo: limits, motion, supply, and that it says no where it should."""
+"""Acceptance test of one servo: limits, motion, supply, and refusals."""
 
 import pytest
 
@@ -7,7 +7,7 @@ from hornbill.errors import LeaseRequired, OutOfRange
 
 
 @pytest.mark.parametrize("angle_deg", [-20.0, 0.0, 20.0])
-def test_it_gets_where_it_is_told(hornbill_servo: Servo, hornbill_lease: Lease, angle_deg: float) -> None:
+def test_it_reaches_the_commanded_angle(hornbill_servo: Servo, hornbill_lease: Lease, angle_deg: float) -> None:
     hornbill_servo.torque("on")
     moved = hornbill_servo.move(angle_deg, band_deg=0.7, timeout_s=3)
     assert moved["settled"]
@@ -37,14 +37,14 @@ def test_an_angle_beyond_its_limit_is_refused_with_the_limit(hornbill_servo: Ser
     assert refused.value.facts["maximum"] == limit
 
 
-def test_nothing_moves_without_motion_control(hornbill_servo: Servo) -> None:
+def test_motion_without_motion_control_is_refused(hornbill_servo: Servo) -> None:
     with pytest.raises(LeaseRequired):
         hornbill_servo.move(10)
 
 
-def test_a_stop_of_the_test_is_cleared_for_the_next(
+def test_a_stop_by_the_test_is_cleared_before_the_next_one(
     hornbill: Hornbill, hornbill_servo: Servo, hornbill_lease: Lease
 ) -> None:
     hornbill_servo.torque("on")
-    hornbill.stop(reason="the test wants it")
+    hornbill.stop(reason="end of the test")
     assert hornbill_servo.read("torque_mode") == "off"

@@ -90,9 +90,9 @@ def test_the_bash_example_says_what_the_server_says(rig: Rig) -> None:
 
 
 def test_the_guides_python_runs(rig: Rig) -> None:
-    script, test = (one.script for one in blocks(GUIDE, "python"))
-    assert 0 < float(rig.run(sys.executable, "-c", script.replace(WRITTEN, rig.serial))) < 3
-    assert "def test_" in test
+    move, long_run, _ = (one.script.replace(WRITTEN, rig.serial) for one in blocks(GUIDE, "python"))
+    assert 0 < float(rig.run(sys.executable, "-c", move)) < 3
+    assert rig.run(sys.executable, "-c", long_run) == "done\n"
 
 
 def test_the_guides_telemetry_program_prints_a_hundred_samples(rig: Rig) -> None:
@@ -103,7 +103,8 @@ def test_the_guides_telemetry_program_prints_a_hundred_samples(rig: Rig) -> None
 
 
 def test_the_guides_pytest_runs(rig: Rig, tmp_path: Path) -> None:
-    (tmp_path / "test_rig.py").write_text(blocks(GUIDE, "python")[1].script)
+    (test,) = (one.script for one in blocks(GUIDE, "python") if "def test_" in one.script)
+    (tmp_path / "test_rig.py").write_text(test)
     command = (sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", "--rootdir", tmp_path, tmp_path)
     assert "1 passed" in rig.run(*command, "--hornbill-servo", rig.serial, folder=tmp_path)
 
