@@ -106,7 +106,7 @@ def faults(page: Page, url: str, uid: str) -> Callable[[], None]:
     put(True)
     page.wait_for_timeout(5000)
     api.patch(f"/sim/servos/{second}", json={"faults": {"sensor_strong": False}})
-    api.post(f"/servos/{second}/faults/temperature_high/acknowledge", params={"by": "Page 12"})
+    api.post(f"/servos/{second}/faults/temperature_high/acknowledge", params={"by": "page-1012"})
     page.wait_for_timeout(4000)
     page.goto(url + "faults")
     page.get_by_test_id("faults-past").wait_for()
@@ -114,7 +114,7 @@ def faults(page: Page, url: str, uid: str) -> Callable[[], None]:
 
     def end() -> None:
         put(False)
-        api.post(f"/servos/{first}/faults/acknowledge", params={"by": "Page 12"})
+        api.post(f"/servos/{first}/faults/acknowledge", params={"by": "page-1012"})
         api.close()
 
     return end

@@ -19,7 +19,7 @@ CautionCode = TypeAliasType(
 
 @dataclass(frozen=True, slots=True, config=STRICT)
 class Caution:
-    """Something to know before a command is sent."""
+    """A caution about a command."""
 
     level: Literal["warning", "failure"] = Field(description="failure: the motion may never end.")
     code: CautionCode = Field(description="Code for programs. Stable.")
@@ -29,14 +29,14 @@ class Caution:
 
 
 class MotionProfile(Model):
-    """How a rate-limited move goes: a trapezoid of speed, sent as 50 angles a second."""
+    """Trapezoidal speed profile of a move, sent as 50 angles per second."""
 
     speed_deg_s: float = Field(default=60.0, gt=0, le=3600, description="Speed limit, °/s.")
     accel_deg_s2: float = Field(default=240.0, gt=0, le=100_000, description="Acceleration and deceleration, °/s².")
 
 
 class MotionHold(Model):
-    """A speed or torque that lasts only while it is asked for again: for a button that is held."""
+    """Time limit of a speed or torque command, renewed while a button is held."""
 
     for_s: float = Field(
         default=0.5, ge=0.1, le=5, description="Time after which the servo is braked unless renewed, s."
@@ -45,7 +45,7 @@ class MotionHold(Model):
 
 
 class AskedFor(Model):
-    """Somebody asks the holder for motion control; the lease passes when `expires_in_s` is over, unless refused."""
+    """Pending request for motion control. The lease passes after `expires_in_s` unless refused."""
 
     id: str = Field(description="ID with which to refuse the request.")
     by: str = Field(description="Client that requests motion control.")
@@ -54,7 +54,7 @@ class AskedFor(Model):
 
 
 class Lease(Model):
-    """The one writer's lease; renew before it ends, or torque goes off on what it commanded."""
+    """Lease, which grants motion control. When it expires, torque goes off on the servos it commanded."""
 
     id: str = Field(description="ID, as used in paths.")
     shown_id: str = Field(description="First digits of `id`, visible to all clients.")
@@ -66,7 +66,7 @@ class Lease(Model):
 
 
 class LeaseView(Model):
-    """A lease as others see it: without the id that lets one use it."""
+    """Lease as visible to other clients, without its secret ID."""
 
     shown_id: str = Field(description="First digits of its ID, which distinguish leases but do not allow their use.")
     holder: str = Field(description="Client with motion control.")
@@ -77,7 +77,7 @@ class LeaseView(Model):
 
 
 class RestorableOutput(Model):
-    """One servo whose output would be switched on."""
+    """A servo whose output would be restored."""
 
     uid: UidText
     title: str = Field(description="Display name.")
@@ -91,14 +91,14 @@ class RestorableOutput(Model):
 
 
 class OutputRestorePreview(Model):
-    """What restoring outputs would do."""
+    """Effect of restoring outputs."""
 
     clears_stop: bool = Field(description="Would first clear a latched stop.")
     servos: list[RestorableOutput] = Field(description="One entry per servo.")
 
 
 class StopServo(Model):
-    """How stop went on one servo."""
+    """Confirmation of a stop by one servo."""
 
     uid: UidField
     label: str = Field(description="Nickname. Empty if none.")
@@ -107,7 +107,7 @@ class StopServo(Model):
 
 
 class StopNode(Model):
-    """How stop went on a node that may be a servo and has not been identified."""
+    """Confirmation of a stop by a node that may be a servo but is not identified."""
 
     node_id: int = Field(description="Node ID, 1 to 127.")
     confirmed: bool = Field(description="The response to torque off (or brake) was received.")
@@ -121,7 +121,9 @@ class Stop(Model):
     mode: StopMode | None = Field(description="Torque off or brake. Null while not latched.")
     at: float | None = Field(description="Time of the stop, seconds since 1970 UTC. Null while not latched.")
     by: str | None = Field(description="Client that stopped. Null while not latched.")
-    reason: str | None = Field(description="Reason of the client. Null while not latched.")
+    reason: str | None = Field(
+        description="Reason: text, or a code of the page (`stop_button`, `esc_key`, `space_key`). Null while not latched."
+    )
     servos: list[StopServo] = Field(description="One entry per servo.")
     nodes: list[StopNode] = Field(
         default_factory=list[StopNode], description="Nodes that broadcast actuator status and may be servos."
@@ -129,7 +131,7 @@ class Stop(Model):
 
 
 class TakeOverState(Model):
-    """How the asking went. `lease_id` is there once, for whoever asked, when it was granted."""
+    """State of a request for motion control."""
 
     id: str = Field(description="ID, as used in paths.")
     by: str = Field(description="Client that requests motion control.")
@@ -139,4 +141,4 @@ class TakeOverState(Model):
     lease_id: str | None = Field(
         default=None, description="ID of the lease. Returned once, to the client that requested it, when granted."
     )
-    holder: LeaseView | None = Field(default=None, description="Current lease. Null if nobody else has motion control.")
+    holder: LeaseView | None = Field(default=None, description="Current lease of another client. Null if none.")

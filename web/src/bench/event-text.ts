@@ -3,14 +3,15 @@ import type { MarkReason, Params } from "../api/types";
 import type { BenchEvent } from "./bench";
 import { codes } from "./codes";
 import { factsOf } from "./facts";
+import { who } from "./holder";
 
 export function eventText(one: Pick<BenchEvent, "code" | "text" | "params">): string {
-  return codes.value.happened?.[one.code]?.(factsOf(one.params)) ?? one.text;
+  return codes.value.happened?.[one.code]?.(factsOf(one.params)) ?? who(one.text);
 }
 
 /** `params` is missing in recordings of older versions, and empty where the text is a user's. */
 export function markText(one: { reason: MarkReason; text: string; params?: Params }): string {
   const { params } = one;
-  if (params === undefined || Object.keys(params).length === 0) return one.text;
-  return codes.value.marks?.[one.reason]?.(factsOf(params)) ?? one.text;
+  if (params === undefined || Object.keys(params).length === 0) return who(one.text);
+  return codes.value.marks?.[one.reason]?.(factsOf(params)) ?? who(one.text);
 }

@@ -4,6 +4,7 @@ import type { Job, Params } from "../api/types";
 import { text } from "../text";
 import { codes } from "./codes";
 import { angle, MINUS, withUnit } from "./format";
+import { who } from "./holder";
 import { rowLabelOf } from "./row-text";
 
 /** By name. What the server left out, because it is unknown or does not apply, is undefined; false is, too. */
@@ -35,7 +36,7 @@ export function factsOf(params: Params | undefined): Facts {
 export function problemText(problem: Problem): string {
   const { problem: _nested, ...facts } = (problem.facts.params ?? problem.facts) as Params;
   const said = codes.value.problem?.(problem, { ...factsOf(facts), summary: problem.message });
-  return said ?? text.problem(problem);
+  return said ?? who(text.problem(problem));
 }
 
 /** The same of what a job, an entry of a list or a message of the socket failed with. */

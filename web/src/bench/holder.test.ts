@@ -1,4 +1,4 @@
-/** Who a tab is to others: the same over a reload, somebody else in a copy, in no language but the server's. */
+/** Name of a tab: kept over a reload, different in a copy, stored as a code. */
 import { afterEach, beforeEach, expect, test, vi } from "vitest";
 
 /** The name of a page that loads now. */
@@ -13,7 +13,7 @@ afterEach(() => vi.resetModules());
 
 test("a reload keeps the name", async () => {
   const before = await loaded();
-  expect(before).toMatch(/^Page \d{4}$/);
+  expect(before).toMatch(/^page-\d{4}$/);
   dispatchEvent(new Event("pagehide"));
   expect(await loaded()).toBe(before);
 });
@@ -25,18 +25,19 @@ test("a copy of a tab that is open has another name", async () => {
   expect(await loaded()).not.toBe(first);
 });
 
-test.each(['"x"', "-1", "1.5e9", "{"])("a store that holds %s is no harm", async kept => {
+test.each(['"x"', "-1", "1.5e9", "{"])("a store that holds %s gets a new name", async kept => {
   sessionStorage.setItem("hornbill.tab", kept);
-  expect(await loaded()).toMatch(/^Page \d{4}$/);
+  expect(await loaded()).toMatch(/^page-\d{4}$/);
 });
 
-test("what is sent is in no language of the page, and what is shown is in the reader's", async () => {
+test("the name sent is a code, and the name shown is in the language of the page", async () => {
   vi.resetModules();
   const { speak } = await import("../text/language");
   speak("ja", (await import("../text/ja")).text);
   const { holder, who } = await import("./holder");
-  expect(holder()).toMatch(/^Page \d{4}$/);
-  expect(who("Page 4170")).toBe("ページ4170");
-  expect(who("alice · Page 4170")).toBe("alice · ページ4170");
-  expect(who("Rig Page 3 left")).toBe("Rig Page 3 left");
+  expect(holder()).toMatch(/^page-\d{4}$/);
+  expect(who("page-4170")).toBe("ページ4170");
+  expect(who("alice · page-4170")).toBe("alice · ページ4170");
+  expect(who("page-4170 stopped.")).toBe("ページ4170 stopped.");
+  expect(who("Rig page-3 left, home-page-4170")).toBe("Rig page-3 left, home-page-4170");
 });

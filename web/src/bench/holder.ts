@@ -1,8 +1,8 @@
-/** Who this page is to others, and which lease is its own. */
+/** Name of this page for other clients, and its own leases. */
 import { signal } from "@preact/signals";
 import type { LeaseView } from "../api/types";
 import { text } from "../text";
-import { readable } from "../text/holder-name";
+import { pageName, readable } from "../text/holder-name";
 import { signedBy } from "./session";
 import { readTab, writeTab } from "./tab-store";
 
@@ -11,8 +11,8 @@ const LOWEST = 1000;
 const HIGHEST = 9999;
 
 /**
- * The number of this tab, the same over a reload. It is in the tab's store only while the page is not there: a copy of
- * the tab begins with a copy of the store, and is somebody else.
+ * Number of this tab, kept over a reload. It is in the session storage only between unload and load: a duplicated tab
+ * starts with a copy of the storage and must get a number of its own.
  */
 const number = numberOf(readTab(NAME));
 writeTab(NAME, null);
@@ -21,31 +21,31 @@ addEventListener("pageshow", event => {
   if (event.persisted) writeTab(NAME, null);
 });
 
-function numberOf(kept: unknown): number {
-  const known = typeof kept === "number" && kept >= LOWEST && kept <= HIGHEST;
-  return known ? kept : LOWEST + Math.floor(Math.random() * (HIGHEST - LOWEST + 1));
+function numberOf(stored: unknown): number {
+  const known = typeof stored === "number" && stored >= LOWEST && stored <= HIGHEST;
+  return known ? stored : LOWEST + Math.floor(Math.random() * (HIGHEST - LOWEST + 1));
 }
 
-/** A name for this tab by which others can tell who moves what: stored by the server, so in no language but its own. */
+/** Name of this tab as the server stores it. */
 export function holder(): string {
-  return signedBy(`Page ${number}`);
+  return signedBy(pageName(number));
 }
 
-/** A stored name as people read it here. */
-export function who(name: string): string {
-  return readable(name, text.motion.holder);
+/** A stored name, or a text with stored names, in the language of the page. */
+export function who(stored: string): string {
+  return readable(stored, text.motion.holder);
 }
 
-const KEPT = 8;
+const OWN_MAX = 8;
 
-/** Leases that this page was given, the newest first: one that was given back may be shown a moment longer. */
+/** IDs of the leases of this page, the newest first. A released lease may still be shown for a moment. */
 const own = signal<readonly string[]>([]);
 
 export function haveLease(id: string): void {
-  if (!own.peek().includes(id)) own.value = [id, ...own.peek()].slice(0, KEPT);
+  if (!own.peek().includes(id)) own.value = [id, ...own.peek()].slice(0, OWN_MAX);
 }
 
-/** Whether that lease is the one of this page. Names do not tell: two may have the same. */
+/** True if the lease belongs to this page. Names do not identify holders: two may have the same. */
 export function isOurs(view: Pick<LeaseView, "shown_id">): boolean {
   return own.value.some(id => id.startsWith(view.shown_id));
 }

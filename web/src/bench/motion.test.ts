@@ -139,7 +139,7 @@ describe("motion", () => {
     };
     fail = { path: /POST \/leases/, status: 409, body };
     await enableMotion(UID);
-    expect(motionRefusal.value).toBe("Rig 3 has motion control for 18\u202fs more. Ask for it, or wait.");
+    expect(motionRefusal.value).toBe("Rig 3 has motion control for 18\u202fs more. Request it, or wait.");
     expect(motion.value.phase).toBe("off");
     expect(sent).toHaveLength(1);
   });

@@ -2,13 +2,14 @@
 import type { NoteCode, Params } from "../api/types";
 import { codes } from "./codes";
 import { factsOf } from "./facts";
+import { who } from "./holder";
 
 export function noteText(
   note: string,
   code: NoteCode | null | undefined,
   params: Params | undefined,
 ): string {
-  return (code && codes.value.notes?.[code]?.(factsOf(params))) ?? note;
+  return (code && codes.value.notes?.[code]?.(factsOf(params))) ?? who(note);
 }
 
 /** How a job ended that counts what it did. */

@@ -27,7 +27,7 @@ describe("who we are", () => {
     answers = [[200, open]];
     await look();
     expect(signedOut.value).toBe(false);
-    expect(signedBy("Page 1")).toBe("Page 1");
+    expect(signedBy("page-1000")).toBe("page-1000");
   });
 
   test("without a token where one is needed, the login is shown", async () => {
@@ -47,7 +47,7 @@ describe("who we are", () => {
     expect(await signIn("hb_x")).toBe(true);
     expect(sent.at(-1)).toEqual(["POST /api/v1/session", '{"token":"hb_x"}']);
     expect(signedOut.value).toBe(false);
-    expect(signedBy("Page 1")).toBe("anna · Page 1");
+    expect(signedBy("page-1000")).toBe("anna · page-1000");
     expect(told).toHaveBeenCalledOnce();
   });
 

@@ -1,4 +1,4 @@
-/** Stop as the page sends it: both ways at once, never waiting for anything. */
+/** Stop as the page sends it: over the socket and REST at once, without waiting. */
 
 import { signal } from "@preact/signals";
 import { ask, problemOf } from "../api/client";
@@ -11,13 +11,17 @@ import { forgetMotion } from "./motion";
 
 export type Cause = "button" | "Esc" | "Space";
 
-/** Stored by the server, so in no language but its own. */
-const REASONS: Readonly<Record<Cause, string>> = { button: "Stop button", Esc: "Esc", Space: "Space" };
+/** Codes that the server stores. */
+const REASONS: Readonly<Record<Cause, string>> = {
+  button: "stop_button",
+  Esc: "esc_key",
+  Space: "space_key",
+};
 
-/** A stop that reached nobody: said in words until one does. */
+/** Why the last stop did not reach the server, until a stop does. */
 export const unsent = signal<string | null>(null);
 
-/** Torque off on every servo. Over the socket and over REST, whichever is there first. */
+/** Torque off on every servo, over the socket and over REST: whichever arrives first. */
 export function pressStop(cause: Cause): void {
   const socket = live.send({ type: "stop", mode: "off", by: holder(), reason: REASONS[cause] });
   void ask("POST", "/stop", {
@@ -37,7 +41,7 @@ export function pressStop(cause: Cause): void {
   forgetMotion(text.motion.endedByStop);
 }
 
-/** Unlatches. Moves nothing and turns nothing on. */
+/** Clear the stop latch. Moves nothing and turns nothing on. */
 export async function clearStop(): Promise<string | null> {
   try {
     stop.value = await ask("DELETE", "/stop", { query: { by: holder() } });

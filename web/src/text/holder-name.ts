@@ -1,6 +1,11 @@
-/** Names of who did something, in the language of the page. */
+/** Stored names of pages, in the language of the page. */
 
-/** A stored name of who did something, as people read it: a page by its number in their language, others as they stand. */
-export function readable(name: string, page: (n: string) => string): string {
-  return name.replace(/(^| · )Page (\d+)$/, (_, before: string, n: string) => before + page(n));
+/** The stored name of a page: a code with its number, the same in every language. */
+export function pageName(n: number): string {
+  return `page-${n}`;
+}
+
+/** A text, with stored names of pages in it replaced by what `page` makes of their numbers. */
+export function readable(text: string, page: (n: string) => string): string {
+  return text.replace(/(?<![\w-])page-(\d{4})(?![\w-])/g, (_, n: string) => page(n));
 }

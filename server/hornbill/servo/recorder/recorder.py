@@ -22,7 +22,7 @@ from hornbill.servo.recorder.building import BeginDraft, RecordingBuilder, Recor
 from hornbill.servo.recorder.frame_ring import RETAIN_S, FrameRing
 from hornbill.servo.recorder.snapshot import KnownState
 from hornbill.servo.runtime.hub import BusChanged, LeaseChanged, LogEvent, ReadingChanged, StopChanged
-from hornbill.servo.torque_off.stop import Latch, StopControl
+from hornbill.servo.torque_off.stop import Latch, StopControl, reason_text
 from hornbill.units import Instant, Uid
 from hornbill.wire.port import REPLAYS, CanPort, channel_name
 
@@ -193,7 +193,7 @@ class Recorder:
         if latch is None:
             self._note({"type": "stop", "latched": False})
             return
-        why = f": {latch.reason}" if latch.reason else ""
+        why = f": {reason_text(latch.reason)}" if latch.reason else ""
         self._note({"type": "stop", "latched": True, "mode": latch.mode, "by": latch.by, "reason": latch.reason})
         params: dict[str, object] = {**known(by=latch.by, why=latch.reason or None)}
         self._mark("stop", f"Stop by {latch.by}{why}.", which=id(latch), params=params)

@@ -18,6 +18,8 @@ from hornbill.servo.torque_off.retries import TorqueOffRetries
 from hornbill.store.audit import NewAuditEntry
 from hornbill.units import Instant, Uid
 
+_REASONS = {"stop_button": "Stop button", "esc_key": "Esc key", "space_key": "Space key"}
+
 SAME_PRESS_S = 1.0
 """The page sends one press over its socket and over REST; within this time both are one stop."""
 
@@ -275,10 +277,15 @@ class StopControl:
             self._hub.publish(StopChanged())
 
 
+def reason_text(reason: str) -> str:
+    """English text of a stop reason: the page sends codes, other clients send text."""
+    return _REASONS.get(reason, reason)
+
+
 def _pressed(latch: Latch) -> NewAuditEntry:
     notes = (_confirmed(latch),)
     if latch.reason:
-        notes = (Note(f"{latch.reason.rstrip('.')}.", "stop_reason", {"reason": latch.reason}), *notes)
+        notes = (Note(f"{reason_text(latch.reason).rstrip('.')}.", "stop_reason", {"reason": latch.reason}), *notes)
     return NewAuditEntry(latch.by, "stop", "pressed", requested=latch.mode, notes=notes)
 
 

@@ -20,24 +20,22 @@ const STATE: Readonly<Record<string, string>> = {
 export const who = (name: string | undefined) => readable(name ?? "別のクライアント", live.motion.holder);
 /** The unit of a value with its space. */
 const u = (p: Facts) => (p.unit ? `\u202f${p.unit}` : "");
-/** The server's own words, where the code alone says too little. */
-const detail = (p: Facts) => (p.summary ? `（${p.summary}）` : "");
 
 export const codes: Readonly<Record<string, Saying>> = {
   bad_table: () => "パラメータ表に誤りがあります。",
   store_failed: () => "データベースを使用できません。データフォルダとディスクを確認してください。",
-  log_failed: p => `ファイルを読み書きできません。${detail(p)}`,
-  bus_trouble: p => `アダプタまたはバスに問題があります。${detail(p)}`,
-  bus_open_failed: p => `バスを開けません。${detail(p)}`,
+  log_failed: () => "ファイルを読み書きできません。データフォルダとディスクを確認してください。",
+  bus_trouble: () => "アダプタまたはバスに問題があります。アダプタとケーブルを確認してください。",
+  bus_open_failed: () => "バスを開けません。アダプタの接続とアドレスを確認してください。",
   bus_disconnected: () => "バスに接続していません。アダプタを接続してください。",
   bus_read_only: () => "このバスは記録の再生です。何も書き込みません。実際のバスを接続してください。",
   no_response: () => "サーボが応答しません。電源と配線を確認してください。",
-  refused_by_servo: p => `サーボが拒否しました。${detail(p)}`,
-  did_not_move: p => `ホーンが指令どおりに動きませんでした。${detail(p)}`,
-  unexpected_result: p => `サーボの値が書き込んだ値と異なります。${detail(p)}`,
+  refused_by_servo: () => "サーボが要求を拒否しました。",
+  did_not_move: () => "ホーンが指令どおりに動きませんでした。",
+  unexpected_result: () => "サーボの値が書き込んだ値と異なります。",
   interrupted: () => "途中でサーバが終了しました。どこまで実行されたかは不明です。",
   forbidden_parameter: () => "このレジスタには触れません。何も送信していません。",
-  not_available: p => `この環境では使用できません。${detail(p)}`,
+  not_available: () => "この環境では使用できません。",
   unknown_servo: () => "このサーボはもう登録されていません。",
   unknown_parameter: () => "そのパラメータはありません。",
   unknown_job: () => "その処理はもうありません。",
@@ -52,13 +50,13 @@ export const codes: Readonly<Record<string, Saying>> = {
   unknown_recording: () => "その記録はありません。",
   unknown_token: () => "そのトークンはありません。",
   no_simulator: () => "このサーバにシミュレータはありません。",
-  not_in_this_model: p => `この機種またはファームウェアにはありません。${detail(p)}`,
+  not_in_this_model: () => "この機種またはファームウェアにはありません。",
   read_only: () => "読み出し専用です。",
   out_of_range: p =>
     p.minimum === undefined
-      ? `範囲外です。${detail(p)}`
+      ? "範囲外です。"
       : `${p.requested}${u(p)}は範囲外です。${p.minimum}～${p.maximum}${u(p)}を入力してください。`,
-  invalid_value: p => `値が正しくありません。${detail(p)}`,
+  invalid_value: () => "値が正しくありません。",
   mode_off: () => "速度・トルク制御（0x25）がオフです。",
   torque_off: () => "トルクがオフです。",
   torque_on: () => "トルクがオンです。先にオフにしてください。",
@@ -66,10 +64,10 @@ export const codes: Readonly<Record<string, Saying>> = {
   lease_required: () => "先に動作権を取ってください。",
   lease_held: p => `${who(p.holder)}が動作権を持っています。要求するか、待ってください。`,
   stopped: () => live.motion.whileStopped,
-  busy: p => `サーボは準備中または処理中です。${detail(p)}`,
-  conflict: p => `ほかで使用中です。${detail(p)}`,
+  busy: () => "サーボは準備中または処理中です。終わってから再試行してください。",
+  conflict: () => "他で使用中です。",
   bus_budget: () => "バスに余裕がありません。",
-  needs_confirmation: p => `確認が必要です。${detail(p)}`,
+  needs_confirmation: () => "確認が必要です。",
   configuration_lost: () =>
     "サーボは保存値を失い、初期値で動いています。記録からスナップショットを復元するか、現在の値を保存してください。",
   forbidden_origin: () => "このページまたはホスト名からの要求は受け付けません。",
@@ -82,9 +80,10 @@ export const codes: Readonly<Record<string, Saying>> = {
   stale_revision: () => "別のクライアントがこのサーボを変更しました。現在の値を確認してから、再試行してください。",
   not_found: () => "見つかりません。",
   method_not_allowed: () => "この操作はできません。",
-  internal: p => `hornbillの内部で問題が起きました。報告してください。${detail(p)}`,
+  internal: () => "hornbillの内部でエラーが発生しました。報告してください。",
   no_link: () => "hornbillが応答しません。",
-  unexpected: p => `予期しない応答です。${detail(p)}`,
+  // The page's own: an HTTP status or a message of the browser.
+  unexpected: p => `予期しない応答です（${p.summary}）。`,
 };
 
 export const causes: Readonly<Record<string, Saying>> = {
@@ -228,7 +227,7 @@ export const causes: Readonly<Record<string, Saying>> = {
   interface_not_visible: () =>
     `LinuxのドライバにはありますがCANインターフェースが見えません。コンテナでは--network hostで実行してください。`,
   interface_unsupported: p => `「${p.interface}」というインターフェースはありません。使えるもの: ${p.known}。`,
-  internal_error: p => `hornbillの内部で問題が起きました（${p.error}）。報告してください。`,
+  internal_error: p => `hornbillの内部でエラーが発生しました（${p.error}）。報告してください。`,
   job_cancelled: p => `${p.servo}の処理が中止されました。`,
   job_in_progress: p => `${p.servo}は処理中です。終わってからやり直してください。`,
   job_not_found: p => `処理${p.job}はありません。`,
@@ -420,7 +419,7 @@ export const causes: Readonly<Record<string, Saying>> = {
     `「${p.requested}」は比較できません。サーボ、スナップショット、プロファイル、初期値のいずれかを指定してください。`,
   sim_output_on: () =>
     `モータの出力がオンのため、手では回せません。先にトルクをオフにするか、電源を切ってください。`,
-  sim_servo_invalid: p => `このサーボはシミュレータに追加できません${detail(p)}。`,
+  sim_servo_invalid: () => "このサーボはシミュレータに追加できません。機種、ID、固有IDを確認してください。",
   slcan_bit_rate_unsupported: p => `slcanに${p.bitrate} bit/sはありません。`,
   slcan_setting_refused: p =>
     `${p.address}のアダプタが設定を拒否しました（BELL）。抜き差ししてからやり直してください。`,

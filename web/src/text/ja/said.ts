@@ -1,4 +1,4 @@
-/** What events and notes say alike, in Japanese: who, why a stop was pressed, why a lease ended. */
+/** Japanese words shared by events and notes: clients, reasons of stops, ends of leases, units. */
 import type { Facts } from "../../bench/facts";
 import { live } from "../../motion/text.ja";
 import { readable } from "../holder-name";
@@ -6,11 +6,11 @@ import { readable } from "../holder-name";
 export const who = (name: string | undefined) => readable(name ?? "別のクライアント", live.motion.holder);
 export const because = (p: Facts) => (p.reason ? `: ${p.reason.replace(/[。.\s]+$/, "")}。` : "。");
 
-/** Of this page's own causes of a stop. */
+/** Reasons of a stop that the page sends. */
 export const STOP_CAUSE: Readonly<Record<string, string>> = {
-  "Stop button": "停止ボタン",
-  Esc: "Escキー",
-  Space: "Spaceキー",
+  stop_button: "停止ボタン",
+  esc_key: "Escキー",
+  space_key: "Spaceキー",
 };
 
 export const LEASE_END: Readonly<Record<string, (p: Facts) => string>> = {
