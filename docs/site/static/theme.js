@@ -19,8 +19,8 @@
     documentElement.dataset.theme = dark ? "dark" : "light";
   }
 
-  const wish = stored();
-  body.dataset.theme = wish === "dark" || wish === "light" ? wish : "auto";
+  const choice = stored();
+  body.dataset.theme = choice === "dark" || choice === "light" ? choice : "auto";
   stored(() => localStorage.setItem("theme", body.dataset.theme));
   show();
   system.addEventListener("change", show);
