@@ -1,4 +1,4 @@
-# One image, entry `hornbill`. How to run it: docs/docker.md.
+# One image with the entry point `hornbill`. Guide: docs/docker.md.
 ARG PYTHON=3.12
 ARG NODE=20
 
@@ -10,7 +10,7 @@ RUN npm ci --no-audit --no-fund
 COPY web ./
 RUN npm run build
 
-# The documentation. What its pages name has to be there, so this is the whole context.
+# The documentation. Its pages link to source files, so it needs the whole context.
 FROM python:${PYTHON}-slim AS docs
 ENV PIP_DISABLE_PIP_VERSION_CHECK=1 PIP_NO_CACHE_DIR=1 PIP_ROOT_USER_ACTION=ignore
 WORKDIR /src
@@ -19,14 +19,14 @@ RUN python -m pip install --require-hashes --no-deps -r requirements-docs.lock
 COPY . .
 RUN python -m sphinx -q -W -j auto -c docs/site -d /tmp/doctrees . docs/dist
 
-# The wheel, and an environment with it and exactly what the locks name. The environment has no pip of its own.
+# The wheel, and an environment with it and the locked packages. The environment has no pip.
 FROM python:${PYTHON}-slim AS installed
 ENV PIP_DISABLE_PIP_VERSION_CHECK=1 PIP_NO_CACHE_DIR=1 PIP_ROOT_USER_ACTION=ignore
 WORKDIR /src
 COPY requirements.lock requirements-dev.lock ./
 RUN python -m venv --without-pip /opt/hornbill \
     && python -m pip --python /opt/hornbill/bin/python install --require-hashes --no-deps -r requirements.lock
-# What builds the wheel is locked, too: this much of the developers' lock.
+# The build packages are locked, too, in the developers' lock.
 RUN awk '/^[a-z]/ { keep = /^(hatchling|packaging|pathspec|pluggy|trove-classifiers)==/ } keep' requirements-dev.lock \
     > build.lock && python -m pip install --require-hashes --no-deps -r build.lock
 COPY pyproject.toml README.md LICENSE THIRD_PARTY.md ./

@@ -1,5 +1,4 @@
-# Everything starts here. `make demo` and `make test` do all set-up themselves on a machine with
-# Python >= 3.11, Node >= 20 and make.
+# `make demo` and `make test` do all setup themselves. They need Python >= 3.11, Node >= 20 and make.
 
 PYTHON ?= python3
 VENV   := .venv
@@ -13,28 +12,28 @@ E2E    := tests/e2e
 help:            ## list the targets
 	@grep -hE '^[a-z-]+: .*##' $(MAKEFILE_LIST) | sed -E 's/:.*## ?/\t/' | expand -t 12
 
-# A stamp a lock file: what is installed follows the lock, and an unchanged lock costs nothing.
+# One stamp per lock file: an environment is updated only if its lock changed.
 $(VENV)/.runtime: requirements.lock pyproject.toml
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || { echo "hornbill needs Python 3.11 or later; $(PYTHON) is $$($(PYTHON) -V). Try: make PYTHON=python3.12 ..."; exit 1; }
 	@test -x $(BIN)/python || { echo "setting up $(VENV) ..."; $(PYTHON) -m venv $(VENV); }
-	@echo "installing what hornbill runs on (requirements.lock) ..."
+	@echo "installing the runtime packages (requirements.lock) ..."
 	@$(BIN)/python -m pip install --quiet --disable-pip-version-check --require-hashes --no-deps -r requirements.lock
 	@$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps --editable .
 	@touch $@
 
 $(VENV)/.docs: requirements-docs.lock $(VENV)/.runtime
-	@echo "installing what the documentation is built with (requirements-docs.lock) ..."
+	@echo "installing the documentation packages (requirements-docs.lock) ..."
 	@$(BIN)/python -m pip install --quiet --disable-pip-version-check --require-hashes --no-deps -r requirements-docs.lock
 	@touch $@
 
 $(VENV)/.dev: requirements-dev.lock $(VENV)/.runtime
-	@echo "installing what tests and checks need (requirements-dev.lock) ..."
+	@echo "installing the development packages (requirements-dev.lock) ..."
 	@$(BIN)/python -m pip install --quiet --disable-pip-version-check --require-hashes --no-deps -r requirements-dev.lock
 	@touch $@
 
 web/node_modules/.stamp: web/package-lock.json
-	@command -v npm >/dev/null || { echo "Node 20 or later is needed to build the page: install it, then run make again"; exit 1; }
-	@echo "installing what the page is built with (web/package-lock.json) ..."
+	@command -v npm >/dev/null || { echo "Building the page needs Node 20 or later. Install it, then run make again."; exit 1; }
+	@echo "installing the packages of the page (web/package-lock.json) ..."
 	@$(NPM) ci --silent --no-audit --no-fund
 	@touch $@
 
@@ -47,66 +46,66 @@ docs/dist/index.html: $(VENV)/.docs web/src/style/tokens.css $(wildcard *.md) $(
 	@rm -rf docs/dist
 	@$(BIN)/python -m sphinx -q -W -E -j auto -c docs/site -d build/doctrees . docs/dist || { rm -rf docs/dist; exit 1; }
 
-setup: $(VENV)/.dev web/node_modules/.stamp   ## install everything a developer needs
+setup: $(VENV)/.dev web/node_modules/.stamp   ## install everything for development
 
-demo: $(VENV)/.runtime web/dist/index.html docs/dist/index.html  ## simulated servos in the browser: hornbill demo
+demo: $(VENV)/.runtime web/dist/index.html docs/dist/index.html  ## run simulated servos and the page: hornbill demo
 	@$(BIN)/hornbill demo $(ARGS)
 
-dev: setup                                    ## demo with the page rebuilt on every change
+dev: setup                                    ## run the demo and rebuild the page on every change
 	@$(BIN)/hornbill demo $(ARGS) & trap 'kill %1' EXIT; $(NPM) run dev
 
-check: setup                                  ## format, lint, types, layers
+check: setup                                  ## check format, lint, types and layers
 	$(BIN)/ruff format --check .
 	$(BIN)/ruff check .
 	web/node_modules/.bin/pyright
 	$(BIN)/lint-imports
 	$(NPM) run --silent check
 
-test: setup web/dist/index.html chromium      ## every test a change can break
+test: setup web/dist/index.html chromium      ## run the test suite
 	$(NPM) run --silent test
 	@$(BIN)/python tests/run.py $(TEST_ARGS)
 
-test-release: setup web/dist/index.html docs  ## the wheel in fresh environments, the image, other browsers
+test-release: setup web/dist/index.html docs  ## test the wheel in fresh environments, the image and other browsers
 	@$(BIN)/python tests/run.py release $(TEST_ARGS)
 
-mutate: setup                                 ## do the tests notice defects in what must not break: NAME=guard for one entry
+mutate: setup                                 ## check that tests detect defects in critical code; NAME=guard for one entry
 	@$(BIN)/python tests/mutation $(NAME)
 
-# Chromium for the tests in a browser: the machine's own, Debian's package as root, or Playwright's download.
+# Chromium for browser tests: installed, or Debian's package (as root), or Playwright's download.
 chromium: $(VENV)/.dev
 	@$(BIN)/python $(E2E)/chromium.py
 
-shots: setup web/dist/index.html chromium     ## the pictures of README and docs, from the real page
+shots: setup web/dist/index.html chromium     ## take the pictures of README and docs from the page
 	@$(BIN)/python tests/e2e/shots.py
 	@$(BIN)/python tests/e2e/moving_picture.py
 
-bench: setup                                  ## honest figures, as JSON lines
+bench: setup                                  ## measure performance; prints JSON lines
 	@$(BIN)/python tests/bench/__main__.py $(BENCH)
 
-generate: setup                               ## what is made from tables and API
+generate: setup                               ## write the files generated from tables and API
 	@$(BIN)/python -m tools.generate
 	@$(BIN)/python tests/fidelity.py
 	@$(BIN)/python -m tools.notices
 	@$(NPM) run --silent generate
 
-docs: docs/dist/index.html                    ## the documentation as a site in docs/dist
+docs: docs/dist/index.html                    ## build the documentation in docs/dist
 
-build: $(VENV)/.dev web/dist/index.html docs       ## sdist and wheel in dist/
+build: $(VENV)/.dev web/dist/index.html docs       ## build sdist and wheel in dist/
 	@rm -rf dist
 	@$(BIN)/python -m build --no-isolation
 
-docker:                                       ## the image `hornbill`, with Docker or Podman
+docker:                                       ## build the image `hornbill` with Docker or Podman
 	@$$(command -v docker || command -v podman || { echo "neither docker nor podman is installed" >&2; exit 1; }) build -t hornbill .
 
-release: build                                ## what a release needs: looked at, built, and what is left to type
+release: build                                ## check and build a release; prints the remaining commands
 	@$(BIN)/python -m tools.release
 
-# The tools first: one of them takes an older Typer, and what is tested has to be what runs.
-lock: $(VENV)/.dev                            ## bring the lock files up to date
+# Development first: one tool needs an older Typer, and the tested version must be the one that runs.
+lock: $(VENV)/.dev                            ## update the lock files
 	@$(BIN)/python -m pip install --quiet uv
 	@$(BIN)/uv pip compile -q --universal --generate-hashes --python-version 3.11 --extra fast --group dev --no-header pyproject.toml -o requirements-dev.lock
 	@$(BIN)/uv pip compile -q --universal --generate-hashes --python-version 3.11 --extra fast --no-header -c requirements-dev.lock pyproject.toml -o requirements.lock
 	@$(BIN)/uv pip compile -q --universal --generate-hashes --python-version 3.11 --group pyproject.toml:docs --no-header -c requirements-dev.lock -o requirements-docs.lock
 
-clean:                                        ## remove what was built and installed
+clean:                                        ## remove everything built and installed
 	rm -rf $(VENV) web/node_modules web/dist docs/dist dist build

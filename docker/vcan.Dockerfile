@@ -1,4 +1,4 @@
-# Owns a bus: it makes vcan0 in its own network namespace and keeps it; can-utils to look at it are inside.
+# Bus container: creates vcan0 in its network namespace. Includes can-utils to inspect it.
 FROM debian:bookworm-slim
 RUN apt-get update \
     && apt-get install --yes --no-install-recommends can-utils iproute2 \
