@@ -136,7 +136,7 @@ async def _reports_are_right(rig: Rig, job: Any) -> None:
     for row, uid in zip(rows, rig.bench.servos, strict=True):
         assert row["uid"] == uid
         assert row["serial"].endswith(f"{rig.bench.servo(uid).serial:06d}")
-        assert (row["angle_limit_ccw [°]"], row["held_in"], row["profile"]) == ("-60.5", "rom", "bench")
+        assert (row["angle_limit_ccw [°]"], row["verified_in"], row["profile"]) == ("-60.5", "rom", "bench")
     document = jsons.loads(await report(rig, job, "json"))
     assert [one["values"]["angle_p_gain"]["value"] for one in document["servos"]] == [55] * 12
     root = ET.fromstring(await report(rig, job, "junit"))
@@ -175,7 +175,7 @@ async def test_two_servo_ids_are_swapped_and_never_the_same(rig: Rig) -> None:
     assert job["state"] == "succeeded", job["error"]
     assert [rig.sim(one).memory.stored(0x45) for one in servos] == [2, 1, 3]
     assert [rig.sim(one).starts for one in servos] == [2, 2, 1]
-    assert [step["name"] for step in job["steps"]][:2] == ["aside 2", "write 1"]
+    assert [step["name"] for step in job["steps"]][:2] == ["park_servo_id 2", "write 1"]
 
 
 @scene(*KNOWN)
@@ -192,7 +192,7 @@ async def test_three_static_node_ids_and_servo_ids_go_round_and_never_clash(rig:
     assert [rig.sim(one).memory.stored(0x46) for one in servos] == [12, 13, 11]
     assert [rig.sim(one).memory.stored(0x45) for one in servos] == [2, 3, 1]
     assert sorted(rig.sim(one).starts for one in servos) == [2, 2, 3], "one of the cycle was parked with a save"
-    assert [step["name"] for step in job["steps"] if step["name"].startswith("away")] == ["away 2"]
+    assert [step["name"] for step in job["steps"] if step["name"].startswith("park_node_id")] == ["park_node_id 2"]
     assert rig.host.store.allocations.entries() == {}, "what it was parked on is free again"
     assert job["result"]["pinned"] == []
 
@@ -378,7 +378,7 @@ async def test_without_save_ram_is_proved_and_it_is_said_that_rom_holds_nothing_
     job = await commission(rig, order(servos, save=False))
     assert job["state"] == "succeeded", job["error"]
     assert "Nothing of it is in ROM" in job["result"]["text"]
-    assert [unit["held_in"] for unit in job["result"]["servos"]] == ["ram", "ram"]
+    assert [unit["verified_in"] for unit in job["result"]["servos"]] == ["ram", "ram"]
     assert [sim.memory.get(0x45) for sim in sims] == [1, 2]
     assert [sim.memory.stored(0x45) for sim in sims] == [0, 0]
     assert [sim.starts for sim in sims] == [1, 1]
@@ -498,6 +498,6 @@ async def test_the_report_of_a_save_holds_what_rom_was_found_to_hold(rig: Rig) -
     job = json(await rig.call("POST", f"/servos/{servo.uid}/save?wait=true"))
     await rig.bench.remove(servo.uid)
     (row,) = csv.DictReader(io.StringIO(await report(rig, job, "csv")))
-    assert (row["uid"], row["held_in"], row["verdict"]) == (servo.uid, "rom", "done")
+    assert (row["uid"], row["verified_in"], row["verdict"]) == (servo.uid, "rom", "done")
     assert next(value for key, value in row.items() if key.startswith("angle_p_gain")) == "55"
     assert float(row["duration_s"]) > 0.1

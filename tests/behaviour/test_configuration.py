@@ -239,7 +239,7 @@ def test_rows_are_those_of_model_and_firmware_and_the_rest_is_named() -> None:
         assert not {"speed_torque_control", "overcurrent_limit", "angle_boost", "pwm_neutral"} & set(shown)
         path = f"/servos/{servo.uid}/parameters/angle_boost"
         refused = problem(await rig.call("PUT", path, {"value": 1.0}), "not_in_this_model", 409)
-        assert "It came with 1.200" in refused["detail"]
+        assert "It was added in 1.200" in refused["detail"]
         problem(await rig.call("GET", path), "not_in_this_model", 409)
         assert rig.writes() == []
 

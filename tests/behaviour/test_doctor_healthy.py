@@ -139,11 +139,11 @@ async def test_everything_looked_at_is_told_when_asked_for_and_looking_sends_not
     assert {one["code"] for one in found} >= {
         "adapter", "bit_rate", "no_traffic", "bus_off", "errors_rising", "frames_dropped", "load_over_budget",
         "duplicate_node_id", "duplicate_servo_id", "second_allocator", "allocation_stuck", "silent_node",
-        "answers_lost", "answers_slow", "servo_offline", "foreign_frames", "own_node_id", "other_commands",
+        "responses_lost", "responses_slow", "servo_offline", "foreign_frames", "own_node_id", "other_commands",
     }  # fmt: skip
     assert len({one["code"] for one in found}) == len(found)
     said = {one["code"]: one["evidence"] for one in found}
     assert said["second_allocator"].startswith("Ours, node 127.")
-    assert said["answers_slow"].startswith("Median 0.")
+    assert said["responses_slow"].startswith("Median 0.")
     assert "6 nodes" in said["duplicate_node_id"]
     assert [one["code"] for one in json(await rig.call("GET", "/bus/doctor"))] == [NEW]

@@ -219,7 +219,7 @@ async def test_a_servo_that_goes_silent_while_the_bus_goes_on(rig: Rig) -> None:
 async def test_answers_that_get_lost(rig: Rig) -> None:
     one, _ = await rig.ready(2)
     rig.sim(one).conditions.drop_responses_pct = 25
-    found = await finds(rig, "answers_lost", within_s=15)
+    found = await finds(rig, "responses_lost", within_s=15)
     assert (found["severity"], found["node_ids"]) == ("warning", [10])
     rig.sim(one).conditions.drop_responses_pct = 0
     await well(rig, within_s=12)
@@ -238,7 +238,7 @@ async def test_answers_that_come_late(rig: Rig) -> None:
             await rig.host.connected().participant.request(50, GetSetRequest(0, EMPTY, "0x08"))
 
     reading = asyncio.create_task(read())
-    found = await finds(rig, "answers_slow", within_s=5)
+    found = await finds(rig, "responses_slow", within_s=5)
     assert found["node_ids"] == [50]
     assert "80.5 ms" in str(found["evidence"]) or "slowest 8" in str(found["evidence"])
     reading.cancel()

@@ -6,7 +6,7 @@ from typing import Any
 from behaviour.rig import PLAIN, Rig, json, play, problem
 from behaviour.scene import scene
 from hornbill.domain.change import Reason
-from hornbill.servo.configuration.history import held
+from hornbill.servo.configuration.history import configured_values
 from hornbill.servo.device.servo import Servo, State
 from hornbill.servo.runtime.hub import Change, ReadingChanged, ServoChanged
 from hornbill.sim.bench.recipe import Recipe
@@ -76,10 +76,10 @@ async def test_a_servo_nothing_changed_in_is_not_kept_twice(rig: Rig, servo: Ser
 async def test_a_snapshot_by_hand_is_always_kept_and_reads_what_is_not_current(rig: Rig, servo: Servo) -> None:
     first = await take(rig, servo)
     servo.forget("angle_p_gain")
-    assert "angle_p_gain" not in held(servo)
+    assert "angle_p_gain" not in configured_values(servo)
     second = await take(rig, servo, reason="before the fair")
     assert [one["id"] for one in await listed(rig, servo)] == [second["id"], first["id"]]
-    assert (first["reason"], second["reason"], second["automatic"]) == ("by hand", "before the fair", False)
+    assert (first["reason"], second["reason"], second["automatic"]) == ("manual", "before the fair", False)
     assert second["values"] == first["values"]
     one = json(await rig.call("GET", f"/servos/{servo.uid}/snapshots/{second['id']}"))
     assert one == second
@@ -269,7 +269,7 @@ def test_what_soft_start_puts_into_five_rows_is_never_taken_for_configuration() 
                 for servo in rig.host.fleet.all():
                     seen = {
                         key: raw
-                        for key, raw in held(servo).items()
+                        for key, raw in configured_values(servo).items()
                         if key in servo.soft_start_rows.keys() & set(stored)
                     }
                     if any(stored[key] != raw for key, raw in seen.items()) and servo.identified:

@@ -30,7 +30,7 @@ async def test_no_way_to_command_a_speed_or_torque_advises_to_switch_on_what_is_
     for answer in answers:
         found = problem(answer, "not_in_this_model", 409)
         assert found["key"] == "speed_torque_control"
-        assert "firmware 1.010 has no speed and torque control (0x25). It came with 1.100." in found["detail"]
+        assert "firmware 1.010 has no speed and torque control (0x25). It was added in 1.100." in found["detail"]
         assert "PUT" not in found["detail"]
     socket = Socket(rig.app)
     await socket.hear("hello")

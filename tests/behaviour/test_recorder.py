@@ -394,7 +394,7 @@ def test_a_wrong_file_is_refused_as_a_bus(tmp_path: Path) -> None:
     (tmp_path / "a.zip").write_bytes(b"no zip")
 
     async def scene(_rig: Rig) -> None:
-        for name, why in (("a.zip", "no recording of hornbill"), ("b.zip", "cannot be read"), ("", "names no file")):
+        for name, why in (("a.zip", "no recording of hornbill"), ("b.zip", "cannot be read"), ("", "has no file name")):
             with pytest.raises(PortOpenFailed, match=why):
                 await BusPorts(None, tmp_path, tmp_path).open(f"recording:{name}", 1_000_000)
 

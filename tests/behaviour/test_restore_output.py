@@ -50,7 +50,7 @@ async def test_every_output_comes_on_again_and_each_horn_is_held_where_it_was_mo
     await asyncio.sleep(3)
     assert outputs(rig, servos) == [0, 0, 0], "its own timeout holds, and nobody has to be there"
     assert [await angle(rig, servo) for servo in servos] == [pytest.approx(one, abs=0.4) for one in before]
-    assert [(one["outcome"], one["kept_by"]) for one in job["result"]["servos"]] == [("on", "servo")] * 3
+    assert [(one["outcome"], one["held_by"]) for one in job["result"]["servos"]] == [("on", "servo")] * 3
     sent = [(node, name) for node, name, _ in rig.writes()[writes:] if name in ("0x00", "0x20")]
     for node in (11, 12, 13):
         mine = [name for where, name in sent if where == node]
@@ -106,7 +106,7 @@ async def test_a_servo_that_lets_go_by_itself_needs_a_lease_and_is_off_when_it_e
     lease = await rig.lease()
     job = await restore(rig, lease=lease)
     assert job["state"] == "succeeded", job["error"]
-    assert job["result"]["servos"][0]["kept_by"] == "lease"
+    assert job["result"]["servos"][0]["held_by"] == "lease"
     await asyncio.sleep(4)
     assert rig.sim(servo).output == 0, "it is kept on while the lease lives"
     await rig.call("DELETE", f"/leases/{lease}")

@@ -53,7 +53,7 @@ def test_the_top_bar_leads_to_the_page_and_the_doctor_finds_nothing_wrong(page: 
     well = [one for one in found if one["severity"] == "ok"]
     page.route("**/api/v1/bus/doctor*", lambda route: route.fulfill(json=well))
     page.get_by_test_id("doctor-again").click()
-    expect(page.get_by_test_id("doctor-well")).to_contain_text("Nothing wrong")
+    expect(page.get_by_test_id("doctor-well")).to_contain_text("No problems found")
     expect(page.get_by_test_id("bus-counters")).to_contain_text(re.compile(r"\d.frames"))
 
 
@@ -63,9 +63,9 @@ def test_findings_stand_worst_first_with_evidence_remedy_and_a_way_on(page: Page
         {"code": "load", "severity": "ok", "text": "The load is well", "remedy": None, **finding},
         {"code": "second_allocator", "severity": "warning", "text": "Node 9 gives node ids too",
          "remedy": 'Switch ours off with PUT /api/v1/bus/allocator {"mode": "off"}.', **finding, "node_ids": [9],
-         "advice": "keep_one_allocator", "params": {"node": 9, "answers": 3}},
+         "advice": "keep_one_allocator", "params": {"node": 9, "responses": 3}},
         {"code": "interface_down", "severity": "failure", "text": "can0 is down",
-         "remedy": f"Bring it up with: {COMMAND}", **finding, "advice": "as_adapter_says", "params": PARAMS},
+         "remedy": f"Bring it up with: {COMMAND}", **finding, "advice": "see_adapter_message", "params": PARAMS},
     ]  # fmt: skip
     page.route("**/api/v1/bus/doctor*", lambda route: route.fulfill(json=told))
     open_bus(page, demo, "nodes")
@@ -75,9 +75,9 @@ def test_findings_stand_worst_first_with_evidence_remedy_and_a_way_on(page: Page
     warning = page.locator("[data-code=second_allocator]")
     expect(warning).not_to_contain_text("/api/v1")
     expect(page.get_by_test_id("bus-badge")).to_contain_text("1 failure")
-    warning.get_by_role("button", name="Open the node IDs").click()
+    warning.get_by_role("button", name="Show node IDs").click()
     expect(page).to_have_url(re.compile("/bus#ids$"))
-    warning.get_by_role("button", name="Node 9 in the monitor").click()
+    warning.get_by_role("button", name="Show node 9 in the monitor").click()
     expect(page.get_by_test_id("monitor-filter")).to_have_value("node:9")
 
 
@@ -98,8 +98,8 @@ def test_the_monitor_shows_decoded_transfers_and_the_filter_narrows_them(page: P
     assert only("GetSet request", page), "what was set before stays in force"
 
     page.get_by_test_id("monitor-filter").fill("problems")
-    expect(page.get_by_test_id("monitor-empty")).to_contain_text(re.compile(r"Nothing (passes|was received)"))
-    page.get_by_role("button", name="Clear the filter").click()
+    expect(page.get_by_test_id("monitor-empty")).to_contain_text(re.compile(r"No match|Nothing received"))
+    page.get_by_role("button", name="Clear filter").click()
     expect(page.locator(ROWS).first).to_be_visible()
 
     page.get_by_role("group", name="Show").get_by_role("button", name="Frames").click()
@@ -195,11 +195,11 @@ def test_a_node_id_is_pinned_and_forgotten(page: Page, demo: Demo) -> None:
     one, other = table[0], table[1]
     open_bus(page, demo, "ids")
     row = page.get_by_test_id(f"id-{one['uid']}")
-    expect(row).to_contain_text("as given")
+    expect(row).to_contain_text("automatic")
 
     page.get_by_test_id(f"pin-{one['uid']}").click()
     page.get_by_test_id("pin-id").fill(str(other["node_id"]))
-    expect(page.get_by_test_id("pin-dialog")).to_contain_text(f"Node ID {other['node_id']} belongs to")
+    expect(page.get_by_test_id("pin-dialog")).to_contain_text(f"Node ID {other['node_id']} is assigned to")
     expect(page.get_by_test_id("pin-confirm")).to_be_disabled()
     page.get_by_test_id("pin-id").fill("77")
     page.get_by_test_id("pin-confirm").click()
@@ -210,7 +210,7 @@ def test_a_node_id_is_pinned_and_forgotten(page: Page, demo: Demo) -> None:
     assert (kept[one["uid"]]["node_id"], kept[one["uid"]]["pinned"]) == (77, True)
 
     page.get_by_test_id(f"forget-{one['uid']}").click()
-    expect(page.get_by_test_id("forget-dialog")).to_contain_text("the pin goes too")
+    expect(page.get_by_test_id("forget-dialog")).to_contain_text("Its pin is removed")
     page.get_by_test_id("forget-confirm").click()
     expect(row).to_have_count(0)
     assert one["uid"] not in [each["uid"] for each in demo.api.get("/allocations").json()["allocations"]]
@@ -220,15 +220,15 @@ def test_a_node_id_is_pinned_and_forgotten(page: Page, demo: Demo) -> None:
 
 def test_the_allocator_is_turned_off_only_after_a_question(page: Page, demo: Demo) -> None:
     open_bus(page, demo, "ids")
-    modes = page.get_by_role("group", name="hornbill gives node IDs")
+    modes = page.get_by_role("group", name="Node ID allocator")
     modes.get_by_role("button", name="Off").click()
     expect(page.get_by_test_id("allocator-dialog")).to_be_visible()
     assert demo.api.get("/bus").json()["allocator"]["mode"] == "on"
     page.get_by_test_id("allocator-confirm").click()
-    expect(page.get_by_test_id("allocator-says")).to_contain_text("Nobody is given")
+    expect(page.get_by_test_id("allocator-effect")).to_contain_text("assigns no node IDs")
     assert demo.api.get("/bus").json()["allocator"]["mode"] == "off"
     modes.get_by_role("button", name="On").click()
-    expect(page.get_by_test_id("allocator-says")).to_contain_text("the same one each time")
+    expect(page.get_by_test_id("allocator-effect")).to_contain_text("always the same ID")
     assert demo.api.get("/bus").json()["allocator"]["mode"] == "on"
 
 
@@ -271,7 +271,7 @@ def test_connect_lists_the_adapters_and_says_why_an_address_cannot_be_opened(
     open_bus(page, demo)
     page.get_by_test_id("bus-change").click()
     card = page.get_by_test_id("adapter-memory:demo")
-    expect(card).to_contain_text("Connected now")
+    expect(card).to_contain_text("Connected")
     expect(card.get_by_role("radio")).to_be_checked()
     page.get_by_test_id("adapter-other").check()
     expect(page.get_by_test_id("connect")).to_be_disabled()
@@ -280,14 +280,14 @@ def test_connect_lists_the_adapters_and_says_why_an_address_cannot_be_opened(
     expect(page.get_by_test_id("connect")).to_be_disabled()
     page.get_by_test_id("adapter-bitrate").fill("1000")
     page.get_by_test_id("connect").click()
-    expect(page.get_by_test_id("connect-refused")).to_contain_text("There is no interface")
+    expect(page.get_by_test_id("connect-refused")).to_contain_text("Unknown interface")
     assert demo.api.get("/bus").json()["state"] == "active"
 
 
 def test_disconnect_says_what_happens_and_connect_brings_the_servos_back(page: Page, demo: Demo) -> None:
     open_bus(page, demo)
     page.get_by_test_id("bus-disconnect").click()
-    expect(page.get_by_test_id("disconnect-dialog")).to_contain_text("Torque goes off first")
+    expect(page.get_by_test_id("disconnect-dialog")).to_contain_text("Torque is turned off first")
     page.get_by_test_id("disconnect-confirm").click()
     expect(page.get_by_test_id("bar-bus")).to_contain_text("Not connected")
     assert demo.api.get("/bus").json()["state"] == "disconnected"
@@ -330,7 +330,7 @@ def test_a_lost_adapter_is_told_with_the_next_try_and_stop_keeps_its_place(
     trouble = page.get_by_test_id("bus-trouble")
     expect(trouble).to_contain_text("Adapter lost")
     expect(trouble.locator("code")).to_have_text(COMMAND)
-    expect(page.get_by_test_id("bus-retry")).to_contain_text(re.compile(r"Next try in [1-5].s"))
+    expect(page.get_by_test_id("bus-retry")).to_contain_text(re.compile(r"Next retry in [1-5].s"))
     expect(page.get_by_test_id("bar-bus")).to_contain_text("Adapter lost")
     stop = page.get_by_test_id("stop").bounding_box()
     assert stop is not None

@@ -29,8 +29,8 @@ Check = Literal[
     "load_over_budget",
     "serial_line_full",
     "silent_node",
-    "answers_lost",
-    "answers_slow",
+    "responses_lost",
+    "responses_slow",
     "servo_offline",
     "foreign_frames",
 ]
@@ -65,7 +65,7 @@ Advice = TypeAliasType(
     Literal[
         "connect_adapter",
         "check_adapter",
-        "as_adapter_says",
+        "see_adapter_message",
         "check_timing_and_wiring",
         "find_short",
         "set_bit_timing",
@@ -75,13 +75,13 @@ Advice = TypeAliasType(
         "free_serial_line",
         "check_plugs",
         "slow_sender",
-        "free_computer",
+        "reduce_computer_load",
         "none_needed",
         "renumber_node",
         "change_own_node_id",
         "close_program",
-        "give_servo_ids",
-        "silence_commander",
+        "assign_servo_ids",
+        "turn_off_commander",
         "renumber_servos",
         "keep_one_allocator",
         "turn_allocator_on",
@@ -94,7 +94,7 @@ Advice = TypeAliasType(
         "check_supply",
     ],
 )
-"""Code of a remedy. as_adapter_says: what the adapter itself says is in the values, as a problem."""
+"""Code of a remedy. see_adapter_message: what the adapter itself says is in the values, as a problem."""
 
 
 AllocatorChoice = TypeAliasType("AllocatorChoice", Literal["on", "off", "force"])
@@ -133,8 +133,8 @@ class AllocatorState(Model):
     free: int = Field(description="Number of free node IDs.")
     competing_node_id: int | None = Field(description="Node ID of a competing allocator on this bus. Null if none.")
     own_id_shared: bool = Field(
-        description="another program uses hornbill's node id: unless set to force, hornbill gives no node ids until "
-        "a minute after its last frame"
+        description="Another program uses hornbill's node ID. Unless the mode is force, hornbill allocates no node IDs "
+        "until one minute after its last frame."
     )
 
 
@@ -148,7 +148,7 @@ class SerialLine(Model):
     load_pct: float | None = Field(description="Share of the line used for receiving, %. Null without a budget.")
     found: bool = Field(description="hornbill detected the baud rate. false if the address gives it.")
     confirmed: bool = Field(description="Well-formed data was received at this baud rate.")
-    serial_number: str | None = Field(description="USB serial number of the adapter")
+    serial_number: str | None = Field(description="USB serial number of the adapter. Null if unknown.")
     latency_ms: int | None = Field(
         description="Latency timer of an FTDI chip, ms. Null if the system does not report it."
     )
@@ -170,9 +170,9 @@ class Bus(Model):
     state: Literal["disconnected", "connecting", "active", "passive", "bus_off", "lost"] = Field(
         description="State of the adapter."
     )
-    address: str | None = Field(description="INTERFACE:CHANNEL, as `PUT /bus` takes it.")
+    address: str | None = Field(description="INTERFACE:CHANNEL, as in `PUT /bus`. Null without a bus.")
     bitrate: int | None = Field(description="Bit rate, bit/s. Null if unknown.")
-    sample_point: float | None = Field(description="0..1, null where the adapter does not tell")
+    sample_point: float | None = Field(description="Sample point, 0 to 1. Null if unknown.")
     trouble: str | None = Field(description="Problem of the adapter and its remedy. Null while it works.")
     trouble_params: Params
     trouble_code: Literal["nothing_received", "error_passive", "bus_off", "adapter_lost", "recording_over"] | None = (
@@ -208,7 +208,7 @@ class Bus(Model):
 class Adapter(Model):
     """Something a bus can be opened on. `address` is what `PUT /bus` takes."""
 
-    address: str = Field(description="INTERFACE:CHANNEL, as `PUT /bus` takes it.")
+    address: str = Field(description="INTERFACE:CHANNEL, as in `PUT /bus`.")
     interface: str = Field(description="python-can interface, such as `socketcan`.")
     channel: str = Field(description="Channel of that interface, such as `can0`.")
     name: str = Field(description="Display name: product, serial number.")
@@ -222,7 +222,7 @@ class Adapter(Model):
     params: Params
     bitrate: int | None = Field(description="Bit rate, bit/s. Null if unknown.")
     sample_point: float | None = Field(description="Sample point, 0 to 1. Null if unknown.")
-    serial_number: str | None = Field(description="USB serial number")
+    serial_number: str | None = Field(description="USB serial number. Null if unknown.")
     baud: int | None = Field(description="Baud rate of the last use of a serial adapter, bit/s. Null if unknown.")
 
 
@@ -256,7 +256,7 @@ class DecodedTransfer(Model):
     payload: str = Field(description="Payload bytes, hex.")
     summary: str = Field(description="One sentence for users.")
     sent: bool = Field(description="Sent by this server.")
-    can_id: str = Field(description="8 hex digits")
+    can_id: str = Field(description="CAN identifier of the first frame, 8 hex digits.")
     frames: int = Field(description="Number of CAN frames.")
 
 

@@ -59,7 +59,7 @@ class Change:
 
 @dataclass(frozen=True, slots=True, config=STRICT)
 class RomChange:
-    """A row that ROM will hold differently."""
+    """A row whose ROM value will change."""
 
     key: ParameterKey = Field(description="Parameter key.")
     before: Value = Field(description="Value known to be in ROM. Null if unknown.")
@@ -68,7 +68,7 @@ class RomChange:
 
 @dataclass(frozen=True, slots=True, config=STRICT)
 class ForecastWarning:
-    """A reason to wait with a restart."""
+    """A reason not to restart now."""
 
     code: str = Field(description="Code for programs. Stable.")
     text: str = Field(description="One sentence for users.")
@@ -94,7 +94,7 @@ class SavePreview(Model):
     """Effect of a save. Empty if nothing would be saved."""
 
     rom_changes: list[RomChange] = Field(
-        default_factory=list[RomChange], description="Rows that ROM is known to hold differently, and requested rows."
+        default_factory=list[RomChange], description="Rows whose ROM value is known to differ, and requested rows."
     )
     rom_unknown: list[ParameterKey] = Field(
         default_factory=list[ParameterKey],

@@ -24,7 +24,7 @@ Params = TypeAliasType(
     "Params",
     Annotated[
         dict[str, Param],
-        Field(description="Values in the text, by name with unit, unless unknown. Empty for texts without values."),
+        Field(description="Values in the text, by name with unit. Unknown values are omitted."),
     ],
 )
 """Values in a text for users, so that programs and other languages need not parse it; a type of its own in the

@@ -9,12 +9,12 @@ from hornbill.domain.fields import Model, Param, Params, Utc
 from hornbill.domain.problem import Problem
 
 SaveStep = Literal["check", "snapshot", "write", "silence", "restart", "back", "soft_start", "read_back"]
-RestartStep = Literal["ask", "silence", "restart", "back", "soft_start", "read_back"]
+RestartStep = Literal["request", "silence", "restart", "back", "soft_start", "read_back"]
 ResetStep = Literal["check", "snapshot", "torque_off", "erase", "read", "identity", "rows", "save", "verify"]
 IdentifyStep = Literal["check", "limit", "wiggle", "return", "restore"]
-StepTestStep = Literal["check", "there", "numbers"]
+StepTestStep = Literal["check", "measure", "evaluate"]
 ProfileStep = Literal["plan", "write", "save"]
-CommissionStep = Literal["check", "aside", "away", "identify", "write", "save", "verify"]
+CommissionStep = Literal["check", "park_servo_id", "park_node_id", "identify", "write", "save", "verify"]
 OutputStep = Literal["clear", "restore"]
 
 StepCode = TypeAliasType(
@@ -35,10 +35,10 @@ EvidenceCode = TypeAliasType(
         "snapshot_known",
         "snapshot_failed",
         "sent",
-        "asked",
+        "requested",
         "silent",
         "restarted",
-        "restarted_when_asked",
+        "restarted_on_request",
         "back_on_node",
         "no_soft_start",
         "soft_start_over",
@@ -70,10 +70,10 @@ EvidenceCode = TypeAliasType(
         "saved",
         "save_not_needed",
         "identified",
-        "values_hold",
-        "values_still_hold",
+        "values_verified",
+        "values_still_verified",
         "servo_id_parked",
-        "servo_id_put_back",
+        "servo_id_restored",
         "servo_id_lost",
         "node_id_parked",
         "failed_before",
@@ -94,7 +94,7 @@ class JobStep(Model):
     """One step of a job, with its evidence."""
 
     name: str = Field(description="Name for programs.")
-    code: StepCode = Field(description="Code of the step; with the kind of the job it says what is done.")
+    code: StepCode = Field(description="Code of the step, unique together with the kind of the job.")
     params: Params
     text: str = Field(description="One sentence for users.")
     uid: str | None = Field(default=None, description="Servo of this step, in a job on several servos. Null otherwise.")
@@ -132,4 +132,4 @@ class Job(Model):
     steps: list[JobStep] = Field(description="Steps in order.")
     created_at: Utc
     ended_at: float | None = Field(description="End, seconds since 1970 UTC. Null until then.")
-    resumable: bool = Field(default=False, description="POST …/resume goes on with what it has not done")
+    resumable: bool = Field(default=False, description="The job can be resumed with `POST …/resume`.")

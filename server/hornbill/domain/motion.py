@@ -122,7 +122,7 @@ class Stop(Model):
     at: float | None = Field(description="Time of the stop, seconds since 1970 UTC. Null while not latched.")
     by: str | None = Field(description="Client that stopped. Null while not latched.")
     reason: str | None = Field(
-        description="Reason: text, or a code of the page (`stop_button`, `esc_key`, `space_key`). Null while not latched."
+        description="Reason: text, or the page's code `stop_button`, `esc_key` or `space_key`. Null while not latched."
     )
     servos: list[StopServo] = Field(description="One entry per servo.")
     nodes: list[StopNode] = Field(

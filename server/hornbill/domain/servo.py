@@ -52,7 +52,9 @@ class Reading:
     in_effect: Annotated[bool | None, Field(description="false: the row has no effect now. Null if unknown.")]
     why_not: Annotated[str | None, Field(description="Reason why it has no effect now. Null if it has.")]
     why: Annotated[Why | None, Field(description="`why_not` by code. Null while it has an effect.")]
-    stale: Annotated[bool, Field(description="Too old, or the servo is offline: the servo may hold another value.")]
+    stale: Annotated[
+        bool, Field(description="The reading is too old or the servo is offline, so the servo may have another value.")
+    ]
     differs_from_default: Annotated[
         bool | None,
         Field(description="`configured` differs from the default. Null if either is unknown or there is none."),
@@ -112,9 +114,8 @@ class PositionUnitState(Model):
     unit: PositionUnit = Field(description="Unit of positions in broadcasts.")
     state: Literal["assumed", "confirmed", "forced", "conflict"] = Field(
         description=(
-            "assumed: the maker's unit, not checked yet; confirmed: Status and 0x08 agree in it; conflict: they "
-            "agree in another unit, in none, or in two, and no angle is sent by ArrayCommand; forced: set by a "
-            "client"
+            "assumed: Futaba's unit, not checked yet; confirmed: Status and 0x08 agree on it; conflict: they agree on "
+            "another unit, on none or on several, and ArrayCommand angles are refused; forced: set by a client."
         )
     )
     evidence: str = Field(description="Evidence, one sentence for users.")
@@ -138,9 +139,9 @@ class Output(Model):
     )
     reason: Literal["configured", "stop", "lease", "command", "timeout", "protection"] = Field(
         description=(
-            "configured: as the servo started, or as 0x20 was written as configuration; stop: Stop; lease: a lease "
-            "ended or expired; command: a client or another tool switched it; timeout: the servo's own time-out (0x26, "
-            "0x27); protection: its limits of temperature or voltage, or a motor failure"
+            "configured: since the start of the servo, or 0x20 was written as configuration; stop: Stop; lease: a "
+            "lease ended or expired; command: a client or another tool switched it; timeout: the servo's own timeout "
+            "(0x26, 0x27); protection: temperature or voltage limit, or motor failure."
         )
     )
     by: str | None = Field(description="Client that switched it. Null if none or unknown.")
@@ -167,13 +168,13 @@ class Activity(Model):
         "unknown",
     ] = Field(
         description=(
-            "holding: output on, angle steady within 0.3° for 0.6 s; moving: output on, angle changes; turning: a "
-            "speed or torque command other than 0 is in force; hunting: at rest, and the angle has swung to and fro "
-            "by 0.5° or more for at least a second; saturated: at rest, steady, and torque at 90 % or more of what "
-            "the servo can give; soft_start: on the way to 0° after a start; released: the servo's own time-out "
-            "(0x26 off, 0x27) took the output; held_after_timeout: it holds its last command though nobody commands "
-            "it any more (0x26 hold); off: output off for any other reason, see `output`; brake: output off, weak "
-            "brake; unknown: offline, being identified, saved or restarted, output not known, or no angle for 1 s"
+            "holding: output on, angle steady within 0.3° for 0.6 s; moving: output on, angle changing; turning: speed "
+            "or torque command other than 0; hunting: at rest, and the angle has oscillated by 0.5° or more for at "
+            "least 1 s; saturated: at rest, angle steady, and torque at 90 % or more of the available torque; "
+            "soft_start: moving to 0° after a start; released: switched off by the servo's own timeout (0x26 off, "
+            "0x27); held_after_timeout: holds its last command after the timeout (0x26 hold); off: output off for "
+            "another reason, see `output`; brake: output off, weak brake; unknown: offline, being identified, saved or "
+            "restarted, output unknown, or no angle for 1 s."
         )
     )
     since: float = Field(description="Start of this state, seconds since 1970 UTC.")
@@ -183,8 +184,8 @@ class Activity(Model):
     )
     torque_pct: float | None = Field(description="Torque as last read from 0x0A, %. Null if never read.")
     torque_limit_pct: float = Field(
-        description="what the motor can give at rest on that side, %: the lowest of its torque limit (with 0x25 on), "
-        "the overcurrent limit as a share of its default, and the supply as a share of nominal"
+        description="Available torque at rest in that direction, %: the lowest of the torque limit (with 0x25 on), the "
+        "overcurrent limit relative to its default, and the supply voltage relative to nominal."
     )
 
 
@@ -218,12 +219,12 @@ class Servo(Model):
     firmware: str | None = Field(description="Firmware version, such as `1.300`. Null if unknown.")
     hardware_version: int | None = Field(description="Hardware version from GetNodeInfo. Null if unknown.")
     serial: str | None = Field(description="Serial number: model number, dash, product number. Null if unknown.")
-    production_date: str | None = Field(description="YYYY-MM-DDTHH:MM, time zone not stated by the servo")
+    production_date: str | None = Field(
+        description="Production date, YYYY-MM-DDTHH:MM, time zone unknown. Null if unknown."
+    )
     known_model: bool = Field(description="The tables contain its series. Servos of other series are read-only.")
     treated_as: TreatedAs
-    firmware_note: str | None = Field(
-        description="What users of this firmware should know, in English. Null if nothing."
-    )
+    firmware_note: str | None = Field(description="Note for users of this firmware, in English. Null if none.")
     online: bool = Field(description="Received recently.")
     state: Literal["identifying", "ready", "soft_start", "saving", "restarting", "updating", "protected", "offline"] = (
         Field(description="Operating state.")
@@ -231,7 +232,7 @@ class Servo(Model):
     health: HealthCode | None = Field(description="Health from NodeStatus. Null if unknown.")
     mode: str | None = Field(description="Mode from NodeStatus. Null if unknown.")
     uptime_s: int | None = Field(description="Time since its start, s. Null if unknown.")
-    angle_deg: float | None = Field(description="Horn angle, °. Positive is clockwise.")
+    angle_deg: float | None = Field(description="Horn angle, °. Positive is clockwise. Null if unknown.")
     command_deg: float | None = Field(description="Last known angle command, °. Null while inactive.")
     age_s: float | None = Field(description="Age of `angle_deg`, s. Null if never received.")
     position_unit: PositionUnitState
@@ -246,8 +247,8 @@ class Servo(Model):
     )
     lost: list[LostValue] = Field(
         default_factory=list[LostValue],
-        description="RAM values lost in a restart. A value leaves when RAM holds it again, all of them leave after a "
-        "successful save and DELETE …/lost",
+        description="RAM values lost in a restart. A value is removed once it is in RAM again; all are removed by a "
+        "successful save or `DELETE …/lost`.",
     )
     faults: FaultWords
     unacknowledged: int = Field(

@@ -32,8 +32,8 @@ UNDER: Final = ("current_voltage", "current_temperature")
 
 STEPS: Final = {
     "check": "Ready, and what it is measured under recorded",
-    "there": "Steps out and back",
-    "numbers": "Numbers made and kept",
+    "measure": "Steps out and back",
+    "evaluate": "Numbers made and kept",
 }
 
 
@@ -70,7 +70,7 @@ class StepTests:
         if not 0 < abs(wish.step_deg) <= LARGEST_DEG:
             raise InvalidValue(
                 f"A step of {wish.step_deg:g}° is no step test. Enter up to ±{LARGEST_DEG:g}°, not 0.",
-                cause="no_step_test",
+                cause="step_out_of_range",
                 step_deg=wish.step_deg,
                 largest_deg=LARGEST_DEG,
             )
@@ -87,7 +87,7 @@ class StepTests:
         supply = cast("float | None", under["voltage_v"])
         text = f"horn at {home:+.1f}°, {supply} V, band ±{band:g}°"
         job.done("check", Evidence("test_conditions", text, known(angle_deg=home, supply_v=supply, band_deg=band)))
-        job.begin("there")
+        job.begin("measure")
         traces: list[StepTrace] = []
         try:
             for _ in range(wish.runs):
@@ -102,8 +102,8 @@ class StepTests:
         rate = samples / sum(one.t[-1] for one in traces)
         text = f"{len(traces)} steps, {samples} samples, {rate:.0f} a second"
         values = {"steps": len(traces), "samples": samples, "rate_hz": round(rate)}
-        job.done("there", Evidence("samples", text, values))
-        job.begin("numbers")
+        job.done("measure", Evidence("samples", text, values))
+        job.begin("evaluate")
         under["warnings"] = [*_warnings(servo), *await self._touched(servo)]
         document = {**under, "step_deg": wish.step_deg, "band_deg": band, "achieved_hz": round(rate, 1)}
         document["steps"] = [one.model_dump() for one in traces]
@@ -111,7 +111,7 @@ class StepTests:
         first = traces[0].metrics
         text = f"run {run.id}: {_in_words(first)}"
         values = known(run=run.id, rise_s=first.rise_s, overshoot_pct=first.overshoot_pct, settling_s=first.settling_s)
-        job.done("numbers", Evidence("run_stored", text, {**values, "sample_s": first.sample_s}))
+        job.done("evaluate", Evidence("run_stored", text, {**values, "sample_s": first.sample_s}))
         return {"run": run.id, "metrics": asdict(first)}
 
     async def _step(
@@ -129,7 +129,7 @@ class StepTests:
             raise DidNotMove(
                 f"{servo.title} did not go the way the step went before: its horn is at {begin:+.1f}°. "
                 "Look whether it is blocked, or held by a limit.",
-                cause="step_strayed",
+                cause="step_path_differs",
                 servo=servo.title,
                 angle_deg=begin,
             )
@@ -153,7 +153,7 @@ class StepTests:
                 raise DidNotMove(
                     f"{servo.title} does not follow: its horn is at {angle:+.1f}°, {abs(angle - to):.1f}° from its "
                     "target. The test was ended. Look for a loose load, or lower the angle P gain.",
-                    cause="does_not_follow",
+                    cause="not_following",
                     servo=servo.title,
                     angle_deg=angle,
                     away_deg=abs(angle - to),

@@ -32,7 +32,7 @@ def sheet(uid: Uid = FIRST, label: str = "knee", **more: object) -> ServoRecord:
         "title": label, "label": label, "serial": "61-000123", "model": "BLA21-06U-A0", "firmware": "1.300",
         "hardware_version": 3, "production_date": "2025-03-04T10:20", "servo_id": 1, "node_id": 21, "by": "ann",
         "profile": "bench", "profile_revision": "7", "values": {"angle_limit_ccw": -60.5, "smoothing": False},
-        "units": {"angle_limit_ccw": "°"}, "held_in": "rom", "verdict": "done", "started_at": 10.0, "ended_at": 12.5,
+        "units": {"angle_limit_ccw": "°"}, "verified_in": "rom", "verdict": "done", "started_at": 10.0, "ended_at": 12.5,
     }  # fmt: skip
     if isinstance(problem := more.get("problem"), str):
         more["problem"] = {"code": "no_response", "detail": problem}
@@ -70,7 +70,7 @@ def test_csv_has_one_row_a_servo_and_columns_that_never_change() -> None:
     first = rows[0]
     assert (first["serial"], first["servo_id"], first["node_id"], first["by"]) == ("61-000123", "1", "21", "ann")
     assert (first["angle_limit_ccw [°]"], first["smoothing"], first["reverse"]) == ("-60.5", "false", "")
-    assert (first["duration_s"], first["verdict"], first["held_in"]) == ("2.5", "done", "rom")
+    assert (first["duration_s"], first["verdict"], first["verified_in"]) == ("2.5", "done", "rom")
     assert first["when"] == "1970-01-01T00:00:12Z"
     empty = as_csv(made_of(job()), CATALOG)
     assert empty.splitlines()[0] == as_csv(both, CATALOG).splitlines()[0]
@@ -97,7 +97,7 @@ def test_json_has_the_unit_beside_every_value() -> None:
 
 
 def test_junit_has_a_case_a_servo_and_step_with_seconds_and_the_failure_as_text() -> None:
-    bad = sheet(SECOND, "hip", verdict="failed", problem="It did not answer.", held_in="")
+    bad = sheet(SECOND, "hip", verdict="failed", problem="It did not answer.", verified_in="")
     root = ET.fromstring(as_junit(made_of(job(sheet(), bad, failed=True))))
     assert root.tag == "testsuites"
     assert {name: root.get(name) for name in ("tests", "failures", "skipped", "errors")} == {

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hornbill.servo.doctor.watch import MessageTimes, NodeWatch, Questions, two_counters
+from hornbill.servo.doctor.watch import MessageTimes, NodeWatch, RequestWatch, two_counters
 
 IDS = st.integers(0, 31)
 
@@ -68,44 +68,44 @@ def test_a_lossy_stream_of_a_thousand_messages_is_never_doubled(loss: float) -> 
 
 
 def test_an_answer_is_lost_only_when_the_node_goes_on_talking() -> None:
-    questions = Questions()
-    questions.ask(1, 10.0)
-    questions.ask(2, 10.1)
-    questions.answer(2)
-    questions.node_is_there(10.25)
+    questions = RequestWatch()
+    questions.on_request(1, 10.0)
+    questions.on_request(2, 10.1)
+    questions.on_response(2)
+    questions.on_other_message(10.25)
     assert questions.unanswered == 0
-    questions.node_is_there(10.35)
+    questions.on_other_message(10.35)
     assert (questions.unanswered, questions.unanswered_since, list(questions.lost)) == (1, 10.0, [10.0])
-    questions.ask(3, 11.0)
-    questions.answer(3)
+    questions.on_request(3, 11.0)
+    questions.on_response(3)
     assert (questions.unanswered, questions.unanswered_since, list(questions.lost)) == (0, None, [10.0])
 
 
 def test_an_answer_that_comes_late_is_not_lost() -> None:
-    questions = Questions()
+    questions = RequestWatch()
     for transfer_id in (1, 2):
-        questions.ask(transfer_id, 10.0 + transfer_id / 100)
-    questions.node_is_there(10.5)
-    questions.answer(1)
+        questions.on_request(transfer_id, 10.0 + transfer_id / 100)
+    questions.on_other_message(10.5)
+    questions.on_response(1)
     assert list(questions.lost) == [10.02]
-    questions.answer(1)
+    questions.on_response(1)
     assert list(questions.lost) == [10.02]
 
 
 def test_what_was_asked_before_a_restart_is_not_lost() -> None:
     node = NodeWatch()
-    node.hear_node_status(0, 70, 100.0)
-    node.registers.ask(5, 100.1)
-    node.hear_node_status(0, 0, 100.6)
-    node.hear_node_status(1, 1, 101.6)
+    node.on_node_status(0, 70, 100.0)
+    node.registers.on_request(5, 100.1)
+    node.on_node_status(0, 0, 100.6)
+    node.on_node_status(1, 1, 101.6)
     assert list(node.registers.lost) == []
 
 
 def test_what_was_asked_before_a_silence_is_not_lost() -> None:
     node = NodeWatch()
-    node.hear_status(0, 7, 100.0)
-    node.registers.ask(5, 100.05)
-    node.hear_status(1, 7, 103.0)
+    node.on_status(0, 7, 100.0)
+    node.registers.on_request(5, 100.05)
+    node.on_status(1, 7, 103.0)
     assert list(node.registers.lost) == []
     assert node.servo_id_since == 103.0
 

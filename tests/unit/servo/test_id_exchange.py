@@ -48,8 +48,8 @@ def undone(writes: Writes, *moves: IdMove, within_s: float = 0.0, settled: Servo
             await exchange.move(move, well)
         if settled is not None:
             exchange.settle(settled.uid)
-        found = await exchange.put_back(writes, within_s)
-        assert await exchange.put_back(writes) == [], "it is put back once"
+        found = await exchange.roll_back(writes, within_s)
+        assert await exchange.roll_back(writes) == [], "it is put back once"
         return [problem for _, problem in found if problem is not None]
 
     return clock.run(inside())
@@ -88,7 +88,7 @@ def test_a_write_that_failed_is_put_back_because_it_may_have_arrived() -> None:
             await exchange.move(B_TAKES_1, Writes(refusing=B))
         assert [one.servo for one in exchange.parked("servo_id")] == [A]
         back = Writes()
-        await exchange.put_back(back)
+        await exchange.roll_back(back)
         return back.done
 
     assert clock.run(inside()) == [("b", 2), ("a", 1)]

@@ -8,7 +8,7 @@ import pytest
 
 import jumping_clock as clock
 from hornbill.errors import Busy, HornbillError, Interrupted, NoResponse, Stopped, UnexpectedResult, Unknown
-from hornbill.servo.runtime.jobs import KEPT, NOT_KNOWN, Jobs, RunningJob, Step, Work
+from hornbill.servo.runtime.jobs import KEPT, OUTCOME_UNKNOWN, Jobs, RunningJob, Step, Work
 from hornbill.servo.runtime.steps import Evidence
 from hornbill.store.jobs import StoredJob
 from hornbill.store.store import Store
@@ -78,7 +78,7 @@ def test_a_defect_ends_the_job_instead_of_leaving_it_running() -> None:
 
         job = await jobs.wait(jobs.start("save", None, [], body))
         assert job.state == "failed"
-        assert "hornbill itself failed" in str(job.error)
+        assert "Internal error in hornbill" in str(job.error)
 
     run(work)
 
@@ -172,7 +172,7 @@ async def killed(jobs: Jobs) -> None:
     for job in jobs.all():  # nothing of this process may be kept any more
         job.on_change = lambda job: None
         assert job.task is not None
-    jobs._kept.put = lambda job: None  # pyright: ignore[reportPrivateUsage, reportAttributeAccessIssue]
+    jobs._stored.put = lambda job: None  # pyright: ignore[reportPrivateUsage, reportAttributeAccessIssue]
 
 
 def test_what_the_end_of_the_server_cut_off_says_so_and_claims_nothing() -> None:
@@ -181,11 +181,11 @@ def test_what_the_end_of_the_server_cut_off_says_so_and_claims_nothing() -> None
         assert (cut.state, save.state) == ("failed", "failed")
         assert isinstance(cut.error, Interrupted)
         assert cut.error.detail == (
-            "The server ended while this was under way. Done: First. Begun, and whether the servo acted is not known: "
-            "Second (a0a0a0a0…). What is not done was not begun."
+            "The server exited while this job was running. Completed: First. Started, outcome unknown: "
+            "Second (a0a0a0a0…). The remaining steps were not started."
         )
         assert [step.state for step in cut.steps] == ["done", "failed", "waiting"]
-        assert cut.steps[1].evidence == NOT_KNOWN
+        assert cut.steps[1].evidence == OUTCOME_UNKNOWN
         assert (cut.ended, jobs.running(A)) == (True, None)
         await asyncio.sleep(100)
         assert [job.task for job in jobs.all()] == [None, None]  # a start moves nothing
@@ -270,7 +270,7 @@ def test_one_servo_is_worked_on_by_one_job_also_when_one_is_resumed() -> None:
         first = jobs.start("save", A, [], for_ever, {})
         await jobs.cancel(first.id)
         second = jobs.start("restart", A, [], for_ever)
-        with pytest.raises(Busy, match="A restart job is under way"):
+        with pytest.raises(Busy, match="A restart job is running"):
             jobs.resume(first.id)
         await jobs.cancel(second.id)
         assert jobs.resume(first.id) is first
@@ -290,7 +290,7 @@ def test_what_ends_because_the_server_closes_was_interrupted_not_cancelled() -> 
         (job,) = jobs.all()
         assert job.state == "failed"
         assert isinstance(job.error, Interrupted)
-        assert "Done: nothing." in job.error.detail
+        assert "Completed: no step." in job.error.detail
 
     run(work, later)
 
@@ -306,18 +306,18 @@ def test_a_store_that_fails_stops_no_job_and_is_told_once(caplog: pytest.LogCapt
         def fail(job: StoredJob) -> None:
             raise HornbillError("The disk is full.", cause=None)
 
-        jobs._kept.put = fail  # pyright: ignore[reportPrivateUsage, reportAttributeAccessIssue]
+        jobs._stored.put = fail  # pyright: ignore[reportPrivateUsage, reportAttributeAccessIssue]
         job = await jobs.wait(jobs.start("save", A, steps(), body))
         assert job.state == "succeeded"
 
     with caplog.at_level(logging.ERROR):
         run(work)
-    assert [record.getMessage().split(";")[0] for record in caplog.records] == ["jobs cannot be kept"]
+    assert [record.getMessage().split(";")[0] for record in caplog.records] == ["jobs cannot be stored"]
 
 
 def test_a_row_nobody_can_read_keeps_no_server_from_starting(caplog: pytest.LogCaptureFixture) -> None:
     async def work(jobs: Jobs) -> None:
-        kept = jobs._kept  # pyright: ignore[reportPrivateUsage]
+        kept = jobs._stored  # pyright: ignore[reportPrivateUsage]
         kept.put(StoredJob("odd", "save", None, "running", 1.0, None, None, {"steps": [{"nonsense": 1}]}))
         kept.put(
             StoredJob("old", "save", None, "failed", 2.0, 3.0, None,

@@ -16,8 +16,8 @@ PROMISED = (Busy, {"cause": "control_transfer_pending", "by": "Page 2"})
 NONE = (LeaseRequired, {"cause": "lease_missing"})
 OVER = (LeaseRequired, {"cause": "lease_ended"})
 UNKNOWN = (Unknown, {"cause": "lease_ended"})
-IS_HELD = "Rig 3 has motion control for 18 s more. Ask for it, or wait."
-ENDED = "This lease has ended. Ask for a new one."
+IS_HELD = "Rig 3 has motion control for 18 s more. Request it, or wait."
+ENDED = "This lease has ended. Take a new one."
 OTHER = "0" * 32
 
 
@@ -39,14 +39,14 @@ REFUSED: tuple[tuple[float, Callable[[Leases], object], Refusal, str], ...] = (
     (20, lambda leases: leases.release(OTHER, 102.1234), UNKNOWN, ENDED),
     (2.5, lambda leases: leases.grant("Page 1", 3.0, 102.0),
      (LeaseHeld, {"cause": "lease_held_by_other", "holder": "Rig 3", "expires_in_s": 0.5}),
-     "Rig 3 has motion control for 1 s more. Ask for it, or wait."),
+     "Rig 3 has motion control for 1 s more. Request it, or wait."),
     (2, lambda leases: leases.require(None, 102.0), NONE,
-     "Motion needs a live lease."),
+     "Motion requires a valid lease."),
     (2, lambda leases: leases.require(OTHER, 102.0), OVER,
-     "This lease has ended, and torque is off on what it commanded. Ask for a new one."),
+     "This lease has ended, and torque is off on the servos it commanded. Take a new one."),
     (2, lambda leases: leases.renew(OTHER, 102.0), UNKNOWN, ENDED),
     (2, lambda leases: promise(leases).grant("Page 1", 3.0, 102.0), PROMISED,
-     "Motion control is passing to Page 2, who asked for it. Try again in a second."),
+     "Motion control is being passed to Page 2, who requested it. Try again in 1 s."),
 )  # fmt: skip
 
 

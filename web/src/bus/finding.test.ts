@@ -37,10 +37,10 @@ test("a title names its node", () => {
 });
 
 test("a servo has the name shown on this page, else the server's", () => {
-  const gone = finding("servo_offline", { uids: [UID], params: { servo: "SN 1", heard_s: 12 } });
+  const gone = finding("servo_offline", { uids: [UID], params: { servo: "SN 1", last_seen_s: 12 } });
   const silent = finding("silent_node", {
     uids: [UID],
-    params: { node: 9, servo: "SN 1", requests: 5, heard_s: 0.4, over_s: 3 },
+    params: { node: 9, servo: "SN 1", requests: 5, last_seen_s: 0.4, over_s: 3 },
     advice: "check_cable_and_restart",
   });
   expect(findingText(gone).title).toBe("SN 1がオフライン");
@@ -52,7 +52,7 @@ test("a servo has the name shown on this page, else the server's", () => {
 });
 
 test("evidence has values with units", () => {
-  const silent = finding("silent_node", { params: { node: 9, requests: 5, heard_s: 0.4, over_s: 3 } });
+  const silent = finding("silent_node", { params: { node: 9, requests: 5, last_seen_s: 0.4, over_s: 3 } });
   expect(findingText(silent).evidence).toBe("0.4\u202fs前に受信。3\u202fsに要求5件、応答0件");
 });
 

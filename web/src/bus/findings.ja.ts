@@ -37,8 +37,8 @@ const ownId = (p: Facts) =>
   line(
     `ノード${p.node}からhornbillのものでないフレーム${p.frames}件`,
     `他のノードへの要求${p.requests}件`,
-    p.gives_ids && "ノードIDも割り当て",
-    p.ours_gives_ids ? "hornbillもノードIDを割り当てています" : "hornbillはノードIDを割り当てていません",
+    p.allocates && "ノードIDも割り当て",
+    p.ours_allocates ? "hornbillもノードIDを割り当てています" : "hornbillはノードIDを割り当てていません",
   );
 
 export const words = {
@@ -58,8 +58,8 @@ export const words = {
     errors_rising: () => "エラーはないか、わずか",
     load_over_budget: () => "バス負荷は上限以内",
     silent_node: () => "要求に応答しないノードなし",
-    answers_lost: () => "応答を受信中",
-    answers_slow: () => "サーボの応答は時間内",
+    responses_lost: () => "応答を受信中",
+    responses_slow: () => "サーボの応答は時間内",
     serial_line_full: () => "シリアル回線に余裕あり",
     servo_offline: () => "検出後に途絶えたサーボなし",
     foreign_frames: () => "DroneCANフレームのみ",
@@ -103,8 +103,8 @@ export const words = {
         : `割り当てたノードID ${p.node}を使わないノード`,
     silent_node: p =>
       p.servo === undefined ? `ノード${p.node}の応答なし` : `${p.servo}（ノード${p.node}）の応答なし`,
-    answers_lost: () => "応答の欠落",
-    answers_slow: () => "応答の遅れ",
+    responses_lost: () => "応答の欠落",
+    responses_slow: () => "応答の遅れ",
     servo_offline: p => `${p.servo}がオフライン`,
   },
   evidence: {
@@ -126,9 +126,9 @@ export const words = {
       second_allocator: p =>
         p.own !== undefined
           ? `hornbill（ノード${p.own}）のみ。${p.over_s}間、他にありません。`
-          : p.answers === undefined
+          : p.responses === undefined
             ? `ノード${p.node}が割り当てていましたが、現在はバス上にありません。`
-            : `ノード${p.node}が${p.answers}回応答、最後は${p.ago_s}前。hornbill側はオフです。`,
+            : `ノード${p.node}が${p.responses}回応答、最後は${p.ago_s}前。hornbill側はオフです。`,
       allocation_stuck: p => `現在要求中のノード${p.requests}台`,
       frames_dropped: p => `${p.over_s}に${p.frames}フレーム中0`,
       errors_rising: p => `${p.over_s}にエラー${p.errors}件`,
@@ -137,9 +137,9 @@ export const words = {
       serial_line_full: p =>
         `${p.over_s}で${p.baud} baudの${p.load_pct}、回線は毎秒${p.frames_per_s}フレームまで`,
       silent_node: p => `バス上のノード${p.nodes}台`,
-      answers_lost: p => `${p.over_s}の要求${p.requests}件中${p.lost}件に応答なし`,
-      answers_slow: p =>
-        `中央値${p.median_ms}、最大${p.slowest_ms}（ノード${p.node}）、${p.over_s}に応答${p.answers}件`,
+      responses_lost: p => `${p.over_s}の要求${p.requests}件中${p.lost}件に応答なし`,
+      responses_slow: p =>
+        `中央値${p.median_ms}、最大${p.slowest_ms}（ノード${p.node}）、${p.over_s}に応答${p.responses}件`,
       servo_offline: p => `接続後のサーボ${p.servos}台`,
       foreign_frames: p => `${p.over_s}に0件`,
     },
@@ -199,9 +199,9 @@ export const words = {
         ),
       second_allocator: p =>
         line(
-          `ノード${p.node}が${p.answers}回応答、最後は${p.ago_s}前`,
+          `ノード${p.node}が${p.responses}回応答、最後は${p.ago_s}前`,
           p.program,
-          p.ours_answers ? "hornbillも応答: 同じIDが2台に割り当てられるおそれあり" : "hornbillは待機中",
+          p.ours_responds ? "hornbillも応答: 同じIDが2台に割り当てられるおそれあり" : "hornbillは待機中",
         ),
       allocator_off: requesting,
       allocation_refused: p => `${requesting(p)}。${refusals[p.refusal as keyof typeof refusals]?.(p) ?? ""}`,
@@ -209,19 +209,19 @@ export const words = {
         p.node === undefined
           ? `${requesting(p)}。固有IDの3つの部分のうち${p.parts}つだけを受信しました。`
           : `${p.uid}にノードID ${p.node}を${p.times}回割り当てましたが、そのノードからの受信がありません。`,
-      silent_node: p => `${p.heard_s}前に受信。${p.over_s}に要求${p.requests}件、応答0件`,
-      answers_lost: p =>
+      silent_node: p => `${p.last_seen_s}前に受信。${p.over_s}に要求${p.requests}件、応答0件`,
+      responses_lost: p =>
         `${p.over_s}の要求${p.requests}件中${p.lost}件（${p.lost_pct}）に応答なし。多い順にノード${p.nodes}`,
-      answers_slow: p =>
-        `中央値${p.median_ms}、最大${p.slowest_ms}（ノード${p.node}）、${p.over_s}に応答${p.answers}件。中央値が${p.limit_ms}を超えるノード${p.nodes}`,
-      servo_offline: p => line(`最後の受信は${p.heard_s}前`, p.node && `ノード${p.node}`),
+      responses_slow: p =>
+        `中央値${p.median_ms}、最大${p.slowest_ms}（ノード${p.node}）、${p.over_s}に応答${p.responses}件。中央値が${p.limit_ms}を超えるノード${p.nodes}`,
+      servo_offline: p => line(`最後の受信は${p.last_seen_s}前`, p.node && `ノード${p.node}`),
     },
   },
   refusal: refusals,
   remedy: {
     connect_adapter: () => "アダプタを選んで接続してください。",
     check_adapter: p => p.command ?? "アダプタとケーブルを確認し、接続し直してください。",
-    as_adapter_says: p => p.problem ?? "",
+    see_adapter_message: p => p.problem ?? "",
     check_timing_and_wiring: () => "ビットレート、配線、終端を確認し、接続し直してください。",
     set_bit_timing: p =>
       p.command ??
@@ -241,7 +241,7 @@ export const words = {
       "アダプタのボーレートを上げるか、このバスのサーボを減らすか、シリアル回線のないアダプタを使用してください。",
     check_plugs: () => `コネクタとケーブル、終端（${ENDS}）、スタブの長さを確認してください。`,
     slow_sender: () => "送信の多いノードをモニタで確認し、送信周期を長くするか、バスから外してください。",
-    free_computer: () =>
+    reduce_computer_load: () =>
       "このコンピュータに負荷をかけている他のプログラムを終了するか、バッファの大きいアダプタを使用してください。",
     none_needed: () =>
       "バス負荷が増えるだけで害はありません。ただしCAN FDフレームは、クラシックCANのみに対応するサーボの通信を妨げます。",
@@ -251,8 +251,8 @@ export const words = {
       "もう一方のプログラムを終了するか、環境変数HORNBILL_NODE_IDでhornbillに別のノードIDを指定して起動してください。",
     close_program: () =>
       "どちらか一方のプログラムを終了してください。互いに相手宛ての応答を自分宛てとして受信します。または、環境変数HORNBILL_NODE_IDでhornbillに別のノードIDを指定して起動してください。",
-    give_servo_ids: () => "各サーボに固有のサーボID（1～254、パラメータ0x45）を付け、保存してください。",
-    silence_commander: () =>
+    assign_servo_ids: () => "各サーボに固有のサーボID（1～254、パラメータ0x45）を付け、保存してください。",
+    turn_off_commander: () =>
       "hornbillでサーボを動かしたり設定したりする前に、相手の送信を止めてください。送信元に関係なく、最後の指令が有効になります。",
     renumber_servos: () => "1台を除くすべてに別のサーボID（パラメータ0x45）を付け、保存してください。",
     check_node_and_restart: () =>

@@ -1,4 +1,4 @@
-/** Writing one servo's rows: staged edits to RAM, with or without a save, taking them back, and what each row is told. */
+/** Writes the rows of one servo: staged edits to RAM, saves, undo, and the outcome of each row. */
 
 import { type Problem, problemOf } from "../api/client";
 import type { SavePreview } from "../api/config-types";
@@ -14,17 +14,17 @@ import { type ChangeRequest, doChange, type Wish } from "./flow";
 import { followSave, followWrite, plannedPart, preview, send, startJob } from "./send";
 import { saving } from "./words";
 
-/** An uptime is told in whole seconds, and late. */
+/** Uptime is reported in whole seconds, and late. */
 const SAME_BOOT_S = 3;
 
-/** Whether the servo has restarted since a write: RAM is then what ROM was. */
+/** True if the servo has restarted since a write: RAM was then loaded from ROM. */
 export function restartedSince(written: Written, one: KnownServo): boolean {
   if (one.state === "restarting") return true;
   if (!one.online || one.bootAt === null || written.bootAt === null) return false;
   return Math.abs(one.bootAt - written.bootAt) > SAME_BOOT_S;
 }
 
-/** What can be taken back of a write: rows that still hold what was written. */
+/** Rows of a write that can be undone: those that still have the written value. */
 export function undoable(written: Written, sheet: Sheet): readonly Change[] {
   return written.changes.filter(change => sheet.held(change.key) === change.after);
 }
@@ -32,12 +32,12 @@ export function undoable(written: Written, sheet: Sheet): readonly Change[] {
 type Values = ReadonlyMap<string, WantedValue>;
 
 export interface ApplyOptions {
-  /** These rows alone; other drafts stay drafts. */
+  /** These rows only; other drafts stay. */
   only?: readonly string[];
   headers?: Record<string, string>;
 }
 
-/** Writes the staged values to RAM, all or nothing. Answers whether everything asked for is there. */
+/** Write the staged values to RAM, all or nothing. Returns whether all were written. */
 export async function apply(sheet: Sheet, { only, headers = {} }: ApplyOptions = {}): Promise<boolean> {
   const values = new Map([...stagedIn(sheet)].filter(([key]) => only?.includes(key) ?? true));
   sheet.trouble.value = null;
@@ -52,13 +52,13 @@ export async function apply(sheet: Sheet, { only, headers = {} }: ApplyOptions =
     run: async (wish, _, tell) => {
       const answer = await write(sheet, values, wish, headers);
       await followWrite(sheet.uid, answer, tell, "");
-      // The row says what the servo made of it.
+      // The row shows what the servo did with it.
       if (answer.changes.some(one => !WELL.has(one.verdict))) tell("", { state: "failed" });
     },
   });
 }
 
-/** What was written last is written back. */
+/** Write back the values before the last write. */
 export function undoChange(sheet: Sheet, changes: readonly Change[]): ChangeRequest {
   const values: Values = new Map(
     changes.flatMap(one => (one.before === null ? [] : [[one.key, one.before] as const])),
@@ -71,7 +71,7 @@ export function undoChange(sheet: Sheet, changes: readonly Change[]): ChangeRequ
     facts: sheet.uid,
     plan: async wish => [plannedPart(sheet.uid, await patch(sheet, values, wish, { dry_run: true }), false)],
     run: async (wish, _, tell) => {
-      // What is staged over it would be applied with the next press, and undo the undo.
+      // Edits staged over it would be applied with the next press, and undo the undo.
       sheet.drafts.drop(values.keys());
       const answer = await write(sheet, values, wish);
       sheet.written.value = null;
@@ -80,7 +80,7 @@ export function undoChange(sheet: Sheet, changes: readonly Change[]): ChangeRequ
   };
 }
 
-/** RAM goes into ROM, with what is staged written to RAM first. */
+/** Save RAM to ROM, after writing the staged values to RAM. */
 export function saveChange(sheet: Sheet, keys: readonly string[]): ChangeRequest {
   const { uid } = sheet;
   const options = ({ confirm }: Wish, dry: { dry_run?: true } = {}) => ({
@@ -138,7 +138,7 @@ function patch(
   });
 }
 
-/** Writes values, all or nothing: each row is told what came of it, and what can be taken back is kept. */
+/** Write values, all or nothing: each row gets its outcome, and undo data is stored. */
 async function write(
   sheet: Sheet,
   values: Values,
@@ -172,7 +172,9 @@ async function write(
   }
 }
 
-/** Takes the answer of a write of some rows: drafts that are done go, each row is told. Answers whether all is well. */
+/**
+ * Take the response to a write of some rows: remove drafts that are done, set outcomes. Returns whether all succeeded.
+ */
 export function takeOutcomes(
   sheet: Sheet,
   answer: Pick<ParametersPatched, "outcome" | "changes" | "failure">,
@@ -212,12 +214,12 @@ function failure(change: Change, culprits: Change[], why: string | null): Outcom
   return { kind: "failed", what: text.rows.notWritten(reason), rest: holds };
 }
 
-/** Tells rows that nothing was written, and why: the row the problem names, or all of them. */
+/** Mark rows as not written, with the reason: the row named by the problem, or all of them. */
 export function refuse(sheet: Sheet, keys: string[], problem: Problem): void {
   const named = [problem.facts.key, problem.facts.parameter].find(
     fact => typeof fact === "string" && keys.includes(fact),
   );
-  // It stays staged, and nothing is wrong with it: somebody is asked.
+  // It stays staged without an error: it needs a confirmation.
   if (problem.code === "needs_confirmation") {
     sheet.setOutcomes(keys.map(key => [key, null]));
     return;

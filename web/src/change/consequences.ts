@@ -1,4 +1,4 @@
-/** What could happen where the server asks back before a write, in the page's words. */
+/** Consequences of a write that needs a confirmation, in the page's words. */
 
 import type { Problem } from "../api/client";
 import { problemText } from "../bench/facts";
@@ -9,7 +9,7 @@ import { editing } from "./words";
 
 const said = editing.confirm;
 
-/** What could happen, from the facts of the refusal; the server's own sentence where they do not say. */
+/** Consequence from the facts of the refusal; the server's sentence if they are missing. */
 export function dangerOf(problem: Problem): string {
   const { key, requested, reading, margin, unit, confirm, choices, turns } = problem.facts;
   if (confirm === "torque_off_in_rom")
@@ -25,7 +25,7 @@ export function dangerOf(problem: Problem): string {
   return confirm === "temperature" ? said.temperature(row, wanted, seen, about) : problemText(problem);
 }
 
-/** Why something was refused: the danger where a tick is all that is missing, else what the page says of the code. */
+/** Why a change was refused: the consequence if only a confirmation is missing, else the problem's text. */
 export function whyRefused(problem: Problem): string {
   return wordsOf(problem).length === 0 ? problemText(problem) : dangerOf(problem);
 }

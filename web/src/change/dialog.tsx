@@ -1,4 +1,4 @@
-/** The dialog of every change: what the server planned, what moves, what has to be said, then its progress and its end. */
+/** The dialog of every change: plan, movement, confirmations, then progress and result. */
 import { useEffect } from "preact/hooks";
 import { type KnownServo, nameOf, servo } from "../bench/fleet";
 import { NONE } from "../bench/format";
@@ -27,12 +27,12 @@ export function ChangeDialog() {
   const flow = shownChange.value;
   const { page, uid } = route.value;
   const here = `${page}/${uid}`;
-  // A page that is left answers no; what has begun goes on.
+  // Leaving the page cancels a question; a running change continues.
   useEffect(() => closeChange, [here]);
   return flow && <Opened key={id(flow)} flow={flow} />;
 }
 
-/** The way back to changes whose dialog was hidden. */
+/** Reopens changes whose dialog is hidden. */
 export function HiddenChanges() {
   return begun.value
     .filter(flow => flow !== shownChange.value && said.kinds[flow.request.kind].running !== undefined)
@@ -69,12 +69,12 @@ function Opened({ flow }: { flow: ChangeFlow }) {
   const words = said.kinds[request.kind];
   const told = phase === "over" || flow.turns.value.some(turn => turn.job !== null || turn.state === "done");
   const progress = told && words.running !== undefined;
-  // Of an edit the rows say what became of it.
+  // The rows show the result of an edit.
   const done = phase === "over" && (request.kind === "apply" || (request.quick === true && flow.well));
   useEffect(() => {
     if (done) closeChange();
   }, [done]);
-  // The button that had the focus is gone with the question.
+  // The focused button disappears with the question.
   useEffect(() => {
     if (progress) document.querySelector<HTMLElement>("[data-testid=change-close]")?.focus();
   }, [progress]);
@@ -150,7 +150,7 @@ function Question({ flow }: { flow: ChangeFlow }) {
   );
 }
 
-/** What a save does beside what is to be saved. */
+/** Effects of a save besides the saved values. */
 function SaveNotes({ one, part }: { one: KnownServo; part: Part }) {
   const off = one.output.state === "off" || one.output.state === "brake";
   const comesOn = off && part.restart && !["no_torque", "brake", "unknown"].includes(part.restart.code);
@@ -167,7 +167,7 @@ function Foot({ flow, about }: { flow: ChangeFlow; about: About }) {
   const { request } = flow;
   const phase = flow.phase.value;
   const busy = phase === "planning" || phase === "running";
-  // A tick is worth something only once the server was asked again with it.
+  // A confirmation counts only once the server has checked it again.
   const again = !flow.current.value || (flow.open.value && request.plan !== undefined);
   const words = said.kinds[request.kind];
   const chooses = request.kind === "profile" && flow.parts.value === null;
@@ -219,7 +219,7 @@ function Foot({ flow, about }: { flow: ChangeFlow; about: About }) {
   );
 }
 
-/** The servo of the change, where it is one. */
+/** The servo of the change, if it is one. */
 function aloneOf(flow: ChangeFlow): KnownServo | undefined {
   const { facts } = flow.request;
   const parts = flow.parts.value ?? [];
@@ -255,7 +255,7 @@ function subtitle(flow: ChangeFlow) {
   return said.kinds[kind].lead;
 }
 
-/** Once a servo was told to write, only what is read back tells what ROM holds. */
+/** After a write, only the read-back tells what ROM contains. */
 const unsure = (flow: ChangeFlow) =>
   flow.jobs.some(job => job.steps.some(one => one.code === "write" && one.state === "done"));
 

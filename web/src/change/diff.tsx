@@ -1,4 +1,4 @@
-/** The dialog of what is changed: what ROM and RAM hold, and what they will. */
+/** The dialog of changes: values in ROM and RAM, and after. */
 
 import { catalog } from "../bench/catalog";
 import { full } from "../bench/format";
@@ -9,7 +9,7 @@ import { text } from "../text";
 import { ValueTable } from "./value-table";
 import { saving } from "./words";
 
-/** The value a key will have once everything staged is applied. */
+/** Value of a key after all staged edits are applied. */
 export function willBe(sheet: Sheet, key: string) {
   const draft = sheet.drafts.get(key);
   return draft?.verdict.ok ? draft.verdict.value : sheet.held(key);

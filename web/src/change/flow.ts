@@ -1,4 +1,4 @@
-/** A change to servos: what is asked of it, checked by the server, agreed to here, done, and what came of each servo. */
+/** A change to servos: options, check by the server, confirmation, execution, and the result of each servo. */
 
 import { computed, type Signal, signal } from "@preact/signals";
 import { type Problem, problemOf } from "../api/client";
@@ -10,7 +10,7 @@ import { jobs } from "../bench/jobs";
 import { HornFree } from "./horn-free";
 import { isOpen, wordsOf } from "./safety-words";
 
-/** Names the dialog's words. */
+/** Selects the words of the dialog. */
 export type ChangeKind =
   | "apply"
   | "save"
@@ -29,12 +29,12 @@ export interface Wish {
   confirm: readonly SafetyWord[];
 }
 
-/** A row: what it holds, and what it is to. */
+/** A row with its current and new value. */
 export interface RowChange {
   key: string;
   now: unknown;
   next: unknown;
-  /** What has to be said of it. */
+  /** Note on the row. */
   doubt?: boolean;
 }
 
@@ -42,66 +42,69 @@ export interface RowChange {
 export interface Part {
   uid: string;
   changes: readonly RowChange[];
-  /** Rows that ROM will hold differently. */
+  /** Rows whose ROM value changes. */
   rom?: readonly RowChange[];
-  /** Rows that hold it already. */
+  /** Rows without a change. */
   unchanged?: number;
-  /** Rows of which a save puts into ROM what is not known of it. */
+  /** Rows that a save writes to ROM while their ROM value is unknown. */
   unknown?: number;
-  /** Rows that are not changed, and why. */
+  /** Rows that are skipped, and why. */
   leftOut?: readonly { key: string; why: string }[];
-  /** What the horn does when it restarts: null where that is not known, absent where it does not restart. */
+  /** Movement of the horn at the restart: null if unknown, absent without a restart. */
   restart?: Forecast | null;
-  /** Why nothing is done to it. */
+  /** Why the servo is excluded. */
   problem?: Problem | null;
 }
 
-/** What came of one servo. */
+/** Result of one servo. */
 export interface Turn {
-  /** Empty where one job does it to all. */
+  /** Empty if one job handles all servos. */
   uid: string;
   state: "waiting" | "running" | "done" | "failed" | "left_out";
   job: string | null;
-  /** Rows that were written. */
+  /** Number of rows written. */
   count: number;
   saved: boolean;
-  /** How it failed; `why` says more. */
+  /** Kind of failure; `why` has details. */
   fault: "rolled_back" | "not_written" | "not_saved" | null;
   why: string | null;
 }
 
 export type Tell = (uid: string, to: Partial<Turn>) => void;
 
-/** A change as data: what to ask beforehand, and what does it. The dialog does the rest. */
+/** A change as data: questions before it, and its execution. The dialog does the rest. */
 export interface ChangeRequest {
   kind: ChangeKind;
-  /** "ask": a tick, never ticked beforehand. */
+  /** "ask": a check box, never checked initially. */
   save: "ask" | "always" | "never";
-  /** A dry run: throws what the change itself would be refused with. Without one it is asked about only where the server wants that. */
+  /**
+   * A dry run: throws what the change itself would be refused with. Without one, the dialog opens only if the server
+   * requires a confirmation.
+   */
   plan?: (wish: Wish) => Promise<readonly Part[]>;
   run: (wish: Wish, able: readonly Part[], tell: Tell) => Promise<void>;
-  /** One job does it to all servos of the plan. */
+  /** One job handles all servos of the plan. */
   together?: boolean;
-  /** How many values it is about, where no plan says it. */
+  /** Number of values, if there is no plan. */
   count?: number;
   /** A further condition. */
   ready?: () => boolean;
-  /** It is pointless where no row changes. */
+  /** Pointless if no row changes. */
   needsChanges?: boolean;
-  /** The dialog closes by itself when all went well. */
+  /** The dialog closes automatically on success. */
   quick?: boolean;
-  /** Something else that can be done instead. */
+  /** An alternative action. */
   other?: () => Promise<void>;
-  /** What the dialog of its kind shows beside the plan. */
+  /** Content of the dialog besides the plan. */
   facts?: unknown;
-  /** Told when the dialog is closed, with what came of it; nothing where nothing was done. */
+  /** Called with the result when the dialog closes; without one if nothing was done. */
   onClose?: (turns: readonly Turn[]) => void;
 }
 
 export class ChangeFlow {
   readonly request: ChangeRequest;
   readonly phase = signal<"planning" | "ready" | "running" | "over">("ready");
-  /** What was refused last. */
+  /** The last refusal. */
   readonly problem: Signal<Problem | null> = signal(null);
   readonly save: Signal<boolean>;
   readonly asked: Signal<readonly SafetyWord[]> = signal([]);
@@ -112,9 +115,9 @@ export class ChangeFlow {
   /** Null before the first plan. */
   readonly parts = computed(() => this.#planned.value?.parts ?? null);
   readonly able = computed(() => (this.parts.value ?? []).filter(one => !one.problem));
-  /** Something that the server wants to hear is not said. */
+  /** A required confirmation is missing. */
   readonly open = computed(() => isOpen(this.asked.value, this.agreed.value));
-  /** What is planned is what would be done. */
+  /** The plan matches the options. */
   readonly current = computed(
     () => this.request.plan === undefined || same(this.#planned.value?.wish, this.#wish()),
   );
@@ -138,7 +141,7 @@ export class ChangeFlow {
     this.save = signal(request.save === "always");
   }
 
-  /** Asks the server what would become of it. */
+  /** Request a dry run. */
   async look(): Promise<void> {
     const wish = this.#wish();
     this.phase.value = "planning";
@@ -153,7 +156,7 @@ export class ChangeFlow {
     this.phase.value = "ready";
   }
 
-  /** Changes what is wished, and looks again; what is refused outright is taken back. */
+  /** Change an option and check again; undone if refused outright. */
   async choose(change: () => void, back: () => void): Promise<void> {
     change();
     this.asked.value = [];
@@ -162,7 +165,7 @@ export class ChangeFlow {
     if (this.problem.peek() !== null && !this.open.peek()) back();
   }
 
-  /** What was planned is another change than what is wished now. */
+  /** The plan is outdated: the options have changed. */
   forget(): void {
     this.#planned.value = null;
     this.turns.value = [];
@@ -184,11 +187,11 @@ export class ChangeFlow {
       this.#refused(problemOf(error));
       this.phase.value = "ready";
     }
-    // What went wrong with its dialog hidden is still to be seen.
+    // A failure with a hidden dialog stays visible.
     if (this.well || this.request.quick || shownChange.peek() === this) done(this);
   }
 
-  /** Does what can be done instead. */
+  /** Run the alternative action. */
   async instead(): Promise<void> {
     this.phase.value = "running";
     this.problem.value = null;
@@ -200,18 +203,18 @@ export class ChangeFlow {
     this.phase.value = "ready";
   }
 
-  /** The servos it changes. */
+  /** Servos of the change. */
   get uids(): readonly string[] {
     const { facts } = this.request;
     return typeof facts === "string" ? [facts] : this.able.value.map(one => one.uid);
   }
 
-  /** The jobs it has begun. */
+  /** Jobs started by it. */
   get jobs(): readonly Job[] {
     return this.turns.value.flatMap(one => (one.job === null ? [] : (jobs.value.get(one.job) ?? [])));
   }
 
-  /** Everything that was asked for is done. */
+  /** Everything has succeeded. */
   get well(): boolean {
     return this.phase.value === "over" && this.turns.value.every(one => one.state === "done");
   }
@@ -255,14 +258,14 @@ function same(one: Wish | undefined, other: Wish): boolean {
 /** The change whose dialog is open. */
 export const shownChange: Signal<ChangeFlow | null> = signal(null);
 
-/** Changes under way, and those that went wrong with their dialog hidden. */
+/** Running changes, and those that failed with a hidden dialog. */
 export const begun: Signal<readonly ChangeFlow[]> = signal([]);
 
 function done(flow: ChangeFlow): void {
   begun.value = begun.peek().filter(one => one !== flow);
 }
 
-/** Whether a change is under way on one of these servos. The rows tell of an edit themselves. */
+/** True if a change is running on one of these servos. Edits are shown by their rows. */
 export function underWay(uids: readonly string[]): boolean {
   return begun.value.some(
     flow =>
@@ -272,7 +275,7 @@ export function underWay(uids: readonly string[]): boolean {
   );
 }
 
-/** Has the server check a change, and opens its dialog. Answers why not, in words, or null. */
+/** Check a change and open its dialog. Returns the reason if refused, or null. */
 export async function beginChange(
   request: ChangeRequest,
   flow = new ChangeFlow(request),
@@ -290,14 +293,14 @@ export async function beginChange(
   return null;
 }
 
-/** Opens the dialog of a change that is planned there. */
+/** Open the dialog of a change that is planned there. */
 export function openChange(request: ChangeRequest): ChangeFlow {
   const flow = new ChangeFlow(request);
   shownChange.value = flow;
   return flow;
 }
 
-/** Does a change that asks nothing beforehand; the dialog opens only where the server wants something confirmed. */
+/** Run a change without questions; its dialog opens only if the server requires a confirmation. */
 export async function doChange(request: ChangeRequest): Promise<boolean> {
   const flow = new ChangeFlow(request);
   await flow.go();

@@ -1,4 +1,4 @@
-/** What a restart does to the horn, said before it: a dial with the way, the sentence, why, and what speaks against it. */
+/** Forecast of the horn at a restart: a dial with the path, the sentence, the reason, and warnings. */
 import type { ComponentChildren } from "preact";
 import type { Forecast, ForecastWarning } from "../api/config-types";
 import { now } from "../bench/clock";
@@ -13,7 +13,7 @@ interface Props {
   one: KnownServo;
   forecast: Forecast;
   verb: "save" | "restart" | "factory-reset";
-  /** Further sentences below it. */
+  /** Further sentences below. */
   children?: ComponentChildren;
 }
 
@@ -50,17 +50,17 @@ function Warned({ line }: { line: string }) {
   );
 }
 
-/** What the horn does, in one line. */
+/** Movement of the horn, in one line. */
 export function hornLine(forecast: Forecast): string {
   return forecast.code === "moves" ? words.horn.moves(angle(forecast.from_deg)) : words.horn[forecast.code];
 }
 
-/** Said already by the sentence about the horn. */
+/** Covered by the sentence about the horn. */
 const SAID = new Set(["load_may_drop", "no_torque_after_start"]);
 
 function warned(warning: ForecastWarning, verb: Props["verb"]): string | null {
   const { code, params } = warning;
-  // A restart alone writes no ROM: what is said of the supply concerns writing it.
+  // A restart alone does not write ROM: warnings on the supply concern writing it.
   if (SAID.has(code) || (verb === "restart" && code.startsWith("supply_"))) return null;
   const volts = (name: string) => withUnit(number(params[name] ?? 0, 1), "V");
   switch (code) {

@@ -1,16 +1,16 @@
-/** Whether horns that a restart turns can do so freely: asked here alone. */
+/** Whether the horns turned by a restart can turn freely: asked only here. */
 import { computed, signal } from "@preact/signals";
 
 interface Restarting {
   uid: string;
-  /** What the horn does; null or without `moves` where that is not known. */
+  /** Movement of the horn; null or without `moves` if unknown. */
   restart?: { moves: boolean } | null | undefined;
 }
 
 export class HornFree {
   readonly #said = signal<string | null>(null);
   readonly #about;
-  /** How many horns may turn: all but those of which it is known that they do not. */
+  /** Number of horns that may turn: all except those known to stay. */
   readonly #moving;
 
   constructor(restarts: () => readonly Restarting[]) {
@@ -22,7 +22,7 @@ export class HornFree {
     return this.#moving.value.length;
   }
 
-  /** Whether the change may begin: nothing turns, or somebody said that just these can. */
+  /** True if the change may start: nothing turns, or the user has confirmed exactly these horns. */
   get agreed(): boolean {
     return this.count === 0 || this.#said.value === this.#about.value;
   }

@@ -1,4 +1,4 @@
-/** The list of a job's steps with their evidence, as commissioning, profiles and reports show it. */
+/** Steps of a job with their evidence, for commissioning, profiles and reports. */
 import type { Job, JobStep } from "../api/types";
 import { now } from "../bench/clock";
 import { angleOf, servo } from "../bench/fleet";
@@ -9,17 +9,17 @@ import { text } from "../text";
 import { evidenceText, stepText } from "./step-text";
 
 interface Props {
-  /** The kind of their job. */
+  /** Kind of the job. */
   kind: Job["kind"];
   steps: readonly JobStep[];
   label: string;
-  /** What a step is called, where it is not by its code. */
+  /** Name of a step, if not by its code. */
   name?: (step: JobStep) => string;
-  /** Under the name of its servo a step need not say it again. */
+  /** Steps under the name of their servo need not repeat it. */
   bare?: boolean;
-  /** What they did is in RAM only: no step of it is marked as well. */
+  /** RAM only: its steps are marked. */
   inRam?: boolean;
-  /** The job has ended: what steps said of steps to come is past. */
+  /** The job has ended: evidence about later steps is outdated. */
   over?: boolean;
   /** Its servo, whose angle is shown while the horn turns. */
   uid?: string | null;

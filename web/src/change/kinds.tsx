@@ -1,4 +1,4 @@
-/** What only one kind of change shows: servos of a profile, what a reset keeps, outputs and their loads. */
+/** Parts of only one kind of change: servos of a profile, kept values of a reset, outputs and their loads. */
 import { useId } from "preact/hooks";
 import { problemText } from "../bench/facts";
 import { all, nameOf, servo } from "../bench/fleet";
@@ -124,7 +124,7 @@ export function ResetName({ flow }: { flow: ChangeFlow }) {
   );
 }
 
-/** Whether this page has taken motion control to keep outputs on. */
+/** True if this page has taken motion control to keep outputs on. */
 export function outputKept(flow: ChangeFlow): boolean {
   if (flow.request.kind !== "output") return false;
   const plan = (flow.request.facts as OutputFacts).plan.value;

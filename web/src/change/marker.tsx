@@ -1,4 +1,4 @@
-/** The mark at the left of a row: its state as a shape. */
+/** Marker at the left of a row: its state as a shape. */
 
 import type { RowState } from "../bench/row-state";
 import { Glyph } from "../kit/glyph";

@@ -1,4 +1,4 @@
-/** The box for a number: typed text is staged as it is typed, Enter and leaving make it tidy. */
+/** Number box: stages as typed; Enter and blur format the text. */
 import { useSignal } from "@preact/signals";
 import { useEffect, useRef } from "preact/hooks";
 import type { Draft } from "../bench/draft";
@@ -19,16 +19,16 @@ interface Props {
   held: number | null;
   draft: Draft | undefined;
   locked: boolean;
-  /** Where no label names it. */
+  /** Accessible name without a label. */
   label?: string;
   describedBy: string;
   onDraft: (draft: Draft) => void;
   onCommit: () => void;
-  /** Takes back what was typed. */
+  /** Discard the typed text. */
   onRevert: () => void;
-  /** Told whether the text is still being begun, when no error should be shown yet. */
+  /** Called with true while the text is incomplete, when no error is shown yet. */
   onBeginning: (beginning: boolean) => void;
-  /** Told when the focus goes elsewhere. */
+  /** Called on blur. */
   onLeave?: () => void;
 }
 
@@ -52,7 +52,7 @@ export function NumberBox({
   const shown = draft ? draft.text : held === null ? "" : number(held, decimalsOf(span.perUnit));
   const wrong = draft !== undefined && !draft.verdict.ok;
 
-  // After Esc there is nothing to make tidy, though the draft is still here until the next drawing.
+  // After Esc there is nothing to format, though the draft remains until the next render.
   const reverted = useRef(false);
   const put = (typed: string) => onDraft({ text: typed, verdict: check(typed, span) });
   const commit = () => {
@@ -70,7 +70,7 @@ export function NumberBox({
   const onKey = (event: KeyboardEvent) => {
     if (event.key === "Enter") commit();
     else if (event.key === "Escape") {
-      if (draft) event.preventDefault(); // else it is for the dialog round it
+      if (draft) event.preventDefault(); // Otherwise it belongs to the surrounding dialog.
       reverted.current = true;
       onBeginning(false);
       onRevert();
@@ -81,12 +81,12 @@ export function NumberBox({
   };
   const turn = useRef(move);
   turn.current = move;
-  // Only a box that has the focus takes the wheel: else scrolling past would change it. Not passive, hence not onWheel.
+  // Only a focused box handles the wheel: otherwise scrolling would change it. Not passive, hence not onWheel.
   useEffect(() => {
     const input = box.current;
     if (!input) return undefined;
     const onWheel = (event: WheelEvent) => {
-      // With Shift some browsers turn the wheel sideways.
+      // With Shift some browsers scroll horizontally.
       const by = event.deltaY || event.deltaX;
       if (document.activeElement !== input || input.disabled || by === 0) return;
       event.preventDefault();

@@ -1,4 +1,4 @@
-/** What a plan shows: of each servo the rows that change, why some do not, and why one is left out. */
+/** A plan: the changed rows of each servo, skipped rows and excluded servos with reasons. */
 import { nameOf, servo } from "../bench/fleet";
 import { rowLabelOf, valueText } from "../bench/row-text";
 import { Note } from "../kit/note";

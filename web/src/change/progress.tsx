@@ -1,4 +1,4 @@
-/** A change under way, or over: the steps of its job with their evidence, or what became of each servo. */
+/** Progress and result of a change: steps of its job with evidence, or the result of each servo. */
 import { useSignal } from "@preact/signals";
 import { useEffect } from "preact/hooks";
 import type { Job } from "../api/types";
@@ -42,7 +42,7 @@ export function Progress({ flow }: { flow: ChangeFlow }) {
 function One({ turn: told, kind }: { turn: Turn; kind: ChangeKind }) {
   const job = told.job === null ? undefined : jobs.value.get(told.job);
   const steps = job && stepsOf(job, told.uid).length > 0;
-  // Where one job does several, its steps tell whose turn it is.
+  // If one job handles several servos, its steps show the current one.
   const turn: Turn =
     told.state === "waiting" && job && stepsOf(job, told.uid).some(step => step.state !== "waiting")
       ? { ...told, state: "running" }
@@ -68,7 +68,7 @@ function One({ turn: told, kind }: { turn: Turn; kind: ChangeKind }) {
   );
 }
 
-/** What became of a servo, in a line. */
+/** Result of a servo, in one line. */
 function outcome(turn: Turn): string {
   if (turn.fault !== null) return said.fault[turn.fault](turn.why ?? "");
   if (turn.why !== null) return turn.why;
@@ -107,11 +107,11 @@ function Steps({ turn, kind, scale = false }: { turn: Turn; kind: ChangeKind; sc
   );
 }
 
-/** The steps of a servo, in a job of several as well. */
+/** The steps of a servo, also within a job of several. */
 const stepsOf = (job: Job, uid: string) =>
   job.uid === null && uid !== "" ? job.steps.filter(step => step.uid === uid) : job.steps;
 
-/** The steps of an output that is restored, with the angle that each servo holds; one that failed says why. */
+/** Steps of restoring outputs, with the angle each servo holds; a failed one with its reason. */
 function heldSteps(job: Job): Job["steps"] {
   const parts = restoredBy(job);
   return job.steps.map(step => {
@@ -142,11 +142,11 @@ function Mark({ turn }: { turn: Turn }) {
   }
 }
 
-/** What a save usually takes; the scale grows when it takes longer. */
+/** Usual duration of a save; the scale grows beyond it. */
 const USUAL_S = 3;
 const WIDTH = 630;
 
-/** Times of the job are the server's; while it runs, our own clock since the dialog saw it tells how long. */
+/** Times of a job are the server's; while it runs, the elapsed time is that of our clock since the dialog saw it. */
 function useElapsed(job: Job, over: boolean): number {
   const began = useSignal(now.peek());
   useEffect(() => {
@@ -156,7 +156,7 @@ function useElapsed(job: Job, over: boolean): number {
   return Math.max(0, now.value - began.value);
 }
 
-/** Once the job is over, the scale ends where the job did. */
+/** After the job has ended, the scale ends with it. */
 function TimeScale({ job, over }: { job: Job; over: boolean }) {
   const elapsed = useElapsed(job, over);
   const whole = over ? Math.max(elapsed, 0.1) : Math.max(USUAL_S, Math.ceil(elapsed));
@@ -166,7 +166,7 @@ function TimeScale({ job, over }: { job: Job; over: boolean }) {
   for (let i = 0; i <= whole * minor; i++) path += `M${x(i / minor)} ${i % minor === 0 ? 0 : 5}V9`;
   const every = Math.max(1, Math.ceil(whole / 6));
   const seconds = Array.from({ length: Math.floor(whole / every) + 1 }, (_, i) => i * every);
-  // A mark that would run into the one at the end is left out.
+  // Omit a mark that would overlap the last one.
   const marks = over ? [...seconds.filter(mark => x(mark) < WIDTH - 56), whole] : seconds;
   return (
     <svg

@@ -1,4 +1,4 @@
-/** The links to a job's report: as files, and as a page to print. */
+/** Links to the report of a job: files, and a page to print. */
 import { API } from "../api/client";
 import { Icon } from "../kit/icon";
 import { changing } from "./words";

@@ -1,4 +1,4 @@
-/** The changes that are asked about in the dialog, as data: what each asks beforehand, and what does it. */
+/** Changes that are confirmed in the dialog, as data. */
 
 import { type Signal, signal } from "@preact/signals";
 import { ask, type Problem, problemOf } from "../api/client";
@@ -15,17 +15,17 @@ import { refuse, takeOutcomes } from "./apply";
 import { type ChangeRequest, openChange, type Part, type Tell, type Turn, type Wish } from "./flow";
 import { changed, followSave, followWrite, plannedPart, preview, send, startJob } from "./send";
 
-/** Every servo of a plan for itself: one that is refused says why. */
+/** Plan each servo separately: a refused one carries the reason. */
 function each(uids: readonly string[], look: (uid: string) => Promise<Part>): Promise<Part[]> {
   return Promise.all(
     uids.map(uid => look(uid).catch((error): Part => ({ uid, changes: [], problem: problemOf(error) }))),
   );
 }
 
-/** Refusals that every other servo would meet as well. */
+/** Refusals that apply to all other servos, too. */
 const OF_ALL = new Set(["stopped", "lease_held", "bus_disconnected", "no_link", "unauthorized"]);
 
-/** A job for each, one after the other. The others go on when one fails; none is started after a stop. */
+/** A job per servo, in sequence. A failure does not stop the others; none is started after a stop. */
 async function inTurn(
   uids: readonly string[],
   start: (uid: string) => Promise<string>,
@@ -56,7 +56,7 @@ async function inTurn(
 const rowsOf = (changes: readonly Change[]) =>
   changes.map(one => ({ key: one.key, now: one.before, next: one.requested }));
 
-/** Restarts, in this order. */
+/** Restart in this order. */
 export function restartChange(uids: readonly string[]): ChangeRequest {
   return {
     kind: "restart",
@@ -81,10 +81,10 @@ export function restartChange(uids: readonly string[]): ChangeRequest {
 
 export interface ResetFacts {
   keep: Signal<boolean>;
-  /** The name, to be typed. */
+  /** The name to type. */
   name: string;
   typed: Signal<string>;
-  /** What is kept, as it was first told. */
+  /** Values that are kept, as first planned. */
   kept: Signal<ResetPreview["kept"] | null>;
 }
 
@@ -112,7 +112,7 @@ export function resetChange(uid: string, name: string): ChangeRequest & { facts:
   };
 }
 
-/** Rows of a snapshot are written back; null for all of them. */
+/** Restore rows of a snapshot; null for all. */
 export function snapshotChange(
   uid: string,
   id: number,
@@ -143,7 +143,7 @@ export function snapshotChange(
 
 const leftOutOf = (one: LeftOut) => ({ key: one.key, why: noteText(one.why, one.why_code, one.why_params) });
 
-/** What another tool changed in ROM is written back, or accepted. */
+/** Restore rows that another tool changed in ROM, or accept the new values. */
 function driftChange(uid: string): ChangeRequest {
   const path = { uid };
   return {
@@ -161,7 +161,7 @@ function driftChange(uid: string): ChangeRequest {
         ...wish,
         dry_run: true,
       };
-      // What cannot be written back can still be accepted.
+      // Values that cannot be restored can still be accepted.
       const [part] = await each([uid], async () =>
         plannedPart(uid, await send("PATCH", "/servos/{uid}/parameters", { path, body }), wish.save),
       );
@@ -194,7 +194,7 @@ interface Applied extends SavePreview {
 export interface ProfileFacts {
   name: string;
   chosen: Signal<ReadonlySet<string>>;
-  /** The others go on when one fails. */
+  /** The others continue if one fails. */
   goOn: Signal<boolean>;
 }
 
@@ -246,7 +246,7 @@ export function profileChange(
 
 const appliedBy = (job: Job) => (job.result as { servos?: Applied[] } | null)?.servos ?? [];
 
-/** What a job of kind "profile" made of one servo. */
+/** Result of one servo in a job of kind "profile". */
 function turnOf(one: Applied | undefined, save: boolean, end: Job): Partial<Turn> {
   const why = one?.problem ? failureText(one.problem) : end.state === "succeeded" ? null : endText(end);
   if (one === undefined || one.outcome === "not_tried") return { state: "left_out", why };
@@ -267,7 +267,7 @@ function turnOf(one: Applied | undefined, save: boolean, end: Job): Partial<Turn
 
 type Staged = ReadonlyMap<string, ReadonlyMap<string, WantedValue>>;
 
-/** What is staged and may be sent, by servo; servos with nothing are left out. */
+/** Staged values that may be sent, by servo; servos without any are omitted. */
 export function stagedOn(uids: readonly string[]): Map<string, Map<string, WantedValue>> {
   const found = new Map<string, Map<string, WantedValue>>();
   for (const uid of uids) {
@@ -278,7 +278,7 @@ export function stagedOn(uids: readonly string[]): Map<string, Map<string, Wante
   return found;
 }
 
-/** Asks what would become of it, or does it. Each servo is changed all or nothing. */
+/** Plan or run it. Each servo is all or nothing. */
 export async function writeMatrix(
   values: Staged,
   wish: Wish & { dry_run: boolean },
@@ -293,7 +293,7 @@ export async function writeMatrix(
   return answer.servos;
 }
 
-/** Tells a servo's rows what became of them. */
+/** Set the outcomes of a servo's rows. */
 function tellRows(one: BatchOutcome, values: Staged): void {
   const sheet = sheetOf(one.uid);
   if (one.revision) sheet.takeWritten(one.revision, one.changes);
@@ -305,7 +305,7 @@ function tellRows(one: BatchOutcome, values: Staged): void {
   }
 }
 
-/** What is staged on these servos now, in one request. */
+/** Staged values of these servos, in one request. */
 export function batchChange(uids: readonly string[]): ChangeRequest {
   const values = stagedOn(uids);
   return {
@@ -330,7 +330,7 @@ export function batchChange(uids: readonly string[]): ChangeRequest {
   };
 }
 
-/** What RAM of these servos holds goes into ROM. */
+/** Save the RAM of these servos to ROM. */
 export function batchSaveChange(uids: readonly string[]): ChangeRequest {
   const online = uids.filter(uid => peekServo(uid)?.online === true);
   return {

@@ -1,4 +1,4 @@
-/** The button that restores outputs which Stop, motion or a page switched off: its dialog opens after a dry run. */
+/** Button that restores outputs switched off by Stop, motion or a page; its dialog opens after a dry run. */
 import { useSignal } from "@preact/signals";
 import { motion } from "../bench/motion";
 import { Button } from "../kit/button";
@@ -8,9 +8,9 @@ import { text } from "../text";
 import { planRestore } from "./restoring";
 
 interface Props {
-  /** Null for every servo that can be restored. */
+  /** Null for all servos that can be restored. */
   uids: readonly string[] | null;
-  /** Told why it cannot be, in words; null when it is tried again. */
+  /** Called with the reason of a refusal, in words; null on a new attempt. */
   onRefused: (why: string | null) => void;
   testid: string;
 }
@@ -37,7 +37,7 @@ export function RestoreButton({ uids, onRefused, testid }: Props) {
   );
 }
 
-/** Why the dry run was refused, where the button stands in a line of its own. */
+/** The reason of a refused dry run, where the button has its own line. */
 export function RestoreRefused({ why }: { why: string | null }) {
   if (why === null) return null;
   return <Note testid="restore-refused">{why}</Note>;

@@ -1,4 +1,4 @@
-/** Restoring outputs that Stop, motion control or a page switched off: the dry run, then the job that does it. */
+/** Restores outputs that Stop, a lease or a page switched off: dry run, then a job. */
 
 import { computed, type Signal, signal } from "@preact/signals";
 import { Problem } from "../api/client";
@@ -15,7 +15,7 @@ import { text } from "../text";
 import { beginChange, type ChangeRequest, type Tell } from "./flow";
 import { followTogether, preview, startJob } from "./send";
 
-/** Servos whose output the session took and can give back. */
+/** Servos whose output was switched off by a session and can be restored. */
 export const restorable = computed(() => all.value.filter(canRestore));
 
 export function canRestore(one: KnownServo): boolean {
@@ -24,7 +24,7 @@ export function canRestore(one: KnownServo): boolean {
 
 export type Prospect = OutputRestorePreview["servos"][number];
 
-/** The lease that was taken to keep outputs on. */
+/** The lease taken to keep outputs on. */
 export const keptOn = signal<string | null>(null);
 
 export interface OutputFacts {
@@ -33,7 +33,7 @@ export interface OutputFacts {
   stopped: () => boolean;
 }
 
-/** Has the server check everything, and opens the dialog. The answer is why not, in words. `uids`: null for all. */
+/** Check everything and open the dialog. Returns the reason if refused. `uids`: null for all. */
 export function planRestore(uids: readonly string[] | null): Promise<string | null> {
   return beginChange(outputChange(uids));
 }
@@ -68,12 +68,12 @@ export function toProblem(found: NonNullable<Prospect["problem"]>): Problem {
   return new Problem(found.code, found.status, found.detail, found);
 }
 
-/** Those that would be switched on. */
+/** Servos that would be switched on. */
 export function able(plan: OutputRestorePreview): readonly Prospect[] {
   return plan.servos.filter(one => !one.problem);
 }
 
-/** What the job did with one servo. */
+/** Result of one servo in the job. */
 export interface OutputRestored {
   uid: string;
   outcome: "not_tried" | "on" | "failed";
@@ -84,11 +84,11 @@ export function restoredBy(job: Job): readonly OutputRestored[] {
   return (job.result as { servos?: OutputRestored[] } | null)?.servos ?? [];
 }
 
-/** Does what was planned and agreed to. Takes motion control where a servo lets go by itself. */
+/** Run the confirmed plan. Takes motion control if a servo has a command timeout. */
 export async function restore(plan: OutputRestorePreview, tell: Tell): Promise<void> {
   const uids = able(plan).map(one => one.uid);
   const here = route.peek().uid;
-  // Its page shows it under command, not another of them.
+  // Its page shows it under command, and only its page.
   if (here && uids.includes(here)) uids.unshift(...uids.splice(uids.indexOf(here), 1));
   const confirm = able(plan).some(one => one.under_load) ? (["load"] as const) : [];
   const run = async (lease: string | null) => {
@@ -107,7 +107,7 @@ export async function restore(plan: OutputRestorePreview, tell: Tell): Promise<v
     return;
   }
   if (!stopSeen()) throw new Problem("stop_hidden", 0, text.motion.stopHidden);
-  // A brake stays on where nothing came on: no torque off is written to it.
+  // A brake stays on if nothing was switched on: torque off is not written to it.
   await takeControl(first, [], null, async lease => {
     keptOn.value = lease;
     return await run(lease);

@@ -1,4 +1,4 @@
-/** What unfolds under a row: what it does in our words, its section, register, raw value, range and step. */
+/** Help under a row: description, section, register, raw value, range and step. */
 import type { Row } from "../api/types";
 import { catalog } from "../bench/catalog";
 import { now } from "../bench/clock";

@@ -1,4 +1,4 @@
-/** What stands under a row in trouble: what is wrong, the remedy, and the nearest way out. */
+/** Message under a row: what is wrong, the remedy, and a button for it. */
 import type { Row } from "../api/types";
 import type { Draft } from "../bench/draft";
 import { full } from "../bench/format";

@@ -1,4 +1,4 @@
-/** What a row of a servo is at now: what it holds, what is staged for it, and the state of both. */
+/** Current state of a servo's row: value, draft, and the state of both. */
 import type { Row } from "../api/types";
 import { now } from "../bench/clock";
 import { servo } from "../bench/fleet";

@@ -1,4 +1,4 @@
-/** One parameter row: marker, name and state, box, range, RAM, ROM, default, and the message under it. */
+/** A parameter row: marker, name and state, box, range, RAM, ROM, default, and its message. */
 import { useSignal } from "@preact/signals";
 import type { Row } from "../api/types";
 import type { Draft } from "../bench/draft";
@@ -23,14 +23,14 @@ import { editing as words } from "./words";
 interface Props {
   sheet: Sheet;
   row: Row;
-  /** Shows another row, by its register's name. */
+  /** Show another row, by the name of its register. */
   onGoTo: (name: string) => void;
   onRetry: () => void;
-  /** Expert rows stay locked until asked for. */
+  /** Expert rows stay locked until unlocked. */
   locked: boolean;
 }
 
-/** Register and raw value, for whoever has a pointer; "?" shows them to everybody. */
+/** Register and raw value as tooltip; "?" shows them, too. */
 function tooltip(row: Row, reading: { raw: number | null } | undefined): string {
   return `${row.name}, ${words.help.raw} ${reading?.raw ?? words.help.unread}. ${aboutRow(row)}`;
 }
@@ -50,7 +50,7 @@ export function ParameterRow({ sheet, row, onGoTo, onRetry, locked }: Props) {
   const commit = () => sheet.drafts.commit(row.key, reading?.value);
   const standard = reading?.default ?? null;
   const wished = draft ? (draft.verdict.ok ? draft.verdict.value : undefined) : reading?.value;
-  /** Stages the default; pressed again, what RAM holds. */
+  /** Stages the default; a second press stages the RAM value. */
   const toDefault = () => {
     const value = wished === standard ? (reading?.value ?? null) : standard;
     if (value === null) return;
@@ -160,14 +160,14 @@ interface DefaultProps {
   value: string;
   label: string;
   able: boolean;
-  /** RAM holds it. */
+  /** RAM has it. */
   held: boolean;
-  /** It is what stands in the box. */
+  /** The box has it. */
   chosen: boolean;
   onChoose: () => void;
 }
 
-/** The default of a row; pressed, it is staged, and taken back when pressed again. Where RAM holds it, a mere value. */
+/** The default of a row: a press stages it, another one undoes that. Plain text if RAM has it. */
 function Default({ row, value, label, able, held, chosen, onChoose }: DefaultProps) {
   if (!able || (held && chosen)) return <Held label={text.rows.default} value={value} extra="p-default" />;
   return (

@@ -1,6 +1,6 @@
 /**
- * Owns the drawing of a row's range: ink bar = RAM, blue ring = staged, open triangle = default, chevron = beyond.
- * It can be dragged with the pointer, which stages a value; the box beside it is the same by keyboard.
+ * Drawing of a row's range: ink bar = RAM, blue ring = staged, open triangle = default, chevron = beyond. A drag stages
+ * a value, like the box does by keyboard.
  */
 import { useRef } from "preact/hooks";
 import { placeOnScale, type Scale, valueOnScale } from "./scale";
@@ -12,10 +12,10 @@ interface Props {
   staged: number | null;
   beyond: "above" | "below" | null;
   label: string;
-  /** Told the value under the pointer while it drags; absent where the range is only looked at. */
+  /** Called with the value under the pointer during a drag; absent if read-only. */
   onDrag?: (value: number) => void;
   onDrop?: () => void;
-  /** The mark of the default was pressed. */
+  /** Called when the default mark is pressed. */
   onStandard?: () => void;
 }
 
@@ -23,7 +23,7 @@ const WIDTH = 112;
 const LINE = 13;
 const PARTS = 10;
 
-/** A finger that only scrolls past must not change a value: it has to begin at the mark. */
+/** A touch that scrolls must not change a value: a drag must start at the mark. */
 const NEAR = 24;
 
 export function Ruler({ scale, held, standard, staged, beyond, label, onDrag, onDrop, onStandard }: Props) {
@@ -38,7 +38,7 @@ export function Ruler({ scale, held, standard, staged, beyond, label, onDrag, on
     const mark = staged ?? held;
     const left = drawing.current?.getBoundingClientRect().left ?? 0;
     if (!onDrag || mark === null || event.button !== 0) return;
-    // A finger has the default in its column: here it could only be meant to scroll.
+    // Touch has the default in its column: a tap here could be a scroll.
     if (event.pointerType === "mouse" && (event.target as Element).closest(".standard")) {
       event.preventDefault();
       onStandard?.();

@@ -1,4 +1,4 @@
-/** The save bar: how many changes on which servo, and buttons that say what they do beside their verb. */
+/** The save bar: number of changes on a servo, and buttons with their consequences. */
 import { up } from "../bench/link";
 import { Button } from "../kit/button";
 import { Glyph } from "../kit/glyph";
@@ -15,7 +15,7 @@ interface Props {
   sideEffect: string;
   busy: "checking" | "applying" | "saving" | null;
   online: boolean;
-  /** A change to it is under way. */
+  /** A change is in progress. */
   changing: boolean;
   problem: string | null;
   onDiscard: () => void;

@@ -1,7 +1,7 @@
-/** The ruled range of a row: from where to where, and the place of a value on it. */
+/** The ruled range of a row: its ends, and the position of a value. */
 import type { AllowedSpan } from "../bench/number";
 
-/** Ranges wider than this many times what is used are drawn as far as they are used. */
+/** Ranges wider than this multiple of the used part are drawn only as far as used. */
 const MUCH = 50;
 const TURN = 180;
 
@@ -11,8 +11,8 @@ export interface Scale {
 }
 
 /**
- * The range to draw: the model's own, unless that is so wide (angles may be millions of degrees) that every value
- * would stand at one end; then a half turn, or as far as the values go.
+ * The range to draw: the model's, unless it is so wide (angles may be millions of degrees) that all values would be at
+ * one end; then half a turn, or as far as the values reach.
  */
 export function scaleOf(span: AllowedSpan, values: readonly (number | null)[]): Scale | null {
   if (span.minimum === null || span.maximum === null || span.maximum <= span.minimum) return null;
@@ -23,15 +23,15 @@ export function scaleOf(span: AllowedSpan, values: readonly (number | null)[]): 
   return { low: Math.max(span.minimum, -reach), high: Math.min(span.maximum, reach) };
 }
 
-/** 0 to 1 along the scale, kept inside. */
+/** 0 to 1 along the scale, clamped. */
 export function placeOnScale(value: number, scale: Scale): number {
   return Math.min(1, Math.max(0, (value - scale.low) / (scale.high - scale.low)));
 }
 
-/** Steps a drag falls on: round ones, about as many as there are pixels. */
+/** Steps of a drag: round values, about one per pixel. */
 const STEPS = 100;
 
-/** The value at a place (0 to 1) of the scale, on a round step. */
+/** The value at a position (0 to 1) of the scale, rounded to a step. */
 export function valueOnScale(place: number, scale: Scale): number {
   const span = scale.high - scale.low;
   const exact = scale.low + Math.min(1, Math.max(0, place)) * span;

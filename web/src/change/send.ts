@@ -1,4 +1,4 @@
-/** Sending a change, once however often it is sent, and following what it starts. */
+/** Sends changes idempotently, and follows the jobs they start. */
 import { type Answer, type AskOptions, ask, type PathOf } from "../api/client";
 import type { SavePreview } from "../api/config-types";
 import type { Change, Job, ProblemBody } from "../api/types";
@@ -8,7 +8,7 @@ import { jobs, setJob, settled } from "../bench/jobs";
 import { sheetOf } from "../bench/parameters";
 import type { Part, RowChange, Tell, Turn } from "./flow";
 
-/** Sends a write or its dry run. A POST that does something is done once, however often it is sent. */
+/** Send a write or its dry run. A POST that acts is executed once, even if sent again. */
 export function send<V extends "POST" | "PATCH", P extends PathOf<V>>(
   verb: V,
   path: P,
@@ -22,7 +22,7 @@ export function send<V extends "POST" | "PATCH", P extends PathOf<V>>(
   return ask(verb, path, { timeout_ms: 30_000, ...options, headers: { ...headers, ...once } });
 }
 
-/** Asks what would become of a POST whose body says that it is a dry run. */
+/** Request the plan of a POST whose body marks a dry run. */
 export async function preview<P extends PathOf<"POST">>(
   path: P,
   options: AskOptions<"POST", P>,
@@ -30,13 +30,13 @@ export async function preview<P extends PathOf<"POST">>(
   return (await send("POST", path, options)) as Exclude<Answer<"POST", P>, Job>;
 }
 
-/** Starts a job; answers its id. */
+/** Start a job; returns its ID. */
 export async function startJob<P extends PathOf<"POST">>(
   path: P,
   options: AskOptions<"POST", P>,
 ): Promise<string> {
   const job = (await send("POST", path, options)) as Job;
-  // What the socket told of it meanwhile is newer than this answer.
+  // State from the socket is newer than this response.
   if (!jobs.peek().has(job.id)) setJob(job);
   return job.id;
 }
@@ -45,7 +45,7 @@ export function changed(changes: readonly Change[]): Change[] {
   return changes.filter(one => one.verdict !== "unchanged");
 }
 
-/** What the server answers to a write of rows, or to its dry run. */
+/** Response to a write of rows, or to its dry run. */
 interface Written extends SavePreview {
   outcome: string;
   changes: readonly Change[];
@@ -54,7 +54,7 @@ interface Written extends SavePreview {
   job?: string | null;
 }
 
-/** One servo of a plan, from what a dry run answered. */
+/** One servo of a plan, from the response to a dry run. */
 export function plannedPart(uid: string, answer: Partial<Written>, save: boolean): Part {
   const changes = changed(answer.changes ?? []);
   return {
@@ -75,7 +75,7 @@ function romOf(answer: Partial<SavePreview>): RowChange[] {
   return (answer.rom_changes ?? []).map(one => ({ key: one.key, now: one.before, next: one.after }));
 }
 
-/** Tells what came of a write to one servo, and follows the save it has started. Answers why that is not saved, or null. */
+/** Report the result of a write to one servo, and follow the save it started. Returns why it was not saved, or null. */
 export async function followWrite(
   uid: string,
   answer: Written,
@@ -98,7 +98,7 @@ export async function followWrite(
   return null;
 }
 
-/** Waits for a save, marks the rows it put into ROM, and tells how it ended. */
+/** Wait for a save, mark its rows, and report its end. */
 export async function followSave(
   uid: string,
   job: string,
@@ -109,7 +109,7 @@ export async function followSave(
   tell(turn, { state: "running", job });
   const rows = new Set([...keys, ...(peekServo(uid)?.unsaved ?? [])]);
   const end = await settled(job);
-  // What ROM holds now.
+  // Current value in ROM.
   await sheetOf(uid).load();
   if (end.state !== "succeeded") {
     tell(turn, { state: "failed", fault: "not_saved", why: endText(end) });
@@ -123,7 +123,7 @@ export async function followSave(
   return null;
 }
 
-/** Follows the job that does it to all. */
+/** Follow the job that handles all servos. */
 export async function followTogether(job: string, tell: Tell): Promise<Job> {
   tell("", { state: "running", job });
   const end = await settled(job);

@@ -1,4 +1,4 @@
-/** Staging a value that was not typed into a row: what it becomes on a servo, and why it may not. */
+/** Staging of values that are not typed into a row: conversion and validity. */
 import type { Row } from "../api/types";
 import type { Draft } from "../bench/draft";
 import { decimalsOf, number } from "../bench/format";
@@ -6,7 +6,7 @@ import { check, checkValue } from "../bench/number";
 import type { Sheet, WantedValue } from "../bench/parameters";
 import { spanOf } from "../bench/row-state";
 
-/** What `value` becomes on this servo: a draft, or the reason why not. */
+/** `value` on this servo: a draft, or the reason against it. */
 export function draftFor(sheet: Sheet, row: Row, value: WantedValue): Draft | { why: string } {
   const has = sheet.keys.peek();
   if (has !== null && !has.includes(row.key)) return { why: "" };
@@ -16,14 +16,14 @@ export function draftFor(sheet: Sheet, row: Row, value: WantedValue): Draft | { 
   return verdict.ok ? { text: number(value, decimalsOf(span.perUnit)), verdict } : { why: verdict.what };
 }
 
-/** The number in what was typed, by the unit of this servo's row; null while it is none. */
+/** Parse typed text with the unit of this servo's row; null if invalid. */
 export function numberFor(sheet: Sheet, row: Row, typed: string): number | null {
   const { unit, perUnit } = spanOf(row, sheet.reading(row.key).peek());
   const verdict = check(typed, { unit, perUnit, minimum: null, maximum: null });
   return verdict.ok ? verdict.value : null;
 }
 
-/** Stages a value; one that RAM holds already takes the draft away. */
+/** Stage a value. A value equal to RAM removes the draft. */
 export function stageValue(sheet: Sheet, key: string, draft: Draft): void {
   sheet.setOutcomes([[key, null]]);
   sheet.drafts.put(key, draft);

@@ -1,4 +1,4 @@
-/** What a step of a job is called and what it found, by code; the server's words where the page has none. */
+/** Name and evidence of a step of a job, by code; the server's words if there are none. */
 import type { Job, JobStep } from "../api/types";
 import { factsOf } from "../bench/facts";
 import { steps as words } from "./words";
@@ -11,7 +11,7 @@ export function stepText(kind: Job["kind"], step: JobStep, bare = false): string
   return bare || servo === undefined ? name : words.of(String(servo), name);
 }
 
-/** What a step found; `over`: without what it said of steps to come. */
+/** Evidence of a step; `over`: without evidence about later steps. */
 export function evidenceText(step: JobStep, over: boolean): string {
   const { evidence, evidence_code: code, evidence_params: params, ahead } = step;
   if (!evidence) return "";

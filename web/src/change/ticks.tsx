@@ -1,4 +1,4 @@
-/** What has to be said before a change: what the server wants to hear, a save that is wished, and that horns can turn freely. */
+/** Confirmations before a change: those the server requires, a requested save, and that horns can turn freely. */
 import type { Signal } from "@preact/signals";
 import type { SafetyWord } from "../api/config-types";
 import { nameOf, servo } from "../bench/fleet";
@@ -15,7 +15,7 @@ interface SafetyProps {
   disabled: boolean;
 }
 
-/** A tick for each word; those that exclude each other are a choice. */
+/** A check box per word; exclusive words are radio buttons. */
 export function SafetyTicks({ asked, agreed, disabled }: SafetyProps) {
   const { ticks, choices } = editing.confirm;
   const choice = asked.filter(word => word in choices);
@@ -56,7 +56,7 @@ export function SafetyTicks({ asked, agreed, disabled }: SafetyProps) {
   );
 }
 
-/** Save, where it is asked: never ticked beforehand, and planned anew. */
+/** Save, if optional: never checked initially, and planned again when changed. */
 export function SaveTick({ flow }: { flow: ChangeFlow }) {
   const { save: label, ram } = changing.kinds[flow.request.kind];
   const { save } = flow;
@@ -97,7 +97,7 @@ export function HornFreeTick({ of, big = false }: { of: HornFree; big?: boolean 
   );
 }
 
-/** What each servo does when it restarts. */
+/** Effect of the restart on each servo. */
 export function AfterRestart({ flow }: { flow: ChangeFlow }) {
   const all = flow.able.value.filter(one => one.restart !== undefined);
   if (all.length === 0 || !flow.current.value) return null;

@@ -1,10 +1,10 @@
-/** Torque off without motion control: it needs no lease and asks nothing. */
+/** Torque off without a lease or a question. */
 import { problemOf } from "../api/client";
 import { problemText } from "../bench/facts";
 import { sheetOf } from "../bench/parameters";
 import { send } from "./send";
 
-/** Null when torque is off, or the servo brakes; or why that is not known. */
+/** Null if torque is off or on brake; otherwise why that is unknown. */
 export async function torqueOff(uid: string, mode: "off" | "brake" = "off"): Promise<string | null> {
   try {
     const body = { mode };

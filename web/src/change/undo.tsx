@@ -1,4 +1,4 @@
-/** What is said after a write to RAM, and taking it back: what stood there before, written again and proved. */
+/** The line after a write to RAM, and undo: the values before, written again and verified. */
 import { useEffect } from "preact/hooks";
 import type { KnownServo } from "../bench/fleet";
 import { clock } from "../bench/format";

@@ -1,17 +1,17 @@
-/** The table of values of rows: what they are, and what they will be. */
+/** Table of the current and new values of rows. */
 import type { Profile } from "../api/config-types";
 import { addressOf, rowLabelOf, valueText } from "../bench/row-text";
 import { DataTable } from "../kit/data-table";
 
 export interface ValueRow {
   key: string;
-  /** A column each; the last is what it will be. */
+  /** One column each; the last is the new value. */
   values: readonly string[];
   note?: string | false | undefined;
 }
 
 interface Props {
-  /** Of the rows, and of each value. */
+  /** Test IDs of rows and values. */
   heads: readonly [rows: string, ...values: string[]];
   rows: readonly ValueRow[];
   testid?: string;
@@ -54,7 +54,7 @@ interface ProfileProps {
   head: { parameter: string; value: string };
 }
 
-/** What a profile sets. */
+/** The values of a profile. */
 export function ProfileValues({ one, head }: ProfileProps) {
   const rows = Object.entries(one.values).map(([key, value]) => ({
     key,

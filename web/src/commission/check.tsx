@@ -214,7 +214,7 @@ const columns = (save: boolean): readonly Column<Entry & { uid: string }>[] => [
       return (
         starting.value && (
           <span class="c-working dim">
-            <Spinner /> {said.asking}
+            <Spinner /> {said.reading}
           </span>
         )
       );

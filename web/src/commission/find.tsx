@@ -167,7 +167,7 @@ function Unfinished({ job }: { job: Job }) {
       testid="unfinished"
       action={
         <Button onClick={() => show(job)} testid="look-unfinished">
-          {said.look}
+          {said.show}
         </Button>
       }
     >

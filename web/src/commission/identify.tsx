@@ -99,7 +99,7 @@ export function IdentifyStep() {
       <Actions>
         <Button onClick={() => changeDraft({ step: "find" })}>{words.back}</Button>
         <span class="second grow">
-          {said.tally(tally.given, tally.skipped)} {said.kept}
+          {said.tally(tally.given, tally.skipped)} {said.stored}
         </span>
         <Button
           look="primary"
@@ -107,7 +107,7 @@ export function IdentifyStep() {
           disabled={tally.open > 0 || tally.given === 0}
           onClick={() => changeDraft({ step: "profile" })}
         >
-          {tally.open === 0 && tally.given === 0 ? said.nobody : said.go(tally.open)}
+          {tally.open === 0 && tally.given === 0 ? said.noneIdentified : said.go(tally.open)}
         </Button>
       </Actions>
     </>

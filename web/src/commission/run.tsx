@@ -221,7 +221,7 @@ function UnitRow({ unit, over }: { unit: Unit; over: boolean }) {
   const glyph = place === "lost" ? "failure" : place === "ram" ? null : GLYPH[verdict];
   const line =
     place !== null && sheet
-      ? `${done.held[place]}, ${done.values(Object.keys(sheet.values).length)}`
+      ? `${done.place[place]}, ${done.values(Object.keys(sheet.values).length)}`
       : verdict === "running" && step
         ? (said.now[step.code] ?? step.text)
         : "";

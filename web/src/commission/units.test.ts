@@ -119,9 +119,9 @@ describe("several jobs together", () => {
 
 describe("where the values of a servo that is done are", () => {
   const values = { torque_mode: "off", servo_id: 9, angle_limit_cw: 40 };
-  const unit = (held_in: string) => {
+  const unit = (verified_in: string) => {
     const [one] = unitsOf(
-      job("succeeded", [step("write 1", A, "done")], [{ ...sheet(A, "done"), values, held_in }]),
+      job("succeeded", [step("write 1", A, "done")], [{ ...sheet(A, "done"), values, verified_in }]),
     );
     if (!one) throw new Error("no unit");
     return one;

@@ -14,7 +14,7 @@ export interface UnitSheet {
   node_id: number | null;
   profile: string | null;
   values: Record<string, unknown>;
-  held_in: string;
+  verified_in: string;
   verdict: string;
   problem: Pick<ProblemBody, "code" | "summary"> | null;
 }
@@ -76,7 +76,7 @@ export function valuesPlaceOf(
 ): ValuesPlace {
   const { sheet } = unit;
   if (!sheet) return unit.steps.some(step => step.code === "save" && step.state === "done") ? "rom" : "ram";
-  if (sheet.held_in === "rom") return "rom";
+  if (sheet.verified_in === "rom") return "rom";
   // Torque is switched by whoever moves the servo: no value of this job.
   const values = Object.entries(sheet.values).filter(([key]) => key !== "torque_mode");
   if (values.length > 0 && values.every(([key, value]) => reading(key)?.rom === value)) return "rom";

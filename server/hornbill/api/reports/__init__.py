@@ -1,1 +1,1 @@
-"""Reports of jobs as CSV, JSON, JUnit XML and a page to print."""
+"""Job reports as CSV, JSON, JUnit XML and printable HTML."""

@@ -14,7 +14,7 @@ FACTS = (
     "serial", "model", "firmware", "hardware_version", "production_date", "uid", "label", "servo_id", "node_id",
     "profile", "profile_revision", "by",
 )  # fmt: skip
-"""Columns of the CSV before those of the values, by the names of the record."""
+"""CSV columns before those of the values, by name in the record."""
 
 
 def as_csv(report: Report, catalog: Catalog) -> str:
@@ -24,14 +24,14 @@ def as_csv(report: Report, catalog: Catalog) -> str:
 
 def _table(report: Report, catalog: Catalog) -> Iterator[list[object]]:
     rows = [row for row in catalog.parameters.values() if row.rom and row.key != "servo_id"]
-    names = [*("job", "kind", "when"), *FACTS, *("verdict", "problem", "duration_s", "held_in", "steps")]
+    names = [*("job", "kind", "when"), *FACTS, *("verdict", "problem", "duration_s", "verified_in", "steps")]
     yield [*names, *(_column(row) for row in rows)]
     for target in report.targets:
         record = target.record
         head = report.job_id, report.kind, when(record.ended_at or report.ended_at or report.created_at)
         facts = [getattr(record, name) for name in FACTS]
         steps = "; ".join(f"{step.text}: {step.state}" for step in target.steps)
-        tail = record.verdict, record.problem_text, _seconds(record.duration_s), record.held_in, steps
+        tail = record.verdict, record.problem_text, _seconds(record.duration_s), record.verified_in, steps
         yield [*head, *facts, *tail, *(record.values.get(row.key) for row in rows)]
 
 
@@ -52,9 +52,7 @@ def as_json(report: Report) -> str:
 
 
 def _column(row: Parameter) -> str:
-    """The column of a value. Servo ID and node ID are among the facts: the node ID the servo is on, whereas that of
-    0x46 is the fixed one, or 0.
-    """
+    """Column name of a value. `node_id` among the facts is the current node ID, so 0x46 is named `fixed_node_id`."""
     key = "fixed_node_id" if row.key == "node_id" else row.key
     units = " or ".join(filter(None, (row.unit, row.unit_when.unit if row.unit_when else "")))
     return f"{key} [{units}]" if units else key
@@ -73,7 +71,7 @@ def _target(target: ReportTarget) -> dict[str, object]:
         "started_at": when(record.started_at) or None,
         "ended_at": when(record.ended_at) or None,
         "duration_s": _seconds(record.duration_s),
-        "held_in": record.held_in or None,
+        "verified_in": record.verified_in or None,
         "values": {key: {"value": value, "unit": record.units.get(key, "")} for key, value in record.values.items()},
         "steps": [_step(step) for step in target.steps],
     }

@@ -1,4 +1,4 @@
-"""The printable form of a report: one HTML page without scripts or links."""
+"""Printable form of a report: one HTML page without scripts or links."""
 
 from functools import cache
 from typing import TYPE_CHECKING
@@ -17,7 +17,7 @@ _SIGNS = {"done": "✓", "failed": "✕", "waiting": "…", "not_tried": "–", 
 
 
 def as_html(report: Report, catalog: Catalog) -> str:
-    """The report as a page to print: a table of all servos, then each on a page of its own."""
+    """Printable report: a table of all servos, then one page per servo."""
 
     def label(key: str) -> str:
         row = catalog.parameters.get(key)

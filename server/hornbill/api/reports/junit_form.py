@@ -18,8 +18,8 @@ _NO_XML = re.compile(r"[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
 
 
 def as_junit(report: Report) -> str:
-    """One test suite per servo, one test case per step; times in seconds. Steps that were not reached are skipped. A
-    servo that failed without a failed step has a case of its own.
+    """One test suite per servo, one test case per step; times in seconds. Steps not reached are skipped. A servo that
+    failed without a failed step has an additional test case.
     """
     root = ET.Element("testsuites", name=_xml(report.title))
     for target in report.targets:
@@ -39,7 +39,7 @@ def _servo_suite(root: ET.Element, report: Report, target: ReportTarget) -> None
     record = target.record
     suite = _suite(root, record.label or record.serial or record.uid, record.started_at or report.created_at)
     properties = ET.SubElement(suite, "properties")
-    for fact in (*FACTS, "verdict", "held_in"):
+    for fact in (*FACTS, "verdict", "verified_in"):
         value = getattr(record, fact)
         if value not in (None, ""):
             ET.SubElement(properties, "property", name=fact, value=_xml(str(value)))
@@ -53,7 +53,7 @@ def _servo_suite(root: ET.Element, report: Report, target: ReportTarget) -> None
 
 
 def _job_suite(root: ET.Element, report: Report) -> None:
-    """The steps that belong to no servo, or the job itself where it has none."""
+    """Steps that belong to no servo, or the job itself if it has no steps."""
     suite = _suite(root, report.title, report.created_at)
     classname = f"hornbill.{report.kind}"
     _steps(suite, classname, report.steps, report.problem)

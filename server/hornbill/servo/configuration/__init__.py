@@ -1,1 +1,1 @@
-"""Configuration that can be trusted: plan, apply, verify, save, prove, undo, for one servo or many."""
+"""Configuration of servos: plan, apply, verify, save and restore."""

@@ -1,4 +1,4 @@
-"""Record of one servo in the result of a job: a report needs neither the servo nor the bus."""
+"""Record of one servo in the result of a job. A report needs neither the servo nor the bus."""
 
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field, fields
@@ -19,10 +19,10 @@ Verdict: TypeAlias = Literal["waiting", "done", "failed", "not_tried"]
 
 @dataclass(slots=True)
 class ServoRecord:
-    """One servo of a job. `values` are engineering values as read back, `units` the unit of each number that has one.
+    """One servo of a job. `values`: engineering values as read back. `units`: unit of each number that has one.
 
-    `held_in`: where they were proved to be: rom (read after a restart), ram, or "" for nothing proved. Instants are
-    seconds since 1970 (UTC). `verdict`: waiting, done, failed or not_tried; `problem` says what failed, as JSON.
+    `verified_in`: rom (read after a restart), ram, or "" if not verified. Instants: seconds since 1970 UTC.
+    `verdict`: waiting, done, failed or not_tried. `problem`: the failure as JSON.
     """
 
     uid: Uid
@@ -40,7 +40,7 @@ class ServoRecord:
     profile_revision: str | None = None
     values: dict[str, Value] = field(default_factory=dict[str, Value])
     units: dict[str, str] = field(default_factory=dict[str, str])
-    held_in: Literal["rom", "ram", ""] = ""
+    verified_in: Literal["rom", "ram", ""] = ""
     verdict: Verdict = "waiting"
     problem: Mapping[str, Any] | None = None
     started_at: float | None = None
@@ -48,51 +48,51 @@ class ServoRecord:
 
     @property
     def duration_s(self) -> float | None:
-        """From its first step to its last, in seconds."""
+        """Time from the first to the last step, s."""
         return None if self.started_at is None or self.ended_at is None else self.ended_at - self.started_at
 
     @property
     def problem_text(self) -> str | None:
-        """What failed, in English."""
+        """The failure, in English."""
         return None if self.problem is None else self.problem["detail"]
 
     def fail(self, problem: HornbillError) -> None:
-        """Write down what failed."""
+        """Record a failure."""
         self.verdict, self.problem = "failed", problem_document(problem)
 
     def use(self, profile: Profile) -> None:
-        """Write down which profile it got."""
+        """Record the applied profile."""
         self.profile = profile.name
         self.profile_revision = f"{when(profile.updated_at)}, tables {profile.schema_revision}"
 
     def identify(self, servo: Servo) -> None:
-        """Write down who the servo is now."""
+        """Record the servo's current identity."""
         self.title, self.label, self.serial = servo.title, servo.label, servo.serial
         self.model = servo.model.name if servo.model else None
         self.firmware, self.hardware_version = servo.firmware_text, servo.hardware_version
         self.production_date = servo.production_date
         self.servo_id, self.node_id = servo.servo_id, servo.node_id
 
-    def prove(self, servo: Servo, found: Mapping[str, Raw], held_in: Literal["rom", "ram"]) -> None:
-        """Write down what was read back, raw by key."""
+    def prove(self, servo: Servo, found: Mapping[str, Raw], verified_in: Literal["rom", "ram"]) -> None:
+        """Record the values read back, raw by key."""
         rows = {key: servo.registers[key].parameter for key in found}
         self.values = {key: scale.to_value(row, found[key], found) for key, row in rows.items()}
         numbers = {key: row for key, row in rows.items() if row.kind == "number"}
         self.units = {key: unit for key, row in numbers.items() if (unit := scale.unit_of(row, found)[0])}
-        self.held_in = held_in
+        self.verified_in = verified_in
 
     def document(self) -> dict[str, object]:
-        """As JSON."""
+        """The record as JSON."""
         return asdict(self)
 
 
 def when(at: float | None) -> str:
-    """An instant for people and programs alike: 2026-05-04T10:00:00Z, "" for none."""
+    """An instant in ISO 8601, such as 2026-05-04T10:00:00Z. Empty for None."""
     return "" if at is None else datetime.fromtimestamp(at, UTC).strftime("%Y-%m-%dT%H:%M:%SZ")
 
 
 def problem_document(error: HornbillError) -> dict[str, object]:
-    """A problem as the results of jobs hold it: code, title, detail, summary, and what facts JSON can hold."""
+    """A problem in the result of a job: code, title, detail, and those facts that JSON can represent."""
     plain: dict[str, object] = {
         key: one for key, one in error.facts.items() if isinstance(one, str | int | float | list | dict)
     }
@@ -100,7 +100,7 @@ def problem_document(error: HornbillError) -> dict[str, object]:
 
 
 def of_result(result: Mapping[str, object] | None) -> dict[Uid, ServoRecord]:
-    """The records in the result of a job, by servo. What was stored in another form is left out."""
+    """The records in the result of a job, by servo. Entries in another format are left out."""
     entries = (result or {}).get("servos")
     listed = cast("list[object]", entries) if isinstance(entries, list) else []
     known = {one.name for one in fields(ServoRecord)}
@@ -114,23 +114,23 @@ def of_result(result: Mapping[str, object] | None) -> dict[Uid, ServoRecord]:
 
 
 def saved(servo: Servo, *, by: str, began: float, ended: float) -> dict[str, object]:
-    """The document of a record for a servo whose ROM has just been read back; instants in seconds since 1970 (UTC)."""
+    """The record of a servo whose ROM has just been read back, as JSON. Instants: seconds since 1970 UTC."""
     made = ServoRecord(servo.uid, by=by, verdict="done", started_at=began, ended_at=ended)
     made.identify(servo)
     made.prove(servo, servo.rom(), "rom")
     return made.document()
 
 
-def remembered(uid: Uid, kept: StoredServo | None) -> ServoRecord:
-    """What the inventory knows of a servo, for jobs that kept no record of it."""
+def of_inventory(uid: Uid, stored: StoredServo | None) -> ServoRecord:
+    """A record from the inventory, for jobs that did not record the servo."""
     record = ServoRecord(uid)
-    if kept is None:
+    if stored is None:
         return record
-    facts = kept.facts
+    facts = stored.facts
     numbers = facts.model_number, facts.serial
     serial = None if None in numbers else f"{numbers[0]}-{numbers[1]:06d}"
-    record.label, record.serial, record.model = kept.label, serial, facts.model
-    record.title = kept.label or serial or f"servo {uid[:8]}"
+    record.label, record.serial, record.model = stored.label, serial, facts.model
+    record.title = stored.label or serial or f"servo {uid[:8]}"
     record.firmware = None if facts.firmware is None else to_text(facts.firmware)
     record.hardware_version, record.production_date = facts.hardware_version, facts.production_date
     record.servo_id, record.node_id = facts.servo_id, facts.node_id

@@ -1,4 +1,4 @@
-"""Options of a save, restart or factory reset, and the plan of a save: what ROM will hold, row by row."""
+"""Options of a save, restart or factory reset, and the plan of a save: the ROM changes row by row."""
 
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -16,13 +16,13 @@ RestartKind: TypeAlias = Literal["save", "restart", "factory_reset"]
 
 @dataclass(frozen=True, slots=True)
 class RestartOptions:
-    """Who wants a save, restart or factory reset, and how.
+    """Options of a save, restart or factory reset.
 
-    `by`: the client that was permitted when the surrounding job was started; no lease is needed then. `confirm`,
-    `torque_on`, `rom_was` and `values` (engineering, by key, written before the save): see `torque_in_rom.decide`.
-    `raws`: the same values, raw, for the plan of a save. `written`: what was just changed and is wanted in ROM; where
-    the servo is not configured so any more nothing is saved. `leaving`: servos whose node IDs do not count as taken,
-    because the same run moves them. `keep_identity`: a reset keeps origin, servo ID and node ID (0x44 to 0x46).
+    `by`: the client authorized when the parent job was started; then no lease is needed. `confirm`, `torque_on`,
+    `rom_was` and `values` (engineering, by key, written before the save): see `torque_in_rom.decide`. `raws`: the same
+    values, raw, for the plan of a save. `written`: changes just made, to be saved; if the servo no longer has these
+    values, nothing is saved. `leaving`: servos whose node IDs do not count as in use, because the same run moves them.
+    `keep_identity`: a reset keeps origin, servo ID and node ID (0x44 to 0x46).
     """
 
     lease_id: str | None = None
@@ -38,13 +38,13 @@ class RestartOptions:
 
 
 def saved_by(servo: Servo, torque: Raw | None, wanted: Mapping[str, Raw] | None = None) -> dict[str, Raw | None]:
-    """What a save writes, raw by key: RAM as last read, with `wanted` written to it, and `torque` as 0x20."""
+    """Values that a save writes, raw by key: RAM as last read, updated by `wanted`, with `torque` as 0x20."""
     rows = {key: servo.raw(key) for key, one in servo.registers.items() if one.parameter.rom}
     return rows | dict(wanted or {}) | ({KEY: torque} if KEY in rows else {})
 
 
 def save_plan(servo: Servo, saved: Mapping[str, Raw | None], named: Mapping[str, Raw]) -> SavePreview:
-    """The plan of a save that writes `saved`; rows of `named` are listed also where ROM is not known."""
+    """The plan of a save that writes `saved`. Rows in `named` are listed even if their ROM value is unknown."""
     stored = servo.rom()
     changes: list[RomChange] = []
     unknown: list[str] = []

@@ -210,6 +210,6 @@ class Restarting:
             "request",
             Evidence("requested", "once" if tries == 1 else f"{tries} times, because it ran on", {"tries": tries}),
         )
-        self._follow.seen(job, departure, Evidence("restarted", "its uptime was reset"))
+        self._follow.seen(job, departure, Evidence("restarted", "uptime restarted from 0"))
         await self._follow.prove(job, servo, departure, list(servo.registers), {})
         return {"node_id": servo.node_id, "node_id_before": departure.node_id}

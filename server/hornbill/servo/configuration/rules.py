@@ -1,4 +1,4 @@
-"""The rules over several rows: what must hold of a servo, and between servos, once a change is written."""
+"""Rules across rows and servos that a change must satisfy."""
 
 from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass
@@ -15,12 +15,12 @@ Raws = Mapping[str, Raw | None]
 TURN_DEG = 360
 
 MULTI_TURN = "multi_turn"
-"""The word that confirms an angle limit beyond half a turn."""
+"""Confirms an angle limit beyond ±180°."""
 
 
 @dataclass(frozen=True, slots=True)
 class Claim:
-    """A number that somebody has: the owner's uid if it has one, its name, and how it has the number ("in ROM")."""
+    """A number in use: unique ID of the owner if known, its title, and where the number is used ("in ROM")."""
 
     number: int
     owner: Uid | None
@@ -29,16 +29,16 @@ class Claim:
 
 
 def to_read(rows: Rows, keys: Collection[str]) -> list[str]:
-    """What else must be read before these rows are judged: the reading that their limits are about."""
+    """Other rows to read before these are checked: the readings that their limits apply to."""
     found = _with_output_off_outside(rows)
     return [row.key for row, limits in found if row.key not in keys and {limits.lower, limits.upper} & {*keys}]
 
 
 def check_readings(rows: Rows, now: Raws, wanted: Mapping[str, Raw], confirm: Collection[str]) -> None:
-    """Raises NeedsConfirmation when a limit is drawn in so far that output would go off here and now.
+    """Raises NeedsConfirmation if a tightened limit would switch the output off immediately.
 
-    The reading may be wrong by its tolerance, so the limit must keep that distance (B92, B93). A limit that
-    is moved outward never asks: it cannot make anything worse.
+    The reading has a tolerance, so the limit must keep that distance from it (B92, B93). Widening a limit needs no
+    confirmation.
     """
     for shown, limits in _with_output_off_outside(rows):
         if limits.confirm in confirm:
@@ -51,17 +51,18 @@ def check_readings(rows: Rows, now: Raws, wanted: Mapping[str, Raw], confirm: Co
 
 
 def _with_output_off_outside(rows: Rows) -> list[tuple[Parameter, Limits]]:
-    """The readings with limits outside which output goes off (sections 4.34, 4.35).
+    """Readings with limits beyond which the output goes off (sections 4.34, 4.35).
 
-    The ranges of two limits share one value, so that no lower limit can be above its upper one.
+    The ranges of two limits share one value, so a lower limit cannot exceed its upper limit.
     """
     return [(row, row.limits) for row in rows.values() if row.limits is not None and row.limits.tolerance is not None]
 
 
 def check_turns(rows: Rows, now: Raws, wanted: Mapping[str, Raw], confirm: Collection[str]) -> None:
-    """Raises NeedsConfirmation when an angle limit is moved outward beyond ±180°.
+    """Raises NeedsConfirmation if an angle limit is widened beyond ±180°.
 
-    Angles beyond are counted and not sensed, and the count is lost at power-off (sections 4.1, 4.31).
+    Beyond ±180° the servo counts turns instead of sensing the angle, and loses the count at power-off (sections 4.1,
+    4.31).
     """
     if MULTI_TURN in confirm:
         return
@@ -87,13 +88,13 @@ def _check_side(row: Parameter, shown: Parameter, limits: Limits, side: int, lim
     if reading is not None and (limit - reading) * side >= margin:
         return
     tolerance = f"±{margin / shown.per_unit:g} {shown.unit}"
-    seen = "is not known" if reading is None else f"is {scale.to_text(shown, reading)} ({tolerance}) now"
+    seen = "is unknown" if reading is None else f"is now {scale.to_text(shown, reading)} ({tolerance})"
     remedy = ""
     if reading is not None:
         bound = "at least" if side > 0 else "at most"
         remedy = f" Enter {bound} {scale.to_text(row, reading + side * margin)}."
     raise NeedsConfirmation(
-        f"{row.label} {scale.to_text(row, limit)} could switch the output off here and now: "
+        f"{row.label} {scale.to_text(row, limit)} could switch the output off immediately: "
         f"{shown.label.lower()} {seen}.{remedy}",
         confirm=limits.confirm, key=row.key, requested=limit / row.per_unit,
         reading=None if reading is None else reading / shown.per_unit, margin=margin / shown.per_unit, unit=shown.unit,
@@ -102,25 +103,25 @@ def _check_side(row: Parameter, shown: Parameter, limits: Limits, side: int, lim
 
 
 def first_free(row: Parameter, taken: Collection[int]) -> int | None:
-    """The lowest number that may be proposed for a row of unique numbers, and that is not taken; None if none is."""
+    """The lowest free number for a row of unique numbers, or None."""
     if row.unique is None:
         return None
     return next((number for number in range(row.unique.lowest, row.unique.highest + 1) if number not in taken), None)
 
 
 def check_id(row: Parameter, requested: Raw, claims: Iterable[Claim]) -> None:
-    """Raises Conflict when `requested` (a servo id or node id, sections 4.37, 4.38) is among the `claims` of others.
+    """Raises Conflict if `requested` (a servo ID or node ID, sections 4.37, 4.38) is among the `claims` of others.
 
-    0, "none yet" and "give me one", belongs to nobody. The remedy is the lowest number that nobody has.
+    0 means unassigned or dynamic and is never in use. The error proposes the lowest free number.
     """
     taken = list(claims)
     claim = next((one for one in taken if one.number == requested), None)
     if requested == 0 or claim is None:
         return
     free = first_free(row, {one.number for one in taken})
-    remedy = "None is free: take one away from a servo that is gone" if free is None else f"{free} is free"
+    remedy = "No number is free. Forget a servo that is no longer used" if free is None else f"{free} is free"
     raise Conflict(
-        f"{row.label} {requested} belongs to {claim.title} ({claim.where}). {remedy}.",
+        f"{row.label} {requested} is in use by {claim.title} ({claim.where}). {remedy}.",
         key=row.key, requested=requested, owner=claim.owner, owner_title=claim.title, free=free,
-        cause="id_taken", where=claim.where,
+        cause="id_in_use", where=claim.where,
     )  # fmt: skip

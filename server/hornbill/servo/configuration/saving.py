@@ -233,14 +233,14 @@ class SaveSteps:
                 job.done("write", Evidence("sent", text, {"tries": tries, "acknowledged": acknowledged}))
                 job.begin("silence")
                 if await self._follow.left(servo, departure):
-                    self._follow.seen(job, departure, Evidence("restarted", "its uptime was reset, automatically"))
+                    self._follow.seen(job, departure, Evidence("restarted", "uptime restarted from 0"))
                     return
                 if stopped is not None:
                     raise stopped
                 if acknowledged:
                     break
             await self._follow.request_restart(servo, departure)
-            text = "its uptime was reset after a restart request; it did not restart automatically"
+            text = "uptime restarted from 0 after a restart request; it did not restart automatically"
             self._follow.seen(job, departure, Evidence("restarted_on_request", text))
         except BaseException as error:
             if servo.boot_count == departure.boot_count:

@@ -1,6 +1,6 @@
-"""Torque in ROM: the 0x20 that a save writes: what was staged, else what ROM holds.
+"""The torque mode (0x20) that a save writes to ROM: the staged value, else the present ROM value.
 
-RAM's 0x20 is session state: every stop and every end of motion control leaves it off.
+The 0x20 in RAM is session state: each stop and each end of motion control leaves it off.
 """
 
 from collections.abc import Collection, Mapping, Sequence
@@ -13,16 +13,16 @@ from hornbill.servo.device.servo import Servo
 from hornbill.units import Raw
 
 OFF_WORD: Final = "torque_off_in_rom"
-"""Confirms that ROM gets torque off, or the brake."""
+"""Confirms that torque off or brake is saved to ROM."""
 
 ON_WORD: Final = "torque_on_in_rom"
-"""Answers what ROM is to hold, where nobody knows what it does."""
+"""Chooses torque on for ROM if the ROM value is unknown."""
 
 _NONE: Final = frozenset(MODES.values())
 
 
 def confirmed(words: Sequence[str], values: Collection[str]) -> tuple[str, ...]:
-    """What is confirmed for these keys: who names torque mode in a profile says itself what ROM is to hold."""
+    """The confirmations for these keys. A profile with torque mode counts as confirmation of its value."""
     return (*words, OFF_WORD) if KEY in values else tuple(words)
 
 
@@ -34,14 +34,14 @@ def decide(
     torque_on: bool = False,
     rom_was: Raw | None = None,
 ) -> Raw | None:
-    """What a save writes to ROM's 0x20; None for a servo of unknown model. Asks nothing of the bus.
+    """The 0x20 that a save writes to ROM, or None for a servo of unknown model. Sends nothing.
 
-    `values` (engineering, by key) are staged before the save, and what is wrong with them is told then. `torque_on`
-    stages ON. `rom_was` is what ROM was to hold when a job was asked for, and counts where it is not known now.
-    OFF_WORD in `confirm` also takes the off, or the brake, that RAM holds.
+    `values` (engineering, by key) are staged before the save, which reports invalid ones. `torque_on` stages ON.
+    `rom_was`: the ROM value when the job was requested, used if it is unknown now. With OFF_WORD in `confirm`, off or
+    brake in RAM is saved.
 
-    Raises NeedsConfirmation where a servo would lose torque that is not known to start without, and where what ROM
-    holds is not known.
+    Raises NeedsConfirmation if the ROM value is unknown, and if the save would turn off torque at start for a servo not
+    known to start without it.
     """
     register = servo.registers.get(KEY)
     if register is None:
@@ -61,17 +61,17 @@ def decide(
     wanted = rom if wanted is None else wanted
     if wanted is None:
         raise NeedsConfirmation(
-            f"What ROM of {servo.title} holds as torque mode (0x20) is not known, so a save cannot keep it. Choose: "
-            "torque at every start, or none until it is turned on.",
+            f"The torque mode (0x20) in ROM of {servo.title} is unknown, so a save cannot preserve it. Choose: "
+            "torque on at each start, or off until it is turned on.",
             confirm=OFF_WORD, choices=[ON_WORD, OFF_WORD], key=KEY, requested=None,
             cause="torque_in_rom_unknown", servo=servo.title,
         )  # fmt: skip
     if wanted in _NONE and rom not in _NONE and OFF_WORD not in confirm:
-        held = "is not known to hold that" if rom is None else "holds on"
+        present = "whose present value is unknown" if rom is None else "which now contains on"
         raise NeedsConfirmation(
-            f"A save would write torque mode {scale.to_text(row, wanted).lower()} to {servo.title}, and ROM {held}: "
-            "from then on it holds nothing after a start until torque is turned on.",
+            f"The save would write torque mode {scale.to_text(row, wanted).lower()} to ROM of {servo.title}, {present}"
+            ". After each start it would have no torque until torque is turned on.",
             confirm=OFF_WORD, choices=[OFF_WORD], key=KEY, requested=scale.to_value(row, wanted),
-            cause="torque_into_rom", servo=servo.title,
+            cause="torque_saved_to_rom", servo=servo.title,
         )  # fmt: skip
     return wanted

@@ -1,1 +1,1 @@
-"""The bus doctor: what is wrong with the bus, from what was heard and counted anyway; it sends nothing."""
+"""Bus doctor: diagnosis from received frames and counters. Sends nothing."""

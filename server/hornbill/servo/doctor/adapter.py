@@ -1,4 +1,4 @@
-"""Findings of the doctor on the adapter: not there, lost, off the bus, set to other bit times than the servos."""
+"""Findings on the adapter: missing, lost, bus-off, or with another bit timing than the servos."""
 
 from collections.abc import Mapping
 from typing import Final, cast
@@ -12,11 +12,11 @@ from hornbill.wire.port import PortState
 
 BITRATE: Final = 1_000_000
 SAMPLE_POINT: Final = 0.875
-"""What the servos are built for (section 2.1)."""
+"""Bit timing of the servos (section 2.1)."""
 
 _NEAR: Final = 0.005
 _FAR: Final = 0.025
-"""Sample points differ in their third digit with an adapter's clock; beyond two points and a half frames get lost."""
+"""Sample points differ in the third digit between adapter clocks. Beyond 2.5 points frames may be lost."""
 
 
 CHECK: Final = "Check the adapter and its cable, then connect again."
@@ -26,43 +26,43 @@ _KINDS: Final[Mapping[str, tuple[FindingCode, str]]] = {
     "interface_down": ("interface_down", "is down"),
     "bit_rate_mismatch": ("bit_rate", "runs at another bit rate"),
 }
-"""A code and a few words for troubles with a known cause."""
+"""Code and title for problems with a known cause."""
 
 _NOTES: Final = {
-    "adapter_silent": "The adapter answers no command",
+    "adapter_silent": "The adapter does not respond to commands",
     "bit_rate_fixed": "The CAN bit rate of the adapter is fixed",
-    "baud_unknown": "The baud rate of the adapter is not known",
-    "adapter_echoes": "The adapter returns what it is sent",
+    "baud_unknown": "The baud rate of the adapter is unknown",
+    "adapter_echoes": "The adapter echoes commands",
     "line_noise": "Noise on the serial line",
-    "latency_timer": "The latency timer of the FTDI chip is long",
+    "latency_timer": "The latency timer of the FTDI chip is high",
 }
-"""Titles of what is unusual about a serial adapter, by the code of the note."""
+"""Titles of notes on serial adapters, by code."""
 
 
 def no_connection(failure: tuple[str, PortError] | None) -> Finding:
-    """No bus is connected; `failure` is the last attempt that failed: its address, and why."""
+    """Finding for no bus. `failure`: address and error of the last failed attempt."""
     if failure is None:
         return Finding(
             "no_bus",
             "failure",
             "No bus is connected",
             "hornbill runs without an adapter.",
-            "Choose an adapter, and connect it.",
+            "Choose an adapter and connect.",
             advice="connect_adapter",
         )
     address, error = failure
-    told = error.facts.get("remedy")
-    remedy = str(told) if told else "Do what it says, then connect again."
+    given = error.facts.get("remedy")
+    remedy = str(given) if given else "Follow the message, then connect again."
     code, what = _KINDS.get(error.facts.get("cause", ""), ("adapter_failed", "cannot be opened"))
     params: dict[str, Param] = {**error.note_params, "address": address}
     return Finding(code, "failure", f"{address} {what}", error.detail, remedy, advice="check_adapter", params=params)
 
 
 def working(record: Record) -> list[Finding]:
-    """Whether the adapter is there."""
+    """Whether the adapter works."""
     port = record.port
     if not record.down:
-        told = f"{port.address}, opened again by itself {count(port.statistics.reopened, 'time')}."
+        evidence = f"{port.address}, reconnects: {port.statistics.reopened}."
         notes = [
             Finding(
                 cast("FindingCode", note.code),
@@ -74,18 +74,18 @@ def working(record: Record) -> list[Finding]:
             )
             for note in port.details.notes
         ]
-        works = "The adapter is open" if port.details.nothing_received else "The adapter works"
+        title = "The adapter is open" if port.details.nothing_received else "The adapter works"
         found = ok(
             "adapter",
-            "A recording is played" if record.recorded else works,
-            told,
+            "A recording is being played" if record.recorded else title,
+            evidence,
             address=port.address,
             reopened=port.statistics.reopened,
         )
         return [found, *notes]
     seconds = 0.0 if record.down_since is None else record.now - record.down_since
-    retry = "" if port.retry_in_s is None else f" Tried again in {port.retry_in_s:.0f} s."
-    evidence = f"For {seconds:.0f} s; opened again by itself {count(port.statistics.reopened, 'time')} before.{retry}"
+    retry = "" if port.retry_in_s is None else f" Next attempt in {port.retry_in_s:.0f} s."
+    evidence = f"For {seconds:.0f} s; earlier reconnects: {port.statistics.reopened}.{retry}"
     trouble = port.trouble
     gone: tuple[FindingCode, str] = (
         ("adapter_lost", "is lost") if record.opened else ("adapter_failed", "cannot be opened")
@@ -98,7 +98,7 @@ def working(record: Record) -> list[Finding]:
             f"{port.address} {what}",
             evidence,
             CHECK if trouble is None else trouble.detail,
-            advice="check_adapter" if trouble is None else "as_adapter_says",
+            advice="check_adapter" if trouble is None else "see_adapter_message",
             params=({} if trouble is None else trouble.note_params)
             | known(
                 address=port.address,
@@ -111,9 +111,9 @@ def working(record: Record) -> list[Finding]:
 
 
 def bus_off(record: Record) -> list[Finding]:
-    """Whether our controller is, or was a moment ago, off the bus (ISO 11898-1: transmit errors above 255).
+    """Whether our controller is or recently was bus-off (ISO 11898-1: transmit errors above 255).
 
-    An adapter that is opened again because of it is closed for a while.
+    An adapter that is reopened after bus-off is closed for a while.
     """
     at, port = record.bus_off_at, record.port
     times = count(port.statistics.bus_offs, "time")
@@ -123,11 +123,11 @@ def bus_off(record: Record) -> list[Finding]:
             Finding(
                 "bus_off",
                 "failure",
-                "hornbill's controller is off the bus",
-                f"{times} since connecting; {count(errors, 'error')} since the last frame came in, "
+                "hornbill's CAN controller is bus-off",
+                f"{times} since connecting; {count(errors, 'error')} since the last received frame "
                 f"{record.silence_s:.0f} s ago.",
                 CHECK_TIMING if port.trouble is None else port.trouble.detail,
-                advice="check_timing_and_wiring" if port.trouble is None else "as_adapter_says",
+                advice="check_timing_and_wiring" if port.trouble is None else "see_adapter_message",
                 params=({} if port.trouble is None else port.trouble.note_params)
                 | {
                     "times": port.statistics.bus_offs,
@@ -141,19 +141,19 @@ def bus_off(record: Record) -> list[Finding]:
             Finding(
                 "bus_off",
                 "warning",
-                "hornbill's controller was off the bus",
+                "hornbill's CAN controller was bus-off",
                 f"{times} since connecting, last {record.now - at:.0f} s ago.",
-                "Look for a short between CAN_H and CAN_L, and for a node at another bit rate.",
+                "Check for a short circuit between CAN_H and CAN_L and for a node with another bit rate.",
                 advice="find_short",
                 params={"times": port.statistics.bus_offs, "ago_s": round(record.now - at)},
             )
         ]
-    text = "Never off the bus" if at is None else "On the bus"
+    text = "Never bus-off" if at is None else "Not bus-off"
     return [ok("bus_off", text, f"{times} since connecting.", times=port.statistics.bus_offs)]
 
 
 def bit_timing(record: Record) -> list[Finding]:
-    """Whether bit rate and sample point are the servos' (section 2.1), as far as the adapter tells."""
+    """Whether bit rate and sample point match the servos (section 2.1), as far as the adapter reports them."""
     port = record.port
     point = port.sample_point
     remedy, command = _timing_remedy(port.address)
@@ -163,8 +163,8 @@ def bit_timing(record: Record) -> list[Finding]:
         return [
             Finding(
                 "bit_rate",
-                "notice" if record.heard_at is not None else "failure",
-                f"The adapter runs at {rate}, and the servos at 1 Mbit/s",
+                "notice" if record.last_frame_at is not None else "failure",
+                f"The adapter is set to {rate}, but the servos use 1 Mbit/s",
                 f"{record.counts.latest.rx_frames} frames received at {rate} in {record.now - record.since:.0f} s.",
                 remedy,
                 advice="set_bit_timing",
@@ -174,15 +174,15 @@ def bit_timing(record: Record) -> list[Finding]:
             )
         ]
     if point is None:
-        return [ok("bit_rate", "Bit rate", f"{rate}. {port.address} does not tell its sample point.", **timing)]
+        return [ok("bit_rate", "Bit rate", f"{rate}. {port.address} does not report its sample point.", **timing)]
     points = {"sample_point_pct": round(100 * point, 1), "wanted_sample_point_pct": 100 * SAMPLE_POINT}
     if abs(point - SAMPLE_POINT) > _NEAR:
         return [
             Finding(
                 "sample_point",
                 "notice" if abs(point - SAMPLE_POINT) <= _FAR else "warning",
-                f"The sample point is {percent(point, 1)}, and the servos' is {percent(SAMPLE_POINT, 1)}",
-                f"Read back from {port.address}. On long cables frames are lost.",
+                f"The sample point is {percent(point, 1)}, but the servos use {percent(SAMPLE_POINT, 1)}",
+                f"Read back from {port.address}. On long cables frames may be lost.",
                 remedy,
                 advice="set_bit_timing",
                 params=known(**timing, **points),
@@ -193,7 +193,7 @@ def bit_timing(record: Record) -> list[Finding]:
 
 
 def _timing_remedy(address: str) -> tuple[str, str | None]:
-    """What to do, and the command in it."""
+    """Remedy, and the command in it if any."""
     interface, _, channel = address.partition(":")
     if interface == "socketcan":
         options = f"type can bitrate {BITRATE} sample-point {SAMPLE_POINT}"

@@ -1,4 +1,4 @@
-"""Looks at one connection in a fixed order, and tells causes without their consequences."""
+"""Diagnosis of one connection, in a fixed order: causes without their consequences."""
 
 from collections.abc import Callable, Mapping, Sequence
 from typing import Final
@@ -9,7 +9,7 @@ from hornbill.node.allocator import Allocator
 from hornbill.node.directory import Directory
 from hornbill.node.participant import Participant
 from hornbill.servo.device.servo import Servo
-from hornbill.servo.doctor import adapter, allocation, answers, identity, programs, traffic
+from hornbill.servo.doctor import adapter, allocation, identity, programs, responses, traffic
 from hornbill.servo.doctor.record import Record
 from hornbill.units import Instant
 from hornbill.wire.port import CanPort
@@ -17,65 +17,65 @@ from hornbill.wire.port import CanPort
 Check = Callable[[Record], list[Finding]]
 
 _LINE: Final[Sequence[Check]] = (traffic.silence, adapter.bus_off, adapter.bit_timing)
-"""What must be well before it makes sense to look at single nodes."""
+"""Checks that must pass before checks of single nodes are meaningful."""
 
 _NODES: Final[Sequence[Check]] = (
     identity.own_node_id, identity.node_ids, identity.servo_ids, identity.new_servos, programs.commanders,
     allocation.allocators, allocation.waiting,
     traffic.dropped, traffic.errors_rising, traffic.load, traffic.serial_line,
-    answers.silent_nodes, answers.lost_answers, answers.slow_answers, answers.offline_servos,
+    responses.silent_nodes, responses.lost_responses, responses.slow_responses, responses.offline_servos,
     traffic.foreign_frames,
 )  # fmt: skip
 
 _RECORDED: Final[Sequence[Check]] = (identity.node_ids, identity.servo_ids, traffic.foreign_frames)
-"""What can be said of a recording: nobody there can be asked, and it may end, or hold what we said."""
+"""Checks that apply to a replay, which cannot be queried, may end, and contains frames of the original server."""
 
-_DEAF: Final = frozenset(("only_errors", "unacknowledged", "no_traffic", "nothing_received"))
+_NO_RECEPTION: Final = frozenset(("only_errors", "unacknowledged", "no_traffic", "nothing_received"))
 
 _EXPLAINS: Final[Mapping[str, frozenset[str]]] = {
-    "duplicate_node_id": frozenset(("errors_rising", "answers_lost", "answers_slow", "servo_offline")),
-    "frames_dropped": frozenset(("answers_lost",)),
-    "serial_line_full": frozenset(("answers_slow", "answers_lost")),
-    "errors_rising": frozenset(("answers_lost", "answers_slow")),
-    "load_over_budget": frozenset(("answers_slow", "answers_lost")),
-    "answers_slow": frozenset(("answers_lost",)),
-    "bus_off": frozenset(("adapter_lost", "errors_rising", "answers_lost", "servo_offline")),
+    "duplicate_node_id": frozenset(("errors_rising", "responses_lost", "responses_slow", "servo_offline")),
+    "frames_dropped": frozenset(("responses_lost",)),
+    "serial_line_full": frozenset(("responses_slow", "responses_lost")),
+    "errors_rising": frozenset(("responses_lost", "responses_slow")),
+    "load_over_budget": frozenset(("responses_slow", "responses_lost")),
+    "responses_slow": frozenset(("responses_lost",)),
+    "bus_off": frozenset(("adapter_lost", "errors_rising", "responses_lost", "servo_offline")),
 }
-"""What a cause brings with it: told beside it, it would lead people astray."""
+"""Consequences of each cause, omitted because they would mislead users."""
 
 _RANK: Final = {"failure": 0, "warning": 1, "notice": 2, "ok": 3}
 
 
 class Doctor:
-    """Remembers what passes by (`follow`, `tick`), and says what is wrong when asked. It never sends anything."""
+    """Collects facts (`follow`, `tick`) and reports findings. Never sends anything."""
 
     def __init__(self, clock: Callable[[], Instant], servos: Callable[[], Sequence[Servo]]) -> None:
-        """`servos` are those of the fleet."""
+        """`servos` returns the servos of the fleet."""
         self._clock = clock
         self._servos = servos
         self._record: Record | None = None
         self._failure: tuple[str, PortError] | None = None
 
     def could_not_open(self, address: str, error: PortError) -> None:
-        """An adapter was to be opened and did not."""
+        """Record that an adapter could not be opened."""
         self._failure = address, error
 
     def follow(self, port: CanPort, participant: Participant, allocator: Allocator, directory: Directory) -> None:
-        """A bus was connected: remember what happens on it."""
+        """Collect facts on a connected bus."""
         self._failure = None
         self._record = Record(port, participant, allocator, directory, self._servos, self._clock())
 
     def leave(self) -> None:
-        """The bus was disconnected; what failed before was not the last thing anybody wanted."""
+        """Forget the connection and an earlier failure."""
         self._record = self._failure = None
 
     def tick(self, now: Instant) -> None:
-        """Look at the counters; call it several times a second."""
+        """Sample the counters. Call it several times a second."""
         if self._record is not None:
             self._record.tick(now)
 
     def findings(self, *, everything: bool = False) -> list[Finding]:
-        """What is wrong, the worst first, causes without consequences; with `everything` also what is well."""
+        """Findings, most severe first, without consequences. `everything`: also checks without finding."""
         found = self._examine()
         hidden: set[str] = set()
         for one in found:
@@ -97,14 +97,14 @@ class Doctor:
             return found + [one for check in _RECORDED for one in check(record)]
         for check in _LINE:
             found += check(record)
-        if not any(one.code in _DEAF and one.severity == "failure" for one in found) and not _is_off(found):
+        if not any(one.code in _NO_RECEPTION and one.severity == "failure" for one in found) and not _is_off(found):
             for check in _NODES:
                 found += check(record)
         return found
 
 
 def _why_off(record: Record) -> list[Finding]:
-    """For an adapter that is closed because its controller was off the bus, and will be opened again."""
+    """Findings for an adapter that is closed after bus-off and will be reopened."""
     errors = traffic.only_errors(record)
     return ([] if errors is None else [errors]) + adapter.bus_off(record) + adapter.bit_timing(record)
 

@@ -1,4 +1,4 @@
-"""One thing the doctor looked at, for people: what it is, how it is known, what helps."""
+"""Shared wording of findings."""
 
 from collections.abc import Iterable
 
@@ -7,7 +7,7 @@ from hornbill.domain.fields import Param, known
 
 
 def ok(code: Check, text: str, evidence: str, **params: Param | None) -> Finding:
-    """Something that was looked at and found well; `params` are the values in its evidence, None if unknown."""
+    """A check without finding. `params`: values in its evidence, None if unknown."""
     return Finding(code, "ok", text, evidence, None, params=known(**params))
 
 
@@ -17,11 +17,11 @@ def count(number: int, one: str) -> str:
 
 
 def percent(share: float, decimals: int = 0) -> str:
-    """A share 0..1 as people write it: "34 %"."""
+    """A share from 0 to 1 as text: "34 %"."""
     return f"{100 * share:.{decimals}f} %"
 
 
 def nodes(node_ids: Iterable[int]) -> str:
-    """Node ids in a sentence: "node 9", "nodes 9 and 12", "nodes 9, 12 and 13"."""
+    """Node IDs in a sentence: "node 9", "nodes 9 and 12", "nodes 9, 12 and 13"."""
     *most, last = [str(each) for each in sorted(node_ids)]
     return f"nodes {', '.join(most)} and {last}" if most else f"node {last}"

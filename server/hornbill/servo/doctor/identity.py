@@ -1,4 +1,4 @@
-"""The doctor's findings on who is who: node ids and servo ids that more than one uses."""
+"""Findings on duplicate node IDs and servo IDs."""
 
 from itertools import combinations
 from typing import Final
@@ -14,26 +14,37 @@ from hornbill.servo.doctor.record import Record
 from hornbill.servo.doctor.watch import GAP_S, NodeWatch
 
 OWN_ID_S: Final = 5.0
-"""How long after its last message a stranger with our node id is still told of."""
+"""Time after its last message that a foreign node with our node ID is still reported."""
 
 NODE_STATUS_PERIOD_S: Final = 1.0
 
 _LASTING_S: Final = 0.5
-"""Two servos that swap their ids have the same one for a moment."""
+"""Two servos that exchange IDs may briefly share one."""
 
 
 def own_node_id(record: Record) -> list[Finding]:
-    """Whether anybody else speaks with our node id, be it to other nodes only."""
+    """Whether another node uses our node ID, even if only in messages to other nodes."""
     own, shared = record.participant.node_id, record.participant.shared_id
     at = shared.last_seen
     if at is None or record.now - at >= OWN_ID_S:
-        text = f"Node id {own} is hornbill's alone"
-        return [ok("own_node_id", text, f"{count(shared.frames, 'frame')} of others.", node=own, frames=shared.frames)]
-    said = f"{count(shared.requests, 'request')} to other nodes" + (", and node ids given" if shared.allocates else "")
-    evidence = f"{count(shared.frames, 'frame')} from node {own} that we did not send: {said}. {_gives(record)}"
+        text = f"Only hornbill uses node ID {own}"
+        return [
+            ok(
+                "own_node_id",
+                text,
+                f"{count(shared.frames, 'frame')} from other nodes.",
+                node=own,
+                frames=shared.frames,
+            )
+        ]
+    requests = f"{count(shared.requests, 'request')} to other nodes"
+    what = requests + (", and node ID allocation" if shared.allocates else "")
+    evidence = (
+        f"{count(shared.frames, 'frame')} from node {own} that hornbill did not send: {what}. {_allocates(record)}"
+    )
     values: dict[str, Param] = {
-        "node": own, "frames": shared.frames, "requests": shared.requests, "gives_ids": shared.allocates,
-        "ours_gives_ids": record.allocator.state not in (AllocatorStatus.STANDBY, AllocatorStatus.OFF),
+        "node": own, "frames": shared.frames, "requests": shared.requests, "allocates": shared.allocates,
+        "ours_allocates": record.allocator.state not in (AllocatorStatus.STANDBY, AllocatorStatus.OFF),
         "other_id": 126 if own != 126 else 127,
     }  # fmt: skip
     restart = f"start hornbill with another node ID, {values['other_id']}."
@@ -42,9 +53,9 @@ def own_node_id(record: Record) -> list[Finding]:
             Finding(
                 "makers_program",
                 "failure",
-                f"{MAKERS_PROGRAM} is on this bus, with hornbill's node id {own}",
-                f"{evidence} It reads registers by name at priority 30, and says no NodeStatus.",
-                f"Close one of the two programs: each takes the servos' answers to the other for its own. Or {restart}",
+                f"{MAKERS_PROGRAM} uses hornbill's node ID {own} on this bus",
+                f"{evidence} It reads registers by name at priority 30 and sends no NodeStatus.",
+                f"Close one of the two programs, because each receives the responses to the other. Or {restart}",
                 node_ids=(own,),
                 advice="close_program",
                 params=values,
@@ -54,7 +65,7 @@ def own_node_id(record: Record) -> list[Finding]:
         Finding(
             "own_node_id",
             "failure",
-            f"Another node uses hornbill's node id {own}",
+            f"Another node uses hornbill's node ID {own}",
             evidence,
             f"Close the other program, or {restart}",
             node_ids=(own,),
@@ -64,26 +75,26 @@ def own_node_id(record: Record) -> list[Finding]:
     ]
 
 
-def _gives(record: Record) -> str:
+def _allocates(record: Record) -> str:
     if record.allocator.state is AllocatorStatus.STANDBY:
-        return "hornbill gives no node ids until a minute after the last of them."
+        return "hornbill allocates no node IDs until one minute after the last of these frames."
     return (
-        "hornbill gives no node ids."
+        "hornbill allocates no node IDs."
         if record.allocator.state is AllocatorStatus.OFF
-        else "hornbill gives node ids too."
+        else "hornbill allocates node IDs too."
     )
 
 
 def node_ids(record: Record) -> list[Finding]:
-    """Whether each node id has one node."""
+    """Whether each node ID is used by one node only."""
     here = record.here()
     found = [_two_nodes(record, node_id) for node_id, node in here.items() if is_doubled(record, node)]
-    told = f"{count(len(here), 'node')} on the bus."
-    return found or [ok("duplicate_node_id", "Every node id is used once", told, nodes=len(here))]
+    evidence = f"{count(len(here), 'node')} on the bus."
+    return found or [ok("duplicate_node_id", "No duplicate node IDs", evidence, nodes=len(here))]
 
 
 def is_doubled(record: Record, node: NodeWatch) -> bool:
-    """Whether two nodes speak with this node id now."""
+    """Whether two nodes use this node ID now."""
     now = record.now
     return node.node_statuses.doubled(now, NODE_STATUS_PERIOD_S) or node.statuses.doubled(now, STATUS_PERIOD_S)
 
@@ -92,9 +103,9 @@ def _two_nodes(record: Record, node_id: int) -> Finding:
     return Finding(
         "duplicate_node_id",
         "failure",
-        f"Two nodes use node id {node_id}",
-        f"The messages of node {node_id} carry two transfer counters in turn.",
-        "Take one of them off the bus, set the other's node id to 0 (parameter 0x46), save it, and put the first back.",
+        f"Two nodes use node ID {node_id}",
+        f"The messages of node {node_id} contain two alternating transfer counters.",
+        "Disconnect one of them, set the node ID of the other to 0 (parameter 0x46), save it, and reconnect the first.",
         node_ids=(node_id,),
         uids=record.uids(node_id),
         advice="renumber_node",
@@ -103,7 +114,7 @@ def _two_nodes(record: Record, node_id: int) -> Finding:
 
 
 def servo_ids(record: Record) -> list[Finding]:
-    """Whether each servo id (parameter 0x45, told in Status) has one servo. 0 is that of new ones, and none."""
+    """Whether each servo ID (parameter 0x45, sent in Status) is used by one servo only. 0 means unassigned."""
     users = _users(record)
     found = [
         _two_servos(record, servo_id, sharing)
@@ -111,37 +122,38 @@ def servo_ids(record: Record) -> list[Finding]:
         if servo_id and (sharing := _sharing(record, each))
     ]
     servos, new = sum(map(len, users.values())), len(users.get(0, ()))
-    told = f"{count(servos, 'servo')}, of which {new} have none yet."
-    return found or [ok("duplicate_servo_id", "Every servo id is used once", told, servos=servos, new=new)]
+    evidence = f"{count(servos, 'servo')}, {new} of them without a servo ID."
+    return found or [ok("duplicate_servo_id", "No duplicate servo IDs", evidence, servos=servos, new=new)]
 
 
 def new_servos(record: Record) -> list[Finding]:
-    """Whether several servos without a servo id would move together when somebody commands 0."""
+    """Whether several servos without a servo ID would move together at a command to 0."""
     new = _users(record).get(0, [])
     sharing = _sharing(record, new)
     if not sharing:
-        alone = f"{count(len(new), 'servo')} without a servo id."
-        return [ok("servos_without_id", "No servos share servo id 0", alone, servos=len(new))]
+        evidence = f"{count(len(new), 'servo')} without a servo ID."
+        return [ok("servos_without_id", "No servos share servo ID 0", evidence, servos=len(new))]
     commanding = sorted(node_id for node_id, one in record.commanding().items() if NEW_ACTUATOR in one.servo_ids)
-    by = f" {nodes(commanding).capitalize()} commands it now." if commanding else " Nobody commands it now."
+    sends = "sends" if len(commanding) == 1 else "send"
+    by = f" {nodes(commanding).capitalize()} {sends} commands to it now." if commanding else " No node commands it now."
     return [
         Finding(
             "servos_without_id",
             "failure" if commanding else "notice",
-            f"{len(sharing)} servos without a servo id move together when anybody commands id 0",
-            f"Status of {nodes(sharing)} all say servo 0.{by} hornbill never sends commands to 0; PX4 and "
+            f"{len(sharing)} servos without a servo ID move together at a command to ID 0",
+            f"Status of {nodes(sharing)} contains servo ID 0.{by} hornbill never commands ID 0, but PX4 and "
             f"{MAKERS_PROGRAM} do.",
-            "Give each servo an id of its own, 1 to 254 (parameter 0x45), and save it.",
+            "Assign a different ID from 1 to 254 to each servo (parameter 0x45), and save it.",
             node_ids=tuple(sharing),
             uids=record.uids(*sharing),
-            advice="give_servo_ids",
+            advice="assign_servo_ids",
             params={"count": len(sharing), "nodes": [*sharing], "commanders": [*commanding]},
         )
     ]
 
 
 def _users(record: Record) -> dict[int, list[int]]:
-    """The nodes that say each servo id in Status now."""
+    """Nodes that currently send each servo ID in Status."""
     users: dict[int, list[int]] = {}
     for node_id, node in record.here().items():
         if node.servo_id is not None and record.now - node.servo_id_at < GAP_S:
@@ -150,7 +162,7 @@ def _users(record: Record) -> dict[int, list[int]]:
 
 
 def _sharing(record: Record, node_ids: list[int]) -> list[int]:
-    """Those of the nodes that have the same servo id at the same time, and not one after the other."""
+    """Nodes that have the same servo ID at the same time, not one after the other."""
     sharing: set[int] = set()
     for one, other in combinations(node_ids, 2):
         first, second = record.nodes[one], record.nodes[other]
@@ -166,9 +178,9 @@ def _two_servos(record: Record, servo_id: int, node_ids: list[int]) -> Finding:
     return Finding(
         "duplicate_servo_id",
         "failure",
-        f"{number} servos use servo id {servo_id}",
-        f"Status of {nodes(node_ids)} all say servo {servo_id}: {names}. One command moves them all.",
-        "Give all but one another servo id (parameter 0x45), and save it.",
+        f"{number} servos use servo ID {servo_id}",
+        f"Status of {nodes(node_ids)} contains servo ID {servo_id}: {names}. One command moves all of them.",
+        "Assign a different servo ID (parameter 0x45) to all but one, and save it.",
         node_ids=tuple(node_ids),
         uids=record.uids(*node_ids),
         advice="renumber_servos",

@@ -1,4 +1,4 @@
-"""Findings of the doctor on other programs: who else commands servos on this bus."""
+"""Findings on other programs that command servos on this bus."""
 
 from hornbill.domain.bus import Finding
 from hornbill.domain.fields import known
@@ -9,9 +9,9 @@ _SHOWN = 8
 
 
 def commanders(record: Record) -> list[Finding]:
-    """Whether another node commands servos, and which program that is."""
+    """Whether another node commands servos, and its program."""
     found = [_commander(record, node_id, one) for node_id, one in sorted(record.commanding().items())]
-    return found or [ok("other_commands", "Nobody else commands servos", "0 ArrayCommands of others lately.")]
+    return found or [ok("other_commands", "No other node commands servos", "No recent ArrayCommand from other nodes.")]
 
 
 def _commander(record: Record, node_id: int, one: Commander) -> Finding:
@@ -23,10 +23,10 @@ def _commander(record: Record, node_id: int, one: Commander) -> Finding:
         "other_commands",
         "notice",
         f"Node {node_id} commands servos" + (f": {program}" if program else ""),
-        f"{count(one.messages, 'ArrayCommand')} in {took:.0f} s, for servo ids {shown or 'none'}.",
-        "Switch its outputs off before servos are moved or set up from here: the last command counts, whoever sent it.",
+        f"{count(one.messages, 'ArrayCommand')} in {took:.0f} s, to servo IDs {shown or 'none'}.",
+        "Turn its outputs off before you move or configure servos here: the last command counts, from any node.",
         node_ids=(node_id,),
-        advice="silence_commander",
+        advice="turn_off_commander",
         params=known(
             node=node_id, program=program, messages=one.messages, over_s=round(took), servo_ids=[*servo_ids[:_SHOWN]]
         ),

@@ -1,4 +1,4 @@
-"""What the doctor remembers of one connection, kept up to date by hooks and the host's tick."""
+"""Facts that the doctor collects about one connection, updated by hooks and the host's tick."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
@@ -21,10 +21,10 @@ from hornbill.wire.transfer import END, START, Transfer
 BUS_OFF_REMEMBERED_S: Final = 30.0
 
 COMMANDING_S: Final = 5.0
-"""How long after its last ArrayCommand a node is still taken to command servos."""
+"""Time after its last ArrayCommand that a node counts as commanding servos."""
 
 HERE_S: Final = 3.0
-"""A node that has not been heard for so long is gone (three NodeStatus missed, table 2-2)."""
+"""A node not seen for this long is gone (three missing NodeStatus, table 2-2)."""
 
 _WORKING: Final = frozenset((PortState.ACTIVE, PortState.PASSIVE, PortState.BUS_OFF))
 _SESSION: Final = 0x00FF_FF80
@@ -33,7 +33,7 @@ _SESSION: Final = 0x00FF_FF80
 
 @dataclass(slots=True)
 class Grant:
-    """How often a node id was given to a node and nobody was heard on it since."""
+    """Allocations of a node ID to a node since no node was seen on it."""
 
     uid: Uid
     times: int
@@ -42,17 +42,17 @@ class Grant:
 
 @dataclass(slots=True)
 class Commander:
-    """What another node commands by ArrayCommand without a pause of COMMANDING_S: since when, how often, and whom."""
+    """ArrayCommands of another node without a pause of COMMANDING_S: start, number, and servo IDs."""
 
     since: Instant
     messages: int = 0
     last: Instant = 0.0
     servo_ids: dict[int, Instant] = field(default_factory=dict[int, Instant])
-    """When each was last commanded."""
+    """Time of the last command to each servo ID."""
 
 
 class Record:
-    """One connection, from when it was made: counters, silence, nodes, grants. Bounded, and never asks anything."""
+    """One connection: counters, silence, nodes, grants. Bounded in size. Sends nothing."""
 
     def __init__(
         self,
@@ -68,30 +68,30 @@ class Record:
         self.participant = participant
         self.allocator = allocator
         self.since = now
-        self.heard_at: Instant | None = None
-        """When a frame last came in."""
+        self.last_frame_at: Instant | None = None
+        """Time of the last received frame."""
         self.counts = CounterHistory(self._sample(now))
         self.at_last_frame = self.counts.latest
-        """The counters when a frame last came in, or at the start."""
+        """Counters at the last received frame, or at the start."""
         self.bus_offs: int = port.statistics.bus_offs
         self.bus_off_at: Instant | None = None
-        """When the controller was last seen to be off the bus."""
+        """Time of the last bus-off."""
         self.opened = not self.down
-        """Whether the adapter ever worked."""
+        """Whether the adapter has ever worked."""
         self.down_since: Instant | None = None
-        """Since when the adapter cannot be used; None while it can."""
+        """Start of the present failure of the adapter. None while it works."""
         self.nodes: dict[int, NodeWatch] = {}
         self.grants: dict[int, Grant] = {}
         self.commanders: dict[int, Commander] = {}
-        """Other nodes that commanded servos, by node id."""
+        """Other nodes that commanded servos, by node ID."""
         self.allocation_at: Instant | None = None
-        """When anybody last said anything about node ids, ourselves excepted."""
-        self.met: set[Uid] = set()
+        """Time of the last Allocation message from another node."""
+        self.seen: set[Uid] = set()
         """Servos that were online on this connection."""
         self._servos = servos
         self._requests = {GetSetRequest.TYPE.id: True, GetNodeInfoRequest.TYPE.id: False}
         to_us = participant.node_id << 8 | 0x80
-        self._answers = {type_id << 16 | to_us: is_register for type_id, is_register in self._requests.items()}
+        self._responses = {type_id << 16 | to_us: is_register for type_id, is_register in self._requests.items()}
         participant.subscribe(NodeStatus, self._on_node_status)
         participant.subscribe(ActuatorStatus, self._on_status)
         participant.subscribe(AllocationMessage, self._on_allocation)
@@ -102,88 +102,88 @@ class Record:
 
     @property
     def now(self) -> Instant:
-        """The instant of the last look."""
+        """Instant of the last sample."""
         return self.counts.latest.at
 
     @property
     def silence_s(self) -> float:
-        """Seconds since a frame came in, or since the start."""
-        return self.now - (self.since if self.heard_at is None else self.heard_at)
+        """Time since the last received frame, or since the start, s."""
+        return self.now - (self.since if self.last_frame_at is None else self.last_frame_at)
 
     @property
     def since_last_frame(self) -> Sample:
-        """How far the counters went since a frame came in."""
+        """Increase of the counters since the last received frame."""
         return self.counts.latest.since(self.at_last_frame)
 
     @property
     def down(self) -> bool:
-        """Whether the adapter cannot be used now."""
+        """Whether the adapter does not work now."""
         return self.port.state not in _WORKING
 
     @property
     def was_off(self) -> bool:
-        """Whether the controller is, or was a moment ago, off the bus."""
+        """Whether the controller is or recently was bus-off."""
         return self.bus_off_at is not None and self.now - self.bus_off_at < BUS_OFF_REMEMBERED_S
 
     @property
     def passive(self) -> bool:
-        """Whether the controller says that it is passive; a port that has heard nothing is shown as that, too."""
+        """Whether the controller is error-passive. A port that has never received a frame only shows as passive."""
         return self.port.state is PortState.PASSIVE and not self.port.details.nothing_received
 
     @property
     def recorded(self) -> bool:
-        """Whether what is heard was on another bus at another time: a recording is played back."""
+        """Whether this is a replay of a log or a recording."""
         return self.port.address.startswith(REPLAYS)
 
     def tick(self, now: Instant) -> None:
-        """Look at the counters; call it several times a second."""
+        """Sample the counters. Call it several times a second."""
         before, port = self.counts.latest, self.port
         self.counts.take(self._sample(now))
         if self.counts.latest.rx_frames != before.rx_frames:
-            self.heard_at, self.at_last_frame = now, self.counts.latest
+            self.last_frame_at, self.at_last_frame = now, self.counts.latest
         if port.statistics.bus_offs > self.bus_offs or port.state is PortState.BUS_OFF:
             self.bus_offs, self.bus_off_at = port.statistics.bus_offs, now
         if not self.down:
             self.opened, self.down_since = True, None
         elif self.down_since is None:
             self.down_since = now
-        self.met.update(one.uid for one in self._servos() if one.online)
+        self.seen.update(one.uid for one in self._servos() if one.online)
 
     def here(self) -> dict[int, NodeWatch]:
-        """The nodes that were heard lately, by node id."""
+        """Nodes seen recently, by node ID."""
         limit = self.now - HERE_S
-        return {node_id: self.nodes[node_id] for node_id in sorted(self.nodes) if self.nodes[node_id].heard > limit}
+        return {node_id: self.nodes[node_id] for node_id in sorted(self.nodes) if self.nodes[node_id].last_seen > limit}
 
     def commanding(self) -> dict[int, Commander]:
-        """The other nodes that command servos now, by node id."""
+        """Other nodes that command servos now, by node ID."""
         return {node_id: one for node_id, one in self.commanders.items() if self.now - one.last < COMMANDING_S}
 
     def program(self, node_id: int) -> str | None:
-        """The program behind another node, as far as its name and its commands tell."""
+        """Program of another node, derived from its name and its commands. None if unknown."""
         known, commander = self.directory.records.get(node_id), self.commanders.get(node_id)
         found = by_name(None if known is None or known.info is None else known.info.name)
         return found or (None if commander is None else by_commands(node_id, commander.servo_ids))
 
     def servos(self) -> list[Servo]:
-        """The servos that were online on this connection, wherever they are now."""
-        return [one for one in self._servos() if one.uid in self.met]
+        """Servos that were online on this connection, whether online now or not."""
+        return [one for one in self._servos() if one.uid in self.seen]
 
     def servo(self, node_id: int) -> Servo | None:
-        """The servo known to be on a node id."""
+        """The servo known to be on a node ID."""
         return next((one for one in self._servos() if one.node_id == node_id), None)
 
     def name(self, node_id: int) -> str:
-        """What to call a node in a sentence."""
+        """Name of a node in a sentence."""
         servo = self.servo(node_id)
         return f"node {node_id}" if servo is None else f"{servo.title} (node {node_id})"
 
     def title(self, node_id: int) -> str | None:
-        """What to call the servo known to be on a node id."""
+        """Title of the servo known to be on a node ID."""
         servo = self.servo(node_id)
         return None if servo is None else servo.title
 
     def uids(self, *node_ids: int) -> tuple[str, ...]:
-        """The unique ids of the servos known to be on these node ids."""
+        """Unique IDs of the servos known to be on these node IDs."""
         found = (self.servo(each) for each in node_ids)
         return tuple(one.uid for one in found if one is not None)
 
@@ -198,12 +198,12 @@ class Record:
 
     def _on_node_status(self, transfer: Transfer, status: NodeStatus) -> None:
         if transfer.source:
-            self._node(transfer.source).hear_node_status(transfer.transfer_id, status.uptime_sec, transfer.at)
+            self._node(transfer.source).on_node_status(transfer.transfer_id, status.uptime_sec, transfer.at)
             self.grants.pop(transfer.source, None)
 
     def _on_status(self, transfer: Transfer, status: ActuatorStatus) -> None:
         if transfer.source:
-            self._node(transfer.source).hear_status(transfer.transfer_id, status.actuator_id, transfer.at)
+            self._node(transfer.source).on_status(transfer.transfer_id, status.actuator_id, transfer.at)
 
     def _on_allocation(self, transfer: Transfer, _message: AllocationMessage) -> None:
         self.allocation_at = transfer.at
@@ -228,16 +228,16 @@ class Record:
         self._node(node_id).round_trips.append((self.participant.clock(), seconds))
 
     def _on_frames(self, frames: Sequence[Frame], sent: bool) -> None:
-        """Pair requests with answers by the last and the first of their frames."""
+        """Match requests and responses by their first and last frames."""
         if sent:
             for can_id, data, at in frames:
                 is_register = self._requests.get(can_id >> 16 & 0xFF)
                 if is_register is not None and can_id & 0x8080 == 0x8080 and data[-1] & START:
                     node = self._node(can_id >> 8 & 0x7F)
-                    (node.registers if is_register else node.info).ask(data[-1] & 31, at)
+                    (node.registers if is_register else node.info).on_request(data[-1] & 31, at)
             return
-        answers = self._answers
+        responses = self._responses
         for can_id, data, _ in frames:
-            if can_id & _SESSION in answers and data and data[-1] & END:
+            if can_id & _SESSION in responses and data and data[-1] & END:
                 node = self._node(can_id & 0x7F)
-                (node.registers if answers[can_id & _SESSION] else node.info).answer(data[-1] & 31)
+                (node.registers if responses[can_id & _SESSION] else node.info).on_response(data[-1] & 31)

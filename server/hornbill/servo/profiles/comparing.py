@@ -1,4 +1,4 @@
-"""What servos, snapshots, profiles and defaults hold, and where two of them differ."""
+"""Comparison of servos, snapshots, profiles and defaults."""
 
 import math
 import re
@@ -12,7 +12,7 @@ from hornbill.schema.catalog import Catalog
 from hornbill.schema.firmware import from_text
 from hornbill.schema.parameter import Parameter
 from hornbill.schema.scale import Value
-from hornbill.servo.configuration.history import held
+from hornbill.servo.configuration.history import configured_values
 from hornbill.servo.device.fleet import Fleet
 from hornbill.servo.profiles.profiles import Profiles
 from hornbill.store.snapshots import StoredSnapshot
@@ -20,10 +20,10 @@ from hornbill.store.store import Store
 from hornbill.units import Raw, Uid
 
 FORMS = "servo:UID (RAM), rom:UID, snapshot:ID, snapshot-rom:ID, profile:NAME, default:MODEL or default:MODEL@FIRMWARE"
-"""How a side is named."""
+"""Syntax of a side's name."""
 
 HIGHEST_ID = 2**31 - 1
-"""Of a row in the store; a higher number is nobody's."""
+"""Highest ID in the store."""
 
 _UID = re.compile(r"[0-9a-f]{32}")
 _ID = re.compile(r"[0-9]{1,10}")
@@ -32,10 +32,10 @@ _PROFILE = re.compile(r"[^/\\\x00-\x1f]{1,80}")
 
 @dataclass(frozen=True, slots=True)
 class Side:
-    """One side of a comparison, and what a restore takes its values from.
+    """One side of a comparison, or the source of a restore.
 
-    `values`: every row the side has of those ROM keeps (0x20 to 0x46), in engineering units, None where what it
-    holds is not known. `units` has the unit of each number that has one; 0x36 follows 0x37 (section 4.30).
+    `values`: rows of the side that are stored in ROM (0x20 to 0x46), in engineering units, None if unknown. `units`:
+    unit of each number that has one; 0x36 follows 0x37 (section 4.30).
     """
 
     name: str
@@ -45,9 +45,9 @@ class Side:
 
 
 def compare(catalog: Catalog, left: Side, right: Side, *, identity: bool = False) -> Comparison:
-    """Where two sides differ; rows 0x44 to 0x46 only with `identity`, for they differ between any two servos.
+    """Differences of two sides. Includes rows 0x44 to 0x46, which differ between any two servos, only with `identity`.
 
-    A value that is not known equals nothing, not even another that is not known.
+    An unknown value equals nothing, not even another unknown value.
     """
     same, found = 0, list[Difference]()
     for row in catalog.parameters.values():
@@ -64,7 +64,7 @@ def compare(catalog: Catalog, left: Side, right: Side, *, identity: bool = False
 
 
 def side_of(name: str, title: str, rows: Mapping[str, Parameter], raws: Mapping[str, Raw | None]) -> Side:
-    """A side that holds `raws` of `rows`; rows that ROM does not keep are left out."""
+    """A side with the values `raws` of `rows`. Rows not stored in ROM are left out."""
     values: dict[str, Value] = {}
     units: dict[str, str] = {}
     for key, row in rows.items():
@@ -72,7 +72,7 @@ def side_of(name: str, title: str, rows: Mapping[str, Parameter], raws: Mapping[
             continue
         raw, decides = raws.get(key), row.unit_when
         if decides is not None and decides.parameter in rows and raws.get(decides.parameter) is None:
-            raw = None  # a number whose unit is not known is not known
+            raw = None  # without its unit the number is unknown
         values[key] = None if raw is None else scale.to_value(row, raw, raws)
         if row.kind == "number" and (unit := scale.unit_of(row, raws)[0]):
             units[key] = unit
@@ -80,7 +80,7 @@ def side_of(name: str, title: str, rows: Mapping[str, Parameter], raws: Mapping[
 
 
 def snapshot_side(catalog: Catalog, snapshot: StoredSnapshot, source: str = "ram") -> Side:
-    """What a snapshot holds of `ram` or `rom`, in terms of the model and firmware its servo had."""
+    """The `ram` or `rom` values of a snapshot, for the model and firmware its servo had."""
     form = "snapshot" if source == "ram" else "snapshot-rom"
     raws = snapshot.ram if source == "ram" else snapshot.rom
     title = f"snapshot {snapshot.id}" if source == "ram" else f"ROM in snapshot {snapshot.id}"
@@ -88,7 +88,7 @@ def snapshot_side(catalog: Catalog, snapshot: StoredSnapshot, source: str = "ram
 
 
 class Sides:
-    """Finds the side a name stands for. Asks nothing of the bus."""
+    """Resolves names to sides. Sends nothing."""
 
     def __init__(self, catalog: Catalog, fleet: Fleet, store: Store, profiles: Profiles) -> None:
         self._catalog = catalog
@@ -97,10 +97,10 @@ class Sides:
         self._profiles = profiles
 
     async def get(self, name: str) -> Side:
-        """The side of that name, one of FORMS.
+        """The side with a name in one of FORMS.
 
-        Raises InvalidValue for any other form, a model or a firmware that is none; Unknown (unknown_servo,
-        unknown_snapshot, unknown_profile); NoResponse for RAM of a servo that is not there.
+        Raises InvalidValue for another syntax or an unknown model or firmware; Unknown (unknown_servo,
+        unknown_snapshot, unknown_profile); NoResponse for RAM of a servo that is offline.
         """
         form, _, rest = name.partition(":")
         if form in ("servo", "rom") and _UID.fullmatch(rest):
@@ -113,44 +113,44 @@ class Sides:
         if form == "default" and rest:
             return self._default(name, rest)
         raise InvalidValue(
-            f'"{name[:60]}" names nothing that can be compared. Write {FORMS}.',
-            cause="no_such_side",
+            f'"{name[:60]}" cannot be compared. Use {FORMS}.',
+            cause="side_unknown",
             requested=name[:200],
         )
 
     async def snapshot(self, snapshot_id: int) -> StoredSnapshot:
-        """The snapshot of that number, however large it is. Raises Unknown (unknown_snapshot)."""
+        """The snapshot with this ID. Accepts any integer. Raises Unknown (unknown_snapshot)."""
         if not 0 < snapshot_id <= HIGHEST_ID:
             raise Unknown(
                 "unknown_snapshot",
                 f"There is no snapshot {snapshot_id}.",
                 snapshot=snapshot_id,
-                cause="no_such_snapshot",
+                cause="snapshot_not_found",
             )
         return await self._store.run(self._store.snapshots.get, snapshot_id)
 
     def _ram(self, name: str, uid: Uid) -> Side:
         if not self._fleet.knows(uid) and self._store.servos.get(uid) is not None:
             raise NoResponse(
-                f"Servo {uid[:8]} is not on the bus: what its RAM holds is not known. Take rom:{uid}.",
+                f"Servo {uid[:8]} is offline, so its RAM values are unknown. Use rom:{uid} instead.",
                 cause="ram_unknown",
                 servo=f"servo {uid[:8]}",
             )
         servo = self._fleet.get(uid)
         if not servo.online:
             raise NoResponse(
-                f"{servo.title} is offline: what its RAM holds is not known. Take rom:{uid}.",
+                f"{servo.title} is offline, so its RAM values are unknown. Use rom:{uid} instead.",
                 cause="ram_unknown",
                 servo=servo.title,
             )
         rows = {key: one.parameter for key, one in servo.registers.items()}
-        return side_of(name, f"RAM of {servo.title}", rows, held(servo))
+        return side_of(name, f"RAM of {servo.title}", rows, configured_values(servo))
 
     def _rom(self, name: str, uid: Uid) -> Side:
-        kept = None if self._fleet.knows(uid) else self._store.servos.get(uid)
-        if kept is not None:
-            title = f"ROM of {kept.label or f'servo {uid[:8]}'}"
-            return side_of(name, title, _rows(self._catalog, kept.facts.model, kept.facts.firmware, kept.rom), kept.rom)
+        one = None if self._fleet.knows(uid) else self._store.servos.get(uid)
+        if one is not None:
+            title = f"ROM of {one.label or f'servo {uid[:8]}'}"
+            return side_of(name, title, _rows(self._catalog, one.facts.model, one.facts.firmware, one.rom), one.rom)
         servo = self._fleet.get(uid)
         rows = {key: one.parameter for key, one in servo.registers.items()}
         return side_of(name, f"ROM of {servo.title}", rows, servo.rom())
@@ -161,9 +161,9 @@ class Sides:
         if model is None:
             known = ", ".join(self._catalog.models)
             raise InvalidValue(
-                f'There is no model "{model_name[:40]}". Take one of {known}.',
+                f'Unknown model "{model_name[:40]}". Use one of {known}.',
                 requested=rest[:200],
-                cause="no_such_model",
+                cause="model_unknown",
             )
         rows = model.rows(from_text(firmware) if at else None)
         return side_of(name, f"defaults of {rest}", rows, {key: row.default for key, row in rows.items()})
@@ -172,7 +172,7 @@ class Sides:
 def _rows(
     catalog: Catalog, model: str | None, firmware: int | None, raws: Mapping[str, Raw]
 ) -> Mapping[str, Parameter]:
-    """The rows of that model; where none is known by this name, those there are values of."""
+    """The rows of a model. If it is unknown, the rows that have values."""
     known = catalog.models.get(model or "")
     if known is not None:
         return known.rows(firmware)
@@ -180,7 +180,7 @@ def _rows(
 
 
 def _equal(left: Value, right: Value) -> bool:
-    """Whether both are known and alike; the smallest step of any row is 0.1."""
+    """Whether both are known and equal. The smallest step of any row is 0.1."""
     if left is None or right is None or isinstance(left, bool) != isinstance(right, bool):
         return False
     if isinstance(left, str) or isinstance(right, str):

@@ -1,4 +1,4 @@
-"""The files of profiles: readable TOML and JSON, and a verdict on every line of one somebody has edited."""
+"""Profile files: readable TOML and JSON, and a verdict on each line of an imported file."""
 
 import json
 import re
@@ -26,37 +26,37 @@ _TABLES = ("values", "units")
 _LONGEST = {"description": 1000}
 
 MOST_DOTS = 2000
-"""The time the standard library takes for a TOML key grows with the square of its dots: 0.1 s for so many, minutes for
-a file full of them. A description may have 1000, numbers and comments some more."""
+"""Maximum number of dots in a TOML file. The standard library's time for a TOML key grows with the square of its dots:
+0.1 s for this many, minutes for a file full of them. A description may have 1000, numbers and comments some more."""
 
 MOST_ENTRIES = 200
-"""A profile of every row has about 70, units among them."""
+"""Maximum number of entries. A profile of all rows has about 70, including units."""
 
 _MANY_LINES = re.compile(r'("""|\'\'\')(?:.|\n)*?\1')
 _HEADING = re.compile(r"\[([^\]]*)\]\s*(?:#.*)?")
 _KEY = re.compile(r"([A-Za-z0-9_.\-\"' \t]+)=")
 _JSON_TEXT = re.compile(r'"((?:[^"\\]|\\.)*)"(\s*:)?')
-# None of these may try one character in two ways: a file could hold up the loop, and with it Stop, for minutes.
+# Avoid ambiguous repetition here: backtracking on a hostile file could block the event loop, and Stop, for minutes.
 _AT_LINE = re.compile(r"\(at line (\d+)")
 
 
 @dataclass(frozen=True, slots=True)
 class Found:
-    """What a file says; `draft` is None unless every line is ok."""
+    """Result of reading a file. `draft` is None unless every line is ok."""
 
     draft: Draft | None
     lines: list[LineVerdict]
 
 
 def to_toml(profile: Profile, catalog: Catalog) -> str:
-    """The profile as TOML: the same text for the same profile; rows in chapters, each with label and unit."""
+    """The profile as TOML, deterministic, with rows by group and a comment with label and unit."""
     head = {
         "name": profile.name, "description": profile.description, "model": profile.model,
         "firmware": profile.firmware, "schema_revision": profile.schema_revision,
     }  # fmt: skip
     text = [
-        "# A profile of hornbill: values to write into servos of Futaba's BLA15 and BLA21 series.",
-        "# Numbers are in the unit their line names. Rows a servo lacks are left out when it is applied.",
+        "# hornbill profile: values for Futaba servos of the BLA15 and BLA21 series.",
+        "# Numbers are in the unit given in their line. Rows that a servo lacks are skipped.",
         "",
         *(f"{key} = {_toml(value)}" for key, value in head.items() if value is not None),
         "",
@@ -68,7 +68,7 @@ def to_toml(profile: Profile, catalog: Catalog) -> str:
     rows.sort(key=lambda row: (places[row.group], row.address))
     for group, members in groupby(rows, key=lambda row: row.group):
         text += ["", f"# {labels[group]}"]
-        text += [f"{row.key} = {_toml(profile.values[row.key])}  # {_said(row, profile)}" for row in members]
+        text += [f"{row.key} = {_toml(profile.values[row.key])}  # {_comment(row, profile)}" for row in members]
     text += [
         "",
         "[units]",
@@ -78,7 +78,7 @@ def to_toml(profile: Profile, catalog: Catalog) -> str:
 
 
 def to_json(profile: Profile) -> str:
-    """The profile as JSON with one value a line, the same text for the same profile."""
+    """The profile as JSON, deterministic, with one value per line."""
     shown = {
         "name": profile.name, "description": profile.description, "model": profile.model,
         "firmware": profile.firmware, "schema_revision": profile.schema_revision,
@@ -88,20 +88,21 @@ def to_json(profile: Profile) -> str:
 
 
 def read(text: str, form: Form, profiles: Profiles, catalog: Catalog, *, identity: bool = False) -> Found:
-    """A verdict on every line of a file, and when all are ok what it says. Never raises, whatever the text is.
+    """Parse and check a file: a verdict on each line, and a draft if all are ok. Never raises.
 
-    Tables of another revision than ours are told of, not refused: every value is checked against ours. Identity rows
-    (0x44 to 0x46) are refused unless `identity`. The file's `name` is for people; the caller chooses the profile's.
+    Another revision of the tables is noted, not refused: all values are checked against the present tables. Identity
+    rows (0x44 to 0x46) are refused unless `identity`. The file's `name` is informative; the caller sets the profile's
+    name.
     """
     if form == "toml" and text.count(".") > MOST_DOTS:
-        told = f"There are more than {MOST_DOTS} dots in this file. A profile has no such keys; shorten its texts."
-        return Found(None, [_wrong(0, "", None, Note(told, "too_many_dots", {"most": MOST_DOTS}))])
+        detail = f"The file has more than {MOST_DOTS} dots. Shorten its texts and keys."
+        return Found(None, [_wrong(0, "", None, Note(detail, "too_many_dots", {"most": MOST_DOTS}))])
     try:
         document = tomllib.loads(text) if form == "toml" else json.loads(text, object_pairs_hook=_once)
     except (ValueError, RecursionError) as error:
         return Found(None, [_wrong(_line_of(error), "", None, _syntax(error, form))])
     if not isinstance(document, dict):
-        return Found(None, [_wrong(1, "", None, Note("This is no object. A profile begins with {.", "no_object"))])
+        return Found(None, [_wrong(1, "", None, Note("The file is not a JSON object. Begin with {.", "not_an_object"))])
     return _judge(cast("dict[str, Any]", document), _Places(text, form), profiles, catalog, identity=identity)
 
 
@@ -113,58 +114,59 @@ def _judge(
     tables = {key: document.get(key) for key in _TABLES}
     for key, table in tables.items():
         if table is not None and not isinstance(table, dict):
-            told = f"{key} is a table. Write one row a line in it."
-            lines.append(_wrong(places.of("", key), key, None, Note(told, "no_table", {"field": key})))
+            detail = f"{key} must be a table with one row per line."
+            lines.append(_wrong(places.of("", key), key, None, Note(detail, "not_a_table", {"field": key})))
     values, units = (cast("dict[str, Any]", one) if isinstance(one, dict) else {} for one in tables.values())
     entries = len(document) + len(values) + len(units)
     if entries > MOST_ENTRIES:
-        told = f"There are {entries} entries; a profile has at most {MOST_ENTRIES}. Take out what is none of its rows."
-        note = Note(told, "too_many_entries", {"entries": entries, "most": MOST_ENTRIES})
+        detail = f"The file has {entries} entries; at most {MOST_ENTRIES} are allowed. Remove those that are not rows."
+        note = Note(detail, "too_many_entries", {"entries": entries, "most": MOST_ENTRIES})
         return Found(None, [_wrong(0, "", None, note)])
     if not values:
-        note = Note("There is no value. Give at least one.", "no_value")
+        note = Note("The file has no values. Add at least one.", "values_missing")
         lines.append(_wrong(places.of("", "values"), "values", None, note))
     lines += _units(values, units, places)
     stated = {key: unit for key, unit in units.items() if isinstance(unit, str)}
     draft = Draft(values, texts.get("description", ""), texts.get("model"), texts.get("firmware"), stated)
     try:
         checked = profiles.check(draft, identity=identity)
-    except InvalidValue as error:  # of the model or the firmware; the values are judged all the same
+    except InvalidValue as error:  # invalid model or firmware; the values are checked anyway
         key = "firmware" if draft.model is None or draft.model in catalog.models else "model"
-        lines.append(_wrong(places.of("", key), key, texts[key], Note(error.detail, "problem", error.told)))
+        lines.append(_wrong(places.of("", key), key, texts[key], Note(error.detail, "problem", error.note_params)))
         checked = profiles.check(Draft(values, units=stated), identity=identity)
     for one in checked:
         line, error = places.of("values", one.key), one.error
         if error is None:
             lines.append(LineVerdict(line, one.key, one.value, one.verdict, "", None, {}))
         else:
-            lines.append(LineVerdict(line, one.key, one.value, one.verdict, error.detail, "problem", error.told))
+            lines.append(LineVerdict(line, one.key, one.value, one.verdict, error.detail, "problem", error.note_params))
     lines.sort(key=lambda one: one.line)
     return Found(draft if all(one.verdict == "ok" for one in lines) else None, lines)
 
 
 def _field(key: str, value: object, line: int, catalog: Catalog) -> LineVerdict:
-    """The verdict on what stands outside the tables."""
+    """Verdict on a field outside the tables."""
     shown = value if isinstance(value, bool | int | float | str) else None
     field: dict[str, Param] = {"field": key}
     if key not in _TEXTS:
         known = ", ".join((*_TEXTS, *_TABLES))
-        told = f"A profile has {known}. Take this out, or write it under [values]."
-        return LineVerdict(line, key, shown, "unknown", told, "unknown_field", {"known": known})
+        detail = f"Unknown field. Known fields: {known}. Remove it, or move it to [values]."
+        return LineVerdict(line, key, shown, "unknown", detail, "unknown_field", {"known": known})
     if value is None and key in ("model", "firmware"):
         return LineVerdict(line, key, None, "ok", "", None, {})
     if not isinstance(value, str):
-        return _wrong(line, key, shown, Note(f"{key} is a text. Write it in quotation marks.", "no_text", field))
+        return _wrong(line, key, shown, Note(f"{key} must be text in quotation marks.", "not_text", field))
     longest = _LONGEST.get(key, 80)
     if len(value) > longest:
-        told = f"{key} has {len(value)} characters; {longest} are allowed."
+        detail = f"{key} has {len(value)} characters; at most {longest} are allowed."
         params: dict[str, Param] = {**field, "characters": len(value), "most": longest}
-        return _wrong(line, key, value[:80], Note(told, "too_long", params))
+        return _wrong(line, key, value[:80], Note(detail, "too_long", params))
     if not value.isascii() and re.search("[\ud800-\udfff]", value):
-        return _wrong(line, key, None, Note(f"{key} holds half a character. Write it anew.", "half_character", field))
+        detail = f"{key} contains an incomplete character. Enter the text again."
+        return _wrong(line, key, None, Note(detail, "lone_surrogate", field))
     if key == "schema_revision" and value != catalog.revision:
-        told = f"Written with other tables than ours ({catalog.revision}); every value was checked against ours."
-        return LineVerdict(line, key, value, "ok", told, "other_tables", {"revision": catalog.revision})
+        detail = f"Written with other parameter tables. All values were checked against {catalog.revision}."
+        return LineVerdict(line, key, value, "ok", detail, "other_tables", {"revision": catalog.revision})
     return LineVerdict(line, key, value, "ok", "", None, {})
 
 
@@ -173,20 +175,20 @@ def _wrong(line: int, key: str, value: Value, why: Note) -> LineVerdict:
 
 
 def _units(values: Mapping[str, Any], units: Mapping[str, Any], places: "_Places") -> list[LineVerdict]:
-    """What is wrong with the table of units as such; whether each fits its row is told at the row."""
+    """Problems of the units table itself. Mismatches with a row are reported at the row."""
     wrong: list[LineVerdict] = []
     for key, unit in units.items():
         line = places.of("units", key)
         if not isinstance(unit, str):
-            wrong.append(_wrong(line, key, None, Note('A unit is a text, such as "ms".', "unit_no_text")))
+            wrong.append(_wrong(line, key, None, Note('A unit must be text, such as "ms".', "unit_not_text")))
         elif key not in values:
-            told = f"There is a unit for {key[:60]}, but no value. Take it out."
-            wrong.append(_wrong(line, key, unit, Note(told, "unit_without_value", {"key": key[:60]})))
+            detail = f"{key[:60]} has a unit but no value. Remove the unit."
+            wrong.append(_wrong(line, key, unit, Note(detail, "unit_without_value", {"key": key[:60]})))
     return wrong
 
 
 class _Places:
-    """On which line each key stands. Where a file is laid out in a way it does not know, 0."""
+    """Line number of each key. 0 if the layout of the file is not understood."""
 
     def __init__(self, text: str, form: Form) -> None:
         self._text = text
@@ -194,7 +196,7 @@ class _Places:
         self._json = _json_places(text) if form == "json" else {}
 
     def of(self, table: str, key: str) -> int:
-        """The line of `key` in `table` ("" for the top), from 1."""
+        """Line of `key` in `table` ("" for the top level), from 1."""
         if self._toml is not None:
             return self._toml.get((table, key)) or self._toml.get(("", table)) or 0
         start = 0
@@ -208,7 +210,7 @@ class _Places:
 
 
 def _json_places(text: str) -> dict[str, list[int]]:
-    """Where each key stands: texts follow one another, and a colon makes one a key."""
+    """Position of each key: a string followed by a colon."""
     places: dict[str, list[int]] = {}
     for found in _JSON_TEXT.finditer(text):
         if found[2] is not None:
@@ -236,7 +238,7 @@ def _toml_places(text: str) -> dict[tuple[str, str], int]:
     return places
 
 
-def _said(row: Parameter, profile: Profile) -> str:
+def _comment(row: Parameter, profile: Profile) -> str:
     unit = profile.units.get(row.key)
     if row.choices:
         return f"{row.label}: {scale.allowed(row)}"
@@ -246,7 +248,7 @@ def _said(row: Parameter, profile: Profile) -> str:
 def _toml(value: Value) -> str:
     if isinstance(value, bool):
         return "true" if value else "false"
-    if isinstance(value, str):  # JSON's escapes are TOML's, but for delete, which JSON leaves as it is
+    if isinstance(value, str):  # TOML uses the escapes of JSON, but also requires DEL to be escaped
         return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")
     return repr(value)
 
@@ -255,16 +257,16 @@ def _once(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
     found: dict[str, Any] = {}
     for key, value in pairs:
         if key in found:
-            raise ValueError(f"{key[:60]} is there twice. Keep one")
+            raise ValueError(f"duplicate key {key[:60]}")
         found[key] = value
     return found
 
 
 def _syntax(error: Exception, form: Form) -> Note:
     if isinstance(error, RecursionError):
-        return Note("This is nested too deeply for a profile. Write one value a line.", "nested_too_deeply")
+        return Note("The file is nested too deeply. Write one value per line.", "nested_too_deeply")
     name, why = form.upper(), str(error)[:200]
-    return Note(f"This is not {name}: {why}.", "no_syntax", {"format": name, "why": why})
+    return Note(f"The file is not valid {name}: {why}.", "invalid_syntax", {"format": name, "why": why})
 
 
 def _line_of(error: Exception) -> int:

@@ -1,4 +1,4 @@
-"""Named sets of values, checked before they are kept, and what of one a given servo can take."""
+"""Named sets of values, checked before they are stored, and their selection for a servo."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -23,7 +23,7 @@ from hornbill.schema.firmware import from_text, to_text
 from hornbill.schema.parameter import Parameter
 from hornbill.schema.scale import Value
 from hornbill.servo.configuration.changes import not_a_key
-from hornbill.servo.configuration.history import held
+from hornbill.servo.configuration.history import configured_values
 from hornbill.servo.device import permission
 from hornbill.servo.device.identification import read_rows
 from hornbill.servo.device.output import KEY
@@ -44,7 +44,7 @@ Verdict: TypeAlias = Literal[
 
 @dataclass(frozen=True, slots=True)
 class Draft:
-    """What a profile is to hold. `units` may leave out what the document says anyway."""
+    """Contents of a profile to store. `units` is optional where the tables define the unit."""
 
     values: Mapping[str, object]
     description: str = ""
@@ -55,7 +55,7 @@ class Draft:
 
 @dataclass(frozen=True, slots=True)
 class Checked:
-    """One value of a draft after the check: its verdict, and unless ok the error that tells why."""
+    """Verdict on one value of a draft, with the error unless ok."""
 
     key: str
     value: Value
@@ -65,7 +65,7 @@ class Checked:
 
 
 class Profiles:
-    """Profiles by name, 1 to 80 characters. What is kept was legal in its model, or in one at least."""
+    """Profiles by name, 1 to 80 characters. Stored values were valid for their model, or for at least one model."""
 
     def __init__(self, store: Store, catalog: Catalog, audit: Audit) -> None:
         self._store = store
@@ -73,7 +73,7 @@ class Profiles:
         self._audit = audit
 
     def all(self) -> list[Profile]:
-        """Every profile, by name."""
+        """All profiles, sorted by name."""
         return [_profile(one) for one in self._store.profiles.all()]
 
     def get(self, name: str) -> Profile:
@@ -81,7 +81,7 @@ class Profiles:
         return _profile(self._store.profiles.get(name))
 
     def has(self, name: str) -> bool:
-        """Whether there is one of that name."""
+        """Whether a profile with this name exists."""
         try:
             self._store.profiles.get(name)
         except Unknown:
@@ -89,17 +89,17 @@ class Profiles:
         return True
 
     async def put(self, name: str, draft: Draft, *, identity: bool = False, by: str) -> Profile:
-        """Check and keep a profile; one of the same name is replaced. Raises the first problem, keeping nothing.
+        """Check and store a profile, replacing one with the same name. Raises the first problem without storing.
 
-        Problems: Unknown, ForbiddenParameter, ReadOnly, NotInThisModel, OutOfRange, InvalidValue: also for a model
-        that does not exist, a unit other than the row's, and identity rows (0x44 to 0x46) unless `identity`.
+        Problems: Unknown, ForbiddenParameter, ReadOnly, NotInThisModel, OutOfRange, InvalidValue. The last also for an
+        unknown model, a wrong unit, and identity rows (0x44 to 0x46) unless `identity`.
         """
         checked = self.check(draft, identity=identity)
         for one in checked:
             if one.error is not None:
                 raise one.error
         if not checked:
-            raise InvalidValue("A profile without values is none. Give at least one.", cause="no_values")
+            raise InvalidValue("The profile has no values. Add at least one.", cause="values_missing")
         before = _json(self.get(name).values) if self.has(name) else None
         ordered = sorted(checked, key=lambda one: self._catalog.parameters[one.key].address)
         values = {one.key: one.value for one in ordered}
@@ -108,7 +108,7 @@ class Profiles:
             "schema_revision": self._catalog.revision, "values": _json(values),
             "units": {one.key: one.unit for one in ordered if one.unit},
         }  # fmt: skip
-        kept = _profile(await self._store.run(self._store.profiles.put, name, document))
+        stored = _profile(await self._store.run(self._store.profiles.put, name, document))
         how = ("profile_stored", "stored") if before is None else ("profile_replaced", "replaced")
         self._audit.note(
             NewAuditEntry(
@@ -120,10 +120,10 @@ class Profiles:
                 notes=(Note(f'"{name}" {how[1]}, {len(values)} rows', how[0], {"profile": name, "rows": len(values)}),),
             )
         )
-        return kept
+        return stored
 
     async def drop(self, name: str, *, by: str) -> None:
-        """Forget one. Raises Unknown (unknown_profile)."""
+        """Delete a profile. Raises Unknown (unknown_profile)."""
         before = _json(self.get(name).values)
         await self._store.run(self._store.profiles.drop, name)
         note = Note(f'"{name}" deleted', "profile_deleted", {"profile": name})
@@ -138,15 +138,15 @@ class Profiles:
         identity: bool,
         description: str = "",
     ) -> Draft:
-        """What RAM of a servo holds, of `keys` or of all rows but torque mode and, unless asked, identity.
+        """A draft of a servo's RAM values, for `keys` or all rows except torque mode and, unless `identity`, identity.
 
-        They are all read first: another tool may have written them. Raises NotInThisModel, Busy, NoResponse,
+        All rows are read first, because another tool may have written them. Raises NotInThisModel, Busy, NoResponse,
         BusDisconnected.
         """
         if servo.model is None:
             raise NotInThisModel(
-                f"{servo.title} is of series {servo.model_number} (0x50), which hornbill does not know, so no profile "
-                "can be made from it. Take a snapshot.",
+                f"{servo.title} is of the unknown series {servo.model_number} (0x50), so no profile can be created "
+                "from it. Take a snapshot instead.",
                 cause="profile_of_unknown_series",
                 servo=servo.title,
             )
@@ -154,19 +154,19 @@ class Profiles:
         rows = {key: one.parameter for key, one in servo.registers.items()}
         wanted = _wanted(rows, keys, servo.title, identity=identity)
         deciding = [row.unit_when.parameter for key in wanted if (row := rows[key]).unit_when is not None]
-        async with servo.changing:  # half a change, which may yet be undone, is nothing to keep
+        async with servo.changing:  # an unfinished change may still be rolled back
             await read_rows(requests, servo, list(dict.fromkeys((*wanted, *deciding))))
-            values, units = _engineering(rows, held(servo), wanted)
+            values, units = _engineering(rows, configured_values(servo), wanted)
         return Draft(values, description, servo.model.name, servo.firmware_text, units)
 
     def from_snapshot(
         self, snapshot: StoredSnapshot, keys: Sequence[str] | None, *, identity: bool, description: str = ""
     ) -> Draft:
-        """What RAM held when a snapshot was taken, of the same rows as `from_servo`. Raises NotInThisModel."""
+        """A draft of a snapshot's RAM values, for the same rows as `from_servo`. Raises NotInThisModel."""
         model = self._catalog.models.get(snapshot.model or "")
         if model is None:
             raise NotInThisModel(
-                f"Snapshot {snapshot.id} is of no known model, so hornbill cannot tell what it means.",
+                f"Snapshot {snapshot.id} is of an unknown model, so its values cannot be interpreted.",
                 cause="snapshot_of_unknown_model",
                 snapshot=snapshot.id,
             )
@@ -177,7 +177,7 @@ class Profiles:
         return Draft(values, description, model.name, firmware, units)
 
     def check(self, draft: Draft, *, identity: bool = False) -> list[Checked]:
-        """A verdict on every value, in the order given. Raises InvalidValue for a model or firmware that is none."""
+        """Verdict on each value, in the given order. Raises InvalidValue for an unknown model or firmware."""
         candidates = self._candidates(draft)
         units = draft.units or {}
         return [
@@ -185,10 +185,10 @@ class Profiles:
         ]
 
     def values_for(self, profile: Profile, servo: Servo) -> tuple[dict[str, Value], list[LeftOut]]:
-        """What of a profile this servo takes, and the rows it does not have.
+        """The values of a profile for this servo, and the rows that it does not have.
 
-        Raises NotInThisModel for a servo of no known model, OutOfRange for a value its model does not allow,
-        InvalidValue for 0x36 in another unit than its PWM mode gives it: then nothing of it is to be written.
+        Raises NotInThisModel for an unknown model, OutOfRange for a value that its model does not allow, InvalidValue
+        if the unit of 0x36 does not match its PWM mode. Then nothing must be written.
         """
         if servo.model is None:
             raise permission.unknown_series(servo)
@@ -208,7 +208,7 @@ class Profiles:
         return taken, [left_out(key, why) for key in profile.values if key not in rows]
 
     def _candidates(self, draft: Draft) -> list[Mapping[str, Parameter]]:
-        """The rows of every model the draft may be for."""
+        """The rows of each model that the draft may be for."""
         firmware = None if draft.firmware is None else from_text(draft.firmware)
         if draft.model is None:
             return [model.rows(firmware) for model in self._catalog.models.values()]
@@ -216,9 +216,9 @@ class Profiles:
         if model is None:
             known = ", ".join(self._catalog.models)
             raise InvalidValue(
-                f'There is no model "{draft.model[:40]}". Give one of {known}, or none.',
+                f'Unknown model "{draft.model[:40]}". Use one of {known}, or none.',
                 requested=draft.model,
-                cause="no_such_model",
+                cause="model_unknown",
             )
         return [model.rows(firmware)]
 
@@ -245,7 +245,7 @@ class Profiles:
             return bad(
                 "not_in_this_model",
                 NotInThisModel(
-                    f"{key} is no row of the model and firmware this is for.", cause="no_row_of_profile", key=key
+                    f"The profile's model and firmware do not have {key}.", cause="row_not_in_model", key=key
                 ),
             )
         errors: list[BadRequest] = []
@@ -267,16 +267,16 @@ class Profiles:
             error = OutOfRange(
                 f"No model allows {shown} for {rows[0][1].label.lower()}. Enter {each}.",
                 **{name: fact for name, fact in error.facts.items() if name not in ("cause", "key")},
-                cause="no_model_allows",
+                cause="outside_all_models",
                 key=rows[0][1].key,
             )
         return bad("out_of_range" if isinstance(error, OutOfRange) else "invalid", error)
 
     def _refused(self, key: str, identity: bool) -> tuple[Verdict, BadRequest | ForbiddenParameter] | None:
-        """Why no profile holds this key, whatever its value."""
+        """Reason why a profile must not contain this key."""
         if not_a_key(key) or key in self._catalog.actions:
             return "forbidden", ForbiddenParameter(
-                f"{key[:20]} is nothing a profile may hold. Take it out.", cause="not_for_profiles", key=key[:20]
+                f"{key[:20]} is not allowed in a profile. Remove it.", cause="not_allowed_in_profile", key=key[:20]
             )
         try:
             row = self._catalog.parameter(key)
@@ -284,15 +284,17 @@ class Profiles:
             return "unknown", error
         if row.group == "command":
             return "forbidden", InvalidValue(
-                f"{key} moves the horn, so it is no configuration. Take it out.", cause="command_in_profile", key=key
+                f"{key} moves the horn, so it is not a configuration row. Remove it.",
+                cause="command_in_profile",
+                key=key,
             )
         if not row.writable:
             return "read_only", ReadOnly(
-                f"{row.label} ({row.name}) can only be read. Take it out.", cause="read_only_in_profile", key=row.key
+                f"{row.label} ({row.name}) is read-only. Remove it.", cause="read_only_in_profile", key=row.key
             )
         if row.identity and not identity:
             return "identity", InvalidValue(
-                f"{row.label} ({row.name}) belongs to one servo. Take it out, or ask for identity rows.",
+                f"{row.label} ({row.name}) is specific to one servo. Remove it, or allow identity rows.",
                 cause="identity_in_profile",
                 key=row.key,
             )
@@ -300,29 +302,33 @@ class Profiles:
 
 
 def not_in(model: str, firmware: str | None) -> Note:
-    """Why a row that a model lacks is left out."""
+    """Note for a row that a model lacks."""
     text = f"{model} with firmware {firmware or 'unknown'} does not have it."
     return Note(text, "not_in_servo", known(model=model, firmware=firmware))
 
 
 def left_out(key: str, why: Note) -> LeftOut:
-    """A row that is not written."""
+    """A row left out, with the reason."""
     return LeftOut(key, why.text, why.code, why.params)
 
 
 def _wanted(rows: Mapping[str, Parameter], keys: Sequence[str] | None, whose: str, *, identity: bool) -> list[str]:
-    """The rows to take: those named, or all that ROM keeps but torque mode and, unless asked, identity.
+    """The rows to include: `keys`, or all rows stored in ROM except torque mode and, unless `identity`, identity.
 
-    Torque mode only by name: applying a profile must not switch the output of a servo in passing.
+    Torque mode is included only by key, because applying a profile must not switch an output unintentionally.
     """
     if keys is None:
         return [key for key, row in rows.items() if row.rom and key != KEY and (identity or not row.identity)]
     for key in keys:
         if key not in rows:
-            raise NotInThisModel(f"{key[:60]} is no row that {whose} has.", key=key[:60], cause="no_row_of_profile")
+            raise NotInThisModel(
+                f"{whose[:1].upper()}{whose[1:]} does not have {key[:60]}.", key=key[:60], cause="row_not_in_model"
+            )
         if not rows[key].rom:
             raise InvalidValue(
-                f"{key} is no configuration: ROM does not keep it. Take it out.", key=key, cause="not_kept_in_rom"
+                f"{key} is not stored in ROM, so it is not a configuration row. Remove it.",
+                key=key,
+                cause="not_stored_in_rom",
             )
     return list(dict.fromkeys(keys))
 
@@ -341,7 +347,7 @@ def _engineering(
 def _known(
     row: Parameter, rows: Mapping[str, Parameter], values: Mapping[str, object], units: Mapping[str, str]
 ) -> dict[str, Raw | None]:
-    """The raw value that decides the row's unit: from the profile's own values, else from the unit it states."""
+    """The raw value that determines the row's unit: from the profile's values, else from the stated unit."""
     other = row.unit_when
     if other is None or other.parameter not in rows:
         return {}
@@ -349,20 +355,20 @@ def _known(
         try:
             return {other.parameter: scale.to_raw(rows[other.parameter], values[other.parameter])}
         except BadRequest:
-            return {}  # that row has a verdict of its own
+            return {}  # that row has its own verdict
     return {other.parameter: other.raw} if units.get(row.key) == other.unit else {}
 
 
 def _check_unit(row: Parameter, stated: str | None, known: Mapping[str, Raw | None], whose: str) -> None:
-    """Raises InvalidValue when the unit stated is not the row's."""
+    """Raises InvalidValue if the stated unit is not the row's unit."""
     unit = scale.unit_of(row, known)[0] if row.kind == "number" else ""
     if stated is None or stated == unit:
         return
-    why = "" if row.unit_when is None else f": it follows {row.unit_when.parameter} of {whose}"
+    why = "" if row.unit_when is None else f" because of {row.unit_when.parameter} in {whose}"
     raise InvalidValue(
-        f'{row.label} is stated in "{stated[:10]}", and its unit is "{unit}"{why}. State it in that unit.',
+        f'{row.label} is given in "{stated[:10]}", but its unit is "{unit}"{why}. Convert the value to that unit.',
         unit=unit,
-        cause="other_unit",
+        cause="unit_mismatch",
         key=row.key,
         stated=stated[:10],
     )
@@ -372,6 +378,6 @@ def _json(values: Mapping[str, Value]) -> dict[str, Json]:
     return dict(values)
 
 
-def _profile(kept: StoredProfile) -> Profile:
-    document = cast("Mapping[str, Any]", kept.document)
-    return Profile(name=kept.name, created_at=kept.created_at, updated_at=kept.updated_at, **document)
+def _profile(stored: StoredProfile) -> Profile:
+    document = cast("Mapping[str, Any]", stored.document)
+    return Profile(name=stored.name, created_at=stored.created_at, updated_at=stored.updated_at, **document)

@@ -1,4 +1,4 @@
-"""Bring a servo to what a snapshot, another servo, a profile or the defaults hold."""
+"""Restore of a servo from a snapshot, another servo, a profile or the defaults."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, replace
@@ -23,12 +23,12 @@ from hornbill.servo.profiles.profiles import left_out, not_in
 from hornbill.units import Raw
 
 _NEVER_ON: Final = Note(
-    "A restore never turns torque on. Save with it, or turn torque on separately.", "torque_never_on"
+    "A restore never turns torque on. Restore with save, or turn torque on separately.", "torque_never_on"
 )
 
 
 class Restoring:
-    """Turns a side into values for one servo and has Changes write them, all or nothing."""
+    """Selects the values of a side for one servo and writes them atomically through Changes."""
 
     def __init__(self, requests: ServoRequests, changes: Changes) -> None:
         self._requests = requests
@@ -43,10 +43,11 @@ class Restoring:
         keys: Sequence[str] | None = None,
         identity: bool = False,
     ) -> tuple[Outcome, list[LeftOut]]:
-        """Write (and save) what `side` holds, of `keys` or of every row the servo has; also the rows left out.
+        """Write (and save) the values of `side`, either for `keys` or for all rows of the servo. Also returns the rows
+        left out.
 
-        Without `keys`, identity rows (0x44 to 0x46) stay unless `identity`, and torque mode stays. Raises what
-        `choose` and Changes.edit raise, before anything is written.
+        Without `keys`, torque mode is left out, and identity rows (0x44 to 0x46) unless `identity`. Raises the errors
+        of `choose` and Changes.edit before anything is written.
         """
         if servo.model is None:
             raise permission.unknown_series(servo)
@@ -59,9 +60,9 @@ class Restoring:
         values, stay = choose(rows, servo.raws(), side, lacks, keys=keys, identity=identity, save=options.save)
         if not values:
             raise InvalidValue(
-                f"Nothing of {side.title} is left to be written to {servo.title}. Name the rows in keys.",
+                f"No value of {side.title} can be written to {servo.title}. Specify the rows in keys.",
                 left_out=[asdict(one) for one in stay],
-                cause="nothing_left",
+                cause="nothing_to_write",
                 servo=servo.title,
                 side=side.title,
             )
@@ -84,10 +85,10 @@ def choose(
     identity: bool = False,
     save: bool = False,
 ) -> tuple[dict[str, Value], list[LeftOut]]:
-    """The values of `side` that a servo of these `rows` takes, and the rows left out, each with the reason.
+    """The values of `side` for a servo with these `rows`, and the rows left out, each with the reason.
 
-    `known` is what its RAM holds, raw; `lacks` says that it does not have a row. Raises OutOfRange or InvalidValue
-    when a value is none of this model, or 0x36 would mean another unit: with the fact `problems`, all of them.
+    `known`: its RAM values, raw. `lacks`: the note for a row that it does not have. Raises OutOfRange or InvalidValue
+    if a value is not valid for this model, or 0x36 has another unit. The fact `problems` lists all of them.
     """
     stay: list[LeftOut] = []
     values: dict[str, Value] = {}
@@ -105,32 +106,34 @@ def choose(
 
 
 def _why_not(rows: Mapping[str, Parameter], key: str, side: Side, lacks: Note, identity: bool) -> Note | None:
-    """Why a row nobody named is not written."""
+    """Reason why a row that is not in `keys` is left out."""
     if key not in rows:
         return lacks
     if side.values[key] is None:
-        return Note(f"It is not known what {side.title} holds.", "side_unknown", {"side": side.title})
+        return Note(f"The value in {side.title} is unknown.", "side_unknown", {"side": side.title})
     if rows[key].identity and not identity:
-        return Note("It belongs to one servo. Name it in keys, or ask for identity.", "identity_row")
+        return Note("The row is specific to one servo. Specify it in keys, or set identity.", "identity_row")
     if key == KEY:
-        return Note("A restore does not switch torque. To write off or brake, name it in keys.", "torque_row")
+        return Note("A restore does not switch torque. To write off or brake, specify it in keys.", "torque_row")
     return None
 
 
 def _check_named(rows: Mapping[str, Parameter], key: str, side: Side) -> None:
     if not rows[key].rom or not rows[key].writable:
         raise InvalidValue(
-            f"{key} is no configuration, so nothing restores it. Take it out.", key=key, cause="not_restorable"
+            f"{key} is not a configuration row, so it cannot be restored. Remove it from keys.",
+            key=key,
+            cause="not_restorable",
         )
     if key not in side.values:
         raise InvalidValue(
-            f"{side.title} does not have {key}. Take it out.", key=key, cause="not_in_source", servo=side.title
+            f"{side.title} does not have {key}. Remove it from keys.", key=key, cause="not_in_source", servo=side.title
         )
     if side.values[key] is None:
         raise InvalidValue(
-            f"It is not known what {side.title} holds in {key}. Take it out.",
+            f"The value of {key} in {side.title} is unknown. Remove it from keys.",
             key=key,
-            cause="unknown_in_source",
+            cause="value_unknown_in_source",
             servo=side.title,
         )
 
@@ -138,7 +141,7 @@ def _check_named(rows: Mapping[str, Parameter], key: str, side: Side) -> None:
 def _check(
     rows: Mapping[str, Parameter], known: Mapping[str, Raw | None], side: Side, values: Mapping[str, Value]
 ) -> None:
-    """Raise all problems of `values` as one; a single one is raised as it is."""
+    """Raise all problems of `values` as one error. A single problem is raised unchanged."""
     now = dict(known)
     problems: list[BadRequest] = []
     for key, value in sorted(values.items(), key=lambda item: rows[item[0]].unit_when is not None):
@@ -160,10 +163,10 @@ def _check(
         raise first
     shown = " ".join(f"{rows[str(one['key'])].label}: {one['detail']}" for one in listed)
     facts: dict[str, Any] = {
-        **first.facts, "cause": "rows_do_not_fit", "servo": side.title, "count": len(problems),
+        **first.facts, "cause": "rows_invalid", "servo": side.title, "count": len(problems),
         "keys": [one["key"] for one in listed],
     }  # fmt: skip
-    raise type(first)(f"{len(listed)} rows of {side.title} do not fit this servo. {shown}", **facts)
+    raise type(first)(f"{len(listed)} rows of {side.title} are not valid for this servo. {shown}", **facts)
 
 
 def _check_unit(row: Parameter, known: Mapping[str, Raw | None], side: Side) -> None:
@@ -171,10 +174,10 @@ def _check_unit(row: Parameter, known: Mapping[str, Raw | None], side: Side) -> 
     stated, unit = side.units.get(row.key), scale.unit_of(row, known)[0]
     if other is not None and stated is not None and stated != unit:
         raise InvalidValue(
-            f'{row.label} of {side.title} is in "{stated}", and here it is in "{unit}", for it follows '
-            f"{other.parameter}. Restore {other.parameter} with it.",
+            f'{row.label} of {side.title} is in "{stated}", but this servo uses "{unit}" because of '
+            f"{other.parameter}. Restore {other.parameter} together with it.",
             unit=unit,
-            cause="unit_follows",
+            cause="unit_depends_on_other_row",
             key=row.key,
             servo=side.title,
             stated=stated,

@@ -18,56 +18,56 @@ from hornbill.units import Instant
 from hornbill.wire.frame import LoggedFrame
 
 REST_S: Final = 0.002
-"""Between two slices of packing the loop is everybody else's for this long."""
+"""Pause between two slices, for other tasks on the event loop."""
 
 SLICE: Final = 500
-"""Samples, events and writes put into words in one go, in about a millisecond."""
+"""Samples, events or writes formatted at once, in about a millisecond."""
 
 
 class RecordingDraft(Protocol):
-    """A recording on its way to the disk, one member after the other. Every coroutine but `discard` raises LogFailed.
+    """A recording being written, one member after the other. Every coroutine but `discard` raises LogFailed.
 
     Times are seconds since 1970 UTC.
     """
 
     name: str
     cut: list[str]
-    """Members that have no more room, and are not complete."""
+    """Members truncated at their size limit."""
 
     async def add_frames(self, frames: Sequence[LoggedFrame], /) -> None:
-        """More frames."""
+        """Append frames."""
         ...
 
     async def add_samples(
         self, uid: str, channel: str, times: Sequence[float], values: Sequence[float | None], /
     ) -> None:
-        """More telemetry; None is a gap."""
+        """Append telemetry. None is a gap."""
         ...
 
     async def add_events(self, events: Sequence[bytes], /) -> None:
-        """More events, each a JSON object."""
+        """Append events, each a JSON object."""
         ...
 
     async def add_writes(self, writes: Sequence[RecordedWrite], /) -> None:
-        """More of what could change a servo."""
+        """Append writes."""
         ...
 
     async def finish(self, about: About, /) -> tuple[int, list[str]]:
-        """Make it complete: its bytes, and the names of older recordings dropped for it."""
+        """Complete the file. Returns its size in bytes and the names of older recordings deleted to make room."""
         ...
 
     async def discard(self) -> None:
-        """Leave nothing behind."""
+        """Delete the unfinished file."""
         ...
 
 
 BeginDraft: TypeAlias = Callable[[str], Awaitable[RecordingDraft]]
-"""Begins a new recording of about this name. Raises LogFailed."""
+"""Begins a recording. A suffix is added to the name if it is in use. Raises LogFailed."""
 
 
 @dataclass(slots=True)
 class RecordingInProgress:
-    """A recording whose time is not over yet, or that is being written. Instants are on the event loop's clock."""
+    """A recording that still collects data or is being written. Instants are on the event loop's clock."""
 
     reason: MarkReason
     text: str
@@ -81,7 +81,7 @@ class RecordingInProgress:
 
 
 class RecordingBuilder:
-    """Writes one recording at a time. In a hurry it rests no more between its slices."""
+    """Writes one recording at a time. `hurry` skips the pauses between slices."""
 
     def __init__(self, base: TimeBase, catalog: Catalog, telemetry: TelemetryCollector, node_id: int) -> None:
         """`node_id` is our own."""
@@ -92,7 +92,7 @@ class RecordingBuilder:
     async def write(
         self, pending: RecordingInProgress, begin: BeginDraft, ring: FrameRing, events: Sequence[tuple[Instant, bytes]]
     ) -> tuple[str, int, list[str]]:
-        """The name of the recording, its bytes, and the names of older ones dropped for it. Raises LogFailed.
+        """Write a recording. Returns its name, its size in bytes and the names of deleted recordings. Raises LogFailed.
 
         `events` are JSON objects with their instants.
         """
@@ -124,7 +124,7 @@ class RecordingBuilder:
     async def _add_frames(
         self, draft: RecordingDraft, pending: RecordingInProgress, ring: FrameRing
     ) -> tuple[int, list[RecordedWrite]]:
-        """How many frames there are, and what in them could change a servo."""
+        """Add the frames. Returns their number and the writes found in them."""
         finder = WriteFinder(self._catalog, pending.snapshot.uids())
         count, found = 0, list[RecordedWrite]()
         for part in ring.slices(pending.since, pending.until, self._base.utc_offset):
@@ -146,7 +146,7 @@ class RecordingBuilder:
 
     async def _servos(self, pending: RecordingInProgress) -> AsyncIterator[RecordedServo]:
         for servo in pending.snapshot.servos:
-            yield servo.shown(self._base)
+            yield servo.recorded(self._base)
             await self._rest()
 
     def _about(self, pending: RecordingInProgress, frames: int, cut: list[str], servos: list[RecordedServo]) -> About:

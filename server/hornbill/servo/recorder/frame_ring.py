@@ -1,4 +1,4 @@
-"""FrameRing: the last minutes of every frame of the bus, packed, within a bound of time and one of memory."""
+"""Ring buffer of all frames on the bus, limited by age and memory."""
 
 from bisect import bisect_right
 from collections import deque
@@ -11,25 +11,25 @@ from typing import Final, TypeAlias, cast
 from hornbill.units import Instant
 from hornbill.wire.frame import Frame, LoggedFrame
 
-KEPT_S: Final = 600.0
+RETAIN_S: Final = 600.0
 LIMIT_BYTES: Final = 96 << 20
-"""Ten minutes of a bus that is full all the time, at 7,000 frames a second, take 88 MB."""
+"""Ten minutes of a fully loaded bus (7,000 frames/s) take 88 MB."""
 
 CHUNK_S: Final = 10.0
 CHUNK_BYTES: Final = 1 << 20
-_ROOM: Final = 2 * CHUNK_BYTES  # what the open chunk may grow to: CHUNK_BYTES, and the batch that passed it
+_ROOM: Final = 2 * CHUNK_BYTES  # maximum of the open chunk: CHUNK_BYTES, plus the batch that exceeded it
 
 LATE_S: Final = 0.05
-"""How long a frame received may have been under way to us, while one we sent is here at once."""
+"""Maximum delay of a received frame. Sent frames are recorded without delay, so the order may differ by this much."""
 
 SLICE: Final = 250
-"""Frames taken apart, put into words and looked through for writes in one go, in less than a millisecond."""
+"""Frames unpacked, formatted and searched for writes at once, in less than a millisecond."""
 
 _RECORD: Final = Struct("<dIB8s")
 _SENT: Final = 1 << 31
 _pack: Final = _RECORD.pack
 _time: Final = itemgetter(0)
-# Without the constructors of the named tuples: a recording has hundreds of thousands of frames.
+# Bypasses the constructors of the named tuples: a recording has hundreds of thousands of frames.
 _frame: Final = cast("Callable[[type[Frame], tuple[int, bytes, Instant]], Frame]", tuple.__new__)
 _logged: Final = cast("Callable[[type[LoggedFrame], tuple[Frame, str, bool]], LoggedFrame]", tuple.__new__)
 
@@ -46,38 +46,38 @@ class _FrameChunk:
 
 
 class FrameRing:
-    """A record of 21 bytes a frame, appended to chunks of ten seconds; the oldest chunk goes first."""
+    """Frames as records of 21 bytes, in chunks of ten seconds. The oldest chunk is dropped first."""
 
-    def __init__(self, kept_s: float = KEPT_S, limit_bytes: int = LIMIT_BYTES) -> None:
+    def __init__(self, retain_s: float = RETAIN_S, limit_bytes: int = LIMIT_BYTES) -> None:
         """`limit_bytes` is at least 4 MiB."""
-        self._kept_s = kept_s
+        self._retain_s = retain_s
         self._limit = max(limit_bytes, 2 * _ROOM)
         self._closed: deque[_FrameChunk] = deque()
         self._closed_bytes = 0
         self._open = _FrameChunk("bus", 0.0, 0.0)
         self._until = float("-inf")
         self.full = False
-        """Whether frames younger than are kept otherwise had to go for want of memory."""
+        """Whether the memory limit, not the age limit, determines the oldest frame."""
         self.channel = "bus"
-        """What logs call the bus whose frames come from now on; `turn` sets it."""
+        """Channel name of new frames in logs; see `switch_channel`."""
 
     @property
     def size(self) -> int:
-        """Bytes in use."""
+        """Memory in use, bytes."""
         return self._closed_bytes + len(self._open.data)
 
     @property
     def frames(self) -> int:
-        """Frames kept."""
+        """Number of frames."""
         return self.size // _RECORD.size
 
     @property
     def since(self) -> Instant | None:
-        """The instant of the oldest frame; None while there is none."""
+        """Instant of the oldest frame. None if empty."""
         return next((chunk.first for chunk in (*self._closed, self._open) if chunk.data), None)
 
     def add(self, frames: Sequence[Frame], sent: bool) -> None:
-        """Keep a batch; never raises, and takes about half a microsecond a frame."""
+        """Add a batch. Never raises. Takes about 0.5 µs per frame."""
         if not frames:
             return
         chunk, first = self._open, frames[0].at
@@ -92,18 +92,18 @@ class FrameRing:
             chunk.data += b"".join(packed)
         chunk.last = frames[-1].at
 
-    def turn(self, channel: str) -> None:
-        """Frames come from another bus from now on."""
+    def switch_channel(self, channel: str) -> None:
+        """Assign the following frames to another bus."""
         self.channel = channel
         self._until = float("-inf")
 
     def forget_old(self, now: Instant) -> None:
-        """Drop what is older than is kept: on a silent bus no frame would."""
-        while self._closed and self._closed[0].last < now - self._kept_s:
+        """Drop frames beyond the age limit. Needed on a silent bus, where no new frame triggers it."""
+        while self._closed and self._closed[0].last < now - self._retain_s:
             self._closed_bytes -= len(self._closed.popleft().data)
 
     def slices(self, since: Instant, until: Instant, utc_offset: float = 0.0) -> Iterator[list[LoggedFrame]]:
-        """The frames of a span of time in their order, a few at a time; what is added meanwhile is not among them.
+        """Frames of a time span in chronological order, a few at a time. Excludes frames added during iteration.
 
         `utc_offset` is added to their times.
         """
@@ -133,7 +133,7 @@ class FrameRing:
             yield _frames(waiting, channel, utc_offset)
 
     def _roll(self, first: Instant) -> _FrameChunk:
-        """Close the chunk that is open, and begin the next one."""
+        """Close the open chunk and begin the next one."""
         if self._open.data:
             self._open.data = bytes(self._open.data)
             self._closed.append(self._open)

@@ -1,4 +1,4 @@
-"""KnownState: what was known of every servo and of the bus at one instant, taken in no time and shown later."""
+"""Copy of the known state of all servos and the bus at one instant. Cheap to take; converted to values later."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -12,8 +12,8 @@ from hornbill.units import Instant, Raw, Uid
 
 
 @dataclass(frozen=True, slots=True)
-class KeptServo:
-    """One servo as it was. `rows` are parameter, RAM as last read, when, and what ROM is known to hold."""
+class ServoCopy:
+    """State of one servo. `rows`: parameter, last RAM value, its time, and known ROM value."""
 
     uid: Uid
     node_id: int | None
@@ -29,16 +29,16 @@ class KeptServo:
     rows: tuple[tuple[Parameter, Raw | None, Instant | None, Raw | None], ...]
 
     @classmethod
-    def of(cls, servo: Servo) -> "KeptServo":
-        """A servo as it is now."""
+    def of(cls, servo: Servo) -> "ServoCopy":
+        """Copy the current state of a servo."""
         return cls(
             servo.uid, servo.node_id, servo.name, servo.label, servo.title, servo.model_number,
             servo.hardware_version, servo.firmware, servo.serial_number, servo.production_date, servo.state.value,
             tuple((one.parameter, one.raw, one.at, one.rom) for one in servo.registers.values()),
         )  # fmt: skip
 
-    def shown(self, base: TimeBase) -> RecordedServo:
-        """The same, with values in their units."""
+    def recorded(self, base: TimeBase) -> RecordedServo:
+        """The entry of about.json, with engineering values."""
         raws = {row.key: raw for row, raw, _, _ in self.rows}
         return RecordedServo(
             uid=self.uid, node_id=self.node_id, name=self.name[:120], label=self.label[:120], title=self.title[:120],
@@ -58,21 +58,21 @@ class KeptServo:
 
 @dataclass(frozen=True, slots=True)
 class KnownState:
-    """Every servo met, and address and bit rate of the bus, if there was one."""
+    """All servos seen, and address and bit rate of the bus. `bus` is None without a bus."""
 
-    servos: tuple[KeptServo, ...]
+    servos: tuple[ServoCopy, ...]
     bus: tuple[str, int] | None
 
     @classmethod
     def of(cls, servos: Iterable[Servo], bus: tuple[str, int] | None) -> "KnownState":
-        """As it is now."""
-        return cls(tuple(KeptServo.of(servo) for servo in servos), bus)
+        """Copy the current state."""
+        return cls(tuple(ServoCopy.of(servo) for servo in servos), bus)
 
     def joined(self, later: "KnownState") -> "KnownState":
-        """With the servos met since, as they are then."""
+        """Add servos first seen in a later copy."""
         known = {servo.uid for servo in self.servos}
         return KnownState((*self.servos, *(servo for servo in later.servos if servo.uid not in known)), self.bus)
 
     def uids(self) -> dict[int, str]:
-        """Who was on which node id."""
+        """Unique ID of the servo on each node ID."""
         return {servo.node_id: servo.uid for servo in self.servos if servo.node_id is not None}

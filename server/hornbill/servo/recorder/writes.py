@@ -1,4 +1,4 @@
-"""What hornbill sent that could change a servo, found in the frames of a recording."""
+"""Search of recorded frames for writes by hornbill: parameters, commands, opcodes and restarts."""
 
 from collections.abc import Iterable, Iterator
 from typing import Final
@@ -14,7 +14,7 @@ from hornbill.wire.types import decode
 
 
 class WriteFinder:
-    """Finds writes, commands, opcodes and restarts of ours (table 2-3) in frames that are handed over in order."""
+    """Finds writes, commands, opcodes and restarts that hornbill sent (table 2-3). Frames must be in order."""
 
     _TYPES: Final = frozenset((GetSetRequest.TYPE.id, ExecuteOpcodeRequest.TYPE.id, RestartNodeRequest.TYPE.id))
 
@@ -25,7 +25,7 @@ class WriteFinder:
         self._reassembler = Reassembler()
 
     def find(self, frames: Iterable[LoggedFrame]) -> list[RecordedWrite]:
-        """The writes that these frames complete; they follow those of the call before."""
+        """Writes completed by these frames, which follow those of the previous call."""
         ours = [frame for frame, _, sent in frames if sent and self._may_write(frame.id)]
         return [write for transfer in self._reassembler.feed(ours) for write in self._writes_of(transfer)]
 

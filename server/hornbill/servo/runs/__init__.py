@@ -1,1 +1,1 @@
-"""One operation on many servos: profiles, matrix, commissioning, and the reports of jobs."""
+"""Operations on many servos: profiles, matrix, commissioning, and the reports of jobs."""

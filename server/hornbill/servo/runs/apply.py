@@ -1,11 +1,11 @@
-"""Job that brings many servos to one profile, one by one, each all or nothing."""
+"""Job that applies a profile to many servos. Each servo is written atomically."""
 
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass, field
 
 from hornbill.domain.change import LeftOut, Reason
 from hornbill.domain.profile import Profile
-from hornbill.errors import Conflict, InvalidValue, NotAsWanted
+from hornbill.errors import Conflict, InvalidValue, UnexpectedResult
 from hornbill.schema.scale import Value
 from hornbill.servo.configuration import torque_in_rom
 from hornbill.servo.configuration.changes import Changes
@@ -26,7 +26,7 @@ from hornbill.units import Uid
 
 @dataclass(frozen=True, slots=True)
 class ApplyOptions:
-    """How a profile is applied. `on_anomaly`: what follows the first servo that failed."""
+    """Options of applying a profile. `on_anomaly`: action after the first servo that failed."""
 
     dry_run: bool = False
     save: bool = False
@@ -45,7 +45,7 @@ class ProfileTarget(WrittenTarget):
     saved: bool = False
 
     def close(self) -> None:
-        """Complete the record by what was written, and whether it is in ROM."""
+        """Add the written values to the record, and whether they are in ROM."""
         record, rows = self.record, self.servo.registers
         record.values = {one.key: one.after for one in self.changes}
         record.units = {
@@ -54,7 +54,7 @@ class ProfileTarget(WrittenTarget):
             if rows[key].parameter.unit and isinstance(value, int | float) and not isinstance(value, bool)
         }
         if record.values:
-            record.held_in = "rom" if self.saved else "ram" if self.outcome == "applied" else ""
+            record.verified_in = "rom" if self.saved else "ram" if self.outcome == "applied" else ""
         if record.verdict == "waiting" and self.outcome in ("applied", "planned"):
             record.verdict = "done"
         WrittenTarget.close(self)
@@ -72,8 +72,8 @@ class ProfileTarget(WrittenTarget):
 class ProfileRun(FleetJob[ProfileTarget]):
     """One job of applying a profile."""
 
-    FAILED = "servos did not take the profile"
-    ALSO = "profile_not_taken"
+    FAILED = "servos did not accept the profile"
+    ALSO = "profile_not_accepted"
 
     profile: Profile
     options: ApplyOptions
@@ -81,11 +81,11 @@ class ProfileRun(FleetJob[ProfileTarget]):
     by: str
 
     def facts(self) -> dict[str, object]:
-        """Which profile, and whether it was a dry run."""
+        """Name of the profile, and whether it is a dry run."""
         return {"profile": self.profile.name, "dry_run": self.options.dry_run}
 
     def write_options(self, confirm: tuple[str, ...]) -> WriteOptions:
-        """How each servo is written."""
+        """Options for writing each servo."""
         return WriteOptions(
             self.lease_id, self.options.dry_run, self.options.save, confirm=confirm, by=self.by, job=self.job.id,
             reason=Reason(f"profile {self.profile.name}", "profile", {"profile": self.profile.name}),
@@ -112,25 +112,25 @@ class ProfileJobs:
         self._base = services.base
 
     def start(self, name: str, uids: Sequence[Uid], lease_id: str | None, options: ApplyOptions) -> RunningJob:
-        """Bring servos to a profile. Its result, whatever the end: `servos`, one entry each in the order given.
+        """Apply a profile to servos. The result always has `servos`, one entry each in the given order.
 
-        All are planned before the first is written to; a servo that cannot take its values ends the job there, or
-        with `continue` is left out. With `stop` one follows the other, and the first anomaly (a refusal, a roll-back,
-        a clamped value, a save that failed) ends the job. With `continue` all are written at once, then saved one
-        after the other, and the job fails at its end when any servo did. A servo with an anomaly is not saved.
-        Cancelling lets what is being written to a servo come to its end.
+        All servos are planned before the first write. A servo that cannot accept its values ends the job, or with
+        `continue` is left out. With `stop`, servos are written and saved one after the other, and the first anomaly
+        (refusal, rollback, clamped value, failed save) ends the job. With `continue`, all are written at once, then
+        saved one after the other, and the job fails at its end if any servo failed. A servo with an anomaly is not
+        saved. After a cancellation a write in progress is completed.
 
-        Raises Unknown (profile or servo), LeaseHeld, InvalidValue (a servo named twice), Conflict (a profile with an
-        id, for several servos), Busy (another such job is at one of them).
+        Raises Unknown (profile or servo), LeaseHeld, InvalidValue (duplicate servo), Conflict (a profile with an ID for
+        several servos), Busy (another such job includes one of them).
         """
         profile = self._profiles.get(name)
         servos = [self._fleet.get(uid) for uid in uids]
         if len(set(uids)) < len(uids):
-            raise InvalidValue("A servo is named twice. Name each once.", cause="named_twice")
+            raise InvalidValue("A servo is listed twice. List each servo once.", cause="duplicate_servo")
         given = [key for key in self._fleet.catalog.unique if profile.values.get(key)]
         if given and len(servos) > 1:
             raise Conflict(
-                f'The profile "{name}" holds {given[0]}, which no two servos may share. Apply it to one servo only.',
+                f'The profile "{name}" contains {given[0]}, which must be unique. Apply it to one servo only.',
                 key=given[0], requested=profile.values[given[0]], cause="unique_for_many", name=name,
             )  # fmt: skip
         now = self._base.now()
@@ -155,10 +155,10 @@ class ProfileJobs:
         for target in run.targets:
             await run.step(target, "plan", self._plan)
         for target in run.failed:
-            run.skip(target, Evidence("values_refused", "its values cannot be written"))
+            run.skip(target, Evidence("values_refused", "the values are not valid for this servo"))
         if run.stopped:
             title = run.failed[0].title
-            text = f"nothing was written: {title} cannot take its values"
+            text = f"nothing was written, because the values are not valid for {title}"
             run.skip_all(Evidence("other_refused", text, {"servo": title}))
         elif not run.options.dry_run:
             await (self._in_order if run.on_anomaly == "stop" else self._together)(run)
@@ -168,14 +168,14 @@ class ProfileJobs:
         await run.each(run.targets, self._write_and_save)
         if run.stopped:
             title = run.failed[0].title
-            run.skip_all(Evidence("other_failed", f"{title} did not do as told", {"servo": title}))
+            run.skip_all(Evidence("other_failed", f"{title} failed", {"servo": title}))
 
     async def _together(self, run: ProfileRun) -> None:
-        """Write to all accepted servos at once; save one after the other, because a save may move the horn."""
+        """Write all accepted servos at once. Save one after the other, because a save may move the horn."""
         accepted = [target for target in run.targets if target.problem is None]
         await run.together(accepted, "write", self._write, whole=True)
         for target in run.failed:
-            run.skip(target, Evidence("failed_before", "it did not do as told"))
+            run.skip(target, Evidence("failed_before", "it failed before"))
         if run.options.save:
             await run.each([target for target in accepted if target.problem is None], self._save_step)
 
@@ -214,8 +214,8 @@ class ProfileJobs:
         save = RestartOptions(run.lease_id, run.by, words, written=target.changes)
         job = self._restarting.start(target.servo, "save", save)
         target.job = job.id
-        told = f"Saving {target.title} was cancelled. What its ROM holds is not known."
-        await self._jobs.succeeded(job, NotAsWanted(told, cause="save_cancelled", servo=target.title))
+        detail = f"The save of {target.title} was cancelled. The contents of its ROM are unknown."
+        await self._jobs.succeeded(job, UnexpectedResult(detail, cause="save_cancelled", servo=target.title))
         target.saved = True
         return SAVED
 

@@ -40,7 +40,7 @@ class CommissionRequest:
     on_anomaly: OnAnomaly
     confirm: tuple[str, ...]
     torque: Mapping[str, Raw | None] = field(default_factory=dict[str, Raw | None])
-    """By uid: the 0x20 to be in ROM, decided when the job was requested. ROM may be unknown when it is resumed."""
+    """The 0x20 to save, by unique ID, decided at the request because ROM may be unknown when the job is resumed."""
 
     @property
     def uids(self) -> list[Uid]:
@@ -50,25 +50,25 @@ class CommissionRequest:
     @property
     def kinds(self) -> list[str]:
         """The steps of a target."""
-        asked = {"identify": self.identify, "write": True, "save": self.save, "verify": True}
-        return [kind for kind, wished in asked.items() if wished]
+        kinds = {"identify": self.identify, "write": True, "save": self.save, "verify": True}
+        return [kind for kind, requested in kinds.items() if requested]
 
     @property
     def fixed(self) -> set[int]:
-        """The static node IDs it gives."""
+        """The static node IDs in the request."""
         return {one.node_id for one in self.wanted if one.node_id}
 
     def words(self, values: Mapping[str, object]) -> tuple[str, ...]:
-        """What is confirmed when these values are saved."""
+        """The confirmations for a save of these values."""
         return confirmed(self.confirm, values)
 
     def document(self) -> dict[str, object]:
-        """As JSON."""
+        """The request as JSON."""
         return asdict(self)
 
     @classmethod
     def from_document(cls, document: Mapping[str, Any]) -> "CommissionRequest":
-        """As it was stored."""
+        """The request from stored JSON."""
         wanted = tuple(Wanted(**one) for one in document["wanted"])
         return cls(
             wanted, document["profile"], document["save"], document["identify"], document["on_anomaly"],
@@ -77,30 +77,32 @@ class CommissionRequest:
 
 
 def check_wanted(wanted: Sequence[Wanted]) -> None:
-    """Raises InvalidValue for a servo named twice, Conflict for an id asked for twice; the owner is the first."""
-    named: set[Uid] = set()
+    """Raises InvalidValue for a duplicate servo, Conflict for a duplicate ID. The fact `owner` is its first servo."""
+    listed: set[Uid] = set()
     owners: dict[tuple[str, int], Uid] = {}
     for one in wanted:
-        if one.uid in named:
-            raise InvalidValue(f"Servo {one.uid} is named twice. Name each once.", uid=one.uid, cause="named_twice")
-        named.add(one.uid)
+        if one.uid in listed:
+            raise InvalidValue(
+                f"Servo {one.uid} is listed twice. List each servo once.", uid=one.uid, cause="duplicate_servo"
+            )
+        listed.add(one.uid)
         for key, number in one.ids.items():
             owner = owners.setdefault((key, number or 0), one.uid)
             if number and owner != one.uid:
                 raise Conflict(
-                    f"{key.replace('_', ' ').capitalize()} {number} is asked for by two servos, {owner[:8]} and "
-                    f"{one.uid[:8]}. Give each one of its own.",
-                    key=key, requested=number, owner=owner, owner_title=f"servo {owner[:8]}", cause="id_wanted_twice",
+                    f"{key.replace('_', ' ').capitalize()} {number} is requested for two servos, {owner[:8]} and "
+                    f"{one.uid[:8]}. Assign a different ID to each servo.",
+                    key=key, requested=number, owner=owner, owner_title=f"servo {owner[:8]}", cause="duplicate_id",
                 )  # fmt: skip
 
 
 def wanted_values(profiles: Profiles, request: CommissionRequest, one: Wanted, servo: Servo) -> dict[str, Value]:
     """Everything to write to a servo: the profile's values without identity rows, and its IDs.
 
-    Raises NotInThisModel, OutOfRange, InvalidValue: then nothing of it is to be written.
+    Raises NotInThisModel, OutOfRange, InvalidValue. Then nothing must be written.
     """
     values: dict[str, Value] = {}
     if request.profile is not None:
-        taken, _ = profiles.values_for(Profile(**request.profile), servo)
-        values = {key: value for key, value in taken.items() if not servo.registers[key].parameter.identity}
+        accepted, _ = profiles.values_for(Profile(**request.profile), servo)
+        values = {key: value for key, value in accepted.items() if not servo.registers[key].parameter.identity}
     return values | {key: number for key, number in one.ids.items() if number is not None}

@@ -5,7 +5,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 from hornbill.domain.change import Reason
-from hornbill.errors import Busy, NoResponse, NotAsWanted, Unknown
+from hornbill.errors import Busy, NoResponse, UnexpectedResult, Unknown
 from hornbill.servo.configuration.changes import Changes
 from hornbill.servo.configuration.restart_plan import RestartOptions
 from hornbill.servo.configuration.restarting import Restarting
@@ -27,7 +27,7 @@ MISSING_AFTER_S = 6.0
 BUSY_FOR_S = 45.0
 """Timeout for a servo that restarts or is in soft start."""
 
-LOOK_AGAIN_S = 0.05
+CHECK_PERIOD_S = 0.05
 
 
 @dataclass(slots=True, kw_only=True)
@@ -40,8 +40,8 @@ class CommissionTarget(RunTarget):
 
 @dataclass(slots=True, kw_only=True)
 class CommissionRun(FleetJob[CommissionTarget]):
-    """One run of a job. `pinned`: servos whose allocation was pinned on the way, and is to be forgotten. `ids`: the
-    IDs that were parked on the way.
+    """One run of a job. `pinned`: servos whose allocation was pinned for the exchange and must be freed. `ids`: the IDs
+    parked for the exchange.
     """
 
     SHOWS_RESULT = True
@@ -58,30 +58,30 @@ class CommissionRun(FleetJob[CommissionTarget]):
         return next(target for target in self.targets if target.uid == uid)
 
     def leaving(self) -> list[Uid]:
-        """Servos whose IDs do not count as taken, because this job changes them. A servo that failed keeps its IDs."""
+        """Servos whose IDs do not count as in use, because this job changes them. A failed servo retains its IDs."""
         return [target.uid for target in self.targets if target.problem is None]
 
     def close(self) -> None:
-        """Nothing: the last step of a target completed its record, and one that was cut off may be resumed."""
+        """Nothing to do: the last step of a target completes its record, and an interrupted one may be resumed."""
 
     def facts(self) -> dict[str, object]:
-        """The profile, how many are done, and the same as a sentence."""
+        """Profile, number of servos done, and a summary sentence."""
         profile = self.request.profile
         done = sum(target.record.verdict == "done" for target in self.targets)
-        told = "" if self.request.save else " Nothing of it is in ROM: it is lost at the next restart."
+        warning = "" if self.request.save else " The values are not saved to ROM and are lost at the next restart."
         return {
             "profile": None if profile is None else profile["name"],
             "saved": self.request.save,
             "done": done,
             "pinned": sorted(self.pinned),
-            "text": f"{done} of {len(self.targets)} servos are commissioned.{told}",
+            "text": f"{done} of {len(self.targets)} servos commissioned.{warning}",
             "text_code": "commissioned",
             "text_params": {"done": done, "servos": len(self.targets), "saved": self.request.save},
         }
 
 
 class CommissionWriter:
-    """Acts on one servo of a run at a time."""
+    """Writes and saves one servo of a run at a time."""
 
     def __init__(self, services: HostServices, fleet: Fleet, changes: Changes, restarting: Restarting) -> None:
         self._base = services.base
@@ -91,7 +91,7 @@ class CommissionWriter:
         self._restarting = restarting
 
     async def present(self, target: CommissionTarget) -> Servo:
-        """The servo, ready to be written to, wherever it is now. Raises NoResponse, Busy."""
+        """Wait until the servo is ready to be written, on any node ID. Raises NoResponse, Busy."""
         began = self._base.now()
         while True:
             try:
@@ -100,7 +100,7 @@ class CommissionWriter:
             except (Unknown, NoResponse) as error:
                 if self._base.now() - began > MISSING_AFTER_S:
                     raise NoResponse(
-                        f"{target.title} is not on the bus. Check its supply and the wiring, then resume the job.",
+                        f"{target.title} is offline. Check its supply and wiring, then resume the job.",
                         uid=target.uid,
                         cause="not_on_bus",
                         servo=target.title,
@@ -110,10 +110,13 @@ class CommissionWriter:
                     raise
             else:
                 return servo
-            await asyncio.sleep(LOOK_AGAIN_S)
+            await asyncio.sleep(CHECK_PERIOD_S)
 
     async def apply(self, run: CommissionRun, servo: Servo, values: Mapping[str, object]) -> int:
-        """Write all or nothing; the number of changed rows. Raises as Changes.apply, NotAsWanted for clamped values."""
+        """Write atomically. Returns the number of changed rows.
+
+        Raises the errors of Changes.apply, and UnexpectedResult for clamped values.
+        """
         options = WriteOptions(
             run.lease_id, save=run.request.save, confirm=run.request.confirm, leaving=run.leaving(),
             by=run.by, job=run.job.id, reason=Reason("commissioning", "commissioning"),
@@ -123,7 +126,7 @@ class CommissionWriter:
         return sum(one.verdict == "applied" for one in outcome.changes)
 
     async def save(self, run: CommissionRun, servo: Servo, values: Mapping[str, object]) -> None:
-        """Save these written values by a child job, and wait for its proof. Raises the error of that job."""
+        """Save these written values by a child job, and wait until it has verified them. Raises the job's error."""
         words, torque = run.request.words(values), run.request.torque.get(servo.uid)
         job = self._restarting.start(servo, "save", RestartOptions(run.lease_id, run.by, words, rom_was=torque))
         await self.ended(job, servo)
@@ -131,19 +134,19 @@ class CommissionWriter:
     def check_save(
         self, servo: Servo, request: CommissionRequest, lease_id: str | None, values: Mapping[str, object]
     ) -> Raw | None:
-        """The 0x20 that ROM is to hold after the save. Raises as Restarting.check."""
+        """The 0x20 that the save will write to ROM. Raises the errors of Restarting.check."""
         return self._restarting.check(
             servo, "save", RestartOptions(lease_id, confirm=request.words(values), values=values)
         )
 
     def check_values(self, servo: Servo, request: CommissionRequest, values: Mapping[str, object]) -> None:
-        """Check these values against what is known. Sends nothing. Raises as Changes.plan."""
+        """Check these values against the known state. Sends nothing. Raises the errors of Changes.plan."""
         self._changes.plan(servo, values, confirm=request.confirm, leaving=request.uids)
 
     async def plan(
         self, servo: Servo, request: CommissionRequest, lease_id: str | None, values: Mapping[str, object]
     ) -> Outcome:
-        """What would be written, and with a save what ROM would hold. Sends only reads."""
+        """Dry run: the values to write, and with a save the ROM changes. Sends only reads."""
         options = WriteOptions(
             lease_id, dry_run=True, save=request.save, confirm=request.words(values), leaving=request.uids
         )
@@ -151,7 +154,7 @@ class CommissionWriter:
 
     async def ended(self, job: RunningJob, servo: Servo) -> None:
         """Wait for a child job on this servo. Raises its error."""
-        cancelled = NotAsWanted(
+        cancelled = UnexpectedResult(
             f"{job.kind.capitalize()} of {servo.title} was cancelled.",
             job=job.id,
             cause="job_cancelled",

@@ -8,7 +8,7 @@ from typing import Protocol
 from hornbill.domain.fields import known
 from hornbill.domain.note import Note
 from hornbill.domain.profile import Profile
-from hornbill.errors import Conflict, NotAsWanted
+from hornbill.errors import Conflict, UnexpectedResult
 from hornbill.schema import scale
 from hornbill.servo.configuration.proving import difference
 from hornbill.servo.configuration.record import when
@@ -33,7 +33,7 @@ JOB_ENDED = Evidence("job_ended", "an anomaly ended the job")
 
 
 class SetLabel(Protocol):
-    """Gives a servo a nickname; `by` and `job` are for the audit."""
+    """Sets the nickname of a servo. `by` and `job` are for the audit."""
 
     async def __call__(self, servo: Servo, label: str, *, by: str, job: str | None = None) -> None: ...
 
@@ -62,9 +62,9 @@ class CommissionSteps:
         self._set_label = set_label
 
     async def execute(self, run: CommissionRun) -> None:
-        """Do all steps of a run."""
+        """Run all steps."""
         try:
-            run.tell()
+            run.update_result()
             for target in run.targets:
                 if target.finished:
                     await run.step(target, "check", self._check)
@@ -78,7 +78,7 @@ class CommissionSteps:
         target = run.target(turn.uid)
         if turn.parked is not None:
             await run.step(target, PARK_STEPS[turn.parked], partial(self._parking.park, turn.parked))
-        elif target.problem is not None:  # it could not step aside
+        elif target.problem is not None:  # its ID could not be parked
             run.skip(target, FAILED_BEFORE)
         else:
             await self._commission(run, target)
@@ -96,12 +96,12 @@ class CommissionSteps:
                 break
         record.ended_at = self._base.utc_now()
         record.verdict = "done" if target.problem is None else "failed"
-        run.tell()
+        run.update_result()
         self._note(run, target)
 
     async def _clear_up(self, run: CommissionRun) -> None:
-        """Put back the servo IDs of parked servos whose turn did not come, and skip all waiting steps."""
-        await self._parking.put_back(run)
+        """Restore the servo IDs of parked servos that were not reached, and skip all waiting steps."""
+        await self._parking.restore(run)
         for target in run.targets:
             if target.problem is None and target.record.verdict == "waiting":
                 target.record.verdict = "not_tried"
@@ -111,7 +111,7 @@ class CommissionSteps:
         servo = await self._writer.present(target)
         job = self._wiggle.identify(servo, run.lease_id, by=run.by)
         await self._writer.ended(job, servo)
-        text = f"by its own node {servo.node_id}, and back where it was"
+        text = f"wiggled on node {servo.node_id} and returned to its start angle"
         return Evidence("identified", text, known(node_id=servo.node_id))
 
     async def _write(self, run: CommissionRun, target: CommissionTarget) -> Evidence:
@@ -132,78 +132,79 @@ class CommissionSteps:
         wanted = self._raws(run, target, servo)
         fixed = target.wanted.node_id
         if all(servo.registers[key].rom == raw for key, raw in wanted.items()) and fixed in (None, 0, servo.node_id):
-            raise NotNeeded(Evidence("save_not_needed", "not needed: ROM is known to hold everything already"))
+            raise NotNeeded(Evidence("save_not_needed", "not needed: ROM already contains all values"))
         await self._writer.save(run, servo, wanted)
         return SAVED
 
     async def _verify(self, run: CommissionRun, target: CommissionTarget) -> Evidence:
         servo = await self._writer.present(target)
-        kept, wanted = await self._compare(run, target, servo, rom_may_be_unknown=False)
+        keys, wanted = await self._compare(run, target, servo, rom_may_be_unknown=False)
         fixed, saved = target.wanted.node_id, run.request.save
-        held = {key: servo.registers[key].rom if saved else servo.configured(key) for key in kept}
+        found = {key: servo.registers[key].rom if saved else servo.configured(key) for key in keys}
         target.record.identify(servo)
         target.record.prove(
-            servo, {key: raw for key, raw in held.items() if raw is not None}, "rom" if saved else "ram"
+            servo, {key: raw for key, raw in found.items() if raw is not None}, "rom" if saved else "ram"
         )
         if saved and fixed:
             self._parking.forget_allocation(run, servo)
-        where = "RAM and ROM hold" if saved else "RAM holds, and ROM does not,"
-        text = f"{where} all {len(wanted)} values, read from node {servo.node_id}"
-        return Evidence("values_hold", text, known(values=len(wanted), node_id=servo.node_id, in_rom=saved))
+        where = "in RAM and ROM" if saved else "in RAM, not in ROM"
+        text = f"all {len(wanted)} values verified {where}, read from node {servo.node_id}"
+        return Evidence("values_verified", text, known(values=len(wanted), node_id=servo.node_id, in_rom=saved))
 
     async def _check(self, run: CommissionRun, target: CommissionTarget) -> Evidence:
         """Check that a target finished by an earlier run still has its values. Writes nothing."""
         servo = await self._writer.present(target)
-        kept, wanted = await self._compare(run, target, servo, rom_may_be_unknown=True)
+        keys, wanted = await self._compare(run, target, servo, rom_may_be_unknown=True)
         target.record.servo_id, target.record.node_id = servo.servo_id, servo.node_id
-        # A server that has just started may not know ROM. It was proved then, and only a save of ours changes it.
-        unknown = run.request.save and any(servo.registers[key].rom is None for key in kept)
-        rom = f"; ROM as proved at {when(target.record.ended_at)}" if unknown else ""
+        # After a server start ROM may be unknown. It was verified by the earlier run, and only a save changes it.
+        unknown = run.request.save and any(servo.registers[key].rom is None for key in keys)
+        rom = f"; ROM verified at {when(target.record.ended_at)}" if unknown else ""
         text = f"all {len(wanted)} values read from node {servo.node_id}{rom}; nothing was written"
-        proved_at = target.record.ended_at if unknown else None
-        values = known(values=len(wanted), node_id=servo.node_id, proved_at=proved_at)
-        return Evidence("values_still_hold", text, values)
+        verified_at = target.record.ended_at if unknown else None
+        values = known(values=len(wanted), node_id=servo.node_id, verified_at=verified_at)
+        return Evidence("values_still_verified", text, values)
 
     async def _compare(
         self, run: CommissionRun, target: CommissionTarget, servo: Servo, *, rom_may_be_unknown: bool
     ) -> tuple[list[str], dict[str, Raw]]:
-        """Read every row that ROM keeps; their keys, and what was wanted. Raises NotAsWanted for what RAM, or with save
-        ROM, does not hold, and for a node that is not on its fixed id.
+        """Read all rows stored in ROM. Returns their keys and the requested values.
+
+        Raises UnexpectedResult if RAM, or with save ROM, differs, or if the servo is not on its static node ID.
         """
-        kept = [key for key, one in servo.registers.items() if one.parameter.rom]
-        await read_rows(self._requests, servo, kept)
+        keys = [key for key, one in servo.registers.items() if one.parameter.rom]
+        await read_rows(self._requests, servo, keys)
         wanted = self._raws(run, target, servo)
         fixed = target.wanted.node_id
         if run.request.save and fixed and servo.node_id != fixed:
-            raise NotAsWanted(
-                f"{servo.title} answers on node {servo.node_id} instead of {fixed}.",
+            raise UnexpectedResult(
+                f"{servo.title} responds on node {servo.node_id} instead of {fixed}.",
                 key="node_id",
-                cause="other_node",
+                cause="node_id_mismatch",
                 servo=servo.title,
                 node_id=servo.node_id,
                 wanted_node_id=fixed,
             )
         wrong: list[dict[str, object]] = []
-        said: list[str] = []
+        texts: list[str] = []
         for key, raw in wanted.items():
             found = {"RAM": servo.configured(key)} | ({"ROM": servo.registers[key].rom} if run.request.save else {})
             for place, held in found.items():
                 if held != raw and not (held is None and place == "ROM" and rom_may_be_unknown):
                     fact, text = difference(servo, key, raw, held, f"in {place} is ")
                     wrong.append({**fact, "in": place})
-                    said.append(text)
+                    texts.append(text)
         if wrong:
-            raise NotAsWanted(
-                f"{servo.title} holds something else: {'; '.join(said)}.",
+            raise UnexpectedResult(
+                f"{servo.title} has other values than requested: {'; '.join(texts)}.",
                 differences=wrong,
-                cause="holds_something_else",
+                cause="values_differ",
                 servo=servo.title,
                 keys=[one["key"] for one in wrong],
             )
-        return kept, wanted
+        return keys, wanted
 
     def _raws(self, run: CommissionRun, target: CommissionTarget, servo: Servo) -> dict[str, Raw]:
-        """Raw by key of everything wanted."""
+        """All requested values, raw by key."""
         values = wanted_values(self._profiles, run.request, target.wanted, servo)
         known: dict[str, Raw | None] = dict(servo.raws())
         wanted: dict[str, Raw] = {}
@@ -212,15 +213,15 @@ class CommissionSteps:
         return wanted
 
     def _check_free(self, target: CommissionTarget, servo: Servo) -> None:
-        """Raises Conflict while somebody on the bus has an id this target is to get: who should have left did not."""
+        """Raises Conflict if a servo on the bus still has an ID that this target is to get."""
         for key, number in target.wanted.ids.items():
             others = [one for one in self._fleet.all() if one.online and one.uid != servo.uid]
             holder = next((one for one in others if number and getattr(one, key) == number), None)
             if holder is not None:
                 raise Conflict(
-                    f"{key.replace('_', ' ').capitalize()} {number} still is {holder.title}'s, which could not be "
-                    "moved first.",
-                    key=key, requested=number, owner=holder.uid, owner_title=holder.title, cause="id_still_held",
+                    f"{key.replace('_', ' ').capitalize()} {number} is still in use by {holder.title}, whose ID could "
+                    "not be changed first.",
+                    key=key, requested=number, owner=holder.uid, owner_title=holder.title, cause="id_still_in_use",
                 )  # fmt: skip
 
     def _note(self, run: CommissionRun, target: CommissionTarget) -> None:
@@ -232,7 +233,7 @@ class CommissionSteps:
             "profile": record.profile,
         }
         outcome = "succeeded" if target.problem is None else "failed"
-        notes: tuple[Note, ...] = () if run.request.save else (Note("RAM only: nothing is in ROM.", "ram_only"),)
+        notes: tuple[Note, ...] = () if run.request.save else (Note("RAM only, not saved to ROM.", "ram_only"),)
         if target.problem is not None:
             notes = (Note.of(target.problem),)
         elif record.problem_text:

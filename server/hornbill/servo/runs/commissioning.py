@@ -1,4 +1,4 @@
-"""Job that gives new servos, all alike on one bus, their names, IDs and values."""
+"""Job that assigns names, IDs and values to new servos."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
@@ -29,20 +29,20 @@ from hornbill.units import Raw, Uid
 
 STEPS = {
     "identify": "Horn wiggled",
-    "write": "Named, ids and values written and read back",
+    "write": "Label, IDs and values written and read back",
     "save": "Saved",
-    "verify": "Found to hold what was wanted",
+    "verify": "Verified as planned",
 }
-CHECK = "Still holds what was wanted"
+CHECK = "Still as planned"
 PARKED = {
-    "servo_id": "Servo ID parked on 0, its next owner comes first",
-    "node_id": "Node ID parked on dynamic and saved, its next owner comes first",
+    "servo_id": "Servo ID set to 0 to free it for its next servo",
+    "node_id": "Node ID set to dynamic and saved, to free it for its next servo",
 }
 
 
 @dataclass(frozen=True, slots=True)
 class CommissionOptions:
-    """How servos are commissioned. `profile`: name of the profile to write, copied when the job starts."""
+    """Options of commissioning. `profile`: name of the profile to write, copied when the job starts."""
 
     profile: str | None
     save: bool
@@ -53,7 +53,7 @@ class CommissionOptions:
 
 @dataclass(frozen=True, slots=True)
 class NewServo:
-    """A servo that looks new: servo id 0 and no name. `servo_id` is the lowest that is free, after those before it."""
+    """A servo that appears new: servo ID 0 and no nickname. `servo_id`: the lowest free ID not proposed to another."""
 
     servo: Servo
     servo_id: int | None
@@ -61,7 +61,7 @@ class NewServo:
 
 @dataclass(slots=True)
 class Planned:
-    """What commissioning would do with one servo: what it writes, and with a save what ROM holds then."""
+    """Plan for one servo: the changes, and with a save the ROM changes."""
 
     servo: Servo
     changes: list[Change] = field(default_factory=list[Change])
@@ -92,7 +92,7 @@ class CommissioningJobs:
         self._steps = steps
 
     def candidates(self) -> list[NewServo]:
-        """The servos on the bus that look new, in the order of their serials, each with an id to give it."""
+        """Servos on the bus that appear new, sorted by serial number, each with a proposed servo ID."""
         new = [one for one in self._fleet.all() if one.online and one.servo_id == 0 and not one.label]
         taken: set[int] = set()
         found: list[NewServo] = []
@@ -105,15 +105,14 @@ class CommissioningJobs:
         return found
 
     def start(self, wanted: Sequence[Wanted], lease_id: str | None, options: CommissionOptions) -> RunningJob:
-        """Commission servos one by one, each all or nothing; `Job.result` has `targets`, one record each as requested.
+        """Commission servos one by one, each atomically. `Job.result` has `servos`, one record each as requested.
 
-        A target: identify (wiggle) if asked → label, ids and the profile's values in one change → save → read back what
-        RAM and ROM hold, under the static node id if one was given. Identity rows of a profile are left out. Ids are
-        exchanged without a clash on the way: see `order_ids`.
+        Each target: identify (wiggle) if requested → label, IDs and profile values in one change → save → read back RAM
+        and ROM, on the static node ID if one was given. Identity rows of a profile are left out. IDs are exchanged
+        without duplicates in between: see `order_ids`.
 
-        Everything is checked first, and nothing written when anything is wrong. Raises Unknown (servo, profile),
-        LeaseHeld, Stopped, InvalidValue, Conflict, OutOfRange, NotInThisModel, NeedsConfirmation, Busy, NoResponse,
-        TorqueOn.
+        Everything is checked first; after an error nothing is written. Raises Unknown (servo, profile), LeaseHeld,
+        Stopped, InvalidValue, Conflict, OutOfRange, NotInThisModel, NeedsConfirmation, Busy, NoResponse, TorqueOn.
         """
         request, order = self._checked(wanted, lease_id, options)
         targets = [
@@ -126,7 +125,7 @@ class CommissioningJobs:
         return self._jobs.start("commissioning", None, steps, work, cast("Mapping[str, Json]", request.document()))
 
     async def plan(self, wanted: Sequence[Wanted], lease_id: str | None, options: CommissionOptions) -> list[Planned]:
-        """What `start` would write and what ROM would hold, servo by servo, after every check of it. Reads only."""
+        """Dry run of `start` with all its checks, servo by servo. Sends only reads."""
         request, _ = self._checked(wanted, lease_id, options)
         return [await self._plan_one(request, one, self._fleet.get(one.uid), lease_id) for one in wanted]
 
@@ -138,14 +137,14 @@ class CommissioningJobs:
     def resumer(self, job: RunningJob) -> Work:
         """Resume a job: finished targets are read again, interrupted ones are repeated, the others follow.
 
-        Servos are found by their uid, wherever they are now. Raises LeaseHeld, Stopped, and Conflict when an id has
-        been taken by another servo since; a missing servo is an anomaly when its turn comes.
+        Servos are found by unique ID, on any node ID. Raises LeaseHeld, Stopped, and Conflict if another servo has
+        since got one of the IDs. A missing servo is an anomaly of its steps.
         """
         assert job.request is not None
         request = CommissionRequest.from_document(job.request)
         self._check_leave(request, job.lease_id)
-        kept = records.of_result(job.result)
-        done = {uid for uid, record in kept.items() if record.verdict == "done"}
+        stored = records.of_result(job.result)
+        done = {uid for uid, record in stored.items() if record.verdict == "done"}
         rest = [one for one in request.wanted if one.uid not in done]
         for one in rest:
             if self._fleet.knows(one.uid):
@@ -153,8 +152,8 @@ class CommissioningJobs:
         order = self._order(rest)
         targets: list[CommissionTarget] = []
         for place, one in enumerate(request.wanted, start=1):
-            record, finished = kept.get(one.uid) or ServoRecord(one.uid), one.uid in done
-            record = record if finished else _anew(record)
+            record, finished = stored.get(one.uid) or ServoRecord(one.uid), one.uid in done
+            record = record if finished else _reset(record)
             targets.append(CommissionTarget(record=record, place=place, wanted=one, finished=finished))
         pinned = {Uid(str(uid)) for uid in cast("list[object]", (job.result or {}).get("pinned", []))}
         job.steps[:] = _steps(targets, order, request)
@@ -188,7 +187,7 @@ class CommissioningJobs:
     def _checked(
         self, wanted: Sequence[Wanted], lease_id: str | None, options: CommissionOptions
     ) -> tuple[CommissionRequest, list[IdTurn]]:
-        """The request with its `torque`, and its order, after every check. Raises the first problem."""
+        """The checked request with its `torque`, and its order. Raises the first problem."""
         check_wanted(wanted)
         servos = {one.uid: self._fleet.get(one.uid) for one in wanted}
         profile = None if options.profile is None else asdict(self._profiles.get(options.profile))
@@ -203,7 +202,7 @@ class CommissioningJobs:
         return replace(request, torque=torque), order
 
     def _check_servo(self, request: CommissionRequest, one: Wanted, servo: Servo, lease_id: str | None) -> Raw | None:
-        """Check one servo's part of the request; the 0x20 to be in ROM. Sends nothing. Raises the first problem."""
+        """Check one servo's part of the request. Returns the 0x20 to save. Sends nothing. Raises the first problem."""
         permission.check_free(servo, self._jobs)
         try:
             (permission.check_movable if request.identify else permission.check_writable)(servo)
@@ -219,7 +218,7 @@ class CommissioningJobs:
         return torque
 
     def _check_ids(self, request: CommissionRequest, one: Wanted, servo: Servo) -> None:
-        """Raises Conflict for an ID of a servo that keeps it: not in the request, or without a new ID there."""
+        """Raises Conflict for an ID that another servo retains: one not in the request, or without a new ID there."""
         for key, number in one.ids.items():
             if not number:
                 continue
@@ -233,7 +232,7 @@ class CommissioningJobs:
     def _order(self, wanted: Sequence[Wanted]) -> list[IdTurn]:
         known = {one.uid: self._fleet.get(one.uid) for one in wanted if self._fleet.knows(one.uid)}
         held = {
-            "node_id": {uid: servo.node_id for uid, servo in known.items()},  # changes at a restart alone
+            "node_id": {uid: servo.node_id for uid, servo in known.items()},  # takes effect at a restart
             "servo_id": {uid: servo.servo_id for uid, servo in known.items()},
         }
         return order_ids({one.uid: one.ids for one in wanted}, held)
@@ -251,8 +250,8 @@ def _steps(targets: Sequence[CommissionTarget], order: Sequence[IdTurn], request
     return found
 
 
-def _anew(record: ServoRecord) -> ServoRecord:
-    """The record of a servo that is repeated: its identity without its results."""
+def _reset(record: ServoRecord) -> ServoRecord:
+    """The record of a servo to repeat: its identity without its results."""
     return ServoRecord(
         record.uid, record.title, record.label, record.serial, record.model, record.firmware, record.hardware_version,
         record.production_date, record.servo_id, record.node_id,
@@ -261,7 +260,7 @@ def _anew(record: ServoRecord) -> ServoRecord:
 
 def _needs_save() -> Conflict:
     return Conflict(
-        "A node ID that is asked for is in use by another servo of this request, which leaves it only when it is "
-        "saved. Save it in the same request.",
-        cause="node_id_leaves_later",
+        "A requested node ID is in use by another servo of this request, which frees it only after a save. Use save in "
+        "the same request.",
+        cause="node_id_not_free_yet",
     )

@@ -1,4 +1,4 @@
-"""One operation on many servos: the loop over targets and steps that every kind of run shares."""
+"""Loop over targets and steps, shared by all operations on many servos."""
 
 import asyncio
 from collections.abc import Awaitable, Callable, Iterable, Sequence
@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from typing import ClassVar, Generic, Literal, Self, TypeAlias, TypeVar
 
 from hornbill.domain.change import Change, SavePreview
-from hornbill.errors import Cause, HornbillError, Interrupted, NotAsWanted, Unknown
+from hornbill.errors import Cause, HornbillError, Interrupted, UnexpectedResult, Unknown
 from hornbill.servo.configuration.record import ServoRecord
 from hornbill.servo.configuration.writing import Outcome
 from hornbill.servo.runtime.jobs import RunningJob
@@ -16,7 +16,7 @@ from hornbill.servo.runtime.steps import Evidence, Step
 from hornbill.units import Uid
 
 OnAnomaly: TypeAlias = Literal["stop", "continue"]
-"""What follows the first servo that failed."""
+"""Action after the first servo that failed."""
 
 
 class NotNeeded(Exception):
@@ -29,9 +29,7 @@ class NotNeeded(Exception):
 
 @dataclass(slots=True, kw_only=True)
 class RunTarget:
-    """One servo of a run, and the record of it. `place` counts from 1 and is part of the names of its steps; `problem`
-    is why it failed.
-    """
+    """One servo of a run, with its record. `place`: number from 1, part of its step names. `problem`: its failure."""
 
     record: ServoRecord
     place: int
@@ -44,7 +42,7 @@ class RunTarget:
 
     @property
     def title(self) -> str:
-        """Title of the servo, also of one that is absent."""
+        """Title of the servo, even if it is offline."""
         return self.record.title or f"servo {self.uid[:8]}"
 
     def fail(self, problem: HornbillError) -> None:
@@ -58,11 +56,11 @@ class RunTarget:
             self.record.verdict = "not_tried"
 
     def shown(self) -> dict[str, object]:
-        """The target in the result of a job, as JSON: its record, and what else its kind of run tells of it."""
+        """The target in the result of a job, as JSON: its record, and fields of its kind of run."""
         return self.record.document()
 
     def step(self, kind: str, text: str) -> Step:
-        """A step of the job that is about this servo."""
+        """A step of the job for this servo."""
         return Step(self.step_name(kind), f"{self.title}: {text}", uid=self.uid, params={"servo": self.title})
 
     def step_name(self, kind: str) -> str:
@@ -91,9 +89,9 @@ Item = TypeVar("Item")
 
 @dataclass(slots=True, kw_only=True)
 class FleetRun(Generic[T]):
-    """One operation on many servos: its targets, and the loop over the steps that each kind of run supplies.
+    """An operation on many servos: targets, and the loop over the steps that each kind of run supplies.
 
-    A HornbillError of a step is that target's problem and never leaves the step, unless it is one of `ENDS`.
+    A HornbillError of a step becomes the problem of its target. Only errors in `ENDS` leave the step.
     """
 
     ENDS: ClassVar[tuple[type[HornbillError], ...]] = ()
@@ -109,11 +107,11 @@ class FleetRun(Generic[T]):
 
     @property
     def stopped(self) -> bool:
-        """Whether a problem ends it here."""
+        """Whether a problem ends the run."""
         return self.on_anomaly == "stop" and bool(self.failed)
 
     async def each(self, items: Iterable[Item], do: "Callable[[Self, Item], Awaitable[object]]") -> None:
-        """Do it for one item after the other, up to the first problem where that stops the run."""
+        """Call `do` for each item in turn, until a problem stops the run."""
         for item in items:
             if self.stopped:
                 return
@@ -127,15 +125,15 @@ class FleetRun(Generic[T]):
         *,
         whole: bool = False,
     ) -> None:
-        """Do the same step of many targets at once."""
+        """Run the same step of many targets concurrently."""
         await asyncio.gather(*(self.step(target, kind, do, whole=whole) for target in targets))
 
     async def step(
         self, target: T, kind: str, do: "Callable[[Self, T], Awaitable[Evidence | None]]", *, whole: bool = False
     ) -> bool:
-        """Do one step and record its outcome; whether it succeeded. What `do` returns is the evidence.
+        """Run one step and record its outcome. `do` returns the evidence. Returns whether the step succeeded.
 
-        `whole`: it comes to its end although the run is cancelled meanwhile.
+        `whole`: the step is completed even if the run is cancelled.
         """
         if whole:
             return await shielded(self.step(target, kind, do))
@@ -155,7 +153,7 @@ class FleetRun(Generic[T]):
         self._done(name, evidence)
         return True
 
-    # Progress of a step. A run without a job has none to show.
+    # Progress of a step. A run without a job does not show it.
 
     def _began(self, name: str) -> None: ...
 
@@ -168,24 +166,24 @@ class FleetRun(Generic[T]):
 
 @dataclass(slots=True, kw_only=True)
 class FleetJob(FleetRun[T]):
-    """A run that a job shows, with the record of it as the job's result."""
+    """A run shown by a job, with its records as the job's result."""
 
     FAILED: ClassVar[str] = "servos failed"
     """End of the sentence that counts the targets with a problem."""
-    ALSO: ClassVar[Cause] = "of_servos"
+    ALSO: ClassVar[Cause] = "some_servos_failed"
     """Code of that sentence; its values are `failed`, `targets` and `titles`."""
 
     SHOWS_RESULT: ClassVar[bool] = False
-    """Whether the job has a result after each step, not at its end only."""
+    """Whether the job's result is updated after each step, not only at the end."""
 
     job: RunningJob
 
     def result(self) -> dict[str, object]:
-        """The result of the job as of now: `servos`, one entry each in the order given."""
+        """The present result: `servos`, one entry each in the given order."""
         return {"servos": [target.shown() for target in self.targets], **self.facts()}
 
     def facts(self) -> dict[str, object]:
-        """What its kind of run tells besides."""
+        """Further fields of the result, by kind of run."""
         return {}
 
     def close(self) -> None:
@@ -197,17 +195,17 @@ class FleetJob(FleetRun[T]):
             target.record.started_at, target.record.ended_at = min(begun, default=None), max(ended, default=None)
             target.close()
 
-    def tell(self) -> None:
+    def update_result(self) -> None:
         """Update the result of the job. It is stored with the next change of a step."""
         self.job.result = self.result()
 
     async def work(self, execute: Awaitable[None]) -> dict[str, object]:
-        """Do it and return the result, which the job has whatever the end. Raises the first problem of a target."""
+        """Run `execute` and return the result. The job has the result in any case. Raises a target's first problem."""
         try:
             await execute
-        finally:  # also if cancelled: the result names what was written
+        finally:  # also if cancelled: the result lists the writes
             self.close()
-            self.tell()
+            self.update_result()
         self._raise_first()
         return self.result()
 
@@ -218,12 +216,12 @@ class FleetJob(FleetRun[T]):
                 self.job.skip(step.name, why)
 
     def skip_all(self, why: Evidence) -> None:
-        """Skip every step of any target that has not begun."""
+        """Skip the steps of all targets that have not begun."""
         for target in self.targets:
             self.skip(target, why)
 
     def summary(self, failed: Sequence[T]) -> str:
-        """Sentence before the detail of the first problem."""
+        """Sentence that precedes the first problem."""
         return f"{len(failed)} of {len(self.targets)} {self.FAILED}. " if len(self.targets) > 1 else ""
 
     def _began(self, name: str) -> None:
@@ -242,7 +240,7 @@ class FleetJob(FleetRun[T]):
 
     def _show(self) -> None:
         if self.SHOWS_RESULT:
-            self.tell()
+            self.update_result()
 
     def _raise_first(self) -> None:
         failed = self.failed
@@ -265,26 +263,26 @@ class FleetJob(FleetRun[T]):
         raise error
 
 
-SAVED = Evidence("saved", "in ROM, read back after the restart")
+SAVED = Evidence("saved", "saved to ROM, read back after the restart")
 
 
 def rows_written(written: int, of: int) -> Evidence:
     """Evidence of a step that wrote rows and read them back."""
-    text = f"{written} rows written and read back, {of - written} as they were"
+    text = f"{written} rows written and read back, {of - written} unchanged"
     return Evidence("written", text, {"rows": written, "unchanged": of - written})
 
 
 def check_outcome(title: str, outcome: Outcome) -> None:
-    """Raises the failure of a change, or NotAsWanted for values that the servo clamped."""
+    """Raises the failure of a change, or UnexpectedResult for values that the servo clamped."""
     if outcome.failure is not None:
         raise outcome.failure
     clamped = [one for one in outcome.changes if one.verdict == "clamped"]
     if clamped:
         listed = ", ".join(f"{one.key} {one.requested} → {one.after}" for one in clamped)
-        raise NotAsWanted(
-            f"{title} holds other values than those written: {listed}.",
+        raise UnexpectedResult(
+            f"{title} changed written values: {listed}.",
             differences=[{"key": one.key, "wanted": one.requested, "found": one.after} for one in clamped],
-            cause="holds_something_else",
+            cause="values_differ",
             servo=title,
             keys=[one.key for one in clamped],
         )

@@ -1,4 +1,4 @@
-"""Exchange of IDs among servos: the writes of a plan, and their way back when it fails."""
+"""Exchange of IDs among servos: the writes of a plan, and their rollback."""
 
 import asyncio
 from collections.abc import Awaitable, Callable
@@ -10,12 +10,12 @@ from hornbill.servo.device.servo import Servo
 from hornbill.units import Uid
 
 AGAIN_S = 0.25
-"""Interval of retries when IDs are put back: the other servos wait for the number."""
+"""Interval of retries in a rollback, while other servos wait for the number."""
 
 
 @dataclass(frozen=True, slots=True)
 class IdMove:
-    """One write of an ID row: its value before and after. 0 after: the servo is parked, another gets its number."""
+    """One write of an ID row, with its previous value. `number` 0: the servo is parked, and another gets its number."""
 
     servo: Servo
     key: str
@@ -29,43 +29,43 @@ class IdMove:
 
 
 WriteId: TypeAlias = Callable[[IdMove], Awaitable[None]]
-"""One write, proved by a read-back: in RAM, or saved. Raises HornbillError when the servo does not hold the number."""
+"""One write, verified by a read-back, in RAM only or saved. Raises HornbillError if the number was not accepted."""
 
 
 class IdExchange:
-    """The ID writes of one run, one after the other as planned, and which of them are to be put back when it fails."""
+    """The ID writes of one run, in the planned order, and those to roll back after a failure."""
 
     def __init__(self) -> None:
         self._made: list[IdMove] = []
 
     async def move(self, one: IdMove, write: WriteId) -> None:
-        """Write one ID. Raises the problem of `write`.
+        """Write one ID. Raises the error of `write`.
 
-        It counts as made before it is written: a write that failed may have arrived, and one that was cancelled ends.
+        It is recorded before the write, because a failed or cancelled write may have arrived.
         """
         self._made.append(one)
         await write(one)
 
     def settle(self, uid: Uid, key: str | None = None) -> None:
-        """What a servo holds now, in this row or in all, stays and is not put back."""
+        """Exclude a servo's ID, in this row or in all, from a rollback."""
         self._made = [one for one in self._made if one.servo.uid != uid or key not in (None, one.key)]
 
     def parked(self, key: str) -> list[IdMove]:
-        """The writes that parked an ID of this row and may be put back."""
+        """The writes that parked an ID of this row and would be rolled back."""
         return [one for one in self._made if one.key == key and one.number == 0]
 
-    async def put_back(self, write: WriteId, within_s: float = 0.0) -> list[tuple[IdMove, HornbillError | None]]:
-        """Put back, last first, through the same states: each write, and why it could not be undone.
+    async def roll_back(self, write: WriteId, within_s: float = 0.0) -> list[tuple[IdMove, HornbillError | None]]:
+        """Undo all writes in reverse order. Returns each write, with its problem if it could not be undone.
 
-        A number that its servo could not leave is given to no other. Each is tried until `within_s` is over, once at
-        least.
+        A number that its servo could not free is not given to another. Each write is tried for `within_s`, at least
+        once.
         """
         until = asyncio.get_running_loop().time() + within_s
         held: set[tuple[str, int]] = set()
         found: list[tuple[IdMove, HornbillError | None]] = []
         for one in reversed(self._made):
             problem: HornbillError | None = Conflict(
-                "another servo has it now", cause="servo_id_taken_meanwhile", servo_id=one.before
+                "another servo uses it now", cause="servo_id_in_use", servo_id=one.before
             )
             if one.before == 0 or (one.key, one.before) not in held:
                 problem = await _until_written(one.back, write, until)

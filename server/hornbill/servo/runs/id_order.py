@@ -1,4 +1,4 @@
-"""Order in which servos get new IDs, so that no two share one on the way. 0 may be shared."""
+"""Order in which servos get new IDs, so that no two share one in between. 0 may be shared."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -9,7 +9,7 @@ from hornbill.units import Uid
 
 @dataclass(frozen=True, slots=True)
 class IdTurn:
-    """One servo's turn. `parked` None: all its rows become what they are to hold. Else only that row becomes 0, because
+    """One servo's turn. `parked` None: all its rows get their new values. Otherwise only that row is set to 0, because
     another servo gets its number first.
     """
 
@@ -23,12 +23,12 @@ def order_ids(
     *,
     first_yields: bool = False,
 ) -> list[IdTurn]:
-    """The turns in their order, which is that of `wanted` as far as IDs allow.
+    """The turns, in the order of `wanted` as far as IDs allow.
 
-    `wanted`: by servo, the number of each row; None leaves it. `held`: by row, what each servo has now; the row that
-    takes longest to park comes first. A servo waits while another that is still to come has what it wants. Where all
-    wait, whoever the first waits for is parked, or with `first_yields` the first itself: an extra turn. No number may
-    be wanted twice, or stay with a servo that is not in `wanted`.
+    `wanted`: by servo, the number of each row; None leaves it unchanged. `held`: by row, the present number of each
+    servo; the row that takes longest to park comes first. A servo waits while a later one has its number. If all wait,
+    the servo that the first waits for is parked, or with `first_yields` the first itself: an extra turn. No number may
+    be requested twice, or belong to a servo that is not in `wanted`.
     """
     now = {row: {uid: number for uid, number in numbers.items() if number} for row, numbers in held.items()}
     waiting = list(wanted)
@@ -67,10 +67,10 @@ def _next_turn(
 
 
 def moves(current: Mapping[Uid, int], wanted: Mapping[Uid, int]) -> list[tuple[Uid, int]]:
-    """The numbers of one row to write, one after the other, so that at no moment two servos share one other than 0.
+    """The writes of one row, in an order in which no two servos ever share a number other than 0.
 
-    `current` are the numbers there are now, of servos that change and of those that stay; one that is in `wanted` alone
-    has 0. Raises as `check_ids`.
+    `current`: present numbers of all servos, changing or not; a servo only in `wanted` has 0. Raises the errors of
+    `check_ids`.
     """
     check_ids(current, wanted)
     changing = {uid: {"id": number} for uid, number in wanted.items() if number != current.get(uid, 0)}
@@ -79,9 +79,9 @@ def moves(current: Mapping[Uid, int], wanted: Mapping[Uid, int]) -> list[tuple[U
 
 
 def check_ids(current: Mapping[Uid, int], wanted: Mapping[Uid, int]) -> None:
-    """Raises Conflict when two servos want the same number of a row, or one wants what stays with another.
+    """Raises Conflict if two servos request the same number of a row, or one that another servo retains.
 
-    Facts: requested, owner, uids (who wants it).
+    Facts: requested, owner, uids (the requesting servos).
     """
     stays = {number: uid for uid, number in current.items() if uid not in wanted}
     wanting: dict[int, Uid] = {}
@@ -90,12 +90,12 @@ def check_ids(current: Mapping[Uid, int], wanted: Mapping[Uid, int]) -> None:
             continue
         if number in wanting:
             raise Conflict(
-                f"Id {number} was asked for twice. Give each servo one of its own.",
-                requested=number, owner=wanting[number], uids=[wanting[number], uid], cause="id_wanted_twice",
+                f"ID {number} was requested twice. Assign a different ID to each servo.",
+                requested=number, owner=wanting[number], uids=[wanting[number], uid], cause="duplicate_id",
             )  # fmt: skip
         wanting[number] = uid
         if number in stays:
             raise Conflict(
-                f"Id {number} belongs to another servo, which keeps it. Choose another, or change that one as well.",
-                requested=number, owner=stays[number], uids=[uid], cause="id_kept_by_another",
+                f"ID {number} is in use by a servo that is not changed. Choose another ID, or change that servo too.",
+                requested=number, owner=stays[number], uids=[uid], cause="id_used_by_other_servo",
             )  # fmt: skip

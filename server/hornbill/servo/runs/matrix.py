@@ -1,4 +1,4 @@
-"""Parameters × servos as one: read together, planned together, each servo changed all or nothing."""
+"""Batch of parameters × servos: read and planned together, each servo changed atomically."""
 
 import asyncio
 from collections.abc import Collection, Mapping, Sequence
@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 from functools import partial
 
 from hornbill.domain.change import Change, Reason
-from hornbill.errors import Conflict, HornbillError, NotAsWanted
+from hornbill.errors import Conflict, HornbillError, UnexpectedResult
 from hornbill.servo.configuration.changes import Changes
 from hornbill.servo.configuration.record import ServoRecord
 from hornbill.servo.configuration.restart_plan import RestartOptions
@@ -44,18 +44,18 @@ class MatrixTarget(WrittenTarget):
 
     @property
     def ids(self) -> Collection[str]:
-        """Its rows that hold a number of one servo alone."""
+        """Rows with a number that must be unique."""
         return () if self.servo is None else self.servo.catalog.unique
 
     def wants(self, key: str) -> int | None:
         """The requested ID, after planning. None if it does not change."""
-        asked = (one.requested for one in self.changes if one.key == key and one.requested != one.before)
-        return next((int(value) for value in asked if isinstance(value, int | float)), None)
+        requested = (one.requested for one in self.changes if one.key == key and one.requested != one.before)
+        return next((int(value) for value in requested if isinstance(value, int | float)), None)
 
 
 @dataclass(frozen=True, slots=True)
 class MatrixOptions:
-    """How a batch is written; see `Changes.apply`."""
+    """Options of a batch; see `Changes.apply`."""
 
     lease_id: str | None
     revisions: Mapping[str, str]
@@ -67,8 +67,8 @@ class MatrixOptions:
 
 @dataclass(slots=True, kw_only=True)
 class MatrixRun(FleetRun[MatrixTarget]):
-    """One batch. `leaving`: servos whose IDs do not count as taken, because it moves them. `tied`: those that pass IDs
-    to one another, and are changed all or none.
+    """One batch. `leaving`: servos whose IDs do not count as in use, because it moves them. `tied`: servos that
+    exchange IDs and are changed all or none.
     """
 
     options: MatrixOptions
@@ -81,7 +81,7 @@ class MatrixRun(FleetRun[MatrixTarget]):
         return [target for target in self.targets if target.accepted]
 
     def write_options(self, target: MatrixTarget) -> WriteOptions:
-        """How a servo is written."""
+        """Options for writing a servo."""
         return WriteOptions(
             self.options.lease_id, save=self.options.save, revision=self.options.revisions.get(target.uid),
             confirm=self.options.confirm, leaving=self.leaving, reason=REASON,
@@ -89,7 +89,7 @@ class MatrixRun(FleetRun[MatrixTarget]):
 
 
 class Matrix:
-    """Reads and changes many servos. Those that pass ids to one another are changed all or none."""
+    """Reads and changes many servos. Servos that exchange IDs are changed all or none."""
 
     def __init__(
         self,
@@ -107,7 +107,7 @@ class Matrix:
         self._restarting = restarting
 
     async def read(self, uids: Sequence[Uid], keys: Collection[str] | None) -> dict[Uid, HornbillError]:
-        """Read rows (all unless named) of many servos from the bus at once; the problem of each that has one."""
+        """Read rows (default: all) of many servos at once. Returns the problems by servo."""
 
         async def one(uid: Uid) -> HornbillError | None:
             try:
@@ -121,14 +121,14 @@ class Matrix:
         return {uid: problem for uid, problem in zip(uids, found, strict=True) if problem is not None}
 
     async def write(self, values: Mapping[Uid, Values], options: MatrixOptions) -> Sequence[MatrixTarget]:
-        """Plan every servo, then write those that were not rejected; what became of each, in the same order.
+        """Plan all servos, then write those that were not rejected. Returns the results in the same order.
 
-        Raises LeaseHeld, before anything was sent; every other problem is the servo's.
+        Raises LeaseHeld before anything is sent. All other problems belong to a servo.
         """
         self._leases.allow_write(options.lease_id, self._base.now())
         targets = [
-            MatrixTarget(record=ServoRecord(uid), place=place, values=asked)
-            for place, (uid, asked) in enumerate(values.items(), 1)
+            MatrixTarget(record=ServoRecord(uid), place=place, values=requested)
+            for place, (uid, requested) in enumerate(values.items(), 1)
         ]
         run = MatrixRun(targets=targets, options=options, leaving=list(values))
         await self._plan_all(run)
@@ -137,13 +137,13 @@ class Matrix:
                 target.outcome, target.changes = "not_tried", []
         elif not options.dry_run:
             accepted = run.accepted
-            await shielded(self._write_all(run, accepted))  # ids are not left half way
+            await shielded(self._write_all(run, accepted))  # an exchange of IDs must be completed
             if options.save:
                 self._save(run, accepted)
         return targets
 
     async def _plan_all(self, run: MatrixRun) -> None:
-        """Plan until no rejection changes another plan: a rejected servo keeps the ID that another one wants."""
+        """Plan until no rejection affects another plan: a rejected servo retains an ID that another one requested."""
         await run.together(run.targets, "plan", self._plan)
         while True:
             self._check_ids(run)
@@ -168,7 +168,7 @@ class Matrix:
         target.outcome = "planned"
 
     def _check_ids(self, run: MatrixRun) -> None:
-        """Reject servos that want an ID which another one wants, or has and keeps."""
+        """Reject servos that request an ID requested or retained by another one."""
         for key in self._fleet.catalog.unique:
             while True:
                 accepted = run.accepted
@@ -192,7 +192,7 @@ class Matrix:
             await self._swap(run, tied)
 
     async def _write(self, run: MatrixRun, target: MatrixTarget) -> None:
-        """Write the rows of one servo; of tied servos without the IDs, which are written last."""
+        """Write the rows of one servo, except the IDs of tied servos, which are written last."""
         tied = target.ids if target.uid in run.tied else ()
         later = [change for change in target.changes if change.key in tied]
         values = {key: value for key, value in target.values.items() if key not in tied}
@@ -206,7 +206,7 @@ class Matrix:
         target.outcome, target.changes = "applied", [*written, *later]
 
     async def _swap(self, run: MatrixRun, tied: list[MatrixTarget]) -> None:
-        """Write the IDs of tied servos after all their other rows. On a failure all of it is put back."""
+        """Write the IDs of tied servos after all their other rows. On a failure roll back everything."""
         run.options = replace(run.options, revisions={})
         failure = next((one.problem for one in tied if one.outcome != "applied"), None)
         titles = ", ".join(one.title for one in tied)
@@ -218,9 +218,9 @@ class Matrix:
             return
         for one in tied:
             if one.outcome == "applied":
-                await self._put_back(run, one)
+                await self._roll_back(run, one)
                 one.problem = Conflict(
-                    f"{titles} pass ids to one another, and it failed: {failure.detail}",
+                    f"The exchange of IDs among {titles} failed: {failure.detail}",
                     cause="id_exchange_failed",
                     titles=titles,
                     failure=failure.code,
@@ -228,7 +228,7 @@ class Matrix:
                 one.outcome = "rolled_back"
 
     async def _exchange(self, run: MatrixRun, tied: Sequence[MatrixTarget]) -> HornbillError | None:
-        """Write the IDs of tied servos in RAM, one by one. None, or why all of them were put back."""
+        """Write the IDs of tied servos in RAM, one by one. Returns the failure after which all were rolled back."""
         exchange, write = IdExchange(), partial(self._write_id, run)
         servos = {one.uid: one.servo for one in tied if one.servo is not None}
         try:
@@ -238,25 +238,23 @@ class Matrix:
                     await exchange.move(IdMove(servos[uid], key, now[uid], number), write)
                     now[uid] = number
         except HornbillError as failure:
-            undone = await exchange.put_back(write, UNDO_WITHIN_S)
+            undone = await exchange.roll_back(write, UNDO_WITHIN_S)
             stuck = [
                 f"{one.servo.title} ({one.key} {one.number} instead of {one.before})"
                 for one, problem in undone
                 if problem is not None
             ]
             if stuck:
-                text = (
-                    f"Ids that could not be put back: {', '.join(stuck)}. Read these servos, and write their ids anew."
-                )
+                text = f"IDs not restored: {', '.join(stuck)}. Read these servos and write their IDs again."
                 self._hub.publish(LogEvent("failure", "not_rolled_back", text, params={"ids": stuck}))
             return failure
         return None
 
-    async def _put_back(self, run: MatrixRun, one: MatrixTarget) -> None:
-        """Put back the rows other than IDs; IDs are put back by the swap."""
+    async def _roll_back(self, run: MatrixRun, one: MatrixTarget) -> None:
+        """Restore the rows other than IDs, which the swap restores."""
         before = {change.key: change.before for change in one.changes if change.verdict in ("applied", "clamped")}
         before = {key: value for key, value in before.items() if key not in one.ids and value is not None}
-        if before.get(KEY) == "on":  # what it took stays away: a servo is never energised to undo something
+        if before.get(KEY) == "on":  # a rollback never turns torque on
             del before[KEY]
         verdict = "rolled_back"
         if before:
@@ -277,8 +275,8 @@ class Matrix:
         if outcome.failure is not None:
             raise outcome.failure
         if any(change.verdict == "clamped" for change in outcome.changes):
-            raise NotAsWanted(
-                f"{target.title} did not take {move.number} as {move.key}.",
+            raise UnexpectedResult(
+                f"{target.title} did not accept {move.number} as {move.key}.",
                 key=move.key,
                 cause="id_not_accepted",
                 servo=target.title,
@@ -295,7 +293,7 @@ class Matrix:
                 try:
                     save = RestartOptions(run.options.lease_id, confirm=run.options.confirm, written=target.changes)
                     target.job = self._restarting.start(target.servo, "save", save)
-                except HornbillError as problem:  # what was written stays written, and that is what must be said
+                except HornbillError as problem:  # the write stays, and the failed save is reported
                     target.problem = problem
 
 
@@ -312,7 +310,7 @@ def _leaving(entries: Sequence[MatrixTarget]) -> list[Uid]:
 
 
 def _tied(ids: Mapping[Uid, int], wanted: Mapping[Uid, int]) -> set[Uid]:
-    """Servos that want an ID which another one has now, and those that have it."""
+    """Servos that request an ID in use by another one, and the servos that use it."""
     found: set[Uid] = set()
     for uid, number in wanted.items():
         holders = {other for other, held in ids.items() if number and held == number and other != uid}

@@ -1,4 +1,4 @@
-"""Report of a job, servo by servo, from what the job itself stores."""
+"""Report of a job, servo by servo, from the data stored with the job."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -23,7 +23,7 @@ KIND_TITLES = {
 
 @dataclass(frozen=True, slots=True)
 class ReportTarget:
-    """One servo of the job, and the steps that were about it."""
+    """One servo of the job, with its steps."""
 
     record: ServoRecord
     steps: Sequence[Step]
@@ -31,7 +31,7 @@ class ReportTarget:
 
 @dataclass(frozen=True, slots=True)
 class Report:
-    """A job as a report; `steps` are those about no one servo. Instants are seconds since 1970 (UTC)."""
+    """A job as a report. `steps`: those without a servo. Instants: seconds since 1970 UTC."""
 
     job_id: str
     kind: str
@@ -54,20 +54,20 @@ class Report:
         return f"hornbill-{self.kind.replace('_', '-')}-{day}-{self.job_id[:8]}"
 
     def count(self, verdict: str) -> int:
-        """How many servos have this verdict."""
+        """Number of servos with this verdict."""
         return sum(target.record.verdict == verdict for target in self.targets)
 
 
 def report(job: RunningJob, inventory: Callable[[Uid], StoredServo | None]) -> Report:
     """The report of a job, running or ended. `inventory` supplies servos without a record in the result."""
-    kept = records.of_result(job.result)
-    wanted: dict[Uid, None] = dict.fromkeys(kept)
+    stored = records.of_result(job.result)
+    wanted: dict[Uid, None] = dict.fromkeys(stored)
     wanted |= dict.fromkeys(step.uid for step in job.steps if step.uid is not None)
     if job.uid is not None:
         wanted[job.uid] = None
     targets = [
         ReportTarget(
-            kept[uid] if uid in kept else _from_steps(job, uid, inventory(uid)),
+            stored[uid] if uid in stored else _from_steps(job, uid, inventory(uid)),
             _about(job, uid),
         )
         for uid in wanted
@@ -78,18 +78,18 @@ def report(job: RunningJob, inventory: Callable[[Uid], StoredServo | None]) -> R
 
 
 def took(step: Step) -> float | None:
-    """How long a step took, in seconds; None when it did not end or was left out."""
+    """Duration of a step, s. None if it was skipped or has not ended."""
     return None if step.started_at is None or step.ended_at is None else max(0.0, step.ended_at - step.started_at)
 
 
 def _about(job: RunningJob, uid: Uid) -> list[Step]:
-    """The steps of a job that are about one servo."""
+    """The steps of a job for one servo."""
     return [step for step in job.steps if (step.uid or job.uid) == uid]
 
 
-def _from_steps(job: RunningJob, uid: Uid, kept: StoredServo | None) -> ServoRecord:
-    """Record of a servo without one in the result, from the inventory and its steps."""
-    made = records.remembered(uid, kept)
+def _from_steps(job: RunningJob, uid: Uid, known: StoredServo | None) -> ServoRecord:
+    """Record of a servo that has none in the result, from the inventory and its steps."""
+    made = records.of_inventory(uid, known)
     mine = _about(job, uid)
     begun = [step.started_at for step in mine if step.started_at is not None]
     ended = [step.ended_at for step in mine if step.ended_at is not None]

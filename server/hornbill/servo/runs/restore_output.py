@@ -38,14 +38,14 @@ from hornbill.store.audit import NewAuditEntry
 from hornbill.units import Uid
 
 WORD = "load"
-"""Confirms that a servo under load is switched on."""
+"""Confirms that a servo under load may be turned on."""
 
 LOADED_PCT = 20
 """A torque reading above this is a load on the horn."""
 
-LOOK_S = 0.15
+CHECK_AFTER_S = 0.15
 STAYED_DEG = 2.0
-"""A horn that is this far from where it stood after LOOK_S was moved by its output, which is taken again."""
+"""Maximum movement within CHECK_AFTER_S. A horn that moved more was moved by its output, which is turned off again."""
 
 _ENDS = (Stopped, BusDisconnected, LeaseRequired, LeaseHeld)
 """Problems that concern every servo, and end the job."""
@@ -59,7 +59,7 @@ _DECIDING = (
 
 @dataclass(frozen=True, slots=True)
 class Prospect:
-    """One servo as a dry run finds it. `problem` is why it would stay off."""
+    """Result of a dry run for one servo. `problem`: reason why it would stay off."""
 
     servo: Servo
     under_load: bool
@@ -77,7 +77,7 @@ class OutputTarget(RunTarget):
     angle_deg: float | None = None
 
     def fail(self, problem: HornbillError) -> None:
-        """Record the problem that kept its output off."""
+        """Record the reason why its output stays off."""
         self.outcome = "failed"
         RunTarget.fail(self, problem)
 
@@ -106,16 +106,16 @@ class OutputRun(FleetJob[OutputTarget]):
     ALSO = "outputs_still_off"
 
     def summary(self, failed: Sequence[OutputTarget]) -> str:
-        """Which outputs stayed off."""
+        """The outputs that stayed off."""
         titles = ", ".join(target.title for target in failed)
         return f"{len(failed)} of {len(self.targets)} outputs stayed off: {titles}. "
 
 
 class RestoreOutputJobs:
-    """Starts jobs of kind "restore_output". Nothing moves: each horn is held where it stands.
+    """Starts jobs of kind "restore_output". Nothing moves: each horn is held at its present angle.
 
-    Under a lease the servos are under command and kept alive; they are off when it ends. Without one nobody commands
-    them afterwards: that is for servos whose own timeout holds (0x26).
+    Under a lease the servos are under motion control and kept alive, and are turned off when it ends. Without a lease
+    nothing commands them afterwards, which suits servos whose own timeout holds the position (0x26).
     """
 
     def __init__(
@@ -137,11 +137,11 @@ class RestoreOutputJobs:
         self._audit = services.audit
 
     def candidates(self) -> list[Servo]:
-        """Servos whose output a stop, a lease or a command took, and which were on before as configured."""
+        """Servos configured as on whose output was turned off by a stop, a lease or a command."""
         return [one for one in self._fleet.all() if one.online and _was_switched(one)]
 
     async def plan(self, uids: Sequence[Uid] | None, lease_id: str | None) -> list[Prospect]:
-        """What `start` would do to which servo, after reading it; nothing is sent but reads.
+        """Dry run of `start`, servo by servo. Sends only reads.
 
         `uids`: None for `candidates`. Raises Unknown, LeaseHeld, LeaseRequired for a lease that has ended, Busy.
         """
@@ -157,11 +157,11 @@ class RestoreOutputJobs:
     async def start(
         self, uids: Sequence[Uid] | None, lease_id: str | None, *, by: str, confirm: Collection[str] = ()
     ) -> RunningJob:
-        """Clear the latch if it is set, then switch the outputs on, one after the other.
+        """Clear a latched stop, then turn the outputs on one after the other.
 
-        A servo that fails stays off and is named; the others follow. Its result has `servos`, one entry each. Stop ends
-        it at once. Raises as `plan`, and before anything is sent but reads: LeaseRequired (for servos that their own
-        timeout would switch off again), NeedsConfirmation (load).
+        A servo that fails stays off and is reported; the others follow. The result has `servos`, one entry each. A stop
+        ends the job immediately. Before anything but reads is sent, it raises the errors of `plan`, LeaseRequired (for
+        servos whose own timeout would turn the output off again), NeedsConfirmation (load).
         """
         latch = self._stop.latch
         found = await self.plan(uids, lease_id)
@@ -191,19 +191,19 @@ class RestoreOutputJobs:
 
     def _clear(self, run: OutputRun, latch: Latch | None) -> None:
         run.job.begin("clear")
-        if self._stop.latch is not latch:  # pressed since: nobody agreed to clear that one
+        if self._stop.latch is not latch:  # latched since the request, so its clearing was not confirmed
             self._stop.check()
         if self._stop.latched:
             self._stop.clear(run.by)
-            run.job.done("clear", Evidence("latch_cleared", "the latch was set"))
+            run.job.done("clear", Evidence("latch_cleared", "the stop was latched"))
         else:
-            run.job.skip("clear", Evidence("not_latched", "nothing was latched"))
+            run.job.skip("clear", Evidence("not_latched", "no stop was latched"))
 
     async def _restore_step(self, run: OutputRun, target: OutputTarget) -> None:
         await run.step(target, "restore", self._restore)
 
     async def _restore(self, run: OutputRun, target: OutputTarget) -> Evidence:
-        """Switch one output on. On any problem it is off, or on the brake, as before."""
+        """Turn one output on. On any problem it is off or on brake as before."""
         servo, lease_id = target.servo, run.lease_id
         async with servo.changing:
             await self._read(servo)
@@ -216,12 +216,12 @@ class RestoreOutputJobs:
                 await self._switch_on(run, target)
                 target.held_by = "servo" if lease_id is None else "lease"
         target.outcome = "on"
-        kept = "under command: off when motion control ends" if target.held_by == "lease" else "it holds by itself"
-        text = f"held at {target.angle_deg:+.1f}°; {kept}"
+        how = "until motion control ends" if target.held_by == "lease" else "by the servo"
+        text = f"held at {target.angle_deg:+.1f}° {how}"
         return Evidence("held", text, known(angle_deg=target.angle_deg, held_by=target.held_by))
 
     async def _switch_on(self, run: OutputRun, target: OutputTarget) -> None:
-        """Switch on and check that the horn stays. On any problem the output is switched off again."""
+        """Turn the output on and check that the horn stays. On any problem turn the output off again."""
         servo, lease_id = target.servo, run.lease_id
         before, found, taken, stood = servo.raw(KEY), copy(servo.output), servo.output.disable_count, _angle(servo)
         try:
@@ -229,7 +229,7 @@ class RestoreOutputJobs:
                 await self._motion.torque_on(servo, lease_id)
             else:
                 await self._motion.energise(servo, run.by)
-            await asyncio.sleep(LOOK_S)
+            await asyncio.sleep(CHECK_AFTER_S)
             await self._read(servo)
             target.angle_deg = _angle(servo)
             self._check_stays(servo, lease_id, stood, target.angle_deg)
@@ -241,7 +241,7 @@ class RestoreOutputJobs:
             raise
 
     def _check_stays(self, servo: Servo, lease_id: str | None, stood: float, angle: float) -> None:
-        """Raises when the output is not on any more, or the horn did not stay where it stood."""
+        """Raises if the output is no longer on, or the horn has moved."""
         if lease_id is not None:
             self._motion.may_move(servo, lease_id)
         if servo.output_state.state != "on" or (lease_id is not None and not self._motion.is_commanded(servo.uid)):
@@ -253,8 +253,8 @@ class RestoreOutputJobs:
             )
         if abs(angle - stood) > STAYED_DEG:
             raise DidNotMove(
-                f"{servo.title} was to hold its horn at {stood:.1f}°, and it went to {angle:.1f}°. Its output is taken "
-                "again. Look what moves it.",
+                f"{servo.title} should hold its horn at {stood:.1f}°, but it moved to {angle:.1f}°. Its output was "
+                "turned off again. Check what moves the horn.",
                 angle_deg=angle, target_deg=stood, cause="horn_moved", servo=servo.title,
             )  # fmt: skip
 
@@ -278,18 +278,18 @@ class RestoreOutputJobs:
             self._leases.require(lease_id, self._base.now())
 
     def _check(self, servo: Servo) -> None:
-        """Check whether one output may be switched on, by the rows just read. The latch is not checked."""
+        """Check whether one output may be turned on, from the rows just read. Ignores the latch."""
         permission.check_movable(servo)
         if self._motion.torque_off.pending(servo.uid):
             raise NoResponse(
-                f"{servo.title} has not confirmed that its output is off: that is still being written.",
+                f"Torque off of {servo.title} is not acknowledged yet and is being repeated. Try again later.",
                 cause="torque_off_unconfirmed",
                 servo=servo.title,
             )
         speed = servo.raw("current_speed") or 0
         if abs(speed) > AT_REST_RPM:
             raise Busy(
-                f"The horn of {servo.title} turns at {speed} rpm. Let it come to rest.",
+                f"The horn of {servo.title} turns at {speed} rpm. Stop the horn first.",
                 cause="horn_turning_output_off",
                 servo=servo.title,
                 speed_rpm=speed,
@@ -299,8 +299,8 @@ class RestoreOutputJobs:
         angle = _angle(servo)
         if not low <= angle <= high:
             raise OutOfRange(
-                f"The horn of {servo.title} stands at {angle:.1f}°, outside its angle limits of {low:g}° to {high:g}°: "
-                "its output would move it. Turn it inside, or widen the limits.",
+                f"The horn of {servo.title} is at {angle:.1f}°, outside its angle limits of {low:g}° to {high:g}°. "
+                "Its output would move it. Turn the horn within the limits, or widen them.",
                 minimum=low, maximum=high, unit=row.unit, requested=angle, cause="outside_limits", servo=servo.title,
             )  # fmt: skip
 
@@ -329,7 +329,7 @@ def _angle(servo: Servo) -> float:
     row = servo.registers["current_angle"]
     if row.raw is None or row.at is None:
         raise NoResponse(
-            f"{servo.title} does not tell its angle. Check its supply and the wiring.",
+            f"The angle of {servo.title} is unknown. Check its supply and wiring.",
             cause="angle_unknown",
             servo=servo.title,
         )
@@ -345,8 +345,8 @@ def _require_lease(servos: Sequence[Servo]) -> None:
     if servos:
         titles = ", ".join(one.title for one in servos)
         raise LeaseRequired(
-            f"{titles}: the servo's own timeout (0x26, 0x27) would switch the output off again. Take motion control: "
-            "then the output is kept on until it ends.",
+            f"{titles}: the servo's own timeout (0x26, 0x27) would turn the output off again. Take motion control "
+            "first; the output then stays on until motion control ends.",
             uids=[one.uid for one in servos],
             cause="timeout_needs_lease",
             servos=[one.title for one in servos],
@@ -357,8 +357,8 @@ def _require_word(servos: Sequence[Servo]) -> None:
     if servos:
         titles = ", ".join(one.title for one in servos)
         raise NeedsConfirmation(
-            f"The horn may be under load on {titles}: braked, turning, or with more than {LOADED_PCT} % torque. It is "
-            "held where it stands.",
+            f"The horn of {titles} may be under load: on brake, turning, or above {LOADED_PCT} % torque. It will be "
+            "held at its present angle.",
             confirm=WORD, uids=[one.uid for one in servos],
             cause="loaded_horns", servos=[one.title for one in servos], load_pct=LOADED_PCT,
         )  # fmt: skip
