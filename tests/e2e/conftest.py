@@ -12,11 +12,10 @@ import pytest
 from playwright.sync_api import Browser, BrowserContext, ConsoleMessage, Error, Page, Request, expect, sync_playwright
 
 from e2e.chromium import find
+from e2e.contexts import TIMEOUT_MS, WIDE, borrowed
 from e2e.servers import running
 
-PATIENCE_MS = 15_000
-"""What a page shall do comes within this time on a busy machine; how soon it comes is judged elsewhere."""
-expect.set_options(timeout=PATIENCE_MS)
+expect.set_options(timeout=TIMEOUT_MS)
 
 DRIVER = "GL Driver Message"
 """What Chromium says of its own graphics driver: drawing in software it reads pictures back."""
@@ -74,9 +73,9 @@ def pytest_runtest_teardown(item: pytest.Item) -> None:
         item.session._setupstate.teardown_exact(None)  # pyright: ignore[reportPrivateUsage] # pytest offers no other way
 
 
-@pytest.fixture(scope="session")
+@pytest.fixture(scope="module")
 def demo() -> Iterator[Demo]:
-    """One demo for the whole session, its six servos of mixed models and firmware ready."""
+    """The demo of one file of tests, its six servos of mixed models and firmware ready."""
     with ready_demo(6) as one:
         yield one
 
@@ -124,12 +123,21 @@ class Watched:
 
 @pytest.fixture
 def context(request: pytest.FixtureRequest) -> Iterator[BrowserContext]:
-    """A fresh profile in a 1440 x 900 window; it can draw 3D for tests marked `scene`."""
+    """An empty profile with windows of 1440 x 900; it can draw 3D for tests marked `scene`."""
     name = "scene_browser" if request.node.get_closest_marker("scene") else "browser"
     launched: Browser = request.getfixturevalue(name)
-    made = launched.new_context(viewport={"width": 1440, "height": 900})
-    made.set_default_timeout(PATIENCE_MS)
-    yield made
+    with borrowed(launched) as made:
+        yield made
+
+
+@pytest.fixture
+def fresh_page(request: pytest.FixtureRequest) -> Iterator[Page]:
+    """An unwatched page in a context of its own, for tests that replace its scripts."""
+    name = "scene_browser" if request.node.get_closest_marker("scene") else "browser"
+    launched: Browser = request.getfixturevalue(name)
+    made = launched.new_context(viewport=WIDE)
+    made.set_default_timeout(TIMEOUT_MS)
+    yield made.new_page()
     made.close()
 
 
@@ -159,5 +167,6 @@ def page(context: BrowserContext, watched: Watched, demo: Demo) -> Iterator[Page
     made.on("console", on_console)
     made.on("pageerror", on_error)
     yield made
+    context.remove_listener("request", on_request)
     assert watched.foreign == []
     assert watched.complaints == []

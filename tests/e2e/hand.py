@@ -5,9 +5,10 @@ from contextlib import contextmanager
 
 from playwright.sync_api import Browser, Locator, Page, ViewportSize, expect
 
+from e2e.contexts import page_in
+
 WAYS = ("touch", "keyboard")
 """A finger on a tablet, keys in a wide window. A mouse presses as the finger does, in the window of the keys."""
-WIDE: ViewportSize = {"width": 1440, "height": 900}
 TABLET: ViewportSize = {"width": 820, "height": 1180}
 SLOW_MS = 40_000
 
@@ -109,8 +110,9 @@ class Hand:
 @contextmanager
 def hand_of(browser: Browser, way: str) -> Generator[Hand]:
     """A new page, and one way to work it."""
-    touch = way == "touch"
-    context = browser.new_context(viewport=TABLET if touch else WIDE, has_touch=touch)
-    context.set_default_timeout(15_000)
-    yield Hand(context.new_page(), way)
-    context.close()
+    if way == "touch":
+        with page_in(browser, TABLET, has_touch=True) as page:
+            yield Hand(page, way)
+    else:
+        with page_in(browser) as page:
+            yield Hand(page, way)

@@ -1,11 +1,14 @@
 """Servers of their own for browser tests that take one down, begin without a bus, or fill it from nothing."""
 
+import os
 import re
 import time
 from collections.abc import Callable, Generator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
+from random import Random
+from socket import socket
 
 import httpx
 
@@ -44,9 +47,34 @@ def until(what: Callable[[], bool], within_s: float, message: str) -> None:
         time.sleep(0.1)
 
 
+_ports: list[int] = []
+"""Where servers of this process have listened. One that has ended leaves its port to the next: a browser keeps what it
+fetched and compiled by host and port."""
+_in_use: set[int] = set()
+
+
+def _next_port() -> int:
+    """A port without a server, below those that the kernel gives to clients."""
+    for port in _ports:
+        if port not in _in_use:
+            return port
+    random = Random(os.getpid() + len(_ports))
+    while True:
+        port = random.randrange(20_000, 32_000)
+        with socket() as probe:
+            try:
+                probe.bind(("127.0.0.1", port))
+            except OSError:
+                continue
+        _ports.append(port)
+        return port
+
+
 @contextmanager
-def running(*words: str, port: int = 0) -> Generator[Server]:
-    """`hornbill` with these words, on `port` (0: a free one). It is ended with the block, stopped or not."""
+def running(*words: str, port: int | None = None) -> Generator[Server]:
+    """`hornbill` with these words, on `port` if given. It is ended with the block, stopped or not."""
+    port = _next_port() if port is None else port
+    _in_use.add(port)
     process = preloaded.start(*words, "--port", str(port))
     try:
         line = process.stdout.readline()
@@ -56,6 +84,7 @@ def running(*words: str, port: int = 0) -> Generator[Server]:
             yield Server(process, found[0], api)
     finally:
         process.end()
+        _in_use.discard(port)
 
 
 def serving(folder: Path, *flags: str) -> tuple[str, ...]:

@@ -8,9 +8,10 @@ import pytest
 from playwright.sync_api import Browser, BrowserContext, Page, expect
 
 from e2e.conftest import Demo
+from e2e.contexts import borrowed
+from e2e.hand import TABLET
 from e2e.test_technician import wait_for
 
-TABLET = {"width": 820, "height": 1180}
 STOP_GAP = 12
 GLOVE = 56
 NAMES = ("Flap L", "Flap R", "Tail")
@@ -18,11 +19,16 @@ NAMES = ("Flap L", "Flap R", "Tail")
 
 @pytest.fixture
 def context(browser: Browser) -> Iterator[BrowserContext]:
+    """Of a tablet."""
+    with borrowed(browser, has_touch=True) as made:
+        yield made
+
+
+@pytest.fixture
+def page(page: Page) -> Page:
     """A tablet, held upright."""
-    made = browser.new_context(viewport=TABLET, has_touch=True)  # pyright: ignore[reportArgumentType]
-    made.set_default_timeout(15_000)
-    yield made
-    made.close()
+    page.set_viewport_size(TABLET)
+    return page
 
 
 @pytest.fixture

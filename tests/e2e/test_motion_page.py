@@ -8,6 +8,7 @@ import pytest
 from playwright.sync_api import Browser, Page, ViewportSize, expect
 
 from e2e.conftest import Demo, Watched
+from e2e.contexts import page_in
 from e2e.looks import complaints, too_small
 from e2e.test_technician import wait_for
 
@@ -403,13 +404,6 @@ FRAME = """() => ['.jog-dial', '.figures', '.jog-side > .segments', '.jog-torque
 AT_ZERO = re.compile(r"^[+−]?0\.\d°$")
 
 
-def on_touch(browser: Browser, size: ViewportSize) -> Page:
-    """A page under a finger."""
-    page = browser.new_context(viewport=size, has_touch=True).new_page()
-    page.set_default_timeout(15_000)
-    return page
-
-
 @pytest.mark.parametrize("size", [PHONE, TABLET, WIDE, LARGE])
 def test_the_frame_stays_whatever_is_commanded_and_whether_torque_is_on(
     size: ViewportSize, page: Page, demo: Demo, winch: str
@@ -464,8 +458,7 @@ def test_a_finger_steps_by_taps_walks_while_it_holds_and_stores_by_a_long_press(
     browser: Browser, demo: Demo, winch: str
 ) -> None:
     turn(demo, winch, 0)
-    page = on_touch(browser, PHONE)
-    try:
+    with page_in(browser, PHONE, has_touch=True) as page:
         page.goto(f"{demo.url}servos/{winch}/motion")
         page.get_by_test_id("enable-motion").tap()
         ahead = page.get_by_test_id("walk-cw")
@@ -515,8 +508,6 @@ def test_a_finger_steps_by_taps_walks_while_it_holds_and_stores_by_a_long_press(
         expect(page.get_by_test_id("preset-b")).not_to_have_text(stored)
         assert complaints(page) == []
         assert too_small(page) == []
-    finally:
-        page.context.close()
 
 
 @pytest.mark.parametrize("size", [WIDE, TABLET])

@@ -6,27 +6,26 @@ import pytest
 from playwright.sync_api import Browser, Page, expect
 
 from e2e.conftest import Demo
+from e2e.contexts import page_in
 from e2e.looks import complaints, too_small
 from e2e.test_stop_reach import SEEN
 from e2e.test_technician import servo_of, wait_for
 
 PHONES = {"smallest": (320, 640), "small": (360, 740), "usual": (390, 844), "last": (767, 1024)}
-THEMES = ("light", "dark")
+THEMED = [*((size, "light") for size in PHONES), ("usual", "dark")]
+"""One of them is dark: a theme is colours, which don't depend on the size."""
 
 
-@pytest.fixture(params=[(size, theme) for size in PHONES for theme in THEMES], ids=lambda one: "-".join(one))
+@pytest.fixture(params=THEMED, ids="-".join)
 def phone(request: pytest.FixtureRequest, browser: Browser, demo: Demo) -> Iterator[Page]:
-    """A phone of each width, light and dark."""
+    """A phone of each width."""
     size, theme = request.param
     width, height = PHONES[size]
-    context = browser.new_context(viewport={"width": width, "height": height}, has_touch=True)
-    context.set_default_timeout(15_000)
-    page = context.new_page()
-    page.add_init_script(f"localStorage.setItem('hornbill.theme', '{theme}')")
-    page.goto(f"{demo.url}servos")
-    expect(page.locator(".servo-row")).to_have_count(6)
-    yield page
-    context.close()
+    with page_in(browser, {"width": width, "height": height}, has_touch=True) as page:
+        page.add_init_script(f"localStorage.setItem('hornbill.theme', '{theme}')")
+        page.goto(f"{demo.url}servos")
+        expect(page.locator(".servo-row")).to_have_count(6)
+        yield page
 
 
 def well(page: Page, where: str) -> None:
@@ -39,8 +38,11 @@ def well(page: Page, where: str) -> None:
     assert too_small(page) == [], where
 
 
-def test_list_then_servo_then_dial(phone: Page, demo: Demo) -> None:
+def test_from_the_list_to_a_servo_to_its_dial_and_to_another_page(phone: Page, demo: Demo) -> None:
     uid = servo_of(demo, "BLA21-12U-A0")
+    four_pages_and_more_below(phone)
+    phone.get_by_role("link", name="Servos").tap()
+    expect(phone.locator(".servo-row")).to_have_count(6)
     well(phone, "list")
     row = phone.get_by_test_id(f"servo-row-{uid}")
     size, button = row.bounding_box(), phone.get_by_test_id(f"wiggle-{uid}").bounding_box()
@@ -62,7 +64,7 @@ def test_list_then_servo_then_dial(phone: Page, demo: Demo) -> None:
     demo.api.delete("/stop").raise_for_status()
 
 
-def test_four_pages_and_more_below(phone: Page) -> None:
+def four_pages_and_more_below(phone: Page) -> None:
     shown = phone.locator(".rail nav > :visible")
     expect(shown).to_have_count(5)
     for one in shown.all():
@@ -87,10 +89,7 @@ def test_four_pages_and_more_below(phone: Page) -> None:
 def test_a_thumb_wiggles_from_the_list_and_is_told_why_not(browser: Browser, demo: Demo) -> None:
     uid = servo_of(demo, "BLA21-12U-A0")
     wait_for(lambda: demo.api.get("/leases").json() == [], 6, "somebody has motion control")
-    context = browser.new_context(viewport={"width": 390, "height": 844}, has_touch=True)
-    try:
-        page = context.new_page()
-        page.set_default_timeout(15_000)
+    with page_in(browser, {"width": 390, "height": 844}, has_touch=True) as page:
         page.goto(f"{demo.url}servos")
         wiggle, row = page.get_by_test_id(f"wiggle-{uid}"), page.get_by_test_id(f"servo-row-{uid}")
         wiggle.tap()
@@ -108,5 +107,3 @@ def test_a_thumb_wiggles_from_the_list_and_is_told_why_not(browser: Browser, dem
         page.get_by_test_id(f"wiggle-says-{uid}").tap()
         expect(page.get_by_test_id(f"wiggle-says-{uid}")).to_have_count(0)
         demo.api.delete(f"/leases/{lease}")
-    finally:
-        context.close()

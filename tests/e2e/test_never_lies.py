@@ -154,8 +154,8 @@ def alive(page: Page) -> None:
     expect(page.get_by_test_id("live-state")).to_have_attribute("data-state", "up")
 
 
-def test_a_part_that_cannot_be_fetched_says_so_and_everything_else_goes_on(context: BrowserContext, demo: Demo) -> None:
-    page = context.new_page()  # not watched: the console tells of the failure, as it should
+def test_a_part_that_cannot_be_fetched_says_so_and_everything_else_goes_on(fresh_page: Page, demo: Demo) -> None:
+    page = fresh_page  # not watched: the console tells of the failure, as it should
     page.route("**/assets/faults-*.js", lambda route: route.abort())
     page.goto(demo.url)
     page.get_by_role("link", name="Faults").first.click()
@@ -167,8 +167,8 @@ def test_a_part_that_cannot_be_fetched_says_so_and_everything_else_goes_on(conte
     expect(page.locator("[data-testid^=servo-row-]").first).to_be_visible()
 
 
-def test_a_page_that_breaks_takes_nothing_with_it_and_can_be_shown_again(context: BrowserContext, demo: Demo) -> None:
-    page = context.new_page()
+def test_a_page_that_breaks_takes_nothing_with_it_and_can_be_shown_again(fresh_page: Page, demo: Demo) -> None:
+    page = fresh_page
     broken = (
         "let n = 0; export function FaultsPage() { if (n++ === 0) throw new Error('broken here'); return 'mended'; }"
     )

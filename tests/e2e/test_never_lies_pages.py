@@ -214,7 +214,9 @@ BREAKS = {
 
 
 @pytest.mark.parametrize("chunk", list(BREAKS))
-def test_each_page_that_breaks_takes_nothing_with_it_and_can_be_shown_again(chunk: str, tab: Page, demo: Demo) -> None:
+def test_each_page_that_breaks_takes_nothing_with_it_and_can_be_shown_again(
+    chunk: str, fresh_page: Page, demo: Demo
+) -> None:
     where, component = BREAKS[chunk]
     throws = "if (n++ === 0) throw new Error('broken here'); return 'mended';"
     broken = f"let n = 0; export function {component}() {{ {throws} }}"
@@ -222,14 +224,14 @@ def test_each_page_that_breaks_takes_nothing_with_it_and_can_be_shown_again(chun
     def answer(route: Route) -> None:
         route.fulfill(body=broken, content_type="text/javascript")
 
-    tab.route(re.compile(rf"/assets/{chunk}-[\w-]{{8}}\.js$"), answer)
+    fresh_page.route(re.compile(rf"/assets/{chunk}-[\w-]{{8}}\.js$"), answer)
     uid = demo.api.get("/servos").json()[0]["uid"]
-    tab.goto(demo.url + where.format(uid=uid))
-    failed = tab.get_by_test_id("panel-failed")
+    fresh_page.goto(demo.url + where.format(uid=uid))
+    failed = fresh_page.get_by_test_id("panel-failed")
     expect(failed).to_contain_text("broken here")
-    alive(tab)
+    alive(fresh_page)
     failed.get_by_role("button").click()
-    expect(tab.get_by_role("main")).to_contain_text("mended")
+    expect(fresh_page.get_by_role("main")).to_contain_text("mended")
 
 
 @pytest.mark.parametrize(
@@ -247,24 +249,24 @@ def test_each_page_that_breaks_takes_nothing_with_it_and_can_be_shown_again(chun
     ],
 )
 def test_a_plot_or_a_scene_that_breaks_leaves_what_stands_beside_it(
-    chunk: str, component: str, where: str, works: str, tab: Page, demo: Demo
+    chunk: str, component: str, where: str, works: str, fresh_page: Page, demo: Demo
 ) -> None:
     broken = f"export function {component}() {{ throw new Error('broken here'); }}"
     pattern = re.compile(rf"/assets/{chunk}-[\w-]{{8}}\.js$")
-    tab.route(pattern, lambda route: route.fulfill(body=broken, content_type="text/javascript"))
+    fresh_page.route(pattern, lambda route: route.fulfill(body=broken, content_type="text/javascript"))
     uid = demo.api.get("/servos").json()[0]["uid"]
-    tab.goto(demo.url + where.format(uid=uid))
-    expect(tab.get_by_test_id("panel-failed")).to_have_count(1)
-    expect(tab.get_by_test_id("panel-failed")).to_contain_text("broken here")
-    expect(tab.locator(works)).to_be_enabled()
-    expect(tab.get_by_test_id("angle-readout")).to_contain_text("°")
-    alive(tab)
+    fresh_page.goto(demo.url + where.format(uid=uid))
+    expect(fresh_page.get_by_test_id("panel-failed")).to_have_count(1)
+    expect(fresh_page.get_by_test_id("panel-failed")).to_contain_text("broken here")
+    expect(fresh_page.locator(works)).to_be_enabled()
+    expect(fresh_page.get_by_test_id("angle-readout")).to_contain_text("°")
+    alive(fresh_page)
 
 
-def test_runs_that_cannot_be_drawn_leave_the_step_test_and_the_gains(tab: Page, demo: Demo) -> None:
-    tab.route(re.compile(r"/api/v1/runs\?"), lambda route: route.fulfill(json=[{"id": 1}]))
+def test_runs_that_cannot_be_drawn_leave_the_step_test_and_the_gains(fresh_page: Page, demo: Demo) -> None:
+    fresh_page.route(re.compile(r"/api/v1/runs\?"), lambda route: route.fulfill(json=[{"id": 1}]))
     uid = demo.api.get("/servos").json()[0]["uid"]
-    tab.goto(f"{demo.url}servos/{uid}/tune")
-    expect(tab.get_by_test_id("panel-failed")).to_have_count(1)
-    expect(tab.get_by_test_id("enable-motion")).to_be_enabled()
-    alive(tab)
+    fresh_page.goto(f"{demo.url}servos/{uid}/tune")
+    expect(fresh_page.get_by_test_id("panel-failed")).to_have_count(1)
+    expect(fresh_page.get_by_test_id("enable-motion")).to_be_enabled()
+    alive(fresh_page)

@@ -4,7 +4,7 @@ import re
 from collections.abc import Iterator
 
 import pytest
-from playwright.sync_api import BrowserContext, Page, expect
+from playwright.sync_api import Page, expect
 
 from e2e.conftest import Demo
 from e2e.servers import Server, running
@@ -23,9 +23,9 @@ def own() -> Iterator[Server]:
 
 
 @pytest.fixture
-def tab(context: BrowserContext) -> Page:
+def tab(fresh_page: Page) -> Page:
     """Not watched: the console tells of what is cut here, as it should."""
-    return context.new_page()
+    return fresh_page
 
 
 def port_of(server: Server) -> int:

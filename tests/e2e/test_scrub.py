@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from playwright.sync_api import Browser, Locator, Page, expect
+from playwright.sync_api import Locator, Page, expect
 
 from e2e.conftest import Demo, Watched
 from e2e.servers import running
@@ -231,10 +231,9 @@ def test_playing_takes_the_time_it_took_and_ends_at_the_end(page: Page, demo: De
 
 
 def test_with_less_motion_wished_for_it_plays_in_two_pictures_a_second(
-    scene_browser: Browser, demo: Demo, brought: Recorded
+    page: Page, demo: Demo, brought: Recorded
 ) -> None:
-    context = scene_browser.new_context(viewport={"width": 1440, "height": 900}, reduced_motion="reduce")
-    page = context.new_page()
+    page.emulate_media(reduced_motion="reduce")
     bring(page, demo, brought)
     move(page, "Home")
     page.evaluate("""() => {
@@ -246,7 +245,6 @@ def test_with_less_motion_wished_for_it_plays_in_two_pictures_a_second(
     page.wait_for_function("() => window.moments.length >= 5")
     moments = page.evaluate("() => window.moments")
     assert min(after - before for before, after in pairwise(moments)) > 300, moments
-    context.close()
 
 
 def test_nothing_of_it_reaches_a_servo_and_pages_that_follow_are_live(

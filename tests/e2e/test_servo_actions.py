@@ -8,7 +8,8 @@ from typing import Any
 import pytest
 from playwright.sync_api import Browser, Page, expect
 
-from e2e.hand import SLOW_MS, WAYS, WIDE, Hand, hand_of
+from e2e.contexts import page_in
+from e2e.hand import SLOW_MS, WAYS, Hand, hand_of
 from e2e.looks import complaints, too_small
 from e2e.servers import Server, running, serving, until
 
@@ -190,10 +191,8 @@ def looks(hand: Hand) -> None:
 @pytest.fixture
 def mouse(browser: Browser) -> Iterator[Page]:
     """A page whose console tells of what was refused, as it should."""
-    context = browser.new_context(viewport=WIDE)
-    context.set_default_timeout(15_000)
-    yield context.new_page()
-    context.close()
+    with page_in(browser) as page:
+        yield page
 
 
 def test_what_is_refused_is_said_where_it_was_pressed_and_no_dialog_opens(mouse: Page, server: Server) -> None:

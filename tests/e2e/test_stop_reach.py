@@ -3,9 +3,10 @@
 from collections.abc import Iterator
 
 import pytest
-from playwright.sync_api import Browser, Page, ViewportSize, expect
+from playwright.sync_api import Browser, Page, expect
 
 from e2e.conftest import Demo
+from e2e.contexts import page_in
 from e2e.looks import complaints, too_small
 from e2e.test_technician import servo_of, wait_for
 
@@ -70,9 +71,7 @@ def latched(demo: Demo) -> bool:
 
 @pytest.mark.parametrize("language", ["en", "ja"])
 def test_stop_is_seen_whole_on_every_page_in_every_window(language: str, browser: Browser, demo: Demo) -> None:
-    context = browser.new_context(has_touch=True)
-    try:
-        page = context.new_page()
+    with page_in(browser, has_touch=True) as page:
         page.add_init_script(f"localStorage.setItem('hornbill.language', '{language}')")
         for path in ("servos", f"servos/{servo_of(demo, 'BLA21-12U-A0')}/parameters", "bus"):
             page.goto(demo.url + path)
@@ -81,65 +80,57 @@ def test_stop_is_seen_whole_on_every_page_in_every_window(language: str, browser
                 page.set_viewport_size({"width": width, "height": height})
                 page.evaluate(DRAWN)
                 stop_is_seen(page, f"{path}, {window}")
-    finally:
-        context.close()
 
 
 @pytest.mark.usefixtures("stops")
-@pytest.mark.parametrize(
-    ("window", "language"),
-    [*((window, "en") for window in WINDOWS), *((window, "ja") for window in ("small phone", "tablet", "laptop"))],
-)
+@pytest.mark.parametrize(("language", "windows"), [("en", tuple(WINDOWS)), ("ja", ("small phone", "tablet", "laptop"))])
 def test_stop_is_seen_whole_while_motion_is_on_and_stops_at_a_touch(
-    window: str, language: str, browser: Browser, demo: Demo
+    language: str, windows: tuple[str, ...], browser: Browser, demo: Demo
 ) -> None:
-    width, height = WINDOWS[window]
-    size: ViewportSize = {"width": width, "height": height}
-    context = browser.new_context(viewport=size, has_touch=True)
-    try:
-        page = context.new_page()
-        page.set_default_timeout(15_000)
+    with page_in(browser, has_touch=True) as page:
         page.add_init_script(f"localStorage.setItem('hornbill.language', '{language}')")
         page.goto(f"{demo.url}servos/{servo_of(demo, 'BLA21-12U-A0')}/motion")
-        expect(page.get_by_test_id("stop")).to_be_visible()
-        stop_is_seen(page, "loaded")
-        page.get_by_test_id("enable-motion").tap()
-        expect(page.get_by_test_id("motion-band")).to_be_visible()
-        stop_is_seen(page, "motion")
-        page.get_by_test_id("jog-zero").scroll_into_view_if_needed()
-        stop_is_seen(page, "scrolled")
-        assert page.evaluate(BEYOND) == [0, 0], "the window itself can be scrolled"
-        page.get_by_test_id("stop").tap()
-        expect(page.get_by_test_id("stop-band")).to_be_visible()
-        stop_is_seen(page, "stopped")
-        assert latched(demo)
-        page.get_by_test_id("clear-stop").tap()
-        expect(page.get_by_test_id("clear-dialog")).to_be_visible()
-        stop_is_seen(page, "under a dialog")
-        page.get_by_test_id("confirm-clear").tap()
-        expect(page.get_by_test_id("stop-band")).to_have_count(0)
-    finally:
-        context.close()
+        for window in windows:
+            width, height = WINDOWS[window]
+            page.set_viewport_size({"width": width, "height": height})
+            page.evaluate(DRAWN)
+            stops_at_a_touch(page, demo, window)
+
+
+def stops_at_a_touch(page: Page, demo: Demo, window: str) -> None:
+    expect(page.get_by_test_id("stop")).to_be_visible()
+    stop_is_seen(page, f"{window}: at rest")
+    page.get_by_test_id("enable-motion").tap()
+    expect(page.get_by_test_id("motion-band")).to_be_visible()
+    stop_is_seen(page, f"{window}: motion")
+    page.get_by_test_id("jog-zero").scroll_into_view_if_needed()
+    stop_is_seen(page, f"{window}: scrolled")
+    assert page.evaluate(BEYOND) == [0, 0], f"{window}: the window itself can be scrolled"
+    page.get_by_test_id("stop").tap()
+    expect(page.get_by_test_id("stop-band")).to_be_visible()
+    stop_is_seen(page, f"{window}: stopped")
+    assert latched(demo)
+    page.get_by_test_id("clear-stop").tap()
+    expect(page.get_by_test_id("clear-dialog")).to_be_visible()
+    stop_is_seen(page, f"{window}: under a dialog")
+    page.get_by_test_id("confirm-clear").tap()
+    expect(page.get_by_test_id("stop-band")).to_have_count(0)
 
 
 @pytest.mark.usefixtures("stops")
 @pytest.mark.parametrize("scale", [2.0, 4.0])
 def test_stop_stays_in_sight_of_a_page_that_is_pinched_larger(scale: float, browser: Browser, demo: Demo) -> None:
-    context = browser.new_context(viewport={"width": 390, "height": 844}, has_touch=True, is_mobile=True)
-    try:
-        page = context.new_page()
+    with page_in(browser, {"width": 390, "height": 844}, has_touch=True, is_mobile=True) as page:
         uid = servo_of(demo, "BLA21-12U-A0")
         page.goto(f"{demo.url}servos/{uid}/motion")
         page.get_by_test_id("enable-motion").tap()
         expect(page.get_by_test_id("motion-band")).to_be_visible()
-        devtools = context.new_cdp_session(page)
+        devtools = page.context.new_cdp_session(page)
         devtools.send("Emulation.setPageScaleFactor", {"pageScaleFactor": scale})
         wait_for(lambda: page.evaluate("visualViewport.scale") > 0.95 * scale, 5, "it was not enlarged")
         page.wait_for_timeout(700)
         stop_is_seen(page, "enlarged")
         expect(page.get_by_test_id("motion-band")).to_have_count(1)
-    finally:
-        context.close()
 
 
 @pytest.mark.usefixtures("stops")
@@ -167,9 +158,7 @@ def test_motion_is_refused_and_ends_where_stop_does_not_fit(page: Page, demo: De
 def test_a_phone_shows_motion_without_scrolling_and_every_target_is_large_enough(
     theme: str, browser: Browser, demo: Demo
 ) -> None:
-    context = browser.new_context(viewport={"width": 390, "height": 844}, has_touch=True)
-    try:
-        page = context.new_page()
+    with page_in(browser, {"width": 390, "height": 844}, has_touch=True) as page:
         page.add_init_script(f"localStorage.setItem('hornbill.theme', '{theme}')")
         uid = servo_of(demo, "BLA21-12U-A0")
         page.goto(demo.url + "servos")
@@ -188,8 +177,6 @@ def test_a_phone_shows_motion_without_scrolling_and_every_target_is_large_enough
         # under Stop, only what goes the same way may be pressed
         under = "document.elementFromPoint(%d, 100).closest('button, a')?.dataset.testid"
         assert {page.evaluate(under % x) for x in range(5, 390, 20)} <= {None, "disable-motion"}
-    finally:
-        context.close()
 
 
 def test_stop_is_first_for_the_keyboard(page: Page, demo: Demo) -> None:

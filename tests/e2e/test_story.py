@@ -8,10 +8,11 @@ from pathlib import Path
 import pytest
 from playwright.sync_api import Browser, Page, expect
 
+from e2e.contexts import page_in
+from e2e.hand import TABLET
 from e2e.looks import complaints, too_small
 from e2e.servers import Server, running, serving, until
 
-TABLET = {"width": 820, "height": 1180}
 NAMES = tuple(f"Flap {number}" for number in range(1, 13))
 PROFILE = "Flaps"
 LIMIT = 40.0
@@ -48,9 +49,11 @@ def commissioned(server: Server, uids: list[str], names: tuple[str, ...]) -> Non
 
 
 def test_twelve_new_servos_on_a_tablet_by_touch(browser: Browser, server: Server) -> None:
-    context = browser.new_context(viewport=TABLET, has_touch=True)  # pyright: ignore[reportArgumentType]
-    context.set_default_timeout(15_000)
-    page = context.new_page()
+    with page_in(browser, TABLET, has_touch=True) as page:
+        twelve_servos(page, server)
+
+
+def twelve_servos(page: Page, server: Server) -> None:
     told: list[str] = []
     page.on("console", lambda message: told.append(message.text) if message.type == "error" else None)
     page.on("pageerror", lambda error: told.append(str(error)))
@@ -97,7 +100,7 @@ def test_twelve_new_servos_on_a_tablet_by_touch(browser: Browser, server: Server
 
     # it goes on without the page, and is found again by another browser
     page.goto(server.url + "servos")
-    other = browser.new_page()
+    other = page.context.new_page()
     other.goto(server.url + "commission")
     expect(other.get_by_test_id("commission-page")).to_have_attribute("data-step", re.compile("run|report"))
     other.close()
@@ -125,7 +128,6 @@ def test_twelve_new_servos_on_a_tablet_by_touch(browser: Browser, server: Server
     until(lambda: server.api.get("/leases").json() == [], 10, "motion control is not given back")
 
     took = time.monotonic() - began
-    context.close()
     assert told == []
     assert took < WITHIN_S, f"{took:.0f} s"
 
@@ -194,7 +196,5 @@ def test_the_same_wizard_by_keyboard_alone(page_of: Page, server: Server) -> Non
 @pytest.fixture
 def page_of(browser: Browser) -> Iterator[Page]:
     """A page without a mouse being used."""
-    context = browser.new_context(viewport={"width": 1440, "height": 900})
-    context.set_default_timeout(15_000)
-    yield context.new_page()
-    context.close()
+    with page_in(browser) as page:
+        yield page

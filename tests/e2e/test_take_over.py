@@ -7,6 +7,7 @@ import pytest
 from playwright.sync_api import Browser, Page, ViewportSize, expect
 
 from e2e.conftest import Demo
+from e2e.contexts import page_in
 from e2e.looks import complaints, too_small
 from e2e.test_technician import servo_of, wait_for
 
@@ -17,13 +18,10 @@ TABLET: ViewportSize = {"width": 820, "height": 1180}
 @pytest.fixture
 def other(browser: Browser, demo: Demo) -> Iterator[Page]:
     """A second browser of somebody else; it must complain of nothing either."""
-    context = browser.new_context(viewport=TABLET)
-    context.set_default_timeout(15_000)
-    page = context.new_page()
     said: list[str] = []
-    page.on("console", lambda one: said.append(one.text) if one.type == "error" else None)
-    yield page
-    context.close()
+    with page_in(browser, TABLET) as page:
+        page.on("console", lambda one: said.append(one.text) if one.type == "error" else None)
+        yield page
     assert said == []
 
 

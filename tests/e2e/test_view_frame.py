@@ -14,6 +14,7 @@ from starlette.responses import HTMLResponse
 from starlette.routing import Route
 
 from e2e.conftest import DRIVER, Demo
+from e2e.contexts import page_in
 from hornbill.view.proxy import routes, same_origin
 from hornbill.view.viewer import Viewer
 from hornbill.view.wish import ViewSettings
@@ -188,7 +189,11 @@ def open_view(page: Page, demo: Demo, uid: str) -> Frame:
 def test_in_the_page_two_browsers_look_at_different_servos(page: Page, scene_browser: Browser, demo: Demo) -> None:
     shown = {one["model"][:5]: one["uid"] for one in demo.api.get("/servos").json()}
     assert {"BLA15", "BLA21"} <= shown.keys()
-    other = scene_browser.new_context(viewport={"width": 1440, "height": 900}, color_scheme="dark").new_page()
+    with page_in(scene_browser, color_scheme="dark") as other:
+        look_at_different_servos(page, other, demo, shown)
+
+
+def look_at_different_servos(page: Page, other: Page, demo: Demo, shown: dict[str, str]) -> None:
     first = open_view(page, demo, shown["BLA15"])
     second = open_view(other, demo, shown["BLA21"])
     first.wait_for_function(f"() => ({NODES})().includes('/hero/bla15-low')")
@@ -196,7 +201,6 @@ def test_in_the_page_two_browsers_look_at_different_servos(page: Page, scene_bro
     assert "/hero/bla21-low" not in first.evaluate(NODES)
     assert "/hero/bla15-low" not in second.evaluate(NODES)
     assert ("darkMode" in first.url, "darkMode" in second.url) == (False, True)
-    other.context.close()
 
 
 def test_a_click_in_the_picture_goes_to_that_servo_and_moves_nothing(page: Page, demo: Demo) -> None:

@@ -1,0 +1,76 @@
+"""Browser contexts that tests borrow one after another: a new one would compile every script of the page again."""
+
+from collections.abc import Generator
+from contextlib import contextmanager
+from typing import Any
+from urllib.parse import urlsplit
+from weakref import WeakKeyDictionary
+
+from playwright.sync_api import Browser, BrowserContext, CDPSession, Frame, Page, ViewportSize
+
+WIDE: ViewportSize = {"width": 1440, "height": 900}
+TIMEOUT_MS = 15_000
+"""A page may take this long on a busy machine; how soon something happens is measured elsewhere."""
+PARKED = "http://127.0.0.1:1/"
+"""Address of a blank page that stays open: Chromium keeps the process of its site, and with it compiled scripts."""
+
+
+class _Context:
+    """A context between two tests: no page but the parked one, no cookie, nothing in any storage."""
+
+    def __init__(self, browser: Browser, options: dict[str, Any]) -> None:
+        self.context: BrowserContext = browser.new_context(viewport=WIDE, **options)
+        self.context.set_default_timeout(TIMEOUT_MS)
+        self._parked = self.context.new_page()
+        self._parked.route("**/*", lambda route: route.fulfill(body=""))
+        self._parked.goto(PARKED)
+        self._devtools: CDPSession = self.context.new_cdp_session(self._parked)
+        self._origins: set[str] = set()
+        self.context.on("page", lambda page: page.on("framenavigated", self._on_navigation))
+
+    def clean(self) -> None:
+        for page in self.context.pages:
+            if page is not self._parked:
+                page.close()
+        self.context.unroute_all()
+        self.context.clear_cookies()
+        self.context.clear_permissions()
+        for origin in self._origins:
+            self._devtools.send("Storage.clearDataForOrigin", {"origin": origin, "storageTypes": "all"})
+        self._origins.clear()
+
+    def _on_navigation(self, frame: Frame) -> None:
+        parts = urlsplit(frame.url)
+        if parts.scheme in ("http", "https"):
+            self._origins.add(f"{parts.scheme}://{parts.netloc}")
+
+
+_free: WeakKeyDictionary[Browser, dict[str, list[_Context]]] = WeakKeyDictionary()
+
+
+@contextmanager
+def borrowed(browser: Browser, **options: Any) -> Generator[BrowserContext]:
+    """A context with these options of Browser.new_context, as good as new; its pages are closed with the block.
+
+    After an exception it is closed. What replaces a script of the page takes a context of its own: the process of this
+    one may keep the script.
+    """
+    free = _free.setdefault(browser, {}).setdefault(repr(sorted(options.items())), [])
+    lent = free.pop() if free else _Context(browser, options)
+    try:
+        yield lent.context
+        lent.clean()
+    except BaseException:
+        lent.context.close()
+        raise
+    free.append(lent)
+
+
+@contextmanager
+def page_in(browser: Browser, size: ViewportSize = WIDE, **options: Any) -> Generator[Page]:
+    """A page of this size in a borrowed context."""
+    with borrowed(browser, **options) as context:
+        page = context.new_page()
+        if size != WIDE:
+            page.set_viewport_size(size)
+        yield page
