@@ -82,7 +82,7 @@ def test_three_new_servos_are_commissioned_on_a_tablet(page: Page, demo: Demo, n
     for uid, (number, name) in given.items():
         expect(page.get_by_test_id(f"check-{uid}")).to_contain_text(re.compile(rf"→ {number}\D.*{name}"))
     expect(page.locator('[data-testid^="changes-"]').first).to_be_visible(timeout=20_000)
-    expect(page.get_by_test_id("check-step")).not_to_contain_text("Asking", timeout=20_000)
+    expect(page.get_by_test_id("check-step")).not_to_contain_text("Reading", timeout=20_000)
     if page.get_by_test_id("horn-free").count():
         page.get_by_test_id("horn-free").check()
     page.get_by_test_id("start").click()

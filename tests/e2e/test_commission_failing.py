@@ -80,7 +80,7 @@ def saved_ids(server: Server, uids: list[str]) -> list[object]:
 def all_done(page: Page, server: Server, uids: list[str]) -> None:
     told = re.compile(f"All {len(uids)} servos are commissioned")
     expect(page.get_by_test_id("commission-page")).to_contain_text(told, timeout=JOB_MS)
-    heading(page, "Saved, and read back from ROM after the restart.")
+    heading(page, "Saved and verified in ROM after the restart.")
     for uid in uids:
         verdict(page, uid, "done")
     expect(page.get_by_test_id("resume")).to_have_count(0)
@@ -96,11 +96,11 @@ def test_one_that_refuses_is_named_with_the_row_and_done_again_alone(
     first, bad, last = servos
     at_check(page, server, 3)
     sim(server, bad, refuse_keys=["servo_id"])
-    page.get_by_role("button", name="Go on with the others").click()
+    page.get_by_role("button", name="Continue with the others").click()
     page.get_by_test_id("start").click()
     at_report(page)
     heading(page, "2 of 3 servos are commissioned")
-    heading(page, "1 failed. Resume does what is left; what is done stays done.")
+    heading(page, "1 failed. Resume continues with the remaining servos.")
     for uid, says in ((first, "done"), (bad, "failed"), (last, "done")):
         verdict(page, uid, says)
     alarm = page.get_by_test_id(f"run-{bad}").get_by_role("alert")
@@ -157,11 +157,11 @@ def test_it_is_stopped_as_a_whole_and_resumed_after_a_reload(
     expect(page.get_by_test_id(f"run-{servos[0]}")).to_have_attribute("data-verdict", "done", timeout=JOB_MS)
     verdict(page, servos[1], "running")
     page.get_by_test_id("cancel-job").click()
-    expect(page.get_by_test_id("cancel-dialog")).to_contain_text("What was written stays written.")
+    expect(page.get_by_test_id("cancel-dialog")).to_contain_text("Values that are already written stay.")
     page.get_by_test_id("cancel-confirm").click()
     at_report(page)
     heading(page, "1 of 3 servos are commissioned")
-    heading(page, "It was stopped.")
+    heading(page, "Commissioning was cancelled.")
     verdict(page, servos[0], "done")
     verdict(page, servos[2], "not_tried")
 
@@ -169,7 +169,7 @@ def test_it_is_stopped_as_a_whole_and_resumed_after_a_reload(
     until(lambda: states(server).get(servos[1]) == "ready", 30, "it did not come back")
     page.reload()
     at_report(page)
-    heading(page, "It was stopped.")
+    heading(page, "Commissioning was cancelled.")
     page.get_by_test_id("resume").click()
     expect(page.get_by_test_id("commission-page")).to_have_attribute("data-step", re.compile("run|report"))
     all_done(page, server, servos)
@@ -184,7 +184,7 @@ def test_one_that_is_silent_ends_it_there_and_the_next_server_goes_on(context: B
         page.get_by_test_id("start").click()
         at_report(page)
         heading(page, "1 of 3 servos are commissioned")
-        heading(page, "1 failed, 1 was not tried.")
+        heading(page, "1 failed, 1 not started.")
         for uid, says in zip(servos, ("done", "failed", "not_tried"), strict=True):
             verdict(page, uid, says)
         expect(page.get_by_test_id(f"run-{servos[1]}").get_by_role("alert")).to_contain_text("answer")
@@ -227,7 +227,7 @@ def test_a_job_that_the_server_was_ended_in_is_gone_on_with_from_another_browser
             again.api.post("/sim/servos", json={**BODY, "uid": uid, "servo_id": at}).raise_for_status()
         until(lambda: all(states(again).get(uid) == "ready" for uid in servos), 40, "they are not ready again")
         page.goto(again.url + "commission")
-        expect(page.get_by_test_id("unfinished")).to_contain_text("did not come to its end")
+        expect(page.get_by_test_id("unfinished")).to_contain_text("was not completed")
         page.get_by_test_id("look-unfinished").click()
         at_report(page)
         heading(page, "1 of 2 servos are commissioned")

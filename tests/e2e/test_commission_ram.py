@@ -37,7 +37,7 @@ def commissioned_in_ram(server: Server, hand: Hand) -> None:
     hand.press("identify-go")
     hand.press("profile-go")
     expect(page.locator('[data-testid^="changes-"]').first).to_be_visible(timeout=30_000)
-    expect(page.get_by_test_id("check-step")).not_to_contain_text("Asking", timeout=30_000)
+    expect(page.get_by_test_id("check-step")).not_to_contain_text("Reading", timeout=30_000)
     hand.press("save", "Space")
     expect(page.get_by_test_id("horn-free")).to_have_count(0)
     hand.press("start")
@@ -56,7 +56,7 @@ def saved_from_the_report(hand: Hand, server: Server, servos: list[str]) -> None
     page, report = hand.page, "commission-page"
     commissioned_in_ram(server, hand)
 
-    heading(page, "Not finished: 2 servos in RAM only")
+    heading(page, "Not complete: 2 servos in RAM only")
     expect(page.get_by_test_id(report)).not_to_contain_text("are commissioned")
     for uid in servos:
         unit = page.get_by_test_id(f"run-{uid}")
@@ -81,7 +81,7 @@ def saved_from_the_report(hand: Hand, server: Server, servos: list[str]) -> None
         expect(page.get_by_test_id(f"turn-{uid}")).to_have_attribute("data-state", "done", timeout=JOB_MS)
     hand.press("change-close")
     heading(page, "All 2 servos are commissioned")
-    heading(page, "Saved, and read back from ROM after the restart.")
+    heading(page, "Saved and verified in ROM after the restart.")
     expect(page.get_by_test_id("report-save")).to_have_count(0)
     expect(steps).to_have_count(6)
     ids = saved_ids(server, servos)
@@ -96,14 +96,14 @@ def test_values_that_a_power_cut_took_are_not_called_commissioned(
 ) -> None:
     page = context.new_page()
     commissioned_in_ram(server, Hand(page, "mouse"))
-    heading(page, "Not finished: 2 servos in RAM only")
+    heading(page, "Not complete: 2 servos in RAM only")
     for uid in servos:
         sim(server, uid, power="off")
     until(lambda: all(not one["online"] for one in server.servos()), 20, "they are still heard")
     for uid in servos:
         sim(server, uid, power="on")
     heading_ms = 40_000
-    said = "Not finished: 2 servos do not hold the values any more"
+    said = "Not complete: 2 servos have lost the values"
     expect(page.get_by_test_id("commission-page")).to_contain_text(said, timeout=heading_ms)
     expect(page.get_by_test_id("report-save")).to_have_count(0)
     expect(page.get_by_test_id(f"retry-{servos[0]}")).to_be_visible()

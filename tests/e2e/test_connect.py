@@ -55,7 +55,7 @@ def test_without_an_adapter_the_page_says_what_to_do_and_the_demo_brings_servos(
     expect(plain.get_by_test_id("no-servos")).to_be_visible()
     plain.get_by_test_id("open-connect").click()
     dialog = plain.get_by_test_id("connect-dialog")
-    expect(plain.get_by_test_id("no-adapter")).to_contain_text("No adapter is found")
+    expect(plain.get_by_test_id("no-adapter")).to_contain_text("No adapters found")
     # the list can be acted on: commands to copy, and the doctor's findings with their remedies
     expect(plain.get_by_test_id("no-adapter").locator("code").first).to_have_text("lsusb")
     expect(dialog.locator(".finding[data-severity=failure]")).to_contain_text("No bus is connected")

@@ -134,7 +134,7 @@ def test_a_recording_is_opened_from_the_disk_and_a_file_that_is_none_is_refused(
     wrong = tmp_path / "shopping.csv"
     wrong.write_text("what,how many\nbread,2\n")
     page.get_by_test_id("plot-file").set_input_files(wrong)
-    expect(page.get_by_test_id("plot-file-problem")).to_contain_text("no telemetry.csv")
+    expect(page.get_by_test_id("plot-file-problem")).to_contain_text("not a telemetry.csv")
     right = tmp_path / "telemetry.csv"
     right.write_bytes(demo.api.get(f"/servos/{uid}/telemetry.csv", params={"seconds": 5}).content)
     page.get_by_test_id("plot-file").set_input_files(right)

@@ -130,7 +130,7 @@ def test_a_zip_is_brought_and_opened_and_says_what_it_is_of(page: Page, demo: De
     bring(page, demo, brought)
     assert brought.uid not in {one["uid"] for one in demo.api.get("/servos").json()}, "it is of another bus"
     about = brought.content["about"]
-    expect(page.get_by_test_id("recording-why")).to_contain_text("By hand: rattled")
+    expect(page.get_by_test_id("recording-why")).to_contain_text("Manual: rattled")
     expect(page.get_by_test_id("recording-marks").get_by_role("listitem")).to_have_count(len(about["marks"]))
     expect(page.get_by_test_id("recording-events")).to_contain_text(f"Events ({len(brought.content['events'])})")
     expect(page.get_by_test_id("recording-writes")).to_contain_text(f"Writes ({len(brought.content['writes'])})")
@@ -153,7 +153,7 @@ def test_a_zip_that_is_no_recording_is_refused_and_nothing_is_kept(
     text = tmp_path / "notes.txt"
     text.write_text("x")
     page.get_by_test_id("recording-file").set_input_files(text)
-    expect(page.get_by_test_id("recorder-problem")).to_contain_text("notes.txt is no .zip")
+    expect(page.get_by_test_id("recorder-problem")).to_contain_text("notes.txt is not a .zip file")
     (refused,) = watched.complaints
     assert "422" in refused, "the browser itself says that"
     watched.complaints.clear()
@@ -168,7 +168,7 @@ def test_time_moves_the_lines_in_the_plots_and_the_horn_to_what_was_read_then(
     told = page.get_by_test_id("replay-angle")
 
     assert move(page, "Home") == pytest.approx(brought.content["about"]["started_at"] - zero_of(brought))
-    expect(told).to_have_text("No angle yet at this time")
+    expect(told).to_have_text("No angle recorded at this time yet")
     expect(told).to_have_attribute("data-stale", "true")
     shows(page, None)
 
@@ -311,7 +311,7 @@ def test_while_motion_is_on_the_view_is_of_the_servo(
     page.get_by_test_id("plot-file").set_input_files(file)
     view = page.get_by_test_id("view-frame")
     expect(view).to_have_attribute("data-replay", "true")
-    expect(page.get_by_test_id("replay-model")).to_have_text("Model not recorded: drawn as a BLA21")
+    expect(page.get_by_test_id("replay-model")).to_have_text("Model not recorded: shown as BLA21")
     page.get_by_test_id("enable-motion").click()
     expect(page.get_by_test_id("motion-band")).to_be_visible()
     expect(view).to_have_attribute("data-replay", "false")

@@ -1,4 +1,4 @@
-/** The dialog over any page, and the same choice in the middle of the Bus page while there is no bus. */
+/** The Connect dialog, and the same choice inside the Bus page while no bus is connected. */
 import { useEffect } from "preact/hooks";
 import type { Bus } from "../api/types";
 import { bus } from "../bench/bench";
@@ -59,7 +59,7 @@ export function ConnectHere() {
   );
 }
 
-/** Nothing to connect: what the doctor finds is what there is to do. */
+/** No usable adapter: shows the doctor's findings. */
 function NothingUsable({ picker }: { picker: Picker }) {
   useEffect(() => watchDoctor().end, []);
   const list = picker.adapters.value;

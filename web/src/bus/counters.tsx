@@ -15,7 +15,7 @@ import { busWords as words } from "./words";
 const said = words.counters;
 const LOAD_SPAN_S = 60;
 const LOAD_HZ = 5;
-/** The bus is told about once a second: further apart than this is a gap. */
+/** Bus state arrives about once a second: samples further apart than this leave a gap. */
 const GAP_S = 3.5;
 const LEAST_PCT = 60;
 
@@ -62,7 +62,7 @@ const NODE_IDS = 125;
 function Counters({ state }: { state: Bus }) {
   const free = state.allocator?.free ?? null;
   const pinned = allocations.value?.filter(one => one.pinned).length ?? 0;
-  // The clock ends a rise that nothing else would.
+  // With the clock, a rise ends even when no further sample arrives.
   const at = Math.max(now.value, monotonic());
   const since = (key: BusCounter) => {
     const utc = history.risingSince(key, at);

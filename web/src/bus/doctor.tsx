@@ -1,4 +1,4 @@
-/** The doctor's findings: what is wrong with its evidence and remedy first, what is well below. */
+/** The doctor's findings: problems with evidence and remedy first, passed checks below. */
 import type { Finding } from "../api/bus-types";
 import { bus } from "../bench/bench";
 import { now } from "../bench/clock";
@@ -12,7 +12,7 @@ import { Button } from "../kit/button";
 import { Glyph } from "../kit/glyph";
 import { Note } from "../kit/note";
 import { Scroll } from "../kit/scroll";
-import { told } from "./finding";
+import { findingText } from "./finding";
 import { withWord } from "./frame-filter";
 import { box } from "./monitor-state";
 import { Remedy } from "./remedy";
@@ -20,14 +20,14 @@ import { busWords as words } from "./words";
 
 const said = words.doctor;
 
-export function Doctor({ onLook }: { onLook: () => void }) {
+export function Doctor({ onCheck }: { onCheck: () => void }) {
   return (
     <section class="doctor" aria-label={said.title} data-testid="doctor">
       <header class="part-head">
         <h2>{said.title}</h2>
-        <Looked />
+        <Checked />
         <span class="grow" />
-        <Button live testid="doctor-again" onClick={onLook}>
+        <Button live testid="doctor-again" onClick={onCheck}>
           {said.again}
         </Button>
       </header>
@@ -38,16 +38,16 @@ export function Doctor({ onLook }: { onLook: () => void }) {
   );
 }
 
-/** Findings older than this are old: the page asks every three seconds. */
+/** Findings older than this are marked: the page reads them every three seconds. */
 const OLD_S = 10;
 
-function Looked() {
+function Checked() {
   const at = doctor.readAt.value;
   const passed = at === null ? null : Math.max(0, now.value - at);
   const old = passed !== null && passed > OLD_S;
   return (
-    <span class={`small ${old ? "strong" : "dim"}`} data-testid="doctor-looked">
-      {passed === null ? said.first : said.looked(age(passed, 0))}
+    <span class={`small ${old ? "strong" : "dim"}`} data-testid="doctor-checked">
+      {passed === null ? said.first : said.checked(age(passed, 0))}
     </span>
   );
 }
@@ -73,7 +73,7 @@ export function Findings({ list }: { list: readonly Finding[] }) {
 }
 
 function FindingRow({ one }: { one: Finding }) {
-  const { title, evidence, remedy, command } = told(one);
+  const { title, evidence, remedy, command } = findingText(one);
   return (
     <li class="finding" data-severity={one.severity} data-code={one.code}>
       <Glyph kind={one.severity} />
@@ -84,7 +84,7 @@ function FindingRow({ one }: { one: Finding }) {
         </p>
         <p class="f-evidence">{evidence}</p>
         {remedy !== null && <Remedy text={remedy} command={command} />}
-        {one.severity !== "ok" && <Ways one={one} />}
+        {one.severity !== "ok" && <Links one={one} />}
       </div>
     </li>
   );
@@ -94,20 +94,20 @@ const AT_IDS = new Set(["second_allocator", "allocator_off", "allocation_refused
 const AT_CONNECT = new Set(["no_bus", "interface_down", "adapter_failed", "adapter_lost", "bit_rate"]);
 const MOST = 3;
 
-/** Where on this page to go on from a finding. */
-function Ways({ one }: { one: Finding }) {
+/** Links from a finding to the servos, nodes and dialogs it concerns. */
+function Links({ one }: { one: Finding }) {
   const servos = (one.uids ?? []).flatMap(uid => servo(uid) ?? []).slice(0, MOST);
   const nodes = (one.node_ids ?? []).slice(0, MOST);
   const ids = AT_IDS.has(one.code);
-  // Where there is no bus at all the adapters stand beside this.
+  // Without a bus the adapters are listed beside this.
   const connect = AT_CONNECT.has(one.code) && !connectOpen.value && bus.value?.state !== "disconnected";
   if (servos.length + nodes.length === 0 && !ids && !connect) return null;
-  const look = (id: number) => {
+  const filterNode = (id: number) => {
     box.value = withWord(box.peek(), "node", id);
     changeChoices({}, "monitor");
   };
   return (
-    <p class="ways small">
+    <p class="finding-links small">
       {connect && (
         <button type="button" class="link" onClick={() => (connectOpen.value = true)}>
           {said.connect}
@@ -129,7 +129,7 @@ function Ways({ one }: { one: Finding }) {
         </button>
       ))}
       {nodes.map(id => (
-        <button key={id} type="button" class="link" onClick={() => look(id)}>
+        <button key={id} type="button" class="link" onClick={() => filterNode(id)}>
           {said.nodes(String(id))}
         </button>
       ))}

@@ -1,30 +1,34 @@
-/** What the doctor's findings say, by code. In English the server says it, but for what is a button or a tab here. */
+/** Text of the doctor's findings by code. English text comes from the server, except remedies that name a button or tab. */
 import type { Advice, FindingCode } from "../api/bus-types";
+import type { RefusalCode } from "../api/types";
 import type { Saying } from "../bench/facts";
 
 type Sayings<Code extends string> = Readonly<Partial<Record<Code, Saying>>>;
 
-/** Titles and evidence of what is well and of what is wrong, and remedies. */
+/** Titles and evidence of passed checks and of problems, remedies, and reasons why a node gets no node ID. */
 export const words: {
   readonly well: Sayings<FindingCode>;
   readonly wrong: Sayings<FindingCode>;
   readonly evidence: { readonly well: Sayings<FindingCode>; readonly wrong: Sayings<FindingCode> };
   readonly remedy: Sayings<Advice>;
+  readonly refusal: Sayings<RefusalCode>;
 } = {
   well: {},
   wrong: {},
   evidence: { well: {}, wrong: {} },
+  refusal: {},
   remedy: {
-    connect_adapter: () => "Choose an adapter, and connect it.",
+    connect_adapter: () => "Choose an adapter and connect it.",
     set_bit_timing: p =>
       p.command ??
       (p.sample_point_pct === undefined
-        ? "Connect the adapter again, at 1 Mbit/s."
-        : "Connect the adapter again, with a sample point of 87.5 %."),
-    check_adapter: () => "Check the adapter and its cable, then connect again.",
-    check_timing_and_wiring: () => "Check bit rate, wiring and termination, then connect again.",
-    keep_one_allocator: () => "Keep one of the two: switch the other off, or ours under Node IDs.",
-    turn_allocator_on: () => "Turn it on under Node IDs.",
-    free_node_id: () => "See under Node IDs who has which; Forget frees one.",
+        ? "Reconnect the adapter at 1 Mbit/s."
+        : "Reconnect the adapter with a sample point of 87.5 %."),
+    check_adapter: () => "Check the adapter and its cable, then reconnect.",
+    check_timing_and_wiring: () => "Check bit rate, wiring and termination, then reconnect.",
+    keep_one_allocator: () =>
+      "Turn off one of the two allocators: the other one, or hornbill's under Node IDs.",
+    turn_allocator_on: () => "Turn on the allocator under Node IDs.",
+    free_node_id: () => "Check the assignments under Node IDs. Forget frees a node ID.",
   },
 };

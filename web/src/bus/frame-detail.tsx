@@ -1,4 +1,4 @@
-/** The details of the row chosen in the monitor: every field, the payload, and ways to narrow the list. */
+/** Details of the selected row of the monitor: fields, payload, and buttons that filter by it. */
 import { number } from "../bench/format";
 import { Button } from "../kit/button";
 import { withWord } from "./frame-filter";

@@ -1,4 +1,4 @@
-/** The monitor's filter box: its words, what the server is asked for them, and what is wrong with them. */
+/** The monitor's filter box: parsing into the filter that the server applies, and errors in it. */
 import type { FrameFilter } from "../api/bus-types";
 import { busWords as words } from "./words";
 
@@ -18,20 +18,19 @@ const KINDS: Record<string, NonNullable<FrameFilter["kind"]>> = {
   message: "message",
   request: "request",
   response: "response",
-  answer: "response",
 };
 
 const HIGHEST_NODE = 127;
 const LONGEST_TYPE = 80;
 const LONGEST_TEXT = 100;
 
-/** A word, or several in quotes. A quote that is not closed yet reaches to the end: somebody is typing. */
+/** A word, or several in quotes. An unclosed quote reaches to the end, since the user may still be typing. */
 const WORD = /"([^"]*)"?|[^\s"]+/g;
 const KEYED = /^([a-z_]+):(.*)$/i;
 
 /**
- * Reads `node:11 type:GetSet kind:request problems`; any other words together are text to look for. The first
- * thing wrong is said; what is only begun (`node:`) is no mistake and filters nothing yet.
+ * Parses `node:11 type:GetSet kind:request problems`; other words together are text to search for. Returns the first
+ * error; an incomplete word (`node:`) is not an error and filters nothing yet.
  */
 export function parseFilter(box: string): Parsed {
   const filter: FramesWanted = { ...EVERYTHING };
@@ -74,7 +73,7 @@ function take(filter: FramesWanted, key: string, value: string): string | null {
     case "kind": {
       const kinds = Object.keys(KINDS);
       const kind = KINDS[value.toLowerCase()];
-      // Half a word is no mistake while it may still become one.
+      // The beginning of a valid word is not an error yet.
       if (!kind)
         return kinds.some(one => one.startsWith(value.toLowerCase())) ? null : words.filter.kind(value);
       if (filter.kind !== null && filter.kind !== kind) return words.filter.twice("kind");
@@ -86,16 +85,16 @@ function take(filter: FramesWanted, key: string, value: string): string | null {
   }
 }
 
-/** The box with `key:value` in it, in the place of another value of that key if there is one. */
+/** The filter with `key:value`, replacing another value of that key. */
 export function withWord(box: string, key: "node" | "type", value: string | number): string {
-  const kept = [...box.matchAll(WORD)].map(found => found[0]).filter(word => !word.startsWith(`${key}:`));
-  return [...kept, `${key}:${value}`].join(" ");
+  const rest = [...box.matchAll(WORD)].map(found => found[0]).filter(word => !word.startsWith(`${key}:`));
+  return [...rest, `${key}:${value}`].join(" ");
 }
 
-/** The box with the word `problems` in it, or without. */
+/** The filter with or without the word `problems`. */
 export function withProblems(box: string, on: boolean): string {
-  const kept = [...box.matchAll(WORD)]
+  const rest = [...box.matchAll(WORD)]
     .map(found => found[0])
     .filter(word => word.toLowerCase() !== "problems");
-  return (on ? [...kept, "problems"] : kept).join(" ");
+  return (on ? [...rest, "problems"] : rest).join(" ");
 }

@@ -1,19 +1,19 @@
-/** The elements of the monitor's list: only the rows in sight exist, and they are written without Preact. */
+/** Elements of the monitor's list: only visible rows exist, and they are written without Preact. */
 import { everyFrame } from "../plots/frames";
 import type { FeedRow, FrameFeed } from "../telemetry/frame-feed";
 import type { FrameLine } from "./frame-text";
 
 interface Options {
   lineOf: (row: FeedRow) => FrameLine;
-  /** Somebody scrolled back or chose a row: the list shall stay as it is. */
+  /** The user scrolled back or selected a row: the list stops following. */
   onHold: () => void;
-  /** Somebody scrolled to the end again. */
+  /** The user scrolled to the end again. */
   onEnd: () => void;
   onChoose: (number: number | null) => void;
 }
 
 const DRAWS_PER_S = 10;
-const CELLS = ["time", "way", "route", "body", "id", "size"] as const;
+const CELLS = ["time", "direction", "route", "body", "id", "size"] as const;
 
 interface Shown {
   element: HTMLElement;
@@ -32,8 +32,8 @@ export class FrameList {
   #pool: Shown[] = [];
   #height = 26;
   #touched = false;
-  /** Where it was scrolled to last by this list itself. */
-  #put = -1;
+  /** Last scroll position set by this list itself. */
+  #ownTop = -1;
   #drawn = "";
   #chosen: number | null = null;
   #end: () => void;
@@ -62,14 +62,14 @@ export class FrameList {
     this.#spacer.remove();
   }
 
-  /** Shows rows as `lineOf` writes them now, even those that are there already. */
+  /** Rewrites all visible rows by `lineOf`. */
   refresh(): void {
     for (const one of this.#pool) one.number = -1;
     this.#drawn = "";
     this.draw();
   }
 
-  /** Marks a row; null none. */
+  /** Selects a row; null selects none. */
   choose(number: number | null): void {
     if (number === this.#chosen) return;
     this.#chosen = number;
@@ -101,10 +101,10 @@ export class FrameList {
   }
 
   #measure(): void {
-    const wished = Number.parseFloat(getComputedStyle(this.#scroller).getPropertyValue("--frame-row"));
-    this.#height = Number.isFinite(wished) && wished > 0 ? wished : this.#height;
+    const height = Number.parseFloat(getComputedStyle(this.#scroller).getPropertyValue("--frame-row"));
+    this.#height = Number.isFinite(height) && height > 0 ? height : this.#height;
     this.refresh();
-    // A box that got lower may hide the row it was lowered for; one that got higher may be at its end now.
+    // A shorter box may hide the selected row; a taller one may now be at its end.
     if (this.#chosen !== null) this.#reveal(this.#chosen);
     this.#ended();
   }
@@ -133,7 +133,7 @@ export class FrameList {
     one.element.setAttribute("aria-rowindex", String(number - first + 1));
     one.element.setAttribute("aria-selected", String(number === this.#chosen));
     one.cells.time.textContent = line.time;
-    one.cells.way.textContent = line.way;
+    one.cells.direction.textContent = line.direction;
     one.cells.route.textContent = line.route;
     one.head.textContent = line.head;
     one.text.textContent = line.text;
@@ -154,7 +154,7 @@ export class FrameList {
       },
       passive,
     );
-    // A finger on the list must not have it pulled away.
+    // The list does not scroll under a finger.
     box.addEventListener("touchstart", () => this.#touch(true), passive);
     box.addEventListener("touchend", () => this.#touch(false), passive);
     box.addEventListener("touchcancel", () => this.#touch(false), passive);
@@ -176,23 +176,23 @@ export class FrameList {
   }
 
   #scrolled(): void {
-    const ours = this.#scroller.scrollTop === this.#put;
-    if (!ours && this.#below() > this.#height) this.#options.onHold();
+    const own = this.#scroller.scrollTop === this.#ownTop;
+    if (!own && this.#below() > this.#height) this.#options.onHold();
     else this.#ended();
     this.draw();
   }
 
-  /** Scrolls, and remembers that it was not somebody else. */
+  /** Scrolls, and marks the position as set by this list. */
   #scrollTo(top: number): void {
     this.#scroller.scrollTop = top;
-    this.#put = this.#scroller.scrollTop;
+    this.#ownTop = this.#scroller.scrollTop;
   }
 
   #ended(): void {
     if (this.#below() < 2) this.#options.onEnd();
   }
 
-  /** How far the end is below what is seen. */
+  /** Height of the list below the visible part. */
   #below(): number {
     const box = this.#scroller;
     return box.scrollHeight - box.clientHeight - box.scrollTop;
@@ -212,15 +212,15 @@ export class FrameList {
     const next = steps[event.key];
     if (next === undefined) return;
     event.preventDefault();
-    const way = next < present ? -1 : 1;
+    const step = next < present ? -1 : 1;
     let number = Math.min(last, Math.max(first, next));
-    while (number > first && number < last && !this.#hasMore(number)) number += way;
+    while (number > first && number < last && !this.#hasMore(number)) number += step;
     if (!this.#hasMore(number)) return;
     this.#options.onChoose(number);
     this.#reveal(number);
   }
 
-  /** Whether there are details to a row: a gap has none. */
+  /** Whether a row has details: a gap has none. */
   #hasMore(number: number): boolean {
     const row = this.#feed.at(number);
     return row !== undefined && row.kind !== "gap";

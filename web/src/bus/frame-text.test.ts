@@ -31,7 +31,7 @@ const line = (part: Partial<DecodedTransfer>) =>
 describe("a line of the monitor", () => {
   test("says who, to whom, what, and how large", () => {
     expect(line({})).toMatchObject({
-      way: "sent",
+      direction: "TX",
       route: "126 → 12",
       head: "GetSet request",
       text: "read 0x08 current_angle",
@@ -50,7 +50,12 @@ describe("a line of the monitor", () => {
       frames: 2,
       summary: "Status servo 1, 12.4°",
     });
-    expect(found).toMatchObject({ way: "got", route: "126 → all", head: "Status", text: "servo 1, 12.4°" });
+    expect(found).toMatchObject({
+      direction: "RX",
+      route: "126 → all",
+      head: "Status",
+      text: "servo 1, 12.4°",
+    });
     expect(found.size).toBe("2\u202fframes");
   });
 
@@ -91,7 +96,7 @@ describe("a line of the monitor", () => {
 
   test("a gap says how much is missing", () => {
     expect(frameLineOf({ kind: "gap", at: 1, lost: 1200, held: 0 }, false).text).toContain("1\u202f200 lost");
-    expect(frameLineOf({ kind: "gap", at: 1, lost: 0, held: 3 }, false).text).toContain("3 not kept");
+    expect(frameLineOf({ kind: "gap", at: 1, lost: 0, held: 3 }, false).text).toContain("3 not stored");
   });
 
   test.each([
@@ -196,7 +201,7 @@ describe("what is typed", () => {
     expect(gapOf(typed)).toBe(pause);
   });
 
-  test("a node id that is not one, or belongs to somebody else, is refused before it is sent", () => {
+  test("a node ID that is invalid or assigned to another node is refused before it is sent", () => {
     const one = (uid: string, node_id: number): Allocation => ({
       uid,
       node_id,
@@ -209,7 +214,7 @@ describe("what is typed", () => {
     expect(wrongId("5", mine, table)).toBeNull();
     expect(wrongId(" 125 ", mine, table)).toBeNull();
     expect(wrongId("１２５", mine, table)).toBeNull();
-    expect(wrongId("6", mine, table)).toContain("belongs to bbbb…0000");
+    expect(wrongId("6", mine, table)).toContain("is assigned to bbbb…0000");
     for (const typed of ["0", "126", "-1", "1.5", "x", ""])
       expect(wrongId(typed, mine, table)).toContain("1 to 125");
   });

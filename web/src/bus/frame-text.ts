@@ -1,4 +1,4 @@
-/** How a transfer or a frame reads as a line of the monitor. */
+/** Text of a transfer or frame as a line of the monitor. */
 import type { DecodedTransfer, RawFrame } from "../api/bus-types";
 import { grouped } from "../bench/format";
 import type { FeedRow } from "../telemetry/frame-feed";
@@ -6,12 +6,12 @@ import { busWords as words } from "./words";
 
 export interface FrameLine {
   time: string;
-  way: string;
+  direction: string;
   route: string;
-  /** Bold: what it is. */
+  /** Type, shown bold. */
   head: string;
   text: string;
-  /** Data is read digit by digit. */
+  /** Data bytes, shown in a fixed-width font. */
   mono: boolean;
   id: string;
   size: string;
@@ -20,7 +20,7 @@ export interface FrameLine {
 
 const said = words.monitor;
 
-/** "14:02:31.418204", in the reader's time zone: frames follow each other within microseconds. */
+/** "14:02:31.418204" in local time; frames are microseconds apart. */
 export function stamp(utc: number): string {
   const at = new Date(Math.floor(utc) * 1000);
   const pair = (n: number) => String(n).padStart(2, "0");
@@ -36,17 +36,17 @@ export function shortType(type: string): string {
 export function typeWords(transfer: DecodedTransfer): string {
   const name = transfer.type === null ? said.unknownType(transfer.data_type_id) : shortType(transfer.type);
   if (transfer.kind === "request") return `${name} ${said.request}`;
-  return transfer.kind === "response" ? `${name} ${said.answer}` : name;
+  return transfer.kind === "response" ? `${name} ${said.response}` : name;
 }
 
-/** The server's sentence in two: what it is, and the rest. */
+/** The server's summary split into the type and the rest. */
 function halves(one: DecodedTransfer): { head: string; text: string } {
   const type = typeWords(one);
   const head = one.summary.startsWith(type) ? type : (/^[^,]*/.exec(one.summary)?.[0] ?? "");
   return { head, text: one.summary.slice(head.length).trimStart() };
 }
 
-/** Who to whom, as the 29 bits of an identifier say it (section 4.1.1 of the DroneCAN specification). */
+/** Source and destination node in the 29 bits of an identifier (section 4.1.1 of the DroneCAN specification). */
 export function endsOf(canId: string): { source: number; destination: number | null } {
   const bits = Number.parseInt(canId, 16) || 0;
   const service = (bits & 0x80) !== 0;
@@ -57,7 +57,7 @@ function route(source: number, destination: number | null): string {
   return `${source} → ${destination ?? said.all}`;
 }
 
-/** "0a 3f 00": bytes apart. */
+/** Bytes separated by spaces: "0a 3f 00". */
 export function spaced(hex: string): string {
   return hex.replace(/..(?=.)/g, "$& ");
 }
@@ -69,7 +69,7 @@ export function frameLineOf(row: FeedRow, raw: boolean): FrameLine {
       row.held > 0 ? said.skipped(grouped(row.held)) : "",
     ];
     const text = parts.filter(part => part !== "").join(" ");
-    return { time: "", way: "", route: "", head: "", text, mono: false, id: "", size: "", kind: "gap" };
+    return { time: "", direction: "", route: "", head: "", text, mono: false, id: "", size: "", kind: "gap" };
   }
   const time = stamp(row.at);
   return { time, ...(row.kind === "transfer" ? ofTransfer(row.transfer) : ofFrame(row.frame, raw)) };
@@ -77,7 +77,7 @@ export function frameLineOf(row: FeedRow, raw: boolean): FrameLine {
 
 function ofTransfer(one: DecodedTransfer): Omit<FrameLine, "time"> {
   return {
-    way: one.sent ? said.sent : said.got,
+    direction: one.sent ? said.sent : said.received,
     route: route(one.source, one.destination),
     ...halves(one),
     mono: false,
@@ -91,7 +91,7 @@ function ofFrame(one: RawFrame, raw: boolean): Omit<FrameLine, "time"> {
   const { source, destination } = endsOf(one.can_id);
   const problem = one.problem !== null;
   return {
-    way: one.sent ? said.sent : said.got,
+    direction: one.sent ? said.sent : said.received,
     route: route(source, destination),
     head: problem && !raw ? said.notDecoded : "",
     text: raw ? `${spaced(one.data)}${problem ? `   ${one.problem}` : ""}` : (one.problem ?? ""),
@@ -102,13 +102,13 @@ function ofFrame(one: RawFrame, raw: boolean): Omit<FrameLine, "time"> {
   };
 }
 
-/** "value.integer_value = 124": every leaf of what was decoded, at most `most` of them. */
+/** Leaves of the decoded fields, such as "value.integer_value = 124"; at most `most`. */
 export function leaves(fields: Record<string, unknown>, most: number): { name: string; value: string }[] {
   const out: { name: string; value: string }[] = [];
   const walk = (name: string, value: unknown): void => {
     if (out.length >= most) return;
     if (Array.isArray(value)) {
-      // Short plain lists, and bytes, are read best in one line.
+      // Lists of plain values are shown in one line.
       if (value.every(one => typeof one !== "object" || one === null)) {
         out.push({ name, value: `[${value.map(plain).join(", ")}]` });
       } else for (const [place, one] of value.entries()) walk(`${name}[${place}]`, one);

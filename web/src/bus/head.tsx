@@ -1,4 +1,4 @@
-/** The head of the bus page: what is connected and how it is, and the ways to change that. */
+/** Head of the Bus page: adapter and state, and buttons to change them. */
 
 import { useSignal } from "@preact/signals";
 import { ask } from "../api/client";
@@ -105,7 +105,7 @@ function stateWord(state: Bus): string {
   return state.trouble_code === "nothing_received" ? words.trouble.nothing : words.state[state.state];
 }
 
-/** Why the bus does not work, what helps, and when it is tried again. */
+/** Why the bus does not work, the remedy, and the time of the next retry. */
 function Trouble({ state }: { state: Bus }) {
   const waits = retryIn.value;
   if (state.trouble === null && state.state !== "lost" && state.state !== "bus_off") return null;
@@ -126,7 +126,7 @@ function Trouble({ state }: { state: Bus }) {
         )}
       </div>
       {waits !== null && (
-        // Read aloud once, not each second.
+        // Announced once, not each second.
         <p class="second retry" aria-live="off" data-testid="bus-retry">
           {waits < 0.1 && <Spinner size={14} />}
           {waits < 0.1

@@ -1,4 +1,4 @@
-/** The two dialogs of the node id table: pin an id, forget one. */
+/** The two dialogs of the node ID table: pin an ID, forget an ID. */
 
 import { useSignal } from "@preact/signals";
 import type { Allocation, AllocationChange } from "../api/bus-types";
@@ -16,7 +16,7 @@ const HIGHEST = 125;
 
 interface Props {
   one: Allocation;
-  /** Told when the change takes effect; null when nothing was changed. */
+  /** `note` says when the change takes effect; null if nothing changed. */
   onClose: (note: string | null) => void;
 }
 
@@ -43,7 +43,7 @@ export function PinDialog({ one, table, onClose }: Props & { table: readonly All
   );
 }
 
-/** Why a typed node id cannot be pinned; null when it can. */
+/** Why a typed node ID cannot be pinned; null if it can. */
 export function wrongId(typed: string, one: Allocation, table: readonly Allocation[]): string | null {
   const plain = typed.trim();
   const id = wholeNumber(plain);

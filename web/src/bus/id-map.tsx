@@ -1,4 +1,4 @@
-/** The ruled row of all node ids: which are taken, by whom there is, and which are pinned. */
+/** Scale of all node IDs: which are in use, online, and pinned. */
 import type { Allocation } from "../api/bus-types";
 import { all } from "../bench/fleet";
 import { busWords as words } from "./words";
@@ -7,15 +7,15 @@ const LAST = 127;
 const LABELS = [1, 25, 50, 75, 100, 125];
 const BASE = 24;
 
-/** Where an id stands, so that the ends keep half a place free. */
+/** Position of an ID, with half a place free at both ends. */
 const place = (id: number) => `${(((id - 0.5) / LAST) * 100).toFixed(2)}%`;
 
-/** One stroke an id: tall where somebody is online, short where it is kept for somebody away. */
+/** One mark per ID: tall if its node is online, short if it is assigned to an offline node. */
 export function IdMap({ table }: { table: readonly Allocation[] }) {
-  const kept = new Map(table.map(one => [one.node_id, one]));
+  const assigned = new Map(table.map(one => [one.node_id, one]));
   const online = new Set(all.value.flatMap(one => (one.online && one.node_id !== null ? [one.node_id] : [])));
   for (const one of table) if (one.online) online.add(one.node_id);
-  const taken = [...new Set([...kept.keys(), ...online])].sort((a, b) => a - b);
+  const taken = [...new Set([...assigned.keys(), ...online])].sort((a, b) => a - b);
   return (
     <svg class="id-map" width="100%" height="44" role="img" aria-label={words.ids.map(taken.join(", "))}>
       <line x1="0" x2="100%" y1={BASE + 0.5} y2={BASE + 0.5} stroke="var(--edge)" />
@@ -34,7 +34,7 @@ export function IdMap({ table }: { table: readonly Allocation[] }) {
         />
       ))}
       {taken.map(
-        id => kept.get(id)?.pinned && <circle key={id} cx={place(id)} cy="3" r="2.5" fill="var(--ink)" />,
+        id => assigned.get(id)?.pinned && <circle key={id} cx={place(id)} cy="3" r="2.5" fill="var(--ink)" />,
       )}
       {LABELS.map(id => (
         <text

@@ -1,4 +1,4 @@
-/** The serial line of the connected adapter: its rate, what it carries, and what is unusual about the adapter. */
+/** The serial line of the connected adapter: baud rate, budget, and notes on the adapter. */
 import type { Bus } from "../api/types";
 import { grouped, number, withUnit } from "../bench/format";
 import { Glyph } from "../kit/glyph";
@@ -8,13 +8,13 @@ const said = words.line;
 
 type Note = Bus["notes"][number];
 
-/** A note in the page's language, by its code; the server's sentence where the page has none. */
+/** A note in the page's language, by its code; the server's text where the page has none. */
 export function lineNote(note: Note): string {
   const known = said.notes[note.code];
   return known === undefined ? note.text : known(note.params);
 }
 
-/** What is wrong when nothing was ever received, with what helps. */
+/** Possible causes when nothing was received, with remedies. */
 export function nothingReceived(state: Bus): string[] {
   const line = state.serial_line;
   const lines: string[] = [said.checkBus];

@@ -1,4 +1,4 @@
-/** The dialog of the log: format, name and limit; how far it is; and the files there are. */
+/** The log dialog: format, name and size limit, progress, and stored files. */
 
 import { useSignal } from "@preact/signals";
 import { useEffect } from "preact/hooks";
@@ -24,7 +24,7 @@ const USUAL_MB = 100;
 
 export function LogDialog({ onClose }: { onClose: () => void }) {
   const state = log.value?.state;
-  // The list is read anew when a log begins or ends, whoever did that.
+  // The list is read again when a log starts or ends, also by another client.
   useEffect(() => {
     logProblem.value = null;
     void listLogs();
@@ -188,7 +188,7 @@ function Files() {
 }
 
 function File({ one }: { one: LogFile }) {
-  const asking = useSignal(false);
+  const confirming = useSignal(false);
   const running = log.value?.state === "running" && log.value.name === one.name ? log.value : null;
   return (
     <li class="log-file" data-testid={`log-${one.name}`}>
@@ -199,7 +199,7 @@ function File({ one }: { one: LogFile }) {
           {running ? said.being : `${date(one.modified_at)} ${minute(one.modified_at)}`}
         </small>
       </span>
-      {asking.value ? (
+      {confirming.value ? (
         <>
           <span class="small">{said.removeAsk}</span>
           <Button look="danger" live testid="log-remove-yes" onClick={() => void removeLog(one.name)}>
@@ -207,7 +207,7 @@ function File({ one }: { one: LogFile }) {
           </Button>
           <Button
             onClick={() => {
-              asking.value = false;
+              confirming.value = false;
             }}
           >
             {said.removeNo}
@@ -225,7 +225,7 @@ function File({ one }: { one: LogFile }) {
             disabled={running !== null}
             testid="log-remove"
             onClick={() => {
-              asking.value = true;
+              confirming.value = true;
             }}
           >
             {said.remove}

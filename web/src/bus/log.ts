@@ -1,4 +1,4 @@
-/** The log of frames to a file: its state, the files there are, and starting and ending it. */
+/** The frame log: its state, stored files, start and stop. */
 
 import { signal } from "@preact/signals";
 import type { LogFile, LogFormat, LogState } from "../api/bus-types";
@@ -6,13 +6,13 @@ import { API, ask, problemOf } from "../api/client";
 import { problemText } from "../bench/facts";
 import { type Poll, poll } from "../bench/poll";
 
-const ASK_MS = 1000;
+const POLL_MS = 1000;
 
 export const log = signal<LogState | null>(null);
 export const logs = signal<readonly LogFile[] | null>(null);
 export const logProblem = signal<string | null>(null);
 
-async function look(): Promise<void> {
+async function readState(): Promise<void> {
   try {
     log.value = await ask("GET", "/bus/log");
   } catch (error) {
@@ -20,9 +20,9 @@ async function look(): Promise<void> {
   }
 }
 
-/** Asks each second how far the log is; the answer ends it. */
+/** Polls the state of the log each second. */
 export function watchLog(): Poll {
-  return poll(ASK_MS, look);
+  return poll(POLL_MS, readState);
 }
 
 /** Reads the list of files; the newest first. */
@@ -35,11 +35,11 @@ export async function listLogs(): Promise<void> {
   }
 }
 
-async function does(act: Promise<LogState | undefined>): Promise<void> {
+async function change(act: Promise<LogState | undefined>): Promise<void> {
   logProblem.value = null;
   try {
-    const answer = await act;
-    if (answer) log.value = answer;
+    const state = await act;
+    if (state) log.value = state;
   } catch (error) {
     logProblem.value = problemText(problemOf(error));
   }
@@ -47,18 +47,18 @@ async function does(act: Promise<LogState | undefined>): Promise<void> {
 }
 
 export function startLog(format: LogFormat, name: string | null, limit_mb: number): Promise<void> {
-  return does(ask("POST", "/bus/log", { body: { format, name, limit_mb } }));
+  return change(ask("POST", "/bus/log", { body: { format, name, limit_mb } }));
 }
 
 export function stopLog(): Promise<void> {
-  return does(ask("DELETE", "/bus/log"));
+  return change(ask("DELETE", "/bus/log"));
 }
 
 export function removeLog(name: string): Promise<void> {
-  return does(ask("DELETE", "/bus/logs/{name}", { path: { name } }));
+  return change(ask("DELETE", "/bus/logs/{name}", { path: { name } }));
 }
 
-/** Where a browser downloads a log from. */
+/** Download address of a log. */
 export function urlOf(name: string): string {
   return `${API}/bus/logs/${encodeURIComponent(name)}`;
 }

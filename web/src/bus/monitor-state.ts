@@ -1,4 +1,4 @@
-/** The frame monitor: what is subscribed to, the filter, and the counts as they are told. */
+/** State of the frame monitor: subscription, filter and counts. */
 
 import { batch, computed, effect, signal } from "@preact/signals";
 import type { FrameFilter } from "../api/bus-types";
@@ -9,34 +9,34 @@ import { oneInAddress } from "../bench/route";
 import { type Counts, FrameFeed } from "../telemetry/frame-feed";
 import { EVERYTHING, parseFilter } from "./frame-filter";
 
-/** Rows kept to scroll back in; only those in sight are elements. */
+/** Rows stored for scrolling back; only visible ones are elements. */
 const CAPACITY = 1000;
 
 export const feed = new FrameFeed(CAPACITY);
 
-/** What stands in the filter box. */
+/** Text of the filter box. */
 export const box = signal("");
 export const view = oneInAddress<NonNullable<FrameFilter["view"]>>("view", ["decoded", "raw"]);
 
 const parsed = computed(() => parseFilter(box.value));
 
-/** Why the filter box cannot be used; what was set before stays in force then. */
+/** The error in the filter box; the previous filter stays active meanwhile. */
 export const filterProblem = computed(() => parsed.value.problem);
 
-/** What the server said of our subscription, if it refused it. */
+/** Why the server refused the subscription. */
 export const monitorRefusal = signal<string | null>(null);
 
 export const counts = signal<Counts>(feed.counts);
 
-/** Our monotonic time at which what is shown now was asked for. */
-export const askedAt = signal(0);
+/** Monotonic time of the current subscription. */
+export const subscribedAt = signal(0);
 
-/** Each of these alone keeps the list as it is: the button, somebody scrolled back, a row whose details are shown. */
+/** Each of these pauses the list: the button, scrolling back, a row with open details. */
 export const paused = signal(false);
 export const scrolled = signal(false);
 export const chosenFrame = signal<number | null>(null);
 
-/** Our monotonic time since when the list is held; null while it follows. */
+/** Monotonic time at which the list was paused; null while it follows. */
 export const heldSince = signal<number | null>(null);
 export const missed = signal(0);
 
@@ -51,8 +51,8 @@ effect(() => {
   }
 });
 
-/** Follows again, whatever held it. */
-export function goOn(): void {
+/** Follows again, whatever paused the list. */
+export function resume(): void {
   batch(() => {
     paused.value = false;
     scrolled.value = false;
@@ -63,15 +63,15 @@ export function goOn(): void {
 const TYPING_MS = 250;
 const COUNT_MS = 200;
 
-/** Subscribes while the tab is seen, anew after each connection and change of the filter; the answer ends it. */
+/** Subscribes while the tab is visible, again after each connection and filter change. Returns a function that ends it. */
 export function watchFrames(): () => void {
   const seen = signal(!document.hidden);
-  const look = () => {
+  const onVisibility = () => {
     seen.value = !document.hidden;
   };
-  document.addEventListener("visibilitychange", look);
+  document.addEventListener("visibilitychange", onVisibility);
 
-  // The last filter that could be read, settled for a moment: nobody types as fast as that.
+  // The last valid filter, applied when typing pauses.
   const settled = signal<string>(JSON.stringify(parsed.peek().filter ?? EVERYTHING));
   let typing: ReturnType<typeof setTimeout> | undefined;
   const endTyping = effect(() => {
@@ -83,39 +83,39 @@ export function watchFrames(): () => void {
       }, TYPING_MS);
     }
   });
-  let asked = false;
+  let subscribing = false;
   const endSubscribing = effect(() => {
     if (!up.value || !seen.value || connection.value === 0) return undefined;
     const filter: FrameFilter = { ...JSON.parse(settled.value), view: view.value };
     feed.clear();
-    goOn();
+    resume();
     monitorRefusal.value = null;
-    askedAt.value = monotonic();
-    asked = live.send({ type: "subscribe", topics: ["frames"], uids: null, frames: filter });
+    subscribedAt.value = monotonic();
+    subscribing = live.send({ type: "subscribe", topics: ["frames"], uids: null, frames: filter });
     return () => {
       live.send({ type: "unsubscribe", topics: ["frames"] });
     };
   });
-  const endHearing = onFrames(message => {
-    asked = false;
+  const endFrames = onFrames(message => {
+    subscribing = false;
     feed.take(message);
   });
   const endRefusals = onRefusal(error => {
-    if (asked && error.uid === null) monitorRefusal.value = failureText(error);
+    if (subscribing && error.uid === null) monitorRefusal.value = failureText(error);
   });
-  const told = setInterval(() => {
+  const counting = setInterval(() => {
     counts.value = feed.counts;
     missed.value = feed.missed;
   }, COUNT_MS);
   return () => {
-    clearInterval(told);
+    clearInterval(counting);
     clearTimeout(typing);
     endTyping();
     endSubscribing();
-    endHearing();
+    endFrames();
     endRefusals();
-    document.removeEventListener("visibilitychange", look);
+    document.removeEventListener("visibilitychange", onVisibility);
     feed.clear();
-    goOn();
+    resume();
   };
 }

@@ -25,7 +25,7 @@ export function Monitor() {
   return (
     <section class="monitor" aria-label={said.title} data-testid="monitor">
       <Tools />
-      <Said />
+      <StatusLine />
       <Head />
       <div class="frames-box">
         <List />
@@ -38,7 +38,7 @@ export function Monitor() {
 
 function Tools() {
   const filter = useRef<HTMLInputElement>(null);
-  // Before it is painted: who sees the box can use its key.
+  // Before the first paint, so that the key works as soon as the box is visible.
   useLayoutEffect(() => onKey("/", () => filter.current?.focus()), []);
   const problems = /(^|\s)problems(\s|$)/i.test(monitor.box.value);
   const held = monitor.heldSince.value !== null;
@@ -56,7 +56,7 @@ function Tools() {
           spellcheck={false}
           value={monitor.box.value}
           aria-invalid={monitor.filterProblem.value !== null}
-          aria-describedby="monitor-said"
+          aria-describedby="monitor-line"
           onInput={event => {
             monitor.box.value = event.currentTarget.value;
           }}
@@ -88,7 +88,7 @@ function Tools() {
         testid="monitor-pause"
         pressed={held}
         onClick={() => {
-          if (held) monitor.goOn();
+          if (held) monitor.resume();
           else monitor.paused.value = true;
         }}
       >
@@ -99,13 +99,13 @@ function Tools() {
   );
 }
 
-/** One line under the tools: what is wrong with the filter, or how much was received and shown. */
-function Said() {
+/** One line under the tools: counts, and the error in the filter, if any. */
+function StatusLine() {
   const problem = monitor.filterProblem.value ?? monitor.monitorRefusal.value;
   const counts = monitor.counts.value;
   const since = monitor.heldSince.value;
   return (
-    <p class="monitor-said small" id="monitor-said">
+    <p class="monitor-line small" id="monitor-line">
       <span class="second" data-testid="monitor-counts">
         {said.counts(grouped(counts.received), grouped(counts.shown), "")}
         <span class={counts.lost > 0 ? "k-warning strong" : ""}>{grouped(counts.lost)}</span>
@@ -129,7 +129,7 @@ function Head() {
   return (
     <div class="f-head" aria-hidden="true">
       <span class="f-time">{head.time}</span>
-      <span class="f-way">{head.way}</span>
+      <span class="f-direction">{head.direction}</span>
       <span class="f-route">{head.route}</span>
       <span class="f-body">{monitor.view.value === "raw" ? head.data : head.transfer}</span>
       <span class="f-last">{head.id}</span>
@@ -172,13 +172,13 @@ function List() {
   );
 }
 
-/** So long nothing may come before that is said: the first rows are on their way. */
-const PATIENCE_S = 1;
+/** Time to wait for the first rows before the list is called empty. */
+const FIRST_ROWS_S = 1;
 
 function Nothing() {
   const counts = monitor.counts.value;
   if (counts.shown > 0 || monitor.heldSince.value !== null) return null;
-  if (up.value && now.value - monitor.askedAt.value < PATIENCE_S) return null;
+  if (up.value && now.value - monitor.subscribedAt.value < FIRST_ROWS_S) return null;
   const state = bus.value;
   const filtered = monitor.box.value.trim() !== "";
   return (
@@ -195,7 +195,7 @@ function Nothing() {
       {up.value && connected.value && state && (
         <p class="second">{said.quiet(number(state.rx_fps + state.tx_fps, 0), grouped(state.errors))}</p>
       )}
-      <p class="second">{said.teach}</p>
+      <p class="second">{said.filterHelp}</p>
       {filtered && (
         <Button
           onClick={() => {

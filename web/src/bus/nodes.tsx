@@ -1,4 +1,4 @@
-/** The list of all nodes of the bus, servos and others, with what is odd about them. */
+/** The list of all nodes on the bus, servos and others, with notes on them. */
 
 import { useEffect, useMemo } from "preact/hooks";
 import type { BusNode } from "../api/bus-types";
@@ -19,7 +19,7 @@ import { Scroll } from "../kit/scroll";
 import { busWords as words } from "./words";
 
 const said = words.nodes;
-const ASK_MS = 2000;
+const POLL_MS = 2000;
 
 const GLYPH: Record<BusNode["health"], ConditionKind> = {
   ok: "ok",
@@ -30,8 +30,8 @@ const GLYPH: Record<BusNode["health"], ConditionKind> = {
 
 export function Nodes() {
   const nodes = useMemo(() => new Resource(() => ask("GET", "/nodes")), []);
-  useEffect(() => nodes.watch(ASK_MS).end, []);
-  // Those who ask for a node id stand together as node 0; once nobody asks there is nothing to tell of them.
+  useEffect(() => nodes.watch(POLL_MS).end, []);
+  // Nodes that request a node ID are listed together as node 0; without requests it is left out.
   const list = nodes.value.value?.filter(one => one.node_id !== 0 || one.online) ?? null;
   const online = list?.filter(one => one.online).length ?? 0;
   const passed = Math.max(0, now.value - (nodes.readAt.value ?? 0));
@@ -98,7 +98,7 @@ function columnsOf(passed: number): readonly Column<BusNode>[] {
           <span class={!one.online || one.health !== "ok" ? "strong" : ""}>
             {one.online ? said.health[one.health] : said.offline}
           </span>
-          <small>{one.mode}</small>
+          <small>{said.mode[one.mode] ?? one.mode}</small>
         </>
       ),
     },

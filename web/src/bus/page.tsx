@@ -1,4 +1,4 @@
-/** The Bus page: head, load and counters, the doctor, and beside it monitor, nodes and node ids. */
+/** The Bus page: head, load and counters, the doctor, and beside it monitor, nodes and node IDs. */
 import { useEffect, useRef } from "preact/hooks";
 import { watchAllocations } from "../bench/allocations";
 import { bus } from "../bench/bench";
@@ -34,7 +34,7 @@ export function BusPage({ hash }: { hash: string }) {
       for (const one of polls) one.end();
     };
   }, []);
-  const look = () => doctor.current?.now();
+  const check = () => doctor.current?.now();
   const parts: readonly Part[] = narrow.value
     ? ["doctor", "monitor", "nodes", "ids"]
     : ["monitor", "nodes", "ids"];
@@ -53,12 +53,12 @@ export function BusPage({ hash }: { hash: string }) {
         <div class="bus-split">
           {!narrow.value && (
             <Panel>
-              <Doctor onLook={look} />
+              <Doctor onCheck={check} />
             </Panel>
           )}
           <div class="scroll">
             <ConnectHere />
-            {narrow.value && <Doctor onLook={look} />}
+            {narrow.value && <Doctor onCheck={check} />}
           </div>
         </div>
       </div>
@@ -75,7 +75,7 @@ export function BusPage({ hash }: { hash: string }) {
       <div class="bus-split">
         {!narrow.value && (
           <Panel>
-            <Doctor onLook={look} />
+            <Doctor onCheck={check} />
           </Panel>
         )}
         <div class="bus-parts">
@@ -84,7 +84,7 @@ export function BusPage({ hash }: { hash: string }) {
             {part === "doctor" && (
               <div class="scroll">
                 <BusStrip />
-                <Doctor onLook={look} />
+                <Doctor onCheck={check} />
               </div>
             )}
             {part === "monitor" && <Monitor />}
@@ -107,9 +107,9 @@ const NAMES = (): Record<Part, string> => ({
 function Parts({ parts, chosen }: { parts: readonly Part[]; chosen: Part | undefined }) {
   const list = useRef<HTMLDivElement>(null);
   const move = (event: KeyboardEvent) => {
-    const way = event.key === "ArrowRight" ? 1 : event.key === "ArrowLeft" ? -1 : 0;
-    if (way === 0 || chosen === undefined) return;
-    const next = parts[(parts.indexOf(chosen) + way + parts.length) % parts.length];
+    const step = event.key === "ArrowRight" ? 1 : event.key === "ArrowLeft" ? -1 : 0;
+    if (step === 0 || chosen === undefined) return;
+    const next = parts[(parts.indexOf(chosen) + step + parts.length) % parts.length];
     if (next === undefined) return;
     open(next);
     list.current?.querySelector<HTMLElement>(`[data-testid=part-${next}]`)?.focus();

@@ -1,4 +1,4 @@
-/** The choice of an adapter: what is plugged in as cards, any other address, and opening it. */
+/** The adapter picker: detected adapters as cards, any other address, and opening one. */
 
 import { computed, type Signal, signal } from "@preact/signals";
 import { useEffect, useMemo } from "preact/hooks";
@@ -25,18 +25,18 @@ import { busWords as words } from "./words";
 
 const said = words.connectDialog;
 
-/** Stands for the address typed by hand. */
+/** The entry for a typed address. */
 const OTHER = "";
 const DEMO = "memory:";
 const SERIAL = "slcan:";
 const USUAL_BITRATE = 1_000_000;
-const ASK_MS = 2000;
-/** Opening has a deadline of its own on the server. */
+const POLL_MS = 2000;
+/** Longer than the server's own deadline for opening. */
 const OPENING_MS = 30_000;
 
 export interface Picker {
   adapters: Signal<readonly Adapter[] | null>;
-  lookedAt: Signal<number>;
+  searchedAt: Signal<number>;
   listProblem: Signal<string | null>;
   /** The address of a card, or OTHER. */
   chosen: Signal<string | null>;
@@ -46,22 +46,22 @@ export interface Picker {
   gap: Signal<string>;
   opening: Signal<boolean>;
   refused: Signal<{ text: string; command: unknown } | null>;
-  /** What Connect would open; null while nothing can be. */
-  wish: { readonly value: Wish | null };
+  /** What Connect opens; null while nothing valid is selected. */
+  target: { readonly value: Target | null };
   open: () => Promise<boolean>;
 }
 
-interface Wish {
+interface Target {
   address: string;
   bitrate: number;
   frame_gap_ms?: number;
 }
 
-/** Lists the adapters again and again while it is shown; one that is plugged in appears by itself. */
+/** Polls the list of adapters while it is shown, so that new ones appear automatically. */
 export function usePicker(): Picker {
   const picker = useMemo(makePicker, []);
   useEffect(() => {
-    const look = async () => {
+    const search = async () => {
       try {
         picker.adapters.value = adaptersInOrder(await ask("GET", "/bus/adapters"));
         picker.listProblem.value = null;
@@ -69,24 +69,24 @@ export function usePicker(): Picker {
       } catch (error) {
         picker.listProblem.value = problemText(problemOf(error));
       }
-      picker.lookedAt.value = monotonic();
+      picker.searchedAt.value = monotonic();
     };
-    return poll(ASK_MS, look).end;
+    return poll(POLL_MS, search).end;
   }, []);
   return picker;
 }
 
-/** Simulated servos in the server itself: always there, and never what somebody plugged in. */
+/** Simulated servos inside the server, always available. */
 export function isDemo(one: Adapter): boolean {
   return one.address.startsWith(DEMO);
 }
 
-/** What is plugged in first, the demo last. */
+/** Detected adapters first, the demo last. */
 export function adaptersInOrder(list: readonly Adapter[]): Adapter[] {
   return [...list.filter(one => !isDemo(one)), ...list.filter(isDemo)];
 }
 
-/** The card that is chosen: the one there was while it can be used, else the first that is not connected already. */
+/** The card to select: the present one while it is usable, else the first that is not connected. */
 export function chosenOf(list: readonly Adapter[], present: string | null): string | null {
   const usable = list.filter(one => one.usable);
   if (present === OTHER || usable.some(one => one.address === present)) return present;
@@ -100,7 +100,7 @@ function makePicker(): Picker {
   const opening = signal(false);
   const refused: Picker["refused"] = signal(null);
   const gap = signal(String(bus.peek()?.frame_gap_ms ?? 0));
-  const wish = computed<Wish | null>(() => {
+  const target = computed<Target | null>(() => {
     const pause = gapOf(gap.value);
     if (chosen.value === null || pause === null) return null;
     const option = pause > 0 ? { frame_gap_ms: pause } : {};
@@ -110,7 +110,7 @@ function makePicker(): Picker {
     return address === "" || bitrate === null ? null : { address, bitrate, ...option };
   });
   const open = async () => {
-    const body = wish.peek();
+    const body = target.peek();
     if (body === null || opening.peek()) return false;
     opening.value = true;
     refused.value = null;
@@ -127,7 +127,7 @@ function makePicker(): Picker {
   };
   return {
     adapters: signal(null),
-    lookedAt: signal(monotonic()),
+    searchedAt: signal(monotonic()),
     listProblem: signal(null),
     chosen,
     typed,
@@ -135,7 +135,7 @@ function makePicker(): Picker {
     gap,
     opening,
     refused,
-    wish,
+    target,
     open,
   };
 }
@@ -143,7 +143,7 @@ function makePicker(): Picker {
 const LEAST_KBIT = 10;
 const MOST_KBIT = 1000;
 
-/** Bit/s of what was typed in kbit/s, or null. */
+/** Typed kbit/s as bit/s, or null. */
 export function bitrateOf(typed: string): number | null {
   const value = parseNumber(typed, "kbit/s");
   return value !== null && value >= LEAST_KBIT && value <= MOST_KBIT ? Math.round(value * 1000) : null;
@@ -151,7 +151,7 @@ export function bitrateOf(typed: string): number | null {
 
 const MOST_GAP_MS = 20;
 
-/** Milliseconds of a pause that was typed, or null. */
+/** Typed frame gap in milliseconds, or null. */
 export function gapOf(typed: string): number | null {
   const value = Number(typed.trim().replace(",", "."));
   return typed.trim() !== "" && value >= 0 && value <= MOST_GAP_MS ? value : null;
@@ -183,12 +183,14 @@ export function PickerCards({ picker }: { picker: Picker }) {
         ))}
         <Other picker={picker} />
       </div>
-      <p class="small dim" data-testid="adapters-looked">
-        {list === null ? said.looking : said.looked(age(Math.max(0, now.value - picker.lookedAt.value), 0))}
+      <p class="small dim" data-testid="adapters-searched">
+        {list === null
+          ? said.searching
+          : said.searched(age(Math.max(0, now.value - picker.searchedAt.value), 0))}
       </p>
       <Options picker={picker} />
       <SwitchesOff picker={picker} />
-      {picker.opening.value && picker.wish.value?.address.startsWith(SERIAL) && (
+      {picker.opening.value && picker.target.value?.address.startsWith(SERIAL) && (
         <p class="small second" role="status" data-testid="finding-rate">
           {said.findingRate}
         </p>
@@ -203,12 +205,12 @@ export function PickerCards({ picker }: { picker: Picker }) {
   );
 }
 
-/** One bus at a time: what becomes of the simulated servos is said before they are left. */
+/** Says what happens to the simulated servos before the bus is changed. */
 function SwitchesOff({ picker }: { picker: Picker }) {
   const here = bus.value;
-  const wish = picker.wish.value;
+  const target = picker.target.value;
   if (!here?.address?.startsWith(DEMO) || here.state === "disconnected") return null;
-  if (wish === null || wish.address.startsWith(DEMO)) return null;
+  if (target === null || target.address.startsWith(DEMO)) return null;
   return (
     <p class="switches-off" role="status" data-testid="switches-off">
       <Glyph kind="notice" size={14} /> {said.switchesOff}
@@ -276,7 +278,7 @@ function Card({ one, picker }: { one: Adapter; picker: Picker }) {
   );
 }
 
-/** Why an adapter cannot be used, or what is odd about it, and what helps. */
+/** Why an adapter cannot be used, or a note on it, with the remedy. */
 function whyText(one: Adapter): string {
   const said = [one.reason, one.remedy].filter(part => part !== null).join(" ");
   return causeText({ ...one.params, cause: one.cause ?? "" }, said);
@@ -327,7 +329,7 @@ function Other({ picker }: { picker: Picker }) {
   );
 }
 
-/** What applies to every adapter; folded, for few need it. */
+/** Options for every adapter; collapsed, as they are rarely needed. */
 function Options({ picker }: { picker: Picker }) {
   const wrong = gapOf(picker.gap.value) === null;
   return (
@@ -349,9 +351,9 @@ function Options({ picker }: { picker: Picker }) {
 }
 
 export function ConnectButton({ picker, onOpen }: { picker: Picker; onOpen?: () => void }) {
-  const wish = picker.wish.value;
-  const picked = picker.adapters.value?.find(one => one.address === wish?.address);
-  const name = picked && isDemo(picked) ? said.demoName : channelOf(wish?.address);
+  const target = picker.target.value;
+  const picked = picker.adapters.value?.find(one => one.address === target?.address);
+  const name = picked && isDemo(picked) ? said.demoName : channelOf(target?.address);
   const open = async () => {
     if (await picker.open()) onOpen?.();
   };
@@ -360,7 +362,7 @@ export function ConnectButton({ picker, onOpen }: { picker: Picker; onOpen?: () 
       look="primary"
       live
       testid="connect"
-      disabled={wish === null || picker.opening.value}
+      disabled={target === null || picker.opening.value}
       onClick={() => void open()}
     >
       {picker.opening.value ? (

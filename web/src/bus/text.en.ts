@@ -282,8 +282,7 @@ export const words = {
   disconnectDialog: {
     title: (name: string) => `Disconnect ${name}?`,
     first: "Torque is turned off first, on every servo under command.",
-    after:
-      "Until a bus is connected again, hornbill cannot read, move or stop any servo.",
+    after: "Until a bus is connected again, hornbill cannot read, move or stop any servo.",
     stays: "Values, names and node IDs do not change.",
     confirm: (name: string) => `Disconnect ${name}`,
   },
@@ -366,8 +365,7 @@ export const words = {
     start: "Start log",
     starting: "Starting",
     files: "Logs",
-    noFiles:
-      "No logs yet. A log contains every received and sent frame, and can be played back as a bus.",
+    noFiles: "No logs yet. A log contains every received and sent frame, and can be played back as a bus.",
     download: "Download",
     remove: "Delete…",
     removeAsk: "Delete permanently?",

@@ -202,10 +202,7 @@ export const words = {
     lost: "Values lost",
     lostLine: "It restarted before the values were saved, or the values were changed since.",
     leadFailed: (failed: number, rest: number) =>
-      [
-        failed > 0 ? `${failed} failed` : "",
-        rest > 0 ? `${rest} not started` : "",
-      ]
+      [failed > 0 ? `${failed} failed` : "", rest > 0 ? `${rest} not started` : ""]
         .filter(Boolean)
         .join(", ")
         .concat(". Resume continues with the remaining servos."),

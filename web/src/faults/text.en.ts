@@ -37,7 +37,7 @@ export const words = {
   toServos: "Go to Servos",
   acknowledgeText:
     "Acknowledging a fault records that it has been seen. It does not clear the fault in the servo: a fault clears when its cause is gone, or at a restart.",
-  loading: "Loading faults",
+  loading: "Loading faults.",
   failed: (why: string) => `Some faults could not be read or acknowledged. ${why}`,
   open: (name: string) => `Open ${name}`,
 };

@@ -245,7 +245,7 @@ function Line({ one, onPlay, onDrop }: { one: Recording; onPlay: () => void; onD
     instant(one.at),
     one.seconds === null ? words.unknown : withUnit(number(one.seconds, 0), "s"),
     size(one.bytes),
-    ...(one.marks.length > 1 ? [`${words.head.marks} ${one.marks.length}`] : []),
+    ...(one.marks.length > 1 ? [`${words.marks} ${one.marks.length}`] : []),
   ].join(", ");
   return (
     <li class="list-line" data-testid={`recording-${one.name}`}>

@@ -87,7 +87,7 @@ function Content({ content, at }: { content: RecordingContent; at: number | null
     return made;
   }, [content, line]);
   const title = (uid: string | null | undefined) =>
-    uid ? (about.servos.find(one => one.uid === uid)?.title ?? uid.slice(0, 8)) : said.everybody;
+    uid ? (about.servos.find(one => one.uid === uid)?.title ?? uid.slice(0, 8)) : said.all;
   const uid = scrub.front.value;
   return (
     <>

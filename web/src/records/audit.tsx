@@ -188,7 +188,7 @@ function changeOf(one: AuditRow): ComponentChildren {
     <>
       {said.changed(show(one.before), show(one.after))}
       {one.requested != null && show(one.requested) !== show(one.after) && (
-        <small>{said.asked(show(one.requested))}</small>
+        <small>{said.requested(show(one.requested))}</small>
       )}
     </>
   );

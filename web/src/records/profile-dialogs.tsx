@@ -67,7 +67,7 @@ export function CreateDialog({ names, onClose }: Props) {
       onClose={onClose}
     >
       {online.length === 0 ? (
-        <p>{said.nobody}</p>
+        <p>{said.noServos}</p>
       ) : (
         <Choice
           label={said.from}

@@ -99,8 +99,8 @@ export function Snapshots({ uid }: { uid: string }) {
                     <span class="r-why">
                       <span>{reasonText(each.reason, each.reason_code, each.reason_params)}</span>
                       <small>
-                        {each.automatic ? said.automatic : said.byHand}, {said.by(who(each.by))},{" "}
-                        {words.rows(Object.keys(each.values).length)}
+                        {each.automatic ? said.automatic : said.manual}, {said.by(who(each.by))},{" "}
+                        {words.values(Object.keys(each.values).length)}
                       </small>
                     </span>
                   </button>

@@ -62,7 +62,7 @@ const columns = (): readonly Column<Sent>[] => [
     look: () => "mono",
     cell: one => (
       <span data-testid="api-status">
-        {one.status === null ? "…" : one.status === 0 ? said.noAnswer : one.status}
+        {one.status === null ? "…" : one.status === 0 ? said.noResponse : one.status}
         {one.took_ms !== null && <small>{withUnit(String(Math.round(one.took_ms)), "ms")}</small>}
       </span>
     ),

@@ -184,7 +184,7 @@ function Hints({ uid, onRow }: { uid: string; onRow: (key: string) => void }) {
             </dt>
             <dd class="second">
               {advice[symptom]}
-              <span class="ways">
+              <span class="hint-links">
                 {toTry(symptom).map(key => (
                   <button
                     key={key}

@@ -59,7 +59,7 @@ export const words = {
     dropTitle: (at: string) => `Delete the run of ${at}?`,
     dropText: "Its samples and results are deleted. This cannot be undone.",
     dropConfirm: "Delete run",
-    loading: "Loading runs",
+    loading: "Loading runs.",
     failed: (why: string) => `The runs could not be loaded. ${why}`,
     settled: "settled after",
     noNote: "no note",

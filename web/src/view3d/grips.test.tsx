@@ -68,7 +68,7 @@ test("without motion control a drag sends nothing and says why", () => {
   point("pointerdown", 0);
   point("pointermove", 20);
   expect(commands()).toEqual([]);
-  expect(host.querySelector("[role=status]")?.textContent).toContain("motion is off");
+  expect(host.querySelector("[role=status]")?.textContent).toContain("Motion is off");
 });
 
 test("while motion is on and the dial may not be dragged, neither may the horn", () => {
