@@ -1,4 +1,4 @@
-/** The page's names for the JSON shapes of the bus: aliases of the generated document, nothing else. */
+/** Aliases of the generated JSON types of the bus. */
 import type { components } from "./schema";
 
 type Shapes = components["schemas"];

@@ -1,4 +1,4 @@
-/** REST: one fetch over the generated paths, and problem+json as an error that can be branched on. */
+/** REST client: one fetch over the generated paths, and problem+json as an error. */
 import { ROOT } from "./root";
 import type { paths } from "./schema";
 import { type Answered, note } from "./sent";
@@ -6,14 +6,14 @@ import type { ProblemBody } from "./types";
 
 export const API = `${ROOT}/api/v1`;
 
-/** Why a request did not do what was asked. `code` is the server's, or "no_link" when it was not reached. */
+/** A failed request. `code` is the server's, or "no_link" when it was not reached. */
 export class Problem extends Error {
   readonly code: string;
   readonly status: number;
   readonly facts: Readonly<Record<string, unknown>>;
 
   constructor(code: string, status: number, detail: string, facts: Record<string, unknown> = {}) {
-    // What programs are told is of no use here.
+    // The part of the detail for programs is not shown.
     super(typeof facts.summary === "string" ? facts.summary : detail);
     this.name = "Problem";
     this.code = code;
@@ -24,7 +24,7 @@ export class Problem extends Error {
 
 type Verb = "GET" | "PUT" | "POST" | "PATCH" | "DELETE";
 
-/** The paths below the root of the API that know a verb. */
+/** Paths below the root of the API that have a verb. */
 export type PathOf<V extends Verb> = {
   [P in keyof paths]: paths[P] extends Record<Lowercase<V>, object>
     ? P extends `/api/v1${infer Rest}`
@@ -39,10 +39,10 @@ type Operation<V extends Verb, P> = P extends string
     : never
   : never;
 
-/** Part of the parameters: as the document has it, or left out where it has none. */
+/** Part of the parameters: from the document, or absent. */
 type Part<O, K extends string> = O extends { parameters: infer P } ? Pick<P, K & keyof P> : never;
 
-/** A body as it may be sent: nothing changes it. */
+/** A body, read-only. */
 type Given<T> = { readonly [K in keyof T]: Given<T[K]> };
 
 type Content<C> =
@@ -59,7 +59,7 @@ type Body<O> = O extends { requestBody: { content: infer C } }
 type Headers<O> = O extends { parameters: { header?: infer H } } ? { headers?: H & {} } : { headers?: never };
 
 interface Sending {
-  /** Lets the request outlive the page: for what must go out while leaving. */
+  /** Lets the request outlive the page. */
   keepalive?: boolean;
   timeout_ms?: number;
 }
@@ -74,7 +74,7 @@ type Json<R> = R extends { content: { "application/json": infer J } } ? J : unde
 export type Answer<V extends Verb, P extends PathOf<V>> =
   Operation<V, P> extends { responses: infer R } ? Json<R[keyof R & (200 | 201 | 202 | 204)]> : never;
 
-/** Options may be left out where nothing in them is required. */
+/** Options may be omitted if none is required. */
 type Rest<T> = object extends T ? [options?: T] : [options: T];
 
 interface Plain extends Sending {
@@ -86,8 +86,8 @@ interface Plain extends Sending {
 }
 
 /**
- * Asks the server; resolves to its JSON (undefined for an empty answer), rejects with a Problem. Path, parameters, body
- * and answer are those of the generated document.
+ * Send a request. Resolves to its JSON (undefined for an empty response), rejects with a Problem. Path, parameters,
+ * body and response are those of the generated document.
  */
 export function ask<V extends Verb, P extends PathOf<V>>(
   verb: V,
@@ -128,12 +128,12 @@ async function told<Told>(verb: Verb, path: string, options: Plain): Promise<Tol
   return (text === "" ? undefined : JSON.parse(text)) as Told;
 }
 
-/** The path with its parameters, and those of the query that have a value. */
+/** The path with its parameters, and the query without undefined values. */
 function filled(template: string, { path, query }: Plain): string {
   const at = template.replace(/\{(\w+)\}/g, (_, name: string) => encodeURIComponent(String(path?.[name])));
   const search: string[] = [];
   for (const [name, value] of Object.entries(query ?? {})) {
-    // A list stays legible in what the API page shows.
+    // Lists stay readable on the API page.
     for (const one of Array.isArray(value) ? value : [value])
       if (one != null) search.push(`${name}=${encodeURIComponent(String(one)).replaceAll("%2C", ",")}`);
   }
@@ -142,12 +142,12 @@ function filled(template: string, { path, query }: Plain): string {
 
 let unauthorized = () => {};
 
-/** Told when the server wants a token that we have not, or no more. */
+/** Callback for a missing or invalid token. */
 export function whenUnauthorized(act: () => void): void {
   unauthorized = act;
 }
 
-/** Keeps the request for the API page, as it can be sent from elsewhere. */
+/** Record the request for the API page, in a form that can be sent from elsewhere. */
 function noted(verb: Verb, path: string, options: Plain): Answered {
   const { body, file, headers } = options;
   return note({ verb, path: API + path, body, file: file?.type, headers });
@@ -160,12 +160,12 @@ function toProblem(status: number, text: string): Problem {
       return new Problem(body.code, status, body.detail ?? body.title ?? body.code, body);
     }
   } catch {
-    // Not JSON: a proxy's page, for one.
+    // Not JSON: for example a proxy's page.
   }
   return new Problem(status === 502 || status === 504 ? "no_link" : "unexpected", status, `HTTP ${status}`);
 }
 
-/** The Problem in whatever was thrown. */
+/** The Problem of any thrown value. */
 export function problemOf(error: unknown): Problem {
   if (error instanceof Problem) return error;
   return new Problem("unexpected", 0, error instanceof Error ? error.message : String(error));

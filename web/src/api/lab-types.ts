@@ -1,4 +1,4 @@
-/** The page's names for the JSON shapes of step tests and of the recorder: aliases of the generated document. */
+/** Aliases of the generated JSON types of step tests and the recorder. */
 import type { components } from "./schema";
 
 type Shapes = components["schemas"];

@@ -1,9 +1,9 @@
-/** The WebSocket: reconnecting, subscribing again, noticing silence, and handing out messages. */
+/** The WebSocket: reconnects, subscribes again, detects silence, and dispatches messages. */
 import type { ClientMessage, ServerMessage } from "./types";
 
 export type LinkState = "connecting" | "up" | "down";
 
-/** The part of WebSocket that is used, so that a test can stand in for it. */
+/** The part of WebSocket in use, so that tests can replace it. */
 export interface Socket {
   readonly readyState: number;
   onopen: ((event: Event) => void) | null;
@@ -17,19 +17,19 @@ export interface LiveOptions {
   open: () => Socket;
   onMessage: (message: ServerMessage) => void;
   onState: (state: LinkState) => void;
-  /** Messages sent anew after every (re)connection. */
+  /** Messages sent after every (re)connection. */
   greeting: () => ClientMessage[];
 }
 
 const OPEN = 1;
 const FIRST_RETRY_MS = 250;
 const LAST_RETRY_MS = 2000;
-/** After so long without a word the server is asked for one; it answers a subscription with what there is. */
+/** After this time without a message, the client requests one: the server responds to any subscription. */
 const ASK_MS = 700;
-/** Silence for longer than this is no link. */
+/** The link is down after this time without a message. */
 export const SILENCE_MS = 1700;
 const WATCH_MS = 200;
-/** A look that comes later than this was held up, and so was everything the server said meanwhile. */
+/** If the check runs later than this, the page was suspended, and so were the messages of the server. */
 const LATE_MS = 2 * WATCH_MS;
 const LISTEN_MS = 50;
 
@@ -64,14 +64,14 @@ export class Live {
     this.#drop();
   }
 
-  /** Sends now or not at all: nothing is kept for later, for a late command is a wrong one. */
+  /** Send now or not at all. Nothing is queued: a late command is a wrong one. */
   send(message: ClientMessage): boolean {
     if (this.#socket?.readyState !== OPEN) return false;
     this.#socket.send(JSON.stringify(message));
     return true;
   }
 
-  /** Tries again at once, for instance because the tab came back to the front. */
+  /** Retry immediately, for example when the tab becomes visible. */
   hurry(): void {
     if (this.#socket !== null) return;
     clearTimeout(this.#retry);
@@ -90,7 +90,7 @@ export class Live {
     socket.onmessage = event => {
       if (socket !== this.#socket) return;
       this.#heard = performance.now();
-      // Up only when the server has spoken: a proxy may open a socket to nowhere.
+      // Up only after the first message: a proxy may accept a socket without a server.
       this.#retry_ms = FIRST_RETRY_MS;
       this.#change("up");
       const message = read(event.data);
@@ -105,7 +105,7 @@ export class Live {
     const now = performance.now();
     const heldUp = now - this.#looked > LATE_MS;
     this.#looked = now;
-    // It is not the server that was silent while this page could not listen: what waits is heard first.
+    // The page was suspended, not the server silent: read the waiting messages first.
     if (heldUp) setTimeout(() => this.#judge(), LISTEN_MS);
     else this.#judge();
   }

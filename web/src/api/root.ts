@@ -1,10 +1,10 @@
-/** Where this page lives: below which path a proxy shows it, and the token of the link that opened it. */
+/** Base path of the page behind a proxy, and the token of the link that opened it. */
 
-/** The path everything of hornbill's is below, without a slash at its end: empty unless a proxy adds one. */
+/** Base path without a trailing slash; empty unless a proxy adds one. */
 export const ROOT =
   document.querySelector<HTMLMetaElement>('meta[name="hornbill-root"]')?.content.replace(/\/$/, "") ?? "";
 
-/** A part of an address in plain text; as it stands where a "%" in it is none of an escape. */
+/** A decoded part of an address; unchanged if it has an invalid escape. */
 export function decoded(part: string): string {
   try {
     return decodeURIComponent(part);
@@ -15,7 +15,7 @@ export function decoded(part: string): string {
 
 const LINK = /^#token=([^&]+)$/;
 
-/** Taken out of the address at once, so that it is in no history, bookmark or picture of the screen. */
+/** Removed from the address at once, to keep it out of history, bookmarks and screenshots. */
 function takeToken(): string | null {
   const found = LINK.exec(location.hash)?.[1];
   if (found === undefined) return null;
@@ -25,7 +25,7 @@ function takeToken(): string | null {
 
 let token = takeToken();
 
-/** The token of the link, once. */
+/** The token of the link. Returned once. */
 export function linkToken(): string | null {
   const found = token;
   token = null;

@@ -1,4 +1,4 @@
-/** The last requests of this page, for its API page to show. */
+/** The last requests of this page, for the API page. */
 import { signal } from "@preact/signals";
 
 export interface Sent {
@@ -7,36 +7,36 @@ export interface Sent {
   /** From the root of the server, with its query. */
   path: string;
   body: unknown;
-  /** The type of a file that was the body; its content is not kept. */
+  /** Media type of a file body; the content is not recorded. */
   file: string | undefined;
   headers: Readonly<Record<string, string>> | undefined;
-  /** When it was sent, UTC seconds. */
+  /** Time sent, UTC seconds. */
   at: number;
-  /** The server's status; 0 without an answer, null while there is none yet. */
+  /** HTTP status; 0 without a response, null while pending. */
   status: number | null;
   took_ms: number | null;
 }
 
-/** Tells what came of a request; 0: no answer. */
+/** Record the status of a request; 0 without a response. */
 export type Answered = (status: number) => void;
 
-/** Kept of each: what changes something, and what only reads. A page reads far more than it changes. */
+/** Most requests recorded, by kind: changes and reads. A page reads far more than it changes. */
 const KEPT = 20;
 
-/** Of no use to anybody else: a token that was typed in, and the heart-beat of a lease of this page. */
+/** Not recorded: typed tokens, and lease heartbeats of this page. */
 const MINE = /\/(session|tokens|tickets|leases\/[^/]+)$/;
 
 let count = 0;
 const changes = signal<readonly Sent[]>([]);
 const reads = signal<readonly Sent[]>([]);
 
-/** The last requests, newest first; `reading` with those that changed nothing. */
+/** The last requests, newest first; `reading` includes reads. */
 export function lastSent(reading: boolean): readonly Sent[] {
   if (!reading) return changes.value;
   return [...changes.value, ...reads.value].sort((a, b) => b.number - a.number).slice(0, KEPT);
 }
 
-/** Keeps a request that goes out now. */
+/** Record a request that is sent now. */
 export function note(what: Pick<Sent, "verb" | "path" | "body" | "file" | "headers">): Answered {
   if (MINE.test(what.path)) return () => {};
   const ring = what.verb === "GET" ? reads : changes;

@@ -1,4 +1,4 @@
-/** The page's names for the server's JSON shapes: aliases of the generated document, nothing else. */
+/** Aliases of the generated JSON types of the server. */
 import type { components } from "./schema";
 
 type Shapes = components["schemas"];
@@ -6,7 +6,7 @@ type Shapes = components["schemas"];
 export type Servo = Shapes["Servo"];
 export type ServoState = Servo["state"];
 export type Reading = Shapes["Reading"];
-/** An engineering value, a choice's key, or null for the dummy and while unknown. */
+/** An engineering value, the key of a choice, or null for inactive or unknown. */
 export type Value = Reading["value"];
 export type ParameterKey = Shapes["ParameterKey"];
 export type Change = Shapes["Change"];
@@ -15,7 +15,7 @@ export type Job = Shapes["Job"];
 export type JobStep = Shapes["JobStep"];
 export type StepCode = JobStep["code"];
 export type EvidenceCode = NonNullable<JobStep["evidence_code"]>;
-/** Values in a text, by name with unit. */
+/** Params of a text, by name with unit. */
 export type Params = Shapes["Params"];
 export type ProblemBody = Shapes["Problem"];
 export type Commanded = Shapes["Commanded"];
@@ -36,7 +36,7 @@ export type PendingAllocation = Shapes["PendingAllocation"];
 /** One row of the parameter table; its numbers are raw. */
 export type Row = Shapes["Parameter"];
 export type FaultRow = Pick<Shapes["FaultBit"], "level" | "bit" | "key" | "label" | "advice">;
-/** What the page reads of GET /schema. */
+/** The part of GET /schema that the page uses. */
 export type Schema = Pick<Shapes["SchemaDocument"], "revision" | "groups" | "parameters" | "faults">;
 
 export type ServerMessage = Shapes["ServerMessage"];
@@ -45,7 +45,7 @@ export type EventLevel = Shapes["EventMessage"]["level"];
 export type LeftOut = Shapes["LeftOut"];
 export type NoteCode = LeftOut["why_code"];
 export type EventCode = Shapes["EventMessage"]["code"];
-/** Why a recording was written. */
+/** Trigger of a recording. */
 export type MarkReason = Shapes["RecordingMark"]["reason"];
 export type RefusalCode = NonNullable<PendingAllocation["refusal_code"]>;
 export type Parameters = Shapes["Parameters"];

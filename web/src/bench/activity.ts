@@ -1,4 +1,4 @@
-/** What a servo does now, in words: one function for every place that says it, over what the server tells. */
+/** Texts of a servo's activity as reported by the server, for every place that shows it. */
 import type { Servo } from "../api/types";
 import { text } from "../text";
 import { servo } from "./fleet";
@@ -12,12 +12,12 @@ import { sheetOf } from "./parameters";
 
 export type Activity = Servo["activity"];
 
-/** At rest and not at peace: marked wherever the servo is shown. */
+/** Hunting or saturated at rest: marked wherever the servo is shown. */
 export function alarming({ state }: Activity): boolean {
   return state === "hunting" || state === "saturated";
 }
 
-/** One line: "Turning", "Hunting, 2.0° peak to peak", "Output off: stopped by you, 14:03". */
+/** One line: "Rotating", "Hunting, 2.0° peak to peak", "Output off: stopped by you, 14:03". */
 export function activityLine({ activity, output }: Pick<Servo, "activity" | "output">): string {
   const said = text.activity;
   const away = output.state === "off" || output.state === "brake";
@@ -47,7 +47,7 @@ export function activityLine({ activity, output }: Pick<Servo, "activity" | "out
 export type CommandShown =
   | { kind: "angle"; figure: Figure }
   | { kind: "speed" | "torque"; figure: Figure }
-  /** No command of any kind is in force; `stale` while that was not read, or is old. */
+  /** No command is active; `stale` if that was not read, or is old. */
   | { kind: "none"; figure: Figure };
 
 const OTHERS = [
@@ -55,7 +55,7 @@ const OTHERS = [
   ["torque", "command_torque"],
 ] as const;
 
-/** The command in force: what this page runs, or else what the servo holds in 0x00 to 0x02. */
+/** The active command: that of this page, else the servo's in 0x00 to 0x02. */
 export function commandNow(uid: string): CommandShown {
   const going = held.value;
   const present = motion.value;
@@ -64,7 +64,7 @@ export function commandNow(uid: string): CommandShown {
   }
   const figure = figureNow(uid, "command_angle");
   if (figure.value !== null) return { kind: "angle", figure };
-  // The dummy reads as a gap: then it is a command of another kind, or none.
+  // The dummy value reads as a gap: a command of another kind, or none.
   for (const [kind, key] of OTHERS) {
     const other = figureNow(uid, key);
     if (other.value !== null) return { kind, figure: other };

@@ -1,4 +1,4 @@
-/** The node id table and who waits for an id, asked each second while somebody looks. */
+/** The node ID table and pending requests, polled each second while shown. */
 
 import { signal } from "@preact/signals";
 import type { Allocation } from "../api/bus-types";
@@ -10,11 +10,11 @@ import { type Poll, poll } from "./poll";
 
 const ASK_MS = 1000;
 
-/** The table; null until it was read once. */
+/** Null until first read. */
 export const allocations = signal<readonly Allocation[] | null>(null);
 export const tableProblem = signal<string | null>(null);
 
-/** What to call whoever has a node id. */
+/** Display name of the holder of a node ID. */
 export function ownerName(uid: string): string {
   const known = servo(uid);
   return known ? nameOf(known) : `${uid.slice(0, 4)}…${uid.slice(-4)}`;
@@ -33,7 +33,7 @@ async function look(): Promise<void> {
   }
 }
 
-/** Nothing streams the table: asks each second; the answer ends it. */
+/** The table is not streamed: poll it each second. Returns a function that stops polling. */
 export function watchAllocations(): Poll {
   return poll(ASK_MS, look);
 }

@@ -1,9 +1,9 @@
-/** Requests that take many servos at once: everything that is wanted goes in one, and the next after its answer. */
+/** Requests batched over servos: one request for all, the next after its response. */
 
-/** So long between two requests: servos that are found or start again one after another share them. */
+/** Pause between two requests, so that servos that appear in turn share them. */
 export const PAUSE_MS = 500;
 
-/** Collects servos and hands all of them to `act`; those wanted meanwhile wait for its answer and the pause. */
+/** Collects servos and passes all of them to `act`; further servos wait for its response and the pause. */
 export function batched(act: (uids: readonly string[]) => Promise<void>): (uid: string) => void {
   const waiting = new Set<string>();
   let busy = false;

@@ -1,19 +1,19 @@
-/** What is true for the whole bench: bus, lease, stop latch, events. */
+/** State of the whole bench: bus, lease, stop latch, events. */
 import { computed, signal } from "@preact/signals";
 import type { Bus, EventCode, EventLevel, LeaseView, Params, Stop } from "../api/types";
 import { monotonic } from "./clock";
 
 export const bus = signal<Bus | null>(null);
 
-/** Whether there is a bus to hear servos on; true while that is not known. */
+/** A bus is connected; true while unknown. */
 export const connected = computed(
   () => bus.value === null || (bus.value.state !== "disconnected" && bus.value.state !== "lost"),
 );
 
 export interface HeldLease extends LeaseView {
-  /** When it ends, on our monotonic clock. */
+  /** End of the lease, monotonic. */
   endsAt: number;
-  /** When it passes to whoever asks for it, unless that is refused; null while nobody asks. */
+  /** When it passes to the requesting client unless refused, monotonic; null without a request. */
   passesAt: number | null;
 }
 

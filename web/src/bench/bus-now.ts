@@ -1,4 +1,4 @@
-/** The bus between two messages about it: its history, and the time until it is opened again. */
+/** The bus between two messages: history, and time until it is reopened. */
 import { computed } from "@preact/signals";
 import { BusHistory } from "../telemetry/bus-history";
 import { bus } from "./bench";
@@ -8,7 +8,7 @@ export const history = new BusHistory();
 
 let heardAt = monotonic();
 
-/** Keeps the history from now on. */
+/** Record the history from now on. */
 export function startBusHistory(): void {
   bus.subscribe(told => {
     heardAt = monotonic();
@@ -16,13 +16,13 @@ export function startBusHistory(): void {
   });
 }
 
-/** Seconds until the adapter is opened again by itself; null while it works, and when nobody will. */
+/** Seconds until the adapter is reopened automatically; null while it works, or if it is not reopened. */
 export const retryIn = computed(() => {
   const told = bus.value?.retry_in_s ?? null;
   return told === null ? null : Math.max(0, told - Math.max(0, now.value - heardAt));
 });
 
-/** "can0" of "socketcan:can0", "ttyACM0" of "slcan:/dev/ttyACM0": what it is called on the bench. */
+/** Short name: "can0" of "socketcan:can0", "ttyACM0" of "slcan:/dev/ttyACM0". */
 export function channelOf(address: string | null | undefined): string {
   const channel = address?.slice(address.indexOf(":") + 1) ?? "";
   return channel.split("/").at(-1) || channel;

@@ -20,18 +20,18 @@ export interface Catalog {
 
 export const catalog = signal<Catalog | null>(null);
 
-/** Groups that are told, measured or run rather than set: no tab of theirs. */
+/** Groups of commands, readings and operations: they have no tab. */
 const ELSEWHERE = new Set(["command", "status", "operation", "faults"]);
-/** The production date is part of what a servo is. */
+/** The production date is shown with the product data. */
 const MERGED: Readonly<Record<string, string>> = { production: "product" };
 
-/** A row with the names it has in the page's language; the server's where it has none. */
+/** A row with names in the page's language, or the server's. */
 function named(row: Row): Row {
   const choices = row.choices.map(one => ({ ...one, label: text.table.choices[one.key] ?? one.label }));
   return { ...row, label: text.table.rows[row.key] ?? row.label, choices };
 }
 
-/** A fault with its name and advice in the page's language; the server's where it has none. */
+/** A fault with name and advice in the page's language, or the server's. */
 export function namedFault<T extends Pick<FaultRow, "key" | "label" | "advice">>(fault: T): T {
   const { faults, advice } = text.table;
   return { ...fault, label: faults[fault.key] ?? fault.label, advice: advice[fault.key] ?? fault.advice };

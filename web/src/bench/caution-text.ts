@@ -1,4 +1,4 @@
-/** What to know before a command, in the page's language; the server's sentence where the page has none. */
+/** Text of a caution before a command, in the page's language, or the server's. */
 import type { Caution } from "../api/types";
 import { codes } from "./codes";
 import { factsOf } from "./facts";

@@ -1,12 +1,12 @@
-/** The page's idea of now: our monotonic clock, told often enough for ages to be true. */
+/** The monotonic clock of the page, updated often enough for ages. */
 import { signal } from "@preact/signals";
 
-/** Seconds on our monotonic clock. */
+/** Seconds, monotonic. */
 export function monotonic(): number {
   return performance.now() / 1000;
 }
 
-/** Changes five times a second while the tab is looked at. */
+/** Updated five times a second while the tab is visible. */
 export const now = signal(monotonic());
 
 const PERIOD_MS = 200;

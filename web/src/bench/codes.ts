@@ -1,4 +1,4 @@
-/** What the server tells by a code, in the page's language. English has no such words: the server says it itself. */
+/** Texts by code in the page's language. Empty in English: the server's texts are used. */
 import { signal } from "@preact/signals";
 import type { Problem } from "../api/client";
 import type { Caution, EventCode, MarkReason, NoteCode } from "../api/types";
@@ -9,18 +9,18 @@ type ByCode<Code extends string> = Readonly<Partial<Record<Code, Saying>>>;
 
 export interface Codes {
   happened: ByCode<EventCode>;
-  /** What a recording was written for. */
+  /** Triggers of recordings. */
   marks: ByCode<MarkReason>;
-  /** What is noted beside a value. */
+  /** Notes beside values. */
   notes: ByCode<NoteCode>;
-  /** What to know before a command. */
+  /** Cautions before commands. */
   cautions: ByCode<Caution["code"]>;
-  /** What exactly went wrong, by the cause of a problem, of an adapter, or of a bus. */
+  /** Causes of problems, also of adapters and buses. */
   causes: ByCode<string>;
   problem: (problem: Problem, facts: Facts) => string;
 }
 
-/** Empty until they are here: the first page is shown without them, and says these things again when they come. */
+/** Empty until loaded: the first page is shown without them, and rendered again when they arrive. */
 export const codes = signal<Partial<Codes>>({});
 
 awaitWords(async () => {

@@ -1,4 +1,4 @@
-/** Which commissioning job the Commission page shall show, where another page sent somebody there. */
+/** The commissioning job that the Commission page shows, when opened from another page. */
 import { signal } from "@preact/signals";
 
 export const openCommissioning = signal<string | null>(null);

@@ -1,4 +1,4 @@
-/** What is said of a servo's health: one kind (shape and colour), a headline and a line on what to do. */
+/** The condition of a servo: a kind (shape and colour), a headline and a line with the remedy. */
 import type { FaultRow, Stop } from "../api/types";
 import { text } from "../text";
 import { activityLine, alarming } from "./activity";
@@ -20,25 +20,25 @@ export interface Condition {
   kind: ConditionKind;
   headline: string;
   line: string;
-  /** Set when `line` itself is bad news. */
+  /** `line` itself is an alarm. */
   alarming?: boolean;
-  /** What it does where that matters and `line` says something else: output off and why, hunting, a time-out. */
+  /** What it does, if it matters and `line` says something else: output off and why, hunting, a timeout. */
   doing?: string;
-  /** Its saved values are lost: a snapshot has them. */
+  /** Saved values lost: a snapshot has them. */
   romLost?: boolean;
 }
 
 export interface ConditionFacts {
   faults: readonly FaultRow[];
   temperature: number | null;
-  /** Our monotonic clock. */
+  /** Seconds, monotonic. */
   now: number;
-  /** Whether there is a bus to hear servos on. */
+  /** A bus is connected. */
   connected: boolean;
   stop: Stop | null;
 }
 
-/** The bit of 0x1A that says so, by its name in the tables. */
+/** Name of the bit of 0x1A that reports it. */
 export const ROM_LOST = "rom_lost";
 
 const LEVELS = [
@@ -60,10 +60,10 @@ export function conditionOf(servo: KnownServo, facts: ConditionFacts): Condition
   return { ...found, line: text.stop.confirmed(withUnit(number(confirmation.ms, 0), "ms")) };
 }
 
-/** Activities that nobody expects of a servo that is on and well. */
+/** Activities that are unexpected of a healthy servo with its output on. */
 const TOLD = new Set(["off", "brake", "released", "held_after_timeout", "hunting", "saturated"]);
 
-/** What it does, where that is out of the ordinary, unless what was found says it already. */
+/** What it does, if unusual and not already in `found`. */
 function unsaid(servo: KnownServo, found: Condition): string | null {
   const { activity, output } = servo;
   if (!TOLD.has(activity.state) && output.state !== "off" && output.state !== "brake") return null;
@@ -74,7 +74,7 @@ function unsaid(servo: KnownServo, found: Condition): string | null {
 
 function judge(servo: KnownServo, facts: ConditionFacts): Condition {
   const said = text.state;
-  // Silent while it saves or restarts is as it should be: its job says so, and ends it.
+  // Silence during a save or restart is expected: its job reports it, and ends it.
   if (!servo.online && servo.state !== "saving" && servo.state !== "restarting") return offline(servo, facts);
   const failure = bits(servo, "failure", facts.faults);
   if (failure.length > 0) return fromBits("failure", failure);
@@ -110,7 +110,7 @@ function judge(servo: KnownServo, facts: ConditionFacts): Condition {
   };
 }
 
-/** At rest, and it hunts or saturates: no bit of the servo says so. */
+/** Hunting or saturated at rest: no bit of the servo reports it. */
 function restless(servo: KnownServo): Condition {
   const said = text.activity;
   const line = servo.activity.state === "hunting" ? said.huntingAdvice : said.saturatedAdvice;
@@ -161,7 +161,7 @@ function fromBits(kind: "failure" | "warning" | "notice", found: Bit[]): Conditi
   return { kind, headline: text.state[kind](what), line: first?.advice ?? "" };
 }
 
-// Labels begin with a capital; inside a sentence only abbreviations keep it.
+// Labels are capitalised; inside a sentence only abbreviations stay so.
 function lower(label: string): string {
   return /^[A-Z][a-z]/.test(label) ? label.charAt(0).toLowerCase() + label.slice(1) : label;
 }

@@ -1,4 +1,4 @@
-/** The doctor's findings: asked often while the Bus page is open, and now and then on any other. */
+/** Findings of the doctor: polled often on the Bus page, and now and then on the others. */
 
 import { computed } from "@preact/signals";
 import type { Finding } from "../api/bus-types";
@@ -8,19 +8,19 @@ import { Resource } from "./resource";
 
 const PLACE: Record<Finding["severity"], number> = { failure: 0, warning: 1, notice: 2, ok: 3 };
 
-/** The worst first; among equals as the doctor told them. */
+/** Worst first; otherwise in the order of the server. */
 export function findingsInOrder(list: readonly Finding[]): Finding[] {
   return [...list].sort((one, other) => PLACE[one.severity] - PLACE[other.severity]);
 }
 
-/** What the doctor found. */
+/** Findings of the last check. */
 export const doctor = new Resource(async () =>
   findingsInOrder(await ask("GET", "/bus/doctor", { query: { all: watching > 0 } })),
 );
 
 export const findings = computed(() => doctor.value.value ?? []);
 
-/** How many findings call for somebody, by severity. */
+/** Number of findings that need attention, by severity. */
 export const complaints = computed(() => ({
   failure: findings.value.filter(one => one.severity === "failure").length,
   warning: findings.value.filter(one => one.severity === "warning").length,
@@ -31,14 +31,14 @@ const SELDOM_MS = 15_000;
 
 let watching = 0;
 
-/** Looks now and then, for the sign in the rail. */
+/** Poll slowly, for the badge in the rail. */
 export function startDoctor(): void {
   poll(SELDOM_MS, async () => {
     if (watching === 0) await doctor.load();
   });
 }
 
-/** Looks every few seconds, at what is well too. */
+/** Poll every few seconds, including passed checks. */
 export function watchDoctor(): Poll {
   watching += 1;
   const often = doctor.watch(OFTEN_MS);

@@ -1,4 +1,4 @@
-/** Staged edits over a reload: kept for this tab. */
+/** Stores staged edits over a reload, for the tab. */
 import { effect } from "@preact/signals";
 import type { Draft, DraftMap, Drafts } from "./draft";
 import { peekServo } from "./fleet";
@@ -6,7 +6,7 @@ import { readTab, writeTab } from "./tab-store";
 
 const NAME = "hornbill.drafts";
 
-/** As stored, by servo and row. A text that was no legal value has none: it is judged again. */
+/** As stored, by servo and row. Invalid text has no value: it is checked again. */
 type Stored = Record<string, Record<string, { text: string; value?: boolean | number | string }>>;
 
 const kept: Stored = known(readTab(NAME));
@@ -16,7 +16,7 @@ function known(found: unknown): Stored {
   return whole(found) && Object.values(found as object).every(whole) ? (found as Stored) : {};
 }
 
-/** Puts back what was staged before the page was loaded again, and keeps what is staged from now on. */
+/** Restore the edits staged before the reload, and store edits from now on. */
 export function keepDrafts(uid: string, drafts: Drafts): void {
   drafts.restore(
     new Map(
@@ -47,7 +47,7 @@ function stored(drafts: DraftMap): Stored[string] {
   );
 }
 
-/** Whether a servo that is known here has edits that were not sent. */
+/** True if a known servo has unsent edits. */
 export function hasDrafts(): boolean {
   return Object.keys(kept).some(uid => peekServo(uid) !== undefined);
 }

@@ -1,4 +1,4 @@
-/** The staged edits of one servo: what was typed, whether it may be sent, and undo. */
+/** Staged edits of one servo: typed text, validity, and undo. */
 import { computed, signal } from "@preact/signals";
 import type { Value } from "../api/types";
 import type { Checked } from "./number";
@@ -6,19 +6,19 @@ import type { Checked } from "./number";
 export type Verdict = { ok: true; value: boolean | number | string } | Extract<Checked, { ok: false }>;
 
 export interface Draft {
-  /** As typed; for a choice or a switch its value in words. */
+  /** As typed; for a choice or switch the value as text. */
   text: string;
   verdict: Verdict;
 }
 
 export type DraftMap = ReadonlyMap<string, Draft>;
 
-/** What a text is worth in its row; null where the row is no number, or not known yet. */
+/** Check a text against its row; null if the row is not numeric or unknown. */
 type Judge = (key: string, text: string) => Verdict | null;
 
 export class Drafts {
   readonly #put = signal<DraftMap>(new Map());
-  /** Each with the verdict of what its row allows now. */
+  /** Edits with the result of the current check. */
   readonly map = computed<DraftMap>(
     () => new Map([...this.#put.value].map(([key, draft]) => [key, this.#judged(key, draft)])),
   );
@@ -34,7 +34,7 @@ export class Drafts {
     return this.map.value.get(key);
   }
 
-  /** Puts a draft. Keystrokes in the same box are one step of undo, until `commit`. */
+  /** Set a draft. Keystrokes in one box are one undo step, until `commit`. */
   put(key: string, draft: Draft): void {
     if (this.#editing !== key) {
       this.#undo.push({ key, before: this.#put.peek().get(key) });
@@ -43,19 +43,19 @@ export class Drafts {
     this.#put.value = new Map(this.#put.peek()).set(key, draft);
   }
 
-  /** Puts back what was kept; there is nothing to undo. */
+  /** Restore stored drafts, without an undo step. */
   restore(drafts: DraftMap): void {
     this.#put.value = drafts;
   }
 
-  /** Ends an edit; a draft equal to what RAM holds is none. */
+  /** End an edit. A draft equal to RAM is removed. */
   commit(key: string, held: Value | undefined): void {
     this.#editing = null;
     const draft = this.map.peek().get(key);
     if (draft?.verdict.ok && draft.verdict.value === held) this.drop([key]);
   }
 
-  /** Takes back what was typed since the box was entered; before the first key there is nothing to take back. */
+  /** Discard what was typed since the box got the focus. No-op before the first key. */
   revert(key: string): void {
     if (this.#editing === key) this.undo();
   }
@@ -78,7 +78,7 @@ export class Drafts {
     this.#put.value = new Map();
   }
 
-  /** Takes the last edit back; answers its key, or null when there is none. */
+  /** Undo the last edit. Returns its key, or null if there is none. */
   undo(): string | null {
     const last = this.#undo.pop();
     this.#editing = null;
@@ -91,7 +91,7 @@ export class Drafts {
   }
 }
 
-/** The values that may be sent: legal, and different from what RAM holds. */
+/** Values that may be sent: valid, and different from RAM. */
 export function staged(
   drafts: DraftMap,
   held: (key: string) => Value | undefined,
@@ -103,7 +103,7 @@ export function staged(
   return values;
 }
 
-/** The keys whose text is no legal value. */
+/** Keys with invalid text. */
 export function wrong(drafts: DraftMap): string[] {
   return [...drafts].filter(([, draft]) => !draft.verdict.ok).map(([key]) => key);
 }

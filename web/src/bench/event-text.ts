@@ -1,4 +1,4 @@
-/** What happened, and what a recording was written for, in the page's language; the server's words where it has none. */
+/** Texts of events and of triggers of recordings, in the page's language, or the server's. */
 import type { MarkReason, Params } from "../api/types";
 import type { BenchEvent } from "./bench";
 import { codes } from "./codes";
@@ -9,7 +9,7 @@ export function eventText(one: Pick<BenchEvent, "code" | "text" | "params">): st
   return codes.value.happened?.[one.code]?.(factsOf(one.params)) ?? who(one.text);
 }
 
-/** `params` is missing in recordings of older versions, and empty where the text is a user's. */
+/** `params` is missing in old recordings, and empty for a user's text. */
 export function markText(one: { reason: MarkReason; text: string; params?: Params }): string {
   const { params } = one;
   if (params === undefined || Object.keys(params).length === 0) return who(one.text);

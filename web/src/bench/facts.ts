@@ -1,4 +1,4 @@
-/** The values of a code of the server as text: numbers with the unit that their names end in, and names of rows. */
+/** Params of a code as text: numbers with the unit in their name, and names of rows. */
 import { Problem } from "../api/client";
 import type { Job, Params } from "../api/types";
 import { text } from "../text";
@@ -7,12 +7,12 @@ import { angle, MINUS, withUnit } from "./format";
 import { who } from "./holder";
 import { rowLabelOf } from "./row-text";
 
-/** By name. What the server left out, because it is unknown or does not apply, is undefined; false is, too. */
+/** By name. Undefined if unknown, not applicable or false. */
 export type Facts = Readonly<Record<string, string | undefined>>;
-/** A sentence from facts. */
+/** A sentence made of facts. */
 export type Saying = (facts: Facts) => string;
 
-/** What names rows. */
+/** Params that are keys of rows. */
 const KEYS: ReadonlySet<string> = new Set(["key", "keys", "limit", "not_restored", "other"]);
 
 const UNITS: Readonly<Record<string, string>> = {
@@ -32,14 +32,14 @@ export function factsOf(params: Params | undefined): Facts {
   return params?.problem === undefined ? facts : { ...facts, problem: problemText(problemIn(params)) };
 }
 
-/** What went wrong, in the page's language. */
+/** Text of a problem in the page's language. */
 export function problemText(problem: Problem): string {
   const { problem: _nested, ...facts } = (problem.facts.params ?? problem.facts) as Params;
   const said = codes.value.problem?.(problem, { ...factsOf(facts), summary: problem.message });
   return said ?? who(text.problem(problem));
 }
 
-/** The same of what a job, an entry of a list or a message of the socket failed with. */
+/** Text of the failure of a job, a list entry or a socket message. */
 export function failureText(body: {
   code: string;
   summary?: string;
@@ -49,7 +49,7 @@ export function failureText(body: {
   return problemText(new Problem(body.code, 0, body.summary ?? body.detail ?? "", { ...body }));
 }
 
-/** What a port or an adapter says is wrong, in the page's language. */
+/** Text of the cause reported by a port or adapter. */
 export function causeText(params: Params, otherwise: string): string {
   return codes.value.causes?.[String(params.cause ?? "")]?.(factsOf(params)) ?? otherwise;
 }
@@ -59,7 +59,7 @@ export function endText(job: Job): string {
   return job.error ? failureText(job.error) : text.job.state[job.state];
 }
 
-/** The problem that is told among other values: its code is the value `problem`. */
+/** A problem nested in params: its code is the param `problem`. */
 export function problemIn(params: Params): Problem {
   return new Problem(String(params.problem), 0, String(params.summary ?? ""), params);
 }
@@ -73,6 +73,6 @@ function said(name: string, value: Params[string] | null | object): string | und
   const unit = name.slice(name.lastIndexOf("_") + 1);
   if (unit === "deg" && name !== unit) return angle(value);
   const digits = String(Math.round(value * 100) / 100).replace("-", MINUS);
-  // The sentence says "a second" of a rate.
+  // The sentence itself says "per second".
   return withUnit(digits, name === unit || name.endsWith("_per_s") ? "" : (UNITS[unit] ?? ""));
 }

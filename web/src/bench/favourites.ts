@@ -1,4 +1,4 @@
-/** Parameter rows somebody marked as favourites: kept for this browser. */
+/** Favourite rows, stored in the browser. */
 import { computed } from "@preact/signals";
 import { kept } from "./kept";
 

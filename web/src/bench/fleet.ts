@@ -1,13 +1,13 @@
-/** The servos the server knows, one signal each, told at most ten times a second. */
+/** The known servos, one signal each, updated at most ten times a second. */
 import { computed, type Signal, signal } from "@preact/signals";
 import type { PendingAllocation, Servo } from "../api/types";
 import { telemetry } from "../telemetry/store";
 import { monotonic } from "./clock";
 
 export interface KnownServo extends Servo {
-  /** Our monotonic time at which `angle_deg` was taken, as far as known. */
+  /** When `angle_deg` was taken, monotonic, if known. */
   angleAt: number | null;
-  /** Our monotonic time at which it started, to a second; null while not known. */
+  /** When it started, monotonic, to a second; null if unknown. */
   bootAt: number | null;
 }
 
@@ -18,17 +18,17 @@ let timer: ReturnType<typeof setTimeout> | undefined;
 
 const FLUSH_MS = 100;
 
-/** Whether the list has been read at least once. */
+/** The list has been read at least once. */
 export const loaded = signal(false);
 export const pending = signal<readonly (PendingAllocation & { heardAt: number })[]>([]);
 
-/** Unique ids in the order to list them: by servo id, then by serial. */
+/** UIDs in list order: by servo ID, then by serial. */
 export const uids = computed(() => order.value);
 
 export const all = computed(() => uids.value.flatMap(uid => servos.get(uid)?.value ?? []));
 
 export function servo(uid: string | null): KnownServo | undefined {
-  // Reading the order as well tells a component of a servo that arrives later.
+  // Reading the order, too, notifies components of a servo that appears later.
   return uid !== null && order.value.includes(uid) ? servos.get(uid)?.value : undefined;
 }
 
@@ -36,13 +36,13 @@ export function peekServo(uid: string): KnownServo | undefined {
   return servos.get(uid)?.peek();
 }
 
-/** What to call a servo in a sentence. */
+/** Display name of a servo. */
 export function nameOf(one: Servo | undefined): string {
   if (!one) return "";
   return one.label || one.serial || one.name || `${one.uid.slice(0, 4)}…${one.uid.slice(-4)}`;
 }
 
-/** The whole list, as GET /servos gives it. */
+/** Replace the list by the response of GET /servos. */
 export function replaceAll(list: Servo[]): void {
   const known = new Set(list.map(one => one.uid));
   for (const uid of servos.keys()) if (!known.has(uid)) servos.delete(uid);
@@ -52,7 +52,7 @@ export function replaceAll(list: Servo[]): void {
   if (order.peek().length !== servos.size) sort();
 }
 
-/** Changed servos, whole. */
+/** Replace changed servos. */
 export function changeServos(list: Servo[]): void {
   for (const one of list) waiting.set(one.uid, stamp(one));
   timer ??= setTimeout(flush, FLUSH_MS);
@@ -99,21 +99,21 @@ function sort(): void {
 
 export interface Angle {
   value: number | null;
-  /** Seconds, null while never heard. */
+  /** Seconds; null if never seen. */
   age: number | null;
 }
 
-/** The newest angle of a servo from whichever source is fresher, at our time `at`. */
+/** The newest angle of a servo from either source, at the time `at` (monotonic). */
 export function angleOf(one: KnownServo, at: number): Angle {
   const sample = telemetry.latest(one.uid, "current_angle", at);
   const told = one.angleAt === null ? null : Math.max(0, at - one.angleAt);
-  // Of a silent one a page that came late heard old samples only: they do not tell how late.
+  // Not for a silent servo: a page that loads late gets only old samples, of unknown delay.
   if (!one.online && told !== null) return { value: one.angle_deg, age: told };
   if (sample && (told === null || sample.age <= told)) return sample;
   return { value: one.angle_deg, age: told };
 }
 
-/** Whether what was typed is in any of what a servo is found by. */
+/** True if one of the searchable fields contains the text. */
 export function isFound(one: KnownServo, typed: string): boolean {
   const wanted = typed.trim().toLowerCase();
   const facts = [nameOf(one), one.serial, one.uid, one.model, one.servo_id, one.node_id];

@@ -1,18 +1,18 @@
-/** How values become text: decimals of the register's step, U+2212, units after a narrow space. */
+/** Formatting of values: decimals of the register's step, U+2212, units after a narrow space. */
 import type { Value } from "../api/types";
 import { text } from "../text";
 
 export const MINUS = "\u2212";
 export const NARROW = "\u202f";
-/** Shown where a value is not known; the place keeps its width. */
+/** Shown for unknown values; keeps the width. */
 export const NONE = "\u2013";
 
-/** Decimals of a row with this many raw counts a unit: 10 gives one. */
+/** Decimals of a row with this many raw counts per unit: 10 gives one. */
 export function decimalsOf(perUnit: number): number {
   return Math.max(0, Math.ceil(Math.log10(perUnit) - 1e-9));
 }
 
-/** "−12.1": a real minus sign, never "−0.0". */
+/** "−12.1": a true minus sign, never "−0.0". */
 export function number(value: number, decimals: number): string {
   const digits = Math.abs(value).toFixed(decimals);
   return value < 0 && Number(digits) !== 0 ? MINUS + digits : digits;
@@ -24,28 +24,28 @@ export function signed(value: number, decimals: number): string {
   return value > 0 && Number(plain) !== 0 ? `+${plain}` : plain;
 }
 
-/** A number with its unit: the degree sign stands tight, any other unit after a narrow space. */
+/** A number with its unit: the degree sign without a space, other units after a narrow one. */
 export function withUnit(digits: string, unit: string): string {
   if (unit === "") return digits;
   return unit === "°" ? digits + unit : digits + NARROW + unit;
 }
 
-/** A sentence of the tables, whose numbers never stand on another line than their units. */
+/** A sentence of the tables, with non-breaking spaces between numbers and units. */
 export function unbroken(sentence: string): string {
   return sentence.replace(/(?<=\d) (?=(?:°C|V|A|ms|s|rpm|Hz|%)(?![\w%]))/g, NARROW);
 }
 
-/** "+12.4°", or a dash with its degree sign while unknown. */
+/** "+12.4°", or a dash with a degree sign if unknown. */
 export function angle(value: number | null | undefined): string {
   return value === null || value === undefined ? `${NONE}°` : withUnit(signed(value, 1), "°");
 }
 
-/** "8 214 806": whole, in groups of three. */
+/** "8 214 806": an integer in groups of three. */
 export function grouped(value: number): string {
   return number(Math.round(value), 0).replace(/\B(?=(\d{3})+$)/g, NARROW);
 }
 
-/** "640 B", "12.3 kB", "1.25 GB": of a thousand each, as disks are sold. */
+/** "640 B", "12.3 kB", "1.25 GB": decimal multiples. */
 export function size(bytes: number): string {
   if (bytes < 1000) return withUnit(String(bytes), "B");
   const units = ["kB", "MB", "GB"];
@@ -58,7 +58,7 @@ export function size(bytes: number): string {
   return withUnit(number(value, value < 9.95 ? 2 : value < 99.95 ? 1 : 0), units[place] ?? "");
 }
 
-/** "0.1 s", "14 s", "3 min", "2 h": as exact as it is useful. `decimals` 0: calm enough for a sentence. */
+/** "0.1 s", "14 s", "3 min", "2 h". `decimals` 0: steady enough for a sentence. */
 export function age(seconds: number, decimals = 1): string {
   if (seconds < 9.95) return withUnit(seconds.toFixed(decimals), "s");
   if (seconds < 120) return withUnit(String(Math.floor(seconds)), "s");
@@ -66,7 +66,7 @@ export function age(seconds: number, decimals = 1): string {
   return withUnit(String(Math.floor(seconds / 3600)), "h");
 }
 
-/** "14:02:31", in the reader's time zone; with `millis` "14:02:31.009". */
+/** "14:02:31" in local time; with `millis` "14:02:31.009". */
 export function clock(utc: number, millis = false): string {
   const at = new Date(utc * 1000);
   const pair = (n: number) => String(n).padStart(2, "0");
@@ -91,11 +91,11 @@ interface Shape {
   perUnit: number;
   kind: string;
   choices: readonly { key: string; label: string }[];
-  /** The sign says which way round, so it stands before what is above zero, too. */
+  /** The sign is the direction, so positive values have one, too. */
   sided?: boolean;
 }
 
-/** A value of a row as bare text, without its unit. */
+/** A value of a row without its unit. */
 export function bare(value: Value | undefined, shape: Shape): string {
   if (value === null || value === undefined) return NONE;
   if (typeof value === "boolean") return value ? text.on : text.off;

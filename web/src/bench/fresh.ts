@@ -1,4 +1,4 @@
-/** The figures of a servo as they are now, and whether they are stale: decided here alone, by the ages the server gives. */
+/** Live values of a servo, and whether they are stale: decided only here, by the ages from the server. */
 import { telemetry } from "../telemetry/store";
 import { monotonic, now } from "./clock";
 import { type Angle, angleOf, type KnownServo, servo } from "./fleet";
@@ -7,27 +7,27 @@ import { sheetOf } from "./parameters";
 import { staleAfter } from "./staleness";
 import { watched } from "./telemetry-subscription";
 
-/** A channel that somebody watches comes at the rate that was granted; a batch on its way takes the rest. */
+/** A subscribed channel arrives at the granted rate; batching takes the rest of the allowance. */
 const PERIODS = 2;
 
 export interface Figure extends Angle {
   stale: boolean;
 }
 
-/** The angle of a servo, from whichever source is fresher. */
+/** The angle of a servo, from the newer source. */
 export function angleNow(one: KnownServo | undefined, at: number = now.value): Figure {
   if (!one) return { value: null, age: null, stale: true };
   return judged(one, angleOf(one, at), granted(one.uid, "current_angle") ?? staleAfter.value.angle);
 }
 
-/** Any other figure that changes by itself: streamed, or as the server read it for everybody. */
+/** Any other live value: streamed, or as polled by the server for all clients. */
 export function figureNow(uid: string, key: string): Figure {
   const one = servo(uid);
   if (key === "current_angle" || !one) return angleNow(one);
   return judged(one, newest(uid, key, now.value), granted(uid, key) ?? staleAfter.value.polled);
 }
 
-/** The same for code that cannot wait for the clock's next tick. */
+/** The same for code that cannot wait for the next tick. */
 export function freshAngle(one: KnownServo | undefined): number | null {
   const { value, stale } = angleNow(one, monotonic());
   return stale ? null : value;

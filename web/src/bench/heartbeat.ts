@@ -1,9 +1,9 @@
-/** The heart-beat of a lease: often enough for a page that is slow, and none from a page that hangs. */
+/** Heartbeat of a lease: frequent enough for a slow page, and stopped when the page hangs. */
 import { live, onHeard } from "./link";
 
 /**
- * A sixth of the lease. Where the picture is drawn in software, timers and messages of a page that does nothing wrong
- * were seen to come a second late; three such in a row would be needed to lose it.
+ * A sixth of the lease. With software rendering, timers and messages of a healthy page were seen a second late; it
+ * takes three in a row to lose the lease.
  */
 export const BEAT_MS = 500;
 
@@ -11,7 +11,7 @@ let kept: string | null = null;
 let timer: ReturnType<typeof setInterval> | undefined;
 let said = 0;
 
-/** Keeps this lease from now on, and no other. */
+/** Renew this lease from now on, and no other. */
 export function startBeat(lease: string): void {
   stopBeat();
   kept = lease;
@@ -31,8 +31,8 @@ function say(): void {
   live.send({ type: "heartbeat", lease: kept });
 }
 
-// A timer waits behind whatever came before it: with a heap of messages to work off, each of them is an occasion. Both
-// run where the page itself runs, and nowhere else (no worker): when it hangs, so does the beat, and torque goes off.
+// Timers may be delayed by a backlog of messages, so each message is an occasion, too. Both
+// run on the main thread, not in a worker: if the page hangs, the heartbeat stops, and torque turns off.
 onHeard(() => {
   if (kept !== null && performance.now() - said >= BEAT_MS) say();
 });

@@ -1,4 +1,4 @@
-/** Run while a button is held: speed, torque or an angle that walks on, from press to release, and every way a release shows itself. */
+/** Hold to run: speed, torque or a moving angle from press to release, and every way to detect a release. */
 import { effect, signal } from "@preact/signals";
 import { text } from "../text";
 import { link, live, onRefusal } from "./link";
@@ -23,20 +23,20 @@ export interface RunHeld {
   value: number;
 }
 
-/** The speed or torque that runs now, because something is held; null otherwise. */
+/** The speed or torque that runs while held; null otherwise. */
 export const held = signal<RunHeld | null>(null);
 
-/** Which way the angle walks now, because something is held: 1 clockwise, -1 the other way, 0 not at all. */
+/** Direction of the angle while held: 1 clockwise, −1 counterclockwise, 0 none. */
 export const walking = signal<-1 | 0 | 1>(0);
 
-/** The server brakes by itself when it hears nothing for so long. */
+/** The server brakes after this time without a renewal. */
 export const FOR_S = 0.5;
 const RENEW_MS = 120;
-/** A walk that may go as fast as the servo can goes as fast as a gentle one, °/s. */
+/** Speed of the angle if no limit is chosen, °/s. */
 const WALK_DEG_S = 60;
 const WALK_MS = 1000 / 30;
 
-/** What a held button does. Each answers whether it could be said. */
+/** Action of a held button. Returns whether it was sent. */
 interface Doing {
   renew: () => boolean;
   end: () => boolean;
@@ -46,7 +46,7 @@ let doing: Doing | null = null;
 let timer: ReturnType<typeof setInterval> | undefined;
 let unlisten: (() => void) | null = null;
 
-/** Begins to run. `still` says whether the button is held as far as can be seen; asked eight times a second. */
+/** Start. `still` returns whether the button is still held; called eight times a second. */
 export function press(kind: RunKind, value: number, still: () => boolean): void {
   if (value === 0 || !mayBegin()) return;
   setpoint.value = null;
@@ -59,8 +59,8 @@ export function press(kind: RunKind, value: number, still: () => boolean): void 
 }
 
 /**
- * Begins to walk the angle towards `limit` at the chosen speed. The command is never further ahead than the horn needs
- * to come to rest, so a page that falls silent, like a release, leaves nothing to go on with.
+ * Start moving the angle towards `limit` at the chosen speed. The command stays only as far ahead as the horn needs to
+ * stop, so that it stops on release or silence.
  */
 export function walk(limit: number, still: () => boolean): void {
   const present = motion.peek();
@@ -72,7 +72,7 @@ export function walk(limit: number, still: () => boolean): void {
   const began = performance.now();
   const renew = () => {
     const s = (performance.now() - began) / 1000;
-    // Where the horn is by now and what it needs to brake, in one: first while it gathers speed, then at its speed.
+    // Distance the horn needs to brake, while accelerating and at full speed.
     const gone = profile ? Math.min(profile.accel_deg_s2 * s * s, speed * s) : speed * s;
     const wanted = Math.round((from + way * gone) * 10) / 10;
     dragTo(way > 0 ? Math.min(limit, wanted) : Math.max(limit, wanted));
@@ -100,7 +100,7 @@ function begin(next: Doing, period_ms: number, still: () => boolean): void {
   }, period_ms);
 }
 
-/** Brakes, whatever was the reason. A release that cannot be said ends motion, which takes torque by another way. */
+/** Brake, for any reason. If the release cannot be sent, end motion, which turns torque off another way. */
 export function brake(): void {
   const last = doing;
   if (last === null) return;
@@ -110,7 +110,7 @@ export function brake(): void {
   doing = null;
   held.value = null;
   walking.value = 0;
-  if (motion.peek().phase !== "on") return; // torque off was sent, or stop was
+  if (motion.peek().phase !== "on") return; // Torque off or stop was sent.
   if (!last.end()) endMotion(text.motion.endedByLink);
 }
 
@@ -122,7 +122,7 @@ function say(kind: RunKind, value: number, renew: boolean): boolean {
   return live.send({ type: "command", lease: present.lease, commands: [command] });
 }
 
-/** Everything by which a finger or a key that left can be noticed, beside the button's own events. */
+/** All other ways to detect that a finger or key has left, besides the events of the button. */
 function listen(): () => void {
   const ends: (() => void)[] = [];
   const on = (target: EventTarget, names: string, act: (event: Event) => void) => {
@@ -133,7 +133,7 @@ function listen(): () => void {
   };
   on(window, "blur pagehide pointerup pointercancel mouseup touchend touchcancel dragstart", brake);
   on(document, "visibilitychange freeze", brake);
-  // Off the button; and a mouse that moves with no button pressed was released where nobody told us.
+  // Off the button; or the mouse moves without a pressed button: the release happened elsewhere.
   on(window, "pointermove", event => {
     const pointer = event as PointerEvent;
     if (heldBy === null || pointer.pointerId !== heldBy.pointerId) return;
@@ -143,7 +143,7 @@ function listen(): () => void {
     if (!(event as KeyboardEvent).repeat) brake();
   });
   on(window, "keyup", brake);
-  // Motion that ends, a question, a lost link or a refusal: nobody's finger counts any more.
+  // End of motion, a question, a lost link or a refusal: cancel every press.
   let first = true;
   ends.push(
     effect(() => {
@@ -165,7 +165,7 @@ function listen(): () => void {
 
 let heldBy: { button: Element; pointerId: number } | null = null;
 
-/** A finger rolls: so far beside the button is on it. */
+/** Tolerance for a rolling finger. */
 const SLACK_PX = 16;
 
 function isOn(button: Element, { clientX: x, clientY: y }: PointerEvent): boolean {
@@ -173,7 +173,7 @@ function isOn(button: Element, { clientX: x, clientY: y }: PointerEvent): boolea
   return x > left - SLACK_PX && x < right + SLACK_PX && y > top - SLACK_PX && y < bottom + SLACK_PX;
 }
 
-/** Does `act` with a pointer that is down on a button, and is the button's own until it goes up. */
+/** Run `act` with a pointer pressed on a button, captured until release. */
 export function pressByPointer(event: PointerEvent, act: (still: () => boolean) => void): void {
   const button = event.currentTarget as HTMLElement;
   if (event.button !== 0 || !event.isPrimary) return;
@@ -185,7 +185,7 @@ export function pressByPointer(event: PointerEvent, act: (still: () => boolean) 
   act(() => button.isConnected && button.hasPointerCapture(pointerId));
 }
 
-/** Begins to run for as long as a key is down. What repeats is the same press. */
+/** Run while a key is down. Repeats belong to the same press. */
 export function pressByKey(event: KeyboardEvent, kind: RunKind, value: number): void {
   event.preventDefault();
   if (event.repeat || held.peek() !== null) return;

@@ -1,4 +1,4 @@
-/** Jobs as they are told over the socket, and asked for where the socket said nothing. */
+/** Jobs: from the socket, and by request where the socket was silent. */
 import { signal } from "@preact/signals";
 import { ask } from "../api/client";
 import type { Job } from "../api/types";
@@ -7,7 +7,7 @@ export const jobs = signal<ReadonlyMap<string, Job>>(new Map());
 
 export function setJob(job: Job): void {
   const known = jobs.peek().get(job.id);
-  // An older answer must not undo an end; but what can be resumed may be under way again, resumed by anybody.
+  // An older response must not undo an end; but a resumable job may be running again.
   if (known && ended(known) && !known.resumable && !ended(job)) return;
   jobs.value = new Map(jobs.peek()).set(job.id, job);
 }
@@ -18,7 +18,7 @@ export function ended(job: Job): boolean {
 
 const ASK_MS = 1000;
 
-/** Resolves when the job has ended. Asks each second too, so a lost socket message delays but never hides the end. */
+/** Resolves when the job has ended. Also polls each second: a lost message delays the end but does not hide it. */
 export function settled(id: string): Promise<Job> {
   return new Promise(resolve => {
     const done = (job: Job) => {
@@ -31,7 +31,7 @@ export function settled(id: string): Promise<Job> {
     }, ASK_MS);
     const forget = jobs.subscribe(known => {
       const job = known.get(id);
-      // Not within subscribe's own first call: `forget` does not exist yet.
+      // Not during the first call by subscribe: `forget` does not exist yet.
       if (job && ended(job)) queueMicrotask(() => done(job));
     });
   });

@@ -1,7 +1,7 @@
-/** Choices that this browser keeps: a signal whose value is in localStorage as well. */
+/** Settings stored in the browser: a signal backed by localStorage. */
 import { type Signal, signal } from "@preact/signals";
 
-/** `read` makes a value of whatever is found there, null for nothing. Where nothing can be kept it holds until the page is left. */
+/** `read` converts the stored value; null for none. Without storage it lasts until the page is left. */
 export function kept<T>(key: string, read: (found: unknown) => T): Signal<T> {
   const value = signal(read(found(key)));
   let first = true;
@@ -24,6 +24,6 @@ function keep(key: string, value: unknown): void {
   try {
     localStorage.setItem(key, JSON.stringify(value));
   } catch {
-    // Private windows may refuse, and a full disk does.
+    // Blocked in private windows, or the disk is full.
   }
 }

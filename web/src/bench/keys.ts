@@ -1,4 +1,4 @@
-/** The keyboard: Stop first and everywhere, then the page's own keys. */
+/** The keyboard: Stop first, on every page, then the page's own keys. */
 
 import { signal } from "@preact/signals";
 import { uids } from "./fleet";
@@ -9,7 +9,10 @@ type Act = (event: KeyboardEvent) => void;
 
 const acts = new Map<string, Act[]>();
 
-/** Calls `act` when a key is pressed outside a text box. The newest wins, so a dialog's key hides the page's. */
+/**
+ * Call `act` when a key is pressed outside a text box. The latest registration wins, so a dialog's key hides the
+ * page's.
+ */
 export function onKey(key: string, act: Act): () => void {
   acts.set(key, [...(acts.get(key) ?? []), act]);
   return () => {
@@ -22,7 +25,7 @@ export function onKey(key: string, act: Act): () => void {
 
 const TYPING = new Set(["text", "search", "number", "email", "url", "tel", "password", ""]);
 
-/** Whether what is typed now goes into a text box. */
+/** True if typed text goes into a text box. */
 export function inTextBox(target: EventTarget | null): boolean {
   if (target === null || !("tagName" in target)) return false;
   const element = target as HTMLElement;
@@ -30,7 +33,7 @@ export function inTextBox(target: EventTarget | null): boolean {
   return element.tagName === "INPUT" && TYPING.has((element as HTMLInputElement).type);
 }
 
-/** Whether Space means something to the element itself: a button, a box to tick, a list to open. */
+/** True if Space acts on the element: a button, check box or list. */
 export function takesSpace(target: EventTarget | null): boolean {
   if (inTextBox(target)) return true;
   if (target === null || !("closest" in target)) return false;
@@ -46,7 +49,7 @@ const TWICE_MS = 1000;
 let escapeAt = Number.NEGATIVE_INFINITY;
 let disarm: ReturnType<typeof setTimeout> | undefined;
 
-/** Set while the next Esc stops because of the one before. */
+/** True while the next Esc stops. */
 export const escapeArmed = signal(false);
 
 function arm(): void {
@@ -58,7 +61,7 @@ function arm(): void {
   }, TWICE_MS);
 }
 
-/** Which stop key an event is, if it stops here and now. */
+/** The stop key of an event, if it stops now. */
 function stopKey(event: KeyboardEvent): StopKey | null {
   if (event.key === "Escape") {
     const twice = performance.now() - escapeAt < TWICE_MS;
@@ -69,18 +72,18 @@ function stopKey(event: KeyboardEvent): StopKey | null {
   return event.key === " " && plain && motionOn() && !takesSpace(event.target) ? "Space" : null;
 }
 
-/** Whether a key belongs to an input method that composes a word. Safari tells the last one by its code alone. */
+/** True if a key belongs to an input method. Safari marks the last one by its code only. */
 function composes(event: KeyboardEvent): boolean {
   return event.isComposing || event.keyCode === 229;
 }
 
 const GO_MS = 1200;
 
-/** Listens on a window: the page's own, and the 3D view's, for keys pressed there do not come up to us. */
+/** Listen on a window: the page's own, and that of the 3D view, whose keys do not bubble to the page. */
 export function listen(target: Window, stop: (key: StopKey) => void): () => void {
   let gAt = Number.NEGATIVE_INFINITY;
   const down = (event: KeyboardEvent) => {
-    // Nothing on the page sees a key that the input method takes: neither Stop nor a box nor a dialog.
+    // Keys of an input method reach nothing on the page: neither Stop nor boxes nor dialogs.
     if (composes(event)) return event.stopPropagation();
     if (event.key === "Escape" && event.repeat) {
       event.preventDefault();
@@ -93,7 +96,7 @@ export function listen(target: Window, stop: (key: StopKey) => void): () => void
       if (key === "Esc") newest("Escape", event);
       return;
     }
-    if (event.key === "Escape") return; // to what has the focus, then to the newest dialog: see `rest`
+    if (event.key === "Escape") return; // Next: the focused element, then the newest dialog: see `rest`.
     const held = event.ctrlKey || event.metaKey;
     if (held && !event.shiftKey && event.key.toLowerCase() === "s") {
       event.preventDefault();
@@ -120,7 +123,7 @@ export function listen(target: Window, stop: (key: StopKey) => void): () => void
     gAt = event.key === "g" ? performance.now() : Number.NEGATIVE_INFINITY;
     if ((event.key === "/" || event.key === "?") && newest(event.key, event)) event.preventDefault();
   };
-  // An Esc that did not stop and that nothing on its way has taken closes the newest dialog.
+  // An Esc that neither stopped nor was handled closes the newest dialog.
   const rest = (event: KeyboardEvent) => {
     if (event.key === "Escape" && !event.defaultPrevented && newest("Escape", event)) event.preventDefault();
   };
@@ -132,19 +135,19 @@ export function listen(target: Window, stop: (key: StopKey) => void): () => void
   };
 }
 
-/** A held one is one press: wiggle, tick. */
+/** A held key is one press: wiggle, selection. */
 const ONCE: ReadonlySet<string> = new Set(["w", "x"]);
 
-/** To another servo. Arrows mean that only where they mean nothing else, and never beside a horn that they could jog. */
+/** To another servo. Arrows only where they have no other meaning, and never where they could jog a horn. */
 const TURNS: ReadonlySet<string> = new Set(["j", "k", "ArrowLeft", "ArrowRight", "ArrowUp", "ArrowDown"]);
 
-/** Whether arrows have no other meaning there; what they lead through is marked with `data-turns`. */
+/** True if arrows have no other meaning here; other uses are marked with `data-turns`. */
 function free(target: EventTarget | null): boolean {
   const through = target instanceof HTMLElement && "turns" in target.dataset;
   return (through || target === document.body || target === document.querySelector("main")) && !motionOn();
 }
 
-/** Whether a dialog is open: what acts on the servo of the page waits behind it. */
+/** A dialog is open: actions on the page's servo are disabled. */
 function covered(): boolean {
   return document.querySelector('[aria-modal="true"]') !== null;
 }
@@ -176,7 +179,7 @@ function follow(key: string): boolean {
   if (page === undefined) return false;
   const uid = lastUid.peek() ?? uids.peek()[0] ?? null;
   go(pathOf(page, page !== "faults" && OF_A_SERVO.some(one => one === page) ? uid : null));
-  // From here Tab goes through the new page, and a screen reader begins to read it.
+  // Tab and screen readers continue from here on the new page.
   document.querySelector("main")?.focus();
   return true;
 }

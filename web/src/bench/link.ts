@@ -1,4 +1,4 @@
-/** The connection to the server: what is asked anew when it comes back, and where its messages go. */
+/** The connection to the server: requests after a reconnect, and dispatch of messages. */
 import { computed, signal } from "@preact/signals";
 import { API, ask } from "../api/client";
 import { type LinkState, Live } from "../api/live";
@@ -15,16 +15,16 @@ import { takeStaleAfter } from "./staleness";
 
 export interface Link {
   state: LinkState;
-  /** When it came to this state, on our monotonic clock. */
+  /** Start of this state, monotonic. */
   since: number;
 }
 
 export const link = signal<Link>({ state: "connecting", since: monotonic() });
 
-/** Whether controls may act: false from the moment the socket is lost. */
+/** Controls are enabled: false as soon as the socket is lost. */
 export const up = computed(() => link.value.state === "up");
 
-/** How often the link has come up; a change means that everything was asked anew. */
+/** Counts connections; a change means that everything was requested again. */
 export const connection = signal(0);
 
 export const version = signal("");
@@ -33,7 +33,7 @@ export const demo = signal(false);
 type ErrorMessage = Extract<ServerMessage, { type: "error" }>;
 const refusals = new Set<(error: ErrorMessage) => void>();
 
-/** Told when the server could not do what was asked over the socket. */
+/** Called when a request over the socket failed. */
 export function onRefusal(act: (error: ErrorMessage) => void): () => void {
   refusals.add(act);
   return () => refusals.delete(act);
@@ -41,7 +41,7 @@ export function onRefusal(act: (error: ErrorMessage) => void): () => void {
 
 const hearers = new Set<() => void>();
 
-/** Told of every message before anything is made of it. */
+/** Called with every message first. */
 export function onHeard(act: () => void): () => void {
   hearers.add(act);
   return () => hearers.delete(act);
@@ -50,7 +50,7 @@ export function onHeard(act: () => void): () => void {
 type FramesMessage = Extract<ServerMessage, { type: "frames" }>;
 const monitors = new Set<(message: FramesMessage) => void>();
 
-/** Told what was on the bus, while somebody is subscribed to it. */
+/** Called with bus messages, while subscribed. */
 export function onFrames(act: (message: FramesMessage) => void): () => void {
   monitors.add(act);
   return () => monitors.delete(act);
@@ -68,7 +68,7 @@ export const live = new Live({
   onMessage: receive,
   onState: state => {
     link.value = { state, since: monotonic() };
-    // A socket that is refused does not say why to a page.
+    // The browser does not tell the page why a socket was refused.
     if (state === "down") void look();
     if (state === "up") {
       connection.value += 1;
@@ -78,7 +78,7 @@ export const live = new Live({
 });
 
 let utcOffset = Number.NaN;
-/** The server's monotonic clock jumps when it is started again; what was drawn before then means nothing. */
+/** The server's monotonic clock restarts with the server; older plots are invalid then. */
 const SAME_CLOCK_S = 1;
 
 function receive(message: ServerMessage): void {
@@ -132,7 +132,7 @@ function receive(message: ServerMessage): void {
 
 const AGAIN_MS = 1000;
 
-/** Asks for everything the socket only tells changes of; again until it is all there. */
+/** Request everything of which the socket reports only changes; retry until complete. */
 async function refetch(): Promise<void> {
   const round = connection.peek();
   const results = await Promise.allSettled([

@@ -1,4 +1,4 @@
-/** What is said of a servo's model and firmware, above all where the tables do not have them. */
+/** Notes on model and firmware, especially those missing in the tables. */
 import { text } from "../text";
 import type { KnownServo } from "./fleet";
 
@@ -7,11 +7,11 @@ type Model = Pick<
   "model" | "model_number" | "hardware_version" | "firmware" | "firmware_note" | "known_model" | "treated_as"
 >;
 
-/** Whether it said what it is and no table has its series: it is read, and neither written nor moved. */
+/** True if it is identified and its series is not in the tables: read-only. */
 export const readOnly = (one: Pick<Model, "known_model" | "model_number"> | undefined) =>
   one !== undefined && !one.known_model && one.model_number !== null;
 
-/** Its model as lists have it. */
+/** Its model, as shown in lists. */
 export function modelName(one: Pick<Model, "model" | "model_number" | "known_model" | "treated_as">): string {
   if (one.model === null)
     return one.model_number === null
@@ -20,7 +20,7 @@ export function modelName(one: Pick<Model, "model" | "model_number" | "known_mod
   return one.treated_as.model === null ? one.model : text.model.as(one.model);
 }
 
-/** A sentence for each thing that the tables do not have. */
+/** A sentence for each item missing in the tables. */
 export function unfamiliar(one: Model): string[] {
   const said = text.model;
   if (readOnly(one)) return [said.readOnly(String(one.model_number))];
@@ -32,7 +32,7 @@ export function unfamiliar(one: Model): string[] {
   return lines;
 }
 
-/** What users of its firmware should know, in the page's language; the server's words where it has none. */
+/** Note on its firmware in the page's language, or the server's. */
 export function firmwareNote(one: Pick<Model, "firmware" | "firmware_note">): string | null {
   if (one.firmware === null || one.firmware_note === null) return null;
   return text.model.noteOn(one.firmware, text.table.firmware[one.firmware] ?? one.firmware_note);

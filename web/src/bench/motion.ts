@@ -1,4 +1,4 @@
-/** Motion from this page: one lease, its heart-beat, torque, commands; and that all of it ends. */
+/** Motion from this page: one lease, heartbeat, torque, commands, and every end of it. */
 
 import { effect, signal } from "@preact/signals";
 import { ask, type Problem, problemOf } from "../api/client";
@@ -21,34 +21,34 @@ import { Newest } from "./throttle";
 export type Motion =
   | { phase: "off"; why: string | null }
   | { phase: "asking"; uid: string }
-  /** Somebody else has motion control and was asked for it; it passes at `endsAt`, on our monotonic clock. */
+  /** Motion control was requested from another holder; it passes at `endsAt`, monotonic. */
   | { phase: "waiting"; uid: string; request: string; from: string; endsAt: number }
-  /** Motion control is ours and torque is off: it came later than it was asked for, so nothing begins by itself. */
+  /** This page has the lease with torque off: it arrived later, so nothing starts automatically. */
   | { phase: "held"; uid: string; lease: string }
   | { phase: "on"; uid: string; lease: string; torque: TorqueMode; others: readonly string[] };
 
 export const motion = signal<Motion>({ phase: "off", why: null });
 
-/** The angle last asked for, degrees; null until something was. */
+/** The last commanded angle, degrees; null before the first. */
 export const setpoint = signal<number | null>(null);
 
 /** Why the last command or request was refused, in words. */
 export const motionRefusal = signal<string | null>(null);
 
-/** What the server said beside the last command. */
+/** Cautions in the response to the last command. */
 export const warnings = signal<readonly string[]>([]);
 
 export interface MotionQuestion {
   angle: number;
-  /** The words that say "do it". */
+  /** Confirmation words for the request. */
   words: readonly string[];
   said: readonly string[];
 }
 
-/** A move that is not made before somebody has agreed to what will happen. */
+/** A move that needs a confirmation. */
 export const question = signal<MotionQuestion | null>(null);
 
-/** Whose horn may be dragged now, and within what: set where the jog pad's own dial can be, and by it alone. */
+/** The servo whose horn can be dragged, and its range: set by the dial of the jog pad only. */
 export const dragSpan = signal<{ uid: string; limits: { ccw: number; cw: number } } | null>(null);
 
 export interface MotionProfile {
@@ -56,9 +56,9 @@ export interface MotionProfile {
   accel_deg_s2: number;
 }
 
-/** Servos that are commanded in one message with this one: how, is for the part of the page that began it. */
+/** Servos commanded together with this one; the part of the page that started it decides how. */
 export interface Together {
-  /** Holds all where they are, under the lease; torque is on. */
+  /** Hold all of them in place under the lease, with torque on. */
   begin: (lease: string) => Promise<void>;
   move: (angle: number, lease: string, profile: MotionProfile | null) => Promise<Commanded>;
   drag: (angle: number, lease: string, profile: MotionProfile | null) => void;
@@ -66,30 +66,30 @@ export interface Together {
 
 export const movingTogether = signal<Together | null>(null);
 
-/** How a jog goes: at a limited speed in degrees a second, or (null) as fast as the servo can. */
+/** Speed of a jog, °/s, or null for the servo's maximum. */
 export const pace = signal<number | null>(60);
-/** A jog is at its speed after a quarter of a second. */
+/** A jog reaches its speed in a quarter of a second. */
 const SPEED_UP_S = 0.25;
 
 export const TTL_S = 3;
-/** A lease that passes is nobody's for a quarter of a second; who has it may be told later still. */
+/** A passing lease has no holder for a quarter of a second, and the message may be later. */
 const PASSING_MS = 3000;
-/** Stop may be out of sight for so long while a window or a keyboard changes its size. */
+/** How long Stop may be hidden while a window or keyboard is resized. */
 const HIDDEN_MS = 300;
 const DRAG_PERIOD_MS = 1000 / 30;
 
-/** Whether somebody else has this lease. Who is about to get one is not told of it by its own number yet. */
+/** True if another client has this lease. A new lease is reported before its ID arrives. */
 export function isOfOther(view: LeaseView): boolean {
   return motion.value.phase !== "asking" && !isOurs(view);
 }
 
-/** The header of the lease this page moves under; none while it moves nothing. */
+/** Lease header of this page's requests; none while it has no motion. */
 export function leaseHeader(): Record<string, string> {
   const held = motion.peek();
   return held.phase === "on" ? { Lease: held.lease } : {};
 }
 
-/** Takes the lease and turns torque on. Nothing moves: the servo holds where it stands, and so do `others` with it. */
+/** Take the lease and turn torque on for the servo and `others`. Nothing moves: they hold their angles. */
 export async function enableMotion(
   uid: string,
   others: readonly string[] = [],
@@ -111,9 +111,9 @@ export async function enableMotion(
 }
 
 /**
- * Takes the lease, or goes on with the one that is ours. Those whose output `switchOn` answers to have switched on are
- * under command from then on. If it was given up meanwhile, or none is, the lease is given back, and `off` are written
- * torque off; whoever else it switched on is let go by the server. Throws what went wrong.
+ * Take the lease, or continue ours. Servos whose output `switchOn` returns are under command from then on. If cancelled
+ * meanwhile, or none is switched on, release the lease and write torque off to `off`; the server handles the others.
+ * Throws on failure.
  */
 export async function takeControl(
   uid: string,
@@ -124,7 +124,7 @@ export async function takeControl(
   const before = motion.peek();
   if (before.phase !== "off" && before.phase !== "held") return;
   const asking: Motion = { phase: "asking", uid };
-  // Given up, and perhaps asked for anew since: then this is not ours to go on with.
+  // Cancelled, and perhaps requested again: not ours to continue.
   const still = () => motion.peek() === asking;
   motion.value = asking;
   motionRefusal.value = null;
@@ -173,14 +173,14 @@ function keep(lease: string): void {
   startBeat(lease);
 }
 
-/** Keeps a lease that somebody else gave or lost; torque stays off until it is turned on. */
+/** Hold a lease passed by another client; torque stays off until turned on. */
 export function hold(uid: string, lease: string): void {
   motionRefusal.value = null;
   keep(lease);
   motion.value = { phase: "held", uid, lease };
 }
 
-/** Keeps motion control though somebody asks for it. */
+/** Refuse a request for motion control. */
 export async function keepMotion(request: string): Promise<void> {
   const present = motion.peek();
   if (present.phase !== "on" && present.phase !== "held") return;
@@ -194,20 +194,20 @@ export async function keepMotion(request: string): Promise<void> {
   }
 }
 
-/** Ends motion: torque off, lease given back. Lives on while the page goes away. */
+/** End motion: torque off, lease released. Continues while the page unloads. */
 export function endMotion(why: string | null): void {
   const present = motion.peek();
   if (present.phase === "on") for (const uid of membersOf(present)) void torqueOff(uid, present.lease);
   forgetMotion(why);
 }
 
-/** Everybody whose torque is on by this page. */
+/** All servos with torque on by this page. */
 export function membersOf(present: Motion): readonly string[] {
   return present.phase === "on" ? [present.uid, ...present.others] : [];
 }
 
 async function energise(members: readonly string[], group: Together | null, lease: string): Promise<void> {
-  // One after the other: the first that refuses is named, and nobody after it is energised.
+  // In sequence: the first refusal is reported, and the rest stays off.
   for (const uid of members) {
     forget(uid);
     await torque(uid, "on", lease);
@@ -215,7 +215,7 @@ async function energise(members: readonly string[], group: Together | null, leas
   await group?.begin(lease);
 }
 
-/** Ends motion where torque is already taken care of, by Stop or by the server; only the lease is given back, unless it is `gone`. */
+/** End motion where Stop or the server already handles torque; the lease is only released, unless `gone`. */
 export function forgetMotion(why: string | null, gone = false): void {
   const present = motion.peek();
   if (present.phase === "off") return;
@@ -238,7 +238,7 @@ async function giveBack(lease: string): Promise<void> {
   );
 }
 
-/** Asks no more; what was granted meanwhile is given back. */
+/** Withdraw the request, and release the lease if it was granted meanwhile. */
 export async function withdraw(request: string): Promise<void> {
   const end = await ask("DELETE", "/leases/requests/{request_id}", {
     path: { request_id: request },
@@ -252,7 +252,7 @@ async function release(members: readonly string[], lease: string): Promise<void>
   await giveBack(lease);
 }
 
-/** Not waited for by whoever leaves: what became of it is followed. The lease tells who it was; none is needed. */
+/** Not awaited while leaving; the result is tracked. Needs no lease. */
 function torqueOff(uid: string, lease: string): Promise<void> {
   const options = { body: { mode: "off" as const }, headers: { Lease: lease }, keepalive: true };
   return followRelease(uid, ask("POST", "/servos/{uid}/torque", { path: { uid }, ...options }));
@@ -262,7 +262,7 @@ function torque(uid: string, mode: TorqueMode, lease: string): Promise<Reading> 
   return ask("POST", "/servos/{uid}/torque", { path: { uid }, body: { mode }, headers: { Lease: lease } });
 }
 
-/** Torque on or off while motion is on. Off never waits for anything. */
+/** Torque on or off during motion. Off never waits. */
 export async function setTorque(mode: "on" | "off"): Promise<void> {
   const present = motion.peek();
   if (present.phase !== "on") return;
@@ -278,13 +278,13 @@ export async function setTorque(mode: "on" | "off"): Promise<void> {
     setpoint.value = mode === "on" ? presentAngle(present.uid) : null;
     motion.value = { ...present, torque: mode };
   } catch (error) {
-    // Half a group that pulls is worse than none.
+    // Half a group under torque is worse than none.
     if (mode === "on") for (const uid of membersOf(present)) void torqueOff(uid, present.lease);
     motionRefusal.value = problemText(problemOf(error));
   }
 }
 
-/** Everybody's torque off. One that does not answer is told of, and does not make the others count as on. */
+/** Torque off for all. A servo without a response is reported, and the others still count as off. */
 async function allOff(members: readonly string[], lease: string): Promise<void> {
   const asked = members.map(uid => {
     const told = torque(uid, "off", lease);
@@ -301,7 +301,7 @@ export function profileOf(speed: number | null): MotionProfile | null {
   return speed === null ? null : { speed_deg_s: speed, accel_deg_s2: speed / SPEED_UP_S };
 }
 
-/** One angle command, over REST: its answer says what was really sent. `confirm`: what somebody has agreed to. */
+/** One angle command over REST: the response has the angle sent. `confirm`: accepted words. */
 export async function moveTo(angle: number, confirm: readonly string[] = []): Promise<void> {
   const present = motion.peek();
   if (present.phase !== "on") return;
@@ -340,7 +340,7 @@ export async function moveTo(angle: number, confirm: readonly string[] = []): Pr
   }
 }
 
-/** Says what will happen in the server's sentences, one a word that is to be agreed to. */
+/** The consequences in the server's sentences, one per word to confirm. */
 async function putQuestion(uid: string, angle: number, problem: Problem): Promise<void> {
   const words = Array.isArray(problem.facts.words) ? problem.facts.words.map(String) : [];
   const options = { path: { uid }, query: { type: "angle" as const, value: angle } };
@@ -381,7 +381,7 @@ export function presentAngle(uid: string): number | null {
   return told?.value ?? null;
 }
 
-/** The lease has ended or is somebody else's, so the server takes torque. Who has it is told a moment later. */
+/** The lease ended or passed, so the server turns torque off. The new holder is reported shortly after. */
 function lost(): void {
   for (const uid of membersOf(motion.peek())) void followRelease(uid);
   forgetMotion(takenBy() ?? text.motion.endedLease, true);
@@ -398,7 +398,7 @@ function takenBy(): string | null {
   return other && !isOurs(other) ? text.motion.endedByOther(who(other.holder)) : null;
 }
 
-/** Ties motion to everything that ends it. */
+/** Connect every event that ends motion. */
 export function startMotion(): void {
   onLeave(() => endMotion(null));
   addEventListener("pagehide", () => endMotion(null));
@@ -410,7 +410,7 @@ export function startMotion(): void {
     if (present.phase !== "on" && present.phase !== "held") return;
     const wanted = setpoint.peek();
     if (error.code === "unknown_lease" || error.code === "lease_required") lost();
-    // The answer to a drag names no words to agree to: the same command over REST does.
+    // The response to a drag has no words to confirm: the same command over REST does.
     else if (error.code === "needs_confirmation" && wanted !== null && error.uid === present.uid) {
       if (question.peek() === null) void moveTo(wanted);
     } else motionRefusal.value = failureText(error);
@@ -431,7 +431,7 @@ export function startMotion(): void {
   effect(() => {
     const mine = heldLease.value !== null && isOurs(heldLease.value);
     const present = motion.peek();
-    // Ours is over or somebody else's: ask rather than guess, for an older message may still be on its way.
+    // Our lease has ended or passed: request it, because an older message may still arrive.
     if (!mine && (present.phase === "on" || present.phase === "held"))
       live.send({ type: "heartbeat", lease: present.lease });
   });

@@ -1,4 +1,4 @@
-/** Whether any horn moves or is commanded, as far as this page knows; what is not known counts as moving. */
+/** True if any horn moves or is commanded, as far as known; unknown counts as moving. */
 import { computed } from "@preact/signals";
 import { telemetry } from "../telemetry/store";
 import { lease, stop } from "./bench";
@@ -9,20 +9,20 @@ import { up } from "./link";
 import { motion } from "./motion";
 import { released } from "./release";
 
-/** A horn that turned more than this within the window moves; less is noise, or a horn that hunts in its place. */
+/** A horn moves if it turned more than this within the window; less is noise or hunting. */
 const MOVED_DEG = 3;
 const WINDOW_S = 0.5;
 
-/** States in which a servo moves its horn without a command, or is about to. */
+/** States in which a servo moves its horn without a command, or may. */
 const RESTARTS: ReadonlySet<KnownServo["state"]> = new Set(["saving", "restarting", "soft_start"]);
 
-/** Whether motion is on by this page, or is being turned on. */
+/** Motion of this page is on, or turning on. */
 export function motionOn(): boolean {
   const { phase } = motion.value;
   return phase === "on" || phase === "asking";
 }
 
-/** Whether Esc must stop at its first press. Anybody's motion control counts: what it commands may move any time. */
+/** Esc must stop at the first press. Any client's lease counts: it may move servos at any time. */
 export function moving(at: number = monotonic()): boolean {
   return (
     motionOn() ||
@@ -35,7 +35,7 @@ export function moving(at: number = monotonic()): boolean {
   );
 }
 
-/** The same as a signal, for what is shown. */
+/** The same as a signal. */
 export const movingNow = computed(() => moving(now.value));
 
 function turns(uid: string, at: number): boolean {

@@ -26,7 +26,12 @@ test("a note is said by its code, with its values", () => {
 });
 
 test("a problem among notes is said by its cause", () => {
-  const params = { problem: "log_failed", cause: "frames_missing", name: "a.log", summary: "There are none." };
+  const params = {
+    problem: "log_failed",
+    cause: "frames_missing",
+    name: "a.log",
+    summary: "There are none.",
+  };
   expect(noteText("There are none.", "problem", params)).toBe(
     "a.logに29ビット識別子のCANフレームがありません。",
   );

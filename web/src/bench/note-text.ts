@@ -1,4 +1,4 @@
-/** What the server notes beside a value, in the page's language; its own sentence where the page has none. */
+/** Text of a note beside a value in the page's language, or the server's. */
 import type { NoteCode, Params } from "../api/types";
 import { codes } from "./codes";
 import { factsOf } from "./facts";
@@ -12,7 +12,7 @@ export function noteText(
   return (code && codes.value.notes?.[code]?.(factsOf(params))) ?? who(note);
 }
 
-/** How a job ended that counts what it did. */
+/** Summary of a job's result. */
 export function resultText(result: unknown): string {
   const said = (result ?? {}) as { text?: string; text_code?: NoteCode; text_params?: Params };
   return noteText(said.text ?? "", said.text_code, said.text_params);

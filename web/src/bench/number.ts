@@ -1,4 +1,4 @@
-/** Text and numbers: what people type, what a row allows, and why a value is not allowed. */
+/** Parsing and validation of typed numbers. */
 import { text } from "../text";
 import { decimalsOf, number, withUnit } from "./format";
 
@@ -7,19 +7,19 @@ export interface AllowedSpan {
   perUnit: number;
   minimum: number | null;
   maximum: number | null;
-  /** Set where the range is that of the servo's own angle limits, not of its model. */
+  /** Set if the range is that of the servo's angle limits, not of its model. */
   limits?: "angle";
 }
 
-/** The sentence that says why a value may not be sent, and what may be entered instead. */
+/** Why a value may not be sent, and what to enter instead. */
 export interface NotAllowed {
   ok: false;
   code: "empty" | "not_a_number" | "ambiguous" | "unit" | "between" | "above" | "below";
   what: string;
   remedy: string;
-  /** The nearest value that may be sent. */
+  /** The nearest valid value. */
   nearest: number | null;
-  /** Of a number that can be read in more than one way: those that may be sent. */
+  /** Valid readings of an ambiguous number. */
   readings?: readonly number[];
 }
 
@@ -39,7 +39,7 @@ type Read =
   | { as: "unit"; unit: string }
   | { as: "nothing" };
 
-/** Full-width forms and signs like ℃ and ㎳. Not all of NFKC: it would make 102 of "10²". */
+/** Full-width forms and signs like ℃ and ㎳. Not all of NFKC: it would turn "10²" into 102. */
 const WIDE = /[\uff01-\uff5e\u2103\u3371-\u33df]/g;
 const PLAIN: readonly (readonly [RegExp, string])[] = [
   [/\s+/g, " "],
@@ -93,7 +93,7 @@ function read(typed: string, unit: string): Read {
   return { as: "number", value: sign === "-" ? -value : value };
 }
 
-/** "1,500" groups thousands, or is one and a half; of "1,234.5" and "1,234,567" there is one reading only. */
+/** Readings of an ambiguous number: "1,500" has two, "1,234.5" and "1,234,567" one. */
 function readings(digits: string): readonly number[] {
   const bare = digits.replace(" ", "");
   const grouping = bare.includes(",") && !/\..*,/.test(bare) ? "," : ".";
@@ -101,24 +101,24 @@ function readings(digits: string): readonly number[] {
   return /^[+-]?\d+,\d+$/.test(bare) ? [grouped, Number(bare.replace(",", "."))] : [grouped];
 }
 
-/** The number in what was typed for a value of this unit; null when there is none, or more than one. */
+/** Parse a typed value of this unit; null if invalid or ambiguous. */
 export function parseNumber(typed: string, unit: string): number | null {
   const found = read(typed, unit);
   return found.as === "number" ? found.value : null;
 }
 
-/** The whole number in what was typed, not below zero: an ID, for instance. Null for anything else. */
+/** Parse a non-negative integer, such as an ID; null for anything else. */
 export function wholeNumber(typed: string): number | null {
   const value = parseNumber(typed, "");
   return value !== null && Number.isInteger(value) && value >= 0 ? value : null;
 }
 
-/** Whether typed text may still become a number: nothing yet, or a sign alone. */
+/** True if the text may still become a number: empty, or a sign alone. */
 export function unfinishedNumber(typed: string): boolean {
   return /^[+-]? ?[.,]?$/.test(plain(typed));
 }
 
-/** Checks typed text against a row. */
+/** Check typed text against a row. */
 export function check(typed: string, span: AllowedSpan): Checked {
   const refused = (code: NotAllowed["code"], what: string, remedy = enter(span)): NotAllowed => ({
     ok: false,
@@ -145,7 +145,7 @@ export function check(typed: string, span: AllowedSpan): Checked {
   }
 }
 
-/** Checks a number against a row: range first, then the register's step. */
+/** Check a number against a row: range first, then step. */
 export function checkValue(value: number, span: AllowedSpan): Checked {
   const { minimum, maximum, perUnit } = span;
   const raw = value * perUnit;
@@ -179,27 +179,27 @@ export function checkValue(value: number, span: AllowedSpan): Checked {
   return { ok: true, value: whole / perUnit };
 }
 
-/** The nearest value a row can hold. */
+/** The nearest valid value of a row. */
 export function nearestAllowed(value: number, span: AllowedSpan): number {
   const low = span.minimum ?? Number.NEGATIVE_INFINITY;
   const high = span.maximum ?? Number.POSITIVE_INFINITY;
   return Math.min(high, Math.max(low, Math.round(value * span.perUnit) / span.perUnit));
 }
 
-/** How far a press of an arrow key, or a notch of the wheel, goes: a unit; ten with Shift, a tenth with Alt. */
+/** Step of an arrow key or wheel notch: one unit; ten with Shift, a tenth with Alt. */
 export function stepOf(span: AllowedSpan, held: { shiftKey: boolean; altKey: boolean }): number {
   if (held.shiftKey) return 10;
   return held.altKey ? Math.max(0.1, 1 / span.perUnit) : 1;
 }
 
-// A typed value is shown as typed, even between two steps; a limit with the register's decimals.
+// A typed value is shown as typed; a limit with the register's decimals.
 function show(value: number, span: AllowedSpan, extra = 0): string {
   const least = decimalsOf(span.perUnit);
   const digits = Math.min(least + extra, Math.max(least, extra ? written(value) : 0));
   return withUnit(number(value, digits), span.unit);
 }
 
-/** As many decimals as it takes to write a number whole. */
+/** Decimals needed to write a number exactly. */
 function written(value: number): number {
   return (String(Math.abs(value)).split(".")[1] ?? "").length;
 }

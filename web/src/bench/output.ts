@@ -1,4 +1,4 @@
-/** What is said of a servo's output: on, off or brake, why, by whom, since when. */
+/** Texts of a servo's output: on, off or brake, reason, client, time. */
 import type { Servo } from "../api/types";
 import { text } from "../text";
 import { date, minute } from "./format";
@@ -6,10 +6,10 @@ import { holder, who } from "./holder";
 
 export type Output = Servo["output"];
 
-/** Reasons for which a session, and not the servo or its configuration, switched an output. */
+/** Reasons for which a session, not the servo or its configuration, switched an output. */
 const SESSION: ReadonlySet<Output["reason"]> = new Set(["stop", "lease", "command"]);
 
-/** Whether Stop, the end of motion control, a page or another tool took the output away. */
+/** True if Stop, the end of a lease, a page or another tool switched the output off. */
 export function switchedOff({ state, reason }: Output): boolean {
   return (state === "off" || state === "brake") && SESSION.has(reason);
 }
@@ -29,7 +29,7 @@ function by(one: Output): string {
   return one.by === NOBODY ? text.output.client : who(one.by);
 }
 
-/** What the server writes of a client that neither held motion control nor signed in. */
+/** The server's name for a client without lease or token. */
 const NOBODY = "no lease";
 
 function instant(utc: number): string {

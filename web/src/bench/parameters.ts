@@ -1,4 +1,4 @@
-/** What is known of one servo's parameters beside what is staged: readings, revision, outcomes. */
+/** Known parameters of one servo: readings, revision, outcomes. Staged edits are in `draft.ts`. */
 import { batch, type Signal, signal } from "@preact/signals";
 import { ask, Problem, problemOf } from "../api/client";
 import type { Change, ProblemBody, Reading, Value } from "../api/types";
@@ -11,13 +11,13 @@ import { check } from "./number";
 import { spanOf } from "./row-state";
 
 export interface KnownReading extends Reading {
-  /** What RAM holds. `value` is the configuration: of torque mode alone another thing, for Stop and motion switch RAM's. */
+  /** Reading of RAM. For torque mode, `value` is the configuration, because Stop and motion switch RAM. */
   ram: Value;
-  /** Our monotonic time at which it was read; null while never read. */
+  /** Time of the read, monotonic; null if never read. */
   readAt: number | null;
 }
 
-/** What became of the last attempt to write a row; gone on the next visit. */
+/** Outcome of the last write of a row; cleared on the next visit. */
 export type Outcome =
   | { kind: "pending" }
   | { kind: "failed"; what: string; rest: string }
@@ -26,22 +26,22 @@ export type Outcome =
 
 export type WantedValue = boolean | number | string;
 
-/** What the last write changed in RAM, to be written back; gone on the next visit. */
+/** What the last write changed in RAM, for undo; cleared on the next visit. */
 export interface Written {
   at: number;
-  /** When the servo had started, on our monotonic clock; null where it did not say. */
+  /** Start of the servo, monotonic; null if it did not report it. */
   bootAt: number | null;
   changes: readonly Change[];
 }
 
 export class Sheet {
   readonly uid: string;
-  /** Keys this servo has, in the server's order; null until read. */
+  /** Keys of this servo, in the server's order; null until read. */
   readonly keys = signal<readonly string[] | null>(null);
   readonly problem = signal<Problem | null>(null);
   readonly outcomes = signal<ReadonlyMap<string, Outcome>>(new Map());
   readonly busy = signal<"applying" | "saving" | null>(null);
-  /** A problem of the whole rather than of a row. */
+  /** A problem of the whole sheet rather than of a row. */
   readonly trouble = signal<string | null>(null);
   readonly written: Signal<Written | null> = signal(null);
   readonly drafts = new Drafts((key, typed) => this.#judge(key, typed));
@@ -61,7 +61,7 @@ export class Sheet {
     return one;
   }
 
-  /** The value in RAM, of torque mode what it is configured to; undefined while never read. */
+  /** The value in RAM, for torque mode the configured one; undefined if never read. */
   held(key: string): Value | undefined {
     const reading = this.reading(key).value;
     return reading?.raw === null ? undefined : reading?.value;
@@ -72,20 +72,20 @@ export class Sheet {
     this.reading(reading.key).value = { ...reading, value: reading.configured, ram: reading.value, readAt };
   }
 
-  /** What a write has read back; the socket tells what it means for other rows. */
+  /** Take the read-back of a write; effects on other rows arrive over the socket. */
   takeWritten(revision: string, changes: readonly Change[]): void {
     batch(() => {
       this.revision = revision;
       for (const { key, after } of changes) {
         const held = this.reading(key).peek();
-        // Of torque mode the answer tells RAM, which Stop may switch.
+        // For torque mode the response contains RAM, which Stop may switch.
         if (held === undefined || after === null || key === "torque_mode") continue;
         this.reading(key).value = { ...held, value: after, ram: after, readAt: monotonic(), stale: false };
       }
     });
   }
 
-  /** What a typed number is worth by what the row allows now. */
+  /** Check a typed number against the current range of its row. */
   #judge(key: string, typed: string): Verdict | null {
     const row = catalog.value?.rows.get(key);
     return row?.kind === "number" ? check(typed, spanOf(row, this.reading(key).value)) : null;
@@ -100,7 +100,7 @@ export class Sheet {
     this.outcomes.value = next;
   }
 
-  /** What the server knows of every row, asked for by whoever has it. */
+  /** Read what the server knows of every row. */
   take(revision: string, parameters: Readonly<Record<string, Reading>>): void {
     batch(() => {
       this.revision = revision;
@@ -110,7 +110,7 @@ export class Sheet {
     });
   }
 
-  /** Reads what the server knows; with `refresh` it asks the bus. */
+  /** Read the server's values; with `refresh` it reads the servo. */
   async load(refresh = false): Promise<void> {
     try {
       const answer = await ask("GET", "/servos/{uid}/parameters", {
@@ -136,7 +136,7 @@ export function sheetOf(uid: string): Sheet {
   return one;
 }
 
-/** Reads the rows of these servos in one request; one that has a problem keeps what was known of it. */
+/** Read the rows of these servos in one request. On an error, a servo keeps its last values. */
 export async function loadSheets(uids: readonly string[], refresh = false): Promise<void> {
   if (uids.length === 0) return;
   const query = { uids: uids.join(",") };
@@ -153,10 +153,10 @@ export function asProblem(body: ProblemBody): Problem {
   return new Problem(body.code, body.status, body.detail, body as unknown as Record<string, unknown>);
 }
 
-/** What a servo was when its rows were last read: while that is so, the socket tells what changes. */
+/** State of a servo at its last read: while it is unchanged, the socket reports changes. */
 const readAs = new Map<string, string>();
 
-/** Reads the rows of a servo, in one request with all that are wanted. */
+/** Read the rows of a servo, batched with other servos. */
 export const readSheet = batched(async uids => {
   try {
     await loadSheets(uids);
@@ -166,7 +166,7 @@ export const readSheet = batched(async uids => {
   for (const uid of uids) if (sheetOf(uid).problem.peek() !== null) readAs.delete(uid);
 });
 
-/** The same, and not again while it is still what it was. */
+/** The same, unless the state is unchanged since the last read. */
 export function wantSheet(uid: string, as: string): void {
   if (readAs.get(uid) === as) return;
   readAs.set(uid, as);
@@ -177,7 +177,7 @@ const heard = new Map<string, { uid: string; reading: Reading }>();
 let timer: ReturnType<typeof setTimeout> | undefined;
 const FLUSH_MS = 100;
 
-/** A reading told over the socket; only sheets somebody has opened keep it. */
+/** A reading from the socket; only opened sheets keep it. */
 export function hear(uid: string, reading: Reading): void {
   heard.set(`${uid}/${reading.key}`, { uid, reading });
   if (timer !== undefined) return;
@@ -190,7 +190,7 @@ export function hear(uid: string, reading: Reading): void {
   }, FLUSH_MS);
 }
 
-/** "Saved" is said only when something of ROM is known: else silence would read as a promise. */
+/** "Saved" needs some known ROM values: otherwise silence would look like a promise. */
 export function romKnown(one: { uid: string; online: boolean }): boolean {
   const reading = sheetOf(one.uid).reading("angle_limit_cw").value;
   return one.online && reading !== undefined && reading.rom !== null;

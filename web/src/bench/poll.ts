@@ -1,14 +1,14 @@
-/** Ask again and again: only while the tab is seen and the link is up, and never twice at once. */
+/** Polling: only while the tab is visible and the link is up, one request at a time. */
 import { monotonic } from "./clock";
 import { up } from "./link";
 
 export interface Poll {
-  /** Asks at once, and then in the old rhythm. */
+  /** Request now, then continue the schedule. */
   now: () => void;
   end: () => void;
 }
 
-/** Calls `look` at once and then `period_ms` after each answer. What `look` cannot do it must say by itself. */
+/** Call `look` now, then `period_ms` after each response. `look` handles its own errors. */
 export function poll(period_ms: number, look: () => Promise<void>): Poll {
   let timer: ReturnType<typeof setTimeout> | undefined;
   let busy = false;
@@ -33,7 +33,7 @@ export function poll(period_ms: number, look: () => Promise<void>): Poll {
     timer = setTimeout(() => void turn(), again ? 0 : period_ms);
     again = false;
   };
-  // Back in sight, or linked again: what is shown may be old by now.
+  // Visible or connected again: the values may be old.
   const late = () => {
     if ((monotonic() - lookedAt) * 1000 >= period_ms) void turn();
   };

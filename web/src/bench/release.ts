@@ -1,36 +1,36 @@
-/** What is known of torque where motion of this page has ended: off, as the servo answered, or nobody knows. */
+/** Torque after the end of motion of this page: off as acknowledged, or unknown. */
 import { signal } from "@preact/signals";
 import { ask, problemOf } from "../api/client";
 import type { Reading } from "../api/types";
 
-/** "asking": no answer yet. "off": it answered so. "silent": it was asked and did not answer. */
+/** "asking": no response yet. "off": acknowledged. "silent": no response. */
 export type ReleaseState = "asking" | "off" | "silent";
 
 export const released = signal<ReadonlyMap<string, ReleaseState>>(new Map());
 
 const AGAIN_MS = 1000;
-/** One whose torque is on for so long after our motion ended is moved by somebody else. */
+/** If torque is still on this long after our motion ended, another client has turned it on. */
 const OTHERS_MS = 3000;
 
 const rounds = new Map<string, symbol>();
 
-/** Those whose state is this one. */
+/** Servos in this state. */
 export function those(state: ReleaseState): string[] {
   return [...released.value].flatMap(([uid, one]) => (one === state ? [uid] : []));
 }
 
-/** What was read of them is of no interest any more; who has not answered is asked on. */
+/** Results are no longer of interest; servos without a response stay. */
 export function forgetAnswered(): void {
   released.value = new Map([...released.peek()].filter(([, one]) => one !== "off"));
 }
 
-/** Torque is turned on, so off is not waited for. */
+/** Torque is on, so do not wait for off. */
 export function forget(uid: string): void {
   rounds.delete(uid);
   put(uid, null);
 }
 
-/** Waits for its answer to a torque off that was sent, `told`; without one asks what it holds until it answers. */
+/** Wait for the response `told` to a torque off; without one, read torque mode until the servo responds. */
 export async function followRelease(uid: string, told: Promise<Reading> = read(uid)): Promise<void> {
   const round = Symbol(uid);
   rounds.set(uid, round);

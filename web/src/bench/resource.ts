@@ -1,4 +1,4 @@
-/** Something asked of the server, once or again and again: its newest answer, why there is none, and when it was told. */
+/** A value requested from the server, once or by polling: last response, error and time. */
 
 import { type Signal, signal } from "@preact/signals";
 import { problemOf } from "../api/client";
@@ -7,11 +7,11 @@ import { problemText } from "./facts";
 import { type Poll, poll } from "./poll";
 
 export class Resource<T> {
-  /** Null until it is there; kept while it cannot be read again. */
+  /** Null until loaded; kept when a reload fails. */
   readonly value: Signal<T | null> = signal(null);
-  /** Why the last question was not answered, in words. */
+  /** Why the last request failed, in words. */
   readonly problem: Signal<string | null> = signal(null);
-  /** Our monotonic time of the last answer; null before the first. */
+  /** Time of the last response, monotonic; null before the first. */
   readonly readAt: Signal<number | null> = signal(null);
   readonly #look: () => Promise<T>;
   #round = 0;
@@ -20,7 +20,7 @@ export class Resource<T> {
     this.#look = look;
   }
 
-  /** Asks, for something else when told. The newest question wins. */
+  /** Request, optionally another item. The newest request wins. */
   readonly load = async (look = this.#look): Promise<void> => {
     const round = ++this.#round;
     try {
@@ -34,7 +34,7 @@ export class Resource<T> {
     }
   };
 
-  /** Asks at once and then `every_ms` after each answer, while somebody can see it. */
+  /** Request now and then `every_ms` after each response, while visible. */
   watch(every_ms: number): Poll {
     return poll(every_ms, () => this.load());
   }

@@ -1,4 +1,4 @@
-/** The address bar: which page is shown, of which servo, at which parameter, and the choices the page keeps in it. */
+/** The address bar: page, servo, parameter, and settings of a page stored in it. */
 import { computed, effect, type Signal, signal } from "@preact/signals";
 import { decoded, ROOT } from "../api/root";
 
@@ -16,18 +16,18 @@ export type Page =
   | "records"
   | "scope"
   | "api"
-  /** An address that is none of ours. */
+  /** Unknown address. */
   | "missing";
 
 export interface Route {
   page: Page;
   uid: string | null;
-  /** What stands behind the #: a parameter's key, or a part of the page. */
+  /** The hash: key of a parameter, or part of the page. */
   hash: string;
 }
 
 const ALONE = /^\/(servos|commission|tune|faults|bus|recorder|records|scope)\/?$/;
-/** Not /api: what begins with that is the server's. */
+/** Not /api, which belongs to the server. */
 const API_PAGE = /^\/api-page\/?$/;
 const MATRIX = /^\/servos\/matrix\/?$/;
 const SERVO = /^\/servos\/([0-9a-f]{32})(?:\/(parameters|motion|tune|faults))?\/?$/;
@@ -44,10 +44,10 @@ export function parse(path: string, hash: string): Route {
   return { page: (found[2] ?? "overview") as Page, uid: found[1], hash: behind };
 }
 
-/** Choices of a page, by their names in its address; an empty one is left out. */
+/** Settings of a page in its address, by name; empty ones are omitted. */
 export type Query = Readonly<Record<string, string>>;
 
-/** The address of a page, below the path this one lives at. */
+/** The address of a page, below the base path. */
 export function pathOf(page: Page, uid: string | null, hash = "", query: Query = {}): string {
   return ROOT + below(page, uid) + written(withQuery("", query)) + (hash === "" ? "" : `#${hash}`);
 }
@@ -70,7 +70,7 @@ function withQuery(before: string, changes: Query): string {
   return next.toString();
 }
 
-/** Lists of servos are to be read by people, too. */
+/** Lists of servos in addresses stay readable. */
 function written(query: string): string {
   return query === "" ? "" : `?${query.replaceAll("%2C", ",")}`;
 }
@@ -79,15 +79,15 @@ const here = () => parse(location.pathname.slice(ROOT.length), location.hash);
 
 export const route = signal<Route>(here());
 
-/** What stands behind the "?", without it. */
+/** The query without "?". */
 const query = signal(location.search.slice(1));
 
-/** The servo last looked at: where the rail's Motion and the keys of its tabs lead. */
+/** The servo last viewed: target of Motion in the rail and of the keys of the tabs. */
 export const lastUid = signal<string | null>(route.peek().uid);
 
 export const page = computed(() => route.value.page);
 
-/** Asked before another page is shown; motion ends there. */
+/** Called before another page is shown; motion ends there. */
 const leaving = new Set<() => void>();
 
 export function onLeave(act: () => void): () => void {
@@ -115,7 +115,7 @@ function follow(): void {
 let refused: ReturnType<typeof setTimeout> | undefined;
 const AGAIN_MS = 1000;
 
-/** Changes choices of this page in its address, and no step of the history; `hash` stays unless it is given. */
+/** Change settings of this page in its address, without a history entry; `hash` stays unless given. */
 export function changeChoices(choices: Query, hash?: string): void {
   query.value = withQuery(query.peek(), choices);
   if (hash !== undefined && hash !== route.peek().hash) route.value = { ...route.peek(), hash };
@@ -127,33 +127,33 @@ function write(behind: string): void {
   try {
     history.replaceState(null, "", location.pathname + written(query.peek()) + behind);
   } catch {
-    // A browser allows only so many changes in a while: the last one follows.
+    // Browsers limit the rate of changes: the last one follows later.
     refused = setTimeout(() => write(behind), AGAIN_MS);
   }
 }
 
-/** The pages of one servo: tabs below one head. Faults without a servo shows all of them. */
+/** Pages of one servo: tabs below one head. Faults without a servo shows all of them. */
 export const OF_A_SERVO = ["overview", "parameters", "motion", "tune", "faults"] as const;
 export type ServoTab = (typeof OF_A_SERVO)[number];
 
-/** Whether this page is a tab of a servo. */
+/** True if this page is a tab of a servo. */
 export function isTab(page: Page): page is ServoTab {
   return OF_A_SERVO.some(one => one === page);
 }
 
-/** The address of the same page, with the same choices, of another servo. */
+/** The address of the same page and settings for another servo. */
 export function sameFor(uid: string): string {
   const { page, hash } = route.peek();
   return pathOf(page, uid, hash, Object.fromEntries(new URLSearchParams(query.peek())));
 }
 
-/** A choice of a page that its address keeps, so that Back and a reload bring it again. */
+/** A setting stored in the address of a page, restored by Back and reload. */
 export interface AddressChoice<T> {
   value: T;
   peek: () => T;
 }
 
-/** A choice under this name; `read` makes sense of any text, and `write` gives "" for what is usual. */
+/** A setting of this name; `read` accepts any text, and `write` returns "" for the default. */
 export function inAddress<T>(
   name: string,
   read: (text: string) => T,
@@ -172,7 +172,7 @@ export function inAddress<T>(
   };
 }
 
-/** What was typed, for instance into a search box. */
+/** Typed text, for example in a search box. */
 export function wordInAddress(name: string): AddressChoice<string> {
   return inAddress(
     name,
@@ -181,7 +181,7 @@ export function wordInAddress(name: string): AddressChoice<string> {
   );
 }
 
-/** One of these; the first is the usual one, and stands for anything else. */
+/** One of these; the first is the default, also for invalid text. */
 export function oneInAddress<T extends string>(name: string, all: readonly [T, ...T[]]): AddressChoice<T> {
   return inAddress(
     name,
@@ -190,7 +190,7 @@ export function oneInAddress<T extends string>(name: string, all: readonly [T, .
   );
 }
 
-/** Keeps a signal and a word of the address alike from now on: at first the address has the say, if it says anything. */
+/** Bind a signal to a setting in the address; initially the address wins, if it has one. */
 export function keepInAddress(name: string, kept: Signal<string>): () => void {
   const word = wordInAddress(name);
   if (word.peek() !== "") kept.value = word.peek();

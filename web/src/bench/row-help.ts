@@ -1,4 +1,4 @@
-/** What rows and tabs are about, in the page's language; the server's words where it has none. */
+/** Help of rows and tabs in the page's language, or the server's. */
 import type { Row } from "../api/types";
 import type { Tab } from "./catalog";
 import { help } from "./words";
@@ -7,5 +7,5 @@ export const aboutRow = (row: Row) => help.rows[row.key] ?? row.description;
 
 export const aboutTab = (tab: Tab) => help.groups[tab.key] ?? tab.description;
 
-/** What the maker advises on a row, if anything. */
+/** The maker's advice on a row, if any. */
 export const adviceOn = (row: Row) => help.advice[row.key] ?? row.advice;

@@ -1,4 +1,4 @@
-/** The state of a parameter row: one of a few, its words, and what may be done about it. */
+/** State of a parameter row, its text, and possible actions. */
 import type { Row } from "../api/types";
 import { text } from "../text";
 import type { Draft } from "./draft";
@@ -24,23 +24,23 @@ export interface RowFacts {
   reading: KnownReading | undefined;
   draft: Draft | undefined;
   outcome: Outcome | undefined;
-  /** RAM differs from what is known to be in ROM. */
+  /** RAM differs from the known ROM value. */
   unsaved: boolean;
-  /** The servo answers and there is a link to it. */
+  /** The servo is online and the link is up. */
   reachable: boolean;
-  /** Our monotonic clock; asked for only where an age is shown. */
+  /** Monotonic time; read only where an age is shown. */
   now: () => number;
 }
 
 export interface RowView {
   state: RowState;
-  /** Said after address and section; empty when there is nothing to say. */
+  /** Shown after address and section; empty if none. */
   words: string;
-  /** A register to go to, where that would give this row an effect. */
+  /** A register that would give this row an effect. */
   goTo: string | null;
 }
 
-/** Unit and range of a row as this servo has it. */
+/** Unit and range of a row on this servo. */
 export function spanOf(
   row: Row,
   reading: KnownReading | undefined,
@@ -88,7 +88,7 @@ export function viewOf(facts: RowFacts): RowView {
   return say("idle");
 }
 
-/** "No effect now: …." in the page's language; in the server's words where it has none for the reason. */
+/** "No effect now: …." in the page's language, or the server's. */
 function whySaid({ why, why_not }: KnownReading): string {
   const said = why ? text.table.why[why.code] : undefined;
   if (said === undefined) return shorten(why_not ?? "");
@@ -97,12 +97,12 @@ function whySaid({ why, why_not }: KnownReading): string {
   );
 }
 
-/** Two lines are for names: "speed and torque control (0x25)" becomes "0x25", which the link beside it leads to. */
+/** Two lines are for names: "speed and torque control (0x25)" becomes "0x25", the target of the link beside it. */
 function shorten(sentence: string): string {
   return sentence.replace(/[^:.,()]+ \((0x[0-9A-F]{2})\)/g, " $1");
 }
 
-/** The register a "no effect" sentence names, which is where to go; not the row itself. */
+/** The register named in a "no effect" sentence, as target of a link; not the row itself. */
 function target(sentence: string | null, own: string): string | null {
   for (const found of sentence?.matchAll(/0x[0-9A-F]{2}/g) ?? []) if (found[0] !== own) return found[0];
   return null;

@@ -1,21 +1,21 @@
-/** A value of a row as text where no reading of a servo is at hand: snapshots, profiles, comparisons, the audit. */
+/** Values of rows as text without a live servo: snapshots, profiles, comparisons, the audit. */
 import type { Value } from "../api/types";
 import { text } from "../text";
 import { catalog } from "./catalog";
 import { full, NONE, withUnit } from "./format";
 
-/** What a row is called; its key while the catalogue is not there, or does not know it. */
+/** Label of a row; its key if unknown to the catalogue. */
 export function rowLabelOf(key: string): string {
   const { rows, faults } = catalog.value ?? {};
   return rows?.get(key)?.label ?? faults?.find(one => one.key === key)?.label ?? key;
 }
 
-/** "0x38", or nothing. */
+/** "0x38", or "". */
 export function addressOf(key: string): string {
   return catalog.value?.rows.get(key)?.name ?? "";
 }
 
-/** A value with the unit it was told with, where it was. */
+/** A value with the unit it was recorded with, if any. */
 export function valueText(key: string, value: unknown, unit?: string): string {
   if (value === null || value === undefined) return NONE;
   if (typeof value === "object") return several(value);
@@ -32,10 +32,10 @@ export function valueText(key: string, value: unknown, unit?: string): string {
   return full(value as Value, shape);
 }
 
-/** More than these are counted rather than said. */
+/** More values than this are counted instead of listed. */
 const SAID = 4;
 
-/** Several values in a row, each with its name; what is not there is left out. */
+/** Several named values in one line; missing ones are omitted. */
 function several(value: object): string {
   const entries = Object.entries(value).filter(([, one]) => one !== null && one !== "");
   if (entries.length > SAID) return text.values(entries.length);

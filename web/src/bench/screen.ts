@@ -1,4 +1,4 @@
-/** What the window is: narrow like a tablet, and whether a finger may be what points. */
+/** Properties of the window: narrow, phone, touch. */
 import { type Signal, signal } from "@preact/signals";
 
 function follow(query: string): Signal<boolean> {
@@ -12,11 +12,11 @@ function follow(query: string): Signal<boolean> {
 
 export const narrow = follow("(max-width: 1024px)");
 
-/** A phone's width, as style/narrow.css has it: Stop is as wide as the window. */
+/** A phone's width, as in style/narrow.css: Stop is as wide as the window. */
 export const phone = follow("(max-width: 767px)");
 
-/** Touch density, as the style sheets have it. */
+/** Touch density, as in the style sheets. */
 export const touch = follow("(any-pointer: coarse), (max-width: 1024px)");
 
-/** Less motion is wished for. */
+/** Reduced motion is preferred. */
 export const calm = follow("(prefers-reduced-motion: reduce)");

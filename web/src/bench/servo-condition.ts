@@ -1,4 +1,4 @@
-/** The condition of a servo as the page knows it now: servo, parameters, catalogue and stop together. */
+/** The current condition of a servo, from servo, parameters, catalogue and stop. */
 import { connected, stop } from "./bench";
 import { catalog } from "./catalog";
 import { now } from "./clock";
@@ -11,7 +11,7 @@ export function conditionHere(servo: KnownServo): Condition {
   return conditionOf(servo, {
     faults: catalog.value?.faults ?? [],
     temperature: servo.state === "protected" ? figureNow(servo.uid, "current_temperature").value : null,
-    // The time matters to a servo that is away; for the others it would only redraw.
+    // Time matters only for a servo that is offline; for the others it would only redraw.
     now: servo.online ? 0 : now.value,
     connected: connected.value,
     stop: stop.value,
@@ -23,7 +23,7 @@ export interface Limits {
   cw: number;
 }
 
-/** The angle limits of a servo, null until read. */
+/** Angle limits of a servo; null until read. */
 export function limitsOf(uid: string): Limits | null {
   const sheet = sheetOf(uid);
   const cw = asNumber(sheet.held("angle_limit_cw"));

@@ -1,11 +1,11 @@
-/** Who is signed in on this page, and whether somebody has to be. */
+/** The signed-in client of this page, and whether a token is required. */
 import { signal } from "@preact/signals";
 import { ask, type Problem, problemOf, whenUnauthorized } from "../api/client";
 import { linkToken } from "../api/root";
 import { reload } from "./reload";
 
 interface Session {
-  /** Whether a token is needed. */
+  /** A token is required. */
   required: boolean;
   name: string | null;
   role: "view" | "operate" | "configure" | "admin" | null;
@@ -13,20 +13,20 @@ interface Session {
 
 export const session = signal<Session | null>(null);
 
-/** True while the server wants a token from us: the page shows where to give it. */
+/** True while the server requires a token: the page shows the sign-in form. */
 export const signedOut = signal(false);
 
-/** Why the last attempt to sign in failed. */
+/** Why the last sign-in failed. */
 export const tokenRefused = signal<Problem | null>(null);
 
 const entered = new Set<() => void>();
 
-/** Told when somebody has signed in: what was refused before may go now. */
+/** Called after a sign-in: what was refused before may succeed now. */
 export function onSignIn(act: () => void): void {
   entered.add(act);
 }
 
-/** What we call ourselves, as the server will have it: after the name it knows us by. */
+/** The name of this client as the server has it: after the name of its token. */
 export function signedBy(said: string): string {
   const name = session.value?.name;
   return name ? `${name} · ${said}` : said;
@@ -39,7 +39,7 @@ function take(found: Session): void {
   if (was && !signedOut.peek()) for (const act of entered) act();
 }
 
-/** Asks the server who we are. Without an answer nothing changes: the link says that it is gone. */
+/** Read the session. Without a response nothing changes: the link band reports it. */
 export function look(): Promise<void> {
   return ask("GET", "/session").then(take, () => undefined);
 }

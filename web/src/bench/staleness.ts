@@ -1,10 +1,10 @@
-/** Ages at which values are stale: the server's figures, so that page and server never disagree. */
+/** Ages at which values are stale, from the server, so that both agree. */
 import { signal } from "@preact/signals";
 
-/** Ages in seconds above which a value is stale: the angle a servo broadcasts, and a row that is polled for everybody. */
+/** Ages in seconds above which a value is stale: a broadcast angle, and a polled row. */
 export const staleAfter = signal({ angle: 0.5, polled: 5 });
 
-/** Takes the figures of a hello message. */
+/** Take the ages from a hello message. */
 export function takeStaleAfter(told: Readonly<Record<string, number>>): void {
   const { angle, polled } = staleAfter.peek();
   staleAfter.value = { angle: told.angle ?? angle, polled: told.status ?? polled };

@@ -1,7 +1,7 @@
-/** Whether the Stop button can be seen whole and hit: motion is on only while it can. */
+/** Whether the Stop button is fully visible and can be hit: motion is on only while it is. */
 import { signal } from "@preact/signals";
 
-/** A box as DOMRect gives it. */
+/** A box like DOMRect. */
 export interface Edges {
   left: number;
   top: number;
@@ -9,7 +9,7 @@ export interface Edges {
   bottom: number;
 }
 
-/** Half a pixel is rounding. */
+/** Half a pixel of rounding. */
 const SLACK_PX = 0.5;
 
 export function within(inner: Edges, outer: Edges): boolean {
@@ -21,7 +21,7 @@ export function within(inner: Edges, outer: Edges): boolean {
   );
 }
 
-/** What of the page is on the screen: less than the window where it is pinched larger or a keyboard covers it. */
+/** The visible part of the page: less than the window under pinch zoom or an on-screen keyboard. */
 function seen(): Edges {
   const view = window.visualViewport;
   if (!view) return { left: 0, top: 0, right: innerWidth, bottom: innerHeight };
@@ -31,7 +31,7 @@ function seen(): Edges {
 
 let button: HTMLElement | null = null;
 
-/** Measures the button: inside what is seen, its words not cut, nothing over it. */
+/** Measure the button: inside the visible part, its words complete, nothing over it. */
 function measure(): boolean {
   if (!button?.isConnected) return false;
   const box = button.getBoundingClientRect();
@@ -40,7 +40,7 @@ function measure(): boolean {
   return top === null || button.contains(top);
 }
 
-/** Kept up to date while the window changes; `stopSeen()` measures now. */
+/** Updated while the window changes; `stopSeen()` measures now. */
 export const stopInSight = signal(true);
 
 export function stopSeen(): boolean {
@@ -48,7 +48,7 @@ export function stopSeen(): boolean {
   return stopInSight.value;
 }
 
-/** Keeps the button at the upper right of what is seen, at its own size, however far the page is pinched larger. */
+/** Keeps the button at the upper right of the visible part, at its own size, under pinch zoom. */
 function follow(): void {
   const view = window.visualViewport;
   if (!view || !button) return;
@@ -59,7 +59,7 @@ function follow(): void {
     : "";
 }
 
-/** Watches the button from now on; null ends it. */
+/** Watch the button from now on; null stops it. */
 export function watchStop(element: HTMLElement | null): () => void {
   button = element;
   const look = () => {

@@ -1,6 +1,6 @@
-/** What a tab keeps by itself over a reload: sessionStorage, where the browser allows it. */
+/** State of a tab over a reload: sessionStorage, if available. */
 
-/** What was kept under this name; null when there is nothing, or nothing that can be read. */
+/** The stored value; null if missing or invalid. */
 export function readTab(name: string): unknown {
   try {
     return JSON.parse(sessionStorage.getItem(name) ?? "null");
@@ -9,11 +9,11 @@ export function readTab(name: string): unknown {
   }
 }
 
-/** Keeps it as long as the tab lives. Without storage it is lost at a reload. */
+/** Store a value for the life of the tab. Without storage it is lost at a reload. */
 export function writeTab(name: string, value: unknown): void {
   try {
     sessionStorage.setItem(name, JSON.stringify(value));
   } catch {
-    // Forbidden, or full.
+    // Storage blocked or full.
   }
 }

@@ -1,4 +1,4 @@
-/** What the server is asked to poll while somebody looks at a servo. */
+/** Telemetry subscriptions of the page for the servos it shows. */
 import { effect, signal } from "@preact/signals";
 import { ask } from "../api/client";
 import type { ParameterKey, TelemetryGrant } from "../api/types";
@@ -18,20 +18,20 @@ export interface Subscription extends TelemetryGrant {
   uid: string;
 }
 
-/** What was granted for the servo looked at; null until answered. */
+/** Granted rates of the servo; null until the response. */
 export const watched = signal<Subscription | null>(null);
 
-/** Whose wish it is: every page load has its own, so that closing one leaves those of others alone. */
+/** Owner of a subscription: unique per page load, so that closing one page keeps those of others. */
 const OWNER = `page-${Math.random().toString(36).slice(2, 12)}`;
-/** A wish ends by itself so long after the page that made it was last heard of. */
+/** A subscription expires this long after its page was last seen. */
 const TTL_S = 10;
 const AGAIN_MS = 4000;
 
 let wishes = 0;
 
 /**
- * Has channels of a servo polled while the tab is looked at, said anew after each connection. `take` is told what is
- * granted. The answer ends it, and what it took of the bus is free again.
+ * Subscribe to channels of a servo while the tab is visible, again after each connection. `take` is called with the
+ * granted rates. Returns a function that unsubscribes.
  */
 export function subscribeTelemetry(
   uid: string,
@@ -44,7 +44,7 @@ export function subscribeTelemetry(
     shown.value = !document.hidden;
   };
   document.addEventListener("visibilitychange", look);
-  // The server unites the wishes of several owners: each gets what it asked for.
+  // The server merges subscriptions of several owners: each gets its rates.
   const owner = `${OWNER}_${++wishes}`;
   let over = false;
   const put = async (wanted: readonly string[]) => {
@@ -56,7 +56,7 @@ export function subscribeTelemetry(
       });
       if (!over) take(grant);
     } catch {
-      // The plot says that nothing comes; it is asked for again soon.
+      // The plot shows that no data arrives; retried shortly.
     }
   };
   const end = effect(() => {
@@ -75,7 +75,7 @@ export function subscribeTelemetry(
   };
 }
 
-/** Polls what is shown of a servo that is looked at; the answer ends it. */
+/** Subscribe to the values shown of a servo; returns a function that unsubscribes. */
 export function watch(uid: string): () => void {
   const end = subscribeTelemetry(uid, CHANNELS, RATE_HZ, grant => {
     watched.value = { uid, ...grant };

@@ -1,4 +1,4 @@
-/** Light, dark or auto: the wish, where it is kept, and what is shown. Paper is always light. */
+/** Light, dark or auto: setting, storage and effective theme. Print is always light. */
 import { computed, effect, signal } from "@preact/signals";
 
 export type ThemeWish = "light" | "dark" | "auto";
@@ -31,7 +31,7 @@ export function chooseTheme(next: ThemeWish): void {
   try {
     localStorage.setItem(KEY, next);
   } catch {
-    // Not kept then; the choice stands until the page is loaded again.
+    // Not stored then; it lasts until the page is reloaded.
   }
 }
 

@@ -1,4 +1,4 @@
-/** The rule for values that come faster than they may leave: the newest wins, one a period. */
+/** Throttle for values that change faster than they may be sent: the newest wins, one per period. */
 
 export class Newest<T> {
   #period_ms: number;
@@ -11,13 +11,13 @@ export class Newest<T> {
     this.#send = send;
   }
 
-  /** Sends at once if the last one is a period ago; else keeps this one, forgetting what waited before it. */
+  /** Send now if the last one is a period ago; else store it in place of the waiting one. */
   put(value: T): void {
     this.#next = { value };
     if (this.#timer === undefined) this.#flush();
   }
 
-  /** Forgets what waits. */
+  /** Discard the waiting value. */
   cancel(): void {
     this.#next = null;
   }

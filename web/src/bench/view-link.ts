@@ -1,8 +1,8 @@
-/** The socket beside a 3D frame: tells what it shall show, hears what was clicked and how it lies. */
+/** The socket of a 3D frame: sends what to show, receives clicks and its pose. */
 import { ROOT } from "../api/root";
 import type { Quality } from "./view-url";
 
-/** One servo at an instant, for a frame that shows a recording. Degrees; null is "not known". */
+/** One servo at an instant, for a frame that shows a recording. Degrees; null is unknown. */
 export interface ViewPose {
   uid: string;
   series: "BLA21" | "BLA15" | "BLA34" | "";
@@ -10,11 +10,11 @@ export interface ViewPose {
   command: number | null;
   limit_cw: number | null;
   limit_ccw: number | null;
-  /** Nothing was heard of it then. */
+  /** No data at that time. */
   stale: boolean;
 }
 
-/** What a frame shows; every wish is whole. As hornbill/view/wish.py reads it. */
+/** Content of a frame; every request is complete. Read by hornbill/view/wish.py. */
 export interface ViewWish {
   select: string | null;
   theme: "light" | "dark";
@@ -23,13 +23,13 @@ export interface ViewWish {
   wall?: { columns: number; scale: number; uids: readonly string[] } | null;
   poses?: readonly ViewPose[] | null;
   resets?: number;
-  /** Near, the servo in front without the others. */
+  /** Close view: the servo in front without the others. */
   alone?: boolean;
 }
 
 type Vector = readonly [number, number, number];
 
-/** A servo in the scene: the foot of its shaft, its box around that, and the disc its horn sweeps. */
+/** A servo in the scene: the foot of its shaft, its bounding box, and the disc its horn sweeps. */
 export interface Stand {
   uid: string;
   at: Vector;
@@ -39,7 +39,7 @@ export interface Stand {
   reach: number;
 }
 
-/** A camera and whom it looks at, the selected servo first, as hornbill/view/sight.py tells it. */
+/** Camera and servos in view, the selected one first, as sent by hornbill/view/sight.py. */
 export interface Sight {
   eye: Vector;
   right: Vector;
@@ -71,7 +71,7 @@ export class ViewLink {
     this.#onSight = onSight;
   }
 
-  /** Connects, anew if it was connected. It comes back by itself until `close`. */
+  /** Connect or reconnect. Reconnects automatically until `close`. */
   open(): void {
     this.#drop();
     this.#over = false;
@@ -113,7 +113,7 @@ export class ViewLink {
     this.#onSight(null);
     const old = this.#socket;
     this.#socket = null;
-    // Closed while it connects, a socket is an error in the browser's console: it opens first.
+    // Closing a connecting socket logs an error in the console: let it open first.
     if (old === null) return;
     if (old.readyState === WebSocket.CONNECTING) old.onopen = () => old.close();
     else old.close();

@@ -1,4 +1,4 @@
-/** The address of a 3D frame and how well it may be drawn on this machine. */
+/** The address of a 3D frame, and the quality this computer can draw. */
 import { ROOT } from "../api/root";
 
 export type Quality = "high" | "low";
@@ -10,7 +10,7 @@ interface Wish {
   quality: Quality;
 }
 
-/** The address of the frame. Its socket goes to the same origin, so nothing else is named here. */
+/** The address of the frame. Its socket uses the same origin, so nothing else is named here. */
 export function viewUrl({ key, uid, theme, quality }: Wish): string {
   const query = new URLSearchParams({ theme, quality });
   if (uid !== null) query.set("select", uid);
@@ -19,7 +19,7 @@ export function viewUrl({ key, uid, theme, quality }: Wish): string {
   return `${ROOT}/viser/${key}/?${query.toString()}`;
 }
 
-/** A name for one frame that nobody else has or guesses: its picture and its wishes are its own. */
+/** A unique, unguessable name of a frame, so that its picture and requests are its own. */
 export function newKey(): string {
   const bytes = crypto.getRandomValues(new Uint8Array(16));
   return Array.from(bytes, byte => byte.toString(16).padStart(2, "0")).join("");
@@ -27,7 +27,7 @@ export function newKey(): string {
 
 let found: Quality | null | undefined;
 
-/** High where a graphics card draws, low where the processor does, null where nothing can. */
+/** High with a graphics card, low in software, null if impossible. */
 export function drawable(): Quality | null {
   if (found === undefined) found = probe();
   return found;

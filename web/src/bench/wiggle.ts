@@ -1,4 +1,4 @@
-/** Wiggles: one horn at a time moves a little, to show which servo it is; several in turn. */
+/** Wiggles: one horn at a time moves a little to identify the servo; several in turn. */
 
 import { computed, signal } from "@preact/signals";
 import { ask, problemOf } from "../api/client";
@@ -16,23 +16,23 @@ export type Wiggled =
   | { uid: string; phase: "moved"; low: number; high: number }
   | { uid: string; phase: "refused"; why: string };
 
-/** The last wiggle asked for. */
+/** The last requested wiggle. */
 export const wiggled = signal<Wiggled | null>(null);
 
-/** Whether a wiggle is under way; another waits until it has ended. */
+/** A wiggle is running; others wait for it. */
 export const wiggling = computed(
   () => wiggled.value?.phase === "asking" || wiggled.value?.phase === "moving",
 );
 
-/** Refusals that every other servo would meet as well. */
+/** Refusals that apply to all other servos, too. */
 const OF_ALL = new Set(["stopped", "lease_held", "bus_disconnected", "no_link", "unauthorized"]);
 
-/** Moves one horn to be seen. The server takes motion control for it, unless this page has it. */
+/** Wiggle one horn. The server takes motion control for it, unless this page has it. */
 export async function wiggle(uid: string): Promise<void> {
   if (!wiggling.peek()) await one(uid);
 }
 
-/** Answers whether the next one may be tried. */
+/** Returns whether the next one may be tried. */
 async function one(uid: string): Promise<boolean> {
   if (!stopSeen()) {
     wiggled.value = { uid, phase: "refused", why: text.motion.stopHidden };
@@ -58,17 +58,17 @@ async function one(uid: string): Promise<boolean> {
   }
 }
 
-/** Several in turn: how many have had theirs, who is left, and who did not wiggle. */
+/** Several in turn: number done, remaining, and failed. */
 export interface Round {
   uids: readonly string[];
-  /** Place of the one whose turn it is; past the last one when the round is over. */
+  /** Index of the current one; past the end when finished. */
   at: number;
   refused: ReadonlyMap<string, string>;
 }
 
 export const round = signal<Round | null>(null);
 
-/** Wiggles each in this order. Ends early at a refusal that holds for all of them. */
+/** Wiggle each in this order. Ends early at a refusal that applies to all. */
 export async function wiggleInTurn(uids: readonly string[]): Promise<void> {
   if (wiggling.peek() || uids.length === 0) return;
   round.value = { uids, at: 0, refused: new Map() };
@@ -84,7 +84,7 @@ export async function wiggleInTurn(uids: readonly string[]): Promise<void> {
   }
 }
 
-/** Lets the present one end, and leaves out those after it. */
+/** Let the current one end, and skip the rest. */
 export function endRound(): void {
   const present = round.peek();
   if (present) round.value = { ...present, uids: present.uids.slice(0, present.at + 1) };

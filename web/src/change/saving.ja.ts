@@ -38,7 +38,9 @@ export const words = {
   head: { parameter: "パラメータ", rom: "今のROM", ram: "RAM", after: "保存後" },
   afterSave: n => (n === 1 ? "保存後にサーボが再起動します" : "保存後に各サーボが再起動します"),
   free: n =>
-    n === 1 ? "ホーンは自由に回り、近くに人はいません" : `これら${n}台のホーンは自由に回り、近くに人はいません`,
+    n === 1
+      ? "ホーンは自由に回り、近くに人はいません"
+      : `これら${n}台のホーンは自由に回り、近くに人はいません`,
   confirm: name => `保存して${name}を再起動`,
   notSaved: why => `保存できません: ${why}`,
 } satisfies Said<typeof english>;

@@ -92,7 +92,8 @@ export const words = {
     snapshot_taken: p => `スナップショット${p.snapshot}`,
     snapshot_known: p => `スナップショット${p.snapshot}は作成済み`,
     snapshot_failed: () => "スナップショットを保存できませんでした。今回の保存は元に戻せません。",
-    sent: p => `${p.tries}回送信。${p.acknowledged ? "サーボが応答しました" : "応答なし: 再起動で確認します"}`,
+    sent: p =>
+      `${p.tries}回送信。${p.acknowledged ? "サーボが応答しました" : "応答なし: 再起動で確認します"}`,
     requested: p => `${p.tries}回要求`,
     silent: p => `送信後${p.from_s}から${p.to_s}まで受信なし`,
     restarted: () => "稼働時間（uptime）が0に戻りました。",

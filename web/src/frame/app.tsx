@@ -1,4 +1,4 @@
-/** The frame: what stands round every page, and which page is inside. */
+/** The frame around every page, and the choice of the page inside. */
 import { useSignal } from "@preact/signals";
 import type { ComponentChildren } from "preact";
 import { useEffect } from "preact/hooks";
@@ -63,7 +63,7 @@ export function App() {
         />
       </Panel>
       <main tabIndex={-1}>
-        {/* Another page begins anew, whatever became of the one before. */}
+        {/* A different page starts with fresh state, even after an error on the previous one. */}
         <Panel key={route.value.uid === null ? route.value.page : "servo"}>
           {signedOut.value ? <LoginPage /> : <Page />}
         </Panel>

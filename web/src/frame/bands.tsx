@@ -1,4 +1,4 @@
-/** The bands under the bar: no link, a stop that reached nobody, and the latched stop with its evidence. */
+/** Bands under the bar: no link, a stop that could not be sent, and the latched stop with its evidence. */
 import { useSignal } from "@preact/signals";
 import type { Stop } from "../api/types";
 import { lease, stop } from "../bench/bench";
@@ -57,7 +57,7 @@ export function Bands() {
 
 function LinkBand() {
   const { state, since } = link.value;
-  // Not signed in is no lost link: the page says what is missing where it can be given.
+  // Not signed in is not a lost link: the sign-in page shows what is missing.
   if (state === "up" || signedOut.value) return null;
   const waited = Math.max(0, Math.floor(now.value - since));
   if (state === "connecting" && waited < 1) return null;
@@ -69,7 +69,7 @@ function LinkBand() {
   );
 }
 
-/** Who was to let go and has not answered, on whatever page one is by now. A latched stop says so itself. */
+/** Servos that have not acknowledged torque off, on any page. A latched stop lists them itself. */
 function SilentBand() {
   const silent = those("silent");
   if (silent.length === 0 || stop.value?.latched) return null;
@@ -82,7 +82,7 @@ function SilentBand() {
   );
 }
 
-/** Outputs that are on under motion control of this page, where the page has no motion of its own to say so. */
+/** Outputs that this page keeps on under its lease, where no motion band of the page says so. */
 function KeptBand() {
   const present = motion.value;
   const { page, uid } = route.value;
@@ -98,7 +98,7 @@ function KeptBand() {
   );
 }
 
-/** Somebody asks for motion control while it is ours. Its buttons stand at the left: never near Stop. */
+/** A request for the motion control of this page. Its buttons are at the left, away from Stop. */
 function AskedBand() {
   const phase = motion.value.phase;
   const held = lease.value;
@@ -116,7 +116,7 @@ function AskedBand() {
         </Button>
       </span>
       <span>
-        {/* Read aloud once, not with every second. */}
+        {/* Announced once, not every second. */}
         <span role="alert">{text.request.asks(who(asked.by), asked.reason)}</span>{" "}
         <span class="second" data-testid="asked-left">
           {text.request.passes(left)}
@@ -128,7 +128,7 @@ function AskedBand() {
 
 type Stopped = { name: string; confirmed: boolean; ms: number | null };
 
-/** Servos by their names, and nodes that may be servos by their numbers. */
+/** Servos by name, and nodes that may be servos by node ID. */
 function everybody(stop: Stop): Stopped[] {
   return [
     ...stop.servos.map(one => ({ ...one, name: one.label || one.uid.slice(0, 8) })),

@@ -21,7 +21,7 @@ import { StopButton } from "./stop-button";
 export function TopBar() {
   return (
     <header class="bar">
-      {/* First for the keyboard and to be read; where it is seen is the style's. Not among what can fail with the rest. */}
+      {/* First in DOM order for keyboard and screen readers; CSS sets its position. Outside the panel, so that it cannot fail with the rest. */}
       <StopButton />
       <div class="bar-rest">
         <div class="bar-mark">
@@ -53,7 +53,7 @@ function BusCell() {
     state.bitrate === null || narrow.value
       ? ""
       : `${text.comma}${text.bar.bitrate(number(state.bitrate / 1e6, state.bitrate % 1e6 ? 2 : 0))}`;
-  // Nothing is wrong with a recording that is over, but nothing comes of it any more.
+  // A recording that has ended is no fault, but no more data follows.
   const over = state.state === "active" && state.trouble !== null;
   const well = state.state === "active" && !over;
   const nothing = state.trouble_code === "nothing_received";
@@ -133,7 +133,7 @@ function CountsCell() {
       </span>
     );
   };
-  // Narrow: only the two worst keep their words, on a phone none; the others keep shape and figure, beside the caption.
+  // Narrow: only the two worst keep their words, on a phone none. The others are shape and count, beside the caption.
   const words = phone.value ? 0 : narrow.value ? 2 : ORDER.length;
   const worded = new Set([...shown].sort((a, b) => b.worst - a.worst).slice(0, words));
   return (
@@ -156,7 +156,7 @@ function MotionCell() {
   const held = lease.value;
   const asked = held?.request && held.endsAt > now.value ? held.request : null;
   const left = Math.max(0, Math.ceil((held?.passesAt ?? now.value) - now.value));
-  // On a phone there is room for it only while it says something that no band says.
+  // On a phone it is shown only while it says something that no band says.
   if (phone.value && !asked && (stopped.value || motionWords() === text.bar.free)) return null;
   return (
     <a class="bar-cell" href={path} onClick={event => follow(event, path)} data-testid="bar-motion">
@@ -168,7 +168,7 @@ function MotionCell() {
   );
 }
 
-/** The seconds another holder has left; the time of our own stands on the Motion page. */
+/** Seconds left for another holder. Our own are on the Motion page. */
 function leftOfOther(): number | null {
   const held = lease.value;
   if (!held || stopped.value || !isOfOther(held)) return null;
@@ -176,7 +176,7 @@ function leftOfOther(): number | null {
   return left > 0 ? left : null;
 }
 
-/** Narrow: the name below may need both its lines, so the seconds stand up here. */
+/** Narrow: the name below may need two lines, so the seconds go here. */
 function motionCaption(): string {
   const left = leftOfOther();
   return narrow.value && left !== null ? text.bar.motionLeft(left) : text.bar.motion;

@@ -1,4 +1,4 @@
-/** The event line at the foot, and the log it opens. */
+/** The event line at the foot, and the log that it opens. */
 import { useSignal } from "@preact/signals";
 import { type BenchEvent, events } from "../bench/bench";
 import type { ConditionKind } from "../bench/condition";

@@ -1,4 +1,4 @@
-/** The list of keys: those of the page that is shown, and those that work everywhere. */
+/** The list of keyboard shortcuts: those of the current page, and those that work everywhere. */
 import { type Page, page } from "../bench/route";
 import { Dialog, Quit } from "../kit/dialog";
 import { Guides } from "../kit/guide";

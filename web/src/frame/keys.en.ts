@@ -34,7 +34,10 @@ export const words = {
   gainEnter: ["Enter", "Stage the typed gain. Only the button starts a step test"] as Line,
   jog: ["← →", "Jog by 1°, when the jog pad has focus. Shift 10°, Alt 0.1°"] as Line,
   jogZero: ["0", "Go to 0°, when the jog pad has focus"] as Line,
-  jogHold: ["← →", "On Speed and Torque: run in that direction while the key is held. Releasing it brakes"] as Line,
+  jogHold: [
+    "← →",
+    "On Speed and Torque: run in that direction while the key is held. Releasing it brakes",
+  ] as Line,
   jogEnter: ["Enter", "After typing an angle: move to the Go button. On Go: send the angle"] as Line,
   monitor: ["↑ ↓", "Previous or next transfer, when the monitor has focus"] as Line,
   scrub: ["← →", "Move by one sample in a recording, when its timeline has focus. Shift 1\u202fs"] as Line,

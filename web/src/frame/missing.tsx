@@ -1,11 +1,11 @@
-/** An address that leads nowhere: which one it is, and the way back. */
+/** Unknown address: what is unknown, and a link back. */
 import type { ComponentChildren } from "preact";
 import { loaded } from "../bench/fleet";
 import { go, pathOf } from "../bench/route";
 import { Button } from "../kit/button";
 import { text } from "../text";
 
-/** Neither a page nor a part of one has this address. */
+/** No page has this address. */
 export function MissingPage() {
   return (
     <Missing title={text.missing.page} testid="missing-page">
@@ -17,7 +17,7 @@ export function MissingPage() {
   );
 }
 
-/** The address names a servo that the server does not know. */
+/** The address names an unknown servo. */
 export function MissingServo({ uid }: { uid: string }) {
   if (!loaded.value)
     return (

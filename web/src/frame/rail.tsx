@@ -1,4 +1,7 @@
-/** The left rail: the pages that exist, in the order of work, with what needs a look at their right. A phone has four of them below, and More. */
+/**
+ * The left rail: pages in the order of work, each with a badge for what needs attention. A phone shows four of them
+ * below, and More.
+ */
 import { useSignalEffect } from "@preact/signals";
 import type { ComponentChildren } from "preact";
 import { stopped } from "../bench/bench";
@@ -19,7 +22,7 @@ import { Segments } from "../kit/segments";
 import { text } from "../text";
 import { chooseLanguage, LANGUAGES, type Language, spoken } from "../text/language";
 
-/** What a phone shows without asking for more. */
+/** Pages that a phone shows without More. */
 const FIRST: ReadonlySet<Page> = new Set(["servos", "motion", "faults", "bus"]);
 
 function nameOfPage(page: Page): string {
@@ -27,7 +30,7 @@ function nameOfPage(page: Page): string {
   return text.nav[page];
 }
 
-/** What the tab of the browser says: the page, and whose it is. */
+/** Title of the browser tab: page and servo. */
 function nameTab(): void {
   const { page, uid } = route.value;
   const one = uid === null ? undefined : servo(uid);
@@ -134,7 +137,7 @@ export function Rail({ onKeys }: { onKeys: () => void }) {
           label={text.language}
           chosen={language}
           onChoose={next => chooseLanguage(next, reload)}
-          // The page loads again in it, which takes the server.
+          // Changing the language reloads the page, which needs the server.
           locked={!up.value}
           options={[
             { key: "en", label: LANGUAGES.en.name, lang: "en" },
@@ -146,7 +149,7 @@ export function Rail({ onKeys }: { onKeys: () => void }) {
   );
 }
 
-/** The rest of the rail on a phone: closed by another page, a press beside it and Esc. */
+/** The rest of the rail on a phone. Closed by another page, a press outside, and Esc. */
 function useMore() {
   const { open, box } = usePopup<HTMLElement>();
   useSignalEffect(() => {
@@ -155,7 +158,7 @@ function useMore() {
   return { open, box };
 }
 
-/** For the keyboard: past bar and rail. A button, for what stands behind the # is a part of the page. */
+/** Skips bar and rail by keyboard. A button rather than a link: the hash of the address is a part of the page. */
 export function SkipLink() {
   return (
     <button type="button" class="skip" onClick={() => document.querySelector("main")?.focus()}>
@@ -164,7 +167,7 @@ export function SkipLink() {
   );
 }
 
-/** Faults that nobody has acknowledged yet. */
+/** Unacknowledged faults. */
 function FaultsBadge() {
   const open = all.value.filter(one => (one.unacknowledged ?? 0) > 0);
   if (open.length === 0) return null;
@@ -178,7 +181,7 @@ function FaultsBadge() {
   );
 }
 
-/** What the doctor finds, from any page. */
+/** Findings of the doctor, on every page. */
 function BusBadge() {
   const { failure, warning } = complaints.value;
   if (failure + warning === 0) return null;
@@ -227,7 +230,7 @@ function Item({ page, uid, icon, label, children }: ItemProps) {
   );
 }
 
-/** The item a page belongs to: the tabs of a servo are reached from Servos; groups of them move in one. */
+/** The item of a page: the tabs of a servo belong to Servos; groups move on Motion. */
 function shownBy({ page, uid }: Route): Page {
   return uid !== null && page !== "motion" ? "servos" : page;
 }

@@ -1,4 +1,4 @@
-/** The Stop button: acts on press, asks nothing, is always there. */
+/** The Stop button: acts on press, without a question, always present. */
 import { signal } from "@preact/signals";
 import { useEffect, useRef } from "preact/hooks";
 import { stopped } from "../bench/bench";
@@ -55,7 +55,7 @@ export function StopButton() {
   );
 }
 
-/** Which keys stop now. */
+/** The keys that stop now. */
 function keys(): string {
   const words = text.stop.keys;
   if (motionOn()) return words.on;

@@ -127,8 +127,7 @@ export const missing = {
   pageLine: "Check the address or go to the list of servos.",
   servo: "Unknown servo",
   uid: "Unique ID",
-  servoLine:
-    "This server has never seen a servo with this unique ID. Check the address or choose a servo.",
+  servoLine: "This server has never seen a servo with this unique ID. Check the address or choose a servo.",
 };
 
 export const lazy = {

@@ -1,4 +1,4 @@
-/** The button: one look, what acts on the server waits for the link, and a held key is one press. */
+/** The button: one look; actions on the server are disabled without a link; a held key is one press. */
 import type { ComponentChildren, JSX } from "preact";
 import { up } from "../bench/link";
 
@@ -13,9 +13,9 @@ interface Props {
   title?: string;
   autofocus?: boolean;
   pressed?: boolean;
-  /** What it does, for screen readers, where the words on it are not enough; it begins with them. */
+  /** Accessible name, where the visible words are not enough. It starts with them. */
   label?: string;
-  /** It opens a menu of this element id. */
+  /** ID of the menu that it opens. */
   popup?: { open: boolean; id: string };
   refTo?: JSX.IntrinsicElements["button"]["ref"];
 }

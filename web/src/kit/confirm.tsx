@@ -1,4 +1,4 @@
-/** A question before an act: says what happens, does it once, stays open with the reason when it is refused. */
+/** A confirmation: says what happens, does it once, and stays open with the reason on failure. */
 
 import { useSignal } from "@preact/signals";
 import type { ComponentChildren } from "preact";
@@ -15,21 +15,21 @@ interface Props<T> {
   title: string;
   subtitle?: ComponentChildren;
   children?: ComponentChildren;
-  /** The verb of the title, on the button. */
+  /** Verb on the button, the same as in the title. */
   verb: string;
-  /** The verb while it is being done. */
+  /** Label while it runs. */
   doing?: string;
-  /** Cannot be undone, or may move something: the button says so, and Enter in a field does nothing. */
+  /** Irreversible, or may move something: the button is marked, and Enter in a field does nothing. */
   danger?: boolean;
-  /** False while something has to be filled in first. */
+  /** False until required input is there. */
   ready?: boolean;
-  /** Acts on this page alone: needs no link. */
+  /** Acts on this page only: needs no link. */
   local?: boolean;
   cancel?: string;
   testid?: string;
-  /** Of the button that acts. */
+  /** Test ID of the button that acts. */
   actId?: string;
-  /** What it throws is shown; what it gives is what the dialog closes with. */
+  /** An exception is shown; the returned value is that of the dialog. */
   act: () => T | Promise<T>;
   /** Null: closed without acting. */
   onClose: (done: T | null) => void;
@@ -83,7 +83,7 @@ export function Confirm<T>(props: Props<T>) {
       >
         {children}
         <Note>{problem.value}</Note>
-        {/* Enter in a field does what the button does, but for what is dangerous. */}
+        {/* Enter in a field acts like the button, unless dangerous. */}
         <button type="submit" hidden disabled={danger || !able} />
       </form>
     </Dialog>

@@ -1,4 +1,4 @@
-/** The Copy button: puts a text on the clipboard, and says so. */
+/** The Copy button: copies a text to the clipboard and confirms it. */
 import { useSignal } from "@preact/signals";
 import { Icon } from "./icon";
 
@@ -7,7 +7,7 @@ const COPIED_MS = 2000;
 interface Props {
   what: string;
   words: { copy: string; copied: string };
-  /** What is copied, for screen readers; it begins with `words.copy`. */
+  /** Accessible name; starts with `words.copy`. */
   label?: string;
   testid?: string;
 }
@@ -32,7 +32,7 @@ export function Copy({ what, words, label, testid }: Props) {
   );
 }
 
-/** The clipboard is there only on https and on this machine; elsewhere the old way still works. */
+/** The clipboard API exists only on https and localhost; elsewhere the old command still works. */
 async function toClipboard(text: string): Promise<boolean> {
   try {
     await navigator.clipboard.writeText(text);

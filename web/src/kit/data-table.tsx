@@ -1,4 +1,4 @@
-/** The table of a list: columns and rows as data, sorted by its heads, folded to labelled lines where it is narrow. */
+/** The table of a list: columns and rows as data, sorted by its heads, folded to labelled lines where narrow. */
 
 import { useSignal } from "@preact/signals";
 import { type ComponentChildren, Fragment } from "preact";
@@ -10,38 +10,38 @@ export interface Column<R> {
   key: string;
   head: string;
   cell: (row: R) => ComponentChildren;
-  /** Figures, and what stands in line with them. */
+  /** Right-aligned: figures and their heads. */
   right?: boolean;
-  /** The head for screen readers alone: boxes to tick, buttons. */
+  /** Head for screen readers only: check boxes, buttons. */
   bare?: boolean;
-  /** In place of the head's word. */
+  /** Replaces the word of the head. */
   headCell?: ComponentChildren;
-  /** What a press on the head sorts by. */
+  /** Key that a press on the head sorts by. */
   by?: (row: R) => string | number;
-  /** It names the row. */
+  /** Row header. */
   name?: boolean;
-  /** More classes of a cell. */
+  /** Additional classes of a cell. */
   look?: (row: R) => string;
 }
 
 interface Props<R> {
   label: string;
   columns: readonly Column<R>[];
-  /** Null while they are not known: there is no table. */
+  /** Null while unknown: no table. */
   rows: readonly R[] | null | undefined;
   id: (row: R) => string | number;
-  /** What stands in the place of a table with no rows. */
+  /** Shown instead of a table without rows. */
   empty?: ComponentChildren;
-  /** Its `data-` attributes. A row that is `away` is shown as what was, not what is. */
+  /** `data-` attributes of a row. A row that is `away` is shown as past. */
   data?: (row: R) => Readonly<Record<string, string | boolean | undefined>>;
   testid?: string;
-  /** All of it is old. */
+  /** All values are stale. */
   old?: boolean;
-  /** A few figures in a dialog or a panel: it has no edges of its own, and does not fold. */
+  /** For a few figures in a dialog or panel: no edges, does not fold. */
   small?: boolean;
-  /** The title of a part that begins with this row. */
+  /** Title of a section that starts with this row. */
   part?: (row: R) => ComponentChildren;
-  /** The column sorted by, "-" before it for the other way round; kept in the address by some. */
+  /** The sort column, with "-" before it for descending; some pages store it in the address. */
   order?: Cell<string>;
 }
 
@@ -138,7 +138,7 @@ function compare(a: string | number, b: string | number): number {
     : String(a).localeCompare(String(b), undefined, { numeric: true });
 }
 
-/** The link of a row: all of the row is its target. */
+/** The link of a row: the whole row is its target. */
 export function RowLink({
   path,
   title,

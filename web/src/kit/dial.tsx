@@ -9,7 +9,7 @@ interface Props {
   command?: number | null;
   limits?: Limits | null;
   stale?: boolean;
-  /** Draws the way from the horn to this angle: what a save will do. */
+  /** Draws the path of the horn to this angle: the effect of a save. */
   goesTo?: number;
   label?: string;
 }
@@ -18,7 +18,7 @@ const FACE = 40;
 const MINOR = ticks(36, 39, 10, 30);
 const MAJOR = ticks(34, 39, 30);
 
-/** A ruled face with the horn where it is. Stale: hollow horn, no limit arc. */
+/** A ruled face with the horn. Stale: hollow horn, no limit arc. */
 export function Dial({ size, angle, command, limits, stale = false, goesTo, label }: Props) {
   const fine = size >= 100;
   const hub = fine ? 6 : 8;

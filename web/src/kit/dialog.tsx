@@ -9,7 +9,7 @@ interface Props {
   title: string;
   subtitle?: ComponentChildren;
   children: ComponentChildren;
-  /** What can be done; nothing but to close it, where it is left out. */
+  /** Buttons. Without any, the dialog can only be closed. */
   foot?: ComponentChildren;
   onClose: () => void;
   testid?: string;
@@ -32,13 +32,13 @@ export function Dialog({ title, subtitle, children, foot, onClose, testid }: Pro
     const forget = onKey("Escape", () => close.current());
     return () => {
       forget();
-      // What opened it may be gone by now, or be off: the page is next to it then.
+      // The opener may be gone or disabled: the focus then goes to the page.
       if (before instanceof HTMLElement && before.isConnected) before.focus();
       if (document.activeElement === document.body) document.querySelector("main")?.focus();
     };
   }, []);
 
-  // What scrolls must scroll by keys alone, though it may hold nothing else to stop at. Words may come after the frame.
+  // Scrollable by keys even without focusable content. Words may arrive after the frame.
   useEffect(() => {
     const inner = body.current;
     if (!inner) return;
@@ -52,7 +52,7 @@ export function Dialog({ title, subtitle, children, foot, onClose, testid }: Pro
     return () => observer.disconnect();
   });
 
-  // Keeps Tab inside; Stop stays in reach by Esc, Space and pointer.
+  // Traps Tab; Stop stays available by Esc, Space and pointer.
   const cycle = (event: KeyboardEvent) => {
     if (event.key !== "Tab" || !box.current) return;
     const all = [...box.current.querySelectorAll<HTMLElement>(FOCUSABLE)].filter(
@@ -96,7 +96,7 @@ interface QuitProps {
   testid?: string;
 }
 
-/** The button that closes a dialog without acting; it has the focus first. */
+/** The button that closes a dialog without acting; has the initial focus. */
 export function Quit({ onClose, word = text.close, testid = "quit" }: QuitProps) {
   return (
     <span data-first-focus>

@@ -1,4 +1,4 @@
-/** The fields: each bound to a signal (or what looks like one), with its label, unit, help and error in one form. */
+/** Fields bound to a signal (or a similar object), with label, unit, help and error in one form. */
 import type { ComponentChildren, JSX } from "preact";
 import { useId } from "preact/hooks";
 import { Spinner } from "./icon";
@@ -21,7 +21,7 @@ export function cell<T>(value: T, put: (value: T) => void): Cell<T> {
   };
 }
 
-/** Whether a set holds a key. */
+/** Membership of a key in a set. */
 export function inSet<T>(set: Cell<ReadonlySet<T>>, key: T): Cell<boolean> {
   return cell(set.value.has(key), on => {
     const next = new Set(set.value);
@@ -41,18 +41,18 @@ interface Common {
   label: string;
   testid?: string;
   disabled?: boolean;
-  /** Why it cannot be taken as it is; true where that is said elsewhere. */
+  /** Error text; true where the error is shown elsewhere. */
   error?: string | boolean | null;
   help?: ComponentChildren;
-  /** The label for screen readers alone. */
+  /** Label for screen readers only. */
   bare?: boolean;
-  /** The label before the control. */
+  /** Label before the control. */
   beside?: boolean;
   short?: boolean;
   class?: string;
 }
 
-/** Label and help round a control. */
+/** Label and help around a control. */
 function Entry(props: Common & { id: string; children: ComponentChildren }) {
   const { id, label, error, help, bare, beside, children } = props;
   return (
@@ -76,7 +76,7 @@ interface TextProps extends Common {
   at: Cell<string>;
   hint?: string;
   longest?: number;
-  /** A number is typed: the keyboard for it, the whole chosen on focus. */
+  /** Numeric input: numeric keyboard, selected on focus. */
   number?: boolean;
   unit?: string;
   refTo?: JSX.IntrinsicElements["input"]["ref"];
@@ -128,7 +128,7 @@ interface ChoiceProps extends Common {
   options: readonly { key: string; label: string }[];
 }
 
-/** One of many, by its name. */
+/** One of many, by name. */
 export function Choice(props: ChoiceProps) {
   const id = useId();
   const { at, options } = props;
@@ -155,17 +155,17 @@ export function Choice(props: ChoiceProps) {
 }
 
 interface TickProps {
-  /** Its words; with other children, what a screen reader says instead of those. */
+  /** Label; with other children, the accessible name. */
   label?: string;
   at: Cell<boolean>;
   testid?: string;
   disabled?: boolean;
-  /** The label for screen readers alone: a cell of a table. */
+  /** Label for screen readers only: a cell of a table. */
   bare?: boolean;
-  /** Some of what it stands for are ticked. */
+  /** Indeterminate: some of its items are checked. */
   some?: boolean;
   class?: string;
-  /** Of the whole, words and all. */
+  /** Test ID of the whole, including the label. */
   holder?: string;
   children?: ComponentChildren;
 }
@@ -202,12 +202,12 @@ interface FileProps {
   disabled?: boolean;
   title?: string;
   look?: "button" | "tool";
-  /** Before its word. */
+  /** Content before its label. */
   children?: ComponentChildren;
   onFile: (file: File) => void;
 }
 
-/** A button that asks for a file; the same file can be chosen again. */
+/** A button that opens a file dialog. The same file can be chosen again. */
 export function FilePick(props: FileProps) {
   const { label, accept, testid, busy = false, disabled = false, title, look = "button", onFile } = props;
   return (

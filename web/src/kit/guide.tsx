@@ -1,8 +1,8 @@
-/** The links into the documentation that the server serves below /docs/, each to the page that fits. */
+/** Links into the documentation that the server serves below /docs/. */
 import { ROOT } from "../api/root";
 import { text } from "../text";
 
-/** Where each is, below /docs/ without its ending; "" is the table of contents. */
+/** Paths below /docs/, without extension; "" is the table of contents. */
 const PLACES = {
   contents: "",
   tutorial: "tutorial",
@@ -21,13 +21,13 @@ const PLACES = {
 
 export type GuidePlace = keyof typeof PLACES;
 
-/** The address of a page of the documentation, below the path of a proxy, too. */
+/** Address of a page of the documentation, also behind a proxy path. */
 export function guideAt(place: GuidePlace): string {
   const found = PLACES[place];
   return `${ROOT}/docs/${found === "" ? "" : `${found}.html`}`;
 }
 
-/** Links in a row. They open in a tab of their own: what is staged or moving here goes on. */
+/** Links in a row. They open in a new tab, so that staged edits and motion continue here. */
 export function Guides({ places }: { places: readonly GuidePlace[] }) {
   return (
     <p class="guides">

@@ -37,7 +37,7 @@ const PATHS = {
 
 export type IconName = keyof typeof PATHS;
 
-/** An icon. Always with a word beside or under it, so hidden from screen readers. */
+/** An icon. Always beside a word, so hidden from screen readers. */
 export function Icon({ name, size = 18 }: { name: IconName; size?: number }) {
   return (
     <svg class="icon" width={size} height={size} viewBox="0 0 18 18" aria-hidden="true">
@@ -47,7 +47,7 @@ export function Icon({ name, size = 18 }: { name: IconName; size?: number }) {
   );
 }
 
-/** The open ring, one turn a second: something is under way. */
+/** The open ring, one turn a second: in progress. */
 export function Spinner({ size = 16 }: { size?: number }) {
   return (
     <svg class="icon spin" width={size} height={size} viewBox="0 0 16 16" aria-hidden="true">

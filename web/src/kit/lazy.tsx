@@ -1,4 +1,4 @@
-/** Parts of the page in files of their own: shown when they are there, and fetched before they are needed. */
+/** Code-split parts of the page: loaded when first shown, or ahead of time. */
 import { type Signal, signal } from "@preact/signals";
 import type { ComponentType } from "preact";
 import { useEffect } from "preact/hooks";
@@ -9,15 +9,15 @@ import { text } from "../text";
 import { wordsLoaded } from "../text/language";
 import { Button } from "./button";
 
-/** Why a part is not there: the server cannot be reached, it serves another version now, or it does not deliver. */
+/** Why a part is missing: the server is unreachable, has another version, or does not deliver it. */
 type Cause = "link" | "updated" | "refused";
 
-/** Parts that are not fetched yet. Those inside another part are added when that one comes. */
+/** Parts not loaded yet. Parts nested in another are added when it loads. */
 const waiting = new Set<() => Promise<boolean>>();
 
 const AGAIN_MS = 2000;
 
-/** A component that is fetched by `load`: with all others when the page is idle, or when it is first shown. */
+/** A component loaded by `load`: with all others when the page is idle, or when first shown. */
 export function lazy<Props extends object>(load: () => Promise<ComponentType<Props>>): ComponentType<Props> {
   const found: Signal<ComponentType<Props> | null> = signal(null);
   const cause = signal<Cause | null>(null);
@@ -68,7 +68,7 @@ function Missing({ cause }: { cause: Cause }) {
   );
 }
 
-/** Fetches every part, one after the other, while the page has nothing else to do. Answers whether all are there. */
+/** Load every part in turn while the page is idle. Returns whether all are loaded. */
 export async function fetchAll(): Promise<boolean> {
   let all = true;
   for (const fetchIt of waiting) {
@@ -86,7 +86,7 @@ function idle(): Promise<void> {
   });
 }
 
-/** Style sheets that did not come: the loader asks for each once, so they are asked for again here. */
+/** Style sheets that failed to load: the loader requests each once, so they are requested again here. */
 async function styles(): Promise<void> {
   const links = [...document.querySelectorAll<HTMLLinkElement>("link[rel=stylesheet][data-failed]")];
   await Promise.all(
@@ -103,7 +103,7 @@ async function styles(): Promise<void> {
   );
 }
 
-/** Marks style sheets that did not come, wherever they were asked for. */
+/** Record style sheets that failed to load. */
 export function watchStyles(): void {
   addEventListener(
     "error",
@@ -114,7 +114,7 @@ export function watchStyles(): void {
   );
 }
 
-/** Asks the server for the page itself: it names the first script, whose name is another in another version. */
+/** Request the page itself: its first script has a different name in another version. */
 async function why(): Promise<Cause> {
   const script = document.querySelector<HTMLScriptElement>("script[type=module][src]");
   try {

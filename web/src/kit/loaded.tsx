@@ -1,4 +1,4 @@
-/** What the parts of Records share: instants, what could not be read, what is not there yet. */
+/** Shared by the tabs of Records: times, load errors, empty states. */
 import type { ComponentChildren } from "preact";
 import { clock, date } from "../bench/format";
 import { text } from "../text";
@@ -15,11 +15,11 @@ export function instant(utc: number): string {
 interface UnreadProps {
   why: string | null;
   onAgain: () => void;
-  /** The sentence round the cause. */
+  /** Wraps the cause in a sentence. */
   said?: (why: string) => string;
 }
 
-/** What could not be read, with the way to try again. */
+/** Load error with a retry button. */
 export function Unread({ why, onAgain, said = text.unread }: UnreadProps) {
   return (
     <Note

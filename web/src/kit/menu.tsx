@@ -1,4 +1,4 @@
-/** A button that opens a menu of actions: by pointer, touch and keys, each with a line that says what it does. */
+/** A button that opens a menu of actions, by pointer, touch and keys, each with a line of help. */
 import { useEffect, useId } from "preact/hooks";
 import { Button } from "./button";
 import { Icon } from "./icon";
@@ -8,17 +8,17 @@ import "./menu.css";
 export interface Item {
   key: string;
   label: string;
-  /** What it does, in a few words. */
+  /** Short description. */
   line: string;
-  /** Cannot be undone: set apart, in the colour of a failure. */
+  /** Irreversible: set apart, in the failure colour. */
   grave?: boolean;
-  /** Why it cannot be done now. */
+  /** Why it is disabled. */
   why?: string | null;
   act: () => void;
 }
 
 interface Props {
-  /** For screen readers; `word` is what is seen. */
+  /** Accessible name; `word` is visible. */
   label: string;
   word: string;
   testid: string;

@@ -1,15 +1,15 @@
-/** The note: a glyph, a sentence and at most one action, at the thing it is about. */
+/** A note: a glyph, a sentence and at most one action, next to its subject. */
 import type { ComponentChildren } from "preact";
 import { Glyph } from "./glyph";
 import "./note.css";
 
 interface Props {
   kind?: "failure" | "warning" | "notice" | "ok";
-  /** Across its whole region, tinted; else a line among others. */
+  /** Across the whole region, tinted; otherwise inline. */
   band?: boolean;
   action?: ComponentChildren;
   testid?: string;
-  /** Nothing to say: no note. */
+  /** Renders nothing without content. */
   children: ComponentChildren;
 }
 

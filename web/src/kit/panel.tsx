@@ -1,4 +1,4 @@
-/** What the failure of a panel may take with it: that panel, and nothing else. */
+/** Error boundary: confines the failure of a panel to the panel. */
 import { Component, type ComponentChildren } from "preact";
 import { text } from "../text";
 import { Button } from "./button";
@@ -11,7 +11,7 @@ interface State {
   why: string | null;
 }
 
-/** Shows what is inside; when that cannot be drawn it says so in its place, with a way to try again. */
+/** Renders its children; after an error, a message with a retry button. */
 export class Panel extends Component<Props, State> {
   override state: State = { why: null };
 
@@ -20,7 +20,7 @@ export class Panel extends Component<Props, State> {
   }
 
   override componentDidCatch(error: unknown): void {
-    // Caught is not hidden: whoever looks for the cause finds it in the console.
+    // Also logged to the console.
     console.error(error);
   }
 

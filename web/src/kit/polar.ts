@@ -49,14 +49,14 @@ export function wholeTurns(degrees: number): number {
   return whole === 0 ? 0 : whole;
 }
 
-/** Moves `angle` by whole turns to be nearest to `near`, so that a drag goes on past ±180°. */
+/** `angle` shifted by whole turns to be nearest to `near`, so that a drag continues past ±180°. */
 export function unwrap(angle: number, near: number): number {
   return angle + 360 * Math.round((near - angle) / 360);
 }
 
 /**
- * The angle a drag asks for, by tenths and within the limits; null where that is nothing new. A drag across the far side
- * of a short arc would jump from one end to the other: it stops at its own end.
+ * Angle requested by a drag, in tenths and within the limits; null if unchanged. A drag across the far side of a short
+ * arc stops at its end instead of jumping to the other.
  */
 export function draggedTo(pointed: number, from: number, limits: { ccw: number; cw: number }): number | null {
   const inside = Math.min(limits.cw, Math.max(limits.ccw, unwrap(pointed, from)));

@@ -1,4 +1,4 @@
-/** What opens over the page from a button of its own: Esc, a press beside it and the focus elsewhere close it. */
+/** Popups opened by a button: closed by Esc, a press outside and loss of focus. */
 import { type Signal, useSignal } from "@preact/signals";
 import type { RefObject } from "preact";
 import { useLayoutEffect, useRef } from "preact/hooks";
@@ -6,9 +6,9 @@ import { onKey } from "../bench/keys";
 
 interface Popup<Box> {
   open: Signal<boolean>;
-  /** Holds the button, which comes first, and what it opens. */
+  /** Contains the button first, then the popup. */
   box: RefObject<Box | null>;
-  /** Closes it; the focus is on the button again. */
+  /** Close it and focus the button again. */
   close: () => void;
 }
 

@@ -1,10 +1,13 @@
-/** What a part shows of something asked of the server: read with the part, and what is to be said besides its value. */
+/** A `Resource` in a component: loaded with it, with its loading and error notes. */
 import { useEffect, useMemo, useRef } from "preact/hooks";
 import { connection } from "../bench/link";
 import { Resource } from "../bench/resource";
 import { Unread } from "./loaded";
 
-/** Something that a part shows: read when it is shown, with each connection and each change of `again`; another `of` is another. */
+/**
+ * A resource of a component: loaded when shown, with each connection and each change of `again`. A new `of` is a new
+ * resource.
+ */
 export function useResource<T>(
   look: () => Promise<T>,
   again: unknown = null,
@@ -18,7 +21,7 @@ export function useResource<T>(
   return found;
 }
 
-/** What is to be said of it besides its value: that it is being read, or why it could not be. */
+/** Loading or error note of a resource. */
 export function Loaded<T>({ of, loading = "" }: { of: Resource<T>; loading?: string }) {
   const why = of.problem.value;
   return (

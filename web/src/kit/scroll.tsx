@@ -1,4 +1,4 @@
-/** The part of a page that scrolls by itself: named, and in reach of the keyboard. */
+/** A scroll container: named and focusable. */
 import type { ComponentChildren } from "preact";
 
 interface Props {

@@ -1,4 +1,4 @@
-/** The search box; "/" puts the focus in it, Esc clears and leaves it. */
+/** The search box; "/" focuses it, Esc clears and leaves it. */
 import { useLayoutEffect, useRef } from "preact/hooks";
 import { onKey } from "../bench/keys";
 import type { Cell } from "./field";
@@ -11,7 +11,7 @@ interface Props {
 
 export function Search({ label, at }: Props) {
   const box = useRef<HTMLInputElement>(null);
-  // Before it is painted: who sees the box can use its key.
+  // Before paint: once the box is visible, its key works.
   useLayoutEffect(() => onKey("/", () => box.current?.focus()), []);
   return (
     <label class="search">

@@ -1,12 +1,12 @@
-/** The row of segments: one of a few, chosen at once. */
+/** Segmented control: one of a few. */
 
 interface Props<T extends string> {
   label: string;
-  /** `lang`: of a label in another language than the page's. */
+  /** `lang`: language of a label, if different from the page's. */
   options: readonly { key: T; label: string; lang?: string }[];
   chosen: T;
   onChoose: (key: T) => void;
-  /** Nothing can be chosen now. */
+  /** Disabled. */
   locked?: boolean;
 }
 

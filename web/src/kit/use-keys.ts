@@ -1,8 +1,8 @@
-/** Keys of a component: while it is shown they do what it last said. */
+/** Keys of a component, active while it is mounted. */
 import { useLayoutEffect, useRef } from "preact/hooks";
 import { onKey } from "../bench/keys";
 
-/** `acts` by key, as `onKey` names them; which keys they are is decided when the component is first shown. */
+/** `acts` by key, as named by `onKey`. The keys are fixed at mount, the actions are the latest. */
 export function useKeys(acts: Readonly<Record<string, () => void>>): void {
   const latest = useRef(acts);
   latest.current = acts;

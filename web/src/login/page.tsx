@@ -1,4 +1,4 @@
-/** Signing in and out: where a token is given, and the name it stands for at the foot of the page. */
+/** Sign-in form, and the signed-in name at the foot of the page. */
 
 import { useSignal } from "@preact/signals";
 import { useEffect, useRef } from "preact/hooks";
@@ -70,7 +70,7 @@ export function LoginPage() {
   );
 }
 
-/** Who is signed in, and the way out; nothing where nobody has to be. */
+/** The signed-in name and Sign out; nothing if no token is required. */
 export function SignedIn() {
   const name = session.value?.name;
   const role = session.value?.role;

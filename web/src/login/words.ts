@@ -1,4 +1,4 @@
-/** The words of this folder; they are fetched with the first part that imports them. */
+/** Words of this folder, loaded with the first part that imports them. */
 import { wordsIn } from "../text/language";
 
 export const login = wordsIn(

@@ -1,4 +1,4 @@
-/** The bar of the matrix: what is staged on how many servos, and the ways on. */
+/** The bar of the matrix: staged changes and servos, and its buttons. */
 
 import { all } from "../bench/fleet";
 import { up } from "../bench/link";
@@ -16,7 +16,7 @@ const said = matrix.bar;
 
 interface Props {
   uids: readonly string[];
-  /** Why what was asked for last was refused. */
+  /** Why the last action was refused. */
   problem: string | null;
   onReview: () => void;
   onSave: () => void;
@@ -34,7 +34,7 @@ export function MatrixBar({ uids, problem, onReview, onSave }: Props) {
   const maySave = up.value && !busy && savable > 0 && count === 0;
   useKeys({
     "Ctrl+Enter": () => mayReview && onReview(),
-    // What is staged goes through the review, where saving is a tick.
+    // Staged changes go through the review, which offers a save.
     "Ctrl+S": () => (maySave ? onSave() : mayReview && onReview()),
   });
   if (count + bad + ramOnly === 0) return null;

@@ -1,4 +1,4 @@
-/** A cell of the matrix: a servo's value of a row, how it stands among the others, and its editing. */
+/** A cell of the matrix: the value of a row on a servo, its deviation from the others, and its editor. */
 import { useSignal } from "@preact/signals";
 import { useLayoutEffect, useRef } from "preact/hooks";
 import type { Row } from "../api/types";
@@ -36,7 +36,7 @@ export function MatrixCell({ uid, row, odd }: Props) {
     held !== null &&
     one?.online === true;
   const open = editing.value && able;
-  // Before the next key: what is typed right after Enter belongs into the box.
+  // Synchronously, so that text typed right after Enter goes into the box.
   useLayoutEffect(() => {
     if (open) cell.current?.querySelector<HTMLElement>("input, select")?.focus();
   }, [open]);

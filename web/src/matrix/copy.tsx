@@ -1,4 +1,4 @@
-/** Copying a servo's column to others: what differs is staged on them, identity and torque mode never. */
+/** Copy the column of a servo to others: differences are staged, except for identity and torque mode. */
 import { useSignal } from "@preact/signals";
 import type { Row } from "../api/types";
 import { nameOf, servo } from "../bench/fleet";

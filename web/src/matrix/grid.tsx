@@ -1,4 +1,4 @@
-/** The grid of the matrix: heads that stay in sight, groups, and the way of the keyboard through the cells. */
+/** The grid of the matrix: sticky heads, groups, and keyboard navigation. */
 import type { ComponentChildren } from "preact";
 import { useEffect, useRef } from "preact/hooks";
 import type { Row } from "../api/types";
@@ -40,7 +40,7 @@ const STEPS: Readonly<Record<string, readonly [number, number]>> = {
   PageDown: [8, 0],
 };
 
-/** What the arrow keys stop at: a cell, or the one button of a head. */
+/** Stops of the arrow keys: a cell, or the button of a head. */
 const STOPS = "[data-stop]";
 
 export function MatrixGrid({ uids, groups, hash, onSet, onCopy, children }: Props) {
@@ -50,7 +50,7 @@ export function MatrixGrid({ uids, groups, hash, onSet, onCopy, children }: Prop
       .map(row => [...row.querySelectorAll<HTMLElement>(STOPS)])
       .filter(row => row.length > 0);
 
-  // One place of the grid is in the order of Tab: where the focus was last, or the first cell.
+  // Roving tabindex: one element of the grid is in the tab order, the last focused one or the first cell.
   useEffect(() => {
     const all = stops().flat();
     if (!all.some(one => one.tabIndex === 0)) {
@@ -58,7 +58,7 @@ export function MatrixGrid({ uids, groups, hash, onSet, onCopy, children }: Prop
       if (first) first.tabIndex = 0;
     }
   });
-  // Once for each link: whoever has moved on since is not fetched back.
+  // Once per link, and not if the focus has moved on.
   const led = useRef("");
   useEffect(() => {
     const row = table.current?.querySelector<HTMLElement>(`[data-key="${CSS.escape(hash)}"]`);
@@ -80,7 +80,7 @@ export function MatrixGrid({ uids, groups, hash, onSet, onCopy, children }: Prop
     const y = lines.findIndex(line => line.includes(here));
     const line = lines[y] ?? [];
     const x = line.indexOf(here);
-    // Heads of servos begin one place further right than the rows, whose own heads come first.
+    // The heads of servos start one column to the right of the heads of rows.
     const shift = y === 0 ? 1 : 0;
     let to: HTMLElement | undefined;
     const step = STEPS[event.key];

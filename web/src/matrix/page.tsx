@@ -1,4 +1,4 @@
-/** The matrix page: parameters of many servos side by side, staged cell by cell, applied as one. */
+/** The matrix page: parameters of many servos, staged by cell, applied together. */
 
 import { useComputed, useSignal } from "@preact/signals";
 import { useEffect, useMemo } from "preact/hooks";
@@ -33,8 +33,8 @@ const filter = oneInAddress("filter", FILTERS);
 type Open = { what: "set"; row: Row } | { what: "copy"; uid: string } | { what: "apply" | "save" };
 
 export function MatrixPage({ hash }: { hash: string }) {
-  // Only the list goes down: cells redraw themselves.
-  // In the order of the address, which is what somebody wrote down; without one, in that of the list.
+  // Only the list is passed down: cells redraw themselves.
+  // In the order of the address, if it has servos; else in the order of the list.
   const shownIn = useComputed(() => {
     if (listed.value.length > 0) return listed.value.filter(uid => servo(uid) !== undefined).join(" ");
     return all.value
@@ -174,7 +174,7 @@ function split(joined: string): string[] {
   return joined === "" ? [] : joined.split(" ");
 }
 
-/** How many rows differ among servos of one model, and how many are changed on any. */
+/** Number of rows that differ within a model, and of rows changed on any servo. */
 function countRows(known: Catalog | null, uids: readonly string[]): [number, number] {
   const rows = known ? settable(known) : [];
   return [

@@ -1,4 +1,4 @@
-/** Set a row on all servos: one value, judged by what each of them allows, staged and not sent. */
+/** Set a row on several servos: one value, checked for each of them, staged and not sent. */
 import { useSignal } from "@preact/signals";
 import type { Row } from "../api/types";
 import { nameOf, servo } from "../bench/fleet";
@@ -32,7 +32,7 @@ export function SetDialog({ uids, row, onClose }: Props) {
   const plans = able.map(uid => {
     const sheet = sheetOf(uid);
     const span = spanOf(row, sheet.reading(row.key).value);
-    // The same number in degrees and in rpm is not the same.
+    // The same number in degrees and in rpm differs.
     const plan =
       wanted === null ? null : span.unit === unit ? draftFor(sheet, row, wanted) : { why: span.unit };
     return { uid, sheet, span, plan };

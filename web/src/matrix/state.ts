@@ -1,4 +1,4 @@
-/** The matrix: rows of many servos beside one another, which of them stand out, and what is staged on whom. */
+/** The matrix: rows of many servos, their outliers, and staged values. */
 
 import type { Row, Value } from "../api/types";
 import { type Draft, wrong } from "../bench/draft";
@@ -7,7 +7,7 @@ import { type Sheet, sheetOf } from "../bench/parameters";
 import { draftFor } from "../change/stage";
 import { text } from "../text";
 
-/** The unique ids that the address of a matrix lists; none: every servo on the bus. */
+/** UIDs listed in the address of a matrix; none means all servos on the bus. */
 export function uidsIn(listed: string): string[] {
   return [...new Set(listed.split(",").filter(uid => /^[0-9a-f]{32}$/.test(uid)))];
 }
@@ -19,10 +19,10 @@ export interface HeldValue {
   unit: string;
 }
 
-/** How a value stands among the servos of its model: apart from most of them, or where no value is most of theirs. */
+/** A value compared with the servos of its model: an outlier, or in a row without a majority. */
 export type Odd = { kind: "outlier"; usual: Value; unit: string } | { kind: "apart" };
 
-/** Which servos hold something else than most of their model do. A servo alone of its model is compared with nobody. */
+/** Servos whose value differs from the majority of their model. A servo alone of its model is not compared. */
 export function oddOnes(held: readonly HeldValue[]): ReadonlyMap<string, Odd> {
   const found = new Map<string, Odd>();
   for (const group of grouped(held)) {
@@ -53,12 +53,12 @@ function grouped(held: readonly HeldValue[]): HeldValue[][] {
 
 const same = (one: HeldValue) => `${typeof one.value} ${String(one.value)} ${one.unit}`;
 
-/** Rows every servo has a value of its own in: nobody stands out there, and nothing of them is copied. */
+/** Rows that are individual to each servo: no outliers, and not copied. */
 export function isOwn(row: Row): boolean {
   return row.identity;
 }
 
-/** Rows of `from` that `to` holds otherwise: what may be staged, and how many may not. */
+/** Rows in which `to` differs from `from`: those that may be staged, and the number that may not. */
 export function copyOf(
   from: Sheet,
   to: Sheet,
@@ -82,7 +82,7 @@ export function wrongOn(uids: readonly string[]): number {
   return uids.reduce((sum, uid) => sum + wrong(sheetOf(uid).drafts.map.value).length, 0);
 }
 
-/** Who stands out in a row, from what is known now. */
+/** Outliers of a row, from current values. */
 export function oddRow(row: Row, uids: readonly string[]): ReadonlyMap<string, Odd> {
   if (isOwn(row)) return NOBODY;
   return oddOnes(
@@ -97,7 +97,7 @@ export function oddRow(row: Row, uids: readonly string[]): ReadonlyMap<string, O
 
 const NOBODY: ReadonlyMap<string, Odd> = new Map();
 
-/** What a row that is no number can hold. */
+/** The values of a choice or switch row. */
 export function optionsOf(row: Row): readonly { key: string; label: string }[] {
   if (row.kind !== "switch") return row.choices;
   return [

@@ -1,4 +1,4 @@
-/** What can be done with a servo: output, values, files; alone at the foot what cannot be undone. */
+/** Actions on a servo: output, values, files; factory reset alone at the foot. */
 import { useSignal } from "@preact/signals";
 import type { ComponentChildren } from "preact";
 import { API, ask, problemOf } from "../api/client";
@@ -122,7 +122,7 @@ export function Act({ one }: { one: KnownServo }) {
   );
 }
 
-/** Which of the three it is; Off and Brake take the output away at once, On asks as everywhere. */
+/** Torque mode. Off and Brake act immediately; On follows the usual steps. */
 function Output({ one, onProblem }: { one: KnownServo; onProblem: (why: string | null) => void }) {
   const { state } = one.output;
   const on = async () => onProblem(await planRestore([one.uid]));

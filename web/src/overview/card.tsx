@@ -1,10 +1,10 @@
-/** A part of the Overview: its name, the way to all of it, and what it says. */
+/** A card of the Overview: title, link and content. */
 import type { ComponentChildren } from "preact";
 import { follow } from "../kit/follow";
 
 interface Props {
   title: string;
-  /** Where the rest is, and what that is called. */
+  /** Link to the full list, and its name. */
   path: string;
   link: string;
   wide?: boolean;
@@ -32,7 +32,7 @@ interface FactProps {
   children: ComponentChildren;
 }
 
-/** A glyph, a sentence, and what is known of it in small. */
+/** A glyph, a sentence, and details in small type. */
 export function Fact({ glyph, line, children }: FactProps) {
   return (
     <div class="o-fact">

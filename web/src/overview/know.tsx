@@ -1,4 +1,4 @@
-/** What is known of a servo: its last seconds, faults, what ROM lacks, its last step test, snapshots, history. */
+/** What is known of a servo: last seconds, faults, unsaved values, last step test, snapshots, history. */
 import { useEffect } from "preact/hooks";
 import { ask } from "../api/client";
 import type { Comparison } from "../api/config-types";
@@ -30,7 +30,7 @@ import { overview as words } from "./words";
 
 const AnglePlot = lazy<{ uid: string }>(() => import("../plots/angle-plot").then(file => file.AnglePlot));
 
-/** More than these are counted, and stand where the card leads to. */
+/** More entries than this are only counted; the link leads to the rest. */
 const SHOWN = 3;
 
 export function Know({ one }: { one: KnownServo }) {
@@ -236,7 +236,7 @@ function Snapshots({ one }: { one: KnownServo }) {
   );
 }
 
-/** The profile that was applied last: the snapshot before it names it. */
+/** The last applied profile: named by the snapshot taken before it. */
 function FollowedProfile({ one }: { one: KnownServo }) {
   const taken = useResource(
     () => ask("GET", "/servos/{uid}/snapshots", { path: { uid: one.uid } }),
@@ -254,7 +254,7 @@ function FollowedProfile({ one }: { one: KnownServo }) {
     one.uid,
   );
   const found = compared.value.value;
-  // What the profile leaves out belongs to the servo.
+  // Rows outside the profile belong to the servo.
   const differ = found?.differences.filter(each => each.right_has).length ?? 0;
   return (
     <Card

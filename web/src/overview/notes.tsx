@@ -1,4 +1,4 @@
-/** What people wrote down about a servo, and the box to write in. */
+/** Notes on a servo, and their editor. */
 import { useSignal } from "@preact/signals";
 import { useEffect } from "preact/hooks";
 import { ask, problemOf } from "../api/client";

@@ -1,4 +1,4 @@
-/** What a servo does now: its horn, where it is and should be, and its readings. */
+/** What a servo does now: its horn, angle and command, and its readings. */
 import { commandNow } from "../bench/activity";
 import { now } from "../bench/clock";
 import type { KnownServo } from "../bench/fleet";
@@ -14,7 +14,7 @@ export function Now({ one }: { one: KnownServo }) {
   const present = angleNow(one);
   const command = commandNow(one.uid);
   const asked = command.kind === "angle" ? command.figure : null;
-  // Of a command and an angle that are both known now; the older of them says how old the difference is.
+  // Only of a command and an angle that are both known now; the older one decides the age of the difference.
   const error = {
     value: asked?.value == null || present.value === null ? null : asked.value - present.value,
     age: present.age,

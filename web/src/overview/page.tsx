@@ -1,4 +1,4 @@
-/** The Overview of one servo: what it does now, what is known of it, and what can be done with it. */
+/** The Overview of one servo: what it does now, what is known, and actions. */
 import { useEffect } from "preact/hooks";
 import { servo } from "../bench/fleet";
 import { connection } from "../bench/link";
@@ -14,7 +14,7 @@ export function OverviewPage({ uid }: { uid: string }) {
   const one = servo(uid);
   const round = connection.value;
   const ready = one?.online === true && one.state !== "identifying" && one.state !== "restarting";
-  // Read anew after each connection, restart and identification.
+  // Read after each connection, restart and identification.
   useEffect(() => {
     if (round > 0) void sheetOf(uid).load();
   }, [uid, round, ready]);

@@ -1,4 +1,4 @@
-/** Another name for a servo. */
+/** Dialog to rename a servo. */
 import { useSignal } from "@preact/signals";
 import { ask } from "../api/client";
 import { changeServos, type KnownServo, nameOf } from "../bench/fleet";

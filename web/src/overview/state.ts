@@ -1,8 +1,8 @@
-/** What the columns of the Overview tell one another. */
+/** State shared by the columns of the Overview. */
 import { signal } from "@preact/signals";
 
-/** When the last snapshot was taken from here, seconds since 1970. */
+/** Time of the last snapshot taken here, seconds since 1970. */
 export const taken = signal<{ uid: string; at: number } | null>(null);
 
-/** Grows with each note that was written from here: the history has one more. */
+/** Counts notes written here: the history has a new entry. */
 export const written = signal(0);

@@ -1,4 +1,4 @@
-/** The tabs of the Parameters page: a group each, with what is changed in it. */
+/** Tabs of the Parameters page: one per group, with the number of changes. */
 import type { ComponentChildren } from "preact";
 import { useRef } from "preact/hooks";
 import type { Tab } from "../bench/catalog";
@@ -10,10 +10,10 @@ import { narrow } from "../bench/screen";
 import { Icon } from "../kit/icon";
 import { text } from "../text";
 
-/** On a narrow screen the live panel is a tab of its own. */
+/** On a narrow screen the live panel is a tab. */
 export const LIVE_TAB = "live";
 
-/** The tab to show: that of the parameter a link leads to, else the one chosen before, else the first. */
+/** The tab to show: that of the parameter in the address, else the last chosen, else the first. */
 export function openTab(tabs: readonly Tab[], hash: string, chosen: string): string {
   const linked = hash && tabs.find(tab => tab.rows.some(row => row.key === hash || row.name === hash));
   if (linked) return linked.key;

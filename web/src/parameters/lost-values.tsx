@@ -1,4 +1,4 @@
-/** The line that says which RAM values a restart took from a servo, with the way to stage them again. */
+/** A line with the RAM values lost in a restart, and a button to stage them again. */
 
 import { useSignal } from "@preact/signals";
 import { problemOf } from "../api/client";

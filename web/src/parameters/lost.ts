@@ -1,4 +1,4 @@
-/** RAM values that a restart took from a servo, as the server tells them: staged again, or dismissed. */
+/** RAM values lost in a restart, as the server reports them: staged again, or dismissed. */
 import { ask } from "../api/client";
 import type { Servo } from "../api/types";
 import { catalog } from "../bench/catalog";
@@ -7,7 +7,7 @@ import { draftFor, stageValue } from "../change/stage";
 
 export type Lost = NonNullable<Servo["lost"]>;
 
-/** Those that are not staged yet and can be. */
+/** Values not yet staged that can be. */
 export function stageable(sheet: Sheet, lost: Lost): Lost {
   return lost.filter(one => {
     const draft = sheet.drafts.get(one.key);
@@ -22,7 +22,7 @@ export function stageAgain(sheet: Sheet, lost: Lost): void {
   }
 }
 
-/** Forgets them on the server; the servo is not told. */
+/** Dismiss them on the server; nothing is sent to the servo. */
 export function dismiss(uid: string): Promise<void> {
   return ask("DELETE", "/servos/{uid}/lost", { path: { uid } });
 }

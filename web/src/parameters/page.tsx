@@ -38,7 +38,7 @@ export function ParametersPage({ uid, hash }: { uid: string; hash: string }) {
   const diff = useSignal(false);
   const checking = useSignal(false);
   useEffect(() => {
-    // What was saved or refused on the last visit is no news on this one.
+    // Results of the last visit are outdated.
     if (sheet.busy.peek() === null) sheet.outcomes.value = new Map();
     sheet.written.value = null;
     sheet.trouble.value = null;
@@ -144,7 +144,7 @@ export function ParametersPage({ uid, hash }: { uid: string; hash: string }) {
   );
 }
 
-/** Staged and legal, or in RAM only: what a save would put into ROM, in the order of the rows. */
+/** Staged and valid, or in RAM only: the rows of a save, in the order of the table. */
 function changedKeys(sheet: Sheet, uid: string): string[] {
   const values = staged(sheet.drafts.map.value, key => sheet.held(key));
   const keys = new Set([...values.keys(), ...(servo(uid)?.unsaved ?? [])]);

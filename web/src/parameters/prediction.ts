@@ -1,10 +1,10 @@
-/** What a save will do to the horn, told from what will be in ROM, not from what is in RAM now. */
+/** Prediction of the horn's movement in a save, from the values ROM will have rather than RAM now. */
 import type { Value } from "../api/types";
 import { saving } from "../change/words";
 
 export type Prediction = "soft_start" | "hold" | "off" | "brake" | "unknown";
 
-/** `will` gives the value a key will have in ROM; undefined while it was never read. */
+/** `will` returns the value of a key in ROM after the save; undefined if never read. */
 export function predict(will: (key: string) => Value | undefined): Prediction {
   const torque = will("torque_mode");
   if (torque === "off") return "off";
@@ -14,7 +14,7 @@ export function predict(will: (key: string) => Value | undefined): Prediction {
   return soft ? "soft_start" : "hold";
 }
 
-/** Whether somebody has to say that the horn can turn freely. */
+/** True if the user must confirm that the horn can turn freely. */
 export function mayMove(prediction: Prediction): boolean {
   return prediction === "soft_start" || prediction === "unknown";
 }

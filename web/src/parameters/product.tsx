@@ -1,4 +1,4 @@
-/** What a servo is, as facts: its product data tell nothing as registers. */
+/** Identity of a servo as facts instead of registers. */
 import { catalog } from "../bench/catalog";
 import { servo } from "../bench/fleet";
 import { NONE } from "../bench/format";

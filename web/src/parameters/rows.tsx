@@ -1,4 +1,4 @@
-/** The table of rows: those of a tab, or those that were searched for or changed. */
+/** The table of rows: those of a tab, of a search, or the changed ones. */
 
 import { type Signal, useSignal } from "@preact/signals";
 import { useEffect, useRef } from "preact/hooks";
@@ -71,7 +71,7 @@ export function ParameterRows({ sheet, tab, hash, wanted, changedOnly, favourite
     changeChoices({ q: "", filter: "", tab: "" }, row?.key);
   };
   const experts = rows.filter(row => row.expert);
-  // Whoever looks for one, or changed one, sees it; a tab that is just looked through keeps them folded.
+  // Shown if searched for or changed; folded otherwise.
   const sought =
     wanted.value !== "" ||
     changedOnly ||
@@ -169,13 +169,16 @@ function Head() {
 interface ExpertsProps {
   rows: readonly Row[];
   folded: boolean;
-  /** Somebody looks for one of them: nothing to fold. */
+  /** A searched row is shown unfolded. */
   fixed: boolean;
   unfolded: Signal<boolean>;
   unlocked: Signal<boolean>;
 }
 
-/** What stands before rows the maker advises not to change: which they are, folded; why, and the lock, unfolded. */
+/**
+ * Head of the rows that the maker advises not to change: their names while folded; the reason and the lock while
+ * unfolded.
+ */
 function Experts({ rows, folded, fixed, unfolded, unlocked }: ExpertsProps) {
   return (
     <div role="row" class="locked small second" data-testid="experts">

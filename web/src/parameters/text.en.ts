@@ -82,9 +82,7 @@ export const check = {
   notANumber: (typed: string) => `“${typed}” is not a number.`,
   ambiguous: (typed: string) => `The comma in “${typed}” can separate thousands or decimals.`,
   otherUnit: (typed: string, unit: string) =>
-    unit === ""
-      ? `This value has no unit. Remove “${typed}”.`
-      : `This value is in ${unit}, not in ${typed}.`,
+    unit === "" ? `This value has no unit. Remove “${typed}”.` : `This value is in ${unit}, not in ${typed}.`,
   enterOne: (value: string) => `Enter ${value}.`,
   above: (value: string, limit: string) => `${value} is above this model's limit of ${limit}.`,
   below: (value: string, limit: string) => `${value} is below this model's limit of ${limit}.`,

@@ -1,4 +1,4 @@
-/** The Torque off button of a servo's page: needs no lease and asks nothing. */
+/** The Torque off button of a servo's page: without lease or question. */
 
 import { useSignal } from "@preact/signals";
 import { servo } from "../bench/fleet";

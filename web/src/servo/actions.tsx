@@ -1,4 +1,4 @@
-/** What can be done with the servo of a page: wiggle, restart, factory reset; refused here, or asked about in a dialog. */
+/** Actions on the servo of a page: wiggle, restart, factory reset. Refused here, or confirmed in a dialog. */
 
 import { useSignal } from "@preact/signals";
 import { useEffect } from "preact/hooks";
@@ -19,14 +19,14 @@ type Verb = "restart" | "factory-reset";
 
 const said = actionWords;
 
-/** How long it is said that a wiggle went well. */
+/** How long the success of a wiggle is shown. */
 const SAID_MS = 6000;
 
 export function ServoActions({ one }: { one: KnownServo }) {
   const { uid } = one;
   const checking = useSignal<Verb | null>(null);
   const refused = useSignal<string | null>(null);
-  /** A wiggle from here is to be told of: those of another page are not. */
+  /** Only wiggles started from here are reported. */
   const tells = useSignal(false);
   const shake = () => {
     refused.value = null;

@@ -1,4 +1,4 @@
-/** How what hornbill keeps by code is said to people: why a snapshot was taken, what the audit tells. */
+/** Texts of stored codes: reasons of snapshots and entries of the audit. */
 import type { AuditRow, ReasonCode } from "../api/config-types";
 import type { Params } from "../api/types";
 import { factsOf, type Saying } from "../bench/facts";
@@ -7,12 +7,12 @@ import { audit as words } from "./words";
 
 const said: Readonly<Partial<Record<ReasonCode, Saying>>> = words.reasons;
 
-/** Why a snapshot was taken; in the words of the user where it has no code. */
+/** Reason of a snapshot; the user's text where it has no code. */
 export function reasonText(reason: string, code: ReasonCode | null, params: Params): string {
   return (code && said[code]?.(factsOf(params))) ?? reason;
 }
 
-/** What a row of the audit says beyond its values. */
+/** Notes of an audit entry besides its values. */
 export function auditedNotes(row: AuditRow): string[] {
   return row.notes.map(({ code, params, text }) => {
     if (code !== "reason") return noteText(text, code, params);
@@ -21,7 +21,7 @@ export function auditedNotes(row: AuditRow): string[] {
   });
 }
 
-/** A word of the audit, for an action or for what came of it. */
+/** The word for an action or outcome of the audit. */
 export function auditWord(word: string): string {
   return words.words[word] ?? word.replaceAll("_", " ");
 }

@@ -15,9 +15,7 @@ export const words = {
     matrix: () => "Before changing several servos",
     profile: (p: Facts) => `Before applying profile ${p.profile}`,
     restore: (p: Facts) =>
-      p.snapshot === undefined
-        ? `Before restoring ${p.side}`
-        : `Before restoring snapshot ${p.snapshot}`,
+      p.snapshot === undefined ? `Before restoring ${p.side}` : `Before restoring snapshot ${p.snapshot}`,
   },
 
   words: {

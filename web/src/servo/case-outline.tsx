@@ -1,4 +1,4 @@
-/** The case of a servo below its horn, seen from the name plate's side: the sizes of `server/hornbill/view/case.py`. */
+/** The case of a servo below its horn, seen from the name plate; sizes as in `server/hornbill/view/case.py`. */
 
 interface Case {
   /** Millimetres along the case from the output shaft, and to either side. */
@@ -37,7 +37,7 @@ const BLA15: Case = {
 };
 const OF_SERIES: Readonly<Record<string, Case>> = { BLA21, BLA15, BLA34: BLA21 };
 
-/** Units of the large dial a millimetre: case and ears stay within its face. */
+/** Dial units per millimetre: case and ears stay within the face. */
 const MM = 3.8;
 
 export function CaseOutline({ series }: { series: string | null }) {

@@ -1,4 +1,4 @@
-/** The large dial: horn, command ghost, limit arc, and the handle on it that can be dragged. */
+/** The large dial: horn, command ghost, limit arc, and a draggable handle on it. */
 import { useRef } from "preact/hooks";
 import { angle as angleText } from "../bench/format";
 import { touch } from "../bench/screen";
@@ -12,10 +12,10 @@ interface Props {
   command: number | null;
   limits: Limits | null;
   stale: boolean;
-  /** Given while motion is on: a drag of the handle asks for an angle. */
+  /** Present while motion is on: called with the angle that a drag of the handle requests. */
   onDrag?: ((angle: number) => void) | undefined;
   locked?: boolean;
-  /** The series whose case lies below the horn. */
+  /** Series with the case below the horn. */
   series?: string | null;
 }
 
@@ -81,7 +81,7 @@ export function JogDial({ angle, command, limits, stale, onDrag, locked = false,
           opacity="0.7"
         />
       )}
-      {/* The keys go here: said by a ring round the face, for the box is as wide as the page. */}
+      {/* Keyboard focus is shown as a ring around the face, because the box is as wide as the page. */}
       <circle class="dial-focus" r={RIM + 2} fill="none" />
       <circle r={FACE - 9} fill="var(--well)" />
       <circle r={FACE} fill="none" stroke="var(--line)" />
@@ -152,11 +152,11 @@ export function JogDial({ angle, command, limits, stale, onDrag, locked = false,
   );
 }
 
-/** The dial as a slider: its keys are the jog pad's, which moves by steps and within the limits. */
+/** The dial as a slider: its keys are those of the jog pad, which steps within the limits. */
 function slider(shown: number, limits: Limits, angle: number | null, command: number | null) {
   const at = Math.round(Math.min(limits.cw, Math.max(limits.ccw, shown)) * 10) / 10;
   return {
-    // Preact writes attributes of SVG as they are spelt here.
+    // Preact writes SVG attributes as spelt here.
     tabindex: 0,
     "aria-valuemin": limits.ccw,
     "aria-valuemax": limits.cw,

@@ -1,4 +1,4 @@
-/** The words of a servo's condition, the same in its row and in its head: headline, output, line, and the way to a remedy. */
+/** Text of a servo's condition, shared by its row and its head: headline, output, line, and a link to the remedy. */
 import type { Condition } from "../bench/condition";
 import { pathOf } from "../bench/route";
 import { follow } from "../kit/follow";
@@ -21,12 +21,12 @@ export function ConditionLines({ uid, of }: { uid: string; of: Condition }) {
   );
 }
 
-/** All of it, where a line of it may be cut. */
+/** Full text, for a tooltip where a line is truncated. */
 export function wholeCondition(of: Condition): string {
   return [of.headline, of.doing, of.line].filter(Boolean).join(". ");
 }
 
-/** Where what a servo held is kept: the remedy for saved values that are lost. */
+/** Snapshots: the remedy for lost saved values. */
 export function ToSnapshots({ uid }: { uid: string }) {
   const path = pathOf("records", null, `snapshots/${uid}`);
   return (

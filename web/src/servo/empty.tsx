@@ -1,4 +1,4 @@
-/** What the Servos page says while there is no servo: the evidence, what to check, the way to an adapter. */
+/** The Servos page without servos: evidence, what to check, and the button to connect an adapter. */
 
 import { ask } from "../api/client";
 import type { Bus } from "../api/types";
@@ -20,7 +20,7 @@ export function EmptyServos({ loading }: { loading: boolean }) {
       bus.value = await ask("GET", "/bus");
       replaceAll(await ask("GET", "/servos"));
     } catch {
-      // The band above says that there is no link.
+      // The band above reports the lost link.
     }
   };
   return (
@@ -58,7 +58,7 @@ export function EmptyServos({ loading }: { loading: boolean }) {
   );
 }
 
-/** The way back to a bus while servos are known from before. */
+/** Connect button while servos are known from before. */
 export function Reconnect() {
   return (
     <section class="reconnect">

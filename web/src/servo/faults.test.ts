@@ -64,7 +64,7 @@ const keys = (lines: { key: string }[]) => lines.map(one => one.key);
 test("what is now stands before what was, worst first, and unseen before seen", async () => {
   lists = {
     [A]: [
-      { ...plain, key: "seen", acknowledged_at: 3, acknowledged_by: "Page 1", last_seen: 9 },
+      { ...plain, key: "seen", acknowledged_at: 3, acknowledged_by: "page-1000", last_seen: 9 },
       { ...plain, key: "unseen" },
       { ...plain, key: "gone", active: false },
     ],
@@ -93,7 +93,7 @@ test("notifications want no acknowledgement, and neither does what somebody has 
 test("acknowledging says who, and reads that servo again", async () => {
   lists = { [A]: [plain] };
   await acknowledge(A, "one");
-  expect(sent[0]).toMatch(new RegExp(`^POST servos/${A}/faults/one/acknowledge\\?by=Page%20\\d+$`));
+  expect(sent[0]).toMatch(new RegExp(`^POST servos/${A}/faults/one/acknowledge\\?by=page-\\d+$`));
   await vi.runAllTimersAsync();
   expect(sent[1]).toBe(`GET faults?uids=${A}`);
   sent = [];

@@ -1,4 +1,4 @@
-/** The faults of servos: the list of each as last read, its order, and acknowledging. */
+/** Faults of servos: the last list of each, its order, and acknowledging. */
 
 import { computed, signal } from "@preact/signals";
 import { ask, problemOf } from "../api/client";
@@ -15,10 +15,10 @@ export interface KnownFault extends Fault {
 
 const kept = signal<ReadonlyMap<string, readonly Fault[]>>(new Map());
 
-/** Why the faults of a servo could not be read or acknowledged, by servo. */
+/** Error of reading or acknowledging the faults, by servo. */
 const troubles = signal<ReadonlyMap<string, string>>(new Map());
 
-/** The first trouble among these servos, in words; null when there is none. */
+/** The first error among these servos, in words; null if there is none. */
 export function troubleOf(uids: readonly string[]): string | null {
   return uids.map(uid => troubles.value.get(uid)).find(one => one !== undefined) ?? null;
 }
@@ -30,10 +30,10 @@ function setTrouble(uid: string, why: string | null): void {
   troubles.value = next;
 }
 
-/** How many servos were read at least once. */
+/** Number of servos read at least once. */
 export const readServos = computed(() => kept.value.size);
 
-/** Reads the faults of these servos in one request; one that has a problem keeps what was known of it. */
+/** Read the faults of these servos in one request. On an error, a servo keeps its last list. */
 async function loadFaults(uids: readonly string[]): Promise<void> {
   try {
     const answer = await ask("GET", "/faults", { query: { uids: uids.join(",") } });
@@ -48,10 +48,10 @@ async function loadFaults(uids: readonly string[]): Promise<void> {
   }
 }
 
-/** Reads the faults of a servo, in one request with all that are wanted. */
+/** Read the faults of a servo, batched with other servos. */
 export const readFaults = batched(loadFaults);
 
-/** Somebody has seen this fault; without a key all of that servo. */
+/** Acknowledge a fault; without a key all faults of the servo. */
 export async function acknowledge(uid: string, key?: string): Promise<void> {
   const query = { by: holder() };
   try {
@@ -65,19 +65,19 @@ export async function acknowledge(uid: string, key?: string): Promise<void> {
   readFaults(uid);
 }
 
-/** Whether somebody should still say that they have seen it: notifications come and go in normal use. */
+/** True if the fault still needs an acknowledgement. Notifications do not: they come and go in normal use. */
 export function unseen(one: Fault): boolean {
   return one.acknowledged_at == null && one.level !== "notification";
 }
 
-/** Whether it stands among what is so now: set, or set when the servo said so last. */
+/** True for a current fault: set, or set when the servo last responded. */
 export function present(one: Fault): boolean {
   return one.active || one.stale;
 }
 
 const RANK = { failure: 0, warning: 1, notification: 2 } as const;
 
-/** Worst first; of the same level what nobody has seen, then what is known to be so, then the newest. */
+/** Worst first; then unacknowledged, then confirmed, then newest. */
 export function compare(a: KnownFault, b: KnownFault): number {
   return (
     RANK[a.level] - RANK[b.level] ||
@@ -89,7 +89,7 @@ export function compare(a: KnownFault, b: KnownFault): number {
   );
 }
 
-/** The faults of these servos: those that are, then those that were. */
+/** Faults of these servos: current ones, then past ones. */
 export function faultsOf(uids: readonly string[]): { now: KnownFault[]; past: KnownFault[] } {
   const lines = uids.flatMap(uid => (kept.value.get(uid) ?? []).map(one => ({ ...one, uid })));
   return {

@@ -1,9 +1,9 @@
-/** "Show what happened": to the recording of a fault or a stop, wherever it is. */
+/** "Show what happened": link to the recording of a fault or stop. */
 import { pathOf } from "../bench/route";
 import { follow } from "../kit/follow";
 import { text } from "../text";
 
-/** `from` and `to`: the first and the last time it was so, seconds since 1970 UTC. */
+/** `from` and `to`: first and last occurrence, seconds since 1970 UTC. */
 export function HappenedLink({ from, to }: { from: number; to: number }) {
   const path = pathOf("recorder", null, "", { from: String(from), to: String(to) });
   return (

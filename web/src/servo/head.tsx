@@ -1,4 +1,4 @@
-/** The head of a servo's page: its horn, its name (which chooses another), its condition. */
+/** The head of a servo's page: its horn, its name (opens the picker), its condition. */
 import { useSignal } from "@preact/signals";
 import type { ComponentChildren } from "preact";
 import { stopped } from "../bench/bench";

@@ -1,4 +1,4 @@
-/** The dial of a servo, kept up to date by itself. */
+/** The live dial of a servo. */
 import type { KnownServo } from "../bench/fleet";
 import { angleNow } from "../bench/fresh";
 import { limitsOf } from "../bench/servo-condition";

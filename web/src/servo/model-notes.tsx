@@ -1,4 +1,4 @@
-/** What a model and a firmware mean for their user: a note on request, and always what the tables do not have. */
+/** Notes on model and firmware: on request, and always where the tables do not have them. */
 import { useSignal } from "@preact/signals";
 import type { KnownServo } from "../bench/fleet";
 import { firmwareNote, unfamiliar } from "../bench/model";
@@ -9,10 +9,10 @@ interface Props {
   open: boolean;
 }
 
-/** Whether the note on a firmware is shown. */
+/** The note on a firmware is open. */
 export const useNote = () => useSignal(false);
 
-/** The firmware behind a dot, which shows the note on it where there is one. */
+/** The firmware version with a button for its note, if it has one. */
 export function FirmwareNote({ one, open, onToggle }: Props & { onToggle: () => void }) {
   if (one.firmware === null) return null;
   const said = text.servos.firmware(one.firmware);

@@ -1,4 +1,4 @@
-/** What stands on the Motion page before motion: what will happen, what speaks against it, and the one button. */
+/** The Motion page before motion is on: what will happen, what prevents it, and the button. */
 
 import { signal } from "@preact/signals";
 import type { ComponentChildren } from "preact";
@@ -24,11 +24,11 @@ const TakeOver = lazy<{ uid: string }>(() => import("./take-over").then(file => 
 
 interface Props {
   one: KnownServo;
-  /** What stands between the sentences and the button: who moves with it. */
+  /** Content between the text and the button: the other servos of the group. */
   children?: ComponentChildren;
 }
 
-/** Set by what chooses a group: turns motion on for all of it. Null: for the one servo alone. */
+/** Set by the group chooser: turns motion on for the whole group. Null for one servo. */
 export const enableAll = signal<{ label: string; act: () => void } | null>(null);
 
 export function MotionGate({ one, children }: Props) {
@@ -86,13 +86,13 @@ export function MotionGate({ one, children }: Props) {
   );
 }
 
-/** How long somebody else has motion control for, in seconds. */
+/** Seconds that another client's motion control lasts. */
 function heldByOther(): number {
   const held = lease.value;
   return held && isOfOther(held) ? held.endsAt - now.value : 0;
 }
 
-/** What keeps motion from being turned on, known before anybody asks. */
+/** What prevents motion, known before a request. */
 function hindrance(one: KnownServo): string | null {
   if (stopped.value) return text.motion.whileStopped;
   if (!stopInSight.value) return text.motion.stopHidden;

@@ -1,4 +1,4 @@
-/** What is round every page of one servo: its head, its tabs, the motion band; keys and buttons that lead to the next servo. */
+/** Common to all pages of a servo: head, tabs, motion band, and keys and buttons for the next servo. */
 
 import type { ComponentChildren } from "preact";
 import { type KnownServo, nameOf, peekServo, uids } from "../bench/fleet";
@@ -15,7 +15,7 @@ import { ServoHead } from "./head";
 import { servoWords } from "./words";
 import "./page.css";
 
-/** The servo so many places further on in the list; undefined past its ends. */
+/** The servo at this offset in the list; undefined beyond its ends. */
 function beside(uid: string, by: number): string | undefined {
   return uids.value[uids.value.indexOf(uid) + by];
 }
@@ -90,7 +90,7 @@ function TabLink({ one, tab, chosen }: { one: KnownServo; tab: ServoTab; chosen:
   );
 }
 
-/** The servo before and after in the list. */
+/** Previous and next servo in the list. */
 function Turn({ uid }: { uid: string }) {
   const known = uids.value;
   if (known.length < 2) return null;

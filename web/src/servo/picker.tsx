@@ -1,4 +1,4 @@
-/** The name of a servo as a button that lists all of them: by ID, name, model and health, with a search. */
+/** The name of a servo as a button that opens the list of servos: by ID, name, model and health, with a search. */
 import { useSignal } from "@preact/signals";
 import { useEffect, useId, useRef } from "preact/hooks";
 import { all, isFound, type KnownServo, nameOf } from "../bench/fleet";
@@ -45,7 +45,7 @@ export function ServoPicker({ one }: { one: KnownServo }) {
   );
 }
 
-/** What the keys of the box work on is the list below it. */
+/** The keys of the search box act on the list below it. */
 const COMBOBOX = { role: "combobox", "aria-expanded": true } as object;
 
 function List({ id, one, onChoose }: { id: string; one: KnownServo; onChoose: (uid: string) => void }) {

@@ -1,4 +1,4 @@
-/** The readouts: six figures, and what a page adds to them, with units and tolerances, grey with their age as soon as they are old. */
+/** Readouts: six figures and those a page adds, with units and tolerances, grey with their age once stale. */
 
 import type { ComponentChildren } from "preact";
 import type { Servo } from "../api/types";
@@ -74,11 +74,11 @@ interface Props {
   live: Figure;
   shown: string;
   note?: string;
-  /** Said before the figure. */
+  /** Shown before the figure. */
   about?: string;
   testid: string;
   intent?: boolean;
-  /** An angle of this servo: marked while its unit is not sure. */
+  /** An angle of this servo: marked while its unit is in conflict. */
   unitOf?: Servo | undefined;
 }
 

@@ -1,4 +1,4 @@
-/** Whether ROM holds all that RAM holds, in the head of a servo: how many values do not, and which. */
+/** ROM state in the head of a servo: the number and names of unsaved values. */
 
 import type { ComponentChildren } from "preact";
 import { catalog } from "../bench/catalog";

@@ -1,4 +1,4 @@
-/** The live panel beside the rows: 3D view, readouts, angle plot; polled only while looked at. */
+/** The live panel beside the rows: 3D view, readouts, angle plot. Polled only while visible. */
 import { useEffect } from "preact/hooks";
 import { servo } from "../bench/fleet";
 import { watch } from "../bench/telemetry-subscription";
@@ -10,7 +10,7 @@ import { text } from "../text";
 import { ViewFrame } from "../view3d/door";
 import { Readouts } from "./readouts";
 
-/** Fetched when first shown: with it comes all that draws axes. */
+/** Loaded when first shown: it brings the drawing of axes. */
 const AnglePlot = lazy<{ uid: string }>(() => import("../plots/angle-plot").then(file => file.AnglePlot));
 
 export function SidePanel({ uid }: { uid: string }) {
@@ -31,7 +31,7 @@ export function SidePanel({ uid }: { uid: string }) {
   );
 }
 
-/** Somebody else wrote to its ROM: said above everything that shows how it is. */
+/** Another tool changed its ROM: shown above the state. */
 function DriftLine({ uid }: { uid: string }) {
   const changed = servo(uid)?.drift ?? [];
   if (changed.length === 0) return null;

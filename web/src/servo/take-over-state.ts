@@ -1,4 +1,4 @@
-/** Get motion control that somebody else has: asked for, with a countdown, or taken with a reason. */
+/** Get motion control from another holder: by request, with a countdown, or by force, with a reason. */
 
 import { ask, problemOf } from "../api/client";
 import type { TakeOverState } from "../api/types";
@@ -9,12 +9,15 @@ import { holder, who } from "../bench/holder";
 import { hold, motion, motionRefusal, TTL_S, withdraw } from "../bench/motion";
 import { takeOver as words } from "./words";
 
-/** How long the holder has to refuse. */
+/** Time for the holder to refuse, s. */
 export const PATIENCE_S = 10;
-/** Whoever asks and is not heard of for five seconds is believed gone. */
+/** A request whose client is not seen for five seconds is withdrawn. */
 const LOOK_MS = 1000;
 
-/** Asks the holder. It passes when they give it back or say nothing; then torque is off until it is turned on. */
+/**
+ * Request motion control. It is granted when the holder releases it or does not refuse; torque then stays off until
+ * turned on.
+ */
 export async function askFor(uid: string, reason: string): Promise<void> {
   if (motion.peek().phase !== "off") return;
   motion.value = { phase: "asking", uid };
@@ -29,7 +32,7 @@ export async function askFor(uid: string, reason: string): Promise<void> {
   }
 }
 
-/** Takes it, whoever has it: torque goes off on what they command. `reason` is kept in the audit. */
+/** Take motion control by force: torque turns off on the servos of the holder. `reason` is stored in the audit. */
 export async function takeNow(uid: string, reason: string): Promise<void> {
   const phase = motion.peek().phase;
   if (phase !== "off" && phase !== "waiting") return;
@@ -73,7 +76,7 @@ async function look(request: string): Promise<void> {
   } catch (error) {
     const now = motion.peek();
     if (now.phase !== "waiting" || now.request !== request) return;
-    // A lost link ends it by itself; one answer that did not come does not.
+    // A lost link ends the request; a single lost response does not.
     if (problemOf(error).code === "no_link") setTimeout(() => void look(request), LOOK_MS);
     else motion.value = { phase: "off", why: problemText(problemOf(error)) };
   }

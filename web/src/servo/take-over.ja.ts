@@ -6,7 +6,8 @@ const seconds = (left: number) => `${Math.max(0, Math.ceil(left))}\u202fs`;
 
 export const words = {
   held: holder => `${holder}が動作権を持っています`,
-  left: left => `相手の最後の通信から${seconds(left)}で失効します。相手が作業中であれば、動作権を要求してください。`,
+  left: left =>
+    `相手の最後の通信から${seconds(left)}で失効します。相手が作業中であれば、動作権を要求してください。`,
   why: "理由（相手に表示されます）",
   request: "動作権を要求",
   take: "直ちに取得…",

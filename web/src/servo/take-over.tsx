@@ -1,4 +1,4 @@
-/** What stands on the Motion page while somebody else has motion control: ask, wait, or take it with a reason. */
+/** The Motion page while another client has motion control: request it, wait, or take it with a reason. */
 import { useSignal } from "@preact/signals";
 import { lease } from "../bench/bench";
 import { now } from "../bench/clock";

@@ -3,7 +3,7 @@ import type { Servo } from "../api/types";
 import { noteText } from "../bench/note-text";
 import { text } from "../text";
 
-/** Nothing unless Status and 0x08 disagree. */
+/** Renders nothing unless Status and 0x08 disagree. */
 export function UnitMark({ one }: { one: Servo }) {
   const { state, evidence, evidence_code, evidence_params } = one.position_unit;
   if (!one.online || state !== "conflict") return null;

@@ -1,4 +1,4 @@
-/** The values of a servo for a page that shows them: read anew after each connection, restart and identification. */
+/** The values of a servo for a page that shows them: read after each connection, restart and identification. */
 import { useEffect } from "preact/hooks";
 import { servo } from "../bench/fleet";
 import { connection } from "../bench/link";

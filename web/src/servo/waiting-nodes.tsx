@@ -1,4 +1,4 @@
-/** The entries of nodes that wait for a node id: heard, second part, third part. */
+/** Nodes waiting for a node ID, with the parts of the unique ID received. */
 
 import { now } from "../bench/clock";
 import { pending } from "../bench/fleet";

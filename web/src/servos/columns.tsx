@@ -1,4 +1,4 @@
-/** The heads of the list's columns: a press sorts by one, and says so. */
+/** Column heads of the list: a press sorts by the column, and the head shows it. */
 import type { AddressChoice } from "../bench/route";
 import { cell, Tick } from "../kit/field";
 import { text } from "../text";

@@ -1,4 +1,4 @@
-/** How high the rows of the list are: chosen by hand, kept for this browser. */
+/** Row height of the list: chosen by the user, stored in the browser. */
 import { kept } from "../bench/kept";
 
 export type Density = "list" | "compact";

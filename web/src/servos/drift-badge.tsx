@@ -1,4 +1,6 @@
-/** In a servo's row: that somebody else wrote to its ROM, or that a restart took RAM values; each leads to what differs. */
+/**
+ * Badges in a servo's row: another tool changed its ROM, or a restart lost RAM values. Each links to the difference.
+ */
 import { pathOf } from "../bench/route";
 import { openDrift } from "../change/requests";
 import { follow } from "../kit/follow";
@@ -22,7 +24,7 @@ export function DriftBadge({ uid, name }: { uid: string; name: string }) {
   );
 }
 
-/** A restart took RAM values: leads to where they can be staged again. */
+/** A restart lost RAM values: links to where they can be staged again. */
 export function LostBadge({ uid, name, n }: { uid: string; name: string; n: number }) {
   const path = pathOf("parameters", uid);
   return (

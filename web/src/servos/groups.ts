@@ -1,4 +1,4 @@
-/** The groups of the list: which servos stand under which heading, and which headings are folded. */
+/** The groups of the list: servos by heading, and folded headings. */
 import type { ConditionKind } from "../bench/condition";
 import type { KnownServo } from "../bench/fleet";
 import { wordInAddress } from "../bench/route";
@@ -8,19 +8,19 @@ import { severity } from "./order";
 const folded = wordInAddress("folded");
 
 export interface RowGroup {
-  /** What its servos share: part of a label, a model, a state; "" where there is none. */
+  /** What its servos have in common: part of a label, a model, a state; "" if nothing. */
   key: string;
   uids: readonly string[];
 }
 
-/** What decides about the group of a servo. */
+/** What decides the group of a servo. */
 export function groupOf(one: KnownServo, kind: ConditionKind, by: Grouping): string {
   if (by === "place") return placeIn(one.label);
   if (by === "model") return one.model ?? "";
   return by === "state" ? kind : "";
 }
 
-/** Servos in groups, each in the order given: by name, states worst first, and what has no group last. */
+/** Servos in groups, each in the given order: groups by name, states worst first, ungrouped servos last. */
 export function inGroups(uids: readonly string[], by: Grouping, keyOf: (uid: string) => string): RowGroup[] {
   const found = new Map<string, string[]>();
   for (const uid of uids) {
@@ -38,7 +38,7 @@ export function inGroups(uids: readonly string[], by: Grouping, keyOf: (uid: str
     );
 }
 
-/** No key has this in it: of a label it separates the place. */
+/** No key contains this: in a label it separates the place. */
 const BETWEEN = "|";
 
 export function isFolded(key: string): boolean {

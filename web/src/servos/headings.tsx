@@ -1,4 +1,4 @@
-/** The rows of the list under headings that fold: a label's first part, a model or a state, each with a count. */
+/** Rows of the list under headings that fold: the first part of a label, a model or a state, each with a count. */
 import type { ConditionKind } from "../bench/condition";
 import { servo } from "../bench/fleet";
 import { conditionHere } from "../bench/servo-condition";
@@ -17,7 +17,7 @@ interface Props {
   by: Grouping;
 }
 
-/** Groups follow what they are made of: a servo whose state changes goes to another heading. */
+/** Groups are live: a servo whose state changes moves to another heading. */
 export function GroupedRows({ uids, by }: Props) {
   const keyOf = (uid: string) => {
     const one = servo(uid);
@@ -35,7 +35,7 @@ export function GroupedRows({ uids, by }: Props) {
   );
 }
 
-/** What a group shares, how many servos it has, and a box that ticks them all; a press folds it. */
+/** Heading of a group, with its count and a check box for all its servos. A press folds it. */
 function GroupHead({ of, by }: { of: RowGroup; by: Grouping }) {
   const name = of.key === "" ? words.rest : by === "state" ? words[of.key as ConditionKind] : of.key;
   const open = !isFolded(of.key);

@@ -1,4 +1,4 @@
-/** The plot of several servos: one channel of each in a colour of its own, commands dashed in the same. */
+/** The plot of several servos: one channel of each, a colour per servo, commands dashed in the same colour. */
 import { useComputed, useSignal } from "@preact/signals";
 import { useEffect, useMemo } from "preact/hooks";
 import type { TelemetryGrant } from "../api/types";
@@ -15,7 +15,7 @@ import { TimeSpan } from "../plots/span";
 import { plots as words } from "../plots/words";
 import { telemetry } from "../telemetry/store";
 
-/** Asked of each; the server grants what the bus allows. */
+/** Requested for each servo; the server grants what the bus allows. */
 const RATE_HZ = 50;
 const FIRST = "current_angle";
 
@@ -118,7 +118,7 @@ export function ManyPlot({ uids }: Props) {
   );
 }
 
-/** The wishes of all, and in words what the slowest of them got. */
+/** The requested rate, and the granted rate of the slowest servo in words. */
 function useGrants(uids: string, channels: string): string {
   const grants = useSignal<ReadonlyMap<string, TelemetryGrant>>(new Map());
   useEffect(() => {

@@ -1,4 +1,4 @@
-/** The editing of a nickname, in place. */
+/** In-place editor of a nickname. */
 
 import { useSignal } from "@preact/signals";
 import { useEffect, useRef } from "preact/hooks";

@@ -1,4 +1,4 @@
-/** The order of the servos in the list: by a column, up or down, with what is not known at the end. */
+/** The order of the servos in the list: by a column, ascending or descending, unknown values last. */
 import type { ConditionKind } from "../bench/condition";
 
 export const COLUMNS = ["angle", "name", "ids", "health", "supply", "age", "rom"] as const;
@@ -10,7 +10,7 @@ export interface Sorting {
   way: Way;
 }
 
-/** Figures that change by themselves: rows are put in order when it is asked for, and then stay where they are. */
+/** Figures that change continuously: the list is sorted once, on request, so that rows stay in place. */
 const LIVE: ReadonlySet<SortColumn> = new Set(["angle", "supply", "age"]);
 
 export function standsStill(column: SortColumn): boolean {
@@ -33,7 +33,7 @@ export function severity(kind: ConditionKind): number {
   return SEVERITY.indexOf(kind);
 }
 
-/** How a sorting is written in an address: "name", or "-name" for descending. */
+/** A sorting as written in an address: "name", or "-name" for descending. */
 export function sortingIn(text: string): Sorting | null {
   const column = COLUMNS.find(one => one === text.replace(/^-/, ""));
   return column ? { column, way: text.startsWith("-") ? "descending" : "ascending" } : null;
@@ -43,13 +43,15 @@ export function sortingText(sorting: Sorting | null): string {
   return sorting === null ? "" : `${sorting.way === "descending" ? "-" : ""}${sorting.column}`;
 }
 
-/** Pressing a column's head: another column begins ascending, the same one turns round, a third press ends it. */
+/**
+ * A press on a column head: a new column starts ascending, the same column turns descending, a third press clears it.
+ */
 export function pressed(sorting: Sorting | null, column: SortColumn): Sorting | null {
   if (sorting?.column !== column) return { column, way: "ascending" };
   return sorting.way === "ascending" ? { column, way: "descending" } : null;
 }
 
-/** `uids` by what `fact` says of each; equal ones keep their order, those without a fact come last either way. */
+/** `uids` sorted by `fact`. Stable; servos without a value come last in both directions. */
 export function ordered(
   uids: readonly string[],
   way: Way,

@@ -1,4 +1,4 @@
-/** The Servos page: every servo a row, who is waiting for a node id, and what to do when there is none. */
+/** The Servos page: a row per servo, nodes waiting for a node ID, and help when there are no servos. */
 import { untracked, useComputed, useSignal } from "@preact/signals";
 import { useEffect } from "preact/hooks";
 import { watchAllocations } from "../bench/allocations";
@@ -72,7 +72,7 @@ export function ServosPage() {
     attention: all.value.filter(one => needsAttention(conditionHere(one).kind)).length,
     unsaved: all.value.filter(one => one.unsaved.length > 0).length,
   })).value;
-  // Only the list of uids goes down: a row redraws itself.
+  // Only the list of UIDs is passed down: each row redraws itself.
   const found = useComputed(() =>
     all.value
       .filter(one => isFound(one, wanted.value) && passes(one, filter.value))
@@ -178,7 +178,7 @@ export function ServosPage() {
   );
 }
 
-/** Which servos: side by side, or where there is no room for that in a list. */
+/** The choice of servos: segments, or a list where space is short. */
 function FilterChoice(counts: Record<Filter, number>) {
   const options = FILTERS.map(key => ({ key, label: text.servos[key](counts[key]) }));
   if (phone.value)
@@ -205,7 +205,10 @@ function FilterChoice(counts: Record<Filter, number>) {
   );
 }
 
-/** Whose output the session took, and the way back. While a stop is latched its band says so. */
+/**
+ * Servos whose output was switched off by a session, and the button to restore it. While a stop is latched, its band
+ * shows this.
+ */
 function OutputsOff() {
   const n = restorable.value.length;
   const refused = useSignal<string | null>(null);
@@ -229,7 +232,7 @@ function words(joined: string): string[] {
   return joined === "" ? [] : joined.split(" ");
 }
 
-/** By a live figure once, so that rows stay where they are; by anything else as it changes. */
+/** Sorted once by a live figure, so that rows stay in place; otherwise sorted again with every change. */
 function sorted(uids: readonly string[], by: Sorting | null): readonly string[] {
   if (by === null) return uids;
   if (!standsStill(by.column)) return ordered(uids, by.way, uid => factOf(servo(uid), by.column));

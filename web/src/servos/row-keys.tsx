@@ -1,7 +1,7 @@
-/** The keys that go through the rows of the list; nothing to be seen. */
+/** Keys that move through the rows of the list; renders nothing. */
 import { useKeys } from "../kit/use-keys";
 
-/** j, k and the arrows move the focus from row to row, x ticks the row; Enter is the link's own. */
+/** j, k and the arrows move the focus between rows, x selects the row; Enter follows the link. */
 export function RowKeys() {
   const row = () => document.activeElement?.closest<HTMLElement>(".servo-row") ?? null;
   const move = (by: 1 | -1) => {

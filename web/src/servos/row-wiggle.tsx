@@ -1,4 +1,4 @@
-/** The wiggle in a row on a phone: one thumb finds which horn it is. What speaks against it is told when it is pressed. */
+/** Wiggle in a row, on a phone. Reasons against it are shown when it is pressed. */
 
 import { stopped } from "../bench/bench";
 import { type KnownServo, nameOf } from "../bench/fleet";

@@ -1,4 +1,4 @@
-/** One servo's row: horn, angle, who it is, how it is, its last half minute, and whether ROM holds it all. */
+/** One servo's row: horn, angle, name, state, the last 30 s, and its ROM state. */
 
 import { useEffect, useRef } from "preact/hooks";
 import { type KnownServo, nameOf, servo } from "../bench/fleet";
@@ -40,7 +40,7 @@ export function ServoRow({ uid }: { uid: string }) {
   const round = connection.value;
   const settled = one?.online === true && one.state !== "identifying" && one.state !== "restarting";
   const model = one?.model;
-  // Read anew after each connection, restart and identification, and not because the row is shown again.
+  // Read after each connection, restart and identification, not each time the row is shown.
   useEffect(() => {
     if (round > 0) wantSheet(uid, `${round} ${settled} ${model}`);
   }, [uid, round, settled, model]);

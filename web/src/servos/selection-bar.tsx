@@ -1,4 +1,4 @@
-/** The bar of the ticked servos: what can be done to several at once. */
+/** The bar of the selected servos: actions on several servos. */
 
 import { useSignal } from "@preact/signals";
 import { useEffect } from "preact/hooks";
@@ -22,7 +22,7 @@ const ApplyProfile = lazy<{ uids: readonly string[]; onClose: () => void }>(() =
   import("../change/choose-profile").then(file => file.ApplyProfile),
 );
 
-/** Where the parameters of these servos stand side by side. */
+/** Address of the matrix with these servos. */
 export function matrixPath(uids: readonly string[]): string {
   return pathOf("matrix", null, "", { uids: uids.join(",") });
 }
@@ -47,7 +47,7 @@ export function SelectionBar({ plotting, onPlot }: Props) {
   };
   useKeys({ w: shake });
   useEffect(() => {
-    // A round of another selection is over.
+    // The results of another selection are outdated.
     if (!wiggling.peek()) round.value = null;
   }, [chosen]);
   if (chosen.length === 0) return null;

@@ -1,4 +1,4 @@
-/** Which servos are ticked on the Servos page: kept while the tab lives, never one that is gone. */
+/** Selected servos of the Servos page: stored for the tab, without servos that are gone. */
 import { computed, effect, signal } from "@preact/signals";
 import { uids } from "../bench/fleet";
 import { readTab, writeTab } from "../bench/tab-store";
@@ -12,7 +12,7 @@ function known(found: unknown): ReadonlySet<string> {
   return new Set(Array.isArray(found) ? found.map(String) : []);
 }
 
-/** Unique ids of the ticked servos, in the order of the list. */
+/** UIDs of the selected servos, in the order of the list. */
 export const selected = computed(() => uids.value.filter(uid => ticked.value.has(uid)));
 
 export function isSelected(uid: string): boolean {

@@ -1,4 +1,4 @@
-/** The order of the list in a narrow window, where some heads have no room: a column to choose, and which way round. */
+/** The order of the list in a narrow window without column heads: a column and a direction. */
 import type { AddressChoice } from "../bench/route";
 import { Button } from "../kit/button";
 import { Choice, cell } from "../kit/field";

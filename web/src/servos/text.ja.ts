@@ -141,7 +141,8 @@ export const servos = {
     huntingAdvice: "静止中に振動しています。比例ゲインを下げるか、デッドバンドを広げてください。",
     saturated: "トルク飽和",
     saturatedAt: (torque, limit) => `トルク飽和、${limit}中${torque}`,
-    saturatedAdvice: "静止したままトルク制限に達しています。ホーンの障害物を取り除くか、負荷を減らしてください。",
+    saturatedAdvice:
+      "静止したままトルク制限に達しています。ホーンの障害物を取り除くか、負荷を減らしてください。",
     released: "トルクオフ: 通信タイムアウト（0x26）",
     held_after_timeout: "通信タイムアウト後も保持（0x26）",
   },

@@ -1,4 +1,4 @@
-/** The words of parts of this folder that are fetched when first shown. */
+/** Words of this folder, loaded with the parts that first show them. */
 import { wordsIn } from "../text/language";
 
 export const headings = wordsIn(

@@ -1,4 +1,4 @@
-/** What every page says, in the language chosen at start. */
+/** Words of every page, in the language chosen at start. */
 import { loadedText } from "./language";
 
 export const text = loadedText();

@@ -1,4 +1,4 @@
-/** The catalogue of everything the page says, in Japanese. */
+/** Japanese catalogue of words needed by every page. */
 
 import { frame } from "../frame/text.ja";
 import { live } from "../motion/text.ja";
@@ -42,6 +42,6 @@ export const text = {
   ...live,
 
   table,
-  /** The server's own words; `ja/codes.ts` has others as soon as it is here. */
+  /** The server's message, until `ja/codes.ts` is loaded. */
   problem: problem => problem.message,
 } satisfies Text;

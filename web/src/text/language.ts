@@ -1,28 +1,28 @@
-/** Which language the page speaks: the wish, where it is kept, and the catalogue that is loaded for it. */
+/** Language of the page: choice, storage and catalogue. */
 import type { text } from "./en";
 
 export type Language = "en" | "ja";
-/** What is said on any page; every catalogue has this shape. */
+/** Words of every page; all catalogues have this shape. */
 export type Text = Said<typeof text>;
 
-/** The shape of a catalogue in another language: the same keys and slots, other words. */
+/** The type of a catalogue in another language: same keys and slots. */
 export type Said<T> = T extends string
   ? string
   : T extends (...slots: infer Slots) => infer Sentence
     ? (...slots: Slots) => Said<Sentence>
     : { [Key in keyof T]: Said<T[Key]> };
 
-/** How each language calls itself, and where its words are. Only the chosen one is fetched. */
+/** Name of each language in itself, and its catalogue. Only the chosen one is loaded. */
 export const LANGUAGES = {
   en: { name: "English", text: () => import("./en").then(file => file.text) },
   ja: { name: "日本語", text: () => import("./ja").then(file => file.text) },
 } as const satisfies Record<Language, { name: string; text: () => Promise<Text> }>;
 
 const KEY = "hornbill.language";
-/** Where the storage is forbidden, the address keeps the choice. */
+/** Query parameter that stores the choice where storage is blocked. */
 const IN_ADDRESS = "language";
 
-/** The language the address asks for, else the one chosen here before, else the first of the browser's that there is, else English. */
+/** Language in the address, else the stored one, else the first supported one of the browser, else English. */
 export function chosenLanguage(): Language {
   const asked = new URLSearchParams(location.search).get(IN_ADDRESS);
   if (asked === "en" || asked === "ja") return asked;
@@ -30,7 +30,7 @@ export function chosenLanguage(): Language {
     const kept = localStorage.getItem(KEY);
     if (kept === "en" || kept === "ja") return kept;
   } catch {
-    // Storage may be forbidden; the browser's wish stands then.
+    // Storage may be blocked: use the browser's languages.
   }
   for (const wish of navigator.languages) {
     const plain = wish.slice(0, 2).toLowerCase();
@@ -39,7 +39,7 @@ export function chosenLanguage(): Language {
   return "en";
 }
 
-/** Keeps the choice and loads the page again in it: words are read once, when a part of the page is loaded. */
+/** Store the choice and reload the page: words are read once, when a part of the page is loaded. */
 export function chooseLanguage(next: Language, reload: (address: string) => void): void {
   if (next === spoken()) return;
   const address = new URL(location.href);
@@ -55,13 +55,13 @@ export function chooseLanguage(next: Language, reload: (address: string) => void
 let started: Language | null = null;
 let known: Text | null = null;
 
-/** Takes a catalogue that is here already; tests begin with it. */
+/** Set a catalogue that is already loaded, in tests. */
 export function speak(language: Language, words: Text): void {
   started = language;
   known = words;
 }
 
-/** Fetches what every page says in the chosen language; the words of other parts come with them (`wordsIn`). */
+/** Load the catalogue of the chosen language. Words of other parts load with them (`wordsIn`). */
 export async function startLanguage(): Promise<void> {
   const language = chosenLanguage();
   started = language;
@@ -69,7 +69,7 @@ export async function startLanguage(): Promise<void> {
   known = await LANGUAGES[language].text();
 }
 
-/** The language of this page: the address that asked for it may be gone since it was loaded. */
+/** Language of this page. The address that set it may have changed since. */
 export function spoken(): Language {
   return started ?? chosenLanguage();
 }
@@ -80,10 +80,10 @@ export function loadedText(): Text {
   return known;
 }
 
-/** What fetches words of parts that are here while they are not. */
+/** Loaders of words that loaded parts are waiting for. */
 const awaited = new Set<() => Promise<void>>();
 
-/** Calls `load` before the next part is shown, until it has succeeded. */
+/** Call `load` before the next part is shown, until it succeeds. */
 export function awaitWords(load: () => Promise<void>): void {
   const fetchIt = async () => {
     await load();
@@ -93,8 +93,9 @@ export function awaitWords(load: () => Promise<void>): void {
 }
 
 /**
- * The words of a part, in the language of this page. A part that imports them may be run before they are here:
- * `kit/lazy.tsx` shows it when they are (`wordsLoaded`). So modules name them at will and read sentences in functions.
+ * Words of a part, in the language of this page. A part may be imported before its words are loaded: `kit/lazy.tsx`
+ * shows it once they are (`wordsLoaded`). So modules may name words at the top level, but read sentences only in
+ * functions.
  */
 export function wordsIn<Words extends object>(
   en: () => Promise<{ words: Words }>,
@@ -107,7 +108,7 @@ export function wordsIn<Words extends object>(
   return readThrough(() => words);
 }
 
-/** An object whose keys are looked up when they are read; before `whole` is here, what they name is one, too. */
+/** A proxy whose keys are resolved when read. Before `whole` is loaded, its values are proxies, too. */
 function readThrough<T extends object>(whole: () => T | null): T {
   const get = (_: object, key: string) => {
     const there = whole();
@@ -121,7 +122,7 @@ function readThrough<T extends object>(whole: () => T | null): T {
   return new Proxy({}, { get, has: refuse, ownKeys: refuse }) as T;
 }
 
-/** Resolves when the words of every part that is here are here, too. */
+/** Resolves when the words of all loaded parts are loaded. */
 export async function wordsLoaded(): Promise<void> {
   await Promise.all([...awaited].map(fetchIt => fetchIt()));
 }

@@ -1,4 +1,4 @@
-/** The language of the tests: English, there before any of them is run. */
+/** The language of the tests: English, loaded before any test. */
 import { beforeAll } from "vitest";
 import { text } from "./en";
 import { speak, wordsLoaded } from "./language";

@@ -47,7 +47,9 @@ export const marks = {
   stop: p => `${who(p.by)}が停止${p.why ? `: ${STOP_CAUSE[p.why] ?? p.why}` : ""}`,
   failure: p => `${p.servo}の障害: ${faultNames(p.faults)}`,
   lost: p =>
-    p.node_id === undefined ? `${p.servo}がオフライン` : `${p.servo}のノードID ${p.node_id}を別のノードが使用`,
+    p.node_id === undefined
+      ? `${p.servo}がオフライン`
+      : `${p.servo}のノードID ${p.node_id}を別のノードが使用`,
   bus_lost: p => trouble(p).replace(/。$/, ""),
 } satisfies Codes["marks"];
 

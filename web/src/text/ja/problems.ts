@@ -77,7 +77,8 @@ export const codes: Readonly<Record<string, Saying>> = {
   unsupported_media_type: () => "データの形式が正しくありません。",
   too_large: () => "データが大きすぎます。",
   idempotency_key_reused: () => "このキーは別の要求で使われました。",
-  stale_revision: () => "別のクライアントがこのサーボを変更しました。現在の値を確認してから、再試行してください。",
+  stale_revision: () =>
+    "別のクライアントがこのサーボを変更しました。現在の値を確認してから、再試行してください。",
   not_found: () => "見つかりません。",
   method_not_allowed: () => "この操作はできません。",
   internal: () => "hornbillの内部でエラーが発生しました。報告してください。",
@@ -94,9 +95,9 @@ export const causes: Readonly<Record<string, Saying>> = {
     `アダプタ${p.address}はありません。${p.others ? `次から選んでください: ${p.others}。` : "接続してください。"}`,
   adapter_removed: () => `取り外されています。接続し直してください。`,
   adapter_unconfirmed: () => `シリアルポートの先にCANアダプタがあるかどうかは分かりません。`,
-  address_is_recording: p => `${p.address}は記録です。読み書きも動作もできません。アダプタを接続してください。`,
-  allocation_busy: p =>
-    `ノードID ${p.node_id}のサーボは処理中です。終わるまで割り当てを削除できません。`,
+  address_is_recording: p =>
+    `${p.address}は記録です。読み書きも動作もできません。アダプタを接続してください。`,
+  allocation_busy: p => `ノードID ${p.node_id}のサーボは処理中です。終わるまで割り当てを削除できません。`,
   allocation_not_found: p => `${p.uid}のノードIDの割り当てはありません。`,
   already_requested: p => `すでに${who(p.by)}が動作権を求めています。決まるまで待ってください。`,
   angle_unknown: p => `${p.servo}の角度が分かりません。電源と配線を確認してください。`,
@@ -122,7 +123,8 @@ export const causes: Readonly<Record<string, Saying>> = {
   body_too_large: p => `データが大きすぎます。${p.limit_kb} kBまでにしてください。`,
   brake_not_acknowledged: p => `${p.servo}がブレーキに応答しません。トルクをオフにします。`,
   broadcast_id: () => `サーボID 255はバスの全サーボを動かします。1～254を使ってください。`,
-  bus_address_invalid: p => `「${p.address}」はバスのアドレスではありません。socketcan:can0のように書いてください。`,
+  bus_address_invalid: p =>
+    `「${p.address}」はバスのアドレスではありません。socketcan:can0のように書いてください。`,
   bus_disconnecting: () => `バスを切断中のため、動かしません。`,
   bus_lost: () => `バスが失われています。戻ってから指令し直してください。`,
   bus_lost_during_command: () => `指令の途中でバスが失われました。トルクはオフになります。`,
@@ -151,7 +153,8 @@ export const causes: Readonly<Record<string, Saying>> = {
     `${p.servo}は${KIND[p.kind ?? ""] ?? p.kind}指令を受け付けません。0x25はファームウェア${p.since}からです。角度を指令してください。`,
   control_request_not_found: () => `この要求はもうありません。もう一度要求してください。`,
   control_transfer_in_progress: () => `動作権がちょうど移るところです。1秒後にやり直してください。`,
-  control_transfer_pending: p => `動作権は要求していた${who(p.by)}に移るところです。1秒後にやり直してください。`,
+  control_transfer_pending: p =>
+    `動作権は要求していた${who(p.by)}に移るところです。1秒後にやり直してください。`,
   could_switch_off: p =>
     `${p.key}を${p.requested}${u(p)}にすると、今すぐ出力が切れる可能性があります${p.reading === undefined ? "（測定値は不明）" : `（測定値${p.reading}${u(p)}、余裕±${p.margin}${u(p)}）`}。`,
   data_folder_only: p =>
@@ -173,11 +176,11 @@ export const causes: Readonly<Record<string, Saying>> = {
   file_name_missing: p => `${p.address}にファイル名がありません。file:can0.logのように書いてください。`,
   file_not_found: p => `「${p.name}」はありません。`,
   file_not_toml_or_json: () => `TOMLまたはJSONのファイルを指定してください。`,
-  file_not_written: p =>
-    `記録を書き込めません（${p.error}）。データフォルダとディスクを確認してください。`,
+  file_not_written: p => `記録を書き込めません（${p.error}）。データフォルダとディスクを確認してください。`,
   file_too_large: p => `ファイルが${p.limit_kb} kBを超えています。プロファイルは通常数kBです。`,
   file_unreadable: p => `${p.name}を読めません。名前と権限を確認してください。`,
-  firmware_invalid: p => `「${p.requested}」はファームウェアの版ではありません。1.300のように書いてください。`,
+  firmware_invalid: p =>
+    `「${p.requested}」はファームウェアの版ではありません。1.300のように書いてください。`,
   firmware_not_for_model: p =>
     `${p.model}にファームウェア${p.firmware}はありません。次から選んでください: ${p.known}。`,
   firmware_unknown: p => `ファームウェア「${p.requested}」はありません。次から選んでください: ${p.known}。`,
@@ -201,7 +204,8 @@ export const causes: Readonly<Record<string, Saying>> = {
   horn_turning: p => `${p.servo}のホーンが動いています。静止するまで待ってください。`,
   horn_turning_before_save: p =>
     `${p.servo}のホーンが${p.speed_rpm}で動いています。保存していません。先に静止させてください。`,
-  horn_turning_output_off: p => `出力がオフの${p.servo}のホーンが${p.speed_rpm}で動いています。静止させてください。`,
+  horn_turning_output_off: p =>
+    `出力がオフの${p.servo}のホーンが${p.speed_rpm}で動いています。静止させてください。`,
   host_not_allowed: p =>
     `「${p.host}」はこのサーバの名前ではありません。次のいずれかを使ってください: ${p.known}。`,
   host_not_found: () => `そのホストはありません。ホスト名を確認するか、IPアドレスを入力してください。`,
@@ -226,16 +230,19 @@ export const causes: Readonly<Record<string, Saying>> = {
     `CANインターフェース${p.interface}はありません。${p.others ? `このコンピュータにあるもの: ${p.others}。` : ""}${p.command ? `次のコマンドで作成できます: ${p.command}` : "アダプタを接続するか、別のインターフェースを選んでください。"}`,
   interface_not_visible: () =>
     `LinuxのドライバにはありますがCANインターフェースが見えません。コンテナでは--network hostで実行してください。`,
-  interface_unsupported: p => `「${p.interface}」というインターフェースはありません。使えるもの: ${p.known}。`,
+  interface_unsupported: p =>
+    `「${p.interface}」というインターフェースはありません。使えるもの: ${p.known}。`,
   internal_error: p => `hornbillの内部でエラーが発生しました（${p.error}）。報告してください。`,
   job_cancelled: p => `${p.servo}の処理が中止されました。`,
   job_in_progress: p => `${p.servo}は処理中です。終わってからやり直してください。`,
   job_not_found: p => `処理${p.job}はありません。`,
   job_running: () => `このサーボは別の処理中です。終わるまで待ってください。`,
-  kernel_without_socketcan: p => `このカーネルはSocketCANを使えません。次のコマンドを実行してください: ${p.command}`,
+  kernel_without_socketcan: p =>
+    `このカーネルはSocketCANを使えません。次のコマンドを実行してください: ${p.command}`,
   key_malformed: p => `Idempotency-Keyは1～${p.longest}文字の表示できるASCII文字1つにしてください。`,
   key_reused: () => `このIdempotency-Keyは別の要求で使われました。要求ごとに新しいキーを使ってください。`,
-  label_of_recorded_servo: p => `${p.servo}は記録のサーボです。名前を付けるには実際のバスを接続してください。`,
+  label_of_recorded_servo: p =>
+    `${p.servo}は記録のサーボです。名前を付けるには実際のバスを接続してください。`,
   last_command_not_accepted: p => `${p.servo}が最後の指令を受け付けませんでした。`,
   lease_ended: () => `動作権は終わり、指令していたサーボのトルクはオフになりました。もう一度取ってください。`,
   lease_ended_during_command: () => `指令の途中で動作権が終わりました。トルクはオフになります。`,
@@ -293,11 +300,13 @@ export const causes: Readonly<Record<string, Saying>> = {
     `ノードID ${p.node_id}は${p.owner}のものです。別のIDを選ぶか、先にその割り当てを削除してください。`,
   node_id_still_in_use: p =>
     `${p.servo}はノードID ${p.requested}で復帰しますが、そのIDはまだ${p.owner_title}が使っています。保存していません。先にそちらを保存するか、初期設定で入れ替えてください。`,
-  node_ids_exhausted: () => `退避に使えるノードIDがありません。使われていないノードの割り当てを削除してください。`,
+  node_ids_exhausted: () =>
+    `退避に使えるノードIDがありません。使われていないノードの割り当てを削除してください。`,
   node_not_responding: p =>
     `ノード${p.node_id}が応答しません（${p.service}、${p.tries}回）。電源、ケーブル、バスを確認してください。`,
   not_a_number: p => `${p.key}には数値を入力してください${p.unit ? `（${p.unit}）` : ""}。`,
-  not_a_recording: p => `${p.name}はhornbillの記録ではありません。hornbillが書き出した.zipを指定してください。`,
+  not_a_recording: p =>
+    `${p.name}はhornbillの記録ではありません。hornbillが書き出した.zipを指定してください。`,
   not_allowed_in_profile: p => `${p.key}はプロファイルに入れられません。除いてください。`,
   not_following: p =>
     `${p.servo}が指令に従いません。ホーンは${p.angle_deg}、目標から${p.away_deg}です。試験を終了しました。負荷の緩みを確認するか、角度比例ゲインを下げてください。`,
@@ -319,7 +328,8 @@ export const causes: Readonly<Record<string, Saying>> = {
   not_stored_in_rom: p => `${p.key}はROMに保存されないため、設定ではありません。除いてください。`,
   nothing_to_write: p => `${p.side}から${p.servo}に書き込む値がありません。行を指定してください。`,
   offline: p => `${p.servo}はオフラインです。電源と配線を確認してください。`,
-  one_source_required: () => `プロファイルの元は、値、サーボ、スナップショットのうち1つだけ指定してください。`,
+  one_source_required: () =>
+    `プロファイルの元は、値、サーボ、スナップショットのうち1つだけ指定してください。`,
   open_failed: p => `${p.address}を開けません。`,
   origin_not_allowed: p =>
     `別のサイトからの要求は受け付けません。hornbillのページ（http://${p.host}/）を開いてください。`,
@@ -342,7 +352,8 @@ export const causes: Readonly<Record<string, Saying>> = {
   position_unit_conflict: p =>
     `${p.servo}の位置の単位がStatusと0x08で一致しません。単独で指令するか、単位を指定してください。`,
   profile_angle_only: () => `動作プロファイルは角度の指令だけに使えます。`,
-  profile_not_accepted: p => `${p.targets}台中${p.failed}台がプロファイルを受け付けませんでした: ${p.titles}。`,
+  profile_not_accepted: p =>
+    `${p.targets}台中${p.failed}台がプロファイルを受け付けませんでした: ${p.titles}。`,
   profile_not_found: p => `プロファイル「${p.name}」はありません。`,
   profile_of_unknown_series: p =>
     `${p.servo}は未対応のシリーズのため、プロファイルを作成できません。スナップショットを作成してください。`,
@@ -382,7 +393,8 @@ export const causes: Readonly<Record<string, Saying>> = {
   restarts_repeatedly: p => `${p.servo}が再起動を繰り返すため、ROMの値は不明です。電源を確認してください。`,
   restarts_repeatedly_in_reset: p =>
     `${p.servo}が再起動を繰り返し、書き込んだ値が残りません。電源を確認してください。`,
-  role_insufficient: p => `トークン「${p.token}」の権限は「${p.role}」です。必要な権限は「${p.needed}」です。`,
+  role_insufficient: p =>
+    `トークン「${p.token}」の権限は「${p.role}」です。必要な権限は「${p.needed}」です。`,
   rom_differs: p => `${p.servo}のROMが保存した値と異なります: ${p.keys}。`,
   rom_lost_during_save: p =>
     `${p.servo}は初期値で起動しました。ROMを読み込めず、保存値は失われています。書き込み中に電源が切れました。スナップショットを復元し、保存し直してください。`,
