@@ -402,8 +402,8 @@ async def test_a_servo_id_of_a_servo_on_the_bus_is_refused_with_its_owner_and_a_
 
 @scene()
 async def test_a_servo_id_of_one_that_is_only_remembered_is_refused_too(rig: Rig, servo: Servo) -> None:
-    rig.host.store.servos.keep_rom(Uid("ab" * 16), {"servo_id": 9, "node_id": 44})
-    rig.host.store.servos.label(Uid("ab" * 16), "elbow")
+    rig.host.store.servos.put_rom(Uid("ab" * 16), {"servo_id": 9, "node_id": 44})
+    rig.host.store.servos.set_label(Uid("ab" * 16), "elbow")
     for key, number in (("servo_id", 9), ("node_id", 44)):
         taken = problem(await patching(rig, servo, {key: number}), "conflict", 409)
         assert (taken["owner"], taken["owner_title"]) == ("ab" * 16, "elbow")

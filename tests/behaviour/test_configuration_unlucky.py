@@ -49,7 +49,7 @@ async def until_step(rig: Rig, job_id: str, step: str) -> None:
 async def aside(rig: Rig, servo: Servo) -> None:
     """Let its horn stand at 90°, under more load than soft start can move, and torque be on when it starts anew."""
     json(await rig.call("POST", f"/servos/{servo.uid}/torque", {"mode": "off"}))
-    assert rig.bench.turn_by_hand(Uid(servo.uid), 90.0)
+    assert rig.bench.turn_manually(Uid(servo.uid), 90.0)
     rig.sim(servo).memory.put(0x20, 0)  # as another tool would: on, and under nobody's command
     rig.sim(servo).conditions.load_pct = 60.0
 

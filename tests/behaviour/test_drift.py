@@ -162,7 +162,7 @@ async def first(rig: Rig) -> None:
 def long_ago(tmp_path: Path) -> None:
     """Make the store believe that the servo was seen last an hour ago."""
     with Store(tmp_path / "data", wall=lambda: time.time() - 3600) as store:
-        store.servos.met(Uid(UID.hex()))
+        store.servos.seen(Uid(UID.hex()))
 
 
 def later(recipe: Recipe, tmp_path: Path, *, running: bool = False) -> tuple[dict[str, tuple[Any, Any]], int]:

@@ -94,7 +94,7 @@ async def test_what_a_wiggle_borrows_is_never_told_as_in_ram_only(rig: Rig, serv
         await asyncio.sleep(0.005)
     assert lent, "it was limited meanwhile"
     assert {key for keys in seen for key in keys} - {"torque_mode"} == set(before) - {"torque_mode"}
-    assert servo.temporary_values == {}
+    assert servo.overridden == {}
 
 
 @scene(HELD)
@@ -105,7 +105,7 @@ async def test_what_a_wiggle_could_not_give_back_is_told_as_in_ram_only(rig: Rig
         await asyncio.sleep(0.005)
     rig.sim(servo).conditions.mute = True
     await rig.host.jobs.wait(job)
-    assert servo.temporary_values == {}
+    assert servo.overridden == {}
     assert "speed_limit_cw" in servo.unsaved()
 
 

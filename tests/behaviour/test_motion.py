@@ -219,7 +219,7 @@ async def test_torque_on_holds_where_the_horn_stands(rig: Rig, servo: Servo) -> 
     path = f"/servos/{servo.uid}/torque"
     problem(await rig.call("POST", path, {"mode": "on"}), "lease_held", 409)
     json(await rig.call("POST", path, {"mode": "off"}))
-    assert rig.bench.turn_by_hand(rig.sim(servo).uid.hex(), 40.0)  # pyright: ignore[reportArgumentType]
+    assert rig.bench.turn_manually(rig.sim(servo).uid.hex(), 40.0)  # pyright: ignore[reportArgumentType]
     assert json(await rig.call("POST", path, {"mode": "on"}, lease=lease))["value"] == "on"
     await asyncio.sleep(3)
     assert rig.sim(servo).output == 0, "kept alive while the lease lives"
@@ -342,7 +342,7 @@ async def test_turning_torque_on_anew_forgets_what_was_commanded_before(rig: Rig
     await asyncio.sleep(1)
     rig.sim(servo).memory.put(0x20, 1)  # another tool turned it off
     rig.sim(servo)._device.commander.configured()  # pyright: ignore[reportPrivateUsage]
-    rig.bench.turn_by_hand(servo.uid, 5.0)
+    rig.bench.turn_manually(servo.uid, 5.0)
     rig.bus.history.clear()
     rig.sim(servo).conditions.drop_responses_pct = 60
     answer = None

@@ -139,7 +139,7 @@ async def test_forgetting_says_when_it_takes_effect(rig: Rig, servo: Servo) -> N
     rig.bench.power(servo.uid, False)
     await asyncio.sleep(4)
     answer = json(await rig.call("DELETE", f"/allocations/{servo.uid}"))
-    assert "is free now" in answer["note"]
+    assert "is free" in answer["note"]
     problem(await rig.call("DELETE", f"/allocations/{servo.uid}"), "unknown_uid", 404)
     problem(await rig.call("DELETE", "/allocations/nonsense"), "invalid_value", 422)
 
@@ -210,7 +210,7 @@ async def test_it_stands_down_for_another_allocator_says_so_and_insists_when_tol
     found = await allocator(rig)
     assert (found["state"], found["competing_node_id"]) == ("standby", 9)
     (event,) = rig.events("second_allocator")
-    assert (event.level, event.text) == ("warning", "Node 9 gives node ids too. This one stands down.")
+    assert (event.level, event.text) == ("warning", "Node 9 also allocates node IDs. hornbill's allocator is on standby.")
     sim = rig.bench.add(DYNAMIC)
     asked = 0
     for _ in range(30):  # it answers first parts for as long as it likes
@@ -226,7 +226,7 @@ async def test_it_stands_down_for_another_allocator_says_so_and_insists_when_tol
     await rig.ready(2)
     assert sim.node_id == 125
     assert (await allocator(rig))["competing_node_id"] == 9
-    assert rig.events("second_allocator")[-1].text.endswith("This one answers all the same, as it was told to.")
+    assert rig.events("second_allocator")[-1].text.endswith("hornbill continues to allocate, because it is forced.")
 
 
 @scene()
@@ -236,7 +236,7 @@ async def test_it_comes_back_when_the_other_one_is_gone_and_says_so(rig: Rig) ->
     await rig.ready(2)
     assert sim.node_id == 125
     (event,) = rig.events("second_allocator_gone")
-    assert event.text == "Node 9 no longer gives node ids. This one gives them again."
+    assert event.text == "Node 9 no longer allocates node IDs. hornbill allocates them again."
 
 
 def fill(rig: Rig, days_ago: float) -> None:

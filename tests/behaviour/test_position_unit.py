@@ -116,7 +116,7 @@ async def test_at_zero_it_stays_assumed_without_asking_and_is_detected_when_the_
     shown = json(await rig.call("GET", f"/servos/{servo.uid}/position-unit"))
     assert (shown["state"], shown["unit"]) == ("assumed", "hundred_degrees")
     now = asyncio.get_running_loop().time()
-    assert rig.sim(servo).turn_by_hand(55.0, now)
+    assert rig.sim(servo).turn_manually(55.0, now)
     await settled([servo], 3.0)
     assert servo.position_unit.unit == unit
     assert servo.angle_deg == pytest.approx(55.0, abs=0.2)

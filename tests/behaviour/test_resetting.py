@@ -110,7 +110,7 @@ def test_a_reset_comes_out_right_whatever_erase_does(
     answers: bool,
 ) -> None:
     behaviour = Behaviour(
-        erase_rom=erase_rom, erase_keeps_identity=spares_identity, answers_restart=answers, answers_save=answers
+        erase_rom=erase_rom, erase_keeps_identity=spares_identity, acknowledges_restart=answers, acknowledges_save=answers
     )
     if restarts:
         erase_restarts(monkeypatch)
@@ -153,7 +153,7 @@ async def test_a_reset_comes_out_right_when_a_fifth_of_all_frames_is_lost(rig: R
 async def test_the_horn_is_not_moved_before_the_restart_that_was_told_of(rig: Rig) -> None:
     servo = await old(rig)
     sim = rig.sim(servo)
-    sim.turn_by_hand(40.0, asyncio.get_running_loop().time())
+    sim.turn_manually(40.0, asyncio.get_running_loop().time())
     await asyncio.sleep(0.2)
     told = json(await rig.call("GET", f"/servos/{servo.uid}/factory-reset"))["restart"]
     assert told["moves"] is True
@@ -381,7 +381,7 @@ async def test_a_reset_that_is_cancelled_leaves_torque_off(rig: Rig) -> None:
 @scene(WORN)
 async def test_a_dry_run_of_a_restart_names_what_is_lost_and_what_the_horn_does_and_sends_nothing(rig: Rig) -> None:
     servo = await old(rig)
-    rig.sim(servo).turn_by_hand(40.0, asyncio.get_running_loop().time())
+    rig.sim(servo).turn_manually(40.0, asyncio.get_running_loop().time())
     json(await rig.call("PATCH", f"/servos/{servo.uid}/parameters", {"values": {"angle_p_gain": 55}}))
     path, written, boot_count = f"/servos/{servo.uid}/restart", rig.writes(), servo.boot_count
     plan = json(await rig.call("POST", path, {"dry_run": True}))

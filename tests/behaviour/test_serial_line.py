@@ -9,7 +9,7 @@ from behaviour import serial_line
 from behaviour.rig import PLAIN, Rig, json, problem
 from behaviour.scene import scene
 from hornbill.servo.device.servo import State
-from hornbill.servo.monitoring.line_budget import FULL, READ_BYTES, UNASKED_BYTES_PER_S
+from hornbill.servo.monitoring.line_budget import FULL, READ_BYTES, BROADCAST_BYTES_PER_S
 from hornbill.servo.monitoring.polling import BUDGET, READ_S
 from hornbill.sim.bench.recipe import Recipe
 from hornbill.wire.port import SerialLineInfo
@@ -79,7 +79,7 @@ async def test_what_is_on_the_line_beside_polling_is_left_its_room(rig: Rig) -> 
     """Fourteen servos fill a slow line to 60 % unasked: polling takes what is left of 85 %, and no more."""
     adapter = await serial_line.connect(rig, SLOW)
     servos = await rig.ready(14, within_s=120)
-    unasked = 14 * UNASKED_BYTES_PER_S / (SLOW / 10)
+    unasked = 14 * BROADCAST_BYTES_PER_S / (SLOW / 10)
     assert unasked + BUDGET > FULL
     for servo in servos:
         body = {"channels": ["current_angle"], "rate_hz": 20}
@@ -133,7 +133,7 @@ async def test_the_line_is_shown_with_its_budget_and_its_load(rig: Rig) -> None:
         "latency_ms": None,
     }  # fmt: skip
     assert shown["limited_by"] == "serial_line"
-    expected = (FULL * SLOW / 10 - 6 * UNASKED_BYTES_PER_S) / READ_BYTES
+    expected = (FULL * SLOW / 10 - 6 * BROADCAST_BYTES_PER_S) / READ_BYTES
     assert shown["load_cap_pct"] == pytest.approx(min(expected, 0.4 * SLOW / 10 / READ_BYTES) * READ_S * 100, abs=0.1)
     found = json(await rig.call("GET", "/bus/doctor?all=true"))
     assert next(one for one in found if one["code"] == "serial_line_full")["severity"] == "ok"

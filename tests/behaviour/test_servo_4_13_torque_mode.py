@@ -50,7 +50,7 @@ def test_example_2_a_hand_turns_it_meanwhile(mode: int) -> None:
     desk.write("0x00", 450)
     desk.settle()
     desk.write("0x20", mode)
-    assert desk.servo.turn_by_hand(0.0, desk.now)
+    assert desk.servo.turn_manually(0.0, desk.now)
     assert desk.read("0x08") == 0
     desk.write("0x20", ON)
     desk.wait(1.0)
@@ -116,7 +116,7 @@ def test_between_off_and_brake_nothing_is_dropped() -> None:
 @pytest.mark.states("B61")
 def test_a_hand_does_not_turn_it_while_torque_is_on() -> None:
     desk = Desk(rom=FREE)
-    assert not desk.servo.turn_by_hand(90.0, desk.now)
+    assert not desk.servo.turn_manually(90.0, desk.now)
     assert desk.read("0x08") == 0
 
 
@@ -191,7 +191,7 @@ def test_protection_comes_first_and_its_cause_has_to_go(condition: dict[str, flo
 def test_outside_the_angle_limits_torque_on_holds_there() -> None:
     desk = Desk(rom=FREE | {"angle_limit_cw": 300})
     desk.write("0x20", OFF)
-    desk.servo.turn_by_hand(60.0, desk.now)
+    desk.servo.turn_manually(60.0, desk.now)
     desk.write("0x20", ON)
     desk.wait(1.0)
     assert desk.read("0x08") == pytest.approx(600, abs=3)

@@ -313,7 +313,7 @@ def test_a_stop_in_the_instant_of_an_answer_leaves_nothing_repeating() -> None:
         await asyncio.sleep(1)
         assert rig.writes()[-1][1:] == ("0x20", 1)
         json(await rig.call("DELETE", "/stop"))
-        rig.bench.turn_by_hand(servo.uid, 10.0)
+        rig.bench.turn_manually(servo.uid, 10.0)
         json(await rig.call("POST", path + "/torque", {"mode": "on"}, lease=lease))
         await asyncio.sleep(2)
         assert abs(rig.sim(servo).angle_deg - 10) < 1

@@ -87,7 +87,7 @@ async def test_a_servo_that_has_not_said_what_it_is_is_granted_nothing_and_told_
     servo.registers.clear()
     granted = await wish(rig, servo, SIX, 20)
     assert (granted["channels"], granted["granted_hz"], granted["bus_share"]) == ([], 0, 0)
-    assert "has not said yet what it is" in granted["note"]
+    assert "has not been identified yet" in granted["note"]
     assert (await told(rig, servo))["subscriptions"] == []
     wrong = {"channels": ["nonsense"], "rate_hz": 1}
     problem(await rig.call("PUT", f"/servos/{servo.uid}/telemetry", wrong), "unknown_parameter", 404)

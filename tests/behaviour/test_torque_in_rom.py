@@ -231,7 +231,7 @@ def unknown_rom(rig: Rig, servo: Servo) -> None:
     """As of a servo that was met long after its start."""
     for register in servo.registers.values():
         register.rom = None
-    rig.host.store.servos.keep_rom(servo.uid, {})
+    rig.host.store.servos.put_rom(servo.uid, {})
 
 
 @pytest.mark.parametrize("output", ["on", "off"])
@@ -280,7 +280,7 @@ async def test_a_dry_run_lists_what_rom_will_hold_differently_and_says_what_the_
     path, values = f"/servos/{servo.uid}", {"angle_p_gain": 55}
     json(await rig.call("PATCH", f"{path}/parameters", {"values": {"smoothing": False}}))
     await stopped(rig, servo)
-    rig.sim(servo).turn_by_hand(-90.0, asyncio.get_running_loop().time())
+    rig.sim(servo).turn_manually(-90.0, asyncio.get_running_loop().time())
     json(await rig.call("PUT", "/profiles/stiff", {"values": values}), 201)
     along = {"key": "smoothing", "before": True, "after": False}
     new = {"key": "angle_p_gain", "before": 40, "after": 55}
@@ -428,7 +428,7 @@ def test_the_horn_stays_where_it_stands_until_the_restart_and_then_does_what_was
             json(await rig.call("POST", f"{path}/torque", {"mode": scenery["mode"]}))
         if scenery.get("load_pct"):  # a hand carries it until it is turned
             sim.conditions.load_pct = 0.0
-        assert sim.turn_by_hand(scenery["by_hand"], loop.time())
+        assert sim.turn_manually(scenery["by_hand"], loop.time())
         announced = json(await rig.call("POST", f"{path}/save", {"dry_run": True}))["restart"]
         stood = sim.angle_deg
         sim.conditions.load_pct = scenery.get("load_pct", 0.0) / 100.0  # as much as friction still holds
@@ -605,7 +605,7 @@ async def test_a_servo_that_protects_itself_is_not_saved_while_its_output_would_
     rig.sim(servo).conditions.temperature_c = 110.0
     await asyncio.sleep(2.5)
     refused = problem(await rig.call("POST", f"/servos/{servo.uid}/save"), "busy", 409)
-    assert "protects itself" in refused["detail"]
+    assert "is in protection" in refused["detail"]
     rig.sim(servo).conditions.temperature_c = 25.0
     await asyncio.sleep(2.5)
     started = json(await rig.call("POST", f"/servos/{servo.uid}/save"), 202)

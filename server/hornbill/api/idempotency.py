@@ -16,13 +16,13 @@ from starlette.types import ASGIApp, Message, Receive, Scope, Send
 from hornbill.api import present
 from hornbill.api.problems import problem_response
 from hornbill.api.routes.motion import streams
-from hornbill.api.routing import WITHOUT_KEY, KEY_HEADER, LONGEST_KEY
+from hornbill.api.routing import KEY_HEADER, LONGEST_KEY, WITHOUT_KEY
 from hornbill.api.security.access import WHO, Identity
 from hornbill.api.security.bodies import whole
 from hornbill.api.security.guard import route_path
 from hornbill.errors import HornbillError, Interrupted, InvalidValue, KeyReused, StoreFailed, Unknown
 from hornbill.servo.host import Host
-from hornbill.store.answers import Answer
+from hornbill.store.responses import StoredResponse
 from hornbill.store.store import Store
 
 log = logging.getLogger(__name__)
@@ -47,7 +47,9 @@ def _lease(host: Host, stored: dict[str, Any]) -> BaseModel:
 
 _CURRENT: Final[dict[str, Callable[[Host, dict[str, Any]], BaseModel]]] = {
     "/api/v1/leases": _lease,
-    "/api/v1/leases/requests": lambda host, stored: present.take_over(host, host.motion_control.get_request(stored["id"])),
+    "/api/v1/leases/requests": lambda host, stored: present.take_over(
+        host, host.motion_control.get_request(stored["id"])
+    ),
     "/api/v1/streams": lambda host, stored: streams.shown(host.streams.get(stored["id"])),
 }
 """Routes whose replay returns the current state: the resource may have ended since the first response."""
@@ -62,7 +64,7 @@ class Idempotency:
 
     def __init__(self, app: ASGIApp) -> None:
         self._app = app
-        self._in_progress: dict[str, tuple[str, asyncio.Future[Answer | None]]] = {}
+        self._in_progress: dict[str, tuple[str, asyncio.Future[StoredResponse | None]]] = {}
         self._registering = asyncio.Lock()
         """Held from the lookup of a key until the request is registered, because the store is awaited in between."""
 
@@ -90,13 +92,13 @@ class Idempotency:
             store: Store = scope["app"].state.host.store
             async with self._registering:
                 first = self._in_progress.get(key)
-                begun = None if first is not None else await store.run(store.answers.begin, key, request)
+                begun = None if first is not None else await store.run(store.responses.begin, key, request)
                 if first is None and begun is None:
                     self._in_progress[key] = request, asyncio.get_running_loop().create_future()
             if first is not None:
                 known, stored, here = first[0], None, True
             elif begun is not None:
-                known, stored, here = begun.request, begun.answer, begun.here
+                known, stored, here = begun.request, begun.response, begun.here
             else:
                 await self._do(store, key, scope, receive, send)
                 return
@@ -117,7 +119,7 @@ class Idempotency:
         """Carry out the first request. The response is stored before it is sent."""
         started: Message = {}
         content = bytearray()
-        found: Answer | None = None
+        found: StoredResponse | None = None
 
         async def storing(message: Message) -> None:
             nonlocal started, found
@@ -127,9 +129,9 @@ class Idempotency:
             content.extend(message.get("body", b""))
             if message.get("more_body", False):
                 return
-            found = Answer(started["status"], _headers(started), bytes(content))
+            found = StoredResponse(started["status"], _headers(started), bytes(content))
             try:
-                await store.run(store.answers.end, key, found)
+                await store.run(store.responses.end, key, found)
             except StoreFailed:  # the request was carried out, so its response is sent; a repeat gets `interrupted`
                 log.exception("cannot store the response to a request with an Idempotency-Key")
             await send(started)
@@ -154,7 +156,7 @@ def _headers(started: Message) -> dict[str, str]:
     return {name: value for name, value in pairs if name in _STORED_HEADERS}
 
 
-def _replay(host: Host, path: str, stored: Answer | None, here: bool) -> Response:
+def _replay(host: Host, path: str, stored: StoredResponse | None, here: bool) -> Response:
     """Replay of the first response. Raises Interrupted if there is none, and Unknown if the resource has ended."""
     if stored is None:
         why = (

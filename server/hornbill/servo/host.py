@@ -1,4 +1,4 @@
-"""The servo layer put together, and its connection to at most one bus."""
+"""Assembly of the servo layer, and its connection to at most one bus."""
 
 import asyncio
 import logging
@@ -92,14 +92,14 @@ from hornbill.wire.services import SoftwareVersion
 log = logging.getLogger(__name__)
 
 TICK_S = 0.025
-"""How often leases, silence and soft starts are looked at; a lease that lapses is acted on within this."""
+"""Interval of checks of leases, silence and soft starts; the maximum delay until an expired lease takes effect."""
 
-EVENTS_KEPT = 200
+MAX_EVENTS = 200
 
 
 @dataclass(slots=True)
 class Connection:
-    """The bus as it is connected now. Rates are per second over the last second."""
+    """The connected bus. Rates are averages over the last second."""
 
     port: CanPort
     participant: Participant
@@ -109,16 +109,15 @@ class Connection:
     rx_fps: float = 0.0
     tx_fps: float = 0.0
     line_pct: float | None = None
-    """Of the receiving direction of the serial line; None where none limits."""
+    """Load of the serial line in the receiving direction, %. None if there is no serial limit."""
 
 
 @dataclass(frozen=True, slots=True)
 class HostSettings:
-    """Our own node (`node_id` 1..127, `unique_id` 16 bytes, `version` major and minor), and what a site chooses.
+    """Our own node (`node_id` 1 to 127, `unique_id` 16 bytes, `version` major and minor), and site settings.
 
-    `allocator` is its mode, None for the one chosen last. `position_unit` is forced on every servo that has not been
-    given one of its own. `poll_budget` is the share of the bus polling may take, 0..1; `telemetry_minutes` of every
-    channel are kept.
+    `allocator`: its mode, None for the last used. `position_unit`: forced for all servos without their own setting.
+    `poll_budget`: share of the bus available to polling, 0 to 1. `telemetry_minutes`: retention per channel.
     """
 
     node_id: int
@@ -135,7 +134,7 @@ async def _nothing(_address: str) -> None:
 
 
 class Rates:
-    """Counts of a port's statistics a second ago, for the rates of its connection."""
+    """Rates of a connection, from counters one second apart."""
 
     def __init__(self) -> None:
         self._port: CanPort | None = None
@@ -143,7 +142,7 @@ class Rates:
         self._counts = (0, 0, 0.0, 0)
 
     def measure(self, connection: Connection, now: Instant) -> bool:
-        """Once a second bring the connection's rates up to date; whether it did."""
+        """Update the connection's rates once a second. Returns whether they were updated."""
         if connection.port is not self._port:
             self._port, self._at, self._counts = connection.port, now, _counts(connection.port)
         took = now - self._at
@@ -166,7 +165,7 @@ def _counts(port: CanPort) -> tuple[int, int, float, int]:
 
 
 class Host:
-    """Everything the API needs, with one method each to connect, disconnect and close."""
+    """All services for the API, with methods to connect, disconnect and close."""
 
     def __init__(
         self,
@@ -178,18 +177,18 @@ class Host:
         before_join: Callable[[str], Awaitable[None]] = _nothing,
         wall: Callable[[], float] = time.time,
     ) -> None:
-        """`open_port(address, bitrate)` opens an adapter. `before_join` is awaited with the address of a new bus when
-        the one before has been left: what was on that may rest. `wall` gives seconds since 1970 UTC.
+        """`open_port(address, bitrate)` opens an adapter. `before_join` is awaited with the address of a new bus after
+        the previous one was left, for example to pause its simulator. `wall` returns seconds since 1970 UTC.
         """
         self.catalog = catalog
         self.store = store
         self.base = TimeBase(asyncio.get_running_loop().time, wall)
         self.started_at = self.base.now()
         self.hub = Hub()
-        self.events: deque[tuple[float, LogEvent]] = deque(maxlen=EVENTS_KEPT)
-        """The last events, each with its time in seconds since 1970 UTC."""
+        self.events: deque[tuple[float, LogEvent]] = deque(maxlen=MAX_EVENTS)
+        """Recent events, each with its time, seconds since 1970 UTC."""
         self.hub.subscribe(self._note_event)
-        self._forget_store = store.listen(self._note_store)
+        self._unlisten_store = store.listen(self._on_store_written)
         self._store_failed = False
         self.connection: Connection | None = None
         self._open_port = open_port
@@ -269,20 +268,20 @@ class Host:
         self.hub.subscribe(self._on_seen, ServoSeen)
         self.hub.subscribe(lambda read: self.polling.begin(self.fleet.get(read.uid)), ServoRead)
         self.tap = FrameTap()
-        """Every frame of whatever bus is connected."""
+        """All frames of the connected bus."""
         self.monitor = BusMonitor(self.tap, self.base, lambda: TransferText(catalog, self.fleet.all))
         self.recorder = Recorder(
             self.services, tap=self.tap, fleet=self.fleet, stop=self.stop, port=self._port,
             builder=RecordingBuilder(self.base, catalog, self.telemetry, settings.node_id),
         )  # fmt: skip
-        """What happened lately; it begins when it is told where recordings go."""
+        """Flight recorder. Records after `begin`."""
         self._switching = asyncio.Lock()
         self._ticker = asyncio.get_running_loop().create_task(self._tick())
 
     async def connect(self, address: str, bitrate: int) -> Connection:
-        """Open an adapter and take part in its bus. Raises PortOpenFailed; the old bus stays until the new one is open.
+        """Open an adapter and join its bus. Raises PortOpenFailed; the old bus stays until the new one is open.
 
-        The adapter that is connected already is closed first: most cannot be opened twice.
+        If the adapter is already connected, it is closed first, because most cannot be opened twice.
         """
         async with self._switching:
             if self.connection is not None and same_device(self.connection.port.address, address):
@@ -301,7 +300,7 @@ class Host:
             return await self._join(port)
 
     async def attach(self, port: CanPort) -> Connection:
-        """Take part in the bus of a port that is there already, and may be waiting for its adapter."""
+        """Join the bus of an existing port, which may be waiting for its adapter."""
         async with self._switching:
             try:
                 await self._leave()
@@ -336,7 +335,7 @@ class Host:
         return connection
 
     async def _part(self, port: CanPort, participant: Participant) -> None:
-        """Take no part in a bus any more, however far that had come, and close its port."""
+        """Undo a complete or partial join, and close the port."""
         self.connection = None
         try:
             self.doctor.leave()
@@ -350,7 +349,7 @@ class Host:
             await port.close()
 
     async def disconnect(self) -> None:
-        """Leave the bus: what is under command is let go with torque off first. Twice is harmless."""
+        """Turn torque off on commanded servos, then leave the bus. Idempotent."""
         async with self._switching:
             await self._leave()
 
@@ -369,19 +368,19 @@ class Host:
         )
 
     async def close(self) -> None:
-        """End everything. What is under command gets torque off first."""
+        """Turn torque off on commanded servos, then end everything."""
         self._ticker.cancel()
         await self.jobs.close()
         await self.setpoints.close()
         await self.polling.close()
         await self.position_units.close()
-        await self.disconnect()  # before stop ends: a servo that has not answered it yet is written to until then
+        await self.disconnect()  # before stop ends, which repeats torque off until all servos have acknowledged
         await self.motion_control.close()
         await self.torque_off.close()
         await self.stored_torque_off.close()
         await self.recorder.close()
         await self.audit.close()
-        self._forget_store()
+        self._unlisten_store()
         await asyncio.gather(self._ticker, return_exceptions=True)
 
     def _participant(self) -> Participant | None:
@@ -397,9 +396,9 @@ class Host:
         return None if self.connection is None else self.connection.port
 
     def connected(self) -> Connection:
-        """The connection. Raises BusDisconnected when there is none, or the adapter is lost."""
+        """The connection. Raises BusDisconnected if there is none or the adapter is lost."""
         if self.connection is None:
-            raise BusDisconnected("No bus is connected. Connect an adapter.", cause="no_bus")
+            raise BusDisconnected("No bus is connected. Connect an adapter first.", cause="no_bus")
         port = self.connection.port
         if port.state in GONE:
             if port.trouble is not None:
@@ -409,19 +408,19 @@ class Host:
         return self.connection
 
     def lease_changed(self) -> None:
-        """Tell everybody who has motion control."""
+        """Publish a change of motion control."""
         self.hub.publish(LeaseChanged())
 
     async def set_label(self, servo: Servo, label: str, *, by: str, job: str | None = None) -> None:
-        """Give a servo a nickname that outlives the process. `by` says who, for the audit."""
+        """Set and store the nickname of a servo. `by`: client, for the audit."""
         if servo.recorded:
             raise BusReadOnly(
-                f"{servo.title} is one of a recording. Connect its bus to give it another label.",
+                f"{servo.title} is part of a recording. Connect its bus to change its label.",
                 cause="label_of_recorded_servo",
                 servo=servo.title,
             )
         before, label = servo.label, label.strip()
-        await self.store.run(self.store.servos.label, servo.uid, label)
+        await self.store.run(self.store.servos.set_label, servo.uid, label)
         servo.label = label
         outcome = "unchanged" if servo.label == before else "applied"
         self.audit.note(
@@ -429,28 +428,30 @@ class Host:
         )
         self.hub.publish(ServoChanged(servo.uid))
 
-    async def set_notes(self, kept: StoredServo, notes: str, *, by: str) -> None:
-        """Write down about a servo what people are to know. `by` says who, for the audit."""
+    async def set_notes(self, servo: StoredServo, notes: str, *, by: str) -> None:
+        """Set and store the users' notes on a servo. `by`: client, for the audit."""
         notes = notes.strip()
-        await self.store.run(self.store.servos.write_down, kept.uid, notes)
-        outcome = "unchanged" if notes == kept.notes else "applied"
-        self.audit.note(NewAuditEntry(by, "notes", outcome, kept.uid, before=kept.notes, requested=notes, after=notes))
+        await self.store.run(self.store.servos.set_notes, servo.uid, notes)
+        outcome = "unchanged" if notes == servo.notes else "applied"
+        self.audit.note(
+            NewAuditEntry(by, "notes", outcome, servo.uid, before=servo.notes, requested=notes, after=notes)
+        )
 
     def _on_seen(self, seen: ServoSeen) -> None:
-        """Torque off goes before everything that is read of a servo."""
+        """Write a pending torque off before anything is read from the servo."""
         servo = self.fleet.get(seen.uid)
         self.stop.on_arrival(servo)
         self.stored_torque_off.on_arrival(servo)
 
     def _bus_back(self) -> None:
-        """Others may have come meanwhile: listen who is here before a node id is given to anybody new."""
+        """Listen again before allocating, because other nodes may have joined while the bus was lost."""
         if self.connection is not None:
             self.connection.allocator.listening_since = self.connection.participant.clock()
 
-    def _note_store(self, error: Exception | None) -> None:
-        """A change followed into the database, or did not: said once, until it works again."""
+    def _on_store_written(self, error: Exception | None) -> None:
+        """Publish a failed write to the database, once until a write succeeds."""
         if error is not None and not self._store_failed:
-            text = f"What changes now is not stored, and a restart of the server loses it: {error}"
+            text = f"Changes are not being stored and will be lost at a restart of the server: {error}"
             self.hub.publish(LogEvent("failure", "store_failed", text, params={"what": "changes"}))
         self._store_failed = error is not None
 
@@ -460,7 +461,7 @@ class Host:
 
     def _follow_clock(self) -> None:
         if (step := self.base.follow()) != 0:
-            log.warning("the computer's clock went %+.1f s against its own time: it was set, or suspended", step)
+            log.warning("The computer's clock jumped by %+.1f s: it was set, or the computer was suspended", step)
 
     async def _tick(self) -> None:
         rates = Rates()
@@ -468,7 +469,7 @@ class Host:
             await asyncio.sleep(TICK_S)
             now = self.base.now()
             for part in (
-                self.watch.look,
+                self.watch.check,
                 self.motion_control.tick,
                 self.activities.tick,
                 lambda now=now: self.fleet.tick(now, bus_gone=self.watch.gone),
@@ -478,7 +479,7 @@ class Host:
             ):
                 try:
                     part()
-                except Exception:  # whatever it is, a lease that lapses must be noticed all the same
-                    log.exception("a tick failed")
+                except Exception:  # the other parts, above all lease expiry, must run anyway
+                    log.exception("Tick failed")
             if self.connection is not None and rates.measure(self.connection, now):
                 self.hub.publish(BusChanged())

@@ -38,8 +38,8 @@ class Bench:
         for key in learned:
             self.servo.registers[key].rom = self.rom[key]
         rom = self.drift.look(self.servo, self.inventory.get(UID))
-        self.inventory.met(UID)
-        self.inventory.keep_rom(UID, rom)
+        self.inventory.seen(UID)
+        self.inventory.put_rom(UID, rom)
         for key in learned:
             self.wanted.setdefault(key, self.rom[key])
 

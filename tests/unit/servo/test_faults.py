@@ -14,7 +14,7 @@ from hornbill.servo.monitoring.faults import Faults
 from hornbill.servo.runtime.audit import Audit
 from hornbill.servo.runtime.hub import Change, Hub, LogEvent, ReadingChanged, ServoChanged
 from hornbill.servo.runtime.timebase import TimeBase
-from hornbill.store.faults import FaultEntry, Sight
+from hornbill.store.faults import FaultEntry, FaultReading
 from hornbill.store.store import Store
 from hornbill.units import Uid
 from hornbill.wire.messages import Mode, NodeHealth, NodeStatus
@@ -33,7 +33,7 @@ class Desk:
     store: Store
     model: str = "BLA21-06U-A0"
     now: float = 1000.0
-    commits: list[Sight] = field(default_factory=list[Sight])
+    commits: list[FaultReading] = field(default_factory=list[FaultReading])
     happened: list[LogEvent] = field(default_factory=list[LogEvent])
     started: float = 0.0
 
@@ -100,7 +100,7 @@ def store() -> Iterator[Store]:
 def desk(store: Store, monkeypatch: pytest.MonkeyPatch) -> Desk:
     desk, keep = Desk(store), store.faults.keep
 
-    def counted(sight: Sight) -> dict[str, FaultEntry]:
+    def counted(sight: FaultReading) -> dict[str, FaultEntry]:
         desk.commits.append(sight)
         return keep(sight)
 
@@ -309,7 +309,7 @@ def test_a_store_that_fails_is_said_once_and_faults_show_all_the_same(
 def test_what_was_kept_before_the_store_failed_is_there_when_it_works_again(
     desk: Desk, store: Store, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    store.faults.keep(Sight(UID, 5.0, appeared=frozenset(["voltage_low"])))
+    store.faults.record(FaultReading(UID, 5.0, appeared=frozenset(["voltage_low"])))
 
     def fail(_uid: Uid) -> dict[str, FaultEntry]:
         raise StoreFailed("locked", cause=None)

@@ -8,7 +8,7 @@ import pytest
 
 import jumping_clock as clock
 from hornbill.errors import Busy, HornbillError, Interrupted, NoResponse, Stopped, UnexpectedResult, Unknown
-from hornbill.servo.runtime.jobs import KEPT, OUTCOME_UNKNOWN, Jobs, RunningJob, Step, Work
+from hornbill.servo.runtime.jobs import MAX_ROWS, OUTCOME_UNKNOWN, Jobs, RunningJob, Step, Work
 from hornbill.servo.runtime.steps import Evidence
 from hornbill.store.jobs import StoredJob
 from hornbill.store.store import Store
@@ -113,9 +113,9 @@ def test_only_the_last_finished_jobs_are_kept() -> None:
         async def body(job: RunningJob) -> dict[str, object]:
             return {}
 
-        for _ in range(KEPT + 20):
+        for _ in range(MAX_ROWS + 20):
             await jobs.wait(jobs.start("save", None, [], body))
-        assert len(jobs.all()) <= KEPT + 1
+        assert len(jobs.all()) <= MAX_ROWS + 1
 
     run(work)
 

@@ -126,10 +126,10 @@ def test_an_answer_tells_how_long_it_took_and_whether_the_servo_did_as_asked() -
     one = narrator()
     tell(one, GetSetRequest(0, integer(900), "0x38"), at=5.0, source=127, destination=10, transfer_id=3)
     told = tell(one, answer(integer(900), "0x38"), at=5.0008, source=10, destination=127, transfer_id=3)
-    assert told == "GetSet response 0x38 = 900, 90.0°, as asked. 0.8 ms"
+    assert told == "GetSet response 0x38 = 900, 90.0°, as requested. 0.8 ms"
     tell(one, GetSetRequest(0, integer(-900), "0x39"), at=6.0, source=127, destination=10, transfer_id=4)
     told = tell(one, answer(integer(-750), "0x39"), at=6.002, source=10, destination=127, transfer_id=4)
-    assert told == "GetSet response 0x39 = −750, −75.0°, asked for −900. 2.0 ms"
+    assert told == "GetSet response 0x39 = −750, −75.0°, requested −900. 2.0 ms"
     tell(one, GetSetRequest(0, EMPTY, "0x08"), at=7.0, source=127, destination=10, transfer_id=5)
     told = tell(one, answer(integer(1), "0x08"), at=7.001, source=10, destination=127, transfer_id=5)
     assert told == "GetSet response 0x08 = 1, 0.1°. 1.0 ms"
@@ -141,7 +141,7 @@ def test_a_text_that_was_asked_for_cannot_command_the_terminal_it_is_shown_on() 
     tell(one, asked, at=5.0, source=127, destination=10, transfer_id=3)
     told = tell(one, answer(integer(1), "0x00"), at=5.001, source=10, destination=127, transfer_id=3)
     assert told.isprintable()
-    assert "asked for" in told
+    assert "requested" in told
 
 
 def test_an_answer_to_somebody_else_and_a_second_answer_are_not_taken_for_it() -> None:

@@ -57,7 +57,7 @@ schema_revision = "{CATALOG.revision}"
 
 # Configuration
 soft_start = false  # Soft start
-timeout_action = "off"  # Time-out action: hold, off or brake
+timeout_action = "off"  # Timeout action: hold, off or brake
 
 # PWM input
 pwm_output_range = 90  # Output at full pulse, rpm

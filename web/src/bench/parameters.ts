@@ -1,6 +1,6 @@
 /** Known parameters of one servo: readings, revision, outcomes. Staged edits are in `draft.ts`. */
 import { batch, type Signal, signal } from "@preact/signals";
-import { ask, Problem, problemOf } from "../api/client";
+import { callApi, Problem, problemOf } from "../api/client";
 import type { Change, ProblemBody, Reading, Value } from "../api/types";
 import { batched } from "./batched";
 import { catalog } from "./catalog";
@@ -113,7 +113,7 @@ export class Sheet {
   /** Read the server's values; with `refresh` it reads the servo. */
   async load(refresh = false): Promise<void> {
     try {
-      const answer = await ask("GET", "/servos/{uid}/parameters", {
+      const answer = await callApi("GET", "/servos/{uid}/parameters", {
         path: { uid: this.uid },
         query: refresh ? { refresh } : {},
       });
@@ -141,7 +141,7 @@ export async function loadSheets(uids: readonly string[], refresh = false): Prom
   if (uids.length === 0) return;
   const query = { uids: uids.join(",") };
   const slow = { query: { ...query, refresh }, timeout_ms: 60_000 };
-  const answer = await ask("GET", "/parameters", refresh ? slow : { query });
+  const answer = await callApi("GET", "/parameters", refresh ? slow : { query });
   for (const [uid, column] of Object.entries(answer.servos)) {
     const sheet = sheetOf(uid);
     if (column.problem) sheet.problem.value = asProblem(column.problem);
@@ -178,7 +178,7 @@ let timer: ReturnType<typeof setTimeout> | undefined;
 const FLUSH_MS = 100;
 
 /** A reading from the socket; only opened sheets keep it. */
-export function hear(uid: string, reading: Reading): void {
+export function takeReading(uid: string, reading: Reading): void {
   heard.set(`${uid}/${reading.key}`, { uid, reading });
   if (timer !== undefined) return;
   timer = setTimeout(() => {

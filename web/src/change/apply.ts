@@ -10,7 +10,7 @@ import { type KnownServo, peekServo } from "../bench/fleet";
 import { full } from "../bench/format";
 import type { Outcome, Sheet, WantedValue, Written } from "../bench/parameters";
 import { text } from "../text";
-import { type ChangeRequest, doChange, type Wish } from "./flow";
+import { type ChangeRequest, doChange, type PlanOptions } from "./flow";
 import { followSave, followWrite, plannedPart, preview, send, startJob } from "./send";
 import { saving } from "./words";
 
@@ -49,11 +49,11 @@ export async function apply(sheet: Sheet, { only, headers = {} }: ApplyOptions =
     quick: true,
     count: values.size,
     facts: sheet.uid,
-    run: async (wish, _, tell) => {
-      const answer = await write(sheet, values, wish, headers);
-      await followWrite(sheet.uid, answer, tell, "");
+    run: async (opts, _, report) => {
+      const answer = await write(sheet, values, opts, headers);
+      await followWrite(sheet.uid, answer, report, "");
       // The row shows what the servo did with it.
-      if (answer.changes.some(one => !WELL.has(one.verdict))) tell("", { state: "failed" });
+      if (answer.changes.some(one => !WELL.has(one.verdict))) report("", { state: "failed" });
     },
   });
 }
@@ -69,13 +69,13 @@ export function undoChange(sheet: Sheet, changes: readonly Change[]): ChangeRequ
     quick: true,
     needsChanges: true,
     facts: sheet.uid,
-    plan: async wish => [plannedPart(sheet.uid, await patch(sheet, values, wish, { dry_run: true }), false)],
-    run: async (wish, _, tell) => {
+    plan: async opts => [plannedPart(sheet.uid, await patch(sheet, values, opts, { dry_run: true }), false)],
+    run: async (opts, _, report) => {
       // Edits staged over it would be applied with the next press, and undo the undo.
       sheet.drafts.drop(values.keys());
-      const answer = await write(sheet, values, wish);
+      const answer = await write(sheet, values, opts);
       sheet.written.value = null;
-      await followWrite(sheet.uid, answer, tell);
+      await followWrite(sheet.uid, answer, report);
     },
   };
 }
@@ -83,7 +83,7 @@ export function undoChange(sheet: Sheet, changes: readonly Change[]): ChangeRequ
 /** Save RAM to ROM, after writing the staged values to RAM. */
 export function saveChange(sheet: Sheet, keys: readonly string[]): ChangeRequest {
   const { uid } = sheet;
-  const options = ({ confirm }: Wish, dry: { dry_run?: true } = {}) => ({
+  const options = ({ confirm }: PlanOptions, dry: { dry_run?: true } = {}) => ({
     path: { uid },
     body: { confirm, ...dry },
   });
@@ -91,23 +91,23 @@ export function saveChange(sheet: Sheet, keys: readonly string[]): ChangeRequest
     kind: "save",
     save: "always",
     count: keys.length,
-    plan: async wish => {
+    plan: async opts => {
       const values = stagedIn(sheet);
       sheet.trouble.value = null;
       const answer: SavePreview =
         values.size === 0
-          ? await preview("/servos/{uid}/save", options(wish, { dry_run: true }))
-          : await patch(sheet, values, wish, { dry_run: true });
+          ? await preview("/servos/{uid}/save", options(opts, { dry_run: true }))
+          : await patch(sheet, values, opts, { dry_run: true });
       return [{ ...plannedPart(uid, answer, true), changes: [] }];
     },
-    run: async (wish, _, tell) => {
+    run: async (opts, _, report) => {
       const values = stagedIn(sheet);
       sheet.busy.value = "saving";
       try {
         const why =
           values.size === 0
-            ? await followSave(uid, await startJob("/servos/{uid}/save", options(wish)), keys, tell)
-            : await followWrite(uid, await write(sheet, values, wish), tell, uid, keys);
+            ? await followSave(uid, await startJob("/servos/{uid}/save", options(opts)), keys, report)
+            : await followWrite(uid, await write(sheet, values, opts), report, uid, keys);
         if (why !== null) sheet.trouble.value = saving.notSaved(why);
       } finally {
         sheet.busy.value = null;
@@ -121,7 +121,7 @@ const stagedIn = (sheet: Sheet): Values => staged(sheet.drafts.map.peek(), key =
 function patch(
   sheet: Sheet,
   values: Values,
-  { save, confirm }: Wish,
+  { save, confirm }: PlanOptions,
   more: { dry_run?: true; headers?: Record<string, string> } = {},
 ): Promise<ParametersPatched> {
   const { headers, ...dry } = more;
@@ -142,7 +142,7 @@ function patch(
 async function write(
   sheet: Sheet,
   values: Values,
-  wish: Wish,
+  wish: PlanOptions,
   headers: Record<string, string> = {},
 ): Promise<ParametersPatched> {
   const keys = [...values.keys()];
@@ -150,10 +150,10 @@ async function write(
   sheet.busy.value = "applying";
   sheet.setOutcomes(keys.map(key => [key, { kind: "pending" }]));
   try {
-    const answer = await patch(sheet, values, wish, { headers });
+    const answer = await patch(sheet, values, opts, { headers });
     sheet.takeWritten(answer.revision, answer.changes);
     const changes = answer.changes.filter(one => one.verdict !== "unchanged" && one.before !== null);
-    if (answer.outcome === "applied" && !wish.save && changes.length > 0) {
+    if (answer.outcome === "applied" && !opts.save && changes.length > 0) {
       sheet.written.value = {
         at: Date.now() / 1000,
         bootAt: peekServo(sheet.uid)?.bootAt ?? null,

@@ -1,7 +1,7 @@
 /** Changes that are confirmed in the dialog, as data. */
 
 import { type Signal, signal } from "@preact/signals";
-import { ask, type Problem, problemOf } from "../api/client";
+import { callApi, type Problem, problemOf } from "../api/client";
 import type { BatchOutcome, Profile, ResetPreview, SavePreview } from "../api/config-types";
 import type { Change, Job, LeftOut, ProblemBody } from "../api/types";
 import { staged } from "../bench/draft";
@@ -12,7 +12,7 @@ import { leaseHeader } from "../bench/motion";
 import { noteText } from "../bench/note-text";
 import { asProblem, readSheet, sheetOf, type WantedValue } from "../bench/parameters";
 import { refuse, takeOutcomes } from "./apply";
-import { type ChangeRequest, openChange, type Part, type Tell, type Turn, type Wish } from "./flow";
+import { type ChangeRequest, openChange, type Part, type Report, type Turn, type PlanOptions } from "./flow";
 import { changed, followSave, followWrite, plannedPart, preview, send, startJob } from "./send";
 
 /** Plan each servo separately: a refused one carries the reason. */
@@ -29,26 +29,26 @@ const OF_ALL = new Set(["stopped", "lease_held", "bus_disconnected", "no_link", 
 async function inTurn(
   uids: readonly string[],
   start: (uid: string) => Promise<string>,
-  tell: Tell,
+  tell: Report,
 ): Promise<void> {
   let end: Problem | null = null;
   for (const uid of uids) {
     if (end !== null) {
-      tell(uid, { state: "left_out", why: problemText(end) });
+      report(uid, { state: "left_out", why: problemText(end) });
       continue;
     }
-    tell(uid, { state: "running" });
+    report(uid, { state: "running" });
     try {
       const job = await start(uid);
-      tell(uid, { job });
+      report(uid, { job });
       const done = await settled(job);
       const well = done.state === "succeeded";
-      tell(uid, well ? { state: "done" } : { state: "failed", why: endText(done) });
+      report(uid, well ? { state: "done" } : { state: "failed", why: endText(done) });
       readSheet(uid);
     } catch (error) {
       const problem = problemOf(error);
       if (OF_ALL.has(problem.code)) end = problem;
-      tell(uid, { state: end ? "left_out" : "failed", why: problemText(problem) });
+      report(uid, { state: end ? "left_out" : "failed", why: problemText(problem) });
     }
   }
 }
@@ -70,11 +70,11 @@ export function restartChange(uids: readonly string[]): ChangeRequest {
         });
         return { uid, changes: rowsOf(lost), restart };
       }),
-    run: (_, able, tell) =>
+    run: (_, able, report) =>
       inTurn(
         able.map(one => one.uid),
         uid => startJob("/servos/{uid}/restart", { path: { uid }, body: {}, headers: leaseHeader() }),
-        tell,
+        report,
       ),
   };
 }
@@ -108,7 +108,7 @@ export function resetChange(uid: string, name: string): ChangeRequest & { facts:
       facts.kept.value ??= kept;
       return [{ uid, changes: rowsOf(changes), restart }];
     },
-    run: (_, __, tell) => inTurn([uid], () => startJob("/servos/{uid}/factory-reset", options()), tell),
+    run: (_, __, report) => inTurn([uid], () => startJob("/servos/{uid}/factory-reset", options()), report),
   };
 }
 
@@ -119,10 +119,10 @@ export function snapshotChange(
   keys: readonly string[] | null,
   onClose: (turns: readonly Turn[]) => void,
 ): ChangeRequest {
-  const sent = (wish: Wish, dry_run: boolean) =>
+  const sent = (wish: PlanOptions, dry_run: boolean) =>
     send("POST", "/servos/{uid}/snapshots/{snapshot_id}/restore", {
       path: { uid, snapshot_id: id },
-      body: { ...wish, keys, dry_run },
+      body: { ...opts, keys, dry_run },
       timeout_ms: 60_000,
     });
   return {
@@ -131,12 +131,12 @@ export function snapshotChange(
     quick: true,
     needsChanges: true,
     onClose,
-    plan: async wish => {
-      const answer = await sent(wish, true);
-      return [{ ...plannedPart(uid, answer, wish.save), leftOut: answer.left_out.map(leftOutOf) }];
+    plan: async opts => {
+      const answer = await sent(opts, true);
+      return [{ ...plannedPart(uid, answer, opts.save), leftOut: answer.left_out.map(leftOutOf) }];
     },
-    run: async (wish, _, tell) => {
-      await followWrite(uid, await sent(wish, false), tell);
+    run: async (opts, _, report) => {
+      await followWrite(uid, await sent(opts, false), report);
     },
   };
 }
@@ -151,27 +151,27 @@ function driftChange(uid: string): ChangeRequest {
     save: "ask",
     quick: true,
     facts: uid,
-    other: () => ask("DELETE", "/servos/{uid}/drift", { path }),
-    plan: async wish => {
-      const { rows } = await ask("GET", "/servos/{uid}/drift", { path });
+    other: () => callApi("DELETE", "/servos/{uid}/drift", { path }),
+    plan: async opts => {
+      const { rows } = await callApi("GET", "/servos/{uid}/drift", { path });
       const changes = rows.map(row => ({ key: row.key, now: row.now, next: row.was, doubt: !row.proved }));
       if (rows.length === 0) return [];
       const body = {
         values: Object.fromEntries(rows.map(row => [row.key, row.was])),
-        ...wish,
+        ...opts,
         dry_run: true,
       };
       // Values that cannot be restored can still be accepted.
       const [part] = await each([uid], async () =>
-        plannedPart(uid, await send("PATCH", "/servos/{uid}/parameters", { path, body }), wish.save),
+        plannedPart(uid, await send("PATCH", "/servos/{uid}/parameters", { path, body }), opts.save),
       );
       return part ? [{ ...part, changes, rom: [], unchanged: 0 }] : [];
     },
-    run: async (wish, _, tell) => {
+    run: async (opts, _, report) => {
       await followWrite(
         uid,
-        await send("POST", "/servos/{uid}/drift/restore", { path, body: wish, timeout_ms: 60_000 }),
-        tell,
+        await send("POST", "/servos/{uid}/drift/restore", { path, body: opts, timeout_ms: 60_000 }),
+        report,
       );
     },
   };
@@ -204,36 +204,36 @@ export function profileChange(
   uids: readonly string[] = [],
 ): ChangeRequest & { facts: ProfileFacts } {
   const facts: ProfileFacts = { name, chosen: signal(new Set(uids)), goOn: signal(false) };
-  const options = (wish: Wish, uids: readonly string[], dry_run: boolean) => ({
+  const options = (wish: PlanOptions, uids: readonly string[], dry_run: boolean) => ({
     path: { name },
     query: dry_run ? { wait: true } : {},
-    body: { uids, dry_run, on_anomaly: dry_run || facts.goOn.peek() ? "continue" : "stop", ...wish } as const,
+    body: { uids, dry_run, on_anomaly: dry_run || facts.goOn.peek() ? "continue" : "stop", ...opts } as const,
     timeout_ms: 60_000,
   });
   return {
     kind: "profile",
     save: "ask",
     facts,
-    plan: async wish => {
-      const job = await send("POST", "/profiles/{name}/apply", options(wish, [...facts.chosen.peek()], true));
+    plan: async opts => {
+      const job = await send("POST", "/profiles/{name}/apply", options(opts, [...facts.chosen.peek()], true));
       return appliedBy(job).map(one => ({
-        ...plannedPart(one.uid, one, wish.save),
+        ...plannedPart(one.uid, one, opts.save),
         leftOut: one.left_out.map(leftOutOf),
         problem: one.problem && asProblem(one.problem),
       }));
     },
-    run: async (wish, able, tell) => {
+    run: async (opts, able, report) => {
       const uids = able.map(one => one.uid);
-      const job = await startJob("/profiles/{name}/apply", options(wish, uids, false));
-      for (const uid of uids) tell(uid, { job });
+      const job = await startJob("/profiles/{name}/apply", options(opts, uids, false));
+      for (const uid of uids) report(uid, { job });
       const end = await settled(job);
       const results = appliedBy(end);
       for (const uid of uids) {
-        tell(
+        report(
           uid,
           turnOf(
             results.find(one => one.uid === uid),
-            wish.save,
+            opts.save,
             end,
           ),
         );
@@ -281,20 +281,20 @@ export function stagedOn(uids: readonly string[]): Map<string, Map<string, Wante
 /** Plan or run it. Each servo is all or nothing. */
 export async function writeMatrix(
   values: Staged,
-  wish: Wish & { dry_run: boolean },
+  wish: PlanOptions & { dry_run: boolean },
 ): Promise<BatchOutcome[]> {
   const body = {
     servos: Object.fromEntries([...values].map(([uid, one]) => [uid, Object.fromEntries(one)])),
     revisions: Object.fromEntries([...values.keys()].map(uid => [uid, sheetOf(uid).revision])),
-    ...wish,
+    ...opts,
   };
   const answer = await send("PATCH", "/parameters", { body, timeout_ms: 90_000 });
-  if (!wish.dry_run) for (const one of answer.servos) tellRows(one, values);
+  if (!opts.dry_run) for (const one of answer.servos) reportRows(one, values);
   return answer.servos;
 }
 
 /** Set the outcomes of a servo's rows. */
-function tellRows(one: BatchOutcome, values: Staged): void {
+function reportRows(one: BatchOutcome, values: Staged): void {
   const sheet = sheetOf(one.uid);
   if (one.revision) sheet.takeWritten(one.revision, one.changes);
   if (one.outcome === "applied" || one.outcome === "rolled_back") {
@@ -312,20 +312,20 @@ export function batchChange(uids: readonly string[]): ChangeRequest {
     kind: "batch",
     save: "ask",
     count: values.size,
-    plan: async wish =>
-      (await writeMatrix(values, { ...wish, dry_run: true })).map(one => {
-        const part = plannedPart(one.uid, one, wish.save);
+    plan: async opts =>
+      (await writeMatrix(values, { ...opts, dry_run: true })).map(one => {
+        const part = plannedPart(one.uid, one, opts.save);
         return {
           ...part,
-          changes: wish.save ? [] : part.changes,
+          changes: opts.save ? [] : part.changes,
           problem: one.problem ? asProblem(one.problem) : null,
         };
       }),
-    run: async (wish, able, tell) => {
+    run: async (opts, able, report) => {
       const mine = new Map([...values].filter(([uid]) => able.some(one => one.uid === uid)));
-      for (const uid of mine.keys()) tell(uid, { state: "running" });
-      const outcomes = await writeMatrix(mine, { ...wish, dry_run: false });
-      await Promise.all(outcomes.map(one => followWrite(one.uid, one, tell)));
+      for (const uid of mine.keys()) report(uid, { state: "running" });
+      const outcomes = await writeMatrix(mine, { ...opts, dry_run: false });
+      await Promise.all(outcomes.map(one => followWrite(one.uid, one, report)));
     },
   };
 }
@@ -345,19 +345,19 @@ export function batchSaveChange(uids: readonly string[]): ChangeRequest {
           true,
         ),
       ),
-    run: async ({ confirm }, able, tell) => {
+    run: async ({ confirm }, able, report) => {
       await Promise.all(
         able.map(async ({ uid }) => {
-          tell(uid, { state: "running" });
+          report(uid, { state: "running" });
           try {
             await followSave(
               uid,
               await startJob("/servos/{uid}/save", { path: { uid }, body: { confirm } }),
               [],
-              tell,
+              report,
             );
           } catch (error) {
-            tell(uid, { state: "failed", fault: "not_saved", why: problemText(problemOf(error)) });
+            report(uid, { state: "failed", fault: "not_saved", why: problemText(problemOf(error)) });
           }
         }),
       );

@@ -1,5 +1,5 @@
 /** Japanese names of the steps of jobs, and their evidence. tests/contract/test_japanese.py checks that they are complete. */
-import type { Said } from "../text/language";
+import type { Translated } from "../text/language";
 import { words as changing } from "./changing.ja";
 import type { words as english } from "./steps.en";
 
@@ -173,4 +173,4 @@ export const words = {
     held: p =>
       `${p.angle_deg ?? "–"}で保持。${p.held_by === "lease" ? "指令中: 動作権が終わるとオフ" : "自力で保持"}`,
   },
-} satisfies Said<typeof english>;
+} satisfies Translated<typeof english>;

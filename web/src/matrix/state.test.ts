@@ -4,7 +4,7 @@ import type { Reading, Row } from "../api/types";
 import { sheetOf } from "../bench/parameters";
 import { stagedOn, writeMatrix } from "../change/requests";
 import { draftFor, stageValue } from "../change/stage";
-import { copyOf, type HeldValue, oddOnes, uidsIn } from "./state";
+import { copyOf, type HeldValue, outliers, uidsIn } from "./state";
 
 const A = "a".repeat(32);
 const B = "b".repeat(32);
@@ -18,23 +18,23 @@ const held = (uid: string, value: HeldValue["value"], model: string | null = "M"
 
 describe("oddOnes", () => {
   test("one that holds something else than most of its model stands out, with what they hold", () => {
-    const odd = oddOnes([held("1", 60), held("2", 60), held("3", 75)]);
+    const odd = outliers([held("1", 60), held("2", 60), held("3", 75)]);
     expect([...odd]).toEqual([["3", { kind: "outlier", usual: 60, unit: "°" }]]);
   });
 
   test("two that differ are apart: neither is the one that is wrong", () => {
-    const odd = oddOnes([held("1", 60), held("2", 75)]);
+    const odd = outliers([held("1", 60), held("2", 75)]);
     expect([...odd.values()]).toEqual([{ kind: "apart" }, { kind: "apart" }]);
   });
 
   test("models are not compared with one another, nor is what was never read", () => {
-    expect(oddOnes([held("1", 60), held("2", 75, "N")]).size).toBe(0);
-    expect(oddOnes([held("1", 60), held("2", undefined), held("3", null)]).size).toBe(0);
-    expect(oddOnes([held("1", 60), held("2", 60), held("3", 75, null)]).size).toBe(0);
+    expect(outliers([held("1", 60), held("2", 75, "N")]).size).toBe(0);
+    expect(outliers([held("1", 60), held("2", undefined), held("3", null)]).size).toBe(0);
+    expect(outliers([held("1", 60), held("2", 60), held("3", 75, null)]).size).toBe(0);
   });
 
   test("the same number in another unit is another value", () => {
-    const odd = oddOnes([held("1", 5), held("2", 5), held("3", 5, "M", "rpm")]);
+    const odd = outliers([held("1", 5), held("2", 5), held("3", 5, "M", "rpm")]);
     expect(odd.get("3")?.kind).toBe("outlier");
   });
 });

@@ -1,5 +1,5 @@
 /** Japanese text of plots: header, channels, cursors, marks, files. */
-import type { Said } from "../text/language";
+import type { Translated } from "../text/language";
 import type { words as english } from "./text.en";
 
 export const words = {
@@ -86,4 +86,4 @@ export const words = {
     write: what => `書き込み ${what}`,
     refused: what => `拒否 ${what}`,
   },
-} satisfies Said<typeof english>;
+} satisfies Translated<typeof english>;

@@ -1,5 +1,5 @@
 /** Japanese words for stored codes: reasons of snapshots, and actions and outcomes of the audit. */
-import type { Said } from "../text/language";
+import type { Translated } from "../text/language";
 import type { words as english } from "./audit.en";
 
 export const words = {
@@ -58,4 +58,4 @@ export const words = {
     released: "解放",
     expired: "期限切れ",
   },
-} satisfies Said<typeof english>;
+} satisfies Translated<typeof english>;

@@ -1,4 +1,4 @@
-"""Says at once which rows come into effect or go out of it, whatever the cause."""
+"""Publishes which rows come into effect or cease to have one, whatever the cause."""
 
 from collections.abc import Callable, Iterable
 
@@ -11,7 +11,7 @@ from hornbill.units import Uid
 
 
 class Effects:
-    """Follows the hub; when the cause of a verdict changes, tells of every row whose verdict changed with it."""
+    """Follows the hub. When the cause of a verdict changes, publishes every row whose verdict changed with it."""
 
     def __init__(self, catalog: Catalog, hub: Hub, find: Callable[[Uid], Servo | None]) -> None:
         self._hub = hub
@@ -30,7 +30,7 @@ class Effects:
         now = circumstances(servo)
         if self._state.get(servo.uid) != now:
             self._state[servo.uid] = now
-            self._look(servo, servo.registers)
+            self._check(servo, servo.registers)
 
     def _on_reading(self, change: ReadingChanged) -> None:
         if change.key in self._deciding:
@@ -38,9 +38,9 @@ class Effects:
         rows = self._depend_on.get(change.key)
         servo = None if rows is None else self._find(change.uid)
         if rows and servo is not None:
-            self._look(servo, rows)
+            self._check(servo, rows)
 
-    def _look(self, servo: Servo, rows: Iterable[str]) -> None:
+    def _check(self, servo: Servo, rows: Iterable[str]) -> None:
         known = self._verdicts.setdefault(servo.uid, {})
         for key, now in verdicts(servo, [key for key in rows if key in servo.registers]).items():
             before = known.get(key)
@@ -50,7 +50,7 @@ class Effects:
 
 
 def _dependents(catalog: Catalog) -> dict[str, tuple[str, ...]]:
-    """Which rows may come into effect, or go out of it, when a row changes."""
+    """The rows that may come into effect, or cease to have one, when a row changes."""
     found: dict[str, dict[str, None]] = {}
     for rule in catalog.effects:
         for condition in rule.when:

@@ -1,4 +1,4 @@
-"""Every servo by unique id, as they arrive, change node ids, restart and go silent."""
+"""Fleet: all servos by unique ID, with arrival, node ID changes, restarts and going offline."""
 
 import asyncio
 import contextlib
@@ -39,28 +39,28 @@ from hornbill.wire.transfer import Transfer
 log = logging.getLogger(__name__)
 
 SOFT_START_LIMIT_S = 20.0
-"""A soft start that is not over by then is blocked: 180 degrees at 30 rpm take 1 s."""
+"""A soft start that has not ended by then is blocked: 180° at 30 rpm take 1 s."""
 
 SETTLES_S = 0.08
-"""A horn near 0 degrees for so long has ended its soft start: the servo sees it by itself, not when we do."""
+"""A horn near 0° for this long has ended its soft start. The servo detects the end itself, not when we do."""
 
 TIMEOUT_LATE_S = 0.2
-"""How long after its timeout (0x27) a soft start that has not come to 0 degrees is looked at, and how often then."""
+"""Delay after the timeout (0x27), and then the interval, of checks of a soft start that has not reached 0°."""
 
 SUSPENDED_S = 3.0
-"""By more than this, uptimes in whole seconds tell that time went on without our clock."""
+"""Difference by which uptimes in whole seconds show that time passed without our clock."""
 
 WHOLE_SECOND_S = 1.1
-"""An uptime tells whole seconds, and its message is a little late or early."""
+"""Tolerance of an uptime: whole seconds, and some jitter of its message."""
 
 RETRY_S = 1.0
 
 EVERY_SERVO = 255
-"""Actuator ID of an ArrayCommand to every servo (table 2-20)."""
+"""Actuator ID that addresses all servos in an ArrayCommand (table 2-20)."""
 
 
 class Fleet:
-    """The servos on the bus and those that were. Feed it messages and the time; it tells the hub."""
+    """Servos on the bus now and before. Takes messages and the time; publishes changes on the hub."""
 
     def __init__(
         self,
@@ -72,7 +72,7 @@ class Fleet:
         units: PositionUnits,
         granted_at: Callable[[int], Instant | None],
     ) -> None:
-        """`granted_at` gives when we gave a node ID on this bus, None if we did not."""
+        """`granted_at` returns when we assigned a node ID on this bus, None if we did not."""
         self.catalog = catalog
         self._requests = requests
         self._hub = hub
@@ -88,46 +88,46 @@ class Fleet:
         self._directory = Directory()
         self._foreign = ForeignNodes(base.now)
         self._torque_written: dict[int, int] = {}
-        self._aside: dict[Uid, Servo] | None = None
-        for kept in memory.all():
-            self._servos[kept.uid] = Servo(kept.uid, catalog, label=kept.label, drift=drifted(kept))
+        self._live: dict[Uid, Servo] | None = None
+        for stored in memory.all():
+            self._servos[stored.uid] = Servo(stored.uid, catalog, label=stored.label, drift=drifted(stored))
 
     def all(self) -> list[Servo]:
-        """Every servo seen since the start, in the order of first sight; remembered ones only once seen again."""
+        """Servos seen since the start, in order of first appearance. Stored servos are included once seen again."""
         return [servo for servo in self._servos.values() if servo.model_number is not None]
 
     def get(self, uid: str) -> Servo:
-        """The servo of that unique id. Raises Unknown(unknown_servo)."""
+        """The servo with this unique ID. Raises Unknown(unknown_servo)."""
         servo = self._servos.get(Uid(uid))
         if servo is None or servo.model_number is None:
             raise Unknown(
                 "unknown_servo",
-                f"There is no servo {uid!r}.",
+                f"No servo {uid!r} was ever seen.",
                 uid=uid,
                 cause="servo_never_seen",
             )
         return servo
 
     def seen(self) -> list[Servo]:
-        """Every servo that was on a bus of this host, also while those of a recording are shown instead."""
-        servos = self._servos if self._aside is None else self._aside
+        """Servos seen on a bus of this host, even while those of a recording are shown instead."""
+        servos = self._servos if self._live is None else self._live
         return [servo for servo in servos.values() if servo.model_number is not None]
 
     def show_recorded(self, servos: Iterable[Servo]) -> None:
-        """Show these instead until the bus is left; they are heard, and never asked or kept."""
-        self._aside = self._servos
+        """Show these servos instead until the bus is left. They are read-only and not stored."""
+        self._live = self._servos
         self._servos = {servo.uid: servo for servo in servos}
         self._by_node = {servo.node_id: servo for servo in self._servos.values() if servo.node_id is not None}
-        for servo in (*self._aside.values(), *self._servos.values()):
+        for servo in (*self._live.values(), *self._servos.values()):
             self._hub.publish(ServoChanged(servo.uid))
 
     def recorded_on(self, node: int) -> Servo | None:
-        """Which of them is on a node id."""
-        return None if self._aside is None else self._by_node.get(node)
+        """The recorded servo on a node ID."""
+        return None if self._live is None else self._by_node.get(node)
 
     def recorded_moved(self, uid: Uid, node: NodeId) -> None:
-        """One of them said who it is on this node id."""
-        servo = None if self._aside is None else self._servos.get(uid)
+        """Note that a recorded servo identified itself on this node ID."""
+        servo = None if self._live is None else self._servos.get(uid)
         if servo is None or servo.node_id == node:
             return
         if servo.node_id is not None:
@@ -136,20 +136,20 @@ class Fleet:
         servo.node_id, self._by_node[node] = node, servo
 
     def knows(self, uid: str) -> bool:
-        """Whether `get` would find it."""
+        """Whether `get` finds it."""
         servo = self.find(Uid(uid))
         return servo is not None and servo.model_number is not None
 
     def find(self, uid: Uid) -> Servo | None:
-        """The servo of that unique id, also one that has only been remembered so far."""
+        """The servo with this unique ID, even if it has only been restored from the store."""
         return self._servos.get(uid)
 
     def forget(self, uid: Uid) -> None:
-        """Drop what is known of a servo that is not there. Raises Busy for one that is, or is being worked on."""
+        """Drop an offline servo. Raises Busy if it is online or a job or change is running."""
         servo = self._servos.get(uid)
         if servo is not None and (servo.online or servo.busy is not None or servo.changing.locked()):
             raise Busy(
-                f"{servo.title} is there. Switch it off or take it off the bus before it is forgotten.",
+                f"{servo.title} is online. Switch it off or disconnect it from the bus before removing it.",
                 cause="servo_online",
                 servo=servo.title,
             )
@@ -159,26 +159,26 @@ class Fleet:
         self._units.forget(uid)
 
     def attach(self, participant: Participant) -> Directory:
-        """Follow this bus from now on; the answer is who lives on it."""
-        fixed = (kept.rom.get("node_id", 0) for kept in self.memory.all())
+        """Follow this bus from now on. Returns the directory of its nodes."""
+        fixed = (stored.rom.get("node_id", 0) for stored in self.memory.all())
         self._directory = Directory(remembered=(node for node in fixed if node))
         self._foreign = ForeignNodes(self._base.now)
         self._directory.on_restarted.append(lambda record: self._just_restarted.add(record.node_id))
-        self._directory.follow(participant)  # first, so that it knows of a restart before we look
+        self._directory.follow(participant)  # first, so that it detects a restart before we process the message
         participant.subscribe(NodeStatus, self._on_node_status)
         participant.subscribe(ActuatorStatus, self._on_actuator_status)
         participant.subscribe(ArrayCommand, self._on_array_command)
         return self._directory
 
     def _on_node_status(self, transfer: Transfer, status: NodeStatus) -> None:
-        """A NodeStatus (1 Hz a node): presence, restarts, and who is new."""
+        """Process a NodeStatus (1 Hz per node): presence, restarts and new nodes."""
         node, now = transfer.source, transfer.at
         if not node:
             return
         servo = self._by_node.get(node)
         restarted = node in self._just_restarted or self._restarted_unseen(servo, status, now)
         self._just_restarted.discard(node)
-        if self._aside is not None:
+        if self._live is not None:
             if servo is not None:
                 self._on_recorded_status(servo, transfer.at, status, restarted=restarted)
             return
@@ -189,7 +189,7 @@ class Fleet:
                 self._hub.publish(ServoChanged(servo.uid))
             if servo.identified and self._directory.unique_id_at(node) is not None:
                 return
-        # new, restarted, or back from silence: somebody else may sit on this id now, so ask again who it is
+        # new, restarted or back online: another node may have this ID now, so identify it again
         if restarted and servo is not None:
             self._on_restart(servo, status, now)
         self.recent_starts.on_status(node, status.uptime_sec, now, restarted=restarted)
@@ -197,17 +197,15 @@ class Fleet:
             self._identifying[node] = asyncio.get_running_loop().create_task(self._arrive(NodeId(node)))
 
     def _restarted_unseen(self, servo: Servo | None, status: NodeStatus, at: Instant) -> bool:
-        """Whether an uptime that ran ahead of our clock shows that this computer was suspended, and that the servo
-        started meanwhile.
-        """
+        """Whether an uptime ahead of our clock shows that the servo restarted while this computer was suspended."""
         before, since = (None, None) if servo is None else (servo.status, servo.status_at)
-        if servo is None or not servo.online or before is None or since is None or self._aside is not None:
+        if servo is None or not servo.online or before is None or since is None or self._live is not None:
             return False
         gained = status.uptime_sec - before.uptime_sec
         return gained > at - since + SUSPENDED_S and gained < self._away(since, at) - SUSPENDED_S
 
     def _restarted_away(self, servo: Servo, status: NodeStatus, at: Instant) -> bool:
-        """Whether its uptime is shorter than the time since it was heard last, and than it would be had it run on."""
+        """Whether its uptime is shorter than its absence, so that it restarted while it was offline."""
         before, since = servo.status, servo.status_at
         if before is None or since is None:
             return False
@@ -215,66 +213,66 @@ class Fleet:
         return status.uptime_sec < away and status.uptime_sec - before.uptime_sec + WHOLE_SECOND_S < away
 
     def _away(self, since: Instant, until: Instant) -> float:
-        """Seconds between two instants, with the time in which this computer was suspended."""
+        """Time between two instants, s, including time in which this computer was suspended."""
         self._base.follow()
         now = self._base.now()
         return max(until - since, self._base.utc(now) - self._base.utc(since) - (now - until))
 
     def _on_recorded_status(self, servo: Servo, at: Instant, status: NodeStatus, *, restarted: bool) -> None:
-        """What it said of itself then; whoever asked it anew after a restart is in the recording, too."""
+        """Process a recorded NodeStatus. Reads after a recorded restart are in the recording, too."""
         if restarted:
             self._on_restart(servo, status, at)
         servo.status, servo.status_at, servo.online, servo.identified = status, at, True, True
         self._hub.publish(ServoChanged(servo.uid))
 
     def identify_now(self, node: int) -> None:
-        """Somebody needs to know who uses a node id: ask it, however often it stayed silent."""
+        """Identify the node on a node ID now, regardless of earlier attempts without a response."""
         self._foreign.retry_now(node)
         record = self._directory.records.get(node)
         if record is not None and node not in self._identifying and self._foreign.due(record):
             self._identifying[node] = asyncio.get_running_loop().create_task(self._arrive(NodeId(node)))
 
     def _on_actuator_status(self, transfer: Transfer, status: ActuatorStatus) -> None:
-        """A Status (10 Hz a servo): the angle. Its force and speed fields are not used by these servos."""
+        """Process a Status (10 Hz per servo): the angle. These servos do not use its force and speed fields."""
         servo = self._by_node.get(transfer.source)
         if servo is None or not servo.online:
             self._foreign.on_status(transfer.source)
             return
         if not math.isfinite(status.position):
             return
-        if self._aside is None:
+        if self._live is None:
             angle = self._units.on_status(servo, status.position, transfer.at)
-        else:  # nobody can be asked any more
+        else:  # a recorded servo cannot be read
             angle = to_degrees(servo, status.position)
         if angle is not None:
             servo.angle_deg, servo.angle_at = round(angle, 2), transfer.at
             polled = servo.angle_polled_at
             if polled is None or transfer.at - polled > 0.15:
                 self._hub.publish(Sampled(servo.uid, "current_angle", transfer.at, servo.angle_deg))
-        # while nobody knows in which unit it is told, what 0x08 was read to hold last tells
+        # until its unit is known, use the last reading of 0x08
         at, near = (transfer.at, angle) if angle is not None else (servo.angle_polled_at, servo.angle_deg)
         since = servo.soft_start_since
         if since is not None and at is not None and near is not None and at >= since and abs(near) <= 1.0:
             self.near_zero(servo, at)
 
     def _on_array_command(self, transfer: Transfer, message: ArrayCommand) -> None:
-        """Somebody else commands: the time-out of those it reaches runs from now (section 4.19)."""
+        """Process an ArrayCommand of another node: the timeout of the servos it addresses restarts (section 4.19)."""
         ids = {one.actuator_id for one in message.commands}
         for servo in self._by_node.values():
             if servo.servo_id in ids or EVERY_SERVO in ids:
                 servo.output.commanded(transfer.at)
 
     def tick(self, now: Instant, *, bus_gone: bool = False) -> None:
-        """What silence means; call it several times a second. While the bus is gone nobody is told servo by servo."""
+        """Detect offline servos and timeouts. Call several times a second. No servo events while the bus is lost."""
         for node, servo in self._by_node.items():
             if servo.online and not self._directory.is_online(node, now):
                 servo.online = False
                 self._hub.publish(ServoChanged(servo.uid))
                 if servo.busy is None and not bus_gone:
-                    text = f"{servo.title} went silent."
+                    text = f"{servo.title} went offline."
                     self._hub.publish(LogEvent("warning", "offline", text, servo.uid, {"servo": servo.title}))
-            time_out = None if servo.output.commanded_at is None else servo.raw("timeout_time")
-            if time_out is not None and servo.output.check_timeout(now, time_out / 1000):
+            timeout_ms = None if servo.output.commanded_at is None else servo.raw("timeout_time")
+            if timeout_ms is not None and servo.output.check_timeout(now, timeout_ms / 1000):
                 self._hub.publish(ServoChanged(servo.uid))
             since = servo.soft_start_since
             if since is not None and now - since > SOFT_START_LIMIT_S:
@@ -283,48 +281,48 @@ class Fleet:
             self._hub.publish(NodeSuspected(node))
 
     def suspects(self) -> list[int]:
-        """Node ids that broadcast the Status of an actuator and may be servos: not known as one, nor as foreign."""
+        """IDs of nodes that broadcast an actuator's Status and are neither known servos nor known foreign nodes."""
         return [node for node in self._foreign.suspects() if self.kind(node) == "unknown"]
 
     def kind(self, node: int) -> Literal["servo", "foreign", "unknown"]:
-        """What is known of who uses a node id now."""
+        """What is known of the node on a node ID."""
         servo = self._by_node.get(node)
         if servo is not None and servo.online:
             return "servo"
         return "foreign" if self._foreign.is_foreign(node) else "unknown"
 
     def torque_written(self, node: int) -> None:
-        """Torque is about to be taken from a node not known as a servo: RAM no longer tells what ROM holds in 0x20."""
+        """Note that torque off is about to be written to an unidentified node: RAM no longer shows ROM in 0x20."""
         record = self._directory.records.get(node)
         self._torque_written[node] = 0 if record is None else record.boot_count
 
     def note(self, node: int) -> Note | None:
-        """Why a node is not taken for a servo, for people."""
+        """Why a node is not listed as a servo, for users."""
         return None if self.kind(node) == "servo" else self._foreign.note(node)
 
     def bus_lost(self) -> None:
-        """Nothing is heard any more; what is heard first when the bus is back may be old."""
+        """Note that the bus was lost. The first messages after it is back may be old."""
         self._directory.reception_lost()
 
     def bus_restored(self) -> None:
-        """The bus works again."""
+        """Note that the bus is back."""
         self._directory.reception_restored(self._base.now())
 
     def near_zero(self, servo: Servo, at: Instant) -> None:
-        """A horn in soft start was seen within 1 degree of 0: that ends it, when it is seen there again."""
+        """Note that a horn in soft start is within 1° of 0. The second time, soft start has ended."""
         if servo.near_zero_at is None:
             servo.near_zero_at = at
         elif servo.soft_starting and at - servo.near_zero_at >= SETTLES_S:
             self.soft_start_over(servo)
 
     def soft_start_over(self, servo: Servo, *, seen: bool = True) -> None:
-        """Soft start ended: near 0 degrees, or another command ended it (section 4.14).
+        """End a soft start: the horn is near 0°, or another command ended it (section 4.14).
 
-        Not `seen`: it should have, and its temporary values, which may still be there, tell nothing of ROM.
+        Not `seen`: it should have ended. Its temporary values may still be active and say nothing about ROM.
         """
         servo.soft_start_since = None
         for key in servo.soft_start_rows:
-            servo.forget(key)  # what they were read to hold was for the time of soft start
+            servo.forget(key)  # their readings were temporary values of soft start
         self._hub.publish(ServoChanged(servo.uid))
         node = servo.node_id
         if node is not None and node not in self._identifying:
@@ -333,7 +331,7 @@ class Fleet:
             )
 
     async def detach(self) -> None:
-        """The bus went away: nobody is online, and no question waits."""
+        """Leave the bus: all servos go offline, and pending requests are cancelled."""
         tasks = [*self._identifying.values(), *self._soft_starts]
         for task in tasks:
             task.cancel()
@@ -347,8 +345,8 @@ class Fleet:
             servo.online, servo.node_id, servo.soft_start_since = False, None, None
             if servo.model_number is not None:
                 self._hub.publish(ServoChanged(servo.uid))
-        if self._aside is not None:
-            self._servos, self._aside = self._aside, None
+        if self._live is not None:
+            self._servos, self._live = self._live, None
             for servo in self._servos.values():
                 self._hub.publish(ServoChanged(servo.uid))
 
@@ -356,7 +354,7 @@ class Fleet:
         servo.restarted(at - status.uptime_sec - 1)  # an uptime of whole seconds
         self._hub.publish(ServoChanged(servo.uid))
         if servo.busy is None:
-            text = f"{servo.title} restarted by itself. What was only in RAM is lost; the horn may soft-start to 0°."
+            text = f"{servo.title} restarted unexpectedly. Values only in RAM are lost. The horn may soft-start to 0°."
             self._hub.publish(LogEvent("warning", "restarted", text, servo.uid, {"servo": servo.title}))
 
     async def _arrive(self, node: NodeId) -> None:
@@ -365,7 +363,7 @@ class Fleet:
                 self._requests, self.catalog, self._directory, self._foreign, node, known=self.kind(node) == "servo"
             )
             if identity is None:
-                if self.kind(node) == "servo":  # a known one may be busy with its start
+                if self.kind(node) == "servo":  # a known servo may still be starting
                     self._foreign.postpone(node, self._base.now() + RETRY_S)
                 return
             servo = self._register(node, identity)
@@ -386,7 +384,7 @@ class Fleet:
             self.recent_starts.remove(node)
             self._publish_all(servo)
             params: dict[str, object] = {"servo": servo.title, "node_id": node}
-            self._hub.publish(LogEvent("info", "ready", f"{servo.title} is on node {node}.", servo.uid, params))
+            self._hub.publish(LogEvent("info", "ready", f"{servo.title} is on node ID {node}.", servo.uid, params))
             self._hub.publish(ServoRead(servo.uid))
             self.remember(servo)
         except NoResponse as error:
@@ -395,7 +393,7 @@ class Fleet:
             self._check_replaced(node)
         except PortError as error:
             log.debug("node %d: %s", node, error.detail)
-        except Exception:  # nobody waits for this task: it must say itself what went wrong, and try again
+        except Exception:  # nothing awaits this task, so it logs the error and retries
             log.exception("node %d could not be identified", node)
             self._foreign.postpone(node, self._base.now() + RETRY_S)
         finally:
@@ -404,7 +402,7 @@ class Fleet:
             self._assign_node_id(node, None if resident is None else resident.hex())
 
     def _check_replaced(self, node: int) -> None:
-        """Somebody who only says NodeStatus, where a servo was, is not taken for it; a boot loader's is (B16)."""
+        """Drop a servo from its node ID if only NodeStatus is received there, except from a boot loader (B16)."""
         servo, now = self._by_node.get(node), self._base.now()
         if servo is None or self._directory.unique_id_at(node) is not None:
             return
@@ -414,13 +412,13 @@ class Fleet:
             self._assign_node_id(node, "")
 
     def _assign_node_id(self, node: int, uid: str | None) -> None:
-        """A node id is used by `uid` (None: nobody knows): another servo that was there is not any more."""
+        """Assign a node ID to `uid` (None: unknown). Another servo that used it goes offline."""
         servo = self._by_node.get(node)
         if servo is None or uid is None or uid == servo.uid:
             return
         del self._by_node[node]
         if servo.online and servo.busy is None:
-            text = f"{servo.title} is gone: another node uses its node id {node}."
+            text = f"{servo.title} went offline: another node uses its node ID {node}."
             self._hub.publish(LogEvent("warning", "offline", text, servo.uid, {"servo": servo.title, "node_id": node}))
         servo.node_id, servo.online = None, False
         self._hub.publish(ServoChanged(servo.uid))
@@ -452,7 +450,7 @@ class Fleet:
         return servo
 
     async def _watch_timeout(self, servo: Servo) -> None:
-        """Soft start ends with the servo's own timeout, too, and leaves the horn where it is then (4.14)."""
+        """Detect the end of a soft start by the servo's timeout, which leaves the horn where it is (4.14)."""
         since = servo.soft_start_since
         if not servo.raw("timeout_action"):
             return
@@ -475,7 +473,7 @@ class Fleet:
             self._identifying.pop(node, None)
 
     def remember(self, servo: Servo) -> None:
-        """Keep what is known of a servo beyond this process, and flag what differs from before. Never raises."""
+        """Store what is known of a servo and flag differences from before. Never raises."""
         self.memory.remember(servo)
 
     def _publish_all(self, servo: Servo) -> None:

@@ -1,4 +1,4 @@
-"""Nodes not known as servos: which of them may be one, and when each is asked again."""
+"""Nodes not identified as servos: which may be servos, and when to query each again."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -11,23 +11,23 @@ from hornbill.units import Instant
 
 UNKNOWN_NODE: Final = RetryPolicy(priority=24, timeout_s=0.12, tries=3)
 UNKNOWN_ACTUATOR: Final = RetryPolicy(priority=24, timeout_s=0.12, tries=12)
-"""For a node that broadcasts the Status of an actuator, as every servo does ten times a second (table 2-2)."""
+"""For a node that broadcasts an actuator's Status, as every servo does at 10 Hz (table 2-2)."""
 
 _REFUSALS_OF_A_STARTING_SERVO: Final = 4
-"""Refusals that may come from a servo busy with its start: the fifth comes after 15 s at the earliest."""
+"""Refusals that a starting servo may send: the fifth comes after 15 s at the earliest."""
 
 _REFUSALS: Final = 4
-"""After so many a node that is no actuator is not asked again until it starts anew."""
+"""A node that is not an actuator is not queried again after this many refusals, until it restarts."""
 
 _NEVER: Final = float("inf")
 
 
 @dataclass(slots=True)
 class _Attempts:
-    """What came of asking one node since it appeared or started anew, in rounds of a few tries each.
+    """Results of querying one node since it appeared or restarted, in rounds of a few tries each.
 
-    `boot_count` is NodeRecord.boot_count at that time; `no_info` rounds got no response to GetNodeInfo, `no_get_set` rounds none
-    to GetSet, and in `refused` ones it answered that it has no 0x50.
+    `boot_count` is NodeRecord.boot_count at that time; `no_info` rounds got no response to GetNodeInfo, `no_get_set`
+    rounds none to GetSet, and in `refused` rounds it responded that it has no 0x50.
     """
 
     boot_count: int | None = None
@@ -42,11 +42,10 @@ class _Attempts:
 
 
 class ForeignNodes:
-    """Asks nothing itself. A node that does not answer, or is no servo, costs a few requests, ever more rarely.
+    """Schedule for querying unidentified nodes, with growing intervals. Sends nothing itself.
 
-    A node that broadcasts an actuator's Status may be a servo for as long as it did not refuse 0x50 five
-    times; any other is taken for foreign at its first refusal, and asked a few times more in case it was
-    busy starting.
+    A node that broadcasts an actuator's Status may be a servo until it has refused 0x50 five times. Any other node
+    counts as foreign after its first refusal and is queried a few more times, in case it was still starting.
     """
 
     def __init__(self, clock: Callable[[], Instant]) -> None:
@@ -55,7 +54,7 @@ class ForeignNodes:
         self._status_at: dict[int, Instant] = {}
 
     def due(self, record: NodeRecord) -> bool:
-        """Whether to ask a node that was just heard."""
+        """Whether to query a node whose NodeStatus was just received."""
         attempts = self._attempts.get(record.node_id)
         if attempts is None or attempts.boot_count not in (None, record.boot_count):
             self._attempts[record.node_id] = _Attempts(record.boot_count)
@@ -64,50 +63,50 @@ class ForeignNodes:
         return self._clock() >= attempts.again_at
 
     def retry_policy(self, node_id: int) -> RetryPolicy:
-        """How insistently to ask it."""
+        """The retry policy for querying a node."""
         return UNKNOWN_ACTUATOR if self.is_actuator(node_id) else UNKNOWN_NODE
 
     def on_status(self, node_id: int) -> None:
-        """A node broadcast the Status of an actuator."""
+        """Note that a node broadcast an actuator's Status."""
         if not self.is_actuator(node_id) and (attempts := self._attempts.get(node_id)) is not None:
             attempts.again_at = min(attempts.again_at, self._clock())
         self._status_at[node_id] = self._clock()
 
     def no_node_info(self, node_id: int) -> None:
-        """It did not answer GetNodeInfo."""
+        """Note that it did not respond to GetNodeInfo."""
         self._of(node_id).no_info += 1
         self._schedule(node_id)
 
     def no_parameters(self, node_id: int) -> None:
-        """It did not answer GetSet, although it answered GetNodeInfo."""
+        """Note that it responded to GetNodeInfo but not to GetSet."""
         self._of(node_id).no_get_set += 1
         self._schedule(node_id)
 
     def refused(self, node_id: int) -> None:
-        """It answered that it has no 0x50."""
+        """Note that it responded but does not have 0x50."""
         self._of(node_id).refused += 1
         self._schedule(node_id)
 
     def postpone(self, node_id: int, until: Instant) -> None:
-        """Ask it no earlier, for a reason of ours."""
+        """Do not query it before `until`."""
         self._of(node_id).again_at = until
 
     def retry_now(self, node_id: int) -> None:
-        """Somebody needs to know now who it is; what is known to be foreign stays so."""
+        """Query it at the next opportunity. A node known to be foreign stays foreign."""
         if (attempts := self._attempts.get(node_id)) is not None:
             attempts.again_at = float("-inf")
 
     def forget(self, node_id: int) -> None:
-        """It is known as a servo now."""
+        """Drop it: it was identified as a servo."""
         self._attempts.pop(node_id, None)
         self._status_at.pop(node_id, None)
 
     def is_actuator(self, node_id: int) -> bool:
-        """Whether it broadcasts the Status of an actuator."""
+        """Whether it broadcasts an actuator's Status."""
         return self._clock() - self._status_at.get(node_id, float("-inf")) < OFFLINE_AFTER_S
 
     def is_foreign(self, node_id: int) -> bool:
-        """Whether it is known to be no servo of ours."""
+        """Whether it is known not to be a supported servo."""
         attempts = self._attempts.get(node_id)
         if attempts is None:
             return False
@@ -116,26 +115,26 @@ class ForeignNodes:
         return attempts.refused > 0 or attempts.no_get_set > 0
 
     def suspects(self) -> list[int]:
-        """Nodes that broadcast the Status of an actuator and are not known to be foreign, by node id."""
+        """Sorted IDs of nodes that broadcast an actuator's Status and are not known to be foreign."""
         return sorted(
             node_id for node_id in self._status_at if self.is_actuator(node_id) and not self.is_foreign(node_id)
         )
 
     def note(self, node_id: int) -> Note | None:
-        """Why a node is not taken for a servo, for people; None while it has not been asked."""
+        """Why a node is not listed as a servo, for users. None until it has been queried."""
         attempts = self._attempts.get(node_id)
         if attempts is None or not attempts.rounds:
             return None
         if attempts.refused:
-            note = Note("It has no model number (0x50), so it is no servo of this family.", "no_model_number")
+            note = Note("It has no model number (0x50), so it is not a servo of this family.", "no_model_number")
         elif attempts.no_get_set:
-            text = "It answers GetNodeInfo but not GetSet, so it has no parameters that could be read."
+            text = "It responds to GetNodeInfo but not to GetSet, so it has no readable parameters."
             note = Note(text, "no_parameters")
         else:
-            text = f"It does not answer GetNodeInfo; it was asked {attempts.no_info} times."
+            text = f"It did not respond to GetNodeInfo in {attempts.no_info} attempts."
             note = Note(text, "no_info", {"tries": attempts.no_info})
         if self.is_actuator(node_id) and not self.is_foreign(node_id):
-            also = " It broadcasts an actuator's status, so it may be a servo: stop writes torque off to it, too."
+            also = " It broadcasts an actuator's status, so it may be a servo: Stop also writes torque off to it."
             return Note(note.text + also, note.code, {**note.params, "may_be_servo": True})
         return note
 

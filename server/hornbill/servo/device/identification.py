@@ -1,4 +1,4 @@
-"""Identification: the questions that turn a node id into a servo with a model, and RAM into knowledge of ROM."""
+"""Identification: finds the servo and model on a node ID, and derives the values in ROM from RAM."""
 
 import asyncio
 import logging
@@ -17,12 +17,12 @@ from hornbill.wire.services import GetNodeInfoResponse
 log = logging.getLogger(__name__)
 
 RESTS_S = 0.2
-"""A horn that goes no further in this time rests: in soft start it turns 36 degrees."""
+"""A horn that does not move in this time is at rest: in soft start it would turn 36°."""
 
 
 @dataclass(frozen=True, slots=True)
 class NodeIdentity:
-    """What a node says of itself. `model` is what it is treated as, None for an unknown series."""
+    """Identity reported by a node. `model` is the model it is treated as, None for an unknown series."""
 
     uid: Uid
     name: str
@@ -43,10 +43,10 @@ async def identify(
     *,
     known: bool,
 ) -> NodeIdentity | None:
-    """Which servo is on a node id that said NodeStatus; None when none is known to be, and `foreign_nodes` knows why.
+    """Identify the servo on a node ID. None if none is found; `foreign_nodes` then has the reason.
 
-    `known`: a servo is. What GetNodeInfo answers goes into `directory`. Raises BusDisconnected, and NoResponse when a
-    servo falls silent.
+    `known`: a servo is already known on it. The response to GetNodeInfo is stored in `directory`. Raises
+    BusDisconnected, and NoResponse if a servo stops responding.
     """
     record = directory.records[node_id]
     policy = READ if known else foreign_nodes.retry_policy(node_id)
@@ -65,7 +65,7 @@ async def identify(
         log.info("node %d has no 0x50", node_id)
         foreign_nodes.refused(node_id)
         return None
-    if before is not None or record.info is not info:  # somebody else may be here since it said who it is
+    if before is not None or record.info is not info:  # another node may have taken this ID meanwhile
         info = await _read_info(requests, directory, node_id, READ)
     return await _identify(requests, catalog, node_id, info, model_number)
 
@@ -73,7 +73,7 @@ async def identify(
 async def _read_info(
     requests: ServoRequests, directory: Directory, node_id: NodeId, policy: RetryPolicy
 ) -> GetNodeInfoResponse:
-    """GetNodeInfo; the directory keeps it unless the node started anew meanwhile."""
+    """Request GetNodeInfo; the directory stores it unless the node has restarted meanwhile."""
     boot_count = directory.records[node_id].boot_count
     info = await requests.node_info(node_id, policy)
     if directory.records[node_id].boot_count == boot_count:
@@ -102,7 +102,7 @@ async def _identify(
 
 
 def apply(servo: Servo, identity: NodeIdentity) -> None:
-    """Write an identity into the servo it belongs to."""
+    """Apply an identity to its servo."""
     servo.name = identity.name
     servo.model_number = identity.model_number
     servo.hardware_version = identity.hardware_version
@@ -112,9 +112,9 @@ def apply(servo: Servo, identity: NodeIdentity) -> None:
 
 
 async def read_rows(requests: ServoRequests, servo: Servo, keys: list[str] | None = None) -> list[str]:
-    """Read rows (all of them unless named), one after the other; answers the keys the servo refused.
+    """Read rows one after the other, all unless `keys` is given. Returns the keys the servo refused.
 
-    A refused row is one this firmware lacks, which is no fault. Raises NoResponse or BusDisconnected.
+    A refused row does not exist in this firmware, which is not a fault. Raises NoResponse or BusDisconnected.
     """
     refused: list[str] = []
     for key in list(servo.registers) if keys is None else keys:
@@ -126,22 +126,22 @@ async def read_rows(requests: ServoRequests, servo: Servo, keys: list[str] | Non
 
 
 def learn_rom(servo: Servo, *, soft_start: bool) -> None:
-    """Take what RAM holds for what ROM holds: true only right after a start, and of no row we wrote since (4.11).
+    """Take the values in RAM as those in ROM. Valid only right after a start, for rows not written since (4.11).
 
-    During soft start the rows it overrides say nothing about ROM (section 4.14). When ROM could not be loaded,
-    RAM holds the defaults and nobody knows what ROM holds (bit 15 of 0x1A, section 4.12).
+    During soft start, the rows it overrides say nothing about ROM (section 4.14). If ROM could not be loaded, RAM
+    contains the defaults and the values in ROM are unknown (bit 15 of 0x1A, section 4.12).
     """
     if servo.rom_lost:
         forget_rom(servo)
         return
     for register in servo.registers.values():
-        told = register.parameter.rom and register.at is not None and register.reflects_rom
-        if told and not (soft_start and register.parameter.soft_start is not None):
+        reliable = register.parameter.rom and register.at is not None and register.reflects_rom
+        if reliable and not (soft_start and register.parameter.soft_start is not None):
             register.rom = register.raw
 
 
 async def soft_start_timed_out(requests: ServoRequests, servo: Servo) -> bool:
-    """Whether the servo's own timeout (0x27) has ended its soft start: the horn rests, and the rows are back (4.14).
+    """Whether the servo's timeout (0x27) ended its soft start: the horn is at rest and the rows are restored (4.14).
 
     Raises NoResponse, Refused, BusDisconnected.
     """
@@ -157,9 +157,9 @@ async def soft_start_timed_out(requests: ServoRequests, servo: Servo) -> bool:
 
 
 async def learn_after_soft_start(requests: ServoRequests, servo: Servo, *, ended: bool = True) -> None:
-    """Read the rows soft start held values of its own in; of those nobody wrote, RAM is what ROM holds again.
+    """Read the rows that soft start overrides. For rows not written since, RAM again equals ROM.
 
-    Not `ended`: nobody knows whether it holds them still, so nothing is learned of ROM.
+    Not `ended`: they may still be overridden, so nothing is concluded about ROM.
 
     Raises NoResponse or BusDisconnected.
     """
@@ -172,14 +172,14 @@ async def learn_after_soft_start(requests: ServoRequests, servo: Servo, *, ended
 
 
 def forget_rom(servo: Servo) -> None:
-    """Nobody knows what ROM holds: the old values, new ones, or nothing that can be loaded."""
+    """Mark the values in ROM as unknown: old values, new values, or nothing that can be loaded."""
     for register in servo.registers.values():
         register.rom = None
 
 
 def log_text(error: NoResponse) -> str:
-    """A sentence for the log when a node went silent half-way."""
-    return f"Identification broke off: {error.detail}"
+    """Log text for a node that stopped responding during identification."""
+    return f"Identification aborted: {error.detail}"
 
 
 def _date(parts: list[int | None]) -> str | None:

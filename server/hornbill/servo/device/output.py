@@ -1,7 +1,7 @@
-"""Output of one servo's motor: on or off, why, since when; and which 0x20 is configuration, not session state.
+"""Motor output of one servo: on or off, why and since when; and which 0x20 is configuration, not session state.
 
-Stop, the end of a lease and whoever switches a servo by hand write RAM's 0x20. None of that is a change of its
-configuration: ROM has what it is configured to, unless a client staged another value.
+Stop, the end of a lease and manual switching write 0x20 in RAM. None of these changes the configuration, which is the
+value in ROM unless a client staged another one.
 """
 
 from dataclasses import dataclass
@@ -14,28 +14,28 @@ KEY: Final = "torque_mode"
 
 ON: Final[Raw] = 0
 MODES: Final[dict[str, Raw]] = {"off": 1, "brake": 2}
-"""Values of 0x20 that take the output away (section 4.13): 0 is ON and is not here."""
+"""Values of 0x20 that disable torque (section 4.13). ON (0) is not among them."""
 
 State: TypeAlias = Literal["on", "off", "brake", "unknown"]
 Reason: TypeAlias = Literal["configured", "stop", "lease", "command", "timeout", "protection"]
 
 STATES: Final[dict[Raw, State]] = {0: "on", 1: "off", 2: "brake"}
-"""States by the value of 0x20, and by that of 0x26, which is the same."""
+"""States by the value of 0x20, which 0x26 shares."""
 
 SESSION: Final = frozenset[Reason](("stop", "lease", "command"))
-"""Reasons for which a session, and not the servo or its configuration, switched an output."""
+"""Reasons for which a session, not the servo or its configuration, switched an output."""
 
 LATE_S: Final = 0.1
-"""A time-out is taken to have struck this long after its time: the last command may have arrived late."""
+"""A timeout is assumed to have occurred this long after its time, because the last command may have arrived late."""
 
 
 def off_mode(raw: Raw | None) -> str:
-    """The word of a value of 0x20 that takes the output away; "off" for any other."""
+    """Name of a value of 0x20 that disables torque; "off" for any other value."""
     return next((word for word, number in MODES.items() if number == raw), "off")
 
 
 class OutputState(NamedTuple):
-    """What the motor gets, why, who did it (None: nobody known), and since when (None: not known)."""
+    """State of the motor output, its reason, who switched it and since when (each None if unknown)."""
 
     state: State
     reason: Reason
@@ -45,10 +45,10 @@ class OutputState(NamedTuple):
 
 @dataclass(slots=True)
 class OutputRecord:
-    """What 0x20 of one servo was seen to hold is in its register; this is who made it so.
+    """Who last switched the output of one servo, and why. Its register has the value of 0x20.
 
-    `staged` is the 0x20 a client asked for as configuration in this life of the servo, None if none did;
-    `last_configured` the value last seen or known while nobody had switched it, also before a restart.
+    `staged`: the 0x20 that a client set as configuration since the servo started, None if none did.
+    `last_configured`: the last value while no session had switched it, also from before a restart.
     """
 
     reason: Reason = "configured"
@@ -57,20 +57,20 @@ class OutputRecord:
     staged: Raw | None = None
     last_configured: Raw | None = None
     commanded_at: Instant | None = None
-    """When it was last commanded in this life: the time of 0x27 runs from then (section 4.19)."""
+    """Time of the last command since the servo started. The timeout (0x27) runs from then (section 4.19)."""
     timed_out_at: Instant | None = None
     protected_at: Instant | None = None
     disable_count: int = 0
-    """How often somebody here took it away, or began to: what waits to give it must not, when that happened since."""
+    """Times this server disabled the output or began to. Pending work that would enable it checks this first."""
     _pending: tuple[Raw, Reason, str | None] | None = None
 
     def switch(self, raw: Raw, reason: Reason, by: str | None) -> None:
-        """Say who is about to write 0x20 and why; it counts once the servo is seen to hold it."""
+        """Announce a write of 0x20, its reason and author. They apply once the servo reports the value."""
         self._pending = raw, reason, by
         self.disable_count += raw != ON
 
     def seen(self, raw: Raw, at: Instant, *, changed: bool) -> None:
-        """0x20 was read or answered. What nobody here asked for was switched by another tool."""
+        """Process a reported value of 0x20. An unannounced change was made by another tool."""
         new, meant = changed or self.since is None, self._pending
         if meant is not None and meant[0] == raw:
             self._pending = None
@@ -84,20 +84,20 @@ class OutputRecord:
             self.last_configured = raw
 
     def stage(self, raw: Raw, by: str | None, at: Instant) -> None:
-        """Take a value of 0x20 for configuration, because a client asked for it as such."""
+        """Record a value of 0x20 that a client set as configuration."""
         self.staged = self.last_configured = raw
         self.reason, self.by, self.since = "configured", by, at
 
     def restore_reason(self, found: "OutputRecord") -> None:
-        """Be switched for the reason of `found`, a copy of before: what was done since has been undone."""
+        """Restore the reason from `found`, a copy from before, because the changes since were undone."""
         self.reason, self.by, self.since = found.reason, found.by, found.since
 
     def commanded(self, at: Instant) -> None:
-        """The servo was commanded, or may have been: its time-out runs from now, and what it took is given back."""
+        """Note that the servo was, or may have been, commanded: its timeout restarts, and the output comes back."""
         self.commanded_at, self.timed_out_at = at, None
 
     def check_timeout(self, now: Instant, after_s: float) -> bool:
-        """Whether its own time-out (0x27, seconds) has just taken its output; call it often."""
+        """Whether its timeout (0x27, seconds) has just disabled the output. Call often."""
         at = self.commanded_at
         if at is None or self.timed_out_at is not None or now < at + after_s + LATE_S:
             return False
@@ -105,11 +105,11 @@ class OutputRecord:
         return True
 
     def set_protected(self, on: bool, at: Instant) -> None:
-        """The servo itself has its output off, or has it no longer off, for what its fault words tell."""
+        """Note whether the servo itself has its output off, according to its fault words."""
         if on != (self.protected_at is not None):
             self.protected_at = at if on else None
 
     def restarted(self) -> None:
-        """The servo started anew: its output is as it is configured, unless it is switched before it is read."""
+        """Reset after a restart of the servo: its output is as configured, unless it is switched before it is read."""
         self.reason, self.by, self.since, self.staged = "configured", None, None, None
         self.commanded_at = self.timed_out_at = self.protected_at = None

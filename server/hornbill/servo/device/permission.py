@@ -1,4 +1,4 @@
-"""The refusals before motion: which command a servo may be given now, and the raw value that may be sent."""
+"""Checks before motion: whether a servo may be commanded now, and the raw value that may be sent."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -22,15 +22,15 @@ from hornbill.servo.runtime.jobs import Jobs
 from hornbill.units import Raw
 
 ROW_OF: Final[Mapping[str, str]] = {kind: key for key, kind in COMMANDS.items()}
-"""The row that each kind of command is written to."""
+"""Row of each kind of command."""
 
 _WHY_BUSY = {
     State.IDENTIFYING: "is still being identified",
     State.SAVING: "is saving",
     State.RESTARTING: "is restarting",
     State.UPDATING: "is in software update",
-    State.SOFT_START: "is in soft start: its horn is on the way to 0°",
-    State.PROTECTED: "protects itself: output is off and comes back on by itself",
+    State.SOFT_START: "is in soft start: its horn is moving to 0°",
+    State.PROTECTED: "is in protection: output is off and returns automatically",
 }
 
 _OFFLINE = "{} is offline. Check its supply and the wiring."
@@ -38,9 +38,9 @@ _OFFLINE = "{} is offline. Check its supply and the wiring."
 
 @dataclass(frozen=True, slots=True)
 class Target:
-    """What may be sent: the row, the raw value, and whether it was clamped.
+    """A permitted command: the row, the raw value, and whether it was clamped.
 
-    `warnings`: what to tell who asked; `confirmed`: the words for which it had to be asked.
+    `warnings`: texts for the client; `confirmed`: the codes that the client had to confirm.
     """
 
     parameter: Parameter
@@ -51,10 +51,10 @@ class Target:
 
 
 def check_free(servo: Servo, jobs: Jobs) -> None:
-    """Raises Busy while a job of the servo, also one that has not had its first turn, or a change is under way."""
+    """Raises Busy while a job of the servo (even a queued one) or a change is running."""
     if jobs.running(servo.uid) is not None or servo.changing.locked():
         raise Busy(
-            f"{servo.title} is being worked on. Try again when that has ended.",
+            f"{servo.title} is busy with a job or a change. Try again when it has ended.",
             uid=servo.uid,
             cause="job_in_progress",
             servo=servo.title,
@@ -62,7 +62,7 @@ def check_free(servo: Servo, jobs: Jobs) -> None:
 
 
 def check_ready(servo: Servo) -> None:
-    """Raises NoResponse for a servo that is offline, Busy for one that is doing something else."""
+    """Raises NoResponse if the servo is offline, Busy if it is not ready."""
     state = servo.state
     if state is State.OFFLINE:
         raise NoResponse(_OFFLINE.format(servo.title), cause="offline", servo=servo.title)
@@ -74,13 +74,13 @@ def check_ready(servo: Servo) -> None:
 
 
 def check_readable(servo: Servo) -> None:
-    """As `check_ready`, but a servo that protects itself can be read as any other."""
+    """As `check_ready`, but a servo in protection passes: it can be read."""
     if servo.state is not State.PROTECTED:
         check_ready(servo)
 
 
 def check_writable(servo: Servo) -> None:
-    """As `check_ready`, but a servo that protects itself takes writes: they may be the remedy.
+    """As `check_ready`, but a servo in protection passes: a write may be the remedy.
 
     Raises NotInThisModel for a servo of an unknown series.
     """
@@ -89,18 +89,18 @@ def check_writable(servo: Servo) -> None:
 
 
 def check_series(servo: Servo) -> None:
-    """Raises NotInThisModel for a servo of an unknown series: what its registers mean and allow is not known."""
+    """Raises NotInThisModel for a servo of an unknown series, because its registers and limits are unknown."""
     if servo.of_unknown_series:
         raise unknown_series(servo)
 
 
 def unknown_series(servo: Servo) -> NotInThisModel:
-    """The refusal of everything that writes to such a servo or moves it, with what can be done."""
+    """The error for writes and motion on a servo of an unknown series, with the remedy."""
     number = servo.model_number
     return NotInThisModel(
-        f"{servo.title} is of series {number} (0x50), which hornbill does not know: it is neither moved nor written "
-        "to, but for torque off. It can be read, kept as a snapshot and compared. Use a hornbill that knows series "
-        f"{number}, or Futaba's own program.",
+        f"{servo.title} is of series {number} (0x50), which this version of hornbill does not support. Motion and "
+        "writes other than torque off are refused; reading, snapshots and comparison are possible. Use a version that "
+        f"supports series {number}, or Futaba's own program.",
         series_number=number,
         cause="unknown_series",
         servo=servo.title,
@@ -108,10 +108,10 @@ def unknown_series(servo: Servo) -> NotInThisModel:
 
 
 def check_movable(servo: Servo) -> None:
-    """As `check_ready`; raises BusReadOnly for a servo of a recording, and ConfigurationLost for one that could not
-    load what was saved (4.12, features B56).
+    """As `check_ready`; also raises BusReadOnly for a servo of a recording, and ConfigurationLost for one that could
+    not load its saved configuration (4.12, features B56).
 
-    On defaults its limits, its zero and its direction may all be others than those its mechanism needs.
+    With defaults, its limits, zero position and direction may not fit its mechanism.
     """
     _check_recorded(servo)
     check_ready(servo)
@@ -119,7 +119,7 @@ def check_movable(servo: Servo) -> None:
 
 
 def check_energise(servo: Servo) -> None:
-    """As `check_movable`, of a servo that a job has: what that job is doing speaks not against it."""
+    """As `check_movable`, for a job that works on the servo itself: the state caused by that job is ignored."""
     _check_recorded(servo)
     row_for(servo, "angle")
     if not servo.online:
@@ -137,7 +137,7 @@ def check_energise(servo: Servo) -> None:
 def _check_recorded(servo: Servo) -> None:
     if servo.recorded:
         raise BusReadOnly(
-            f"{servo.title} is one of a recording: nothing moves. Connect its bus.",
+            f"{servo.title} is part of a recording and cannot move. Connect its bus.",
             cause="recorded_servo",
             servo=servo.title,
         )
@@ -146,8 +146,8 @@ def _check_recorded(servo: Servo) -> None:
 def _check_loaded(servo: Servo) -> None:
     if servo.rom_lost:
         raise ConfigurationLost(
-            f"{servo.title} runs on defaults: what was saved could not be loaded at its last start (warning bit 15). "
-            "So it is not moved. Restore a snapshot and save, or save what it holds now.",
+            f"{servo.title} runs on defaults: its saved configuration could not be loaded at the last start "
+            "(warning bit 15). Motion is refused. Restore a snapshot and save, or save the current values.",
             cause="runs_on_defaults",
             servo=servo.title,
             uid=servo.uid,
@@ -155,12 +155,12 @@ def _check_loaded(servo: Servo) -> None:
 
 
 def row_for(servo: Servo, kind: str) -> Parameter:
-    """The row that commands `kind` (angle, speed or torque). Raises NotInThisModel for a servo of unknown series."""
+    """Command row of `kind` (angle, speed, torque). Raises NotInThisModel for a servo of unknown series."""
     check_series(servo)
     register = servo.registers.get(ROW_OF[kind])
     if register is None:
         raise NotInThisModel(
-            f"{servo.title} has not said yet what it is, so hornbill does not move it.",
+            f"{servo.title} has not been identified yet, so it cannot be moved.",
             cause="not_identified",
             servo=servo.title,
         )
@@ -168,13 +168,13 @@ def row_for(servo: Servo, kind: str) -> Parameter:
 
 
 def check_kind(servo: Servo, kind: str) -> None:
-    """Raises NotInThisModel for a servo of unknown series, or whose firmware knows no commands of that kind (4.18)."""
+    """Raises NotInThisModel if its series is unknown or its firmware has no commands of that kind (4.18)."""
     row_for(servo, kind)
     switch = servo.catalog.by_key["speed_torque_control"]
     if kind != "angle" and switch.key not in servo.registers:
         raise NotInThisModel(
-            f"{servo.title} takes no {kind} commands: firmware {servo.firmware_text} has no speed and torque control "
-            f"(0x25). It came with {switch.since}. Command an angle.",
+            f"{servo.title} does not support {kind} commands: firmware {servo.firmware_text} has no speed and torque "
+            f"control (0x25). It was added in {switch.since}. Command an angle instead.",
             key=switch.key,
             cause="commands_unsupported",
             servo=servo.title,
@@ -184,11 +184,11 @@ def check_kind(servo: Servo, kind: str) -> None:
 
 
 def check_mode(servo: Servo, kind: str) -> None:
-    """Raises NotInThisModel, ModeOff or TorqueOff; call it when 0x20 and 0x25 have just been read (4.13, 4.18)."""
+    """Raises NotInThisModel, ModeOff or TorqueOff. Call after reading 0x20 and 0x25 (4.13, 4.18)."""
     check_kind(servo, kind)
     if kind != "angle" and servo.raw("speed_torque_control") != 1:
         raise ModeOff(
-            f"{servo.title} ignores {kind} commands: speed and torque control (0x25) is off. Switch it on first.",
+            f"{servo.title} ignores {kind} commands: speed and torque control (0x25) is off. Turn it on first.",
             key="speed_torque_control",
             cause="mode_off",
             servo=servo.title,
@@ -197,7 +197,7 @@ def check_mode(servo: Servo, kind: str) -> None:
         )
     if servo.raw("torque_mode") != 0:
         raise TorqueOff(
-            f"Torque is off on {servo.title}, so it would not move. Turn it on first.",
+            f"Torque is off on {servo.title}, so it would not move. Turn torque on first.",
             cause="torque_is_off",
             servo=servo.title,
             uid=servo.uid,
@@ -205,9 +205,9 @@ def check_mode(servo: Servo, kind: str) -> None:
 
 
 def target(servo: Servo, kind: str, value: float, *, clamp: bool) -> Target:
-    """The raw value for a command of `value` degrees, rpm or %, rounded to the register's step.
+    """The raw value of a command of `value` degrees, rpm or %, rounded to the register's step.
 
-    Raises OutOfRange outside the row's range or, for angles, the servo's own limits (B31), unless `clamp`.
+    Raises OutOfRange outside the row's range or, for angles, outside the servo's own limits (B31), unless `clamp`.
     """
     row = row_for(servo, kind)
     low, high = bounds(servo, row)
@@ -216,12 +216,12 @@ def target(servo: Servo, kind: str, value: float, *, clamp: bool) -> Target:
         return Target(row, round(min(max(wanted, low), high)), clamped=not low - 0.5 < wanted < high + 0.5)
     raw = scale.to_nearest_raw(row, value)
     if not low <= raw <= high:
-        raise _past_limit(servo, row, value, raw)
+        raise _beyond_limit(servo, row, value, raw)
     return Target(row, raw, clamped=False)
 
 
 def bounds(servo: Servo, row: Parameter) -> tuple[Raw, Raw]:
-    """What the servo would really do: the row's range, cut by the servo's own limits of it (4.31 to 4.33)."""
+    """The effective range: the row's range within the servo's own limits (4.31 to 4.33)."""
     low, high = row.minimum or 0, row.maximum or 0
     if row.limits is None:
         return low, high
@@ -229,15 +229,15 @@ def bounds(servo: Servo, row: Parameter) -> tuple[Raw, Raw]:
     return (low if below is None else max(low, below)), (high if above is None else min(high, above))
 
 
-def _past_limit(servo: Servo, row: Parameter, value: float, raw: Raw) -> OutOfRange:
-    """The refusal of a value within the range of its row, naming the limit of the servo that it is past."""
+def _beyond_limit(servo: Servo, row: Parameter, value: float, raw: Raw) -> OutOfRange:
+    """The error for a value within the row's range but beyond a limit of the servo, naming that limit."""
     low, high = bounds(servo, row)
     assert row.limits is not None
     key, limit = (row.limits.upper, high) if raw > high else (row.limits.lower, low)
     name = servo.registers[key].parameter
     lowest, highest = scale.to_text(row, low), scale.to_text(row, high)
     return OutOfRange(
-        f"{scale.to_text(row, raw)} is past the {name.label} of {servo.title}, {scale.to_text(row, limit)} "
+        f"{scale.to_text(row, raw)} is beyond the {name.label} of {servo.title}, {scale.to_text(row, limit)} "
         f"({name.name}). Enter {lowest} to {highest}, or change that limit first.",
         minimum=low / row.per_unit, maximum=high / row.per_unit, unit=row.unit, requested=value, limit=key,
         cause="beyond_servo_limit", servo=servo.title, key=row.key,

@@ -1,4 +1,4 @@
-"""Estimate: which unit the positions of one servo are in, checked by its Status beside 0x08. Asks nobody."""
+"""Estimate: the position unit of one servo, from its Status compared with 0x08. Sends nothing."""
 
 import math
 from collections import deque
@@ -19,9 +19,9 @@ DEGREES: Final[dict[PositionUnit, float]] = {
     "degree": 1.0,
     "tenth_degree": 0.1,
 }
-"""Degrees in a position of 1.0. Tables 2-21 and 2-22 print "0.001/0.1°", which is 100° and what the maker's own program
-sends and shows; the public type uavcan.equipment.actuator.Status says radian; the other two are what else a firmware
-may have made of it."""
+"""Degrees per position of 1.0. Tables 2-21 and 2-22 give "0.001/0.1°", which is 100° and what the maker's program
+sends and shows; the public type uavcan.equipment.actuator.Status specifies radians; the other two are plausible
+deviations of a firmware."""
 
 NAMES: Final[dict[PositionUnit, str]] = {
     "hundred_degrees": "hundreds of degrees",
@@ -29,45 +29,45 @@ NAMES: Final[dict[PositionUnit, str]] = {
     "degree": "degrees",
     "tenth_degree": "tenths of a degree",
 }
-"""What to call them in a sentence."""
+"""Names in text."""
 
 LITERAL: Final[PositionUnit] = "hundred_degrees"
-"""The maker's unit, taken as given. No candidate is larger: taken wrongly it shows too much, never too little."""
+"""The maker's unit, the default. It is the largest candidate: if wrong, angles are shown too large, never too small."""
 
 MIN_ANGLE_DEG: Final = 2.0
-"""Below this an angle proves nothing: rounding to 0.1° would be more than a tenth of it."""
+"""A smaller angle proves nothing: rounding to 0.1° would exceed a tenth of it."""
 
 TOLERANCE_DEG: Final = 0.15
-"""0x08 is in steps of 0.1°, rounded or cut off, and the horn of a holding servo trembles by half a step."""
+"""0x08 has steps of 0.1°, rounded or truncated, and the horn of a holding servo jitters by half a step."""
 
 MAX_UNCERTAINTY: Final = 0.1
-"""What a pair leaves open may be a tenth of the angle at most; the closest two candidates are 1.7 apart."""
+"""Uncertainty of a pair, as a share of the angle. The closest two candidates differ by a factor of 1.7."""
 
 PAIRS_AT_ONE_ANGLE: Final = 5
-"""Pairs in a row that prove a unit at one angle: an angle that happens to fit another unit does so once, while the
-horn passes, and not every time for a second."""
+"""Consecutive pairs that prove a unit at one angle. An angle that happens to fit another unit does so once, while the
+horn passes it, not continuously for a second."""
 
 PAIRS_AT_TWO_ANGLES: Final = 3
-"""Pairs in a row that prove it when the horn stood at two angles MIN_ANGLE_DEG apart meanwhile: only a factor fits both."""
+"""Consecutive pairs that prove it at two angles MIN_ANGLE_DEG apart: only one factor fits both."""
 
 MAX_CONTRADICTIONS: Final = 2
-"""Readings in a row that disagree with a unit which one has borne out."""
+"""Consecutive readings that contradict a unit supported by an earlier one."""
 
 MAX_GAP_S: Final = 0.35
-"""Status comes every 0.1 s (table 2-2); when more than two in a row were lost the horn may have been anywhere."""
+"""Status arrives every 0.1 s (table 2-2). After more than two lost in a row, the horn may have moved anywhere."""
 
 MIN_INTERVAL_S: Final = 0.15
-"""Pairs nearer than this are one observation."""
+"""Pairs closer in time count as one observation."""
 
 MAX_FLOAT16: Final = 65504.0
-"""The largest float16. A servo has reached the end of what Status can say, so such a position proves nothing."""
+"""The largest float16. Status cannot express more, so such a position proves nothing."""
 
 MIN_DIFFERENCE_DEG: Final = 0.3
-"""By so much 0x08 may differ from Status before it is worth another look."""
+"""Difference of 0x08 from Status above which 0x08 is read again."""
 
 
 class Angle(NamedTuple):
-    """0x08 as it was read: degrees, and when the answer came."""
+    """A reading of 0x08: degrees, and the time of the response."""
 
     degrees: float
     at: Instant
@@ -79,34 +79,43 @@ class _Status(NamedTuple):
 
 
 class Estimate:
-    """Feed it every Status with the last reading of 0x08. It compares the two while the horn is at rest or slow.
+    """Position unit of one servo. Give it every Status with the last reading of 0x08; it compares them at low speed.
 
-    A pair is a reading between the last two of three Statuses that agree about where the horn is, so that a reading
-    that is somewhat older than its answer belongs to them as well.
+    A pair is a reading between the last two of three Statuses that agree on the position, so that a reading slightly
+    older than its response also belongs to them.
     """
 
     __slots__ = (
-        "_contradictions", "_statuses", "_judged_at", "_run", "_run_unit", "supported", "clash", "evidence", "firmware", "forced",
+        "_contradictions",
+        "_judged_at",
+        "_run",
+        "_run_unit",
+        "_statuses",
+        "clash",
+        "evidence",
+        "firmware",
+        "forced",
         "measured",
+        "supported",
     )  # fmt: skip
 
     def __init__(self, *, forced: PositionUnit | None = None, firmware: int | None = None) -> None:
         self.measured: PositionUnit | None = None
         self.forced: PositionUnit | None = forced
-        """Somebody said which it is; what is measured is kept beside it."""
+        """The unit set by a user. The measured one is stored separately."""
         self.firmware = firmware
-        """The firmware it is measured on (0x52)."""
+        """Firmware it was measured on (0x52)."""
         self.clash = False
-        """Pairs fit no unit, or two."""
-        self.evidence = Note("The maker's unit, not checked yet: at 0° every unit reads the same.", "unit_unchecked")
-        """How that is known, for people; of what was measured, not of what is forced."""
+        """Whether pairs fit no unit, or two."""
+        self.evidence = Note("The maker's unit, not checked yet: at 0° all units read the same.", "unit_unchecked")
+        """Evidence for the measured unit (not for the forced one), for users."""
         self._contradictions = 0
         self.supported = False
-        """Whether the last readings of a horn at rest agree with the maker's unit, while nothing was measured."""
+        """Whether the last readings at rest agree with the maker's unit, before one is measured."""
         self.forget_motion()
 
     def forget_motion(self) -> None:
-        """What is heard next has nothing to do with what was heard last: the servo was silent, or somebody else."""
+        """Discard recent Statuses: the servo was silent, or another node was on its ID."""
         self._statuses: deque[_Status] = deque(maxlen=3)
         self._judged_at: Instant = -math.inf
         self._run: list[float] = []
@@ -114,12 +123,12 @@ class Estimate:
 
     @property
     def unit(self) -> PositionUnit:
-        """What positions are taken to be in."""
+        """The unit in use."""
         return self.forced or self.measured or LITERAL
 
     @property
     def state(self) -> UnitState:
-        """How far that can be relied on."""
+        """How certain the unit is."""
         if self.forced is not None:
             return "forced"
         if self.clash or self.measured not in (None, LITERAL):
@@ -128,27 +137,27 @@ class Estimate:
 
     @property
     def sure(self) -> bool:
-        """Whether an angle may be commanded in it: unless Status and 0x08 disagree about the maker's unit."""
+        """Whether angles may be commanded in it. False if Status and 0x08 contradict the maker's unit."""
         return self.state != "conflict"
 
     @property
     def unmeasured(self) -> bool:
-        """Whether it is still to be measured."""
+        """Whether it has yet to be measured."""
         return self.measured is None and self.forced is None and not self.clash
 
     @property
     def still(self) -> bool:
-        """Whether the last Statuses agree, so that 0x08 read now would make a pair with the next."""
+        """Whether the last Statuses agree, so that 0x08 read now would form a pair with the next."""
         positions = [status.position for status in self._statuses]
         return len(positions) > 1 and max(positions) - min(positions) <= MAX_UNCERTAINTY / 2 * max(map(abs, positions))
 
     def shown(self, position: float) -> float | None:
-        """Degrees of a position of Status; None where 0x08 disagrees or was not read yet, and is shown instead."""
+        """Convert a Status position to degrees. None if 0x08 disagrees or was not read yet; 0x08 is shown instead."""
         known = self.forced is not None or (not self.clash and (self.measured is not None or self.supported))
         return position * DEGREES[self.unit] if known else None
 
     def add_status(self, position: float, at: Instant, reading: Angle | None) -> bool:
-        """Take a Status, and the last reading of 0x08 if there is one. True when what is known has changed."""
+        """Add a Status and the last reading of 0x08, if any. True if the estimate changed."""
         last = self._statuses[-1] if self._statuses else None
         if last is not None and at - last.at > MAX_GAP_S:
             self._statuses.clear()
@@ -170,27 +179,27 @@ class Estimate:
         return self._conclude(position, reading.degrees)
 
     def _compare(self, before: float, after: float, degrees: float) -> None:
-        """Whether one reading between two Statuses agrees with the maker's unit, though the horn may be turning."""
+        """Check a reading between two Statuses against the maker's unit, even while the horn turns."""
         low, high = sorted((before * DEGREES[LITERAL], after * DEGREES[LITERAL]))
         slack = TOLERANCE_DEG + abs(degrees) / 4
         if low - slack <= degrees <= high + slack:
             self.supported, self._contradictions = True, 0
-        elif high - low <= slack:  # it rests, so nothing but an answer that was late explains the difference
+        elif high - low <= slack:  # at rest, only a late response explains the difference
             self._contradictions += 1
             self.supported = self.supported and self._contradictions < MAX_CONTRADICTIONS
 
     def _conclude(self, position: float, degrees: float) -> bool:
-        """Whether the pairs in a row are enough to know something new."""
+        """Update the estimate from consecutive pairs. True if it changed."""
         unit, run = self._run_unit, self._run
         moved = unit is not None and len(run) >= PAIRS_AT_TWO_ANGLES and max(run) - min(run) >= MIN_ANGLE_DEG
         if self.clash or not (moved or len(run) >= PAIRS_AT_ONE_ANGLE) or (unit is not None and unit == self.measured):
             return False
-        pairs = f"{len(run)} times in a row, last {position:.6g} in Status beside {degrees:.1f}° in 0x08"
+        pairs = f"{len(run)} times in a row, last {position:.6g} in Status and {degrees:.1f}° in 0x08"
         values = known(times=len(run), position=f"{position:.6g}", angle_deg=round(degrees, 1), unit=unit)
         if unit is None:
-            self.evidence = Note(f"Status and 0x08 agree in no unit that is known: {pairs}.", "unit_none_fits", values)
+            self.evidence = Note(f"Status and 0x08 agree in no known unit: {pairs}.", "unit_none_fits", values)
         elif self.measured is not None:
-            text = f"Measured as {NAMES[self.measured]} before, and as {NAMES[unit]} now: {pairs}."
+            text = f"Previously measured as {NAMES[self.measured]}, now as {NAMES[unit]}: {pairs}."
             self.evidence = Note(text, "unit_changed", {**values, "before": self.measured})
         else:
             self.measured = unit
@@ -201,7 +210,7 @@ class Estimate:
 
 
 def _unit_of(positions: list[float], degrees: float) -> "PositionUnit | Literal['no_unit', 'nothing']":
-    """The one unit in which positions around a reading mean the same as it; `nothing` where they prove nothing."""
+    """The unit in which the positions around a reading agree with it; `nothing` if they prove nothing."""
     low, high = min(positions), max(positions)
     size = max(abs(low), abs(high))
     if abs(degrees) < MIN_ANGLE_DEG or size >= MAX_FLOAT16:
@@ -216,5 +225,5 @@ def _unit_of(positions: list[float], degrees: float) -> "PositionUnit | Literal[
 
 
 def _step(position: float) -> float:
-    """The distance of two neighbouring float16 numbers there: 11 significant bits."""
+    """Distance between adjacent float16 values at this position: 11 significant bits."""
     return 2.0 ** max(math.frexp(position)[1] - 11, -24)

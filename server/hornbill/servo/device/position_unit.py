@@ -1,4 +1,4 @@
-"""PositionUnits: checking, forcing and storing what a position on the bus means, servo by servo."""
+"""Position units: checks, forces and stores the unit of positions on the bus for each servo."""
 
 import asyncio
 import logging
@@ -33,32 +33,32 @@ _NOTE: Final = TypeAdapter(Note)
 log = logging.getLogger(__name__)
 
 COMPARE: Final = RetryPolicy(priority=27, timeout_s=0.12, tries=2, kind="poll")
-"""0x08 to be compared with Status: after every poll, and not asked again for long, for it is about now."""
+"""Read of 0x08 to compare with Status: after every poll, with few retries, because only the current value helps."""
 
 FAST_READS: Final = 20
-"""Reads a servo is asked for soon after another when it is met: twice what it takes with a fifth of all frames lost."""
+"""Frequent reads after a servo is first seen: twice the number needed with a fifth of all frames lost."""
 FAST_S: Final = 0.2
 ANGLE_UNKNOWN_S: Final = 2.0
-"""Between later reads while nothing but 0x08 tells where the horn is: 0.03 % of the bus."""
+"""Interval of later reads while only 0x08 gives the angle: 0.03 % of the bus."""
 SLOW_S: Final = 6.0
-"""Between later reads otherwise: ten a minute."""
+"""Interval of later reads otherwise: ten a minute."""
 
 READABLE: Final = frozenset((State.READY, State.SOFT_START, State.PROTECTED))
 
 
 def to_position(servo: Servo, degrees: float) -> float:
-    """Degrees as the position of ArrayCommand POSITION (table 2-21), before it is rounded to float16."""
+    """Convert degrees to the position of an ArrayCommand POSITION (table 2-21), before rounding to float16."""
     return degrees / DEGREES[servo.position_unit.unit]
 
 
 def to_degrees(servo: Servo, position: float) -> float:
-    """A position of Status or ArrayCommand POSITION in degrees (tables 2-21 and 2-22), by the unit taken to be its."""
+    """Convert a position of Status or ArrayCommand POSITION (tables 2-21 and 2-22) to degrees, in the assumed unit."""
     return position * DEGREES[servo.position_unit.unit]
 
 
 @dataclass(slots=True)
 class _Reads:
-    """How often 0x08 of one servo has been asked for."""
+    """Schedule of the reads of 0x08 of one servo."""
 
     left: int = FAST_READS
     next_at: Instant = 0.0
@@ -66,10 +66,10 @@ class _Reads:
 
 
 class PositionUnits:
-    """Reads 0x08 until it has agreed with Status often enough, where the horn stands off 0°, and stores what was found.
+    """Reads 0x08 until it has agreed with Status often enough, away from 0°, and stores the unit found.
 
-    The maker's unit is used from the first contact; a servo that turns out to speak another one raises an alarm, and
-    gets no angle by ArrayCommand until its unit is forced. Nothing is ever written to a servo.
+    The maker's unit is used from the first contact. A servo found to use another unit raises a warning and receives no
+    angles by ArrayCommand until its unit is forced. Nothing is written to servos.
     """
 
     def __init__(
@@ -81,7 +81,7 @@ class PositionUnits:
         audit: Audit,
         for_all: PositionUnit | None,
     ) -> None:
-        """`for_all` is forced on every servo that has not been given a unit of its own."""
+        """`for_all` is forced for every servo without a unit of its own."""
         self._requests = requests
         self._hub = hub
         self._base = base
@@ -89,11 +89,11 @@ class PositionUnits:
         self._audit = audit
         self._for_all: PositionUnit | None = for_all
         self._own: set[Uid] = set()
-        """Who was given a unit of its own."""
+        """Servos with a forced unit of their own."""
         self._reads: dict[Uid, _Reads] = {}
 
     def on_arrival(self, servo: Servo) -> None:
-        """A servo is there, and which firmware it has is known. What was measured on another one is void."""
+        """Start checking a servo whose firmware is known. A unit measured on other firmware is discarded."""
         estimate = servo.position_unit
         if servo.uid not in self._reads:
             estimate = servo.position_unit = self._restore(servo.uid)
@@ -104,7 +104,7 @@ class PositionUnits:
             servo.position_unit = Estimate(forced=estimate.forced, firmware=servo.firmware)
             if estimate.measured is not None or estimate.clash:
                 self._store(servo.uid, "measured", None)
-                text = f"{servo.title} has other firmware than its position unit was measured on: it is measured anew."
+                text = f"{servo.title} has different firmware. Its position unit is measured again."
                 self._hub.publish(
                     LogEvent(
                         "notice", "position_unit", text, servo.uid, {"servo": servo.title, "what": "other_firmware"}
@@ -112,7 +112,7 @@ class PositionUnits:
                 )
 
     def on_status(self, servo: Servo, position: float, at: Instant) -> float | None:
-        """A position of Status in degrees; None where its unit would be a guess, and 0x08 is shown instead."""
+        """Convert a position of Status to degrees. None if its unit is uncertain; 0x08 is shown instead."""
         estimate, register = servo.position_unit, servo.registers.get("current_angle")
         if register is None:
             return estimate.shown(position)
@@ -127,7 +127,7 @@ class PositionUnits:
         return shown
 
     def force(self, servo: Servo, unit: PositionUnit | None, *, by: str) -> None:
-        """Take a servo's positions for this unit from now on; None measures it, also when it has been before."""
+        """Force the position unit of a servo; None measures it again."""
         before = servo.position_unit.unit
         self._store(servo.uid, "forced", unit)
         if unit is None:
@@ -145,23 +145,23 @@ class PositionUnits:
         self._hub.publish(ServoChanged(servo.uid))
 
     def evidence(self, servo: Servo) -> Note:
-        """How the unit is known, for people."""
+        """Evidence for the unit, for users."""
         estimate = servo.position_unit
         if estimate.forced is None:
             return estimate.evidence
         own = servo.uid in self._own
-        which = "this servo" if own else "all servos by a setting"
+        which = "this servo" if own else "all servos by the server settings"
         return Note(f"Forced for {which}. {estimate.evidence.text}", "unit_forced", {"this_servo": own})
 
     def forget(self, uid: Uid) -> None:
-        """Drop what is known of a servo."""
+        """Drop the unit of a servo."""
         self._reads.pop(uid, None)
         self._own.discard(uid)
         self._store(uid, "forced", None)
         self._store(uid, "measured", None)
 
     async def close(self) -> None:
-        """Ask nothing more."""
+        """Cancel all reads."""
         tasks = [one.task for one in self._reads.values() if one.task is not None]
         for task in tasks:
             task.cancel()
@@ -179,7 +179,7 @@ class PositionUnits:
         )
 
     def _read_soon(self, servo: Servo, *, angle_unknown: bool) -> None:
-        """Read 0x08 between this Status and the next, unless it was read lately or the servo is at something else."""
+        """Read 0x08 between this Status and the next, unless it was read recently or the servo is busy."""
         reads, now = self._reads.setdefault(servo.uid, _Reads()), self._base.now()
         if now < reads.next_at or reads.task is not None or servo.state not in READABLE or servo.changing.locked():
             return
@@ -208,22 +208,22 @@ class PositionUnits:
         }  # fmt: skip
         self._store(servo.uid, "measured", record)
         log.info("%s: position unit %s, %s: %s", servo.title, estimate.unit, estimate.state, estimate.evidence.text)
-        remedy = "Force the unit."
+        remedy = "Force the position unit."
         params: dict[str, object] = {"servo": servo.title}
         if estimate.clash:
-            text = f"It is not clear what positions of {servo.title} mean. {estimate.evidence.text} "
-            text += "Its angle is read from 0x08, and no angle is sent by ArrayCommand. " + remedy
+            text = f"The position unit of {servo.title} is unclear. {estimate.evidence.text} "
+            text += "Its angle is read from 0x08. No angle is sent by ArrayCommand. " + remedy
             params["what"] = "unclear"
             self._hub.publish(LogEvent("warning", "position_unit", text, servo.uid, params))
         elif measured is not None and estimate.forced not in (None, measured):
-            text = f"Positions of {servo.title} were forced to be in {NAMES[estimate.unit]}, and seem to be in "
+            text = f"The position unit of {servo.title} is forced to {NAMES[estimate.unit]} but seems to be "
             text += f"{NAMES[measured]}. {estimate.evidence.text} {remedy}"
             params |= {"what": "forced_otherwise", "unit": estimate.unit, "measured": measured}
             self._hub.publish(LogEvent("warning", "position_unit", text, servo.uid, params))
         elif measured is not None and estimate.forced is None and measured != LITERAL:
-            text = f"Positions of {servo.title} are in {NAMES[measured]}, not in {NAMES[LITERAL]}. "
+            text = f"Positions of {servo.title} are in {NAMES[measured]}, not {NAMES[LITERAL]}. "
             text += (
-                f"{estimate.evidence.text} Its angle is shown by that, and no angle is sent by ArrayCommand. " + remedy
+                f"{estimate.evidence.text} Its angle is shown in that unit. No angle is sent by ArrayCommand. " + remedy
             )
             params |= {"what": "another", "unit": LITERAL, "measured": measured}
             self._hub.publish(LogEvent("warning", "position_unit", text, servo.uid, params))
@@ -233,17 +233,17 @@ class PositionUnits:
         own = _unit(self._stored(uid, "forced"))
         if own is not None:
             self._own.add(uid)
-        forced, kept = own or self._for_all, self._stored(uid, "measured")
-        if not isinstance(kept, dict):
+        forced, stored = own or self._for_all, self._stored(uid, "measured")
+        if not isinstance(stored, dict):
             return Estimate(forced=forced)
-        firmware = kept.get("firmware")
+        firmware = stored.get("firmware")
         estimate = Estimate(forced=forced, firmware=firmware if isinstance(firmware, int) else None)
-        estimate.measured, estimate.clash = _unit(kept.get("measured")), kept.get("clash") is True
-        estimate.evidence = _note(kept.get("evidence"))
+        estimate.measured, estimate.clash = _unit(stored.get("measured")), stored.get("clash") is True
+        estimate.evidence = _note(stored.get("evidence"))
         return estimate
 
     def _stored(self, uid: Uid, what: str) -> Json:
-        """Never raises: a servo whose past cannot be read is measured, and can be stopped."""
+        """Never raises: a servo whose stored unit cannot be read is measured again and can be stopped."""
         try:
             return self._settings.get(_key(uid, what))
         except Exception:
@@ -251,12 +251,12 @@ class PositionUnits:
             return None
 
     def _store(self, uid: Uid, what: str, value: Json) -> None:
-        """Never raises: a full disk must not keep anybody from measuring."""
+        """Never raises: a full disk must not block measuring."""
         try:
             self._settings.put(_key(uid, what), value) if value is not None else self._settings.drop(_key(uid, what))
         except Exception:
-            log.exception("the position unit of %s could not be kept", uid)
-            text = "What positions of a servo mean could not be stored. Check the data folder and its disk."
+            log.exception("the position unit of %s could not be stored", uid)
+            text = "The position unit of a servo could not be stored. Check the data folder and its disk."
             self._hub.publish(LogEvent("warning", "store_failed", text, uid, {"what": "position_unit"}))
 
 
@@ -268,9 +268,9 @@ def _unit(word: Json) -> PositionUnit | None:
     return word if isinstance(word, str) and word in DEGREES else None
 
 
-def _note(kept: Json) -> Note:
-    """Evidence as it was kept; an older hornbill kept its text alone."""
+def _note(stored: Json) -> Note:
+    """Stored evidence. Older versions stored only its text."""
     try:
-        return _NOTE.validate_python(kept)
+        return _NOTE.validate_python(stored)
     except ValidationError:
-        return Note(str(kept), "text")
+        return Note(str(stored), "text")

@@ -1,4 +1,4 @@
-"""One parameter as people and programs see it: register, row, and whether it has an effect now."""
+"""Reading of a parameter as shown to users and programs: register, row, and whether it has an effect now."""
 
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
@@ -15,23 +15,23 @@ from hornbill.units import Instant, Raw
 from hornbill.wire.messages import Mode
 
 LIVE_PERIOD_S = {"command": 2.5, "status": 5.0, "faults": 2.5}
-"""Groups that change by themselves, and the age at which their readings are stale (twice the background poll)."""
+"""Groups whose values change on their own, and the age at which readings are stale, s (twice the background period)."""
 
 ANGLE_STALE_S: Final = 0.5
-"""Age at which an angle is stale. Status comes every 0.1 s, and a socket of a full bus is told every 0.25 s."""
+"""Age at which an angle is stale. Status arrives every 0.1 s, and a WebSocket of a full bus is updated every 0.25 s."""
 
 STALE_AFTER_S: Final = {"angle": ANGLE_STALE_S, **LIVE_PERIOD_S}
-"""All of them, for clients."""
+"""Staleness limits for clients, s."""
 
 
 @dataclass(frozen=True, slots=True)
 class Circumstance:
-    """A state of a servo in which the `rows` it is true of have no effect.
+    """A state of a servo in which certain `rows` have no effect.
 
-    `why` completes "No effect now: …", `reason` is its code. What other registers make void is in schemas/effects.toml.
+    `why` completes "No effect now: …", `reason` is its code. Effects of other registers are in schemas/effects.toml.
     """
 
-    holds: Callable[[Servo], bool]
+    applies: Callable[[Servo], bool]
     rows: Callable[[Parameter], bool]
     why: str
     section: str
@@ -60,35 +60,35 @@ CIRCUMSTANCES: Final = (
     ),
     Circumstance(
         _beyond_limits_of("current_temperature"), _shapes_output,
-        "output is off while the temperature (0x0B) is outside its limits; it comes back by itself, "
+        "output is off while the temperature (0x0B) is outside its limits; it returns automatically, "
         "without the last command", "4.7", Why("temperature", {"parameter": "current_temperature"}),
     ),
     Circumstance(
         _beyond_limits_of("current_voltage"), _shapes_output,
-        "output is off while the supply voltage (0x0C) is outside its limits; it comes back by itself, "
+        "output is off while the supply voltage (0x0C) is outside its limits; it returns automatically, "
         "without the last command", "4.8", Why("supply", {"parameter": "current_voltage"}),
     ),
     Circumstance(
         lambda servo: servo.soft_starting, lambda row: row.soft_start is not None,
-        "soft start (0x21) uses a value of its own until the horn is at 0°", "4.14",
+        "soft start (0x21) overrides it until the horn is at 0°", "4.14",
         Why("soft_start", {"parameter": "soft_start"}),
     ),
     Circumstance(
         lambda servo: servo.rom_lost, lambda row: row.key in COMMANDS,
-        "the saved configuration could not be loaded (0x1A), so hornbill does not move this servo", "4.12",
+        "the saved configuration could not be loaded (0x1A), so motion is refused", "4.12",
         Why("configuration_lost", {"parameter": "fault_warning"}),
     ),
 )  # fmt: skip
-"""In the order in which they are looked at: the first that holds gives the reason."""
+"""In order of precedence: the first that applies gives the reason."""
 
 
 def reading(servo: Servo, key: str, base: TimeBase) -> Reading:
-    """The present reading of one row the servo has."""
+    """Current reading of one row of a servo."""
     return readings(servo, base, (key,))[key]
 
 
 def readings(servo: Servo, base: TimeBase, keys: Iterable[str] | None = None) -> dict[str, Reading]:
-    """Those of several rows it has: of every one, in address order, unless told otherwise."""
+    """Current readings of rows of a servo, in address order; all rows by default."""
     values, now = servo.raws(), base.now()
     found = verdicts(servo, servo.registers if keys is None else keys)
     return {key: _reading(servo, key, base, now, values, effect) for key, effect in found.items()}
@@ -128,24 +128,24 @@ def _reading(
 
 
 def verdicts(servo: Servo, keys: Iterable[str]) -> dict[str, Effect]:
-    """Whether rows the servo has are in effect now: its state decides before its registers do."""
-    holding = [one for one in CIRCUMSTANCES if one.holds(servo)]
+    """Whether rows of a servo are in effect now. Its state takes precedence over its registers."""
+    applying = [one for one in CIRCUMSTANCES if one.applies(servo)]
     values, rows = servo.raws(), servo.registers
     last = effect.in_force(values, rows)
-    return {key: _verdict(servo, rows[key], holding, values, last) for key in keys}
+    return {key: _verdict(servo, rows[key], applying, values, last) for key in keys}
 
 
 def _verdict(
     servo: Servo,
     register: Register,
-    holding: Iterable[Circumstance],
+    applying: Iterable[Circumstance],
     values: Mapping[str, Raw | None],
     last: LastCommand | None,
 ) -> Effect:
     row = register.parameter
     if row.writable and not servo.online:
         return Effect(None, "Effect not known: the servo is offline.", Why("offline"))
-    for one in holding:
+    for one in applying:
         if one.rows(row):
             return Effect(False, f"No effect now: {one.why}.", one.reason)
     if row.after_restart:
@@ -154,38 +154,38 @@ def _verdict(
 
 
 def circumstances(servo: Servo) -> tuple[object, ...]:
-    """What of a servo's state decides verdicts; while it is the same, only registers can change them."""
-    return (servo.online, servo.node_id, *(one.holds(servo) for one in CIRCUMSTANCES))
+    """The part of a servo's state that decides verdicts. While it is unchanged, only registers can change them."""
+    return (servo.online, servo.node_id, *(one.applies(servo) for one in CIRCUMSTANCES))
 
 
 def _since_the_start(servo: Servo, register: Register) -> Effect:
-    """Rows that are looked at when the servo starts, when it takes them from ROM (sections 4.11, 4.14, 4.38)."""
+    """Effect of rows that the servo evaluates only at its start, from ROM (sections 4.11, 4.14, 4.38)."""
     raw, rom = register.raw, register.rom
     if rom is None and register.parameter.key == "node_id" and raw:
-        rom = servo.node_id  # a fixed one is in use or not, whatever else is known
+        rom = servo.node_id  # a fixed node ID is either in use or not
     if raw is None or rom is None:
-        missing = "has not been read" if raw is None else "in ROM is not known, and that is what the servo started with"
+        missing = "has not been read" if raw is None else "in ROM, which the servo started with, is unknown"
         why = Why("not_read" if raw is None else "rom_unknown", {"parameter": register.parameter.key})
         return Effect(None, f"Effect not known: {register.parameter.label.lower()} {missing}.", why)
     if raw != rom:
-        return Effect(False, "No effect now: it acts at the next start, when it has been saved.", Why("not_saved"))
+        return Effect(False, "No effect now: takes effect at the next start after a save.", Why("not_saved"))
     return Effect(True, None)
 
 
 def _differs_from_default(servo: Servo, register: Register) -> bool | None:
-    """Of rows that ROM keeps; what soft start shows of its own for a while is no value of theirs."""
+    """For rows stored in ROM. None while soft start overrides the value."""
     row = register.parameter
-    held = servo.configured(row.key)
-    if not row.rom or row.default is None or held is None:
+    value = servo.configured(row.key)
+    if not row.rom or row.default is None or value is None:
         return None
-    return None if servo.temporary(row.key) else held != row.default
+    return None if servo.temporary(row.key) else value != row.default
 
 
 def is_stale(servo: Servo, register: Register, now: float) -> bool:
-    """Whether the value may no longer be true: never read, read before a restart or silence, or simply too old.
+    """Whether the value may be out of date: never read, read before a restart or going offline, or too old.
 
-    Configuration changes only when somebody writes it or the servo restarts, so its age alone does not make it
-    stale while the servo has been heard all the time.
+    Configuration changes only by a write or a restart, so age alone does not make it stale while the servo has stayed
+    online.
     """
     if register.at is None or not servo.online:
         return True

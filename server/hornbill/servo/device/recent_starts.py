@@ -1,4 +1,4 @@
-"""Which nodes started so lately that nobody can have written to them, so that RAM is what ROM holds."""
+"""Nodes that started too recently for anyone to have written to them, so that RAM equals ROM."""
 
 from collections.abc import Callable
 
@@ -6,36 +6,36 @@ from hornbill.node.directory import NodeRecord
 from hornbill.units import Instant
 
 FRESH_UPTIME_S = 2
-"""A node first heard with at most this uptime has just started, so nobody has written to it yet."""
+"""A node first seen with at most this uptime has just started and has not been written to."""
 
 RESTARTED_UPTIME_S = 5
-"""The same for one whose restart was noticed, which was heard until then: some of its messages may have been lost."""
+"""The same after an observed restart: some messages of the node may have been lost."""
 
 GRANTED_WITHIN_S = 2.0
-"""A node we gave its id so lately has just started, whatever uptime it tells."""
+"""A node that we assigned an ID within this time has just started, whatever its uptime."""
 
 
 class RecentStarts:
-    """A node is fresh from the message that proves it until `remove`, when its rows have been read."""
+    """Nodes that have just started, each from the message that shows it until `remove`, after its rows were read."""
 
     def __init__(self, now: Callable[[], Instant], granted_at: Callable[[int], Instant | None]) -> None:
-        """`granted_at` gives when we gave a node ID on this bus, None if we did not."""
+        """`granted_at` returns when we assigned a node ID on this bus, None if we did not."""
         self._now = now
         self._since: dict[int, tuple[int, Instant]] = {}
         self._granted_at = granted_at
 
     def on_status(self, node: int, uptime_s: int, at: Instant, *, restarted: bool) -> None:
-        """A NodeStatus of somebody who is new, or whose restart was noticed."""
+        """Process a NodeStatus of a new node, or of one whose restart was noticed."""
         granted = self._granted_at(node)
         young = uptime_s <= (RESTARTED_UPTIME_S if restarted else FRESH_UPTIME_S)
         if young or (granted is not None and at - granted < GRANTED_WITHIN_S):
             self._since.setdefault(node, (uptime_s, at))
 
     def has_just_started(self, node: int, record: NodeRecord | None) -> bool:
-        """Whether nobody can have written to a node since its start.
+        """Whether a node has just started, so that nothing can have been written to it.
 
-        A node that had nobody to hear it may first say, all at once, what it said long ago: then its uptime has
-        run ahead of our clock since it seemed to start.
+        A node that was alone on the bus may first send queued old messages all at once. Its uptime then runs ahead of
+        our clock since its apparent start.
         """
         if record is None or node not in self._since:
             return False
@@ -43,9 +43,9 @@ class RecentStarts:
         return record.status.uptime_sec - uptime <= self._now() - since + 2
 
     def remove(self, node: int) -> None:
-        """Its rows were read: from now on anybody may write."""
+        """Remove a node whose rows have been read: from now on they may be written."""
         self._since.pop(node, None)
 
     def clear(self) -> None:
-        """The bus went away."""
+        """Remove all nodes: the bus was disconnected."""
         self._since.clear()

@@ -1,4 +1,4 @@
-"""The one place that reads, writes and commands a servo, with each operation's own policy."""
+"""The only module that reads, writes and commands servos, with a retry policy per operation."""
 
 from collections import Counter, defaultdict
 from collections.abc import Awaitable, Callable, Mapping
@@ -32,7 +32,7 @@ from hornbill.wire.services import (
 
 
 class RequestOptions(TypedDict):
-    """How Participant.request sends one request."""
+    """Keyword arguments of Participant.request."""
 
     priority: int
     timeout: float
@@ -42,9 +42,9 @@ class RequestOptions(TypedDict):
 
 @dataclass(frozen=True)
 class RetryPolicy:
-    """How an operation is sent: CAN priority (0 highest), seconds a try may take, and how many tries.
+    """How a request is sent: CAN priority (0 highest), timeout of each try, and number of tries.
 
-    `kind` is what it is counted as.
+    `kind`: category in the request counters.
     """
 
     priority: int
@@ -55,51 +55,51 @@ class RetryPolicy:
 
     @cached_property
     def options(self) -> RequestOptions:
-        """The arguments of Participant.request."""
+        """Keyword arguments of Participant.request."""
         return {"priority": self.priority, "timeout": self.timeout_s, "tries": self.tries, "urgent": self.urgent}
 
 
 READ = RetryPolicy(priority=24, timeout_s=0.12, tries=25)
-"""A node that is silent for 3 s is called offline; until then it is asked. With a fifth of all frames lost, a read
-by name succeeds in 0.41 of its tries (a request of one frame, an answer of three): all of 25 fail once in 500,000."""
+"""A node counts as offline after 3 s of silence; reads are retried until then. With a fifth of all frames lost, 0.41
+of the tries of a read by name succeed (one request frame, three response frames): all 25 fail once in 500,000."""
 POLL = RetryPolicy(priority=26, timeout_s=0.12, tries=2, kind="poll")
 WRITE = RetryPolicy(priority=20, timeout_s=0.12, tries=10, kind="write")
 COMMAND = RetryPolicy(priority=17, timeout_s=0.12, tries=1, kind="command")
-"""Motion is never repeated: a late second copy could move the horn after the operator changed his mind. Whether it
-arrived is read when its answer does not."""
+"""Motion commands are never repeated: a late copy could move the horn after the operator has changed the command. If
+the response is missing, the register is read to see whether the command arrived."""
 TORQUE = RetryPolicy(priority=16, timeout_s=0.05, tries=4, kind="torque")
 STOP = RetryPolicy(priority=16, timeout_s=0.02, tries=1, urgent=True, kind="stop")
-"""Torque and stop share one priority, so both have the same CAN identifier and keep their order on every adapter:
+"""Torque and stop have the same priority, so both have the same CAN identifier and keep their order on every adapter:
 an older "on" can never overtake, or be overtaken by, a newer "off"."""
 ONCE = RetryPolicy(priority=20, timeout_s=0.5, tries=1, kind="action")
-"""Save, reset and restart are never repeated: the second copy would find the servo restarting from the first."""
+"""Save, reset and restart are never repeated: a second copy would reach a servo that is restarting from the first."""
 
 BeforeWrite: TypeAlias = Mapping[str, Callable[[Servo, Raw], Awaitable[None]]]
-"""By key of a row: awaited with its new value before it is written."""
+"""Hooks by parameter key, awaited with the new value before it is written."""
 
 BOUNDS_S = (0.001, 0.002, 0.003, 0.005, 0.01, 0.02, 0.05, 0.1, 0.25, 0.5, 1.0, 3.0)
 
 
 class ServoRequests:
-    """Reads and writes registers over whatever participant is connected now."""
+    """Reads and writes registers through the currently connected participant."""
 
     def __init__(
         self, hub: Hub, base: TimeBase, participant: Callable[[], Participant | None], before_write: BeforeWrite
     ) -> None:
-        """`participant` gives our node on the bus that is connected now."""
+        """`participant` returns our node on the currently connected bus."""
         self._hub = hub
         self.base = base
         self._participant = participant
         self._before_write = before_write
         self.outcomes: Counter[tuple[str, str]] = Counter()
-        """Requests that have ended, by kind and outcome: responded, no_response, or failed (cancelled, or never sent)."""
+        """Ended requests by kind and outcome: responded, no_response, failed (cancelled or not sent)."""
         self.refused: Counter[str] = Counter()
-        """Answers without the value asked for, by kind."""
+        """Responses without the requested value, by kind."""
         self.response_times: defaultdict[str, Histogram] = defaultdict(lambda: Histogram(BOUNDS_S))
-        """By kind: from the call to the answer, the wait for its turn and every repetition within."""
+        """Time from call to response by kind, including queueing and retries."""
 
     async def read(self, servo: Servo, parameter: Parameter, policy: RetryPolicy = READ) -> Raw:
-        """RAM's raw value of one row, and remember it. Raises NoResponse, Refused, BusDisconnected."""
+        """Read the raw value of one row from RAM and record it. Raises NoResponse, Refused, BusDisconnected."""
         node_id, request = _node(servo), GetSetRequest(0, EMPTY, parameter.name)
         try:
             with _Counted(self, node_id, servo, policy):
@@ -110,14 +110,14 @@ class ServoRequests:
         return self._value_of(servo, parameter, response, policy, "read")
 
     async def write(self, servo: Servo, parameter: Parameter, raw: Raw, policy: RetryPolicy = WRITE) -> Raw:
-        """Write one row and answer what RAM holds now.
+        """Write one row and return its new value in RAM.
 
-        Raises NoResponse, Refused, BusDisconnected, and NotInThisModel for a servo of an unknown series: only its output
-        can be taken.
+        Raises NoResponse, Refused, BusDisconnected, and NotInThisModel for a servo of an unknown series unless the
+        write disables its output.
         """
         if servo.of_unknown_series and not _disables_output(parameter, raw):
             raise unknown_series(servo)
-        node_id = _node(servo)  # what cannot be sent is not noted as written
+        node_id = _node(servo)  # raises before the write is recorded
         servo.note_write(parameter.key, raw, self.base.now())
         try:
             if (prepare := self._before_write.get(parameter.key)) is not None:
@@ -128,25 +128,25 @@ class ServoRequests:
         except BaseException as error:
             if isinstance(error, NoResponse):
                 error.facts["key"] = parameter.key
-            servo.forget(parameter.key)  # it may have been carried out all the same
+            servo.forget(parameter.key)  # it may have been carried out anyway
             self._hub.publish(ReadingChanged(servo.uid, parameter.key))
             if parameter.key == output.KEY:
                 self._hub.publish(ServoChanged(servo.uid))
             raise
         finally:
             if parameter.key == output.KEY or parameter.key in COMMANDS:
-                servo.output.commanded(self.base.now())  # an answer that is lost may be that to a command which was not
+                servo.output.commanded(self.base.now())  # the response may be lost although the command arrived
         return self._value_of(servo, parameter, response, policy, "write")
 
     async def read_from_node(self, node_id: int, parameter: Parameter, policy: RetryPolicy = READ) -> Raw | None:
-        """One row of a node not yet known as a servo; None when it refuses. Raises NoResponse, BusDisconnected."""
+        """Read one row of an unidentified node; None if it refuses. Raises NoResponse, BusDisconnected."""
         with _Counted(self, node_id, None, policy):
             request = GetSetRequest(0, EMPTY, parameter.name)
             response = await self.connected().request(node_id, request, **policy.options)
         return self._integer_of(response, parameter, policy)
 
     async def write_to_node(self, node_id: int, parameter: Parameter, raw: Raw, policy: RetryPolicy) -> Raw | None:
-        """Write one row of a node not yet known as a servo; what it holds now, None when it refuses.
+        """Write one row of an unidentified node and return its new value; None if it refuses.
 
         Raises NoResponse, BusDisconnected.
         """
@@ -156,21 +156,27 @@ class ServoRequests:
         return self._integer_of(response, parameter, policy)
 
     async def node_info(self, node_id: int, policy: RetryPolicy = READ) -> GetNodeInfoResponse:
-        """Identity of a node (uavcan.protocol.GetNodeInfo). Raises NoResponse, BusDisconnected."""
+        """Request the identity of a node (uavcan.protocol.GetNodeInfo). Raises NoResponse, BusDisconnected."""
         with _Counted(self, node_id, None, policy):
             return await self.connected().request(node_id, GetNodeInfoRequest(), **policy.options)
 
     async def opcode(self, servo: Servo, opcode: int) -> bool:
-        """Run SAVE or ERASE once; its ok flag (table 2-13). Raises NoResponse: it may have acted all the same; and
-        NotInThisModel for a servo of an unknown series."""
+        """Send SAVE or ERASE once and return the ok flag (table 2-13).
+
+        Raises NoResponse, in which case the servo may have acted anyway, and NotInThisModel for a servo of an unknown
+        series.
+        """
         check_series(servo)
         node_id = _node(servo)
         with _Counted(self, node_id, servo, ONCE):
             return (await self.connected().request(node_id, ExecuteOpcodeRequest(opcode), **ONCE.options)).ok
 
     async def restart(self, servo: Servo, magic: int) -> bool:
-        """Ask for a restart once; its ok flag (table 2-10). Raises NoResponse: it may have acted all the same; and
-        NotInThisModel for a servo of an unknown series."""
+        """Request a restart once and return the ok flag (table 2-10).
+
+        Raises NoResponse, in which case the servo may have acted anyway, and NotInThisModel for a servo of an unknown
+        series.
+        """
         check_series(servo)
         node_id = _node(servo)
         with _Counted(self, node_id, servo, ONCE):
@@ -181,7 +187,7 @@ class ServoRequests:
         self.connected().broadcast(ArrayCommand(tuple(commands)), priority=priority)
 
     def observe_response(self, servo: Servo, response: GetSetResponse) -> None:
-        """Take what a servo answered to somebody else, in a recording, for what its RAM holds. Never raises."""
+        """Record the value from a response to another client, in a recording. Never raises."""
         name = response.name.upper()
         rows = (one.parameter for one in servo.registers.values())
         parameter = next((row for row in rows if row.name.upper() == name), None)
@@ -196,12 +202,12 @@ class ServoRequests:
     def _value_of(
         self, servo: Servo, parameter: Parameter, response: GetSetResponse, policy: RetryPolicy, verb: str
     ) -> Raw:
-        """The value of an answer, remembered. Raises Refused without one."""
+        """The value of a response, which is recorded. Raises Refused if there is none."""
         raw = self._integer_of(response, parameter, policy)
         if raw is None:
             raise Refused(
-                f"{servo.title} refused to {verb} {parameter.key} ({parameter.name}): it answered without a value. "
-                "Try again; if it does so each time, this servo does not have it.",
+                f"{servo.title} refused to {verb} {parameter.key} ({parameter.name}): its response has no value. "
+                "Try again. If this persists, the servo does not have this parameter.",
                 key=parameter.key,
                 cause="register_refused",
                 servo=servo.title,
@@ -232,7 +238,7 @@ class ServoRequests:
         return raw
 
     def connected(self) -> Participant:
-        """Our node on the bus. Raises BusDisconnected without one."""
+        """Our node on the bus. Raises BusDisconnected if there is none."""
         participant = self._participant()
         if participant is None:
             raise BusDisconnected("No bus is connected. Connect an adapter first.", cause="no_bus")
@@ -240,20 +246,20 @@ class ServoRequests:
 
     @property
     def participant(self) -> Participant | None:
-        """Our node on the bus; None without one."""
+        """Our node on the bus, or None."""
         return self._participant()
 
 
 class _Counted:
-    """Counts the request made in its block, and names in a NoResponse who did not answer.
+    """Counts the request made in its block and names the servo in a NoResponse.
 
-    A class, since a generator would cost as much as a fiftieth of a read.
+    A class, because a generator would add 2 % to the time of a read.
     """
 
-    __slots__ = ("_began", "_node_id", "policy", "_requests", "_servo")
+    __slots__ = ("_began", "_node_id", "_requests", "_servo", "policy")
 
     def __init__(self, requests: ServoRequests, node_id: int, servo: Servo | None, policy: RetryPolicy) -> None:
-        """`servo` is who is asked, None for a node not yet known as one."""
+        """`servo` is None for an unidentified node."""
         self._requests, self._node_id, self._servo, self.policy = requests, node_id, servo, policy
 
     def __enter__(self) -> None:
@@ -272,7 +278,7 @@ class _Counted:
         title = f"node {self._node_id}" if self._servo is None else self._servo.title
         tries = "1 try" if policy.tries == 1 else f"{policy.tries} tries"
         raise NoResponse(
-            f"{title} did not answer in {tries} of {policy.timeout_s * 1000:.0f} ms. Check its supply and the wiring.",
+            f"{title} did not respond in {tries} of {policy.timeout_s * 1000:.0f} ms. Check its supply and the wiring.",
             node_id=self._node_id,
             cause="servo_not_responding",
             servo=title,
@@ -280,14 +286,14 @@ class _Counted:
 
 
 def _disables_output(parameter: Parameter, raw: Raw) -> bool:
-    """Whether a write takes the output or brakes (0x20)."""
+    """Whether a write switches torque off or brakes (0x20)."""
     return parameter.key == output.KEY and raw in (output.MODES["off"], output.MODES["brake"])
 
 
 def _node(servo: Servo) -> int:
     if servo.node_id is None:
         raise NoResponse(
-            f"{servo.title} is offline: it has no node id now. Check its supply and the wiring.",
+            f"{servo.title} is offline and has no node ID. Check its supply and the wiring.",
             cause="node_id_missing",
             servo=servo.title,
         )

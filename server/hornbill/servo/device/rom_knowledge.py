@@ -1,4 +1,4 @@
-"""What is kept of a servo beyond this process, and what of it still holds when it is seen again."""
+"""Stored knowledge of each servo, and how much of it is still valid when the servo is seen again."""
 
 import logging
 
@@ -13,7 +13,7 @@ log = logging.getLogger(__name__)
 
 
 class RomKnowledge:
-    """The inventory as the fleet uses it."""
+    """The stored inventory, as used by the fleet."""
 
     def __init__(self, store: Store, hub: Hub, base: TimeBase, drift: DriftDetector) -> None:
         self._store = store
@@ -23,53 +23,55 @@ class RomKnowledge:
         self._drift = drift
 
     def all(self) -> list[StoredServo]:
-        """Every servo ever met."""
+        """All known servos."""
         return self._inventory.all()
 
     def recall(self, servo: Servo) -> None:
-        """ROM changes only by a save, and a save restarts the servo: what was known holds while it has run on."""
-        kept = self._inventory.get(servo.uid)
-        if servo.rom_lost or kept is None or kept.last_seen is None or servo.status is None:
+        """Restore stored ROM values if the servo has not restarted since: only a save changes ROM, and it restarts."""
+        stored = self._inventory.get(servo.uid)
+        if servo.rom_lost or stored is None or stored.last_seen is None or servo.status is None:
             return
-        self._base.follow()  # the computer may have been suspended since the last look
-        away = self._base.utc_now() - kept.last_seen
-        if away < 0:  # the clock was set meanwhile: it proves nothing
+        self._base.follow()  # the computer may have been suspended since the last check
+        away = self._base.utc_now() - stored.last_seen
+        if away < 0:  # the clock was set meanwhile, so the time proves nothing
             return
         if servo.status.uptime_sec > away + 2:
-            doubt = doubtful(kept)
-            for key, raw in kept.rom.items():
+            doubt = doubtful(stored)
+            for key, raw in stored.rom.items():
                 if key not in doubt and key in servo.registers and servo.registers[key].rom is None:
                     servo.registers[key].rom = raw
 
     async def doubt(self, servo: Servo) -> None:
-        """Wait for it before something is sent that may change ROM: until `remember` knows better, nobody knows it.
+        """Mark the values in ROM as doubtful until `remember`. Await before sending anything that may change ROM.
 
-        Without this, whoever meets a servo that did not restart would take for ROM what it held before. It is in the
-        database when this returns. Never raises.
+        Otherwise a later process that finds the servo still running would assume the old values. The database is
+        updated when this returns. Never raises.
         """
         try:
-            kept = self._inventory.get(servo.uid)
-            if kept is not None:
-                self._inventory.keep_drift(servo.uid, {**kept.rom, **kept.drift})
-                self._inventory.keep_rom(servo.uid, {k: raw for k, raw in kept.rom.items() if k not in drifted(kept)})
+            stored = self._inventory.get(servo.uid)
+            if stored is not None:
+                self._inventory.put_drift(servo.uid, {**stored.rom, **stored.drift})
+                self._inventory.put_rom(
+                    servo.uid, {k: raw for k, raw in stored.rom.items() if k not in drifted(stored)}
+                )
                 await self._store.settled()
-        except Exception:  # a full disk keeps nobody from saving
-            log.exception("what is in doubt of %s could not be kept in the store", servo.title)
+        except Exception:  # a full disk must not block a save
+            log.exception("doubtful ROM values of %s could not be stored", servo.title)
 
     def remember(self, servo: Servo) -> None:
-        """Keep who a servo is and what its ROM holds, compared with what was known of it. Never raises."""
+        """Compare a servo's ROM values with the stored ones, then store them and its identity. Never raises."""
         facts = ServoFacts(
             name=servo.name, model=servo.model.name if servo.model else None, model_number=servo.model_number,
             hardware_version=servo.hardware_version, firmware=servo.firmware, serial=servo.serial_number,
             production_date=servo.production_date, node_id=servo.node_id, servo_id=servo.servo_id,
         )  # fmt: skip
         try:
-            rom = self._drift.look(servo, self._inventory.get(servo.uid))
-            self._inventory.met(servo.uid, facts)
-            self._inventory.keep_rom(servo.uid, rom)
-        except Exception:  # a full disk must not keep anybody from watching and stopping this servo
-            log.exception("%s could not be kept in the store", servo.title)
-            text = f"What is known of {servo.title} could not be stored. Check the data folder and its disk."
+            rom = self._drift.check(servo, self._inventory.get(servo.uid))
+            self._inventory.seen(servo.uid, facts)
+            self._inventory.put_rom(servo.uid, rom)
+        except Exception:  # a full disk must not block monitoring and stopping this servo
+            log.exception("%s could not be stored", servo.title)
+            text = f"Data of {servo.title} could not be stored. Check the data folder and its disk."
             self._hub.publish(
                 LogEvent("warning", "store_failed", text, servo.uid, {"what": "servo", "servo": servo.title})
             )

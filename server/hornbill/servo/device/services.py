@@ -1,4 +1,4 @@
-"""The collaborators that most of the servo layer shares, passed as one argument."""
+"""Collaborators shared by most classes of the servo layer, passed as one argument."""
 
 from dataclasses import dataclass
 
@@ -12,7 +12,7 @@ from hornbill.servo.runtime.timebase import TimeBase
 
 @dataclass(frozen=True, slots=True)
 class HostServices:
-    """One of each per host."""
+    """Shared collaborators, one of each per host."""
 
     requests: ServoRequests
     hub: Hub

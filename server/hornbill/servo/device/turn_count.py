@@ -1,4 +1,4 @@
-"""Notice that a servo restarted while it stood beyond ±180°, so that its turns are lost (4.1)."""
+"""Detects servos that restarted beyond ±180° and so lost their turn count (4.1)."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -9,12 +9,12 @@ from hornbill.servo.runtime.hub import Hub, LogEvent, Sampled, ServoChanged
 from hornbill.units import Instant, Uid
 
 UNCERTAIN_S = 2.0
-"""A start is known to a second by the uptime of NodeStatus (table 2-17), and angles come every 0.1 s to 1 s."""
+"""NodeStatus gives the start to within a second (uptime, table 2-17), and angles arrive every 0.1 s to 1 s."""
 
 
 @dataclass(slots=True)
 class _Beyond:
-    """The last angle beyond ±180°, in degrees, and since when angles are within again."""
+    """The last angle beyond ±180°, in degrees, and when angles came back within."""
 
     angle_deg: float
     boot_count: int
@@ -22,9 +22,10 @@ class _Beyond:
 
 
 class TurnCount:
-    """Listens to angles and restarts; marks a servo with `turns_lost_deg`.
+    """Follows angles and restarts, and sets a servo's `turns_lost_deg`.
 
-    When a restart is noticed the servo has long said its new angle: what was said shortly before it counts.
+    By the time a restart is noticed, the servo has already reported its new angle, so the angle shortly before the
+    restart counts.
     """
 
     def __init__(self, hub: Hub, find: Callable[[Uid], Servo | None]) -> None:
@@ -51,7 +52,7 @@ class TurnCount:
         if known is None or servo is None or servo.boot_count == known.boot_count:
             return
         if not servo.identified or servo.status is None or servo.status_at is None:
-            return  # its uptime may still be the one of before
+            return  # its uptime may still be from before the restart
         del self._beyond[change.uid]
         started = servo.status_at - servo.status.uptime_sec
         if known.within_since is None or known.within_since >= started - UNCERTAIN_S:

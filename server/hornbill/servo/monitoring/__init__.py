@@ -1,1 +1,1 @@
-"""What servos and the bus do over time: polling, telemetry, faults, bus monitor, node IDs."""
+"""Monitoring of servos and bus: polling, telemetry, faults, bus monitor, node IDs."""

@@ -1,4 +1,4 @@
-"""Activity: what the motor and horn of a servo do now, commands from what is received of it."""
+"""Activity: what the motor and horn of a servo are doing, derived from received data."""
 
 import math
 from collections import deque
@@ -28,43 +28,43 @@ ENDED: Final[Mapping[Alarm, EventCode]] = {"hunting": "hunting_ended", "saturate
 ALARMS: Final[tuple[Alarm, ...]] = ("hunting", "saturated")
 
 REST_S: Final = 0.6
-"""From a new command on nothing the horn does is an oscillation at rest."""
+"""Time after a new command in which motion does not count as oscillation at rest."""
 
 STEADY_S: Final = 0.6
 STARTS_DEG, FOLLOWS_DEG, STEADY_DEG = 0.5, 0.2, 0.3
-"""A horn that goes by the first within STEADY_S moves, and by the second right after a new command; a moving horn that
-stays within the third for so long is steady again."""
+"""A horn that moves by STARTS_DEG within STEADY_S is moving (FOLLOWS_DEG right after a new command). It is steady again
+once it stays within STEADY_DEG for that time."""
 
 EVERY_S: Final = 0.04
-"""Samples nearer than this are not kept for that."""
+"""Minimum interval of the samples stored for this."""
 
 SILENT_S: Final = 1.0
-"""An angle older than this tells nothing of what the horn does."""
+"""Age above which an angle no longer shows the activity."""
 
 NEAR_LIMIT, CLEAR_OF_LIMIT = 0.9, 0.8
-"""Shares of the torque limit: at the first a motor at rest is saturated, below the second no more."""
+"""Shares of the torque limit: above the first, a motor at rest is saturated; below the second, no longer."""
 
-LEAST_LIMIT_PCT: Final = 5.0
-"""A limit below this is no torque to speak of."""
+MIN_LIMIT_PCT: Final = 5.0
+"""A lower limit is treated as this one."""
 
 CONFIRM_S: Final = 0.5
-"""Torque has to be near its limit at two readings so far apart."""
+"""Minimum time between two readings near the torque limit."""
 
 CALM_S: Final = 2.0
-"""An alarm ends when the horn has held its place for so long without its cause, or when its output is gone."""
+"""An alarm ends once the horn has held its position for this time without the cause, or when its output is off."""
 
 NEW_COMMAND_DEG: Final = 0.3
-"""An ArrayCommand of another tool that differs by less is the same command again."""
+"""An ArrayCommand of another tool that differs by less counts as a repetition."""
 
 UNSTEADY_PCT: Final = 25.0
 UNSTEADY_S: Final = 8.0
-"""Torque of a horn at rest that differs by so much within this time: it may swing where Status does not show it."""
+"""Torque variation at rest within this time that suggests an oscillation not visible in Status."""
 
 FAST_POLL_HZ: Final = (23.7, 29.3)
 FAST_POLL_S: Final = 2.0
 MAX_FAST_POLLED: Final = 4
-"""Then 0x08 is polled for so long at one of these rates, in turn, because a swing at a multiple of a rate does not show
-at that rate; so many servos at a time."""
+"""Then 0x08 is polled for this time at these rates in turn, because an oscillation at a multiple of a rate is not
+visible at that rate. At most this number of servos at a time."""
 
 NEVER: Final[Instant] = -math.inf
 
@@ -73,10 +73,10 @@ _AWAY: Final = frozenset((State.OFFLINE, State.IDENTIFYING, State.SAVING, State.
 
 
 class ServoActivity(NamedTuple):
-    """What it does, since when, and the figures behind that; None where they are not known.
+    """Activity of a servo, its start, and the values behind it (None if unknown).
 
-    `peak_to_peak_deg`: way of the angle, of the swings while hunting, else over the last STEADY_S. `torque_pct` as 0x0A
-    was read last, `torque_limit_pct` what it could be on that side.
+    `peak_to_peak_deg`: range of the angle, of the swings while hunting, else over the last STEADY_S. `torque_pct`: last
+    reading of 0x0A. `torque_limit_pct`: its limit on that side.
     """
 
     doing: Doing
@@ -88,7 +88,7 @@ class ServoActivity(NamedTuple):
 
 @dataclass(slots=True)
 class _Watch:
-    """What is known of one servo."""
+    """Observed data of one servo."""
 
     servo: Servo
     doing: Doing = "unknown"
@@ -111,7 +111,7 @@ class _Watch:
     calm_since: Instant | None = None
 
     def forget_motion(self) -> None:
-        """What comes next has nothing to do with what was before."""
+        """Discard motion data after a restart or a gap."""
         self.oscillation.reset()
         self.angles.clear()
         self.torques.clear()
@@ -120,10 +120,10 @@ class _Watch:
 
 
 class Activities:
-    """Listens to angles, torque and commands, and tells when what a servo does changes.
+    """Follows angles, torque and commands, and publishes changes of activity.
 
-    "At rest" is a horn whose command does not change. What moves it nevertheless, to and fro and without end, is the
-    loop of the servo: hunting. Asks nothing of the bus but more angles, by Polling, where those of Status may mislead.
+    A horn is "at rest" while its command does not change. If it still oscillates, the control loop of the servo is
+    hunting. Reads nothing itself, except faster polling where the angles of Status may mislead.
     """
 
     def __init__(
@@ -134,7 +134,7 @@ class Activities:
         find: Callable[[Uid], Servo | None],
         is_commanded: Callable[[Uid], bool],
     ) -> None:
-        """`find` gives the servo of a uid; `is_commanded`, whether a client of this server commands it."""
+        """`find` returns the servo with a UID; `is_commanded`, whether a client of this server commands it."""
         self._hub = hub
         self._base = base
         self._polling = polling
@@ -146,7 +146,7 @@ class Activities:
         hub.subscribe(self._on_reading, ReadingChanged)
 
     def of(self, servo: Servo) -> ServoActivity:
-        """What a servo does now."""
+        """Current activity of a servo."""
         watch = self._watch(servo)
         limit = torque_limit_pct(servo, watch.torque_pct or 0.0)
         if watch.doing == "unknown":
@@ -154,20 +154,20 @@ class Activities:
         if watch.doing == "hunting":
             wide = watch.oscillation.peak_to_peak_deg()
         else:
-            wide = _way(watch.angles) if watch.angles else None
+            wide = _range(watch.angles) if watch.angles else None
         return ServoActivity(
             watch.doing, watch.since, None if wide is None else round(wide, 1), watch.torque_pct, limit
         )
 
     def tick(self) -> None:
-        """Notice silence; call it a few times a second."""
+        """Detect missing angles. Call a few times a second."""
         now = self._base.now()
         for watch in self._watches.values():
             if now - watch.angle_at > SILENT_S and watch.doing != "unknown":
                 self._judge(watch, now)
 
     def on_array_command(self, transfer: Transfer, message: ArrayCommand) -> None:
-        """Another tool commands. The same command again leaves a horn at rest."""
+        """Process an ArrayCommand of another tool. A repetition of the same command leaves the horn at rest."""
         commands = {one.actuator_id: (int(one.command_type), one.command_value) for one in message.commands}
         for watch in self._watches.values():
             command = commands.get(watch.servo.servo_id or 0, commands.get(EVERY_SERVO))
@@ -205,11 +205,11 @@ class Activities:
         angles.append((t, degrees))
         while t - angles[0][0] > STEADY_S:
             angles.popleft()
-        way, new = _way(angles), t - watch.commanded_at < STEADY_S
+        span, new = _range(angles), t - watch.commanded_at < STEADY_S
         if watch.moving:
-            watch.moving = way > STEADY_DEG or (new and way >= FOLLOWS_DEG)
+            watch.moving = span > STEADY_DEG or (new and span >= FOLLOWS_DEG)
         else:
-            watch.moving = way >= STARTS_DEG or (new and way >= FOLLOWS_DEG)
+            watch.moving = span >= STARTS_DEG or (new and span >= FOLLOWS_DEG)
         if watch.moving:
             watch.near, watch.near_since = False, None
         self._judge(watch, t)
@@ -218,7 +218,7 @@ class Activities:
 
     def _torque(self, watch: _Watch, t: Instant, pct: float) -> None:
         watch.torque_pct = pct
-        share = abs(pct) / max(torque_limit_pct(watch.servo, pct), LEAST_LIMIT_PCT)
+        share = abs(pct) / max(torque_limit_pct(watch.servo, pct), MIN_LIMIT_PCT)
         if watch.moving or share < CLEAR_OF_LIMIT:
             watch.near, watch.near_since = False, None
         elif share >= NEAR_LIMIT:
@@ -232,7 +232,7 @@ class Activities:
             watch.torques.popleft()
         if watch.near_since is not None and not watch.near:
             self._poll_fast(watch, t, "current_torque")
-        if watch.torques and _way(watch.torques) >= UNSTEADY_PCT:
+        if watch.torques and _range(watch.torques) >= UNSTEADY_PCT:
             self._poll_fast(watch, t, "current_angle")
         self._judge(watch, t)
 
@@ -253,7 +253,7 @@ class Activities:
         return watch
 
     def _check_command(self, watch: _Watch, now: Instant) -> None:
-        """What was commanded, by us or as its registers were read: a new command ends rest."""
+        """Check the command registers: a new command ends rest."""
         servo = watch.servo
         commands = [servo.raw(key) for key in COMMANDS]
         if commands != watch.commands:
@@ -300,7 +300,7 @@ class Activities:
         return "held_after_timeout" if held else "holding"
 
     def _is_hunting(self, watch: _Watch, now: Instant) -> bool:
-        """A PWM signal may move it as it likes, and nothing on the bus tells."""
+        """Whether it is hunting. Unknown, so False, while a PWM signal may be moving it."""
         servo, swing = watch.servo, watch.oscillation
         if now - watch.commanded_at < REST_S or (servo.commanded_by_pwm and self._left_to_pwm(servo)):
             return False
@@ -313,7 +313,7 @@ class Activities:
         return servo.output.commanded_at is None or servo.output.timed_out_at is not None
 
     def _poll_fast(self, watch: _Watch, now: Instant, key: str) -> None:
-        """Poll a row for a while, unless too many are looked at."""
+        """Poll a row faster for FAST_POLL_S, unless too many servos are polled so."""
         servo = watch.servo
         busy = sum(other.fast_until > now for other in self._watches.values())
         if servo.recorded or servo.state in _AWAY or watch.fast_until > now or busy >= MAX_FAST_POLLED:
@@ -325,7 +325,7 @@ class Activities:
         )
 
     def _alarm(self, watch: _Watch, now: Instant) -> None:
-        """Begin an alarm with its state, and end it when the horn has been at rest without it, or without output."""
+        """Start an alarm with its activity. End it after CALM_S at rest without it, or when the output is off."""
         doing = watch.doing
         if doing in ALARMS:
             watch.calm_since = None
@@ -367,10 +367,10 @@ class Activities:
 
 
 def torque_limit_pct(servo: Servo, pct: float) -> float:
-    """Torque that a motor at rest can give on the side of `pct`, % of its greatest, by what was read last.
+    """Torque available at rest on the side of `pct`, % of maximum, from the last readings.
 
-    What limits it: 0x3C and 0x3D while speed and torque control (0x25) is on, the overcurrent limit (0x2A) as a share
-    of its default, and a supply below nominal.
+    Limited by 0x3C and 0x3D while speed and torque control (0x25) is on, by the overcurrent limit (0x2A) as a share of
+    its default, and by a supply below nominal.
     """
     limit = 100.0
     if servo.raw("speed_torque_control") == 1:
@@ -385,11 +385,11 @@ def torque_limit_pct(servo: Servo, pct: float) -> float:
     return round(limit, 1)
 
 
-def _way(samples: deque[tuple[Instant, float]]) -> float:
+def _range(samples: deque[tuple[Instant, float]]) -> float:
     values = [value for _, value in samples]
     return max(values) - min(values)
 
 
 def _differs(one: tuple[int, float], other: tuple[int, float]) -> bool:
-    """Whether the values of two ArrayCommands of one type are two commands; positions are in 100°, or half turns."""
+    """Whether two ArrayCommand values of one type are different commands. Positions are in 100° or half turns."""
     return abs(one[1] - other[1]) * 100.0 > NEW_COMMAND_DEG

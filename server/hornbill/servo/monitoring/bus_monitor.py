@@ -1,4 +1,4 @@
-"""What is on the bus, raw and decoded, made once for everybody who watches."""
+"""Bus monitor: raw and decoded traffic, decoded once for all clients."""
 
 import asyncio
 from collections.abc import Callable, Sequence
@@ -18,18 +18,18 @@ from hornbill.wire.transfer import Transfer
 from hornbill.wire.types import BY_KEY, AnyStructure, decode
 
 BATCH_S: Final = 1 / 30
-"""How often those who watch are told; what comes in between they get together."""
+"""Interval of batches to watchers."""
 
 MAX_PENDING: Final = 4096
-"""Frames that are decoded before their time rather than kept: half a second of a full bus."""
+"""Pending frames above which a batch is decoded early: half a second of a full bus."""
 
 _SETTLE_S: Final = 0.1
-"""A transfer that was under way when somebody began to watch has no beginning for us, and is no mistake of the bus."""
+"""A transfer in progress when watching starts has no visible beginning, which is not a bus error."""
 
 
 @lru_cache(maxsize=1024)
 def _about(can_id: int) -> tuple[str, str | None, int, int | None]:
-    """Kind, full type name, source and destination (None: everybody) that an identifier tells."""
+    """Kind, full type name, source and destination (None: broadcast) of an identifier."""
     kind, type_id, source, destination, _, _ = parse(can_id)
     data_type = BY_KEY.get((kind is not Kind.MESSAGE, type_id))
     name = None if data_type is None else data_type.name
@@ -37,7 +37,7 @@ def _about(can_id: int) -> tuple[str, str | None, int, int | None]:
 
 
 class SeenFrame:
-    """One frame as it was on the bus. `timestamp` in seconds since 1970 UTC; `problem`: why it tells nothing."""
+    """A frame on the bus. `timestamp`: seconds since 1970 UTC. `problem`: why it could not be decoded, else None."""
 
     __slots__ = ("can_id", "data", "problem", "sent", "timestamp")
 
@@ -50,17 +50,17 @@ class SeenFrame:
 
     @property
     def about(self) -> tuple[str, str | None, int, int | None]:
-        """Kind, full type name, source and destination (None: everybody)."""
+        """Kind, full type name, source and destination (None: broadcast)."""
         return _about(self.can_id)
 
     @property
     def text(self) -> str:
-        """What there is to read and to search."""
+        """Searchable text."""
         return f"{self.problem or ''} {self.can_id:08x} {self.data.hex()}"
 
     @property
     def shown(self) -> dict[str, Any]:
-        """In the form of RawFrame."""
+        """As RawFrame."""
         return {
             "timestamp": self.timestamp,
             "sent": self.sent,
@@ -71,7 +71,7 @@ class SeenFrame:
 
 
 class SeenTransfer:
-    """One whole transfer; what it means is worked out when somebody wants to know, and once."""
+    """A complete transfer, decoded on first access."""
 
     def __init__(
         self,
@@ -91,27 +91,27 @@ class SeenTransfer:
 
     @property
     def about(self) -> tuple[str, str | None, int, int | None]:
-        """Kind, full type name, source and destination (None: everybody)."""
+        """Kind, full type name, source and destination (None: broadcast)."""
         return _about(self.can_id)
 
     @property
     def problem(self) -> str | None:
-        """Why its payload tells nothing although its type is known; None for every other transfer."""
+        """Why its payload could not be decoded although its type is known. None otherwise."""
         return "payload does not fit" if self._structure is None and self.about[1] is not None else None
 
     @cached_property
     def summary(self) -> str:
-        """A sentence for people."""
+        """Description in one sentence."""
         return self._text.describe(self.transfer, self._structure, self._request)
 
     @property
     def text(self) -> str:
-        """What there is to read and to search."""
+        """Searchable text."""
         return f"{self.summary} {self.can_id:08x} {self.transfer.payload.hex()}"
 
     @cached_property
     def shown(self) -> dict[str, Any]:
-        """In the form of DecodedTransfer."""
+        """As DecodedTransfer."""
         return {
             **as_object(self.transfer, self._structure, self.timestamp),
             "summary": self.summary,
@@ -129,7 +129,7 @@ Row: TypeAlias = SeenFrame | SeenTransfer
 
 
 class Batch:
-    """What came since the last one. `rows` are transfers, and frames of which nothing could be made, in bus order."""
+    """Traffic since the last batch. `rows`: transfers, and frames that could not be decoded, in bus order."""
 
     def __init__(self, frames: Sequence[tuple[float, bool, Frame, str | None]], rows: Sequence[Row]) -> None:
         self._frames = frames
@@ -137,12 +137,12 @@ class Batch:
 
     @cached_property
     def frames(self) -> Sequence[Row]:
-        """Every frame."""
+        """All frames."""
         return [SeenFrame(at, sent, frame.id, frame.data, problem) for at, sent, frame, problem in self._frames]
 
 
 class BusMonitor:
-    """Decodes everything on the bus, services between other nodes included, while somebody watches."""
+    """Decodes all bus traffic, including services between other nodes, while there are watchers."""
 
     def __init__(self, tap: FrameTap, base: TimeBase, make_text: Callable[[], TransferText]) -> None:
         self._tap = tap
@@ -156,11 +156,11 @@ class BusMonitor:
 
     @property
     def watched(self) -> bool:
-        """Whether anybody watches."""
+        """Whether there are watchers."""
         return bool(self._watchers)
 
     def watch(self, watcher: Callable[[Batch], None]) -> Callable[[], None]:
-        """Tell `watcher` what is on the bus from now on, some thirty times a second; the answer ends it."""
+        """Call `watcher` with a batch about 30 times a second. Returns a function that stops it."""
         if self._untap is None:
             self._begin()
             self._untap = self._tap.listen(self._on_frames)
@@ -190,7 +190,7 @@ class BusMonitor:
         self._pending.clear()
 
     def _on_frames(self, frames: Sequence[Frame], sent: bool) -> None:
-        """On the way of every frame to whoever waits for it: keep it, and work on it later."""
+        """Queue frames for decoding. Runs in the receive path of every frame, so it must be fast."""
         self._pending.extend([(frame, sent) for frame in frames])
         if self._timer is None:
             self._timer = asyncio.get_running_loop().call_later(BATCH_S, self._deliver)
@@ -204,7 +204,7 @@ class BusMonitor:
         self._watchers.notify(self._decoded(pending))
 
     def _decoded(self, pending: Sequence[tuple[Frame, bool]]) -> Batch:
-        """One frame after the other, so that each is known to be the one that completed or broke a transfer."""
+        """Decode frame by frame, to know which frame completed or broke a transfer."""
         now, utc_offset = self._base.now(), self._base.utc_offset
         text, feed, drops = self._text, self._reassembler.feed, self._drops
         frames: list[tuple[float, bool, Frame, str | None]] = []
@@ -217,7 +217,7 @@ class BusMonitor:
                 for reason, can_id, data in drops:
                     if reason == "unexpected" and (frame.at or now) - self._since < _SETTLE_S:
                         continue
-                    is_this = (can_id, data) == (frame.id, frame.data)  # else one that was waited for too long
+                    is_this = (can_id, data) == (frame.id, frame.data)  # else an earlier frame whose transfer timed out
                     rows.append(SeenFrame(at, sent and is_this, can_id, data, PROBLEMS[reason]))
                     if is_this:
                         problem = PROBLEMS[reason]

@@ -1,4 +1,4 @@
-"""What the fault bits of every servo tell, now and in the past, and who has seen it (section 4.12)."""
+"""Faults: current and past fault bits of every servo, and their acknowledgement (section 4.12)."""
 
 import logging
 from collections.abc import Callable, Collection
@@ -15,32 +15,32 @@ from hornbill.servo.runtime.audit import Audit
 from hornbill.servo.runtime.hub import Hub, LogEvent, ReadingChanged, ServoChanged
 from hornbill.servo.runtime.timebase import TimeBase
 from hornbill.store.audit import NewAuditEntry
-from hornbill.store.faults import FaultEntry, Sight
+from hornbill.store.faults import FaultEntry, FaultReading
 from hornbill.store.store import Store
 from hornbill.units import Instant, Uid
 
 log = logging.getLogger(__name__)
 
 EVENT_LEVEL: Final = {"notification": "notice", "warning": "warning", "failure": "failure"}
-"""How loud the event of a bit is, by the bit's level."""
+"""Event level by level of the fault bit."""
 
 NEEDS_ACKNOWLEDGEMENT: Final = frozenset(("warning", "failure"))
-"""Levels that somebody should acknowledge; notifications come and go in normal use."""
+"""Levels to acknowledge. Notifications come and go in normal use."""
 
 
 @dataclass(slots=True)
 class _Word:
-    """One of the three words as we know it: bits that are set, and when each was first read so."""
+    """Known state of one of the three fault words: set bits, and when each was first read as set."""
 
     boot_count: int
     since: dict[str, Instant] = field(default_factory=dict[str, Instant])
     ended: Instant | None = None
-    """The servo went silent or restarted: when the word was read last before. None: we still follow it."""
+    """Last reading before the servo went offline or restarted. None while the word is being followed."""
 
 
 class Faults:
-    """Follows the words 0x19 to 0x1B of every servo: one commit and one event when a bit comes up or goes, and none
-    for a word that is only read again. Everything works on when the store does not."""
+    """Follows the fault words 0x19 to 0x1B of every servo. A changed bit causes one commit and one event; reading an
+    unchanged word causes none. A store failure is tolerated."""
 
     def __init__(
         self,
@@ -65,17 +65,17 @@ class Faults:
         hub.subscribe(self._on_servo, ServoChanged)
 
     def of(self, uid: Uid) -> list[Fault]:
-        """Every bit that is set or ever was: failures before warnings before notifications, active before past."""
+        """All bits that are or were set: failures, warnings, then notifications; active before past."""
         servo = self._find(uid)
         found = [
             self._fault(servo, self._by_key[key], entry)
             for key, entry in self._history(uid).items()
-            if key in self._by_key  # the tables of a later hornbill may have known others
+            if key in self._by_key  # a newer version may have stored bits unknown to these tables
         ]
         return sorted(found, key=lambda one: (-LEVELS.index(one.level), not one.active, not one.stale, one.bit))
 
     def unacknowledged(self, uid: Uid) -> int:
-        """How many warnings and failures of a servo nobody has acknowledged since they came up last."""
+        """Number of warnings and failures of a servo not acknowledged since they last occurred."""
         return sum(
             1
             for key, entry in self._history(uid).items()
@@ -85,11 +85,11 @@ class Faults:
         )
 
     async def acknowledge(self, uid: Uid, by: str, key: str | None = None) -> None:
-        """Somebody has seen this bit (None: every one). Raises Unknown(unknown_fault), StoreFailed."""
+        """Acknowledge a bit (None: all bits). Raises Unknown(unknown_fault), StoreFailed."""
         known = self._history(uid)
         if key is not None and (key not in known or key not in self._by_key):
             raise Unknown(
-                "unknown_fault", f"This servo never showed a fault {key[:60]!r}.",
+                "unknown_fault", f"This servo has never reported a fault {key[:60]!r}.",
                 uid=uid, key=key[:60], cause="fault_never_seen",
             )  # fmt: skip
         wanted = [one for one in known if key is None or one == key]
@@ -106,7 +106,7 @@ class Faults:
         self._hub.publish(ServoChanged(uid))
 
     async def forget(self, uid: Uid) -> None:
-        """Drop what is known of a servo that is not there. Raises StoreFailed."""
+        """Drop the faults of a servo that is offline. Raises StoreFailed."""
         await self._store.run(self._store.faults.forget, uid)
         self._entries.pop(uid, None)
         for word in REGISTERS:
@@ -117,7 +117,7 @@ class Faults:
             self._on_word(servo, change.key)
 
     def _on_servo(self, change: ServoChanged) -> None:
-        """What a silent or restarted servo said last is kept as last seen then."""
+        """When a servo goes offline or restarts, store its last readings as last seen then."""
         servo = self._find(change.uid)
         if servo is None or servo.recorded:
             return
@@ -129,15 +129,15 @@ class Faults:
             now = self._base.now()
             word.ended = now if register is None or register.at is None else register.at
             if word.since:
-                self._store_sighting(Sight(servo.uid, self._base.utc(word.ended), seen=frozenset(word.since)))
+                self._store_reading(FaultReading(servo.uid, self._base.utc(word.ended), seen=frozenset(word.since)))
 
     def _on_word(self, servo: Servo, name: str) -> None:
-        """A word was read: tell what came up and what went."""
+        """Process a reading of a word: publish bits that were set or cleared."""
         register, word = servo.registers.get(name), self._words.get((servo.uid, name))
         if register is None or register.raw is None or register.at is None:
             return
         if word is not None and word.ended is not None and register.at <= word.ended:
-            return  # told again, but not read again
+            return  # published again, but not read again
         shown = self._visible(servo, name, register.raw)
         if word is None:
             before = {
@@ -154,43 +154,43 @@ class Faults:
         self._words[servo.uid, name] = _Word(servo.boot_count, {key: same.get(key, register.at) for key in shown})
         if not appeared and not gone:
             return
-        self._store_sighting(
-            Sight(servo.uid, self._base.utc(register.at), appeared, gone if followed else frozenset(), gone)
+        self._store_reading(
+            FaultReading(servo.uid, self._base.utc(register.at), appeared, gone if followed else frozenset(), gone)
         )
         self._publish(servo, appeared, gone)
 
     def _visible(self, servo: Servo, name: str, raw: int) -> frozenset[str]:
-        """The bits that are set, by key, without those that mean nothing on a model without PWM input (note 1)."""
+        """Keys of set bits, without those that have no meaning on a model without PWM input (note 1)."""
         pwm = servo.model is None or servo.model.pwm
         bits = (self._bits[name, number] for number in bits_of(raw))
         return frozenset(bit.key for bit in bits if pwm or not bit.pwm_only)
 
     def _history(self, uid: Uid) -> dict[str, FaultEntry]:
-        """What is known of a servo, from the store at first."""
+        """Fault history of a servo, initially from the store."""
         found = self._entries.get(uid)
         if found is None:
             try:
                 found = self._store.faults.of(uid)
             except Exception:
                 self._report_store_failed("the faults of servo %s could not be read", uid)
-                found = dict[str, FaultEntry]()  # what the store has is read with the next bit that changes
+                found = dict[str, FaultEntry]()  # the store is read again with the next changed bit
             self._entries[uid] = found
         return found
 
-    def _store_sighting(self, sight: Sight) -> None:
-        known = self._history(sight.uid)
+    def _store_reading(self, reading: FaultReading) -> None:
+        known = self._history(reading.uid)
         try:
-            known.update(self._store.faults.keep(sight))
+            known.update(self._store.faults.record(reading))
             self._failed = False
-        except Exception:  # a full disk must not keep anybody from seeing a fault
-            self._report_store_failed("a change of faults could not be kept: %r", sight)
-            known.update(sight.changes(known))
+        except Exception:  # a full disk must not hide a fault
+            self._report_store_failed("a change of faults could not be stored: %r", reading)
+            known.update(reading.changes(known))
 
     def _report_store_failed(self, text: str, about: object) -> None:
         log.exception(text, about)
         if not self._failed:
             self._failed = True
-            text = "The history of faults cannot be kept. Check the data folder and its disk; faults show all the same."
+            text = "The fault history cannot be stored. Faults are still shown. Check the data folder and its disk."
             self._hub.publish(LogEvent("warning", "store_failed", text, params={"what": "faults"}))
 
     def _publish(self, servo: Servo, appeared: Collection[str], gone: Collection[str]) -> None:
@@ -198,7 +198,7 @@ class Faults:
             text = f"{servo.title}: {bit.label}. {bit.advice}"
             self._hub.publish(LogEvent(EVENT_LEVEL[bit.level], "fault", text, servo.uid, _named(servo, bit)))
         for bit in self._in_order(gone):
-            text = f"{servo.title}: {bit.label} is over."
+            text = f"{servo.title}: {bit.label} cleared."
             self._hub.publish(LogEvent("info", "fault_cleared", text, servo.uid, _named(servo, bit)))
         self._hub.publish(ServoChanged(servo.uid))
 
@@ -221,17 +221,17 @@ class Faults:
 
 
 def _has_run_since(servo: Servo, at: Instant) -> bool:
-    """Whether it started before an instant, as far as its uptime in whole seconds tells (table 2-17)."""
+    """Whether it started before an instant, by its uptime in whole seconds (table 2-17)."""
     return servo.status is None or servo.status_at is None or servo.status_at - servo.status.uptime_sec - 1 <= at
 
 
 def _table(catalog: Catalog) -> dict[tuple[str, int], FaultBit]:
-    """All 96 bits by word and number; those the document does not know are told as what they are."""
+    """All 96 bits by word and number. Undocumented bits are included as such."""
     found = {
         (name, number): FaultBit(
             parameter=name, level=level, group=GROUPS[number // 8], bit=number, key=f"{level}_bit_{number}",
             label=f"Bit {number} (undocumented)",
-            advice="The document does not know this bit. Note what the servo was doing, and ask its maker.",
+            advice="This bit is not documented. Note what the servo was doing and contact its manufacturer.",
             section="4.12",
         )
         for name, level in REGISTERS.items()

@@ -1,4 +1,4 @@
-"""LineBudget: what the serial line of an adapter leaves for polling, where it is slower than the CAN bus."""
+"""Line budget: capacity left for polling on an adapter's serial line, if it is slower than the CAN bus."""
 
 import math
 from collections.abc import Callable
@@ -8,51 +8,51 @@ from hornbill.units import Instant
 from hornbill.wire.port import CanPort, SerialLineInfo
 
 READ_BYTES: Final = 77
-"""Of the slcan lines that one read by name brings: an answer of three frames (27, 27 and 21) and an acknowledgement."""
+"""slcan lines received per read by name: three response frames (27, 27 and 21) and an acknowledgement."""
 
-UNASKED_BYTES_PER_S: Final = 487
-"""Of what one servo sends unasked: Status, two frames (27 and 19) ten times a second, and NodeStatus (table 2-2)."""
+BROADCAST_BYTES_PER_S: Final = 487
+"""Broadcasts of one servo: Status, two frames (27 and 19) ten times a second, and NodeStatus (table 2-2)."""
 
 FULL: Final = 0.85
-"""Share of the line that may be in use. An adapter drops what does not fit its buffer."""
+"""Maximum share of the line in use. An adapter drops data that does not fit its buffer."""
 
 LEAST: Final = 0.05
-"""Share of the line that polling may always take, so that no reading stops on a crowded line."""
+"""Share of the line always available to polling, so that no reading stops on a busy line."""
 
 _MEASURED_S: Final = 1.0
 
 
 class LineBudget:
-    """Shares the receiving direction of the line between what servos send unasked and what polling asks for."""
+    """Divides the receiving direction of the line between broadcasts of servos and polling."""
 
     def __init__(self, port: Callable[[], CanPort | None]) -> None:
-        """`port` gives the port of the connected bus."""
+        """`port` returns the port of the connected bus."""
         self._port = port
         self._others = 0.0
         self._last: tuple[CanPort, Instant, int, int] | None = None
 
     @property
     def line(self) -> SerialLineInfo | None:
-        """The line that limits; None where there is none."""
+        """The limiting serial line, or None."""
         port = self._port()
         line = None if port is None else port.details.serial_line
         return None if line is None or line.bytes_per_s is None else line
 
     def reads_per_s(self, share: float, servos: int, reads: int, now: Instant) -> float:
-        """Reads per second that polling may do when it may take `share` (0..1) of the line; infinite without a limit.
+        """Maximum reads per second of polling within `share` (0..1) of the line; infinite without a limit.
 
-        `servos` are those online, `reads` the reads that polling has done so far.
+        `servos`: number online. `reads`: reads that polling has made so far.
         """
         line = self.line
         rate = None if line is None else line.bytes_per_s
         if rate is None:
             return math.inf
         self._measure(reads, now)
-        others = max(self._others, servos * UNASKED_BYTES_PER_S)
+        others = max(self._others, servos * BROADCAST_BYTES_PER_S)
         return max(LEAST * rate, min(share * rate, FULL * rate - others)) / READ_BYTES
 
     def _measure(self, reads: int, now: Instant) -> None:
-        """What came over the line beside the answers to polling, bytes/s over the last second or more."""
+        """Measure other traffic on the line, bytes/s, over the last second or more."""
         port = self._port()
         assert port is not None
         count = port.statistics.line_bytes

@@ -1,4 +1,4 @@
-"""Oscillation: whether a horn that should rest swings to and fro, from samples of its angle as they come. Pure."""
+"""Oscillation of a horn that should be at rest, detected from samples of its angle. Pure."""
 
 import math
 from collections import deque
@@ -8,33 +8,33 @@ from typing import Final, NamedTuple
 from hornbill.servo.device.position_estimate import HALF_TURN_DEG
 from hornbill.units import Instant
 
-LEAST_DEG: Final = 0.5
-"""Peak to peak. Less is what reading in steps of 0.1°, play of the gear and a trembling horn make of rest."""
+MIN_SWING_DEG: Final = 0.5
+"""Minimum peak to peak. Quantisation of 0.1°, gear play and jitter at rest cause less."""
 
-LEAST_STEPS: Final = 2.5
-"""The same in steps of the 16-bit float in Status, which counts in 0.4° from 410° on and in 3° from 3,300° on."""
+MIN_SWING_STEPS: Final = 2.5
+"""The same in steps of the float16 in Status, which are 0.4° from 410° and 3° from 3,300°."""
 
 TURNS: Final = 5
-"""Turning points in a row that prove a swing: a horn that arrives, overshoots and is pulled back has three."""
+"""Consecutive turning points that prove oscillation: a horn that arrives, overshoots and returns has three."""
 
 SPAN_S: Final = 2.5
-"""Within this time, so that slow moves to and fro prove nothing: 0.8 Hz is the slowest that is found."""
+"""Time window, so that slow back-and-forth moves do not count. The lowest detectable frequency is 0.8 Hz."""
 
 SUSTAINED_S: Final = 1.0
-"""From the first to the last of them: what rings after a push has calmed down by then."""
+"""Minimum time from the first to the last of them: ringing after a disturbance has decayed by then."""
 
 SUSTAINED: Final = 0.5
-"""The larger of the last two swings over the largest of all, or it dies away. No more than that, because samples every
-0.1 s meet a fast swing at any phase."""
+"""Minimum ratio of the larger of the last two swings to the largest; a smaller ratio is a decaying swing. Not stricter,
+because samples every 0.1 s hit a fast swing at any phase."""
 
 WIDTH_S: Final = 1.0
-"""Its width is that of the swings within this time, and of the last one at least."""
+"""Window for the peak-to-peak value, which includes at least the last swing."""
 
 QUIET_S: Final = 1.0
-"""Without a turning point for so long it may have ended."""
+"""Time without a turning point after which it may have ended."""
 
-KEPT: Final = 400
-"""Turning points: SPAN_S of the fastest swing that can be followed at 200 samples a second."""
+MAX_TURNS: Final = 400
+"""Stored turning points: SPAN_S of the fastest swing detectable at 200 samples per second."""
 
 
 class _Turn(NamedTuple):
@@ -43,37 +43,36 @@ class _Turn(NamedTuple):
 
 
 class Oscillation:
-    """Turning points of an angle: extremes with at least LEAST_DEG of way between them.
+    """Turning points of an angle: extremes at least MIN_SWING_DEG apart.
 
-    Samples every 0.1 s cannot tell the frequency of a faster swing, but they do meet it at one phase after another, so
-    they tell that it is there and how wide. Within 0.8 Hz of a multiple of the rate of samples a swing looks slow, or
-    like none.
+    Samples every 0.1 s cannot show the frequency of a faster swing, but they hit it at varying phases, so they show its
+    presence and amplitude. Within 0.8 Hz of a multiple of the sample rate, a swing appears slow or not at all.
     """
 
     __slots__ = ("_high", "_low", "_turns", "_up")
 
     def __init__(self) -> None:
-        self._turns: deque[_Turn] = deque(maxlen=KEPT)
+        self._turns: deque[_Turn] = deque(maxlen=MAX_TURNS)
         self.reset()
 
     def reset(self) -> None:
-        """Forget everything: the horn was told to go elsewhere, or was silent."""
+        """Discard all samples, after a new command or a gap."""
         self._turns.clear()
         self._low: _Turn | None = None
         self._high: _Turn | None = None
         self._up: bool | None = None
 
     def add(self, t: Instant, degrees: float) -> None:
-        """Take the next sample."""
+        """Add the next sample."""
         here, low, high = _Turn(t, degrees), self._low, self._high
         if low is None or high is None:
             self._low = self._high = here
             return
         if degrees - high.degrees > HALF_TURN_DEG or low.degrees - degrees > HALF_TURN_DEG:
-            self.reset()  # wrapped at ±180°, or turned by hand
+            self.reset()  # wrapped at ±180°, or turned manually
             self._low = self._high = here
             return
-        least = _least(degrees)
+        least = _min_swing(degrees)
         if degrees > high.degrees:
             high = here
         if degrees < low.degrees:
@@ -84,20 +83,20 @@ class Oscillation:
         elif self._up is not False and high.degrees - degrees >= least:
             self._turn(high, up=False)
             low = here
-        # while it goes up nothing but the highest point matters, and the other way round
+        # while it rises only the highest point matters, and vice versa
         self._low, self._high = (here, high) if self._up is True else (low, here) if self._up is False else (low, high)
 
     def since_turn(self, now: Instant) -> float:
-        """Seconds since it turned last; infinity if it did not."""
+        """Time since the last turning point, s; infinite if there is none."""
         return now - self._turns[-1].t if self._turns else math.inf
 
     @property
     def suspected(self) -> bool:
-        """Whether it has gone to and fro lately: it may be on its way to rest, or swing as Status does not show it."""
+        """Whether it has recently swung: it may be settling, or oscillate in a way that Status does not show."""
         return len(self._recent()) > 1
 
     def proved(self, now: Instant) -> bool:
-        """Whether it swings now and keeps swinging."""
+        """Whether it is oscillating steadily."""
         if self.since_turn(now) > QUIET_S:
             return False
         turns = self._recent()
@@ -107,7 +106,7 @@ class Oscillation:
         return max(ways[-2:]) >= SUSTAINED * max(ways)
 
     def peak_to_peak_deg(self) -> float:
-        """How wide it swung last; 0 if it did not."""
+        """Recent peak-to-peak amplitude, degrees; 0 without oscillation."""
         turns = self._recent()
         angles = [
             turn.degrees for at, turn in enumerate(turns, 2) if turns[-1].t - turn.t <= WIDTH_S or at > len(turns)
@@ -122,7 +121,7 @@ class Oscillation:
         self._turns.append(at)
 
 
-def _least(degrees: float) -> float:
-    """The least way between two turning points there."""
+def _min_swing(degrees: float) -> float:
+    """Minimum distance between two turning points at this angle, degrees."""
     step = 2.0 ** (math.frexp(degrees / 100.0)[1] - 11) * 100.0
-    return max(LEAST_DEG, LEAST_STEPS * step)
+    return max(MIN_SWING_DEG, MIN_SWING_STEPS * step)

@@ -1,4 +1,4 @@
-"""Polling: which rows are active for regularly, how often, and what the bus allows of it."""
+"""Polling: which rows are read regularly, and how often, within the bus budget."""
 
 import asyncio
 import logging
@@ -11,36 +11,35 @@ from hornbill.errors import HornbillError, InvalidValue, NoResponse, NotInThisMo
 from hornbill.servo.device.requests import POLL, ServoRequests
 from hornbill.servo.device.servo import Servo, State
 from hornbill.servo.monitoring.line_budget import LineBudget
-from hornbill.servo.monitoring.poll_rates import DEFAULT_OWNER, PollRate, PollRates
+from hornbill.servo.monitoring.subscriptions import DEFAULT_OWNER, Subscription, Subscriptions
 from hornbill.servo.runtime.timebase import TimeBase
 from hornbill.units import Instant, Uid
 
 log = logging.getLogger(__name__)
 
 READ_S = 556e-6
-"""Bus time of one read by name at 1 Mbit/s, request and three frames of answer: 534 to 555 bits with real stuffing,
-by row, value and node. The longest is reckoned with, so that the budget holds whatever is read."""
+"""Bus time of one read by name at 1 Mbit/s, request and three response frames: 534 to 555 bits with real stuffing,
+depending on row, value and node. The longest is used, so that the budget is never exceeded."""
 
 BUDGET = 0.40
-"""Share of the bus all polling together may take, unless set otherwise. What servos say unasked (Status, NodeStatus:
-0.26 % a servo) is no polling and comes on top."""
+"""Default share of the bus for all polling. Broadcasts of servos (Status, NodeStatus: 0.26 % per servo) come on top."""
 
 BACKGROUND = 0.5
-"""Share of the budget above which what every servo is active for is active less often, but never less than STRETCH
-times so, unless it would take more than BACKGROUND_MOST of the budget."""
+"""Share of the budget above which background polling slows down, by at most STRETCH unless it would take more than
+MAX_BACKGROUND of the budget."""
 
 STRETCH = 2.0
-"""So that a reading is never stale for want of a poll: see LIVE_PERIOD_S of reading.py."""
+"""Limit of slowing down, so that readings do not become stale: see LIVE_PERIOD_S in reading.py."""
 
-BACKGROUND_MOST = 0.9
+MAX_BACKGROUND = 0.9
 
 FAULT_WORDS_S = 1.0
-"""Period at which the fault words are active for while the overview is not zero (B52)."""
+"""Polling period of the fault words while the overview is not zero (B52)."""
 
 SCHEDULE_S = 1.0
 SLOTS = 20
-"""Parts of a second in which servos are active in turn, so that a crowd fills the bus evenly; those of one part are
-active together, because frames that come together cost the process less than frames that come one by one."""
+"""Slots per second among which servos are distributed, so that many servos load the bus evenly. Servos in one slot are
+read together, because frames that arrive together cost less CPU time."""
 
 PAUSED = frozenset((State.OFFLINE, State.IDENTIFYING, State.SAVING, State.RESTARTING, State.UPDATING))
 
@@ -48,7 +47,7 @@ PAUSED = frozenset((State.OFFLINE, State.IDENTIFYING, State.SAVING, State.RESTAR
 @dataclass(slots=True)
 class _Round:
     servo: Servo
-    requested: PollRates = field(default_factory=PollRates)
+    subscriptions: Subscriptions = field(default_factory=Subscriptions)
     due: dict[str, Instant] = field(default_factory=dict[str, Instant])
     task: asyncio.Task[None] | None = None
     sleeping: "asyncio.Future[None] | None" = None
@@ -60,16 +59,16 @@ class _Round:
 
 
 class Polling:
-    """One task a servo, so that one request is in flight a servo and a silent one delays nobody.
+    """Polls servos with one task each: one request in flight per servo, and an unresponsive servo delays no other.
 
-    What is left of the budget beside the background goes to requested in proportion to the rates they ask for. Of one
-    servo's rows the one longest due goes first, so a fast row never keeps a slow one waiting.
+    The budget left by background polling is distributed to subscriptions in proportion to their requested rates. Among
+    the rows of a servo, the one longest overdue goes first, so a fast row never delays a slow one.
     """
 
     def __init__(
         self, requests: ServoRequests, base: TimeBase, budget: float = BUDGET, line: LineBudget | None = None
     ) -> None:
-        """`budget` is the share of the bus all polling may take, 0..1, and of the serial line of a serial adapter."""
+        """`budget`: share of the bus, and of a serial adapter's line, available to all polling, 0..1."""
         self.budget = budget
         self._line = line or LineBudget(lambda: None)
         self._reads = 0
@@ -82,16 +81,16 @@ class Polling:
 
     @property
     def cap(self) -> float:
-        """The share of the bus that polling keeps within now: less than `budget` where a serial line is slower."""
+        """Current limit of polling as a share of the bus. Below `budget` if a serial line is slower."""
         return min(self.budget, self._capacity(self._base.now()) * READ_S)
 
     def _capacity(self, now: Instant) -> float:
-        """Reads per second that all polling may do, by the slower of the bus and the serial line."""
+        """Maximum reads per second of all polling, limited by the slower of bus and serial line."""
         servos = sum(1 for one in self._rounds.values() if one.active)
         return min(self.budget / READ_S, self._line.reads_per_s(self.budget, servos, self._reads, now))
 
     def begin(self, servo: Servo) -> None:
-        """Ask this servo regularly from now on. Its rows have just been read, so nothing is due at once."""
+        """Start polling a servo. Its rows have just been read, so nothing is due immediately."""
         found = self._rounds.setdefault(servo.uid, _Round(servo))
         if found.task is None or found.task.done():
             first = math.ceil(self._base.now()) + len(self._rounds) % SLOTS / SLOTS
@@ -107,16 +106,14 @@ class Polling:
         owner: str = DEFAULT_OWNER,
         ttl_s: float | None = None,
     ) -> TelemetryGrant:
-        """Poll these rows at this rate as well, for `ttl_s` seconds or until replaced; an empty list ends it.
+        """Poll these rows at this rate for `ttl_s` seconds, or until replaced. An empty list ends the subscription.
 
-        Every owner has one request a servo. Raises Unknown, NotInThisModel, InvalidValue. Of a servo that has not said
-        yet what it is nothing can be polled: then the grant is empty, and says so.
+        Each owner has one subscription per servo. Raises Unknown, NotInThisModel, InvalidValue. A servo that has not
+        been identified cannot be polled: the grant is empty, with a note.
         """
         rows = [(key, servo.catalog.parameter(key)) for key in dict.fromkeys(channels)]
         if not servo.registers:
-            note = (
-                f"Nothing of {servo.title} can be polled: it has not said yet what it is, and so not which rows it has."
-            )
+            note = f"{servo.title} has not been identified yet, so it cannot be polled."
             return TelemetryGrant(
                 owner=owner, channels=[], requested_hz=rate_hz, granted_hz=0.0, bus_share=0.0,
                 note=note, note_code="not_pollable_yet", note_params={"servo": servo.title},
@@ -130,29 +127,33 @@ class Polling:
                     servo=servo.title,
                 )
             if row.kind != "number":
-                raise InvalidValue(f"{key} is no number, so it is no channel.", key=key, cause="channel_not_numeric")
+                raise InvalidValue(
+                    f"{key} is not numeric, so it cannot be a channel.", key=key, cause="channel_not_numeric"
+                )
         now = self._base.now()
         one = self._rounds.setdefault(servo.uid, _Round(servo))
         until = None if ttl_s is None else now + ttl_s
-        request = PollRate(tuple(key for key, _ in rows), rate_hz, until)
-        one.requested.put(owner, request)
+        subscription = Subscription(tuple(key for key, _ in rows), rate_hz, until)
+        one.subscriptions.put(owner, subscription)
         if one.sleeping is not None and not one.sleeping.done():
             one.sleeping.set_result(None)
         self._schedule(now)
-        return self._grant(one, owner, request, now)
+        return self._grant(one, owner, subscription, now)
 
     def grants(self, servo: Servo) -> list[TelemetryGrant]:
-        """Every owner's request for a servo, and what is granted of it now."""
+        """Subscriptions to a servo, each with its currently granted rate."""
         one = self._current(servo)
         now = self._base.now()
-        return [self._grant(one, owner, request, now) for owner, request in one.requested.by_owner.items()]
+        return [
+            self._grant(one, owner, subscription, now) for owner, subscription in one.subscriptions.by_owner.items()
+        ]
 
     def rates(self, servo: Servo) -> dict[str, float]:
-        """Hz at which each requested_hz row of a servo is polled now."""
-        return {key: hz * self._scale for key, hz in self._current(servo).requested.rates.items()}
+        """Current polling rate of each subscribed row, Hz."""
+        return {key: hz * self._scale for key, hz in self._current(servo).subscriptions.rates.items()}
 
     def background(self, servo: Servo) -> dict[str, float]:
-        """Hz at which its rows are polled whether anybody requested it or not."""
+        """Background polling rate of each row, Hz, independent of subscriptions."""
         return {key: 1 / (period * self._stretch) for key, period in self._background(servo).items()}
 
     async def close(self) -> None:
@@ -166,20 +167,20 @@ class Polling:
         self._schedule(self._base.now())
         return self._rounds.get(servo.uid) or _Round(servo)
 
-    def _grant(self, one: _Round, owner: str, request: PollRate, now: Instant) -> TelemetryGrant:
-        hz = {key: one.requested.rates[key] * self._scale for key in request.channels}
+    def _grant(self, one: _Round, owner: str, subscription: Subscription, now: Instant) -> TelemetryGrant:
+        hz = {key: one.subscriptions.rates[key] * self._scale for key in subscription.channels}
         note = None
-        if request.channels and one.servo.state in PAUSED:
+        if subscription.channels and one.servo.state in PAUSED:
             title, state = one.servo.title, one.servo.state.value
-            text = f"{title} is {state}; it is polled once it is ready."
+            text = f"{title} is {state}; polling resumes once it is ready."
             note = Note(text, "polled_when_ready", {"servo": title, "state": state})
         return TelemetryGrant(
             owner=owner,
-            channels=list(request.channels),
-            requested_hz=request.rate_hz,
-            granted_hz=round(min([request.rate_hz, *hz.values()]) if hz else 0.0, 2),
+            channels=list(subscription.channels),
+            requested_hz=subscription.rate_hz,
+            granted_hz=round(min([subscription.rate_hz, *hz.values()]) if hz else 0.0, 2),
             bus_share=round(sum(hz.values()) * READ_S, 4),
-            expires_in_s=None if request.until is None else round(max(0.0, request.until - now), 3),
+            expires_in_s=None if subscription.until is None else round(max(0.0, subscription.until - now), 3),
             note=None if note is None else note.text,
             note_code=None if note is None else note.code,
             note_params={} if note is None else note.params,
@@ -187,20 +188,20 @@ class Polling:
 
     @staticmethod
     def _background(servo: Servo) -> dict[str, float]:
-        """The rows active for without a request, and their periods in seconds while the budget allows them."""
+        """Rows polled without a subscription, and their periods in seconds if the budget allows."""
         rows = {key: period for key, period in servo.catalog.polled.items() if key in servo.registers}
         return rows | dict.fromkeys(servo.catalog.fault_words, FAULT_WORDS_S) if servo.raw("fault_overview") else rows
 
     def _schedule(self, now: Instant) -> None:
-        """How much is active of everybody, and so how much less often than requested_hz; requested that ended are dropped.
+        """Compute how far background and subscribed rates must be reduced; drop expired subscriptions.
 
-        At least once a second, and whenever a request comes or ends or a servo is there again. A servo that is not
-        active takes nothing from others.
+        Called at least once a second, and whenever a subscription starts or ends or a servo is back. An inactive servo
+        uses no budget.
         """
         ends: list[Instant] = []
         for one in self._rounds.values():
-            one.requested.expire(now)
-            end = one.requested.next_end
+            one.subscriptions.expire(now)
+            end = one.subscriptions.next_end
             if end is not None:
                 ends.append(end)
         self._schedule_at = min([now + SCHEDULE_S, *ends])
@@ -208,8 +209,8 @@ class Polling:
         always = sum(1 / period for one in active for period in self._background(one.servo).values())
         capacity = self._capacity(now)
         gently = min(STRETCH, max(1.0, always / (capacity * BACKGROUND)))
-        self._stretch = max(gently, always / (capacity * BACKGROUND_MOST))
-        requested_hz = sum(one.requested.total_hz for one in active)
+        self._stretch = max(gently, always / (capacity * MAX_BACKGROUND))
+        requested_hz = sum(one.subscriptions.total_hz for one in active)
         left = capacity - always / self._stretch
         self._scale = min(1.0, left / requested_hz) if requested_hz else 1.0
 
@@ -218,12 +219,12 @@ class Polling:
         while True:
             try:
                 await self._turn(one)
-            except Exception:  # a defect of ours, or of a listener: this servo must not go stale for it
-                log.exception("polling %s failed; it goes on", one.servo.title)
+            except Exception:  # a bug here or in a subscriber must not make this servo stale
+                log.exception("polling %s failed; polling continues", one.servo.title)
                 await asyncio.sleep(SCHEDULE_S)
 
     async def _turn(self, one: _Round) -> None:
-        """Wait for what is due next, or poll it."""
+        """Poll the next row, or wait until it is due."""
         now = self._base.now()
         if one.servo.state in PAUSED:
             one.paused = True
@@ -239,7 +240,7 @@ class Polling:
             await self._read(one, key)
 
     async def _sleep(self, one: _Round, seconds: float) -> None:
-        """Until something is due, or a new request."""
+        """Sleep until a row is due or a subscription changes."""
         loop = asyncio.get_running_loop()
         one.sleeping = sleeping = loop.create_future()
         alarm = loop.call_later(seconds, lambda: sleeping.done() or sleeping.set_result(None))
@@ -250,7 +251,7 @@ class Polling:
 
     def _next(self, one: _Round, now: Instant) -> tuple[str, Instant]:
         registers, due = one.servo.registers, one.due
-        keys = {**one.requested.rates, **self._background(one.servo)}
+        keys = {**one.subscriptions.rates, **self._background(one.servo)}
         there = [key for key in keys if key in registers]
         if not there:
             return "", now + 0.1
@@ -259,10 +260,10 @@ class Polling:
 
     async def _read(self, one: _Round, key: str) -> None:
         servo, now = one.servo, self._base.now()
-        hz = one.requested.rates.get(key)
+        hz = one.subscriptions.rates.get(key)
         period = math.inf if hz is None else 1 / (hz * self._scale)
         period = min(period, self._background(servo).get(key, math.inf) * self._stretch)
-        # the next slot follows from the last one, so the rate holds; slots that were missed are not caught up
+        # the next slot follows from the last one, so the rate is kept; missed slots are not made up for
         one.due[key] = max(one.due.get(key, now) + period, now)
         self._reads += 1
         try:
@@ -285,7 +286,7 @@ class Polling:
                     await self._clear(one, word)
 
     async def _clear(self, one: _Round, word: str) -> None:
-        """The overview says nothing is left: read the word once more, so that it does not stay set for ever."""
+        """Read a fault word once more when the overview is zero, so that it does not stay set."""
         try:
             await self._requests.read(one.servo, one.servo.registers[word].parameter, POLL)
         except (NoResponse, Refused, PortError) as error:

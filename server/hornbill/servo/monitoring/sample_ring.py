@@ -1,4 +1,4 @@
-"""The samples of one channel in order of time, in arrays of 16 bytes a sample that grow in chunks."""
+"""Samples of one channel in time order, in arrays of 16 bytes per sample that grow in chunks."""
 
 import math
 from collections import deque
@@ -12,7 +12,7 @@ from hornbill.units import Instant
 
 FIRST_CHUNK: Final = 64
 LARGEST_CHUNK: Final = 1024
-"""Samples a chunk: small ones first, so that a channel that is read once a minute takes little."""
+"""Samples per chunk: small chunks first, so that a channel read once a minute takes little memory."""
 
 Floats = NDArray[np.float64]
 
@@ -22,17 +22,17 @@ Floats = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True)
 class SampleColumns:
-    """Samples of one channel, in pieces of (times, values) that follow each other; NaN is a gap."""
+    """Samples of one channel, in consecutive pieces of (times, values). NaN is a gap."""
 
     pieces: tuple[tuple[Floats, Floats], ...] = ()
 
     @property
     def count(self) -> int:
-        """How many samples."""
+        """Number of samples."""
         return sum(len(times) for times, _ in self.pieces)
 
     def joined(self) -> tuple[Floats, Floats]:
-        """All pieces in one."""
+        """All pieces joined."""
         if not self.pieces:
             return np.empty(0), np.empty(0)
         return np.concatenate([t for t, _ in self.pieces]), np.concatenate([v for _, v in self.pieces])
@@ -54,7 +54,7 @@ class _Chunk:
 
 
 class SampleRing:
-    """Samples of one channel. A late one (its frame waited elsewhere) takes its place in the order of time."""
+    """Samples of one channel. A late sample (its frame was delayed) is inserted in time order."""
 
     def __init__(self) -> None:
         self._chunks: deque[_Chunk] = deque()
@@ -63,7 +63,7 @@ class SampleRing:
         self.last_interval = 0.0
 
     def append(self, t: Instant, v: float) -> int:
-        """Add a sample; NaN is a gap. The answer is how many bytes more it takes now."""
+        """Add a sample; NaN is a gap. Returns the bytes allocated."""
         grown = 0
         if not self._chunks or self._chunks[-1].length == self._chunks[-1].rows.shape[1]:
             chunk = _Chunk(min(LARGEST_CHUNK, FIRST_CHUNK << min(len(self._chunks), 4)))
@@ -83,8 +83,7 @@ class SampleRing:
         return grown
 
     def _insert(self, chunk: _Chunk, t: Instant, v: float) -> None:
-        """Among the newest chunk's; one that is older than all of them goes first there, and is no older than what
-        the chunk before it ends with."""
+        """Insert into the newest chunk. An older sample goes first, at a time not before the previous chunk's end."""
         place = int(np.searchsorted(chunk.rows[0, : chunk.length], t, side="right"))
         if place == 0 and len(self._chunks) > 1:
             t = max(t, self._chunks[-2].last_t)
@@ -93,7 +92,7 @@ class SampleRing:
         chunk.length += 1
 
     def window(self, since: Instant, until: Instant | None = None) -> SampleColumns:
-        """Samples from `since` to `until`, both inclusive. Later changes of the ring are not seen in them."""
+        """Samples from `since` to `until`, both inclusive. Not affected by later changes of the ring."""
         pieces: list[tuple[Floats, Floats]] = []
         newest = self._chunks[-1] if self._chunks else None
         for chunk in self._chunks:
@@ -112,15 +111,15 @@ class SampleRing:
 
     @property
     def oldest_end(self) -> Instant:
-        """The time of the last sample of the oldest chunk that can be dropped; infinite when there is none."""
+        """Time of the last sample of the oldest chunk that can be dropped; infinite if there is none."""
         return self._chunks[0].last_t if len(self._chunks) > 1 else math.inf
 
     def drop_oldest(self) -> int:
-        """Drop the oldest chunk, never the one being written. The answer is the bytes that are free now."""
+        """Drop the oldest chunk, never the one being written. Returns the bytes freed."""
         return self._chunks.popleft().rows.nbytes if len(self._chunks) > 1 else 0
 
     def drop_before(self, t: Instant) -> int:
-        """Drop the chunks that are wholly older. The answer is the bytes that are free now."""
+        """Drop chunks that end before `t`. Returns the bytes freed."""
         freed = 0
         while self.oldest_end < t:
             freed += self.drop_oldest()

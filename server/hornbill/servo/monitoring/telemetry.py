@@ -1,4 +1,4 @@
-"""The last minutes of every channel of every servo, with what is to be known of a sample marked."""
+"""Telemetry: the last minutes of every channel of every servo, with marks for gaps, wraps and restarts."""
 
 from collections import deque
 from collections.abc import Callable, Iterable
@@ -13,18 +13,18 @@ from hornbill.servo.runtime.timebase import TimeBase
 from hornbill.units import Instant, Uid
 
 MINUTES = 10.0
-"""How much of a channel is kept, unless set otherwise."""
+"""Default retention of a channel, minutes."""
 
 MAX_BYTES = 128_000_000
-"""All rings together; beyond it the oldest samples go first, whosever they are. A full bus brings about 2000 samples
-a second: ten minutes of that take 20 MB."""
+"""Limit of all rings together, above which the oldest samples of any servo are dropped. A full bus produces about 2000
+samples per second: ten minutes take 20 MB."""
 
 SILENCE_S = 5.0
-"""A channel that said nothing for so long, and for three times its last interval, had a gap."""
+"""A channel without samples for this time, and for three times its last interval, has a gap."""
 
 WRAP_DEG = 180.0
 WRAP_WITHIN_S = 0.25
-"""Samples so near each other in time cannot be half a turn apart, unless the angle wrapped at ±180 degrees (4.17)."""
+"""Samples this close in time cannot be half a turn apart unless the angle wrapped at ±180° (4.17)."""
 
 RATE_OVER_S = 5.0
 MAX_MARKS = 1000
@@ -49,9 +49,9 @@ class _Presence:
 
 
 class TelemetryCollector:
-    """Collects samples from the hub. Nothing is ever interpolated: a gap is a sample of None, told to everybody.
+    """Collects samples from the hub. Never interpolates: a gap is a published sample of None.
 
-    Times are seconds on the server's clock; TimeBase says how it relates to UTC.
+    Times are seconds on the server's clock; see TimeBase for UTC.
     """
 
     def __init__(
@@ -63,7 +63,7 @@ class TelemetryCollector:
         minutes: float = MINUTES,
         max_bytes: int = MAX_BYTES,
     ) -> None:
-        """`find` gives the servo of a uid; `minutes` of every channel are kept, in at most `max_bytes`."""
+        """`find` returns the servo with a UID. Retains `minutes` of every channel in at most `max_bytes`."""
         self.retention_s = minutes * 60
         self._most_bytes = max_bytes
         self._hub = hub
@@ -80,46 +80,44 @@ class TelemetryCollector:
 
     @property
     def bytes(self) -> int:
-        """What the rings of all channels take now."""
+        """Memory used by the rings of all channels, bytes."""
         return self._bytes
 
     def set_aside(self) -> None:
-        """Begin with nothing, for the samples of a recording, which were not taken now; twice is harmless."""
+        """Set live samples aside and start empty, for a recording. Idempotent."""
         if self._set_aside is None:
             self._set_aside = self._channels, self._presence, self._bytes
             self._channels, self._presence, self._bytes = {}, {}, 0
 
     def restore(self) -> None:
-        """Have again what was set aside, and forget what came since. Without it nothing happens."""
+        """Restore the live samples and discard those collected since. No effect if none were set aside."""
         if self._set_aside is not None:
             (self._channels, self._presence, self._bytes), self._set_aside = self._set_aside, None
 
     def channels(self, uid: Uid) -> Iterable[str]:
-        """Keys of which there are samples of this servo."""
+        """Keys of this servo that have samples."""
         return list(self._channels.get(uid, ()))
 
     def window(
         self, uid: Uid, key: str, since: Instant, until: Instant | None = None
     ) -> tuple[list[Instant], list[float | None]]:
-        """Times and values of one channel from an instant on, to another one inclusive; None is a gap or inactive."""
+        """Times and values of one channel from `since` to `until`, inclusive. None is a gap or inactive."""
         times, values = self.columns(uid, key, since, until).joined()
-        # NaN is the one value that is not itself
+        # NaN is not equal to itself
         return times.tolist(), [value if value == value else None for value in values.tolist()]
 
     def columns(self, uid: Uid, key: str, since: Instant, until: Instant | None = None) -> SampleColumns:
-        """The same as arrays, in pieces and without copying: what comes or goes later changes nothing in them."""
+        """The same as arrays, in pieces and mostly without copying. Not affected by later samples."""
         channel = self._channels.get(uid, {}).get(key)
         return NO_SAMPLES if channel is None else channel.ring.window(since, until)
 
     def marks(self, uid: Uid, key: str, since: Instant) -> list[Mark]:
-        """What is to be known of a channel since an instant: the angle wrapped, a command became inactive, nothing
-        was last_at, the servo started anew. The newest thousand.
-        """
+        """Marks of a channel since an instant: angle wrapped, command inactive, gap, restart. The newest 1000."""
         channel = self._channels.get(uid, {}).get(key)
         return [] if channel is None else [mark for mark in channel.marks if mark[0] >= since]
 
     def measured(self, uid: Uid, key: str) -> tuple[float, float | None]:
-        """Samples a second that really came over the last five, and the age in seconds of the last (None: never)."""
+        """Measured samples per second over the last 5 s, and the age of the last sample, s (None: never)."""
         channel, now = self._channels.get(uid, {}).get(key), self._base.now()
         if channel is None:
             return 0.0, None
@@ -182,7 +180,7 @@ class TelemetryCollector:
                 self._gaps(uid, "gap")
 
     def _gaps(self, uid: Uid, why: Literal["gap", "restart"]) -> None:
-        """Whatever is drawn of a servo breaks here."""
+        """Add a gap to all channels of a servo."""
         now = self._base.now()
         for key, channel in list(self._channels.get(uid, {}).items()):
             if why == "restart" or channel.ring.last_v == channel.ring.last_v:
@@ -197,11 +195,11 @@ class TelemetryCollector:
             self._publishing_gap = False
 
     def _drop_oldest(self) -> None:
-        """Let the oldest samples of all go, whosever they are."""
+        """Drop the oldest samples of any servo until within the limit."""
         rings = [one.ring for one in chain.from_iterable(each.values() for each in self._channels.values())]
         while self._bytes > self._most_bytes:
             oldest = min(rings, key=lambda ring: ring.oldest_end)
             freed = oldest.drop_oldest()
             if not freed:
-                return  # every channel is down to what it is writing
+                return  # every channel has only the chunk being written
             self._bytes -= freed

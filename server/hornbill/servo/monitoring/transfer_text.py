@@ -1,4 +1,4 @@
-"""The sentence about one transfer, with the names, units and choices of the parameter tables."""
+"""Description of a transfer in one sentence, with names, units and choices from the parameter tables."""
 
 import math
 import re
@@ -22,19 +22,19 @@ from hornbill.wire.types import AnyStructure, decode
 _REGISTER: Final = re.compile(r"0x[0-9A-Fa-f]{2}", re.ASCII)
 _DEGREES_PER_UNITLESS: Final = 180.0
 _MAX_OPEN: Final = 1024
-"""Requests whose answers are waited for; a bus where more go unanswered is not told of the oldest."""
+"""Limit of requests without a response yet. Beyond it, the oldest are dropped."""
 
 
 @dataclass(frozen=True, slots=True)
 class MatchedRequest:
-    """The request an answer belongs to, and how many seconds it took."""
+    """Request of a response, and the response time, s."""
 
     request: Transfer
     took_s: float
 
 
 class TableNames(Names):
-    """What the catalogue knows of every servo, and the host of those it has met."""
+    """Names from the catalogue, and from the servos known to the host."""
 
     def __init__(self, catalog: Catalog, servos: Callable[[], Iterable[Servo]]) -> None:
         self._catalog = catalog
@@ -49,7 +49,7 @@ class TableNames(Names):
         return "" if row is None else row.key
 
     def value(self, node: int, name: str, raw: Raw) -> str:
-        """As a page shows it: "60.0°", "Off", "inactive"; of a fault register the bits that are set."""
+        """As shown on the page: "60.0°", "Off", "inactive"; for a fault register, its set bits."""
         row = self._row(name)
         if row is None:
             return ""
@@ -62,13 +62,13 @@ class TableNames(Names):
         return to_text(row, raw, values)
 
     def position(self, node: int, position: float) -> str:
-        """In degrees from a servo whose unit is known; what others mean by it is not."""
+        """In degrees for a servo whose position unit is known."""
         servo = self._on(node)
         angle = None if servo is None or not math.isfinite(position) else servo.position_unit.shown(position)
         return super().position(node, position) if angle is None else _degrees(angle)
 
     def command(self, command: ActuatorCommand) -> str:
-        """In the units of table 2-21 for a servo the host has met."""
+        """In the units of table 2-21 for a known servo."""
         value, kind = command.command_value, command.command_type
         servo = next((servo for servo in self._servos() if servo.servo_id == command.actuator_id), None)
         if servo is None or not math.isfinite(value):
@@ -94,19 +94,19 @@ class TableNames(Names):
 
 
 class TransferText:
-    """Tells transfers one after the other, and remembers requests so that it can tell what an answer answers."""
+    """Describes transfers in order, and matches responses with their requests."""
 
     def __init__(self, catalog: Catalog, servos: Callable[[], Iterable[Servo]] = tuple) -> None:
-        """`servos` are those the host has met; none, for a file."""
+        """`servos` returns the servos known to the host; none for a file."""
         self._names = TableNames(catalog, servos)
         self._open: dict[tuple[int, int, int, int], Transfer] = {}
 
     def follow(self, transfer: Transfer) -> MatchedRequest | None:
-        """Take the next transfer of the bus, in order; for an answer, what it answers."""
+        """Process the next transfer, in bus order. For a response, returns its request."""
         kind, type_id, source, destination, _, transfer_id, _, at = transfer
         if kind is Kind.REQUEST:
             key = (destination, source, type_id, transfer_id)
-            self._open.pop(key, None)  # so that it stands last
+            self._open.pop(key, None)  # re-insert it as the newest
             if len(self._open) >= _MAX_OPEN:
                 del self._open[next(iter(self._open))]
             self._open[key] = transfer
@@ -119,7 +119,7 @@ class TransferText:
     def describe(
         self, transfer: Transfer, structure: AnyStructure | None, matched: MatchedRequest | None = None
     ) -> str:
-        """The sentence, and of an answer whether the node does as asked and how long it took. Never raises."""
+        """Description; for a response, also whether the value is as requested, and the response time. Never raises."""
         text = sentence(transfer, structure, self._names)
         if matched is None:
             return text
@@ -130,10 +130,10 @@ class TransferText:
 
 
 def _compared(wanted: Value, held: Value) -> str:
-    """What became of a write: a servo may hold something else than it was asked to."""
+    """Result of a write: the servo may have set another value than requested."""
     if ValueKind.EMPTY in (wanted.kind, held.kind):
         return ""
-    return ", as asked" if wanted == held else f", asked for {printable(str(wanted.value))}".replace("-", "−")
+    return ", as requested" if wanted == held else f", requested {printable(str(wanted.value))}".replace("-", "−")
 
 
 def _degrees(value: float) -> str:

@@ -33,7 +33,7 @@ class TemporaryValues:
         if before == raw:
             return
         self._rows.append((row, before))  # before the write: one that is not answered may have arrived
-        self._servo.temporary_values[key] = before
+        self._servo.overridden[key] = before
         held = await self._requests.write(self._servo, row, raw, _RESTORE)
         if held != raw:
             raise UnexpectedResult(
@@ -61,7 +61,7 @@ class TemporaryValues:
             except HornbillError:
                 held = None
             self._rows.pop()
-            self._servo.temporary_values.pop(row.key, None)
+            self._servo.overridden.pop(row.key, None)
             if held != before:
                 failed.append((row, before))
         if self._servo.boot_count != self._boot_count:
@@ -69,5 +69,5 @@ class TemporaryValues:
             return []
         self._rows = failed[::-1] + self._rows
         for row, _ in self._rows:
-            self._servo.temporary_values.pop(row.key, None)  # what is left behind is to be seen
+            self._servo.overridden.pop(row.key, None)  # what is left behind is to be seen
         return [row.key for row, _ in self._rows]

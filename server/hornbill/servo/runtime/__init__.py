@@ -1,1 +1,1 @@
-"""Event hub, jobs, audit and time base: what every chapter uses."""
+"""Event hub, jobs, leases, audit and time base, shared by the servo layer."""

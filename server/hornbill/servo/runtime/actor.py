@@ -1,31 +1,31 @@
-"""Who acts in what is being done now: the name of the token a request came with, for audit and leases."""
+"""Actor of the current task: the name of the token the request came with, for audit and leases."""
 
 from contextvars import ContextVar
 from typing import Final
 
 SEPARATOR: Final = " · "
-LONGEST: Final = 80
-"""Characters of a name in the audit."""
+MAX_LENGTH: Final = 80
+"""Length limit of a name in the audit, characters."""
 
 _name: ContextVar[str | None] = ContextVar("hornbill_acting", default=None)
 
 
 def act_as(name: str | None) -> None:
-    """From here on, in this task and those it starts, `name` acts; None where nobody had to say who they are."""
+    """Set the actor for this task and the tasks it starts. None if no token is required."""
     _name.set(name)
 
 
 def acting() -> str | None:
-    """The name of the token that acts, or None."""
+    """Token name of the current actor, or None."""
     return _name.get()
 
 
-def signed(said: str) -> str:
-    """What somebody calls themselves, after the name that was proved: nobody can pass for somebody else.
+def signed(claimed: str) -> str:
+    """The name a client claims, prefixed with its token name, so that no client can pose as another.
 
-    A page that knows its token's name says it itself; it is not said twice.
+    A claimed name that already starts with the token name is not prefixed again.
     """
     name = _name.get()
-    if name is None or said == name or said.startswith(name + SEPARATOR):
-        return said[:LONGEST]
-    return f"{name}{SEPARATOR}{said}"[:LONGEST] if said else name
+    if name is None or claimed == name or claimed.startswith(name + SEPARATOR):
+        return claimed[:MAX_LENGTH]
+    return f"{name}{SEPARATOR}{claimed}"[:MAX_LENGTH] if claimed else name

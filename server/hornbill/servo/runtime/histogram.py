@@ -1,4 +1,4 @@
-"""What the servo layer counts for as long as the process lives, for whoever watches it."""
+"""Counters and histograms of the servo layer for metrics, since the start of the process."""
 
 from bisect import bisect_left
 from collections import Counter
@@ -8,23 +8,23 @@ from hornbill.servo.runtime.hub import Hub, JobChanged, LogEvent
 
 
 class Histogram:
-    """How often durations fell between fixed bounds: a histogram that costs a microsecond a duration."""
+    """Histogram of durations with fixed bounds. Adding a duration takes about 1 µs."""
 
     __slots__ = ("bounds", "counts", "total_s")
 
     def __init__(self, bounds: Sequence[float]) -> None:
-        """`bounds` in seconds, rising; a duration counts to the first bound it does not exceed."""
+        """`bounds` in seconds, ascending; a duration counts towards the first bound it does not exceed."""
         self.bounds = bounds
         self.counts = [0] * (len(bounds) + 1)
         self.total_s = 0.0
 
     def add(self, took_s: float) -> None:
-        """One more, in seconds."""
+        """Add a duration, s."""
         self.counts[bisect_left(self.bounds, took_s)] += 1
         self.total_s += took_s
 
-    def rising(self) -> list[tuple[str, float]]:
-        """Upper bound and how many were within it, as Prometheus wants its buckets: the last is all of them."""
+    def cumulative(self) -> list[tuple[str, float]]:
+        """Upper bound and cumulative count of each bucket, as Prometheus expects. The last bucket counts all."""
         found: list[tuple[str, float]] = []
         seen = 0
         for bound, count in zip((*map(str, self.bounds), "+Inf"), self.counts, strict=True):
@@ -34,7 +34,7 @@ class Histogram:
 
 
 class Counts:
-    """Counts what the hub tells."""
+    """Counters of published events and jobs."""
 
     def __init__(self, hub: Hub) -> None:
         self.events: Counter[tuple[str, str]] = Counter()

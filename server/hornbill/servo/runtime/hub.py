@@ -85,7 +85,7 @@ class NodeSuspected:
 
 @dataclass(frozen=True, slots=True)
 class StopPressed:
-    """Stop is about to write torque off. Before they return, subscribers cancel anything that could energise a servo."""
+    """Stop is about to write torque off. Before returning, subscribers cancel anything that could energise a servo."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,4 +1,4 @@
-"""Things that take time, with visible steps, evidence and one ending, kept beyond the process."""
+"""Jobs: long-running work with visible steps, evidence and one result, stored across restarts of the server."""
 
 import asyncio
 import logging
@@ -10,14 +10,14 @@ from typing import TypeAlias
 from hornbill.errors import Busy, HornbillError, Interrupted, Unknown
 from hornbill.servo.runtime import steps as document
 from hornbill.servo.runtime.steps import Evidence, Step
-from hornbill.store.jobs import KEPT, StoredJob, StoredJobs
+from hornbill.store.jobs import MAX_ROWS, StoredJob, StoredJobs
 from hornbill.store.tables import Json
 from hornbill.units import Uid
 
 log = logging.getLogger(__name__)
 
-NOT_KNOWN = "the server ended here: whether the servo acted is not known"
-"""Evidence of a step that was running when the server ended."""
+OUTCOME_UNKNOWN = "the server exited during this step, so its outcome is unknown"
+"""Evidence of a step that was running when the server exited."""
 
 Work: TypeAlias = "Callable[[RunningJob], Awaitable[dict[str, object]]]"
 Resumer: TypeAlias = "Callable[[RunningJob], Work]"
@@ -27,8 +27,8 @@ Resumer: TypeAlias = "Callable[[RunningJob], Work]"
 class RunningJob:
     """`state`: queued, running, succeeded, failed or cancelled. `error` is the problem that ended it.
 
-    `request` is what it takes to go on with it in another process, None if that cannot be. `lease_id` is the lease
-    of who resumed it; it is not kept.
+    `request` is what another process needs to resume it, None if it cannot be resumed. `lease_id` is the lease of the
+    client that resumed it; it is not stored.
     """
 
     id: str
@@ -54,42 +54,42 @@ class RunningJob:
 
     @property
     def progress(self) -> float:
-        """Share of the steps that are behind us, 0..1."""
-        behind = sum(step.state in ("done", "skipped") for step in self.steps)
-        return behind / len(self.steps) if self.steps else 1.0
+        """Share of completed or skipped steps, 0..1."""
+        completed = sum(step.state in ("done", "skipped") for step in self.steps)
+        return completed / len(self.steps) if self.steps else 1.0
 
     @property
     def ended(self) -> bool:
-        """Whether the job has come to its one ending."""
+        """Whether the job has ended, with any outcome."""
         return self.ended_at is not None
 
     @property
     def resumable(self) -> bool:
-        """Whether `Jobs.resume` can go on with it."""
+        """Whether `Jobs.resume` can continue it."""
         return self.state in ("failed", "cancelled") and self.request is not None and self.kind in self.resumers
 
     def begin(self, name: str) -> None:
-        """Start a step; the one before it must have ended."""
+        """Start a step. The previous step must have ended."""
         step = self._find(name)
         step.state, step.started_at = "running", self.clock()
         self.on_change(self)
 
     def done(self, name: str, evidence: Evidence | None = None) -> None:
-        """End a step well."""
+        """Complete a step."""
         step = self._find(name)
         step.state, step.ended_at = "done", self.clock()
         step.observe(evidence)
         self.on_change(self)
 
     def fail(self, name: str, why: Evidence) -> None:
-        """End a step that did not do what it was for, while the job goes on."""
+        """End a step as failed while the job continues."""
         step = self._find(name)
         step.state, step.ended_at = "failed", self.clock()
         step.observe(why)
         self.on_change(self)
 
     def skip(self, name: str, why: Evidence) -> None:
-        """Leave a step out, with the reason as its evidence."""
+        """Skip a step, with the reason as its evidence."""
         step = self._find(name)
         step.state = "skipped"
         step.observe(why)
@@ -100,52 +100,52 @@ class RunningJob:
 
 
 class Jobs:
-    """Runs jobs on the event loop. How each stands is in the store after every step; a store that fails stops none."""
+    """Runs jobs on the event loop. Their progress is stored after every step; a store failure does not stop a job."""
 
     def __init__(
         self,
         on_change: Callable[[RunningJob], None],
         clock: Callable[[], float],
-        kept: StoredJobs,
+        stored: StoredJobs,
         resumers: Mapping[str, Resumer] | None = None,
     ) -> None:
-        """`clock` gives seconds since 1970 (UTC). Jobs the last server did not end are failed now, and not resumed.
+        """`clock` returns seconds since 1970 (UTC). Unfinished jobs of the previous server fail now and do not resume.
 
-        `resumers`, by kind: makes the work that goes on with a job of it, from its request and the states of its steps.
-        It may refuse with a HornbillError, before anything has changed. Work it makes must ask the servo what a step
-        that is "waiting" may have done already.
+        `resumers`, by kind: creates the work that resumes a job, from its request and the states of its steps. It may
+        refuse with a HornbillError before anything has changed. The work must check on the servo what a "waiting" step
+        may already have done.
         """
         self._on_change = on_change
         self._clock = clock
-        self._kept = kept
-        self._keeping = True
+        self._stored = stored
+        self._store_works = True
         self._closing = False
         self.resumers = dict(resumers or {})
         self._jobs: dict[str, RunningJob] = {}
-        self._recall()
+        self._restore()
 
     def all(self) -> list[RunningJob]:
-        """Newest last."""
+        """All jobs, newest last."""
         return list(self._jobs.values())
 
     def get(self, job_id: str) -> RunningJob:
-        """The job of that id. Raises Unknown(unknown_job)."""
+        """The job with this ID. Raises Unknown(unknown_job)."""
         try:
             return self._jobs[job_id]
         except KeyError:
             raise Unknown("unknown_job", f"There is no job {job_id!r}.", cause="job_not_found", job=job_id) from None
 
     def running(self, uid: Uid) -> RunningJob | None:
-        """The job under way on this servo."""
+        """The running job on this servo, if any."""
         return next((job for job in self._jobs.values() if job.uid == uid and not job.ended), None)
 
     def check_apart(self, uids: Collection[Uid]) -> None:
-        """Raises Busy while a job over several servos is under way that has one of these among them."""
+        """Raises Busy while a job on several servos, one of these among them, is running."""
         for job in self._jobs.values():
             both = next((step.uid for step in job.steps if step.uid is not None and step.uid in uids), None)
             if both is not None and not job.ended:
                 raise Busy(
-                    f"A {job.kind} job is under way over servo {both[:8]}, too. Wait for its end.",
+                    f"A {job.kind} job that includes servo {both[:8]} is running. Wait until it ends.",
                     job=job.id,
                     cause="job_running",
                     kind=job.kind,
@@ -154,7 +154,7 @@ class Jobs:
     def start(
         self, kind: str, uid: Uid | None, steps: list[Step], work: Work, request: Mapping[str, Json] | None = None
     ) -> RunningJob:
-        """Run `work(job)`; what it answers is the result, a HornbillError it raises is the job's error.
+        """Run `work(job)`. Its return value is the job's result; a HornbillError it raises is the job's error.
 
         With a `request` it can be resumed, also by another process, if its kind has a resumer.
         """
@@ -163,17 +163,17 @@ class Jobs:
             clock=self._clock, on_change=self._changed, request=request, resumers=self.resumers,
         )  # fmt: skip
         self._jobs[job.id] = job
-        for old in [known.id for known in self._jobs.values() if known.ended][:-KEPT]:
+        for old in [known.id for known in self._jobs.values() if known.ended][:-MAX_ROWS]:
             del self._jobs[old]
-        self._keep(job)
+        self._store(job)
         job.task = asyncio.get_running_loop().create_task(self._run(job, work))
         return job
 
     def resume(self, job_id: str, lease_id: str | None = None) -> RunningJob:
-        """Go on with a job that failed, was cancelled or was cut off: the same job, with its done steps behind it.
+        """Resume a job that failed, was cancelled or was interrupted. Completed steps are not repeated.
 
-        Steps that are neither done nor skipped wait again. `lease_id` is for the work to use. Raises Unknown
-        (unknown_job), Busy when it cannot be resumed (now), and what its resumer refuses with.
+        Steps that are neither done nor skipped become "waiting". `lease_id` is for the work to use. Raises Unknown
+        (unknown_job), Busy if it cannot be resumed (now), and whatever its resumer raises.
         """
         job = self.get(job_id)
         if not job.resumable:
@@ -187,7 +187,7 @@ class Jobs:
         other = None if job.uid is None else self.running(job.uid)
         if other is not None:
             raise Busy(
-                f"A {other.kind} job is under way on this servo. Wait for its end, then resume.",
+                f"A {other.kind} job is running on this servo. Wait until it ends, then resume.",
                 job=other.id,
                 cause="job_running",
                 kind=other.kind,
@@ -214,24 +214,24 @@ class Jobs:
             job.result = await work(job)
             job.state = "succeeded"
         except asyncio.CancelledError:
-            self._cut_off(job)
+            self._on_cancelled(job)
         except HornbillError as error:
             job.state, job.error = "failed", error
-        except Exception as error:  # a defect of ours must end the job visibly, not leave it running for ever
+        except Exception as error:  # a bug must end the job visibly, not leave it running forever
             log.exception("the %s job %s failed", job.kind, job.id)
-            text = f"hornbill itself failed: {error!r}. Report this."
+            text = f"Internal error in hornbill: {error!r}. Report it."
             job.state, job.error = "failed", HornbillError(text, cause="internal_error", error=repr(error))
         finally:
             self._end(job)
 
     async def wait(self, job: RunningJob) -> RunningJob:
-        """Answer when the job has ended, however it ended."""
+        """Wait until the job has ended, with any outcome."""
         if job.task is not None:
             await asyncio.wait([job.task])
         return job
 
     async def succeeded(self, child: RunningJob, cancelled: HornbillError) -> None:
-        """Wait for a job that is a part of another. Raises what it failed with, or `cancelled`."""
+        """Wait for a job that is part of another. Raises its error, or `cancelled` if it was cancelled."""
         await self.wait(child)
         if child.error is not None:
             raise child.error
@@ -239,22 +239,22 @@ class Jobs:
             raise cancelled
 
     async def cancel(self, job_id: str) -> RunningJob:
-        """Cancel a job that is under way; one that has ended stays as it is."""
+        """Cancel a running job. A job that has ended does not change."""
         job = self.get(job_id)
         if job.task is not None and not job.ended:
-            if job.state == "queued":  # what was set aside for it when it was started is given back by its work alone
+            if job.state == "queued":  # resources reserved for it at its start are released only by its work
                 await asyncio.sleep(0)
             job.task.cancel()
             await asyncio.wait([job.task])
         return job
 
     async def close(self) -> None:
-        """End everything under way: whoever asked for it did not cancel it, so it failed, Interrupted."""
+        """End all running jobs. No client cancelled them, so they fail as Interrupted."""
         self._closing = True
         for job in self.all():
             await self.cancel(job.id)
 
-    def _cut_off(self, job: RunningJob) -> None:
+    def _on_cancelled(self, job: RunningJob) -> None:
         if self._closing:
             job.state, job.error = "failed", _interrupted(job)
         else:
@@ -266,33 +266,33 @@ class Jobs:
             if step.state == "running":
                 step.state, step.ended_at = "failed", job.ended_at
                 if isinstance(job.error, Interrupted):
-                    step.observe(Evidence("interrupted", NOT_KNOWN))
+                    step.observe(Evidence("interrupted", OUTCOME_UNKNOWN))
         self._changed(job)
 
     def _changed(self, job: RunningJob) -> None:
-        self._keep(job)
+        self._store(job)
         self._on_change(job)
 
-    def _keep(self, job: RunningJob) -> None:
+    def _store(self, job: RunningJob) -> None:
         try:
-            self._kept.put(
+            self._stored.put(
                 StoredJob(
                     job.id, job.kind, job.uid, job.state, job.created_at, job.ended_at, job.request,
                     document.write(job.steps, job.result, job.error),
                 )
             )  # fmt: skip
-            self._keeping = True
-        except Exception:  # a full disk must not end a save half way
-            if self._keeping:
-                self._keeping = False
-                log.exception("jobs cannot be kept; the %s job %s goes on", job.kind, job.id)
+            self._store_works = True
+        except Exception:  # a full disk must not interrupt a save
+            if self._store_works:
+                self._store_works = False
+                log.exception("jobs cannot be stored; the %s job %s continues", job.kind, job.id)
 
-    def _recall(self) -> None:
-        for one in self._kept.all():
+    def _restore(self) -> None:
+        for one in self._stored.all():
             try:
                 steps, result, error = document.read(one.document)
-            except Exception:  # a row that cannot be read must not keep the server from starting
-                log.exception("the kept %s job %s cannot be read", one.kind, one.id)
+            except Exception:  # an unreadable row must not prevent the server from starting
+                log.exception("the stored %s job %s cannot be read", one.kind, one.id)
                 continue
             job = RunningJob(
                 one.id, one.kind, one.uid, steps, one.created_at, self._clock, self._changed, one.state, result, error,
@@ -306,7 +306,7 @@ class Jobs:
 
 
 def _begin_next(job: RunningJob) -> None:
-    """Take the step after the last one done for begun: that it began may not have reached the database."""
+    """Treat the step after the last completed one as started: its start may not have reached the database."""
     if job.state == "running" and all(step.state != "running" for step in job.steps):
         step = next((one for one in job.steps if one.state == "waiting"), None)
         if step is not None:
@@ -314,13 +314,13 @@ def _begin_next(job: RunningJob) -> None:
 
 
 def _interrupted(job: RunningJob) -> Interrupted:
-    """What is known of a job the server's end cut off, without a claim about the step it was in."""
+    """The error of a job interrupted by the server's exit. Makes no claim about the step it was in."""
     done = [_titled(step) for step in job.steps if step.state in ("done", "skipped")]
     begun = [_titled(step) for step in job.steps if step.state == "running"]
-    text = f"The server ended while this was under way. Done: {', '.join(done) or 'nothing'}. "
+    text = f"The server exited while this job was running. Completed: {', '.join(done) or 'no step'}. "
     if begun:
-        text += f"Begun, and whether the servo acted is not known: {', '.join(begun)}. "
-    return Interrupted(text + "What is not done was not begun.", cause="server_exited")
+        text += f"Started, outcome unknown: {', '.join(begun)}. "
+    return Interrupted(text + "The remaining steps were not started.", cause="server_exited")
 
 
 def _titled(step: Step) -> str:
@@ -329,7 +329,7 @@ def _titled(step: Step) -> str:
 
 def _why_not(job: RunningJob) -> str:
     if not job.ended:
-        return "it is under way."
+        return "it is running."
     if job.state == "succeeded":
-        return "it has succeeded."
-    return "this kind is started anew instead."
+        return "it succeeded."
+    return "jobs of this kind cannot be resumed. Start a new one."

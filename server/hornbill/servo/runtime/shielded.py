@@ -1,4 +1,4 @@
-"""Work that comes to its end although whoever waits for it is cancelled."""
+"""Work that completes even if its caller is cancelled."""
 
 import asyncio
 from collections.abc import Coroutine
@@ -8,7 +8,7 @@ T = TypeVar("T")
 
 
 async def shielded(work: Coroutine[Any, Any, T] | asyncio.Task[T]) -> T:
-    """Do it to its end, also when the caller is cancelled meanwhile, once or more often; that is raised after it."""
+    """Complete the work even if the caller is cancelled; the cancellation is raised afterwards."""
     task, cancelled = asyncio.ensure_future(work), None
     while not task.done():
         try:
@@ -17,6 +17,6 @@ async def shielded(work: Coroutine[Any, Any, T] | asyncio.Task[T]) -> T:
             cancelled = error
     if cancelled is not None:
         if not task.cancelled():
-            task.exception()  # looked at, so that nobody is told of it a second time
+            task.exception()  # retrieved, so that asyncio does not log it as never retrieved
         raise cancelled
     return task.result()

@@ -1,4 +1,4 @@
-"""One step of a job; and the document in which the store keeps what a job did and how it ended."""
+"""Step of a job, and the document in which the store keeps its steps, result and error."""
 
 import json
 from collections.abc import Mapping
@@ -15,9 +15,9 @@ from hornbill.units import Uid
 
 @dataclass(frozen=True, slots=True)
 class Evidence:
-    """What a step observed, or why it was skipped or failed: a code with its values, and the same in English.
+    """Observation of a step, or the reason it was skipped or failed: a code with values, and the same in English.
 
-    `ahead`: the end of the text, where it is about what the job has still to do.
+    `ahead`: the end of the text, if it describes remaining work of the job.
     """
 
     code: EvidenceCode
@@ -27,7 +27,7 @@ class Evidence:
 
     @classmethod
     def of(cls, error: HornbillError) -> Self:
-        """A problem as evidence: its code is the value `problem`, its plain facts are the other values."""
+        """A problem as evidence: the value `problem` is its code, the other values are its plain facts."""
         return cls("problem", error.detail, error.note_params)
 
 
@@ -35,8 +35,8 @@ class Evidence:
 class Step:
     """One step of a job. `state`: waiting, running, done, failed or skipped; times are seconds since 1970.
 
-    `uid` and `params["servo"]`: the servo it is about, in a job over several. `ahead`: the end of `evidence`, where it
-    is about what the job has still to do.
+    `uid` and `params["servo"]`: the servo of this step, in a job on several servos. `ahead`: the end of `evidence`, if
+    it describes remaining work of the job.
     """
 
     name: str
@@ -53,7 +53,7 @@ class Step:
 
     @property
     def code(self) -> str:
-        """What it does, by name: its name without the place of its servo."""
+        """Code of the step: its name without the position of its servo."""
         return self.name.partition(" ")[0]
 
     def observe(self, found: Evidence | None) -> None:
@@ -68,7 +68,7 @@ _STEP_FIELDS = tuple(one.name for one in fields(Step))
 
 
 def write(steps: list[Step], result: Mapping[str, object] | None, error: HornbillError | None) -> dict[str, Json]:
-    """The document; what is no JSON in a result or in the facts of an error becomes text."""
+    """The document to store. Values of a result or of an error's facts that are not JSON become text."""
     document = {
         "steps": [{name: getattr(step, name) for name in _STEP_FIELDS} for step in steps],
         "result": result,
@@ -84,18 +84,18 @@ def write(steps: list[Step], result: Mapping[str, object] | None, error: Hornbil
 
 
 def read(document: Mapping[str, Any]) -> tuple[list[Step], dict[str, object] | None, HornbillError | None]:
-    """Steps, result and error of a document. Raises KeyError, TypeError on one that nobody here wrote."""
+    """Steps, result and error of a document. Raises KeyError or TypeError if its format is unknown."""
     return [Step(**step) for step in document["steps"]], document["result"], _error(document["error"])
 
 
-def _error(kept: Mapping[str, Any] | None) -> HornbillError | None:
-    if kept is None:
+def _error(stored: Mapping[str, Any] | None) -> HornbillError | None:
+    if stored is None:
         return None
-    kind = getattr(errors, kept["class"], None)
-    facts = {"cause": None, **kept["facts"]}
+    kind = getattr(errors, stored["class"], None)
+    facts = {"cause": None, **stored["facts"]}
     if not (isinstance(kind, type) and issubclass(kind, HornbillError)):
-        return HornbillError(kept["detail"], **facts)
-    error = kind.__new__(kind)  # past its own __init__: each class may want other arguments
-    HornbillError.__init__(error, kept["detail"], **facts)
-    error.code = kept["code"]
+        return HornbillError(stored["detail"], **facts)
+    error = kind.__new__(kind)  # bypasses __init__, whose arguments differ between classes
+    HornbillError.__init__(error, stored["detail"], **facts)
+    error.code = stored["code"]
     return error

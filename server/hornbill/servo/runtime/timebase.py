@@ -1,4 +1,4 @@
-"""TimeBase: the event loop's monotonic clock, and its offset to UTC."""
+"""Time base: the event loop's monotonic clock and its offset to UTC."""
 
 import time
 from bisect import bisect_right
@@ -9,34 +9,34 @@ from hornbill import clocks
 from hornbill.units import Instant
 
 STEP_S: Final = 0.25
-"""A difference of the clocks above this is a step: the wall clock was set, or the computer was suspended."""
+"""A larger difference of the clocks is a step: the wall clock was set, or the computer was suspended."""
 
-STEPS_KEPT: Final = 100
+MAX_STEPS: Final = 100
 
 
 class TimeBase:
-    """One clock for everything the host stamps. A step of the wall clock reorders no instants: each keeps the offset
-    that was right when it was stamped.
+    """The clock for all timestamps of the host. A step of the wall clock reorders no instants: each one keeps the
+    offset that was valid when it was taken.
     """
 
     def __init__(self, now: Callable[[], Instant], wall: Callable[[], float] = time.time) -> None:
-        """`wall` gives seconds since 1970 UTC."""
+        """`wall` returns seconds since 1970 UTC."""
         self.now = now
         self._wall = wall
         self.utc_offset = clocks.ahead(now, wall)
-        """What to add to an instant of now for seconds since 1970 UTC."""
+        """Add this to a current instant to get seconds since 1970 UTC."""
         self._since: list[Instant] = []
         self._offsets = [self.utc_offset]
 
     def follow(self) -> float:
-        """Take the offset again after a step, and return the step in seconds, else 0. Call it every second."""
+        """Update the offset after a step and return the step, s; 0 if there was none. Call every second."""
         offset = clocks.ahead(self.now, self._wall)
         step = offset - self.utc_offset
         if abs(step) <= STEP_S:
             return 0.0
         self.utc_offset = offset
-        self._since = [*self._since, self.now()][-STEPS_KEPT:]
-        self._offsets = [*self._offsets, offset][-STEPS_KEPT - 1 :]
+        self._since = [*self._since, self.now()][-MAX_STEPS:]
+        self._offsets = [*self._offsets, offset][-MAX_STEPS - 1 :]
         return step
 
     def utc(self, at: Instant) -> float:

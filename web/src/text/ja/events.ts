@@ -1,7 +1,7 @@
 /** What happened, in Japanese, by code: the lines of the event log, and what a recording was written for. tests/contract holds it complete. */
 import type { RefusalCode } from "../../api/types";
 import type { Codes } from "../../bench/codes";
-import type { Facts, Saying } from "../../bench/facts";
+import type { Facts, FactsText } from "../../bench/facts";
 import { notes } from "./notes";
 import { because, LEASE_END, STOP_CAUSE, UNIT, who } from "./said";
 import { table } from "./table";
@@ -40,7 +40,7 @@ export const refusals = {
   pinned_id_in_use: p => `固定されたノードID ${p.node_id}を別のノードが使っています。`,
   all_taken: p =>
     `${p.node_ids}個のノードIDがすべて使用中です。使われていないノードの割り当てを削除してください。`,
-} satisfies Partial<Record<RefusalCode, Saying>>;
+} satisfies Partial<Record<RefusalCode, FactsText>>;
 
 /** Why a recording is written. */
 export const marks = {

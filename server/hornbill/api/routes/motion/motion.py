@@ -1,4 +1,4 @@
-"""The routes that move servos: command, burst and torque, and what there is to say before a command."""
+"""Routes that move servos: command, burst and torque; and cautions before a command."""
 
 import asyncio
 from typing import Annotated, Literal
@@ -25,7 +25,7 @@ routes = Routes("motion")
 
 
 class Command(Model):
-    """A motion command for one servo. Needs a lease."""
+    """Motion command for one servo."""
 
     type: CommandKind = Field(description="Type of the value: angle (°), speed (rpm) or torque (%).")
     value: float = Field(
@@ -39,12 +39,12 @@ class Command(Model):
     dwell_s: float = Field(
         default=0.2, ge=0, le=10, description="Time within the band before the move counts as settled, s."
     )
-    clamp: bool = Field(default=False, description="Move to the nearest legal value instead of refusing.")
+    clamp: bool = Field(default=False, description="Send the nearest valid value instead of refusing.")
     confirm: list[MotionCode] = Field(
         default_factory=list[MotionCode], description="Confirmation codes of earlier `needs_confirmation` problems."
     )
     profile: MotionProfile | None = Field(
-        default=None, description="Speed and acceleration of the move, for angles only. Null: without limits."
+        default=None, description="Speed and acceleration limits of the move, for angles only. Null: none."
     )
     hold: MotionHold | None = Field(
         default=None, description="Time limit for use with a held button, for speed and torque only. Null: none."
@@ -52,7 +52,7 @@ class Command(Model):
 
 
 class Commanded(Model):
-    """Evidence of a command: when it was sent, and with wait=settled, whether and when it came to rest."""
+    """Result of a command: when it was sent and, with `wait` settled, whether and when the horn settled."""
 
     sent_at: Utc
     settled: bool | None = Field(description="The horn settled at the target. Null if not waited for.")
@@ -74,21 +74,21 @@ class Commanded(Model):
     unmet: Literal["band", "dwell", "samples"] | None = Field(
         default=None,
         description=(
-            "with settled false, what was not met at the end: band: the angle is outside the band; dwell: within it, "
-            "not yet for dwell_s; samples: the servo did not job_response when its angle was read"
+            "Condition not fulfilled when `settled` is false. band: the angle is outside the band; dwell: within it, "
+            "but not for `dwell_s`; samples: the servo did not respond to angle reads. Null otherwise."
         ),
     )
     warnings: list[str] = Field(default_factory=list[str], description="Warnings, one sentence each.")
 
 
 class TorqueMode(Model):
-    """Output of the motor; an enum, never a boolean (section 4.13: on 0, off 1, brake 2)."""
+    """Torque mode to set (section 4.13: on 0, off 1, brake 2)."""
 
     mode: Literal["on", "off", "brake"] = Field(description="Torque mode (0x20).")
 
 
 class BurstCommand(Model):
-    """One servo's part of a burst."""
+    """Command of one servo in a burst."""
 
     uid: UidField
     type: CommandKind = Field(description="Type of the value: angle (°), speed (rpm) or torque (%).")
@@ -96,15 +96,15 @@ class BurstCommand(Model):
 
 
 class Burst(Model):
-    """Commands that leave together, in one ArrayCommand for up to 15 servos. Needs a lease."""
+    """Commands sent together, in one ArrayCommand per 15 servos."""
 
     commands: list[BurstCommand] = Field(min_length=1, max_length=60, description="Commands, one per servo.")
-    clamp: bool = Field(default=False, description="Move to the nearest legal value instead of refusing.")
+    clamp: bool = Field(default=False, description="Send the nearest valid values instead of refusing.")
     confirm: MotionConfirms
 
 
 class BurstPart(Model):
-    """What one servo was told: the value it really gets, as a 16-bit float holds it."""
+    """Command sent to one servo."""
 
     uid: UidField
     value: float = Field(description="Sent value as a 16-bit float: angle (°), speed (rpm) or torque (%).")
@@ -112,7 +112,7 @@ class BurstPart(Model):
 
 
 class BurstSent(Model):
-    """A burst that has left. `start_skew_s`: between the first and the last message of it."""
+    """Result of a burst."""
 
     sent_at: Utc
     messages: int = Field(description="Number of ArrayCommand messages sent.")
@@ -130,15 +130,15 @@ MOTION_PROBLEMS = (
 
 @routes.post("/servos/{uid}/command", Role.OPERATE, *MOTION_PROBLEMS)
 async def command_servo(host: TheHost, servo: TheServo, body: Command, lease: LeaseHeader = None) -> Commanded:
-    """Command an angle (degrees), a speed (rpm) or a torque (%), and keep it alive while the lease lives."""
+    """Command an angle (°), speed (rpm) or torque (%). It is kept alive until the lease ends."""
     if body.wait == "settled" and body.type != "angle":
         raise InvalidValue(
-            f'wait "settled" is about angles; a {body.type} command has no end. Use wait "sent".',
+            f'wait "settled" applies to angle commands only, not to {body.type} commands. Use wait "sent".',
             cause="settle_angle_only",
         )
     if body.profile is not None and body.type != "angle":
         raise InvalidValue(
-            f"A profile is for angles; a {body.type} command has no way to go. Leave it out.",
+            f"A profile applies to angle commands only, not to {body.type} commands. Remove it.",
             cause="profile_angle_only",
         )
     host.connected()
@@ -193,7 +193,7 @@ async def get_cautions(
     kind: Annotated[CommandKind, Query(alias="type", description="Angle (°), speed (rpm) or torque (%).")],
     value: Annotated[float, Query(description="Value of the command, in °, rpm or %.", allow_inf_nan=False)],
 ) -> list[Caution]:
-    """What there would be to say before a command, and which words it would need. Reads, and moves nothing."""
+    """Get cautions for a command, and the confirmation codes it would require. Moves nothing."""
     host.connected()
     permission.check_kind(servo, kind)
     await host.motion.freshen(servo, kind)
@@ -203,9 +203,10 @@ async def get_cautions(
 
 @routes.post("/commands", Role.OPERATE, *MOTION_PROBLEMS, "conflict", "position_unit_unconfirmed")
 async def command_servos(host: TheHost, body: Burst, lease: LeaseHeader = None) -> BurstSent:
-    """Command many servos at one instant, up to 15 in a message: all of them, or none and why.
+    """Command several servos simultaneously, up to 15 per message, all or none.
 
-    Nobody answers such a message, and it is never repeated; a servo that missed it is told by its keep-alive.
+    Servos do not acknowledge these messages, and they are not repeated. A servo that missed its message receives the
+    command with the next keep-alive.
     """
     host.connected()
     setpoints = [Setpoint(host.fleet.get(one.uid), one.type, one.value) for one in body.commands]
@@ -225,7 +226,7 @@ async def command_servos(host: TheHost, body: Burst, lease: LeaseHeader = None) 
 
 @routes.post("/servos/{uid}/torque", Role.OPERATE, *MOTION_PROBLEMS)
 async def set_torque(host: TheHost, servo: TheServo, body: TorqueMode, lease: LeaseHeader = None) -> Reading:
-    """Energise the motor where it stands (needs a lease), or take its output away (never does)."""
+    """Set the torque mode. On requires a lease and holds the horn at its current angle; off and brake need no lease."""
     host.connected()
     await host.changes.torque(servo, ON if body.mode == "on" else MODES[body.mode], lease)
     return reading(servo, "torque_mode", host.base)

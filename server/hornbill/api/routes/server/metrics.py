@@ -255,5 +255,5 @@ def _spreads(name: str, samples: Iterable[tuple[Sequence[str], Histogram]]) -> M
     shown = _BY_NAME[f"hornbill_{name}"]
     made = HistogramMetricFamily(shown.name, shown.help, labels=shown.labels)
     for labels, spread in samples:
-        made.add_metric(labels, spread.rising(), spread.total_s)
+        made.add_metric(labels, spread.cumulative(), spread.total_s)
     return made

@@ -1,0 +1,2499 @@
+"""The types of what the API answers. Made from its document by `make generate`."""
+
+from __future__ import annotations
+
+from typing import Any, Literal, TypeAlias, TypedDict
+
+
+class About(TypedDict):
+    """What a recording is of. Times in seconds since 1970 UTC; `utc_offset` turns the writer's own clock into
+    them."""
+
+    bus: RecordedBus | None
+    """Bus that was connected. Null if none was."""
+    ended_at: float
+    """Seconds since 1970 UTC."""
+    format: Literal[1]
+    """Format version of the recording."""
+    frames: int
+    """Number of CAN frames."""
+    incomplete: list[str]
+    """Members that were truncated at their size limit."""
+    marks: list[Mark]
+    """Triggers of the recording."""
+    reason: MarkReason
+    """Type of trigger."""
+    schema_revision: str
+    """Revision of the parameter tables."""
+    servos: list[RecordedServo]
+    """One entry per servo."""
+    started_at: float
+    """Seconds since 1970 UTC."""
+    text: str
+    """One sentence for users."""
+    utc_offset: float
+    """Offset from the writer's clock to seconds since 1970 UTC, s."""
+    version: str
+    """Version of hornbill."""
+
+
+class Activity(TypedDict):
+    """What the motor and horn of a servo do now, told from what is received of it: Status and polled rows. At rest
+    means: the angle command has not changed for 0.6 s."""
+
+    peak_to_peak_deg: float | None
+    """Peak-to-peak angle, °: of the oscillation while hunting, otherwise of the last 0.6 s. Null if unknown."""
+    since: float
+    """Start of this state, seconds since 1970 UTC."""
+    state: Literal[
+        "holding",
+        "moving",
+        "turning",
+        "hunting",
+        "saturated",
+        "soft_start",
+        "released",
+        "held_after_timeout",
+        "off",
+        "brake",
+        "unknown",
+    ]
+    """holding: output on, angle steady within 0.3° for 0.6 s; moving: output on, angle changes; turning: a speed
+    or torque command other than 0 is in force; hunting: at rest, and the angle has swung to and fro by 0.5°
+    or more for at least a second; saturated: at rest, steady, and torque at 90 % or more of what the servo
+    can give; soft_start: on the way to 0° after a start; released: the servo's own time-out (0x26 off,
+    0x27) took the output; held_after_timeout: it holds its last command though nobody commands it any more
+    (0x26 hold); off: output off for any other reason, see `output`; brake: output off, weak brake; unknown:
+    offline, being identified, saved or restarted, output not known, or no angle for 1 s"""
+    torque_limit_pct: float
+    """what the motor can give at rest on that side, %: the lowest of its torque limit (with 0x25 on), the
+    overcurrent limit as a share of its default, and the supply as a share of nominal"""
+    torque_pct: float | None
+    """Torque as last read from 0x0A, %. Null if never read."""
+
+
+class Adapter(TypedDict):
+    """Something a bus can be opened on. `address` is what `PUT /bus` takes."""
+
+    address: str
+    """INTERFACE:CHANNEL, as `PUT /bus` takes it."""
+    baud: int | None
+    """Baud rate of the last use of a serial adapter, bit/s. Null if unknown."""
+    bitrate: int | None
+    """Bit rate, bit/s. Null if unknown."""
+    cause: str | None
+    """Code of `reason` and `remedy`, as of problems. Null if none."""
+    channel: str
+    """Channel of that interface, such as `can0`."""
+    interface: str
+    """python-can interface, such as `socketcan`."""
+    name: str
+    """Display name: product, serial number."""
+    params: Params
+    reason: str | None
+    """Reason why it is unusable, or a peculiarity. Null if none."""
+    remedy: str | None
+    """What to do about it, if possible as a command. Null if nothing."""
+    sample_point: float | None
+    """Sample point, 0 to 1. Null if unknown."""
+    serial_number: str | None
+    """USB serial number"""
+    state: Literal["ready", "connected", "down", "wrong_bitrate", "no_permission", "in_use", "no_driver"]
+    """Availability."""
+    usable: bool
+    """It can be connected now."""
+
+
+class AdapterNote(TypedDict):
+    """Something unusual about an adapter that is used all the same."""
+
+    code: Literal["adapter_silent", "bit_rate_fixed", "baud_unknown", "adapter_echoes", "line_noise", "latency_timer"]
+    """Code for programs. Stable."""
+    params: dict[str, str | int | float]
+    """Values in the text, by name."""
+    text: str
+    """One sentence for users."""
+
+
+class Allocation(TypedDict):
+    """One row of the allocation table."""
+
+    last_seen: float | None
+    """Last contact, seconds since 1970 UTC. Null if unknown."""
+    node_id: int
+    """Node ID, 1 to 127."""
+    online: bool
+    """Received recently."""
+    pinned: bool
+    """Assigned manually and reserved for this node."""
+    uid: str
+    """Unique ID, 32 lower-case hex digits."""
+
+
+class AllocationChange(TypedDict):
+    """A row as it is now, or as it was before it was forgotten."""
+
+    last_seen: float | None
+    """Last contact, seconds since 1970 UTC. Null if unknown."""
+    node_id: int
+    """Node ID, 1 to 127."""
+    note: str
+    """Time at which the change takes effect, one sentence."""
+    note_code: NoteCode
+    """Code of the note."""
+    note_params: Params
+    online: bool
+    """Received recently."""
+    pinned: bool
+    """Assigned manually and reserved for this node."""
+    uid: str
+    """Unique ID, 32 lower-case hex digits."""
+
+
+class Allocations(TypedDict):
+    """The allocation table and who is waiting."""
+
+    allocations: list[Allocation]
+    """Rows of the allocation table, one per node."""
+    free: int
+    """Number of free node IDs."""
+    pending: list[PendingAllocation]
+    """Nodes that request a node ID now."""
+
+
+class AllocatorState(TypedDict):
+    """What the node-id allocator is doing."""
+
+    competing_node_id: int | None
+    """Node ID of a competing allocator on this bus. Null if none."""
+    free: int
+    """Number of free node IDs."""
+    granted: int
+    """Number of node IDs in the table."""
+    mode: AllocatorChoice
+    """Selected mode. force: responds beside another allocator, too."""
+    own_id_shared: bool
+    """another program uses hornbill's node id: unless set to force, hornbill gives no node ids until a minute
+    after its last frame"""
+    pending: int
+    """Number of nodes that request a node ID now."""
+    state: Literal["on", "off", "standby"]
+    """standby: another allocator responds."""
+
+
+class AskedFor(TypedDict):
+    """Somebody asks the holder for motion control; the lease passes when `expires_in_s` is over, unless refused."""
+
+    by: str
+    """Client that requests motion control."""
+    expires_in_s: float
+    """Time until motion control passes unless refused, s."""
+    id: str
+    """ID with which to refuse the request."""
+    reason: str
+    """Reason for the request."""
+
+
+class AuditRow(TypedDict):
+    """Who did what, with what came of it; values in engineering units."""
+
+    action: str
+    """Action, such as `write` or `save`."""
+    after: Any
+    """Value afterwards."""
+    at: float
+    """Seconds since 1970 UTC."""
+    before: Any
+    """Value before."""
+    by: str
+    """Client that did it."""
+    detail: str
+    """Its notes as one text, in English."""
+    id: int
+    """ID, as used in paths."""
+    job: str | None
+    """ID of the job it was part of. Null if none."""
+    key: str | None
+    """Parameter key. Null if the action concerns no row."""
+    notes: list[Note]
+    """Details, each with a code for programs."""
+    outcome: str
+    """Result of the action."""
+    requested: Any
+    """Requested value."""
+    uid: str | None
+    """Unique ID of the servo, 32 hex digits. Null if it concerns none."""
+
+
+class BatchOutcome(TypedDict):
+    """What became of one servo of a batch; `problem` says why it was rejected or rolled back."""
+
+    changes: list[Change]
+    """Changes, row by row."""
+    job: str | None
+    """ID of the save job, with `save`. Null otherwise."""
+    outcome: Literal["applied", "rolled_back", "planned", "rejected", "not_tried"]
+    """rejected: nothing was written; not_tried: an earlier servo ended the batch."""
+    problem: Problem | None
+    """Reason for rejected or rolled_back. Null otherwise."""
+    restart: Forecast | None
+    """Effect of the save on the horn."""
+    revision: str | None
+    """Revision of the values afterwards. Null if nothing was read."""
+    rom_changes: list[RomChange]
+    """Rows that ROM is known to hold differently, and requested rows."""
+    rom_unknown: list[ParameterKey]
+    """Keys of rows that are saved unchanged and whose ROM value is unknown."""
+    uid: str
+    """Unique ID of the servo, 32 hex digits."""
+
+
+class BatchPatched(TypedDict):
+    """Outcomes in the order of the request."""
+
+    servos: list[BatchOutcome]
+    """One entry per servo."""
+
+
+class BatchRead(TypedDict):
+    """Parameters × servos."""
+
+    servos: dict[str, BatchServo]
+    """Results by unique ID."""
+
+
+class BatchServo(TypedDict):
+    """One servo's column of the matrix; `problem` instead of readings where there are none."""
+
+    parameters: dict[str, Reading]
+    """Readings by key."""
+    problem: Problem | None
+    """Reason why there are none. Null otherwise."""
+    revision: str | None
+    """Revision of the values, for If-Match."""
+
+
+class BurstPart(TypedDict):
+    """What one servo was told: the value it really gets, as a 16-bit float holds it."""
+
+    clamped: bool
+    """A limit of the servo was sent instead of the requested value."""
+    uid: str
+    """Unique ID, 32 lower-case hex digits."""
+    value: float
+    """Sent value as a 16-bit float: angle (°), speed (rpm) or torque (%)."""
+
+
+class BurstSent(TypedDict):
+    """A burst that has left. `start_skew_s`: between the first and the last message of it."""
+
+    commands: list[BurstPart]
+    """Command sent to each servo."""
+    messages: int
+    """Number of ArrayCommand messages sent."""
+    sent_at: float
+    """Seconds since 1970 UTC."""
+    start_skew_s: float
+    """Time between its first and last message, s."""
+    warnings: list[str]
+    """Warnings, one sentence each."""
+
+
+class Bus(TypedDict):
+    """The bus as the adapter and the counters show it."""
+
+    address: str | None
+    """INTERFACE:CHANNEL, as `PUT /bus` takes it."""
+    allocator: AllocatorState | None
+    """State of the node ID allocator. Null without a bus."""
+    bitrate: int | None
+    """Bit rate, bit/s. Null if unknown."""
+    bus_offs: int
+    """Number of times the adapter went bus-off."""
+    error_frames: int
+    """Error frames seen on the bus from any node."""
+    errors: int
+    """Error frames, and own frames that could not be sent."""
+    frame_gap_ms: float
+    """Pause between frames of one transfer, ms."""
+    ignored: int
+    """Standard, remote and CAN FD frames, which are not DroneCAN on classic CAN."""
+    limited_by: Literal["can", "serial_line"] | None
+    """The slower of CAN bus and serial line, whose budget limits polling. Null without a bus."""
+    load_cap_pct: float
+    """Load limit of polling, %: the bus budget, or less on a slower serial line."""
+    load_pct: float | None
+    """Bus load, %. Null without a bus."""
+    notes: list[AdapterNote]
+    """Unusual properties of the adapter."""
+    reopened: int
+    """Number of automatic reconnects."""
+    retry_in_s: float | None
+    """Time until the adapter is reopened automatically, s. Null while it works."""
+    rx_dropped: int
+    """RX overruns: received frames that were dropped."""
+    rx_fps: float
+    """Frames received per second."""
+    rx_frames: int
+    """Frames received."""
+    sample_point: float | None
+    """0..1, null where the adapter does not tell"""
+    serial_line: SerialLine | None
+    """Serial line. Null unless the adapter is a serial one."""
+    state: Literal["disconnected", "connecting", "active", "passive", "bus_off", "lost"]
+    """State of the adapter."""
+    trouble: str | None
+    """Problem of the adapter and its remedy. Null while it works."""
+    trouble_code: Literal["nothing_received", "error_passive", "bus_off", "adapter_lost", "recording_over"] | None
+    """Kind of problem, for programs. Null while it works."""
+    trouble_params: Params
+    tx_fps: float
+    """Frames sent per second."""
+    tx_frames: int
+    """Frames sent."""
+    unacknowledged: int
+    """Transmitted frames that no node acknowledged."""
+
+
+class Candidate(TypedDict):
+    """A servo that looks new (servo id 0, no label), and the servo id to give it: null when none is free."""
+
+    servo: Servo
+    servo_id: int | None
+    """Next free servo ID. Null if none is free."""
+
+
+class Candidates(TypedDict):
+    """Servos to commission, in the order of their serials, and nodes that still wait for a node id."""
+
+    pending: list[PendingAllocation]
+    """Nodes that still wait for a node ID."""
+    servos: list[Candidate]
+    """One entry per servo."""
+
+
+class Caution(TypedDict):
+    """Something to know before a command is sent."""
+
+    code: CautionCode
+    """Code for programs. Stable."""
+    confirm: MotionCode | None
+    """Confirmation code required to send it. Null if none."""
+    level: Literal["warning", "failure"]
+    """failure: the motion may never end."""
+    params: dict[str, float]
+    """Values in the text, by name with unit."""
+    text: str
+    """One sentence for users."""
+
+
+class Change(TypedDict):
+    """Result of one key. For torque_mode, `before` and `after` are configured values."""
+
+    after: bool | int | float | str | None
+    """Value read back after writing. Null if the servo did not respond."""
+    before: bool | int | float | str | None
+    """Value before."""
+    key: ParameterKey
+    """Parameter key."""
+    requested: bool | int | float | str | None
+    """Requested value."""
+    verdict: Literal["planned", "applied", "clamped", "refused", "no_response", "unchanged", "rolled_back"]
+    """Result. planned: of a dry run, or torque_mode on, which the following save writes."""
+
+
+class Choice(TypedDict):
+    """One named value of a register that is a choice."""
+
+    key: str
+    """Value that programs write."""
+    label: str
+    """Display name."""
+    raw: int
+    """Integer on the wire."""
+
+
+class Columns(TypedDict):
+    """The samples of one channel: `t` in seconds since 1970 UTC, `v` in its unit, null for a gap."""
+
+    channel: str
+    """Parameter key."""
+    t: list[float]
+    """Times, seconds since 1970 UTC."""
+    uid: str
+    """Unique ID of the servo, 32 hex digits."""
+    v: list[float | None]
+    """Values. Null is a gap."""
+
+
+class Commanded(TypedDict):
+    """Evidence of a command: when it was sent, and with wait=settled, whether and when it came to rest."""
+
+    angle_deg: float | None
+    """Horn angle, °. Positive is clockwise."""
+    clamped: bool
+    """A limit of the servo was sent instead of the requested value."""
+    in_band_s: float | None
+    """Time within the band at the end, s. Null if not waited for."""
+    max_deviation_deg: float | None
+    """Greatest deviation of these samples from the target, °. Null if none."""
+    samples: int | None
+    """Number of consecutive samples within the band at the end. Null if not waited for."""
+    sent_at: float
+    """Seconds since 1970 UTC."""
+    settle_time_s: float | None
+    """Time from sending to settling, s. Null if not waited for or never settled."""
+    settled: bool | None
+    """The horn settled at the target. Null if not waited for."""
+    unmet: Literal["band", "dwell", "samples"] | None
+    """with settled false, what was not met at the end: band: the angle is outside the band; dwell: within it, not
+    yet for dwell_s; samples: the servo did not answer when its angle was read"""
+    value: float
+    """Sent value, in steps of 0.1°, 1 rpm or 1 %."""
+    warnings: list[str]
+    """Warnings, one sentence each."""
+
+
+class CommissionPlan(TypedDict):
+    """What commissioning would do with one servo."""
+
+    changes: list[Change]
+    """Rows to write."""
+    restart: Forecast | None
+    """Effect of the save on the horn."""
+    rom_changes: list[RomChange]
+    """Rows that ROM is known to hold differently, and requested rows."""
+    rom_unknown: list[ParameterKey]
+    """Keys of rows that are saved unchanged and whose ROM value is unknown."""
+    uid: str
+    """Unique ID, 32 lower-case hex digits."""
+
+
+class CommissioningPreview(TypedDict):
+    """What commissioning would do, servo by servo, in the order of the request."""
+
+    servos: list[CommissionPlan]
+    """One entry per servo."""
+
+
+class Comparison(TypedDict):
+    """Two sides, row by row: `servo:UID`, `rom:UID`, `snapshot:ID`, `profile:NAME`, `default:MODEL[@FIRMWARE]`, …"""
+
+    differences: list[Difference]
+    """Rows that differ, by address."""
+    left: str
+    """Left side."""
+    right: str
+    """Right side."""
+    same: int
+    """Number of rows known to be equal on both sides."""
+
+
+class Condition(TypedDict):
+    """True while `parameter` reads one of `reads`, or while the last command was one of `last_command`. `absent`
+    is what it counts as on a servo whose model or firmware lacks `parameter`."""
+
+    absent: bool
+    """Value to assume on a servo without that row, raw."""
+    last_command: list[CommandKind]
+    """True while the last command was one of these."""
+    parameter: str | None
+    """Key of the row to check. Null for conditions on the last command."""
+    reads: list[int]
+    """True while the row has one of these values, raw."""
+
+
+class Difference(TypedDict):
+    """A row that differs. A value is null if the side lacks the row (`*_has` false), or if it is unknown."""
+
+    identity: bool
+    """Part of the servo's identity: origin, servo ID, node ID (0x44 to 0x46)."""
+    key: ParameterKey
+    """Parameter key."""
+    left: bool | int | float | str | None
+    """Value on the left."""
+    left_has: bool
+    """The left side has this row."""
+    left_unit: str
+    """Unit of the value on the left. 0x36 follows 0x37, so units may differ."""
+    right: bool | int | float | str | None
+    """Value on the right."""
+    right_has: bool
+    """The right side has this row."""
+    right_unit: str
+    """Unit of the value on the right."""
+
+
+class Drift(TypedDict):
+    """What ROM holds otherwise than we last knew. Empty when nothing does."""
+
+    rows: list[DriftRow]
+    """Rows that changed."""
+    uid: str
+    """Unique ID, 32 lower-case hex digits."""
+
+
+class DriftRow(TypedDict):
+    """A row whose ROM value changed unexpectedly."""
+
+    key: ParameterKey
+    """Parameter key."""
+    now: bool | int | float | str | None
+    """Value found."""
+    proved: bool
+    """false: found in RAM after an unobserved restart, so very likely in ROM."""
+    was: bool | int | float | str | None
+    """Value known to have been in ROM."""
+
+
+class EffectRule(TypedDict):
+    """`parameters` have no effect while every condition of `when` holds. `why` completes "No effect now: …";
+    `{last_command}` in it is the last command's kind. `why_absent` replaces it when a condition holds
+    because the servo lacks the row. The rule is void on a servo that has `unless_row`."""
+
+    code: str
+    """Reason by name. It ends in `_absent` where `why_absent` is the reason."""
+    inferred: bool
+    """Follows from the specification without being stated in it."""
+    parameters: list[str]
+    """Keys of the rows without effect while every condition is met."""
+    section: str
+    """Section of the specification."""
+    unless_row: str | None
+    """The rule does not apply to servos with this row. Null if it always applies."""
+    when: list[Condition]
+    """Conditions, all of which must be met."""
+    why: str
+    """Reason, continuing “No effect now”."""
+    why_absent: str
+    """Reason on a servo without the row. Null for the same reason."""
+
+
+class Fault(TypedDict):
+    """One fault bit of one servo, present or past (section 4.12)."""
+
+    acknowledged_at: float | None
+    """Time of acknowledgement, seconds since 1970 UTC. Null if not acknowledged."""
+    acknowledged_by: str | None
+    """Client that acknowledged it. Null if not acknowledged."""
+    active: bool
+    """Set in the last reading, which is fresh."""
+    advice: str
+    """What to do about it."""
+    bit: int
+    """Bit number in its register, from 0."""
+    count: int
+    """Number of times it was set."""
+    first_seen: float
+    """First time it was read as set, seconds since 1970 UTC."""
+    group: str
+    """Group within its table."""
+    key: str
+    """Key of the bit."""
+    label: str
+    """Display name."""
+    last_seen: float
+    """Last time it was read as set, seconds since 1970 UTC, to within one poll."""
+    latched: bool
+    """Active, and stays set until the servo restarts, regardless of its cause."""
+    level: FaultLevel
+    """Severity."""
+    past_event: bool
+    """Describes something before the servo's last start."""
+    stale: bool
+    """Set in the last reading, which is too old to know the present state."""
+
+
+class FaultBit(TypedDict):
+    """One documented bit of `parameter`. In the overview, `level` is the level the bit sums up."""
+
+    advice: str
+    """What to do about it."""
+    bit: int
+    """Bit number in the 32-bit register, from 0."""
+    group: Literal["hardware", "software", "communication", "other"]
+    """Group within its table."""
+    key: str
+    """Key of the bit."""
+    label: str
+    """Display name."""
+    latching: bool
+    """Stays set until the servo restarts, regardless of its cause."""
+    level: FaultLevel
+    """Severity."""
+    limit: str | None
+    """Parameter that sets its threshold. Null if none."""
+    older_firmware: bool
+    """Reported by older firmware only, and not in the specification."""
+    output_off: bool
+    """The motor has no output while it is set."""
+    parameter: str
+    """Key of its register."""
+    past_event: bool
+    """Describes something before the servo's last start."""
+    pwm_only: bool
+    """Always 0 on models without PWM input."""
+    section: str
+    """Section of the specification."""
+
+
+class FaultWords(TypedDict):
+    """The three fault words 0x19, 0x1A and 0x1B as last read; null while unknown (section 4.12)."""
+
+    failure: int | None
+    """Failure register, raw. Null if never read."""
+    notification: int | None
+    """Notification register, raw. Null if never read."""
+    warning: int | None
+    """Warning register, raw. Null if never read."""
+
+
+class FaultsRead(TypedDict):
+    """The fault bits of several servos."""
+
+    servos: dict[str, ServoFaults]
+    """Results by unique ID."""
+
+
+class Finding(TypedDict):
+    """One check of the doctor. `ok` only with `all=true`."""
+
+    advice: Advice | None
+    """Code of `remedy`. Null if there is none."""
+    code: FindingCode
+    """Code for programs. Stable."""
+    evidence: str
+    """Observed values."""
+    node_ids: list[int]
+    """IDs of the nodes concerned."""
+    params: Params
+    remedy: str | None
+    """What to do about it. Null if nothing."""
+    severity: Literal["ok", "notice", "warning", "failure"]
+    """Severity."""
+    text: str
+    """One sentence for users."""
+    uids: list[str]
+    """Unique IDs of the servos concerned."""
+
+
+class Forecast(TypedDict):
+    """Effect of a restart on the horn, and its risks."""
+
+    code: Literal["no_torque", "brake", "holds", "unknown", "unknown_start", "stays", "moves"]
+    """Behaviour of the horn. unknown_start: it turns to 0° from an unknown angle."""
+    coded_warnings: list[ForecastWarning]
+    """`warnings`, each with its code."""
+    from_deg: float | None
+    """Current horn angle within ±180°, °. Null if unknown."""
+    moves: bool
+    """The horn turns at the restart, or may turn."""
+    takes_s: float | None
+    """Approximate duration at the 30 rpm of soft start (section 4.14), s."""
+    text: str
+    """One sentence for users."""
+    to_deg: float | None
+    """Angle after the restart, °. Null if the horn is not moved."""
+    turn_count_lost: bool
+    """The turn count restarts from 0."""
+    warnings: list[str]
+    """Warnings, one sentence each."""
+
+
+class ForecastWarning(TypedDict):
+    """A reason to wait with a restart."""
+
+    code: str
+    """Code for programs. Stable."""
+    params: dict[str, float]
+    """Values in the text, by name. Empty for texts without values."""
+    text: str
+    """One sentence for users."""
+
+
+class Group(TypedDict):
+    """A chapter of the parameter list, as the document divides it (tables 3-1 to 3-11)."""
+
+    description: str
+    """Purpose of its rows."""
+    key: str
+    """Key of the group."""
+    label: str
+    """Display name."""
+
+
+class Health(TypedDict):
+    """The server serves."""
+
+    bus: str
+    """State of the bus."""
+    demo: bool
+    """Simulated servos on an embedded bus."""
+    status: Literal["ok"]
+    """State of the server."""
+    uptime_s: float
+    """Time since its start, s."""
+    version: str
+    """Version of hornbill."""
+
+
+class Imported(TypedDict):
+    """The verdict on every line of a file; `profile` is null unless all were ok."""
+
+    lines: list[LineVerdict]
+    """Verdict on each line."""
+    profile: Profile | None
+    """Imported profile. Null unless all lines are ok."""
+
+
+class IntegerReading(TypedDict):
+    """One parameter as last read from RAM, with its ROM value and this model's limits. Not validated, because
+    sockets send many."""
+
+    address: int
+    """Register address."""
+    age_s: float | None
+    """Time since it was read, s. Null if never read."""
+    at: float | None
+    """Time of the read, seconds since 1970 UTC. Null if never read."""
+    configured: Any
+    """Value that a save writes: `value`, or for torque_mode, whose RAM value is session state, the value written
+    as configuration, otherwise `rom`."""
+    default: Any
+    """Default of this model. Null if none or unknown."""
+    differs_from_default: bool | None
+    """`configured` differs from the default. Null if either is unknown or there is none."""
+    in_effect: bool | None
+    """false: the row has no effect now. Null if unknown."""
+    key: ParameterKey
+    """Parameter key."""
+    maximum: float | None
+    """Maximum of this model. Null if none or unknown."""
+    minimum: float | None
+    """Minimum of this model. Null if none or unknown."""
+    raw: int | None
+    """Integer on the wire. Null if never read."""
+    rom: Any
+    """Value known to be in ROM. Null if unknown."""
+    stale: bool
+    """Too old, or the servo is offline: the servo may hold another value."""
+    unit: str
+    """Unit of the value. Empty if none."""
+    unsaved: bool | None
+    """`configured` differs from ROM. Null if either is unknown or ROM lacks the row."""
+    value: Any
+    """Engineering value or choice key. Null for the dummy value and if never read."""
+    why: Why | None
+    """`why_not` by code. Null while it has an effect."""
+    why_not: str | None
+    """Reason why it has no effect now. Null if it has."""
+
+
+class Job(TypedDict):
+    """Something that takes time."""
+
+    created_at: float
+    """Seconds since 1970 UTC."""
+    ended_at: float | None
+    """End, seconds since 1970 UTC. Null until then."""
+    error: Problem | None
+    """Reason for the failure. Null unless it failed."""
+    id: str
+    """ID, as used in paths."""
+    kind: Literal[
+        "save", "restart", "factory_reset", "identify", "profile", "commissioning", "step_test", "restore_output"
+    ]
+    """Kind of job."""
+    progress: float
+    """Progress, 0 to 1."""
+    result: dict[str, Any] | None
+    """Result, depending on the kind. Null until the job has ended."""
+    resumable: bool
+    """POST …/resume goes on with what it has not done"""
+    state: JobState
+    """State of the job."""
+    step: str | None
+    """Current step, for users. Null if none."""
+    steps: list[JobStep]
+    """Steps in order."""
+    uid: str | None
+    """Unique ID of the servo, 32 hex digits. Null if it concerns none."""
+
+
+class JobStep(TypedDict):
+    """One step of a job, with its evidence."""
+
+    ahead: str | None
+    """End of `evidence` that describes remaining work. Obsolete once the job has ended. Null if none."""
+    code: StepCode
+    """Code of the step; with the kind of the job it says what is done."""
+    ended_at: float | None
+    """End, seconds since 1970 UTC. Null until then."""
+    evidence: str | None
+    """Observed values. Null if none yet."""
+    evidence_code: EvidenceCode | None
+    """Code of `evidence`. problem: `evidence_params` has its code as `problem`. Null if none."""
+    evidence_params: Params
+    name: str
+    """Name for programs."""
+    params: Params
+    started_at: float | None
+    """Start, seconds since 1970 UTC. Null until then."""
+    state: Literal["waiting", "running", "done", "failed", "skipped"]
+    """State of the step."""
+    text: str
+    """One sentence for users."""
+    uid: str | None
+    """Servo of this step, in a job on several servos. Null otherwise."""
+
+
+class KnownServo(TypedDict):
+    """A servo ever seen, on the bus or not; instants in seconds since 1970 UTC."""
+
+    drift: list[str]
+    """Keys of rows whose ROM value changed unexpectedly."""
+    firmware: str | None
+    """Firmware version, such as `1.300`. Null if unknown."""
+    first_seen: float | None
+    """First contact, seconds since 1970 UTC. Null if unknown."""
+    hardware_version: int | None
+    """Hardware version from GetNodeInfo. Null if unknown."""
+    label: str
+    """Nickname. Empty if none."""
+    last_seen: float | None
+    """Last contact, seconds since 1970 UTC. Null if unknown."""
+    model: str | None
+    """Model, such as `BLA21-06U-A0`. Null if unknown."""
+    node_id: int | None
+    """Last known node ID. Null if none."""
+    notes: str
+    """What people wrote down about it. Empty if nothing."""
+    online: bool
+    """Received recently."""
+    production_date: str | None
+    """Production date as the servo reports it. Null if unknown."""
+    rom: dict[str, bool | int | float | str | None]
+    """Values last known to be in ROM, by key."""
+    serial: str | None
+    """Serial number: model number, dash, product number. Null if unknown."""
+    servo_id: int | None
+    """Last known servo ID (0x45). Null if unknown."""
+    snapshots: int
+    """Number of stored snapshots."""
+    uid: str
+    """Unique ID, 32 lower-case hex digits."""
+
+
+class Lease(TypedDict):
+    """The one writer's lease; renew before it ends, or torque goes off on what it commanded."""
+
+    expires_at: float
+    """Expiry, seconds since 1970 UTC."""
+    expires_in_s: float
+    """Time until it expires unless renewed, s."""
+    holder: str
+    """Client with motion control."""
+    id: str
+    """ID, as used in paths."""
+    request: AskedFor | None
+    """Pending request for motion control. Null if none."""
+    shown_id: str
+    """First digits of `id`, visible to all clients."""
+    ttl_s: float
+    """Time to live after each renewal, s."""
+
+
+class LeaseView(TypedDict):
+    """A lease as others see it: without the id that lets one use it."""
+
+    expires_at: float
+    """Seconds since 1970 UTC."""
+    expires_in_s: float
+    """Time until it expires unless renewed, s."""
+    holder: str
+    """Client with motion control."""
+    request: AskedFor | None
+    """Pending request for motion control. Null if none."""
+    shown_id: str
+    """First digits of its ID, which distinguish leases but do not allow their use."""
+    ttl_s: float
+    """Time to live after each renewal, s."""
+
+
+class LeftOut(TypedDict):
+    """A row that was not written."""
+
+    key: ParameterKey
+    """Parameter key."""
+    why: str
+    """Reason, one sentence."""
+    why_code: NoteCode
+    """Code of the reason."""
+    why_params: Params
+
+
+class Limits(TypedDict):
+    """The two rows that bound a command, or a reading outside which output goes off."""
+
+    confirm: str | None
+    """Word that confirms a limit within the tolerance of the reading. Null for a command."""
+    lower: str
+    """Parameter that holds the lower limit."""
+    tolerance: int | None
+    """Error of the reading, raw. Null for a command."""
+    upper: str
+    """Parameter that holds the upper limit."""
+
+
+class LineVerdict(TypedDict):
+    """Verdict on one line of an imported file."""
+
+    code: NoteCode | None
+    """Code of the text. Null if the text is empty."""
+    key: str
+    """Parameter key."""
+    line: int
+    """Line number from 1. 0 if unknown."""
+    params: Params
+    text: str
+    """Problem and remedy, or for ok a note. May be empty."""
+    value: bool | int | float | str | None
+    """Value in the file."""
+    verdict: Literal[
+        "ok", "unknown", "forbidden", "read_only", "identity", "out_of_range", "invalid", "not_in_this_model"
+    ]
+    """ok: accepted. Any other verdict rejects the whole file."""
+
+
+class LogFile(TypedDict):
+    """A log in the data folder."""
+
+    bytes: int
+    """Size, bytes."""
+    modified_at: float
+    """Seconds since 1970 UTC."""
+    name: str
+    """File name."""
+
+
+class LogState(TypedDict):
+    """The log of frames being written, or the last one that was."""
+
+    bytes: int
+    """Size, bytes."""
+    dropped: int
+    """Frames that could not be written in time."""
+    format: LogFormat | None
+    """File format. Null if there is no log."""
+    frames: int
+    """Number of CAN frames."""
+    limit_bytes: int
+    """Size at which logging ends, bytes."""
+    name: str | None
+    """File name. Null if there is no log."""
+    reason: str | None
+    """Reason why it ended. Null if stopped manually."""
+    reason_code: NoteCode | None
+    """Code of the reason. Null if stopped manually."""
+    reason_params: Params
+    started_at: float | None
+    """Start, seconds since 1970 UTC. Null if there is no log."""
+    state: Literal["idle", "running", "stopped", "full", "failed"]
+    """State of the log."""
+
+
+class LostValue(TypedDict):
+    """A value that was only in RAM when the servo restarted without a save, and that RAM does not hold since."""
+
+    at: float
+    """Time the loss was found, seconds since 1970 UTC."""
+    key: str
+    """Parameter key."""
+    value: bool | int | float | str | None
+    """Engineering value or choice key, as PATCH takes it."""
+
+
+class Mark(TypedDict):
+    """A moment for which the recording was written; `at` in seconds since 1970 UTC."""
+
+    at: float
+    """Seconds since 1970 UTC."""
+    params: Params
+    reason: MarkReason
+    """Type of trigger."""
+    text: str
+    """One sentence for users."""
+    uid: str | None
+    """Unique ID of the servo, 32 hex digits. Null if it concerns none."""
+
+
+class Node(TypedDict):
+    """Whoever is heard on this bus, servo or not, and this server itself (table 2-17). One that never said
+    NodeStatus has mode `unknown`, health `warning` and uptime 0. Nodes that ask for a node id stand as one,
+    with node id 0."""
+
+    age_s: float
+    """Time since it was last received, s."""
+    hardware_version: str | None
+    """Hardware version from GetNodeInfo."""
+    health: HealthCode
+    """Health from NodeStatus."""
+    kind: Literal["servo", "hornbill", "foreign", "unknown"]
+    """Kind of node. unknown: not identified yet, or no response."""
+    mode: str
+    """Mode from NodeStatus."""
+    name: str | None
+    """Name from GetNodeInfo. Null if unknown."""
+    node_id: int
+    """Node ID, 1 to 127. 0 for nodes without one."""
+    note: str | None
+    """Reason why it is not a servo, or a peculiarity. Null if none."""
+    note_code: NoteCode | None
+    """Code of the note. Null if none."""
+    note_params: Params
+    online: bool
+    """Received recently."""
+    restarts: int
+    """Number of observed restarts."""
+    software_version: str | None
+    """Software version from GetNodeInfo. Null if unknown."""
+    uid: str | None
+    """Unique ID of the servo, 32 hex digits. Null if it concerns none."""
+    uptime_s: int
+    """Time since its start, s."""
+
+
+class Note(TypedDict):
+    """One sentence for people, with its code and the values in it."""
+
+    code: NoteCode
+    """Code of `text`."""
+    params: Params
+    text: str
+    """One sentence for users."""
+
+
+class NumberReading(TypedDict):
+    """One parameter as last read from RAM, with its ROM value and this model's limits. Not validated, because
+    sockets send many."""
+
+    address: int
+    """Register address."""
+    age_s: float | None
+    """Time since it was read, s. Null if never read."""
+    at: float | None
+    """Time of the read, seconds since 1970 UTC. Null if never read."""
+    configured: Any
+    """Value that a save writes: `value`, or for torque_mode, whose RAM value is session state, the value written
+    as configuration, otherwise `rom`."""
+    default: Any
+    """Default of this model. Null if none or unknown."""
+    differs_from_default: bool | None
+    """`configured` differs from the default. Null if either is unknown or there is none."""
+    in_effect: bool | None
+    """false: the row has no effect now. Null if unknown."""
+    key: ParameterKey
+    """Parameter key."""
+    maximum: float | None
+    """Maximum of this model. Null if none or unknown."""
+    minimum: float | None
+    """Minimum of this model. Null if none or unknown."""
+    raw: int | None
+    """Integer on the wire. Null if never read."""
+    rom: Any
+    """Value known to be in ROM. Null if unknown."""
+    stale: bool
+    """Too old, or the servo is offline: the servo may hold another value."""
+    unit: str
+    """Unit of the value. Empty if none."""
+    unsaved: bool | None
+    """`configured` differs from ROM. Null if either is unknown or ROM lacks the row."""
+    value: Any
+    """Engineering value or choice key. Null for the dummy value and if never read."""
+    why: Why | None
+    """`why_not` by code. Null while it has an effect."""
+    why_not: str | None
+    """Reason why it has no effect now. Null if it has."""
+
+
+class Output(TypedDict):
+    """What the motor of a servo gets, and why. Session state: no change of it is an edit of parameter 0x20."""
+
+    by: str | None
+    """Client that switched it. Null if none or unknown."""
+    reason: Literal["configured", "stop", "lease", "command", "timeout", "protection"]
+    """configured: as the servo started, or as 0x20 was written as configuration; stop: Stop; lease: a lease ended
+    or expired; command: a client or another tool switched it; timeout: the servo's own time-out (0x26,
+    0x27); protection: its limits of temperature or voltage, or a motor failure"""
+    since: float | None
+    """Time of the switch, seconds since 1970 UTC. Null if unknown."""
+    state: Literal["on", "off", "brake", "unknown"]
+    """Output of the motor. unknown: offline, or not read since the start."""
+
+
+class OutputRestorePreview(TypedDict):
+    """What restoring outputs would do."""
+
+    clears_stop: bool
+    """Would first clear a latched stop."""
+    servos: list[RestorableOutput]
+    """One entry per servo."""
+
+
+class Parameter(TypedDict):
+    """One register. `default`, `minimum` and `maximum` are raw; an engineering value is raw / per_unit."""
+
+    access: Literal["rw", "r", "w"]
+    """Read and write, read only, or executed by writing."""
+    action: bool
+    """Whether it does something when written and means nothing when read (0x10 to 0x12)."""
+    address: int
+    """Register address, 0x00 to 0x5F."""
+    advice: str
+    """What to know before changing an expert row. Empty otherwise."""
+    after_restart: bool
+    """Takes effect after a restart."""
+    choices: list[Choice]
+    """Choices of a row of kind `choice`."""
+    default: int | None
+    """Default, raw. Null if it depends on the model."""
+    description: str
+    """What it does."""
+    dummy: bool
+    """May read 555,555,555, which means inactive."""
+    expert: bool
+    """Hidden by default."""
+    forbidden: bool
+    """Never written or read, because the servo would need factory repair."""
+    group: str
+    """Group within its table."""
+    identity: bool
+    """Part of the servo's identity: origin, servo ID, node ID (0x44 to 0x46)."""
+    key: str
+    """Parameter key."""
+    kind: Literal["number", "choice", "switch", "bits"]
+    """Number, choice, switch or bits."""
+    label: str
+    """Display name."""
+    limits: Limits | None
+    """The rows that bound it. Null where none do."""
+    live: bool
+    """Changes without being written, and is read before a save, restart or reset."""
+    maximum: int | None
+    """Maximum, raw. Null if it depends on the model."""
+    minimum: int | None
+    """Minimum, raw. Null if it depends on the model."""
+    moves_horn: bool
+    """A change moves a held horn, so torque must be off."""
+    name: str
+    """The four ASCII characters GetSet knows the register by: `0x2A` (table 2-14)."""
+    per_unit: int
+    """Raw steps per unit."""
+    poll_s: float | None
+    """Period at which every servo is asked for it, s. Null: only on request."""
+    pwm_only: bool
+    """Only on models with PWM input."""
+    rom: bool
+    """Whether a ROM write keeps it: 0x20 to 0x4F (section 4.11)."""
+    section: str
+    """Section of the specification."""
+    shapes_output: bool
+    """No effect while the motor has no output."""
+    sided: bool
+    """Its sign is a side: plus is clockwise. Shown with its sign."""
+    since: str
+    """First firmware with this row."""
+    smallest: int | None
+    """Smallest usable magnitude other than 0, raw. Null if none is known."""
+    soft_start: int | None
+    """Temporary value during soft start, raw. Null: soft start leaves it alone."""
+    unique: UniqueNumber | None
+    """The number is that of one servo alone. Null where servos may share it."""
+    unit: str
+    """Unit of the engineering value. Empty if none."""
+    unit_when: UnitWhen | None
+    """Another unit, in force while another row has a certain value. Null if none."""
+
+
+class Parameters(TypedDict):
+    """Parameters"""
+
+    parameters: ReadingByKey
+    """Readings by key."""
+    revision: str
+    """Revision of the values, for If-Match."""
+
+
+class ParametersPatched(TypedDict):
+    """The outcome of a PATCH; with save, the job that saves, or what a dry run of it found."""
+
+    changes: list[Change]
+    """Changes, row by row."""
+    failure: str | None
+    """Reason for rolled_back, one sentence. Null otherwise."""
+    job: str | None
+    """ID of the save job, with `save`. Null otherwise."""
+    outcome: ChangeOutcome
+    """All changes, or none: rolled_back restores the earlier values."""
+    problem: Problem | None
+    """Reason for rolled_back, with code and facts. Null otherwise."""
+    restart: Forecast | None
+    """Effect of the save on the horn."""
+    revision: str
+    """Revision of the values, for If-Match."""
+    rom_changes: list[RomChange]
+    """Rows that ROM is known to hold differently, and requested rows."""
+    rom_unknown: list[ParameterKey]
+    """Keys of rows that are saved unchanged and whose ROM value is unknown."""
+
+
+class PendingAllocation(TypedDict):
+    """A node heard asking for an id, and how far it has come."""
+
+    age_s: float
+    """Time since it was last received, s."""
+    attempts: int
+    """Number of allocation attempts started."""
+    refusal: str | None
+    """Reason why it gets no node ID. Null if it will get one."""
+    refusal_code: RefusalCode | None
+    """Code of `refusal`. Null if it will get one."""
+    refusal_params: Params
+    stage: int
+    """Number of parts received, 0 to 3."""
+    uid_part: str
+    """Known part of the unique ID, hex."""
+    waiting_s: float
+    """Time since the first request, s."""
+
+
+class PendingRecording(TypedDict):
+    """A recording that still takes in what happens."""
+
+    marks: list[RecordingMark]
+    """Triggers of the recording."""
+    ready_in_s: float
+    """Time until it is written, s."""
+    reason: MarkReason
+    """Type of trigger."""
+    text: str
+    """One sentence for users."""
+
+
+class PositionUnitState(TypedDict):
+    """What position 1.0 means on a servo, and how that is known."""
+
+    evidence: str
+    """Evidence, one sentence for users."""
+    evidence_code: NoteCode
+    """Code of `evidence`."""
+    evidence_params: Params
+    state: Literal["assumed", "confirmed", "forced", "conflict"]
+    """assumed: the maker's unit, not checked yet; confirmed: Status and 0x08 agree in it; conflict: they agree in
+    another unit, in none, or in two, and no angle is sent by ArrayCommand; forced: set by a client"""
+    unit: PositionUnit
+    """Unit of positions in broadcasts."""
+
+
+class Problem(TypedDict):
+    """application/problem+json: what went wrong, the code to branch on, and what to do."""
+
+    cause: str | None
+    """Code of what exactly went wrong. Stable. Null where `code` says all."""
+    code: str
+    """Code for programs. Stable."""
+    detail: str
+    """One sentence with the details."""
+    params: Params
+    status: int
+    """HTTP status."""
+    summary: str
+    """`detail` without requests for programs."""
+    title: str
+    """Error code as a phrase."""
+    type: str
+    """URI reference of the problem type."""
+
+
+class Profile(TypedDict):
+    """A named set of values, in engineering units."""
+
+    created_at: float
+    """Seconds since 1970 UTC."""
+    description: str
+    """Purpose of the profile."""
+    firmware: str | None
+    """Firmware it is made for, such as `1.300`. Null for any."""
+    model: str | None
+    """Model it is made for. Null for any."""
+    name: str
+    """Name of the profile."""
+    schema_revision: str
+    """Revision of the parameter tables at the time of writing."""
+    units: dict[str, str]
+    """Units of the values, by key."""
+    updated_at: float
+    """Seconds since 1970 UTC."""
+    values: dict[str, bool | int | float | str | None]
+    """Values by key."""
+
+
+class PwmModeReading(TypedDict):
+    """One parameter as last read from RAM, with its ROM value and this model's limits. Not validated, because
+    sockets send many."""
+
+    address: int
+    """Register address."""
+    age_s: float | None
+    """Time since it was read, s. Null if never read."""
+    at: float | None
+    """Time of the read, seconds since 1970 UTC. Null if never read."""
+    configured: PwmModeChoice | Any
+    """Value that a save writes: `value`, or for torque_mode, whose RAM value is session state, the value written
+    as configuration, otherwise `rom`."""
+    default: PwmModeChoice | Any
+    """Default of this model. Null if none or unknown."""
+    differs_from_default: bool | None
+    """`configured` differs from the default. Null if either is unknown or there is none."""
+    in_effect: bool | None
+    """false: the row has no effect now. Null if unknown."""
+    key: ParameterKey
+    """Parameter key."""
+    maximum: float | None
+    """Maximum of this model. Null if none or unknown."""
+    minimum: float | None
+    """Minimum of this model. Null if none or unknown."""
+    raw: int | None
+    """Integer on the wire. Null if never read."""
+    rom: PwmModeChoice | Any
+    """Value known to be in ROM. Null if unknown."""
+    stale: bool
+    """Too old, or the servo is offline: the servo may hold another value."""
+    unit: str
+    """Unit of the value. Empty if none."""
+    unsaved: bool | None
+    """`configured` differs from ROM. Null if either is unknown or ROM lacks the row."""
+    value: PwmModeChoice | Any
+    """Engineering value or choice key. Null for the dummy value and if never read."""
+    why: Why | None
+    """`why_not` by code. Null while it has an effect."""
+    why_not: str | None
+    """Reason why it has no effect now. Null if it has."""
+
+
+class Reading(TypedDict):
+    """One parameter as last read from RAM, with its ROM value and this model's limits."""
+
+    address: int
+    """Register address."""
+    age_s: float | None
+    """Time since it was read, s. Null if never read."""
+    at: float | None
+    """Time of the read, seconds since 1970 UTC. Null if never read."""
+    configured: bool | int | float | str | None
+    """Value that a save writes: `value`, or for torque_mode, whose RAM value is session state, the value written
+    as configuration, otherwise `rom`."""
+    default: bool | int | float | str | None
+    """Default of this model. Null if none or unknown."""
+    differs_from_default: bool | None
+    """`configured` differs from the default. Null if either is unknown or there is none."""
+    in_effect: bool | None
+    """false: the row has no effect now. Null if unknown."""
+    key: str
+    """Parameter key."""
+    maximum: float | None
+    """Maximum of this model. Null if none or unknown."""
+    minimum: float | None
+    """Minimum of this model. Null if none or unknown."""
+    raw: int | None
+    """Integer on the wire. Null if never read."""
+    rom: bool | int | float | str | None
+    """Value known to be in ROM. Null if unknown."""
+    stale: bool
+    """Too old, or the servo is offline: the servo may hold another value."""
+    unit: str
+    """Unit of the value. Empty if none."""
+    unsaved: bool | None
+    """`configured` differs from ROM. Null if either is unknown or ROM lacks the row."""
+    value: bool | int | float | str | None
+    """Engineering value or choice key. Null for the dummy value and if never read."""
+    why: Why | None
+    """`why_not` by code. Null while it has an effect."""
+    why_not: str | None
+    """Reason why it has no effect now. Null if it has."""
+
+
+class RecordedBus(TypedDict):
+    """The bus that was connected: address as `PUT /bus` takes it, bit/s, our own node id."""
+
+    address: str
+    """INTERFACE:CHANNEL, as `PUT /bus` takes it."""
+    bitrate: int
+    """Bit rate, bit/s."""
+    node_id: int
+    """Node ID, 1 to 127."""
+
+
+class RecordedReading(TypedDict):
+    """One register as last read before the first mark; `at` in seconds since 1970 UTC."""
+
+    at: float | None
+    """Time of the read, seconds since 1970 UTC. Null if unknown."""
+    raw: int
+    """Integer on the wire."""
+    unit: str
+    """Unit of the value. Empty if none."""
+    value: bool | int | float | str | None
+    """Engineering value or choice key."""
+
+
+class RecordedServo(TypedDict):
+    """One servo as it was known at the first mark."""
+
+    firmware: int | None
+    """Firmware version as read from 0x52, raw. Null if unknown."""
+    hardware_version: int | None
+    """Hardware version from GetNodeInfo. Null if unknown."""
+    label: str
+    """Nickname. Empty if none."""
+    model_number: int | None
+    """Model number as read from the servo."""
+    name: str
+    """Node name from GetNodeInfo."""
+    node_id: int | None
+    """Node ID, 1 to 127. Null if none."""
+    production_date: str | None
+    """Production date as the servo reports it. Null if unknown."""
+    readings: dict[str, RecordedReading]
+    """Last known values in RAM, by key."""
+    rom: dict[str, int]
+    """Last known values in ROM, by key."""
+    serial_number: int | None
+    """Product number as read from the servo. Null if unknown."""
+    state: str
+    """Operating state."""
+    title: str
+    """Display name."""
+    uid: str
+    """Unique ID of the servo, 32 hex digits."""
+
+
+class RecorderState(TypedDict):
+    """The recorder of the last ten minutes; it needs no starting."""
+
+    before_s: float
+    """Time a recording covers before its first trigger, s."""
+    bytes: int
+    """Memory in use, bytes."""
+    frames: int
+    """Number of CAN frames."""
+    pending: PendingRecording | None
+    """Recording that is not complete yet. Null if none."""
+    reach_s: float
+    """Time span recorded, s. Less than 600 after a start or if memory is full."""
+    recording: bool
+    """false while a recording is played."""
+
+
+class Recording(TypedDict):
+    """A recording in the data folder. `problem` says why one cannot be read; then little else is known of it."""
+
+    at: float
+    """Time of its first trigger, seconds since 1970 UTC."""
+    bytes: int
+    """Size, bytes."""
+    marks: list[RecordingMark]
+    """Triggers of the recording."""
+    name: str
+    """File name."""
+    problem: str | None
+    """Reason why the file cannot be read. Null if it can."""
+    problem_params: Params
+    reason: MarkReason | None
+    """Type of trigger."""
+    seconds: float | None
+    """Duration, s. Null if the file cannot be read."""
+    started_at: float | None
+    """Start, seconds since 1970 UTC. Null if the file cannot be read."""
+    text: str
+    """One sentence for users."""
+
+
+class RecordingContent(TypedDict):
+    """What a page shows of a recording. Its frames are played: `PUT /bus` with address `recording:NAME`."""
+
+    about: About
+    complete: bool
+    """false if there is more telemetry than that."""
+    events: list[dict[str, Any]]
+    """Events during the recording."""
+    telemetry: list[Columns]
+    """Telemetry, at most 500,000 samples."""
+    writes: list[dict[str, str]]
+    """Writes during the recording."""
+
+
+class RecordingMark(TypedDict):
+    """A moment for which a recording was, or will be, written."""
+
+    at: float
+    """Time of the trigger, seconds since 1970 UTC."""
+    params: Params
+    reason: MarkReason
+    """Type of trigger."""
+    text: str
+    """One sentence for users."""
+    uid: str | None
+    """Unique ID of the servo, 32 hex digits. Null if it concerns none."""
+
+
+class Recycled(TypedDict):
+    """Rows that were freed, as they were."""
+
+    free: int
+    """Number of free node IDs."""
+    freed: list[Allocation]
+    """Removed rows, as they were."""
+
+
+class ResetPreview(TypedDict):
+    """Effect of a factory reset."""
+
+    changes: list[Change]
+    """Rows that would change."""
+    kept: dict[str, bool | int | float | str | None]
+    """Values of identity rows that stay, by key."""
+    restart: Forecast
+    """Effect of the restart on the horn."""
+
+
+class RestorableOutput(TypedDict):
+    """One servo whose output would be switched on."""
+
+    needs_lease: bool
+    """The servo's timeout (0x26) would switch it off again. It stays on until the lease ends."""
+    output: Output
+    problem: Problem | None
+    """Reason why it would stay off. Null if none."""
+    title: str
+    """Display name."""
+    torque_pct: int | None
+    """Current torque as just read, %. Null if unknown."""
+    uid: str
+    """Unique ID of the servo, 32 hex digits."""
+    under_load: bool
+    """Braked, turning or above 20 % torque. Requires confirmation."""
+
+
+class Restored(TypedDict):
+    """The outcome of a restore, as of a PATCH, and the rows that were left out of it."""
+
+    changes: list[Change]
+    """Changes, row by row."""
+    failure: str | None
+    """Reason for rolled_back, one sentence. Null otherwise."""
+    job: str | None
+    """ID of the save job, with `save`. Null otherwise."""
+    left_out: list[LeftOut]
+    """Rows that were not written."""
+    outcome: ChangeOutcome
+    """All changes, or none: rolled_back restores the earlier values."""
+    problem: Problem | None
+    """Reason for rolled_back, with code and facts. Null otherwise."""
+    restart: Forecast | None
+    """Effect of the save on the horn."""
+    revision: str
+    """Revision of the values, for If-Match."""
+    rom_changes: list[RomChange]
+    """Rows that ROM is known to hold differently, and requested rows."""
+    rom_unknown: list[ParameterKey]
+    """Keys of rows that are saved unchanged and whose ROM value is unknown."""
+
+
+class RomChange(TypedDict):
+    """A row that ROM will hold differently."""
+
+    after: bool | int | float | str | None
+    """Value that the save writes."""
+    before: bool | int | float | str | None
+    """Value known to be in ROM. Null if unknown."""
+    key: ParameterKey
+    """Parameter key."""
+
+
+class RowRange(TypedDict):
+    """What one model allows in one row, raw."""
+
+    default: int | None
+    """Default, raw."""
+    maximum: int | None
+    """Maximum, raw."""
+    minimum: int | None
+    """Minimum, raw."""
+
+
+class RunOverlay(TypedDict):
+    """Runs side by side; `differences`: the parameters that are not the same in all of them, in their order."""
+
+    differences: dict[str, list[bool | int | float | str | None]]
+    """Rows that differ, one value per run."""
+    runs: list[StepRun]
+    """Runs in the requested order."""
+
+
+class SavePreview(TypedDict):
+    """Effect of a save. Empty if nothing would be saved."""
+
+    restart: Forecast | None
+    """Effect of the save on the horn."""
+    rom_changes: list[RomChange]
+    """Rows that ROM is known to hold differently, and requested rows."""
+    rom_unknown: list[ParameterKey]
+    """Keys of rows that are saved unchanged and whose ROM value is unknown."""
+
+
+class SchemaDocument(TypedDict):
+    """Every table: rows, models, firmware steps, fault bits, effect rules."""
+
+    effects: list[EffectRule]
+    """Conditions under which rows have no effect."""
+    faults: list[FaultBit]
+    """Bits of the three fault registers."""
+    firmware: list[str]
+    """Known firmware versions."""
+    firmware_notes: dict[str, str]
+    """What users of a firmware should know, by version."""
+    groups: list[Group]
+    """Groups of the parameter list."""
+    models: list[SchemaModel]
+    """Models, each with its own ranges."""
+    overview: list[FaultBit]
+    """Bits of the summary register."""
+    parameters: list[Parameter]
+    """All rows."""
+    revision: str
+    """Revision of the tables."""
+    specification: str
+    """Document the tables are made from."""
+
+
+class SchemaModel(TypedDict):
+    """One servo model and its own numbers; `rows` has every row it offers at its newest firmware."""
+
+    firmware: list[str]
+    """Firmware versions of this model."""
+    hardware_version: int
+    """Hardware version from GetNodeInfo."""
+    model_number: int
+    """Model number as read from the servo."""
+    name: str
+    """Model name."""
+    pwm: bool
+    """The model has a PWM input."""
+    rows: dict[str, RowRange]
+    """Ranges of the rows of its newest firmware, by key."""
+    series: str
+    """BLA15, BLA21 or BLA34."""
+    voltage_class: str
+    """Supply voltage class."""
+
+
+class SerialLine(TypedDict):
+    """The serial line between this computer and a serial adapter."""
+
+    baud: int
+    """Baud rate, bit/s."""
+    budget: int | None
+    """Full frames per second that the line carries. Null for USB adapters without a serial line."""
+    confirmed: bool
+    """Well-formed data was received at this baud rate."""
+    found: bool
+    """hornbill detected the baud rate. false if the address gives it."""
+    latency_ms: int | None
+    """Latency timer of an FTDI chip, ms. Null if the system does not report it."""
+    load_pct: float | None
+    """Share of the line used for receiving, %. Null without a budget."""
+    serial_number: str | None
+    """USB serial number of the adapter"""
+
+
+class Servo(TypedDict):
+    """One servo, known by its unique id."""
+
+    activity: Activity
+    age_s: float | None
+    """Age of `angle_deg`, s. Null if never received."""
+    angle_deg: float | None
+    """Horn angle, °. Positive is clockwise."""
+    bus: str | None
+    """Address of the bus. Null while offline."""
+    command_deg: float | None
+    """Last known angle command, °. Null while inactive."""
+    drift: list[str]
+    """Keys of rows that another tool changed in ROM. Details: `GET …/drift`."""
+    faults: FaultWords
+    firmware: str | None
+    """Firmware version, such as `1.300`. Null if unknown."""
+    firmware_note: str | None
+    """What users of this firmware should know, in English. Null if nothing."""
+    hardware_version: int | None
+    """Hardware version from GetNodeInfo. Null if unknown."""
+    health: HealthCode | None
+    """Health from NodeStatus. Null if unknown."""
+    known_model: bool
+    """The tables contain its series. Servos of other series are read-only."""
+    label: str
+    """Nickname, stored by the server."""
+    lost: list[LostValue]
+    """RAM values lost in a restart. A value leaves when RAM holds it again, all of them leave after a successful
+    save and DELETE …/lost"""
+    mode: str | None
+    """Mode from NodeStatus. Null if unknown."""
+    model: str | None
+    """Model, such as `BLA21-06U-A0`. Null if unknown."""
+    model_number: int | None
+    """Model number (0x50), which determines the series. Null if unknown."""
+    name: str
+    """Node name from GetNodeInfo."""
+    node_id: int | None
+    """Current node ID, 1 to 127. Null while it has none."""
+    online: bool
+    """Received recently."""
+    output: Output
+    position_unit: PositionUnitState
+    production_date: str | None
+    """YYYY-MM-DDTHH:MM, time zone not stated by the servo"""
+    pwm: bool | None
+    """The servo has a PWM input. Null if unknown."""
+    serial: str | None
+    """Serial number: model number, dash, product number. Null if unknown."""
+    series: str | None
+    """BLA15, BLA21 or BLA34. Null if unknown."""
+    servo_id: int | None
+    """Servo ID (0x45). ArrayCommand cannot address 0. Null if unknown."""
+    state: Literal["identifying", "ready", "soft_start", "saving", "restarting", "updating", "protected", "offline"]
+    """Operating state."""
+    treated_as: TreatedAs
+    uid: str
+    """Unique ID, 32 lower-case hex digits."""
+    unacknowledged: int
+    """Number of warnings and failures not acknowledged since they last occurred."""
+    unsaved: list[str]
+    """Keys of rows configured differently from ROM. Switching the output does not count."""
+    uptime_s: int | None
+    """Time since its start, s. Null if unknown."""
+
+
+class ServoFaults(TypedDict):
+    """The fault bits of one of several servos; `problem` instead of them where there is no such servo."""
+
+    faults: list[Fault]
+    """Failures, then warnings, then notifications. Active before past."""
+    problem: Problem | None
+    """Reason why there are none. Null otherwise."""
+
+
+class Snapshot(TypedDict):
+    """What a servo held at one instant, in engineering values."""
+
+    at: float
+    """Time of the snapshot, seconds since 1970 UTC."""
+    automatic: bool
+    """Taken automatically before a change."""
+    by: str
+    """Client that did it."""
+    firmware: str | None
+    """Firmware version, such as `1.300`. Null if unknown."""
+    id: int
+    """ID, as used in paths."""
+    model: str | None
+    """Model, such as `BLA21-06U-A0`. Null if unknown."""
+    reason: str
+    """Reason for the snapshot."""
+    reason_code: ReasonCode | None
+    """Code of the reason: `manual`, or the operation that it preceded. Null for a user's own words."""
+    reason_params: Params
+    rom: dict[str, bool | int | float | str | None]
+    """Values known to be in ROM, by key."""
+    uid: str
+    """Unique ID, 32 lower-case hex digits."""
+    values: dict[str, bool | int | float | str | None]
+    """RAM, by key"""
+
+
+class StepMetrics(TypedDict):
+    """Metrics of one step; all times ± `sample_s`. Null if the step never got that far. `hunting_hz` is also
+    measured at the end of a step that never settles because the horn oscillates. It is null with fewer than
+    100 samples per second."""
+
+    crossing_s: float | None
+    """Time until the target is first reached, s."""
+    delay_s: float | None
+    """Time until the horn starts to move, s."""
+    hunting: Literal["none", "slight", "hunting"]
+    """Oscillation after settling."""
+    hunting_hz: float | None
+    """Oscillation frequency after settling, Hz."""
+    hunting_rms_deg: float | None
+    """Oscillation amplitude, RMS, °."""
+    overshoot_pct: float | None
+    """Overshoot, % of the step."""
+    peak_deg: float | None
+    """Farthest angle, °."""
+    peak_speed_rpm: float | None
+    """Greatest speed, rpm."""
+    rise_s: float | None
+    """Time from 10 % to 90 % of the step, s."""
+    sample_s: float
+    """Longest time between two samples, which is the resolution of all times, s."""
+    settling_s: float | None
+    """Settling time: until the angle stays within the band, s."""
+    steady_state_error_deg: float | None
+    """Deviation from the target after settling, °."""
+
+
+class StepRun(TypedDict):
+    """A finished step test, with what it was measured under."""
+
+    achieved_hz: float
+    """Samples per second."""
+    at: float
+    """Time of the test, seconds since 1970 UTC."""
+    band_deg: float
+    """Settling band around the target, °."""
+    firmware: str | None
+    """Firmware version, such as `1.300`. Null if unknown."""
+    id: int
+    """ID, as used in paths."""
+    model: str | None
+    """Model, such as `BLA21-06U-A0`. Null if unknown."""
+    note: str
+    """Note of the user."""
+    parameters: dict[str, bool | int | float | str | None]
+    """Values of all rows during the test, by key."""
+    step_deg: float
+    """Step size, °."""
+    steps: list[StepTrace]
+    """Steps in order."""
+    temperature_c: float | None
+    """Servo temperature during the test, °C. Null if unknown."""
+    uid: str
+    """Unique ID, 32 lower-case hex digits."""
+    voltage_v: float | None
+    """Supply voltage during the test, V. Null if unknown."""
+    warnings: list[str]
+    """Warnings, one sentence each."""
+
+
+class StepTrace(TypedDict):
+    """One step: samples from the command on."""
+
+    angle_deg: list[float]
+    """Angle of each sample, °."""
+    direction: Literal["there", "back"]
+    """Towards the target, or back."""
+    from_deg: float
+    """Start angle, °."""
+    metrics: StepMetrics
+    t: list[float]
+    """Time of each sample after the command, s."""
+    to_deg: float
+    """Target angle, °."""
+
+
+class Stop(TypedDict):
+    """The stop latch."""
+
+    at: float | None
+    """Time of the stop, seconds since 1970 UTC. Null while not latched."""
+    by: str | None
+    """Client that stopped. Null while not latched."""
+    latched: bool
+    """Motion is blocked until the stop is cleared."""
+    mode: StopMode | None
+    """Torque off or brake. Null while not latched."""
+    nodes: list[StopNode]
+    """Nodes that broadcast actuator status and may be servos."""
+    reason: str | None
+    """Reason of the client. Null while not latched."""
+    servos: list[StopServo]
+    """One entry per servo."""
+
+
+class StopNode(TypedDict):
+    """How stop went on a node that may be a servo and has not been identified."""
+
+    confirmed: bool
+    """The response to torque off (or brake) was received."""
+    ms: float | None
+    """Time from the request to the response, ms. Null until then."""
+    node_id: int
+    """Node ID, 1 to 127."""
+
+
+class StopServo(TypedDict):
+    """How stop went on one servo."""
+
+    confirmed: bool
+    """The response to torque off (or brake) was received."""
+    label: str
+    """Nickname. Empty if none."""
+    ms: float | None
+    """Time from the request to the response, ms. Null until then."""
+    uid: str
+    """Unique ID, 32 lower-case hex digits."""
+
+
+class Stream(TypedDict):
+    """A stream and how well it keeps time."""
+
+    bus_share: float
+    """Share of the bus, 0 to 1."""
+    ended: str | None
+    """Reason why it ended. Null while it runs."""
+    ended_summary: str | None
+    """`ended` without requests for programs. Null while it runs."""
+    holder: str
+    """Client with motion control."""
+    id: str
+    """ID, as used in paths."""
+    misses: int
+    """Number of slots without a burst in time."""
+    moving: bool
+    """A servo is still following its profile."""
+    rate_hz: float
+    """Bursts per second."""
+    sent: int
+    """Number of bursts sent."""
+    type: CommandKind
+    """Type of the values: angle (°), speed (rpm) or torque (%)."""
+    uids: list[str]
+    """Servos that are commanded together, unique IDs."""
+    worst_late_ms: float
+    """Greatest delay of a burst, ms."""
+    worst_skew_ms: float
+    """Longest time between the first and last message of a burst, ms."""
+
+
+class SwitchReading(TypedDict):
+    """One parameter as last read from RAM, with its ROM value and this model's limits. Not validated, because
+    sockets send many."""
+
+    address: int
+    """Register address."""
+    age_s: float | None
+    """Time since it was read, s. Null if never read."""
+    at: float | None
+    """Time of the read, seconds since 1970 UTC. Null if never read."""
+    configured: Any
+    """Value that a save writes: `value`, or for torque_mode, whose RAM value is session state, the value written
+    as configuration, otherwise `rom`."""
+    default: Any
+    """Default of this model. Null if none or unknown."""
+    differs_from_default: bool | None
+    """`configured` differs from the default. Null if either is unknown or there is none."""
+    in_effect: bool | None
+    """false: the row has no effect now. Null if unknown."""
+    key: ParameterKey
+    """Parameter key."""
+    maximum: float | None
+    """Maximum of this model. Null if none or unknown."""
+    minimum: float | None
+    """Minimum of this model. Null if none or unknown."""
+    raw: int | None
+    """Integer on the wire. Null if never read."""
+    rom: Any
+    """Value known to be in ROM. Null if unknown."""
+    stale: bool
+    """Too old, or the servo is offline: the servo may hold another value."""
+    unit: str
+    """Unit of the value. Empty if none."""
+    unsaved: bool | None
+    """`configured` differs from ROM. Null if either is unknown or ROM lacks the row."""
+    value: Any
+    """Engineering value or choice key. Null for the dummy value and if never read."""
+    why: Why | None
+    """`why_not` by code. Null while it has an effect."""
+    why_not: str | None
+    """Reason why it has no effect now. Null if it has."""
+
+
+class Telemetry(TypedDict):
+    """What is polled of a servo, and for whom."""
+
+    budget: float
+    """Share of the bus available to polling, 0 to 1."""
+    channels: TelemetryChannelByKey
+    """Channels by parameter key."""
+    wishes: list[TelemetryGrant]
+    """Subscriptions and their granted rates."""
+
+
+class TelemetryChannel(TypedDict):
+    """One channel: how often it is to be polled, and how often it really is."""
+
+    age_s: float | None
+    """Age of the last sample, s. Null if there is none."""
+    background_hz: float | None
+    """Rate of background polling, Hz. Null if not polled."""
+    granted_hz: float | None
+    """Granted rate of the subscriptions, Hz. Null without a subscription."""
+    marks: list[TelemetryMark]
+    """Newest 1000 marks."""
+    measured_hz: float
+    """Samples per second over the last 5 s, including broadcasts."""
+
+
+class TelemetryGrant(TypedDict):
+    """Rate of one subscription within the bus budget."""
+
+    bus_share: float
+    """Share of the bus, 0 to 1."""
+    channels: list[str]
+    """Parameter keys."""
+    expires_in_s: float | None
+    """Time until it expires, s. Null if it does not."""
+    granted_hz: float
+    """Rate within the bus budget, Hz."""
+    note: str | None
+    """Reason why nothing is polled now. Null if polled."""
+    note_code: NoteCode | None
+    """Code of the note. Null if polled."""
+    note_params: Params
+    owner: str
+    """Owner of the subscription."""
+    requested_hz: float
+    """Requested rate, Hz."""
+
+
+class TelemetryMark(TypedDict):
+    """Something to know of a channel at an instant: `t` in seconds on the server's clock."""
+
+    kind: Literal["wrap", "inactive", "gap", "restart"]
+    """What happened."""
+    t: float
+    """Time on the server's clock, s."""
+
+
+class TimeoutActionReading(TypedDict):
+    """One parameter as last read from RAM, with its ROM value and this model's limits. Not validated, because
+    sockets send many."""
+
+    address: int
+    """Register address."""
+    age_s: float | None
+    """Time since it was read, s. Null if never read."""
+    at: float | None
+    """Time of the read, seconds since 1970 UTC. Null if never read."""
+    configured: TimeoutActionChoice | Any
+    """Value that a save writes: `value`, or for torque_mode, whose RAM value is session state, the value written
+    as configuration, otherwise `rom`."""
+    default: TimeoutActionChoice | Any
+    """Default of this model. Null if none or unknown."""
+    differs_from_default: bool | None
+    """`configured` differs from the default. Null if either is unknown or there is none."""
+    in_effect: bool | None
+    """false: the row has no effect now. Null if unknown."""
+    key: ParameterKey
+    """Parameter key."""
+    maximum: float | None
+    """Maximum of this model. Null if none or unknown."""
+    minimum: float | None
+    """Minimum of this model. Null if none or unknown."""
+    raw: int | None
+    """Integer on the wire. Null if never read."""
+    rom: TimeoutActionChoice | Any
+    """Value known to be in ROM. Null if unknown."""
+    stale: bool
+    """Too old, or the servo is offline: the servo may hold another value."""
+    unit: str
+    """Unit of the value. Empty if none."""
+    unsaved: bool | None
+    """`configured` differs from ROM. Null if either is unknown or ROM lacks the row."""
+    value: TimeoutActionChoice | Any
+    """Engineering value or choice key. Null for the dummy value and if never read."""
+    why: Why | None
+    """`why_not` by code. Null while it has an effect."""
+    why_not: str | None
+    """Reason why it has no effect now. Null if it has."""
+
+
+class TorqueModeReading(TypedDict):
+    """One parameter as last read from RAM, with its ROM value and this model's limits. Not validated, because
+    sockets send many."""
+
+    address: int
+    """Register address."""
+    age_s: float | None
+    """Time since it was read, s. Null if never read."""
+    at: float | None
+    """Time of the read, seconds since 1970 UTC. Null if never read."""
+    configured: TorqueModeChoice | Any
+    """Value that a save writes: `value`, or for torque_mode, whose RAM value is session state, the value written
+    as configuration, otherwise `rom`."""
+    default: TorqueModeChoice | Any
+    """Default of this model. Null if none or unknown."""
+    differs_from_default: bool | None
+    """`configured` differs from the default. Null if either is unknown or there is none."""
+    in_effect: bool | None
+    """false: the row has no effect now. Null if unknown."""
+    key: ParameterKey
+    """Parameter key."""
+    maximum: float | None
+    """Maximum of this model. Null if none or unknown."""
+    minimum: float | None
+    """Minimum of this model. Null if none or unknown."""
+    raw: int | None
+    """Integer on the wire. Null if never read."""
+    rom: TorqueModeChoice | Any
+    """Value known to be in ROM. Null if unknown."""
+    stale: bool
+    """Too old, or the servo is offline: the servo may hold another value."""
+    unit: str
+    """Unit of the value. Empty if none."""
+    unsaved: bool | None
+    """`configured` differs from ROM. Null if either is unknown or ROM lacks the row."""
+    value: TorqueModeChoice | Any
+    """Engineering value or choice key. Null for the dummy value and if never read."""
+    why: Why | None
+    """`why_not` by code. Null while it has an effect."""
+    why_not: str | None
+    """Reason why it has no effect now. Null if it has."""
+
+
+class TreatedAs(TypedDict):
+    """The known model and firmware that stand for what the tables do not have."""
+
+    firmware: str | None
+    """Firmware to assume. Null if the firmware is known."""
+    model: str | None
+    """Model to assume. Null if the model is known."""
+
+
+class UniqueNumber(TypedDict):
+    """A number that no two servos share, and the range that is proposed (raw). 0 is "none yet" and may be shared."""
+
+    highest: int
+    """Highest number that is proposed."""
+    lowest: int
+    """Lowest number that is proposed."""
+
+
+class UnitWhen(TypedDict):
+    """Another unit, in force while `parameter` reads `raw` (0x36 follows 0x37, section 4.30)."""
+
+    parameter: str
+    """Key of the row that decides."""
+    per_unit: int
+    """Raw steps per unit."""
+    raw: int
+    """Value of that row for this unit, raw."""
+    unit: str
+    """Unit of the value. Empty if none."""
+
+
+class Why(TypedDict):
+    """A reason by code, for programs and other languages."""
+
+    code: str
+    """Name of the reason."""
+    params: dict[str, str]
+    """Values in the sentence. `parameter` is the row that decides."""
+
+
+Advice: TypeAlias = Literal[
+    "connect_adapter",
+    "check_adapter",
+    "as_adapter_says",
+    "check_timing_and_wiring",
+    "find_short",
+    "set_bit_timing",
+    "set_bit_rate",
+    "check_wires",
+    "check_wires_and_baud",
+    "free_serial_line",
+    "check_plugs",
+    "slow_sender",
+    "free_computer",
+    "none_needed",
+    "renumber_node",
+    "change_own_node_id",
+    "close_program",
+    "give_servo_ids",
+    "silence_commander",
+    "renumber_servos",
+    "keep_one_allocator",
+    "turn_allocator_on",
+    "free_node_id",
+    "check_node_and_restart",
+    "check_node",
+    "check_cable_and_restart",
+    "check_worst_cable",
+    "check_computer",
+    "check_supply",
+]
+AllocatorChoice: TypeAlias = Literal["on", "off", "force"]
+CautionCode: TypeAlias = Literal["turns", "turn_count", "endless", "too_small", "held", "pwm", "timeout_too_short"]
+ChangeOutcome: TypeAlias = Literal["applied", "rolled_back", "planned"]
+CommandKind: TypeAlias = Literal["angle", "speed", "torque"]
+EvidenceCode: TypeAlias = Literal[
+    "problem",
+    "interrupted",
+    "rows_read",
+    "snapshot_taken",
+    "snapshot_known",
+    "snapshot_failed",
+    "sent",
+    "asked",
+    "silent",
+    "restarted",
+    "restarted_when_asked",
+    "back_on_node",
+    "no_soft_start",
+    "soft_start_over",
+    "soft_start_aborted",
+    "read_back",
+    "all_rows_read",
+    "torque_off",
+    "erased",
+    "rows_differ",
+    "nothing_differs",
+    "rows_written",
+    "saved_by_job",
+    "rows_verified",
+    "at_rest",
+    "not_limited",
+    "limited",
+    "wiggled",
+    "angle_unknown",
+    "returned",
+    "restored",
+    "test_conditions",
+    "samples",
+    "run_stored",
+    "planned",
+    "written",
+    "saved",
+    "save_not_needed",
+    "identified",
+    "values_hold",
+    "values_still_hold",
+    "servo_id_parked",
+    "servo_id_put_back",
+    "servo_id_lost",
+    "node_id_parked",
+    "failed_before",
+    "job_ended",
+    "values_refused",
+    "other_refused",
+    "other_failed",
+    "latch_cleared",
+    "not_latched",
+    "held",
+]
+FaultLevel: TypeAlias = Literal["notification", "warning", "failure"]
+FindingCode: TypeAlias = Literal[
+    "adapter",
+    "bus_off",
+    "bit_rate",
+    "no_traffic",
+    "own_node_id",
+    "duplicate_node_id",
+    "duplicate_servo_id",
+    "servos_without_id",
+    "other_commands",
+    "second_allocator",
+    "allocation_stuck",
+    "frames_dropped",
+    "errors_rising",
+    "load_over_budget",
+    "serial_line_full",
+    "silent_node",
+    "answers_lost",
+    "answers_slow",
+    "servo_offline",
+    "foreign_frames",
+    "no_bus",
+    "adapter_failed",
+    "adapter_lost",
+    "interface_down",
+    "sample_point",
+    "only_errors",
+    "unacknowledged",
+    "nothing_received",
+    "makers_program",
+    "allocator_off",
+    "allocation_refused",
+    "adapter_silent",
+    "bit_rate_fixed",
+    "baud_unknown",
+    "adapter_echoes",
+    "line_noise",
+    "latency_timer",
+]
+HealthCode: TypeAlias = Literal["ok", "warning", "error", "critical"]
+JobState: TypeAlias = Literal["queued", "running", "succeeded", "failed", "cancelled"]
+LogFormat: TypeAlias = Literal["candump", "asc", "blf", "csv"]
+"""The four forms of a recording."""
+MarkReason: TypeAlias = Literal["failure", "stop", "lost", "bus_lost", "manual"]
+MotionCode: TypeAlias = Literal["turns", "turn_count"]
+NoteCode: TypeAlias = Literal[
+    "problem",
+    "text",
+    "not_in_servo",
+    "side_unknown",
+    "identity_row",
+    "torque_row",
+    "torque_never_on",
+    "too_many_dots",
+    "no_syntax",
+    "nested_too_deeply",
+    "no_object",
+    "no_table",
+    "too_many_entries",
+    "no_value",
+    "unknown_field",
+    "no_text",
+    "too_long",
+    "half_character",
+    "other_tables",
+    "unit_no_text",
+    "unit_without_value",
+    "pin_kept",
+    "pin_at_start",
+    "pin_after_fixed",
+    "id_free",
+    "id_kept_until_start",
+    "no_status",
+    "this_server",
+    "another_hornbill",
+    "asking_for_id",
+    "no_model_number",
+    "no_parameters",
+    "no_info",
+    "not_pollable_yet",
+    "polled_when_ready",
+    "log_limit",
+    "disk_slow",
+    "disk_full",
+    "write_failed",
+    "unit_unchecked",
+    "unit_agreed",
+    "unit_changed",
+    "unit_none_fits",
+    "unit_forced",
+    "reason",
+    "stop_reason",
+    "stop_of",
+    "stop_confirmed",
+    "lease_taken",
+    "lease_ended",
+    "profile_stored",
+    "profile_replaced",
+    "profile_deleted",
+    "ram_only",
+    "servo_id_zero",
+    "login_from",
+    "servo_forgotten",
+    "not_seen_for",
+    "commissioned",
+]
+ParameterKey: TypeAlias = Literal[
+    "command_angle",
+    "command_speed",
+    "command_torque",
+    "current_angle",
+    "current_speed",
+    "current_torque",
+    "current_temperature",
+    "current_voltage",
+    "fault_overview",
+    "fault_notification",
+    "fault_warning",
+    "fault_failure",
+    "torque_mode",
+    "soft_start",
+    "smoothing",
+    "reverse",
+    "extended_angle",
+    "speed_torque_control",
+    "timeout_action",
+    "timeout_time",
+    "overcurrent_limit",
+    "angle_p_gain",
+    "angle_d_gain",
+    "angle_dead_band",
+    "angle_boost",
+    "speed_p_gain",
+    "speed_i_gain",
+    "speed_dead_band",
+    "speed_i_limit",
+    "pwm_neutral",
+    "pwm_range",
+    "pwm_output_range",
+    "pwm_mode",
+    "angle_limit_cw",
+    "angle_limit_ccw",
+    "speed_limit_cw",
+    "speed_limit_ccw",
+    "torque_limit_cw",
+    "torque_limit_ccw",
+    "temperature_limit_upper",
+    "temperature_limit_lower",
+    "voltage_limit_upper",
+    "voltage_limit_lower",
+    "origin",
+    "servo_id",
+    "node_id",
+    "model_number",
+    "product_number",
+    "firmware_version",
+    "hardware_version",
+    "production_year",
+    "production_month",
+    "production_day",
+    "production_hour",
+    "production_minute",
+]
+Params: TypeAlias = dict[str, str | int | float | bool | list[str | int | float]]
+"""Values in the text, by name with unit, unless unknown. Empty for texts without values."""
+PositionUnit: TypeAlias = Literal["hundred_degrees", "radian", "degree", "tenth_degree"]
+PwmModeChoice: TypeAlias = Literal["angle", "speed"]
+ReadingByKey: TypeAlias = dict[str, Reading]
+ReasonCode: TypeAlias = Literal[
+    "manual", "saving", "factory_reset", "drift_undone", "change", "commissioning", "matrix", "profile", "restore"
+]
+RefusalCode: TypeAlias = Literal["table_failed", "pinned_id_in_use", "all_taken"]
+StepCode: TypeAlias = Literal[
+    "check",
+    "snapshot",
+    "write",
+    "silence",
+    "restart",
+    "back",
+    "soft_start",
+    "read_back",
+    "ask",
+    "torque_off",
+    "erase",
+    "read",
+    "identity",
+    "rows",
+    "save",
+    "verify",
+    "limit",
+    "wiggle",
+    "return",
+    "restore",
+    "there",
+    "numbers",
+    "plan",
+    "aside",
+    "away",
+    "identify",
+    "clear",
+]
+StopMode: TypeAlias = Literal["off", "brake"]
+TelemetryChannelByKey: TypeAlias = dict[str, TelemetryChannel]
+TimeoutActionChoice: TypeAlias = Literal["hold", "off", "brake"]
+TorqueModeChoice: TypeAlias = Literal["on", "off", "brake"]
