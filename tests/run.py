@@ -1,13 +1,16 @@
-"""The stages of `make test` and `make test-release`, one after another, and the time each took.
+"""The stages of `make test` and `make test-release`, and the time each took.
 
-`python tests/run.py [release] [--retry] [pytest arguments]`. A failed stage ends the run. With --retry, the tests
-that failed run once more, one after another, before a stage counts as failed: the machine may be shared.
+`python tests/run.py [release] [--retry] [pytest arguments]`. Stages of one step run side by side, and what each
+printed follows when it has ended; steps run one after another. A failed stage ends the run after its step. With
+--retry, the tests that failed run once more, one after another, before a stage counts as failed: the machine may be
+shared.
 """
 
 import os
 import subprocess
 import sys
 import time
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
@@ -27,46 +30,79 @@ class Stage:
     """Some of the tests, run by one command."""
 
     name: str
-    select: tuple[str, ...]
+    select: tuple[str, ...] = ()
     """Arguments for pytest: which tests."""
     workers: tuple[str, ...] = ()
     wrapper: tuple[str, ...] = ()
+    program: tuple[str, ...] = ()
+    """What runs them if it is not pytest."""
 
     def command(self, *, again: bool, further: list[str]) -> list[str]:
         """The command line. `again` runs what failed last time, without workers."""
+        if self.program:
+            return [*self.program]
         how = ("--last-failed", "--last-failed-no-failures", "none") if again else self.workers
         return [*self.wrapper, sys.executable, "-m", "pytest", *self.select, *how, *further]
 
 
-TEST: Final = (
-    Stage("unit, contract, behaviour", ("tests/unit", "tests/contract", "tests/behaviour"), ("-n", "auto")),
-    Stage("socketcan", ("tests/socketcan", "-p", "no:cacheprovider"), wrapper=(WRAPPER, "--") if WRAPPER else ()),
-    Stage("browser, side by side", ("tests/e2e", "-m", "not alone"), ("-n", "2", "--dist", "loadfile")),
-    Stage("browser, one at a time", ("tests/e2e", "-m", "alone")),
+@dataclass(frozen=True)
+class Outcome:
+    """How a stage ended: "passed", "passed on retry", "SKIPPED: …" or "FAILED"."""
+
+    stage: Stage
+    result: str
+    seconds: float
+
+
+VITEST: Final = Stage("page, without a browser", program=("npm", "--prefix", "web", "run", "--silent", "test"))
+COMMANDS: Final = Stage("commands", ("tests/commands",), ("-n", "2", "--dist", "loadfile"))
+SOCKETCAN: Final = Stage(
+    "socketcan", ("tests/socketcan", "-p", "no:cacheprovider"), wrapper=(WRAPPER, "--") if WRAPPER else ()
 )
-RELEASE: Final = (Stage("fresh environments, image, other browsers", ("tests/release",)),)
+TEST: Final = (
+    (Stage("unit, contract, behaviour", ("tests/unit", "tests/contract", "tests/behaviour"), ("-n", "auto")),),
+    (SOCKETCAN, COMMANDS, VITEST),  # the first is one process, the second waits for servos most of the time
+    (Stage("browser", ("tests/e2e",), ("-n", "3", "--dist", "loadfile")),),  # a page waits a third of the time
+)
+RELEASE: Final = ((Stage("fresh environments, image, other browsers", ("tests/release",)),),)
 
 
-def run(stage: Stage, *, retry: bool, further: list[str]) -> str:
-    """Run a stage: "passed", "passed on retry", "SKIPPED: …" or "FAILED"."""
+def run(stage: Stage, *, again: bool, further: list[str], quiet: bool) -> tuple[int, str]:
+    """Run a stage: its exit status, and what it printed if it is `quiet`."""
     environment = {**os.environ, "PYTHONPYCACHEPREFIX": str(BYTE_CODE)}
     environment.pop("PYTHONDONTWRITEBYTECODE", None)
+    done = subprocess.run(
+        stage.command(again=again, further=further), cwd=ROOT, env=environment, check=False, text=True,
+        stdout=subprocess.PIPE if quiet else None, stderr=subprocess.STDOUT if quiet else None,
+    )  # fmt: skip
+    return done.returncode, done.stdout or ""
 
-    def tests(again: bool) -> int:
-        return subprocess.run(
-            stage.command(again=again, further=further), cwd=ROOT, env=environment, check=False
-        ).returncode
 
-    code = tests(again=False)
-    if code == 0:
-        return "passed"
-    if code == NO_KERNEL and stage.wrapper:
-        return f"SKIPPED: {WRAPPER} cannot provide a kernel with CAN on this machine"
-    if code == FAILED and retry and not stage.wrapper:
-        print(f"{stage.name}: what failed runs once more", flush=True)
-        if tests(again=True) == 0:
-            return "passed on retry"
-    return "FAILED"
+def step(stages: tuple[Stage, ...], *, retry: bool, further: list[str]) -> list[Outcome]:
+    """Run stages side by side, then what failed in them once more if it is to be retried."""
+    begun = time.monotonic()
+
+    def first(stage: Stage) -> tuple[Stage, int, float]:
+        code, printed = run(stage, again=False, further=further, quiet=len(stages) > 1)
+        if printed:
+            print(f"== {stage.name}\n{printed}", flush=True)
+        return stage, code, time.monotonic() - begun
+
+    with ThreadPoolExecutor(len(stages)) as side_by_side:
+        ended = list(side_by_side.map(first, stages))
+    outcomes: list[Outcome] = []
+    for stage, code, seconds in ended:
+        result = "passed" if code == 0 else "FAILED"
+        if code == NO_KERNEL and stage.wrapper:
+            result = f"SKIPPED: {WRAPPER} cannot provide a kernel with CAN on this machine"
+        elif code == FAILED and retry and not stage.wrapper and not stage.program:
+            print(f"{stage.name}: what failed runs once more", flush=True)
+            again = time.monotonic()
+            if run(stage, again=True, further=further, quiet=False)[0] == 0:
+                result = "passed on retry"
+            seconds += time.monotonic() - again
+        outcomes.append(Outcome(stage, result, seconds))
+    return outcomes
 
 
 def main(arguments: list[str]) -> int:
@@ -74,16 +110,15 @@ def main(arguments: list[str]) -> int:
     release = "release" in arguments
     retry = "--retry" in arguments
     further = [each for each in arguments if each not in ("release", "--retry")]
-    table: list[str] = []
-    result = "passed"
-    for stage in RELEASE if release else TEST:
-        begun = time.monotonic()
-        result = run(stage, retry=retry, further=further)
-        table.append(f"{time.monotonic() - begun:6.0f} s  {stage.name}: {result}")
-        if result == "FAILED":
+    begun = time.monotonic()
+    outcomes: list[Outcome] = []
+    for stages in RELEASE if release else TEST:
+        outcomes += step(stages, retry=retry, further=further)
+        if any(one.result == "FAILED" for one in outcomes):
             break
-    print("\n".join(table), flush=True)
-    return int(result == "FAILED")
+    print("\n".join(f"{one.seconds:6.0f} s  {one.stage.name}: {one.result}" for one in outcomes))
+    print(f"{time.monotonic() - begun:6.0f} s  in all", flush=True)
+    return int(any(one.result == "FAILED" for one in outcomes))
 
 
 if __name__ == "__main__":

@@ -109,7 +109,7 @@ async def test_a_stop_is_kept_once_with_who_why_and_how_many_confirmed_and_so_is
     cleared, pressed = await audit(rig, action="stop")
     assert deed(pressed) == ("Ann", "stop", "pressed")
     assert pressed["requested"] == "brake"
-    assert pressed["detail"].startswith("smoke. 2 of 2 confirmed within ")
+    assert pressed["detail"].startswith("smoke. 2 of 2 acknowledged within ")
     assert deed(cleared) == ("Bob", "stop", "cleared")
     assert cleared["detail"].startswith("Stop of Ann cleared.")
 
@@ -142,7 +142,7 @@ def test_a_stop_is_kept_even_when_nobody_confirms_and_when_the_server_ends_at_on
         await rig.host.close()
         return [(row.entry.by, row.entry.detail) for row in rig.host.store.audit.rows(action="stop")]
 
-    assert play(scene) == [("Ann", "0 of 1 confirmed.")]
+    assert play(scene) == [("Ann", "0 of 1 acknowledged.")]
 
 
 @scene()

@@ -242,12 +242,12 @@ async def test_a_bus_back_before_anybody_looked_was_lost_all_the_same(
 
     servo = (await rig.ready(2))[0]
     await commanded(rig, servo)
-    look = rig.host.watch.look
-    monkeypatch.setattr(rig.host.watch, "look", lambda: None)
+    look = rig.host.watch.check
+    monkeypatch.setattr(rig.host.watch, "check", lambda: None)
     await rig.cable.unplug()
     rig.cable.plug_in()
     await asyncio.sleep(1)
-    monkeypatch.setattr(rig.host.watch, "look", look)
+    monkeypatch.setattr(rig.host.watch, "check", look)
     await asyncio.sleep(0.2)
     assert rig.sim(servo).output == 1
     assert len(rig.events("bus_lost")) == len(rig.events("bus_back")) == 1

@@ -41,7 +41,7 @@ async def test_a_speed_or_torque_is_done_and_says_that_it_turns_without_end(rig:
     assert json(await move(rig, servo, lease, 0, kind="speed"))["warnings"] == []
     for kind in ("speed", "torque"):
         (said,) = json(await move(rig, servo, lease, 20, kind=kind))["warnings"]
-        assert "turns without end" in said
+        assert "rotates continuously" in said
 
 
 @scene(WIDE)

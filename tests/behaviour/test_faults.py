@@ -358,7 +358,7 @@ async def test_a_store_that_fails_keeps_nobody_from_seeing_a_fault(rig: Rig, mon
         raise StoreFailed("The disk is full. Make room.", cause=None)
 
     servo = (await rig.ready())[0]
-    monkeypatch.setattr(rig.host.store.faults, "keep", fail)
+    monkeypatch.setattr(rig.host.store.faults, "record", fail)
     monkeypatch.setattr(rig.host.store.faults, "acknowledge", fail)
     await inject(rig, servo, "motor_driver")
     await inject(rig, servo, "sensor_weak")

@@ -40,7 +40,7 @@ def turns(rig: Rig, servo: Servo) -> bool:
 async def test_a_run_whose_release_never_comes_is_braked_when_its_time_is_over(rig: Rig, kind: str, row: str) -> None:
     servo, lease = await ready(rig)
     said = json(await rig.call("POST", f"/servos/{servo.uid}/command", held(20, kind), lease=lease))
-    assert "turns without end" in said["warnings"][0]
+    assert "rotates continuously" in said["warnings"][0]
     await asyncio.sleep(FOR_S * 0.8)
     assert turns(rig, servo)
     await asyncio.sleep(FOR_S * 0.2 + 0.02)

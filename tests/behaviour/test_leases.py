@@ -176,7 +176,7 @@ async def test_everybody_sees_who_asks_and_the_countdown_and_the_log_says_it(rig
     told = (await page.hear("lease"))["lease"]
     assert (told["holder"], told["request"]["by"], told["request"]["reason"]) == ("test", "Bob", "my turn")
     assert 9.9 < told["request"]["expires_in_s"] <= 10
-    assert "Bob asks test for motion control: my turn." in rig.events("lease_requested")[0].text
+    assert "Bob requests motion control from test: my turn." in rig.events("lease_requested")[0].text
     await asyncio.sleep(2)
     beat = json(await rig.call("PUT", f"/leases/{lease}"))
     assert 7.9 < beat["request"]["expires_in_s"] <= 8, "a holder without a socket learns it from a heart-beat"
@@ -227,7 +227,7 @@ async def test_without_a_refusal_it_passes_when_the_countdown_ends_and_torque_is
     problem(await rig.call("PUT", f"/leases/{lease}"), "unknown_lease", 404)
     body = {"type": "angle", "value": 0.0}
     problem(await rig.call("POST", f"/servos/{servos[0].uid}/command", body, lease=lease), "lease_held", 409)
-    assert rig.events("lease_passed")[0].text == "Bob got motion control from test: my turn."
+    assert rig.events("lease_passed")[0].text == "Bob took over motion control from test: my turn."
     await asyncio.sleep(1)
     kept = json(await rig.http.get("/audit", params={"action": "lease"}))[0]
     assert (kept["by"], kept["outcome"], kept["before"], kept["detail"]) == ("Bob", "passed", "test", "my turn")

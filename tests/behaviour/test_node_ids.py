@@ -72,7 +72,7 @@ async def test_a_pin_is_given_at_the_next_start_and_the_answer_says_so(rig: Rig,
     answer = json(await rig.call("PUT", f"/allocations/{servo.uid}", {"node_id": 17}))
     assert (answer["node_id"], answer["pinned"], answer["online"]) == (17, True, True)
     assert "at its next start" in answer["note"]
-    assert "stays on 125" in answer["note"]
+    assert "uses 125" in answer["note"]
     await asyncio.sleep(5)
     assert servo.node_id == 125
     await restart(rig, servo)
@@ -121,7 +121,7 @@ async def test_what_cannot_be_pinned(rig: Rig) -> None:
 async def test_our_own_id_is_neither_pinned_nor_given(rig: Rig) -> None:
     rig.host.allocating.own_id = 125
     answer = await rig.call("PUT", f"/allocations/{STRANGER}", {"node_id": 125})
-    assert "own" in problem(answer, "invalid_value", 422)["detail"]
+    assert "used by hornbill itself" in problem(answer, "invalid_value", 422)["detail"]
 
 
 @scene(DYNAMIC)
@@ -129,7 +129,7 @@ async def test_forgetting_says_when_it_takes_effect(rig: Rig, servo: Servo) -> N
     json(await rig.call("PUT", f"/allocations/{servo.uid}", {"node_id": 17}))
     answer = json(await rig.call("DELETE", f"/allocations/{servo.uid}"))
     assert (answer["node_id"], answer["pinned"]) == (17, True)
-    assert "keeps node id 125 until it starts anew" in answer["note"]
+    assert "keeps node ID 125 until it restarts" in answer["note"]
     assert (await table(rig))["allocations"] == []
     await asyncio.sleep(2)
     assert servo.node_id == 125
@@ -210,7 +210,10 @@ async def test_it_stands_down_for_another_allocator_says_so_and_insists_when_tol
     found = await allocator(rig)
     assert (found["state"], found["competing_node_id"]) == ("standby", 9)
     (event,) = rig.events("second_allocator")
-    assert (event.level, event.text) == ("warning", "Node 9 also allocates node IDs. hornbill's allocator is on standby.")
+    assert (event.level, event.text) == (
+        "warning",
+        "Node 9 also allocates node IDs. hornbill's allocator is on standby.",
+    )
     sim = rig.bench.add(DYNAMIC)
     asked = 0
     for _ in range(30):  # it answers first parts for as long as it likes

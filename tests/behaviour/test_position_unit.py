@@ -255,7 +255,7 @@ async def test_a_servo_that_begins_to_speak_another_unit_is_in_conflict_and_only
     assert servo.position_unit.state == "conflict"
     assert not servo.position_unit.sure
     event = [one for one in rig.events("position_unit") if one.level == "warning"][-1]
-    assert "radians before, and as degrees now" in event.text
+    assert "as radians, now as degrees" in event.text
     await asyncio.sleep(3)
     now: dict[str, Any] = json(await rig.call("GET", f"/servos/{servo.uid}"))
     assert now["angle_deg"] == pytest.approx(40.0, abs=0.1)

@@ -110,7 +110,10 @@ def test_a_reset_comes_out_right_whatever_erase_does(
     answers: bool,
 ) -> None:
     behaviour = Behaviour(
-        erase_rom=erase_rom, erase_keeps_identity=spares_identity, acknowledges_restart=answers, acknowledges_save=answers
+        erase_rom=erase_rom,
+        erase_keeps_identity=spares_identity,
+        acknowledges_restart=answers,
+        acknowledges_save=answers,
     )
     if restarts:
         erase_restarts(monkeypatch)

@@ -50,7 +50,7 @@ def test_a_server_started_anew_is_stopped_says_so_and_stops_what_it_finds(tmp_pa
     async def after(rig: Rig) -> None:
         state = json(await rig.call("GET", "/stop"))
         assert (state["latched"], state["mode"], state["by"]) == (True, "brake", "Ann")
-        assert state["reason"] == "smoke. Pressed before the server was restarted."
+        assert state["reason"] == "smoke. Pressed before the server restarted."
         assert state["at"] == pytest.approx(pressed_at, abs=1)
         await rig.host.connect("memory:host", 1_000_000)
         servo = (await rig.ready())[0]
@@ -90,7 +90,7 @@ def test_a_stop_is_kept_within_a_quarter_of_a_second_even_when_a_servo_is_silent
     play(before, store=at(tmp_path))
 
     async def after(rig: Rig) -> None:
-        assert json(await rig.call("GET", "/stop"))["reason"] == "Pressed before the server was restarted."
+        assert json(await rig.call("GET", "/stop"))["reason"] == "Pressed before the server restarted."
 
     play(after, store=at(tmp_path), connect=False)
 

@@ -7,9 +7,10 @@ from collections.abc import Callable, Iterator
 import pytest
 from playwright.sync_api import Browser, Page, ViewportSize, expect
 
-from e2e.conftest import Demo, Watched
+from e2e.conftest import Watched
 from e2e.contexts import page_in
 from e2e.looks import complaints, too_small
+from e2e.servers import Demo
 from e2e.test_technician import wait_for
 
 WIDE: ViewportSize = {"width": 1440, "height": 900}

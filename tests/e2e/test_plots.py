@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 from playwright.sync_api import Locator, Page, expect
 
-from e2e.conftest import Demo
+from e2e.servers import Demo
 from e2e.test_technician import wait_for
 
 PNG = b"\x89PNG\r\n\x1a\n"

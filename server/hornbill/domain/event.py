@@ -1,4 +1,4 @@
-"""Events: codes of what happened, and what the event log cannot store."""
+"""Codes of events, and of reasons why a lease ended."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -72,10 +72,10 @@ EventCode = TypeAliasType(
         "store_failed",
     ],
 )
-"""Code of an event; with its `params` a page words it in its language."""
+"""Code of an event. With its `params` a page words it in its language."""
 
 Unstored = Literal["audit", "faults", "changes", "stop", "servo", "lost_values", "position_unit"]
-"""What could not be stored: `what` of the event store_failed."""
+"""Data that could not be stored: parameter `what` of the event store_failed."""
 
 
 LeaseEndCode = Literal["expired", "released", "page_closed", "job_ended", "passed", "forced"]
@@ -83,12 +83,12 @@ LeaseEndCode = Literal["expired", "released", "page_closed", "job_ended", "passe
 
 @dataclass(frozen=True, slots=True)
 class LeaseEnd:
-    """Why a lease ended, as a code with its values and as an English sentence. `holder`: who had it, or who took it."""
+    """Reason why a lease ended, as a code with parameters and as text. `holder`: client that had or took it."""
 
     code: LeaseEndCode
     holder: str
     reason: str = ""
-    """Why it was taken by force, in the words of whoever did."""
+    """Reason for a forced takeover, in the client's words."""
 
     @property
     def text(self) -> str:
@@ -97,7 +97,7 @@ class LeaseEnd:
 
     @property
     def params(self) -> dict[str, Param]:
-        """Its values."""
+        """Parameters of the text."""
         return known(why=self.code, holder=self.holder, reason=self.reason or None)
 
 
@@ -106,11 +106,11 @@ _LEASE_ENDS: Final[Mapping[LeaseEndCode, str]] = {
     "released": "{holder} released motion control.",
     "page_closed": "The page of {holder} closed.",
     "job_ended": "{holder} ended.",
-    "passed": "Motion control passes to {holder}, who requested it.",
+    "passed": "Motion control passes to {holder} on request.",
     "forced": "{holder} took motion control by force{because}",
 }
 
 
 def because(reason: str) -> str:
-    """The end of a sentence, with what somebody gave as the reason."""
+    """The end of a sentence, with a client's reason if given."""
     return f": {reason.rstrip('.')}." if reason.strip() else "."

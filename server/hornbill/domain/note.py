@@ -1,4 +1,4 @@
-"""Notes: short sentences of the server beside a value, each with its code."""
+"""Notes: short sentences on a value, each with its code."""
 
 from typing import Literal, Self
 
@@ -82,13 +82,13 @@ NoteCode = TypeAliasType(
         "commissioned",
     ],
 )
-"""Code of a note; with its `params` a page words it in its language. `problem`: they are those of a problem.
-`text`: the words of a user, or of an older hornbill."""
+"""Code of a note. With its `params` a page words it in its language. `problem`: its params are those of a problem.
+`text`: text of a user or of an older hornbill."""
 
 
 @dataclass(frozen=True, slots=True, config=ConfigDict(json_schema_serialization_defaults_required=True))
 class Note:
-    """One sentence for people, with its code and the values in it."""
+    """One sentence for users, with its code and its values."""
 
     text: str = Field(description="One sentence for users.")
     code: NoteCode = Field(description="Code of `text`.")
@@ -101,5 +101,5 @@ class Note:
 
     @classmethod
     def words(cls, text: str) -> tuple[Self, ...]:
-        """A user's own words, if there are any."""
+        """A user's text as a note, if not empty."""
         return (cls(text, "text"),) if text else ()

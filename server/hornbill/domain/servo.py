@@ -1,4 +1,4 @@
-"""One servo: its state, parameters and faults as last read, and what is polled of it."""
+"""One servo: state, parameters and faults as last read, and telemetry rates."""
 
 import dataclasses
 from typing import Annotated, ClassVar, Literal
@@ -19,7 +19,7 @@ from hornbill.schema.scale import Value
 class Reading:
     """One parameter as last read from RAM, with its ROM value and this model's limits.
 
-    Not validated, because sockets send many.
+    Not validated, for speed: sockets send many.
     """
 
     __pydantic_config__: ClassVar[ConfigDict] = {
@@ -105,11 +105,11 @@ class TelemetryGrant:
 
 
 PositionUnit = TypeAliasType("PositionUnit", Literal["hundred_degrees", "radian", "degree", "tenth_degree"])
-"""What position 1.0 means in Status and ArrayCommand (tables 2-21 and 2-22)."""
+"""Unit of positions in Status and ArrayCommand (tables 2-21 and 2-22)."""
 
 
 class PositionUnitState(Model):
-    """What position 1.0 means on a servo, and how that is known."""
+    """Unit of a servo's positions in broadcasts, and how it is known."""
 
     unit: PositionUnit = Field(description="Unit of positions in broadcasts.")
     state: Literal["assumed", "confirmed", "forced", "conflict"] = Field(
@@ -124,7 +124,7 @@ class PositionUnitState(Model):
 
 
 class FaultWords(Model):
-    """The three fault words 0x19, 0x1A and 0x1B as last read; null while unknown (section 4.12)."""
+    """The fault registers 0x19, 0x1A and 0x1B as last read (section 4.12)."""
 
     notification: int | None = Field(description="Notification register, raw. Null if never read.")
     warning: int | None = Field(description="Warning register, raw. Null if never read.")
@@ -132,7 +132,7 @@ class FaultWords(Model):
 
 
 class Output(Model):
-    """What the motor of a servo gets, and why. Session state: no change of it is an edit of parameter 0x20."""
+    """Output of a servo's motor, and its reason. Session state: switching it does not edit parameter 0x20."""
 
     state: Literal["on", "off", "brake", "unknown"] = Field(
         description="Output of the motor. unknown: offline, or not read since the start."
@@ -149,9 +149,9 @@ class Output(Model):
 
 
 class Activity(Model):
-    """What the motor and horn of a servo do now, told from what is received of it: Status and polled rows.
+    """Present activity of a servo's motor and horn, derived from Status and polled rows.
 
-    At rest means: the angle command has not changed for 0.6 s.
+    At rest: the angle command has not changed for 0.6 s.
     """
 
     state: Literal[
@@ -190,7 +190,7 @@ class Activity(Model):
 
 
 class LostValue(Model):
-    """A value that was only in RAM when the servo restarted without a save, and that RAM does not hold since."""
+    """A RAM value that was lost in a restart without a save."""
 
     key: str = Field(description="Parameter key.")
     value: Value = Field(description="Engineering value or choice key, as PATCH takes it.")
@@ -198,14 +198,14 @@ class LostValue(Model):
 
 
 class TreatedAs(Model):
-    """The known model and firmware that stand for what the tables do not have."""
+    """Known model and firmware assumed for a servo that the tables do not contain."""
 
     model: str | None = Field(description="Model to assume. Null if the model is known.")
     firmware: str | None = Field(description="Firmware to assume. Null if the firmware is known.")
 
 
 class Servo(Model):
-    """One servo, known by its unique id."""
+    """One servo, identified by its unique ID."""
 
     uid: UidField
     node_id: int | None = Field(description="Current node ID, 1 to 127. Null while it has none.")

@@ -38,7 +38,7 @@ def test_turns_are_asked_for_exactly_beyond_one_turn_from_where_the_horn_may_be(
 @given(raw=st.integers(-300, 300), kind=st.sampled_from(["speed", "torque"]))
 def test_only_what_turns_is_called_endless_and_no_word_is_asked_for_it(raw: int, kind: str) -> None:
     said = cautions(servo(), kind, raw, [], 0.06)
-    assert any("turns without end" in one.text for one in said) == (raw != 0)
+    assert any("rotates continuously" in one.text for one in said) == (raw != 0)
     assert words(said) == []
 
 

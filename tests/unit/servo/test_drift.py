@@ -37,7 +37,7 @@ class Bench:
         self.servo.restarted()
         for key in learned:
             self.servo.registers[key].rom = self.rom[key]
-        rom = self.drift.look(self.servo, self.inventory.get(UID))
+        rom = self.drift.check(self.servo, self.inventory.get(UID))
         self.inventory.seen(UID)
         self.inventory.put_rom(UID, rom)
         for key in learned:
@@ -134,7 +134,7 @@ def test_after_a_crash_between_the_two_writes_the_change_is_still_found() -> Non
         bench.rom["servo_id"] = 2
         for key in KEYS:
             bench.servo.registers[key].rom = bench.rom[key]
-        bench.drift.look(bench.servo, store.servos.get(UID))  # and the process dies before ROM is kept
+        bench.drift.check(bench.servo, store.servos.get(UID))  # and the process dies before ROM is kept
         again = Bench(store)
         again.rom = bench.rom
         again.start(set(KEYS))

@@ -98,13 +98,13 @@ def store() -> Iterator[Store]:
 
 @pytest.fixture
 def desk(store: Store, monkeypatch: pytest.MonkeyPatch) -> Desk:
-    desk, keep = Desk(store), store.faults.keep
+    desk, keep = Desk(store), store.faults.record
 
     def counted(sight: FaultReading) -> dict[str, FaultEntry]:
         desk.commits.append(sight)
         return keep(sight)
 
-    monkeypatch.setattr(store.faults, "keep", counted)
+    monkeypatch.setattr(store.faults, "record", counted)
     return desk
 
 

@@ -82,11 +82,11 @@ def test_an_actuator_may_be_a_servo_until_it_refused_five_times() -> None:
     for _ in range(4):
         foreign_nodes.refused(NODE)
         assert foreign_nodes.suspects() == [NODE]
-        assert "stop writes torque off" in getattr(foreign_nodes.note(NODE), "text", "")
+        assert "Stop also writes torque off" in getattr(foreign_nodes.note(NODE), "text", "")
     foreign_nodes.refused(NODE)
     assert foreign_nodes.is_foreign(NODE)
     assert foreign_nodes.suspects() == []
-    assert "stop" not in getattr(foreign_nodes.note(NODE), "text", "")
+    assert "Stop" not in getattr(foreign_nodes.note(NODE), "text", "")
 
 
 def test_what_never_answers_and_broadcasts_status_may_always_be_a_servo() -> None:

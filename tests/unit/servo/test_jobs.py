@@ -230,7 +230,7 @@ def test_a_job_is_resumed_as_itself_with_what_was_done_behind_it() -> None:
         resumed = jobs.resume(cut.id, "lease")
         assert resumed is cut
         assert (cut.state, cut.error, cut.ended) == ("queued", None, False)
-        with pytest.raises(Busy, match="under way"):
+        with pytest.raises(Busy, match="it is running"):
             jobs.resume(cut.id)
         await jobs.wait(cut)
         assert (cut.state, cut.result, ran) == ("succeeded", {"ok": True}, ["two", "three"])

@@ -31,7 +31,7 @@ def runs_on(*, uptime_s: float, age_s: float, way_s: float, restarted_after_s: f
     never = cast(Any, None)
     base = TimeBase(lambda: now)
     keeping = KeepingAlive(cast(Any, SimpleNamespace(node_info=node_info)), Hub(), base, never, never, never)
-    return asyncio.run(keeping._runs_on(cast(Any, servo), 1))  # pyright: ignore[reportPrivateUsage]
+    return asyncio.run(keeping._has_not_restarted(cast(Any, servo), 1))  # pyright: ignore[reportPrivateUsage]
 
 
 @given(uptime_s=st.floats(3, 1e6), age_s=AGE_S, way_s=st.floats(0, 1.9))

@@ -174,7 +174,7 @@ def test_pairs_that_fit_no_unit_are_a_conflict_and_status_is_not_shown(position:
     assert estimate.state == "conflict"
     assert estimate.shown(position) is None
     assert not estimate.sure
-    assert "no unit" in estimate.evidence.text
+    assert "no known unit" in estimate.evidence.text
 
 
 @given(UNITS, UNITS)

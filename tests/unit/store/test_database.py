@@ -126,7 +126,7 @@ def test_it_writes_ahead_and_takes_no_longer_than_it_must(tmp_path: Path) -> Non
         "journal_mode": "wal",
         "synchronous": 1,
         "foreign_keys": 1,
-        "busy_timeout": databases.PATIENCE_S * 1000,
+        "busy_timeout": databases.LOCK_TIMEOUT_S * 1000,
     }
 
 
@@ -188,13 +188,13 @@ def test_what_the_first_tables_held_is_kept(place: str) -> None:
             StoredServo(A, "Rudder", ServoFacts(serial=7), last_seen=2.5, rom={"origin": -900}, drift={})
         ]
         assert store.settings.get("stop") == {"latched": True}
-        store.servos.keep_drift(A, {"origin": -900})
-        store.servos.met(A, ServoFacts(serial=2**40))
+        store.servos.put_drift(A, {"origin": -900})
+        store.servos.seen(A, ServoFacts(serial=2**40))
 
 
 def test_reasons_of_older_snapshots_get_their_code(place: str) -> None:
     reasons: dict[str, tuple[str | None, dict[str, object]]] = {
-        "by hand": ("by_hand", {}),
+        "by hand": ("manual", {}),
         "before a change of reverse": ("change", {"key": "reverse", "more": 0}),
         "before a change of reverse and 2 more": ("change", {"key": "reverse", "more": 2}),
         "profile Wing, left": ("profile", {"profile": "Wing, left"}),
@@ -250,6 +250,67 @@ def test_details_of_an_older_audit_become_notes_and_its_numbers_stay(place: str)
         command.downgrade(config, "0006")
         details = connection.execute(text("SELECT detail FROM audit ORDER BY id")).scalars().all()
     assert details == ["It was clamped.", "matrix", "", "by Ann", ""]
+
+
+def test_codes_of_an_older_database_are_renamed(place: str) -> None:
+    step = {
+        "name": "aside 2", "text": "Elevator L", "state": "failed", "evidence_code": "problem",
+        "evidence_params": {"problem": "no_answer", "cause": "never_met", "warnings": ["timeout_on_the_way"]},
+    }  # fmt: skip
+    record = {
+        "uid": A, "verdict": "failed", "held_in": "rom", "changes": [{"key": "reverse", "verdict": "no_answer"}],
+        "problem": {"code": "not_as_wanted", "cause": "holds_something_else", "detail": "asked"},
+    }  # fmt: skip
+    error = {
+        "class": "NoAnswer", "code": "no_answer", "detail": "no_answer",
+        "facts": {"cause": "no_restart_seen", "also": ["not_done"], "servo": "asked"},
+    }  # fmt: skip
+    document = {"steps": [step, {**step, "name": "save 2"}], "result": {"servos": [record]}, "error": error}
+    notes = [
+        {"code": "problem", "params": {"problem": "no_answer", "why": "asked"}, "text": "no_answer"},
+        {"code": "lease_ended", "params": {"why": "ran_out"}, "text": ""},
+    ]
+    with connected(place) as connection:
+        upgrade(connection, "0008")
+        connection.execute(
+            text(
+                "INSERT INTO jobs (id, kind, state, created_at, document)"
+                " VALUES ('j', 'commissioning', 'failed', 1.5, :document)"
+            ),
+            {"document": json.dumps(document)},
+        )
+        for action, outcome in (("write", "no_answer"), ("lease", "lapsed"), ("note", "lapsed")):
+            connection.execute(
+                text(
+                    "INSERT INTO audit (at, \"by\", action, outcome, notes) VALUES (1.5, 'Ada', :action, :outcome, :notes)"
+                ),
+                {"action": action, "outcome": outcome, "notes": json.dumps(notes)},
+            )
+        connection.execute(text("INSERT INTO settings VALUES ('allocator', '\"insist\"')"))
+    with Store(place) as store:
+        (job,) = store.jobs.all()
+        audit = [row.entry for row in store.audit.rows()][::-1]
+        assert store.settings.get("allocator") == "force"
+    step["name"] = "park_servo_id 2"
+    step["evidence_params"] = {
+        "problem": "no_response", "cause": "servo_never_seen", "warnings": ["timeout_during_soft_start"]
+    }  # fmt: skip
+    record = {
+        "uid": A, "verdict": "failed", "verified_in": "rom", "changes": [{"key": "reverse", "verdict": "no_response"}],
+        "problem": {"code": "unexpected_result", "cause": "values_differ", "detail": "asked"},
+    }  # fmt: skip
+    error = {
+        "class": "NoResponse", "code": "no_response", "detail": "no_answer",
+        "facts": {"cause": "restart_not_seen", "also": ["steps_incomplete"], "servo": "asked"},
+    }  # fmt: skip
+    assert job.document == {
+        "steps": [step, {**step, "name": "save 2"}], "result": {"servos": [record]}, "error": error
+    }  # fmt: skip
+    assert [one.outcome for one in audit] == ["no_response", "expired", "lapsed"]
+    assert audit[0].notes == (
+        Note("no_answer", "problem", {"problem": "no_response", "why": "asked"}),
+        Note("", "lease_ended", {"why": "expired"}),
+    )
 
 
 def test_the_newest_migration_is_the_one_the_code_expects() -> None:
@@ -352,7 +413,7 @@ with Store(sys.argv[1]) as store:
     for n in range(20):
         insist(store.settings.put, f"{first}-{n}", n)
         insist(store.settings.put, "all", first)
-        insist(store.servos.label, "5" * 32, str(first))
+        insist(store.servos.set_label, "5" * 32, str(first))
         try:
             insist(store.allocations.record, f"{first + n:032x}", n + 1)
         except InvalidValue:
@@ -383,21 +444,21 @@ def test_a_process_that_holds_the_database_delays_writes_once_and_reads_never(pl
         with holder._database.transaction():  # pyright: ignore[reportPrivateUsage]
             began = time.monotonic()
             assert store.settings.get("a") == 1
-            assert time.monotonic() - began < databases.PATIENCE_S / 2
+            assert time.monotonic() - began < databases.LOCK_TIMEOUT_S / 2
             with pytest.raises(StoreFailed) as caught:
                 store.settings.put("a", 2)
-            assert databases.PATIENCE_S / 2 < time.monotonic() - began < databases.PATIENCE_S * 4
+            assert databases.LOCK_TIMEOUT_S / 2 < time.monotonic() - began < databases.LOCK_TIMEOUT_S * 4
             began = time.monotonic()
             for _ in range(20):
                 with pytest.raises(StoreFailed):
                     store.settings.put("a", 2)
-            assert time.monotonic() - began < databases.PATIENCE_S
+            assert time.monotonic() - began < databases.LOCK_TIMEOUT_S
     assert caught.value.code == "store_failed"
     assert "secret" not in caught.value.detail
 
 
 def test_a_database_that_was_held_can_be_written_when_it_is_free(place: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(databases, "IMPATIENT_S", 0.0)
+    monkeypatch.setattr(databases, "BACKOFF_S", 0.0)
     with Store(place) as holder, Store(place) as store:
         with holder._database.transaction(), pytest.raises(StoreFailed):  # pyright: ignore[reportPrivateUsage]
             store.settings.put("a", 2)

@@ -142,7 +142,7 @@ function patch(
 async function write(
   sheet: Sheet,
   values: Values,
-  wish: PlanOptions,
+  opts: PlanOptions,
   headers: Record<string, string> = {},
 ): Promise<ParametersPatched> {
   const keys = [...values.keys()];

@@ -12,7 +12,7 @@ import { leaseHeader } from "../bench/motion";
 import { noteText } from "../bench/note-text";
 import { asProblem, readSheet, sheetOf, type WantedValue } from "../bench/parameters";
 import { refuse, takeOutcomes } from "./apply";
-import { type ChangeRequest, openChange, type Part, type Report, type Turn, type PlanOptions } from "./flow";
+import { type ChangeRequest, openChange, type Part, type PlanOptions, type Report, type Turn } from "./flow";
 import { changed, followSave, followWrite, plannedPart, preview, send, startJob } from "./send";
 
 /** Plan each servo separately: a refused one carries the reason. */
@@ -29,7 +29,7 @@ const OF_ALL = new Set(["stopped", "lease_held", "bus_disconnected", "no_link", 
 async function inTurn(
   uids: readonly string[],
   start: (uid: string) => Promise<string>,
-  tell: Report,
+  report: Report,
 ): Promise<void> {
   let end: Problem | null = null;
   for (const uid of uids) {
@@ -119,7 +119,7 @@ export function snapshotChange(
   keys: readonly string[] | null,
   onClose: (turns: readonly Turn[]) => void,
 ): ChangeRequest {
-  const sent = (wish: PlanOptions, dry_run: boolean) =>
+  const sent = (opts: PlanOptions, dry_run: boolean) =>
     send("POST", "/servos/{uid}/snapshots/{snapshot_id}/restore", {
       path: { uid, snapshot_id: id },
       body: { ...opts, keys, dry_run },
@@ -204,7 +204,7 @@ export function profileChange(
   uids: readonly string[] = [],
 ): ChangeRequest & { facts: ProfileFacts } {
   const facts: ProfileFacts = { name, chosen: signal(new Set(uids)), goOn: signal(false) };
-  const options = (wish: PlanOptions, uids: readonly string[], dry_run: boolean) => ({
+  const options = (opts: PlanOptions, uids: readonly string[], dry_run: boolean) => ({
     path: { name },
     query: dry_run ? { wait: true } : {},
     body: { uids, dry_run, on_anomaly: dry_run || facts.goOn.peek() ? "continue" : "stop", ...opts } as const,
@@ -281,7 +281,7 @@ export function stagedOn(uids: readonly string[]): Map<string, Map<string, Wante
 /** Plan or run it. Each servo is all or nothing. */
 export async function writeMatrix(
   values: Staged,
-  wish: PlanOptions & { dry_run: boolean },
+  opts: PlanOptions & { dry_run: boolean },
 ): Promise<BatchOutcome[]> {
   const body = {
     servos: Object.fromEntries([...values].map(([uid, one]) => [uid, Object.fromEntries(one)])),

@@ -174,7 +174,7 @@ class Access:
             self.attempts.failed(address, self._now())
             raise Unauthorized(
                 "Invalid token. It may have been revoked or copied incompletely. Create a token with "
-                "'hornbill token create NAME --role ROLE'.",
+                "'hornbill tokens create NAME --role ROLE'.",
                 cause="token_unknown",
             )
         session, cookie_secret = self.sessions.begin(who.token, self._now())

@@ -1,15 +1,27 @@
-"""The commands about what servos hold: list, get, set, save."""
+"""Commands for parameters: list, get, set, save."""
 
 from typing import Annotated
 
 import typer
 
-from hornbill.cli.connection import HERE, AsJson, Changes, Confirm, Key, Server, Which, changes_of, client
+from hornbill.cli.connection import (
+    LOCAL_URL,
+    AsJson,
+    Changes,
+    Confirm,
+    DryRun,
+    Key,
+    Save,
+    Server,
+    ServoName,
+    changes_of,
+    client,
+)
 from hornbill.cli.showing import print_changes, print_job, print_json, print_readings, print_table, progress, show_rom
 
 
-def list_(server: Server = HERE, as_json: AsJson = False) -> None:
-    """List the servos."""
+def list_(server: Server = LOCAL_URL, as_json: AsJson = False) -> None:
+    """List servos."""
     with client(server) as hornbill:
         servos = [one.known for one in hornbill.servos()]
     if as_json:
@@ -23,11 +35,11 @@ def list_(server: Server = HERE, as_json: AsJson = False) -> None:
         )
         for one in servos
     ]  # fmt: skip
-    print_table(("uid", "name", "model", "firmware", "node", "id", "state", "angle", "not saved"), rows)
+    print_table(("uid", "name", "model", "firmware", "node", "ID", "state", "angle", "unsaved"), rows)
 
 
-def get(servo: Which, key: Key = None, server: Server = HERE, as_json: AsJson = False) -> None:
-    """Read one parameter from the servo, or all of them."""
+def get(servo: ServoName, key: Key = None, server: Server = LOCAL_URL, as_json: AsJson = False) -> None:
+    """Read one or all parameters of a servo."""
     with client(server) as hornbill:
         found = hornbill.look_up(servo)
         if key is not None:
@@ -39,11 +51,11 @@ def get(servo: Which, key: Key = None, server: Server = HERE, as_json: AsJson = 
 
 
 def set_(
-    servo: Which,
+    servo: ServoName,
     changes: Changes,
-    server: Server = HERE,
-    save: Annotated[bool, typer.Option(help="save to ROM as well: the servo restarts and its horn may move")] = False,
-    dry_run: Annotated[bool, typer.Option("--dry-run", help="only say what would change")] = False,
+    server: Server = LOCAL_URL,
+    save: Save = False,
+    dry_run: DryRun = False,
     confirm: Confirm = None,
     as_json: AsJson = False,
 ) -> None:
@@ -60,20 +72,21 @@ def set_(
             return
         print_changes(done["changes"])
         show_rom(done["rom_changes"], done["rom_unknown"], done["restart"])
-        print({"planned": "planned: nothing was written"}.get(done["outcome"], done["outcome"]))
+        outcomes = {"planned": "dry run: nothing was written", "rolled_back": "rolled back"}
+        print(outcomes.get(done["outcome"], done["outcome"]))
         if job is not None:
             print_job(job)
 
 
 def save(
-    servo: Which,
-    server: Server = HERE,
+    servo: ServoName,
+    server: Server = LOCAL_URL,
     confirm: Confirm = None,
-    torque_on: Annotated[bool, typer.Option("--torque-on", help="ROM is to have torque on, whatever it has")] = False,
-    dry_run: Annotated[bool, typer.Option("--dry-run", help="only say what ROM would hold, and what moves")] = False,
+    torque_on: Annotated[bool, typer.Option("--torque-on", help="Write torque on to ROM.")] = False,
+    dry_run: DryRun = False,
     as_json: AsJson = False,
 ) -> None:
-    """Write RAM to ROM, and read it back after the restart. The servo restarts; its horn may move to 0°.
+    """Save RAM to ROM. The servo restarts, its horn may move to 0°, and all values are read back.
 
     ROM keeps its torque mode unless another was set.
     """

@@ -34,6 +34,11 @@ def off_mode(raw: Raw | None) -> str:
     return next((word for word, number in MODES.items() if number == raw), "off")
 
 
+def mode_text(mode: str) -> str:
+    """Name of a mode in text: "torque off" or "brake"."""
+    return "torque off" if mode == "off" else "brake"
+
+
 class OutputState(NamedTuple):
     """State of the motor output, its reason, who switched it and since when (each None if unknown)."""
 

@@ -144,7 +144,7 @@ def _verdict(
 ) -> Effect:
     row = register.parameter
     if row.writable and not servo.online:
-        return Effect(None, "Effect not known: the servo is offline.", Why("offline"))
+        return Effect(None, "Effect unknown: the servo is offline.", Why("offline"))
     for one in applying:
         if one.rows(row):
             return Effect(False, f"No effect now: {one.why}.", one.reason)
@@ -166,7 +166,7 @@ def _since_the_start(servo: Servo, register: Register) -> Effect:
     if raw is None or rom is None:
         missing = "has not been read" if raw is None else "in ROM, which the servo started with, is unknown"
         why = Why("not_read" if raw is None else "rom_unknown", {"parameter": register.parameter.key})
-        return Effect(None, f"Effect not known: {register.parameter.label.lower()} {missing}.", why)
+        return Effect(None, f"Effect unknown: {register.parameter.label.lower()} {missing}.", why)
     if raw != rom:
         return Effect(False, "No effect now: takes effect at the next start after a save.", Why("not_saved"))
     return Effect(True, None)

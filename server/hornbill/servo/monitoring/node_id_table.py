@@ -44,7 +44,7 @@ class NodeIdTable:
         own_id: int,
         mode: AllocationMode | None,
     ) -> None:
-        """`identify` identifies the node on an ID. `mode`: allocator mode from the settings, None for the stored one."""
+        """`identify` identifies the node on an ID. `mode`: allocator mode from settings, None for the stored one."""
         self.own_id = own_id
         self._store = store
         self._hub = hub

@@ -1,4 +1,4 @@
-"""Bursts: commands for many servos that leave together, as few ArrayCommands, once, under a lease."""
+"""Bursts: commands to many servos, sent together once in as few ArrayCommands as possible, under a lease."""
 
 import asyncio
 import struct
@@ -23,8 +23,8 @@ from hornbill.wire.messages import MAX_COMMANDS, ActuatorCommand, ArrayCommand, 
 from hornbill.wire.port import line_bytes
 from hornbill.wire.transfer import Transfer, split
 
-MOST: Final = 60
-"""Servos in one burst: four messages, about 5 ms of bus."""
+MAX_SERVOS: Final = 60
+"""Maximum servos per burst: four messages, about 5 ms of bus time."""
 
 _TYPE: Final = {"angle": CommandType.POSITION, "speed": CommandType.SPEED, "torque": CommandType.FORCE}
 _HALF: Final = struct.Struct("<e")
@@ -32,7 +32,7 @@ _HALF: Final = struct.Struct("<e")
 
 @dataclass(frozen=True, slots=True)
 class Setpoint:
-    """What one servo is to be commanded: degrees, rpm or % (table 2-21, not the SI units of the public type)."""
+    """Command of one servo in degrees, rpm or % (table 2-21, not the SI units of the public type)."""
 
     servo: Servo
     kind: str
@@ -41,7 +41,7 @@ class Setpoint:
 
 @dataclass(frozen=True, slots=True)
 class Part:
-    """One servo's part, as it will leave. `value`: degrees, rpm or %, as the 16-bit float really holds it."""
+    """Part of a burst for one servo, as sent. `value`: degrees, rpm or %, as represented by the float16."""
 
     servo: Servo
     kind: str
@@ -53,35 +53,36 @@ class Part:
 
 @dataclass(frozen=True, slots=True)
 class Prepared:
-    """A burst that may be sent, in full: `messages` of at most 15 commands each."""
+    """A checked burst: `messages` of at most 15 commands each."""
 
     parts: tuple[Part, ...]
     messages: tuple[list[ActuatorCommand], ...]
 
     @property
     def warnings(self) -> list[str]:
-        """What to tell who asked, each sentence once."""
+        """Warnings for the client, each once."""
         return list(dict.fromkeys(text for part in self.parts for text in part.target.warnings))
 
 
 @dataclass(frozen=True, slots=True)
 class Sent:
-    """A burst that has left. `skew_s`: from the first to the last message, by the clock at which they were handed to
-    the adapter or by the time the bus needs for all but the last, whichever is longer."""
+    """A sent burst. `skew_s`: time from the first to the last message, by the clock when they were handed to the
+    adapter or by the bus time of all but the last, whichever is longer."""
 
     messages: int
     skew_s: float
 
 
 class Bursts:
-    """Prepares, checking everything and reading what is not known, and sends, in one go and never twice.
+    """Prepares bursts, with all checks and missing reads, and sends each in one go, never twice.
 
-    Nobody answers an ArrayCommand. A servo that did not hear it is told by its keep-alive, through 0x00 to 0x02, which
-    by the document feed the time-out (4.19) and whose answer shows that the servo is there; see KeepingAlive.
+    ArrayCommand has no response. A servo that missed it gets the command from its keep-alive through 0x00 to 0x02,
+    which according to the document reset the timeout (4.19) and whose response shows that the servo is there; see
+    KeepingAlive.
     """
 
     def __init__(self, services: HostServices, motion: Motion, live: Callable[[], Collection[Servo]]) -> None:
-        """`live` gives every servo that may be on the bus."""
+        """`live` returns all servos that may be on the bus."""
         self._requests = services.requests
         self._base = services.base
         self._motion = motion
@@ -91,20 +92,20 @@ class Bursts:
     async def prepare(
         self, lease_id: str | None, setpoints: Sequence[Setpoint], *, clamp: bool = False, confirm: Collection[str] = ()
     ) -> Prepared:
-        """All of it or nothing: up to 60 servos, each once. Sends no command.
+        """Prepare a burst for up to 60 servos, each once, all or none. Sends no command.
 
-        Raises what Motion.command raises, Conflict for a servo id that is 0 or not one servo's alone,
-        PositionUnitUnknown for an angle to a servo whose position unit is in conflict, and
-        InvalidValue for more than 60, one servo twice, and an angle beyond ±180°.
+        Raises what Motion.command raises, Conflict for a servo ID that is 0 or not unique, PositionUnitUnknown for an
+        angle to a servo whose position unit is in conflict, and InvalidValue for more than 60 servos, a servo named
+        twice, and an angle beyond ±180°.
         """
-        if not 1 <= len(setpoints) <= MOST:
+        if not 1 <= len(setpoints) <= MAX_SERVOS:
             raise InvalidValue(
-                f"{len(setpoints)} commands are not 1 to {MOST}. Send several bursts.",
+                f"A burst has 1 to {MAX_SERVOS} commands, not {len(setpoints)}. Send several bursts.",
                 cause="too_many_commands",
-                most=MOST,
+                most=MAX_SERVOS,
             )
         if len({setpoint.servo.uid for setpoint in setpoints}) < len(setpoints):
-            raise InvalidValue("A servo has two commands in one burst. Give it one.", cause="duplicate_command")
+            raise InvalidValue("A servo has two commands in one burst. Send one per servo.", cause="duplicate_command")
         for setpoint in setpoints:
             self._motion.may_move(setpoint.servo, lease_id)
         outcomes = await asyncio.gather(*(self._freshen(setpoint) for setpoint in setpoints), return_exceptions=True)
@@ -129,7 +130,7 @@ class Bursts:
         return _packed(parts)
 
     def renewed(self, prepared: Prepared, values: Mapping[Uid, float], *, clamp: bool = False) -> Prepared:
-        """The same servos with new values (the others keep theirs), for a stream: asks nothing of the bus.
+        """The same servos with new values (others keep theirs), for a stream. Sends nothing.
 
         Raises OutOfRange, InvalidValue.
         """
@@ -144,11 +145,11 @@ class Bursts:
         return _packed(parts)
 
     def send(self, lease_id: str | None, prepared: Prepared) -> Sent:
-        """Hand all messages to the bus in one go, and take the servos under command. May be called at 50 Hz.
+        """Hand all messages to the bus in one go and take the servos under command. May be called at 50 Hz.
 
-        Checks again what may have changed since: stop, lease, bus, and every servo's readiness, starts and torque, by
-        what is known; asks nothing. Raises Stopped, LeaseRequired, LeaseHeld, BusDisconnected, Busy, NoResponse,
-        ConfigurationLost, TorqueOff, Conflict, PositionUnitUnknown; then nothing was sent.
+        Checks again, from known values, what may have changed: stop, lease, bus, and each servo's readiness, restarts
+        and torque. Raises Stopped, LeaseRequired, LeaseHeld, BusDisconnected, Busy, NoResponse, ConfigurationLost,
+        TorqueOff, Conflict, PositionUnitUnknown; nothing was sent then.
         """
         lease = self._check(lease_id, prepared)
         began, handed, left = self._base.now(), 0.0, 0
@@ -157,12 +158,12 @@ class Bursts:
                 handed = self._base.now() - began
                 self._requests.burst(message)
                 left += len(message)
-        finally:  # a bus that is lost in the middle leaves those under command that were told
+        finally:  # if the bus is lost in between, the servos already commanded stay under command
             self._motion.note_burst(lease, [(part.servo, part.target) for part in prepared.parts[:left]])
         return Sent(len(prepared.messages), max(handed, self._wire_s(prepared)))
 
     def bus_s(self, prepared: Prepared) -> float:
-        """Seconds of the bus all its messages take, stuffing counted, or of the serial line where that is slower.
+        """Bus time of all messages, s, including bit stuffing, or time on a slower serial line.
 
         Raises BusDisconnected.
         """
@@ -179,11 +180,11 @@ class Bursts:
         return max(bits / participant.port.bitrate, 0.0 if rate is None else size / rate)
 
     def check_id(self, servo: Servo) -> None:
-        """Raises Conflict unless ArrayCommand reaches this servo by its servo id, and nobody else (table 2-20)."""
+        """Raises Conflict unless the servo ID lets ArrayCommand reach this servo and no other (table 2-20)."""
         own = servo.servo_id
         if own is None or not 1 <= own <= 254:
             raise Conflict(
-                f"{servo.title} has servo id {own}, which ArrayCommand cannot address. Give it one of its own, 1 to "
+                f"{servo.title} has servo ID {own}, which ArrayCommand cannot address. Assign a unique ID from 1 to "
                 "254, or command it alone.",
                 key="servo_id", requested=own, owner=None, owner_title=None,
                 cause="id_not_addressable", servo=servo.title, uid=servo.uid,
@@ -191,7 +192,7 @@ class Bursts:
         for other in self._live():
             if other is not servo and other.online and other.servo_id == own:
                 raise Conflict(
-                    f"{servo.title} and {other.title} share servo id {own}: both would move. Give each its own, "
+                    f"{servo.title} and {other.title} share servo ID {own}: both would move. Assign unique IDs, "
                     "or command it alone.",
                     key="servo_id", requested=own, owner=other.uid, owner_title=other.title,
                     cause="shared_servo_id", servo=servo.title, uid=servo.uid,
@@ -203,14 +204,14 @@ class Bursts:
             lease = self._motion.may_move(part.servo, lease_id)
             if part.servo.boot_count != part.boot_count:
                 raise Busy(
-                    f"{part.servo.title} restarted since the burst was prepared. Prepare it anew.",
+                    f"{part.servo.title} restarted since the burst was prepared. Prepare it again.",
                     cause="restarted_since_prepared",
                     servo=part.servo.title,
                 )
             permission.check_mode(part.servo, part.kind)
             if part.servo.servo_id != part.command.actuator_id:
                 raise Busy(
-                    f"{part.servo.title} has another servo id since the burst was prepared. Prepare it anew.",
+                    f"{part.servo.title} changed its servo ID since the burst was prepared. Prepare it again.",
                     cause="id_changed_since_prepared",
                     servo=part.servo.title,
                 )
@@ -227,8 +228,8 @@ class Bursts:
             await self._requests.read(servo, identity.parameter, READ)
 
     def _wire_s(self, prepared: Prepared) -> float:
-        """Seconds the bus needs for all messages but the last. Stuffing differs from value to value by a few percent:
-        what was counted once for a size stands for all of it."""
+        """Bus time of all messages but the last, s. Bit stuffing varies with the values by a few percent only, so it is
+        computed once."""
         participant = self._requests.participant
         if participant is None or len(prepared.messages) < 2:
             return 0.0
@@ -240,27 +241,27 @@ class Bursts:
         return (len(prepared.messages) - 1) * self._full_bits / participant.port.bitrate
 
 
-def held(value: float) -> float:
-    """What a float16 keeps of a number."""
+def as_float16(value: float) -> float:
+    """A number rounded to float16."""
     return _HALF.unpack(_HALF.pack(half(value)))[0]
 
 
 def _part(servo: Servo, kind: str, target: Target) -> Part:
-    """Raises InvalidValue for angles that count turns: those go by 0x00, which is exact at any distance (B25)."""
+    """Raises InvalidValue for multi-turn angles, which need 0x00 (exact at any distance, B25)."""
     number = target.raw / target.parameter.per_unit
     if kind == "angle":
         _check_unit(servo)
         if abs(number) > HALF_TURN_DEG:
             raise InvalidValue(
-                f"{number:g}° is beyond ±{HALF_TURN_DEG:g}°: an ArrayCommand carries no turns. Command {servo.title} "
+                f"{number:g}° is beyond ±{HALF_TURN_DEG:g}°, the range of an ArrayCommand. Command {servo.title} "
                 "alone.",
                 requested=number, minimum=-HALF_TURN_DEG, maximum=HALF_TURN_DEG, uid=servo.uid,
                 cause="beyond_array_command_range", servo=servo.title,
             )  # fmt: skip
-        wire = held(position_unit.to_position(servo, number))
+        wire = as_float16(position_unit.to_position(servo, number))
         value = position_unit.to_degrees(servo, wire)
     else:
-        wire = value = held(number)
+        wire = value = as_float16(number)
     assert servo.servo_id is not None
     return Part(servo, kind, target, ActuatorCommand(servo.servo_id, _TYPE[kind], wire), value, servo.boot_count)
 
@@ -268,8 +269,8 @@ def _part(servo: Servo, kind: str, target: Target) -> Part:
 def _check_unit(servo: Servo) -> None:
     if not servo.position_unit.sure:
         raise PositionUnitUnknown(
-            f"Status of {servo.title} disagrees with register 0x08 about the unit of a position. Command it alone, "
-            "or force the unit.",
+            f"Status and register 0x08 of {servo.title} disagree about the position unit. Command it alone, or force "
+            "the position unit.",
             uid=servo.uid, state=servo.position_unit.state, cause="position_unit_conflict", servo=servo.title,
         )  # fmt: skip
 
@@ -281,7 +282,7 @@ def _packed(parts: Sequence[Part]) -> Prepared:
 
 
 def _together(needed: Sequence[NeedsConfirmation]) -> NeedsConfirmation:
-    """One question for all that there is to confirm."""
+    """Combine several required confirmations into one error."""
     if len(needed) == 1:
         return needed[0]
     words: list[str] = []

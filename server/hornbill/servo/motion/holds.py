@@ -1,4 +1,4 @@
-"""Holds: speed and torque that last only while a client confirms that the button is held."""
+"""Holds: speed or torque that lasts only while a client confirms that the button is held."""
 
 import asyncio
 from collections.abc import Callable, Collection, Coroutine
@@ -17,14 +17,14 @@ from hornbill.units import Instant, Uid
 UNIT: Final = {"speed": "rpm", "torque": "%"}
 
 BRAKE_S: Final = 0.4
-"""How long a brake may take to be answered before torque off follows; it usually takes a few milliseconds."""
+"""Time for a servo to acknowledge braking, after which torque off follows. A few milliseconds are usual."""
 
 
 @dataclass(slots=True, eq=False)
 class _Hold(SetpointSource):
-    """One servo that runs at `value`, which Motion keeps alive, until it is braked at `until`.
+    """One servo running at `value`, which Motion keeps alive, until it is braked at `until`.
 
-    `until` moves on whenever somebody says that it is still wanted; `run_out` brakes.
+    Each renewal extends `until`; `expire` brakes.
     """
 
     servo: Servo
@@ -32,39 +32,39 @@ class _Hold(SetpointSource):
     value: float
     lease_id: str
     until: Instant
-    run_out: Callable[["_Hold"], Coroutine[Any, Any, None]]
+    expire: Callable[["_Hold"], Coroutine[Any, Any, None]]
     target: Target | None = None
 
     async def send(self, due: Instant, now: Instant) -> Instant | None:
-        """Brake once its time is over."""
+        """Brake once it has expired."""
         if now < self.until:
             return self.until
-        await self.run_out(self)
+        await self.expire(self)
         return None
 
     def interrupt(self, why: str) -> LogEvent:
-        """What ended it before its time."""
-        text = f"The hold of {self.servo.title} at {self.value:g} {UNIT[self.kind]} has ended: {why}"
+        """Event for an early end of the hold."""
+        text = f"The hold of {self.servo.title} at {self.value:g} {UNIT[self.kind]} ended: {why}"
         return LogEvent("notice", "hold_ended", text, self.servo.uid, self.params)
 
     @property
     def params(self) -> dict[str, object]:
-        """Its servo and value, for an event."""
+        """Servo and value, for an event."""
         unit = "rpm" if self.kind == "speed" else "pct"
         return {"servo": self.servo.title, f"at_{unit}": self.value}
 
 
 class Holds:
-    """A lease says that somebody is there; this says that they still hold the button. It is much shorter.
+    """Holds confirm that the button is still pressed, within a much shorter time than the lease.
 
-    However a release gets lost (a frozen page, a dead socket, a request overtaken by another), the servo is braked
-    when its time is over: 0 rpm or 0 %, which brakes (4.2, 4.3), and torque off when that is not answered.
+    If a release is lost (frozen page, dead WebSocket, requests out of order), the servo is braked when the hold
+    expires: 0 rpm or 0 %, which brakes (4.2, 4.3), then torque off if that is not acknowledged.
     """
 
     def __init__(
         self, services: HostServices, motion: Motion, runner: SetpointRunner, end_move: Callable[[Uid], None]
     ) -> None:
-        """`end_move` ends a move under way, whose next angle would overrule what is held."""
+        """`end_move` ends a running move, whose next angle would override the hold."""
         self._end_move = end_move
         self._hub = services.hub
         self._base = services.base
@@ -83,14 +83,14 @@ class Holds:
         renew: bool = False,
         confirm: Collection[str] = (),
     ) -> Target:
-        """Run at `value` (rpm or %) for `for_s` seconds from now; 0 brakes at once, and ends it.
+        """Run at `value` (rpm or %) for `for_s` seconds from now; 0 brakes immediately and ends the hold.
 
-        `renew`: only go on with what runs. It never begins anything, so what was held up on its way moves nothing.
-        Raises InvalidValue for angles, Busy when there is nothing to renew, and what Motion.command raises.
+        `renew`: only extend a running hold, never start one, so that a delayed request moves nothing. Raises
+        InvalidValue for angles, Busy if there is nothing to renew, and what Motion.command raises.
         """
         if kind not in UNIT:
             raise InvalidValue(
-                'To hold is for speed and torque: an angle has an end. Leave "hold" out.',
+                '"hold" applies to speed and torque only. Omit it for an angle.',
                 cause="hold_angle_unsupported",
             )
         if value == 0:
@@ -103,7 +103,7 @@ class Holds:
             going = None
         if renew and going is None:
             raise Busy(
-                f"{servo.title} was braked: nobody said in time that it shall run on. Let go, and press again.",
+                f"{servo.title} was braked because the hold was not renewed in time. Release and press again.",
                 cause="hold_not_renewed",
                 servo=servo.title,
             )
@@ -113,24 +113,26 @@ class Holds:
             if same:
                 going.until = now + for_s
                 return going.target
-        hold = _Hold(servo, kind, value, lease.id, now + for_s, self._run_out)
+        hold = _Hold(servo, kind, value, lease.id, now + for_s, self._expire)
         self._begin(hold)
         self._end_move(servo.uid)
         try:
             await self._motion.freshen(servo, kind)
             if self._holds.get(servo.uid) is not hold:
                 raise Busy(
-                    f"{servo.title} was let go before it began to run.",
+                    f"{servo.title} was released before it started.",
                     cause="released_before_start",
                     servo=servo.title,
                 )
             hold.target = await self._motion.command(servo, lease_id, kind, value, clamp=False, confirm=confirm)
         except HornbillError as error:
             self._forget(hold)
-            if going is not None or isinstance(error, NoResponse):  # it runs, or may have heard and not answered
+            if going is not None or isinstance(
+                error, NoResponse
+            ):  # it runs, or may have received the command without its response arriving
                 await self._brake(servo, lease.id, kind)
             raise
-        if self._holds.get(servo.uid) is not hold:  # let go while the command was under way
+        if self._holds.get(servo.uid) is not hold:  # released while the command was being sent
             await self._brake(servo, lease.id, kind)
         return hold.target
 
@@ -146,14 +148,14 @@ class Holds:
             del self._holds[hold.servo.uid]
             self._runner.end(hold)
 
-    async def _run_out(self, hold: _Hold) -> None:
+    async def _expire(self, hold: _Hold) -> None:
         servo = hold.servo
         if self._holds.get(servo.uid) is not hold:
             return
         del self._holds[servo.uid]
         if hold.target is not None and self._motion.last_command(servo.uid) is not hold.target:
-            return  # commanded since, if only to the same, or torque off: somebody else's now
-        text = f"{servo.title} is braked: nobody said in time that it shall run on at {hold.value:g} {UNIT[hold.kind]}."
+            return  # commanded again since, or torque off: no longer this hold's
+        text = f"{servo.title} was braked: its hold at {hold.value:g} {UNIT[hold.kind]} was not renewed in time."
         self._hub.publish(LogEvent("notice", "hold_ended", text, servo.uid, {**hold.params, "braked": True}))
         await self._brake(servo, hold.lease_id, hold.kind)
 
@@ -169,22 +171,22 @@ class Holds:
             raise
 
     async def _brake(self, servo: Servo, lease_id: str, kind: str) -> None:
-        """0 under the lease it ran under; torque off when that cannot be, or is not answered. Never raises."""
+        """Brake under the lease of the hold; torque off if that is refused or not acknowledged. Never raises."""
         if not self._motion.is_commanded(servo.uid):
-            return  # torque off was written, or is owed
+            return  # torque off was acknowledged or is pending
         try:
             await self._still(servo, lease_id, kind)
         except HornbillError:
             await self._disable_torque(servo)
 
     async def _still(self, servo: Servo, lease_id: str | None, kind: str) -> Target:
-        """0, which brakes. Raises NoResponse after BRAKE_S, and what Motion.command raises."""
+        """Command 0, which brakes. Raises NoResponse after BRAKE_S, and what Motion.command raises."""
         try:
             async with asyncio.timeout(BRAKE_S):
                 return await self._motion.command(servo, lease_id, kind, 0.0, clamp=False)
         except TimeoutError as error:
             raise NoResponse(
-                f"{servo.title} did not answer to the brake. Torque goes off.",
+                f"{servo.title} did not acknowledge braking. Torque is switched off.",
                 cause="brake_not_acknowledged",
                 servo=servo.title,
             ) from error
@@ -194,7 +196,7 @@ class Holds:
             return
         try:
             await self._motion.disable_torque(servo, "off")
-        except HornbillError as error:  # it is owed from here on, and written until it is answered
+        except HornbillError as error:  # torque off is pending now and repeated until acknowledged
             self._hub.publish(
                 LogEvent("warning", "hold_ended", error.detail, servo.uid, {**error.note_params, "servo": servo.title})
             )

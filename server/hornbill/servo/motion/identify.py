@@ -1,4 +1,4 @@
-"""The identify job: it shows which horn belongs to a servo, under a lease of the client or one of its own."""
+"""Identify jobs: wiggle the horn of a servo, under the client's lease or one of the job."""
 
 import contextlib
 
@@ -16,11 +16,11 @@ from hornbill.servo.runtime.leases import HeldLease
 from hornbill.store.audit import NewAuditEntry
 
 OWN_TTL_S = 5.0
-"""The job says every moment that it is there; nothing it waits for takes longer than 4 s."""
+"""The job renews its lease continuously; nothing it waits for takes longer than 4 s."""
 
 
 class Identify:
-    """Starts identify jobs, each under the lease of who asks for it, or one of its own."""
+    """Starts identify jobs, each under the client's lease or one of its own."""
 
     def __init__(self, services: HostServices, control: MotionControl, motion: Motion, runner: SetpointRunner) -> None:
         self._services = services
@@ -33,10 +33,10 @@ class Identify:
         self._audit = services.audit
 
     def identify(self, servo: Servo, lease_id: str | None, *, by: str = "") -> RunningJob:
-        """A job of kind "identify" on this servo; a second one joins the first.
+        """Start a job of kind "identify" on this servo, or return the running one.
 
-        Its result: {"from_deg", "low_deg", "high_deg", "back_deg", "moved"}; a horn that did not move fails it with
-        did_not_move. Without `lease_id` it takes a lease of its own for its time. The caller must not hold
+        Its result: {"from_deg", "low_deg", "high_deg", "back_deg", "moved"}; it fails with did_not_move if the horn did
+        not move. Without `lease_id` the job takes a lease of its own. The caller must not hold
         `servo.changing`. Raises Stopped, LeaseRequired, LeaseHeld, Busy, NoResponse, NotInThisModel,
         ConfigurationLost, BusDisconnected; later, as the job's problem, OutOfRange, Refused, UnexpectedResult, too.
         """
@@ -49,8 +49,8 @@ class Identify:
         permission.row_for(servo, "angle")
         if servo.rom_lost:
             raise ConfigurationLost(
-                f"{servo.title} could not load what was saved and runs on defaults, so it is not moved. "
-                "Restore its configuration and save it first.",
+                f"{servo.title} runs on defaults, because its saved configuration could not be loaded. Motion is "
+                "refused. Restore its configuration and save it first.",
                 cause="runs_on_defaults",
                 servo=servo.title,
             )
@@ -89,10 +89,10 @@ class Identify:
 
     def _end(self, lease: HeldLease, *, own: bool) -> None:
         if own:
-            with contextlib.suppress(Unknown):  # it ran out: the tick has told that
+            with contextlib.suppress(Unknown):  # it expired, which was already published
                 self._control.release(lease.id, "job_ended")
 
 
 def _moved(job: RunningJob) -> bool | None:
-    """Whether the horn was seen to move; None when it did not come to that."""
+    """Whether the horn was seen to move. None if the job ended before."""
     return None if job.result is None else job.result["moved"] is True

@@ -1,4 +1,4 @@
-"""The wiggle: one small bounded motion of one horn, and everything as it was found afterwards."""
+"""Wiggle: a small bounded motion of one horn, after which everything is restored."""
 
 import asyncio
 import contextlib
@@ -39,40 +39,40 @@ AMPLITUDE_DEG = 3.0
 TIMES = 2
 PERIOD_S = 0.025
 CREEP = TrapezoidProfile(speed=20.0, acceleration=20.0 / PERIOD_S)
-"""0.5° a slot from the first on, 3.3 rpm: the limits of speed and torque are for what goes wrong."""
+"""0.5° per slot from the start, 3.3 rpm. The speed and torque limits are for faults only."""
 
 ARRIVAL_SLOTS = 4
-"""After each way, to let the horn arrive, so that it is seen to."""
+"""Slots after each leg in which the horn is only read, so that its arrival is seen."""
 
 LIMIT_RPM, LIMIT_PCT = 30, 30
 FURTHEST_DEG = AMPLITUDE_DEG + 1.0
-"""A horn that is found further away than this is let go."""
+"""Deviation above which torque is switched off."""
 
 STILL_DEG = 0.5
-"""What a horn at rest may differ by between two looks, and how near it must come to where it was."""
+"""Tolerance between two readings at rest, and of the final position."""
 
 MOVED_DEG = 1.0
-"""A horn whose readings span less did not move: play and dead band of a healthy one leave some 5°."""
+"""A horn whose readings span less did not move. With normal play and deadband, they span about 5°."""
 
 HELD_LOAD_PCT = 20
-"""A horn that holds more than this could fall when its torque is limited to LIMIT_PCT."""
+"""A horn under a higher load could drop when its torque is limited to LIMIT_PCT."""
 
 SILENT_S = 5.0
 SETTLES_WITHIN_S = 1.5
 QUIET_S = 1.0
 
 STEPS = {
-    "check": "Horn at rest, torque and limits read",
+    "check": "Horn at rest; torque and limits read",
     "limit": "Speed and torque limited",
     "wiggle": "Wiggled",
-    "return": "Back where it was",
-    "restore": "Everything as it was found",
+    "return": "Back at its first angle",
+    "restore": "All values restored",
 }
 
 
 @dataclass(slots=True)
 class _Horn:
-    """The horn as it was found, in degrees, and what was seen of it since. `home` is the command it ends on."""
+    """Initial state of the horn, in degrees, and its readings since. `home`: the final command."""
 
     mode: Raw
     output: OutputRecord
@@ -86,21 +86,21 @@ class _Horn:
 
     @property
     def deviation(self) -> float:
-        """How far from its place it was seen."""
+        """Maximum deviation from its start position, degrees."""
         return max((abs(angle - self.centre) for angle in self.seen), default=0.0)
 
 
 @dataclass(slots=True, eq=False)
 class _Wiggle(PeriodicSource):
-    """The angles of a wiggle, None where the horn is only looked at. `command`: whether a step was answered."""
+    """The angles of a wiggle, None where the horn is only read. `command`: True if a step was acknowledged."""
 
     path: Iterator[float | None]
     command: Callable[[float], Awaitable[bool]]
-    look: Callable[[], Awaitable[object]]
+    read: Callable[[], Awaitable[object]]
     lost: float | None = field(default=None, init=False)
 
     async def send_next(self) -> bool:
-        """Send one step, once more where it was lost, and look at the horn."""
+        """Send one step, again if it was lost, and read the angle."""
         angle = self.lost
         if angle is None:
             try:
@@ -111,19 +111,18 @@ class _Wiggle(PeriodicSource):
         if angle is not None and not await self.command(angle):
             self.lost = angle
             return False
-        await self.look()
+        await self.read()
         return False
 
 
 class IdentifyMotion:
-    """The horn turns twice to 3 degrees on either side of where it stands, or as far as its angle limits let it.
+    """Turns the horn twice by 3° to either side of its position, or as far as its angle limits allow.
 
-    Where there is 0x25, the servo itself is limited for the time, by what its soft start uses (section 4.14).
-    Torque is in the end what it was in the beginning: off and brake are written again; a horn that was commanded
-    under the caller's lease is commanded again what it was; one that held its place with nobody commanding it goes on
-    holding it: torque off could drop what it carries, and would be kept by the next save (0x20 is in ROM). Its own
-    time-out (0x26, 0x27) holds for it as after every command. When anything fails on the way torque goes off, as for
-    every motion.
+    If the servo has 0x25, its speed and torque are limited meanwhile, to the values of soft start (section 4.14).
+    Torque is restored at the end: off and brake are written again; a horn commanded under the caller's lease gets its
+    previous command again; a horn that held its position without a command keeps holding it, because torque off could
+    drop its load and would be stored by the next save (0x20 is in ROM). The timeout (0x26, 0x27) then applies as after
+    any command. If anything fails, torque goes off, as for all motion.
     """
 
     def __init__(
@@ -137,7 +136,7 @@ class IdentifyMotion:
         *,
         own: bool,
     ) -> None:
-        """`own`: the lease is the job's, and renewed as long as it goes on."""
+        """`own`: the lease belongs to the job, which renews it while running."""
         self._requests = services.requests
         self._hub = services.hub
         self._base = services.base
@@ -148,14 +147,14 @@ class IdentifyMotion:
         self._servo = servo
         self._lease = lease
         self._own = own
-        self._borrowed = TemporaryValues(services.requests, servo)
+        self._temporary = TemporaryValues(services.requests, servo)
         self._answered: Instant = services.base.now()
 
     async def run(self) -> dict[str, object]:
-        """Wiggle; the job's result. Raises as `Wiggle.identify` says, and DidNotMove."""
+        """Wiggle and return the job's result. Raises as `Identify.identify`, and DidNotMove."""
         job = self._job
         job.begin("check")
-        horn = await self._look()
+        horn = await self._check_horn()
         try:
             job.begin("limit")
             job.done("limit", await self._limit())
@@ -165,14 +164,14 @@ class IdentifyMotion:
             job.begin("return")
             back = await self._settle(horn)
             away = abs(back - horn.centre)
-            text = f"{back:+.1f}°, {away:.1f}° from where it was"
+            text = f"{back:+.1f}°, {away:.1f}° from the start position"
             job.done("return", Evidence("returned", text, {"angle_deg": back, "away_deg": round(away, 1)}))
             job.begin("restore")
             self._check_ours()
             await self._torque_as_found(horn)
-            if left := await shielded(self._borrowed.give_back(self._renew)):
+            if left := await shielded(self._temporary.restore(self._renew)):
                 raise UnexpectedResult(
-                    f"{self._servo.title} was not found to hold its own values again.",
+                    f"The original values of {self._servo.title} could not be verified.",
                     keys=left,
                     cause="rows_not_restored",
                     servo=self._servo.title,
@@ -191,10 +190,10 @@ class IdentifyMotion:
             "moved": moved,
         }  # fmt: skip
         if not moved or abs(back - horn.centre) > horn.tolerance:
-            what = "did not move" if not moved else "did not come back to where it was"
+            what = "did not move" if not moved else "did not return to its start position"
             raise DidNotMove(
-                f"The horn of {self._servo.title} {what}: {_evidence(horn)}, in the end {back:+.1f}°. Look whether it "
-                "is blocked, and at its dead band (0x2E) and its limits of speed and torque (0x3A to 0x3D).",
+                f"The horn of {self._servo.title} {what}: {_evidence(horn).text}, finally at {back:+.1f}°. Check "
+                "whether it is blocked, and its deadband (0x2E) and its speed and torque limits (0x3A to 0x3D).",
                 cause="wiggle_failed",
                 servo=self._servo.title,
                 moved=moved,
@@ -202,7 +201,7 @@ class IdentifyMotion:
             )
         return job.result
 
-    async def _look(self) -> _Horn:
+    async def _check_horn(self) -> _Horn:
         servo = self._servo
         keys = ["torque_mode", "command_angle", "angle_limit_cw", "angle_limit_ccw", "current_torque"]
         for key in [*keys, "angle_dead_band", "timeout_action", "timeout_time"]:
@@ -228,8 +227,8 @@ class IdentifyMotion:
         load = servo.raw("current_torque") or 0
         if mode == 0 and abs(load) > HELD_LOAD_PCT:
             raise Busy(
-                f"The horn of {servo.title} holds {abs(load)} % of its torque and could fall when that is limited to "
-                f"{LIMIT_PCT} %. Relieve it first, or turn torque off.",
+                f"The horn of {servo.title} is loaded with {abs(load)} % torque and could drop when torque is limited "
+                f"to {LIMIT_PCT} %. Relieve it first, or turn torque off.",
                 cause="horn_loaded",
                 servo=servo.title,
                 load_pct=abs(load),
@@ -242,7 +241,7 @@ class IdentifyMotion:
             output=copy(servo.output),
             commanded=commanded,
             centre=centre,
-            # never far away: an output that timed out (4.19) or was overcome is not brought back with a jump
+            # never far away: after a timeout (4.19) or an overload, the horn must not jump back
             home=near if mode == 0 and abs(near - centre) <= MOVED_DEG else centre,
             low=max(low, centre - AMPLITUDE_DEG),
             high=min(high, centre + AMPLITUDE_DEG),
@@ -250,13 +249,13 @@ class IdentifyMotion:
         )
         if not low <= centre <= high or horn.high - horn.low < AMPLITUDE_DEG - STILL_DEG:
             raise OutOfRange(
-                f"The horn of {servo.title} stands at {centre:.1f}°, and its angle limits of {low:g}° to {high:g}° "
-                "leave no room to wiggle. Turn it inside by hand, or widen the limits.",
+                f"The horn of {servo.title} is at {centre:.1f}°, and its angle limits of {low:g}° to {high:g}° leave "
+                "no room to wiggle. Turn it manually to within the limits, or widen them.",
                 minimum=low, maximum=high, unit=row.unit, requested=centre,
                 cause="wiggle_range_too_small", servo=servo.title,
             )  # fmt: skip
         found = ("on", "off", "the brake")[mode] + (", under command" if commanded else "")
-        text = f"horn at rest at {centre:+.1f}°, torque {found}; room {horn.low:+.1f} to {horn.high:+.1f}°"
+        text = f"horn at rest at {centre:+.1f}°, torque {found}; range {horn.low:+.1f}° to {horn.high:+.1f}°"
         values = {
             "angle_deg": centre, "torque": ("on", "off", "brake")[mode], "commanded": commanded,
             "low_deg": horn.low, "high_deg": horn.high,
@@ -265,13 +264,13 @@ class IdentifyMotion:
         return horn
 
     async def _limit(self) -> Evidence:
-        """Limits first, then the switch that brings them into effect; before torque comes on."""
+        """Write the limits, then the row that activates them, before torque comes on."""
         servo = self._servo
         self._renew()
-        self._motion.may_move(servo, self._lease.id)  # the change it waited for may have changed that
+        self._motion.may_move(servo, self._lease.id)  # a change that it waited for may have changed that
         if "speed_torque_control" not in servo.registers:
             firmware = servo.firmware_text or "unknown"
-            text = f"firmware {firmware} has no 0x25, so the servo limits nothing: the slow command alone bounds it"
+            text = f"firmware {firmware} has no 0x25, so the servo applies no limits; only the command is slow"
             return Evidence("not_limited", text, known(firmware=servo.firmware_text))
         most = {
             "speed_limit_cw": LIMIT_RPM, "speed_limit_ccw": -LIMIT_RPM,
@@ -280,21 +279,21 @@ class IdentifyMotion:
         for key, number in most.items():
             await self._read(key)
             held, wanted = servo.raw(key) or 0, number * servo.registers[key].parameter.per_unit
-            await self._borrowed.lend(key, min(held, wanted) if wanted > 0 else max(held, wanted))
+            await self._temporary.set(key, min(held, wanted) if wanted > 0 else max(held, wanted))
         await self._read("speed_torque_control")
-        await self._borrowed.lend("speed_torque_control", 1)
-        text = f"speed to {LIMIT_RPM} rpm, torque to {LIMIT_PCT} % (0x25 and 0x3A to 0x3D, in RAM, for now)"
+        await self._temporary.set("speed_torque_control", 1)
+        text = f"speed to {LIMIT_RPM} rpm, torque to {LIMIT_PCT} % (0x25 and 0x3A to 0x3D, temporarily, in RAM)"
         return Evidence("limited", text, {"speed_rpm": LIMIT_RPM, "torque_pct": LIMIT_PCT})
 
     async def _wiggle(self, horn: _Horn) -> None:
         if horn.mode != 0:
             self._renew()
             await self._motion.torque_on(self._servo, self._lease.id)
-        look = functools.partial(self._sample, horn)
-        await self._runner.follow(_Wiggle(PERIOD_S, _path(horn), self._command, look))
+        read = functools.partial(self._sample, horn)
+        await self._runner.follow(_Wiggle(PERIOD_S, _path(horn), self._command, read))
 
     async def _command(self, degrees: float) -> bool:
-        """One step. False when it was lost: it is decided anew, under a live lease, and no old frame is sent again."""
+        """Send one step. False if it was lost: it is then checked and sent as a new command, never as an old frame."""
         self._renew()
         try:
             await self._motion.command(self._servo, self._lease.id, "angle", round(degrees, 1), clamp=True)
@@ -316,8 +315,8 @@ class IdentifyMotion:
         horn.seen.append(angle)
         if abs(angle - horn.centre) > FURTHEST_DEG:
             raise DidNotMove(
-                f"The horn of {self._servo.title} was found at {angle:+.1f}°, further than {FURTHEST_DEG:g}° from "
-                f"{horn.centre:+.1f}°, where it was not commanded to. Torque is taken off. Look what turns it.",
+                f"The horn of {self._servo.title} is at {angle:+.1f}°, more than {FURTHEST_DEG:g}° from "
+                f"{horn.centre:+.1f}°, although not commanded there. Torque goes off. Check what moves it.",
                 cause="horn_off_position",
                 servo=self._servo.title,
                 angle_deg=angle,
@@ -337,12 +336,12 @@ class IdentifyMotion:
         return await self._read("current_angle")
 
     def _check_ours(self) -> None:
-        """Raises what `Motion.may_move` raises, and TorqueOff: somebody took torque, and has the last word."""
+        """Raises what `Motion.may_move` raises, and TorqueOff if torque was switched off meanwhile."""
         self._renew()
         self._motion.may_move(self._servo, self._lease.id)
         if not self._motion.is_commanded(self._servo.uid):
             raise TorqueOff(
-                f"Torque was taken from {self._servo.title} before it was as it was found.",
+                f"Torque of {self._servo.title} was switched off before it was restored.",
                 cause="torque_switched_off",
                 servo=self._servo.title,
             )
@@ -354,32 +353,32 @@ class IdentifyMotion:
             self._servo.output.restore_reason(horn.output)
 
     def _restored(self, horn: _Horn) -> Evidence:
-        end = {1: "torque is off, as it was", 2: "the brake is on, as it was"}.get(horn.mode)
+        end = {1: "torque is off, as before", 2: "the brake is on, as before"}.get(horn.mode)
         values: dict[str, Param] = {"torque": ("on", "off", "brake")[horn.mode], "commanded": bool(horn.commanded)}
         if end is None:
-            end = "its command goes on" if horn.commanded else "it holds its place, as it did"
+            end = "its command continues" if horn.commanded else "it holds its position, as before"
             action, after = self._servo.raw("timeout_action") or 0, self._servo.raw("timeout_time") or 0
             if action and not horn.commanded:
-                end += f", until its own time-out (0x26) takes torque in {after / 1000:g} s"
+                end += f", until its timeout (0x26) switches torque off in {after / 1000:g} s"
                 values["timeout_s"] = after / 1000
-        return Evidence("restored", f"every row written back and read; {end}", values)
+        return Evidence("restored", f"all rows restored and verified; {end}", values)
 
     async def _end_badly(self, horn: _Horn, error: BaseException) -> None:
-        """Torque off (the brake, where it was found on the brake), and every row its own value again."""
+        """Switch torque off (or brake, if it was on the brake) and restore all rows."""
         servo = self._servo
-        if self._motion.is_commanded(servo.uid):  # else stop, or the end of the lease, has seen to it
-            with contextlib.suppress(HornbillError):  # it is owed then, and written until it is answered
+        if self._motion.is_commanded(servo.uid):  # otherwise Stop or the end of the lease has done so
+            with contextlib.suppress(HornbillError):  # torque off is then pending and repeated until acknowledged
                 await self._motion.disable_torque(servo, "brake" if horn.mode == MODES["brake"] else "off")
                 if horn.mode != ON:
                     servo.output.restore_reason(horn.output)
         elif self._motion.stop.latched or self._motion.torque_off.pending(servo.uid):
             await self._motion.torque_off.acknowledged(QUIET_S)
-        left = await self._borrowed.give_back()
+        left = await self._temporary.restore()
         if not left:
             return
         text = (
-            f"Not given back after the wiggle of {servo.title}: {', '.join(left)}. They hold what limits it, in RAM "
-            "alone. Write them again, or restart it."
+            f"Not restored after the wiggle of {servo.title}: {', '.join(left)}. They still limit it, in RAM only. "
+            "Write them again, or restart the servo."
         )
         self._hub.publish(LogEvent("failure", "not_restored", text, servo.uid, {"servo": servo.title, "keys": left}))
         if isinstance(error, HornbillError):
@@ -392,24 +391,23 @@ class IdentifyMotion:
 
     def _renew(self) -> None:
         if self._own:
-            with contextlib.suppress(Unknown):  # the next motion says what became of it
+            with contextlib.suppress(Unknown):  # the next motion reports why
                 self._leases.renew(self._lease.id, self._base.now())
 
 
 def _evidence(horn: _Horn) -> Evidence:
     if not horn.seen:
-        return Evidence("angle_unknown", "its angle was never answered")
+        return Evidence("angle_unknown", "its angle could not be read")
     low, high, readings = min(horn.seen), max(horn.seen), len(horn.seen)
     return Evidence(
         "wiggled",
-        f"seen from {low:+.1f}° to {high:+.1f}° in {readings} readings, "
-        f"at most {horn.deviation:.1f}° from {horn.centre:+.1f}°",
+        f"{readings} readings from {low:+.1f}° to {high:+.1f}°, at most {horn.deviation:.1f}° from {horn.centre:+.1f}°",
         {"low_deg": low, "high_deg": high, "readings": readings, "most_deg": horn.deviation, "angle_deg": horn.centre},
     )
 
 
 def _path(horn: _Horn) -> Iterator[float | None]:
-    """The angle of every slot; None after each way, where the horn is only looked at."""
+    """Angle of each slot; None after each leg, where the horn is only read."""
     track = Track(horn.centre)
     for goal in [horn.high, horn.low] * TIMES + [horn.centre, horn.home]:
         while track.at != goal:

@@ -1,4 +1,4 @@
-"""Jogs: moves of one servo at a limited speed and acceleration."""
+"""Jogs: moves of one servo at limited speed and acceleration."""
 
 import asyncio
 from collections.abc import Collection
@@ -18,15 +18,15 @@ from hornbill.servo.runtime.timebase import TimeBase
 from hornbill.units import Instant, Uid
 
 PERIOD_S: Final = 0.02
-"""Between two angles of a move: 50 a second, each through 0x00, which is exact and answered."""
+"""Interval of the angles of a move: 50 per second, each through 0x00, which is exact and acknowledged."""
 
 SILENT_S: Final = 0.5
-"""A move ends when the servo has not answered for this long."""
+"""A move ends if the servo has not responded for this time."""
 
 
 @dataclass(slots=True, eq=False)
 class _Jog(PeriodicSource):
-    """The angles of one move. What the lease, a stop or the servo refuses ends it; torque is theirs to take."""
+    """The angles of one move. A refusal (lease, stop or servo) ends it; switching torque off is left to Motion."""
 
     base: TimeBase
     motion: Motion
@@ -36,19 +36,19 @@ class _Jog(PeriodicSource):
     profile: TrapezoidProfile
     track: Track
     sent: Target | None = field(default=None, init=False)
-    answered: Instant = field(init=False)
+    acknowledged_at: Instant = field(init=False)
 
     def __post_init__(self) -> None:
-        self.answered = self.base.now()
+        self.acknowledged_at = self.base.now()
 
     @property
     def degrees(self) -> float:
-        """Where the move ends."""
+        """Target of the move, degrees."""
         return self.target.raw / self.target.parameter.per_unit
 
     async def send_next(self) -> bool:
         """Send the next angle, unless another command ended the move."""
-        if self.sent is not None and not self._undisturbed(self.sent):
+        if self.sent is not None and not self._still_ours(self.sent):
             return True
         there = self.track.step(self.degrees, self.profile, self.period_s)
         try:
@@ -56,22 +56,22 @@ class _Jog(PeriodicSource):
                 self.servo, self.lease_id, "angle", round(self.track.at, 1), clamp=True, confirm=self.target.confirmed
             )
         except NoResponse:
-            if self.base.now() - self.answered > SILENT_S:
+            if self.base.now() - self.acknowledged_at > SILENT_S:
                 raise
-            return False  # the last angle has to arrive
-        self.answered = self.base.now()
+            return False  # the last angle must be acknowledged
+        self.acknowledged_at = self.base.now()
         return there
 
     def interrupt(self, why: str) -> LogEvent:
-        """What ended the move, and where."""
-        text = f"The move of {self.servo.title} to {self.degrees:g}° has ended at {self.track.at:.1f}°: {why}"
+        """Event with the reason and angle at which the move ended."""
+        text = f"The move of {self.servo.title} to {self.degrees:g}° ended at {self.track.at:.1f}°: {why}"
         params: dict[str, object] = {
             "servo": self.servo.title, "to_deg": self.degrees, "at_deg": round(self.track.at, 1),
         }  # fmt: skip
         return LogEvent("notice", "move_ended", text, self.servo.uid, params)
 
-    def _undisturbed(self, sent: Target) -> bool:
-        """Whether nobody else has commanded the servo since. Raises what ends every motion."""
+    def _still_ours(self, sent: Target) -> bool:
+        """Whether the servo has not been commanded otherwise since. Raises what ends every motion."""
         try:
             self.motion.check_command(self.servo, self.lease_id, sent)
         except Busy:
@@ -80,7 +80,7 @@ class _Jog(PeriodicSource):
 
 
 class Jogs:
-    """Moves under way, one a servo. A new target for a servo that moves bends its way; it does not begin anew."""
+    """Running moves, one per servo. A new target for a moving servo changes its course without a new start."""
 
     def __init__(self, services: HostServices, motion: Motion, runner: SetpointRunner) -> None:
         self._requests = services.requests
@@ -99,11 +99,11 @@ class Jogs:
         clamp: bool,
         confirm: Collection[str] = (),
     ) -> tuple[Target, asyncio.Task[None]]:
-        """Begin a move to `degrees`; the answer is its end, checked now, and the task that goes there.
+        """Start a move to `degrees`. Returns the checked target and the task of the move.
 
-        A command of somebody else for this servo ends it where it is.
+        Another command for this servo ends the move where it is.
 
-        Raises what Motion.command raises; the horn has not moved then.
+        Raises what Motion.command raises, before the horn has moved.
         """
         lease = self._motion.may_move(servo, lease_id)
         await self._motion.freshen(servo, "angle")
@@ -121,7 +121,7 @@ class Jogs:
         return target, self._runner.start(jog)
 
     def end(self, uid: Uid) -> None:
-        """End the move of one servo where it is, for whoever commands it now."""
+        """End the move of a servo where it is, because of another command."""
         going = self._jogs.pop(uid, None)
         if going is not None:
             self._runner.end(going)

@@ -1,4 +1,4 @@
-"""KeepingAlive: feeding a servo's own timeout (0x27) with its last command, and never giving back what was taken."""
+"""Keep-alive: repeats the last command before the servo's timeout (0x27), and never restores an output that is off."""
 
 import asyncio
 from collections.abc import Callable, Coroutine
@@ -15,20 +15,20 @@ from hornbill.servo.runtime.timebase import TimeBase
 from hornbill.units import Instant, Raw, Uid
 
 SHORTEST_S, LONGEST_S = 0.02, 60.0
-"""Bounds of a third of 0x27, whose range is 1 to 60,000 ms: one round trip takes some milliseconds."""
+"""Bounds of the interval, which is a third of 0x27 (1 to 60,000 ms). A round trip takes a few milliseconds."""
 
 TIMEOUT: Final = "timeout_time"
 LATENESS_S: Final = 30.0
-"""The lateness of feeding is the worst of this window and of the one before it."""
+"""The lateness of the keep-alive is the worst of this window and the one before."""
 
 
 @dataclass(slots=True)
 class CommandedServo:
-    """A servo under command: whose lease, what it was told last, and the task that keeps telling it.
+    """A servo under command: its lease, its last command, and the task that repeats it.
 
-    `holds` is what its register answered, None after a message that nobody answers; `boot_count` counts the starts it had
-    made when it was told, at `fed`. `found`: its lease had energised it before. `let_go` is why it is not told any
-    more, when that ended by itself.
+    `register_raw`: the acknowledged register value, None after a broadcast without response. `boot_count`: boot count
+    of the servo at the last command, which was sent at `fed`. `found`: already energised under this lease before.
+    `end_reason`: why the keep-alive ended, if it ended automatically.
     """
 
     servo: Servo
@@ -37,14 +37,14 @@ class CommandedServo:
     register_raw: Raw | None = None
     boot_count: int = 0
     fed: Instant = 0.0
-    asking: bool = False
+    writing: bool = False
     alive: asyncio.Task[None] | None = None
     found: bool = False
     end_reason: HornbillError | None = None
 
 
 class KeepingAlive:
-    """One task for every servo under command. What it needs of Motion is handed in.
+    """Keeps servos under command alive, with one task each. Motion passes in what it needs.
 
     `gate` raises what ends the motion of a servo (Stopped, LeaseRequired, Busy, TorqueOff, …); `send` writes a target.
     """
@@ -58,7 +58,7 @@ class KeepingAlive:
         send: Callable[[CommandedServo, Target, RetryPolicy], Coroutine[Any, Any, Raw]],
         find: Callable[[Uid], CommandedServo | None],
     ) -> None:
-        """`find` gives what is under command by unique id."""
+        """`find` returns the servo under command with a unique ID."""
         self._requests = requests
         self._hub = hub
         self._base = base
@@ -73,22 +73,22 @@ class KeepingAlive:
     def shortest_s(self) -> float:
         """The shortest timeout (0x27) under which a command can be kept alive, s.
 
-        Three of the shortest intervals; more where feeding was late by more than the two thirds that leaves.
+        At least three of the shortest intervals; more if the keep-alive was late by more than the remaining two thirds.
         """
         return max(3 * SHORTEST_S, 1.5 * max(self._late_s, self._late_before_s))
 
     def begin(self, commanded: CommandedServo, target: Target, holds: Raw) -> None:
-        """It took a command and answered that it holds `holds`: repeat that from now on."""
+        """Start repeating a command that the servo acknowledged with the register value `holds`."""
         self.pause(commanded)
         self._note_sent(commanded, target, holds)
         self._start(commanded)
 
     def begin_unacknowledged(self, commanded: CommandedServo, target: Target) -> None:
-        """It was told by a message that nobody answers: its time-out counts from now, and the register is read later.
+        """Start repeating a command sent by broadcast: its timeout runs from now, and the register is read later.
 
-        Cheap enough for every burst of a stream: the task goes on sleeping.
+        Fast enough for every burst of a stream, because the task keeps sleeping.
         """
-        if commanded.asking:  # what is under way is the old target, and must not leave after the new one
+        if commanded.writing:  # the pending write is of the old target and must not leave after the new one
             self.pause(commanded)
         self._note_sent(commanded, target, None)
         if commanded.alive is None or commanded.alive.done():
@@ -96,8 +96,8 @@ class KeepingAlive:
 
     @staticmethod
     def pause(commanded: CommandedServo) -> None:
-        """Repeat nothing any more."""
-        commanded.asking = False
+        """Stop repeating."""
+        commanded.writing = False
         if commanded.alive is not None:
             commanded.alive.cancel()
             commanded.alive = None
@@ -110,20 +110,20 @@ class KeepingAlive:
         commanded.alive = asyncio.get_running_loop().create_task(self._repeat(commanded, fed))
 
     def _feed_now(self, commanded: CommandedServo) -> "asyncio.Future[None]":
-        """Feed without waiting for the interval; the answer is done once the servo has been fed."""
+        """Repeat the command without waiting for the interval. Returns a future that is done once it was sent."""
         fed = asyncio.get_running_loop().create_future()
         self.pause(commanded)
         self._start(commanded, fed)
         return fed
 
     def _on_reading(self, change: ReadingChanged) -> None:
-        """The timeout changed, whoever changed it: the interval of before may be too long."""
+        """React to a changed timeout: the previous interval may be too long."""
         commanded = self._find(change.uid) if change.key == TIMEOUT else None
         if commanded is not None and commanded.alive is not None and not commanded.alive.done():
             self._feed_now(commanded)
 
     async def before_timeout(self, servo: Servo, raw: Raw) -> None:
-        """Feed a servo whose timeout is about to be shortened: the new one may have passed since the last time."""
+        """Repeat the command before the timeout is shortened: the new one may already have passed."""
         commanded = self._find(servo.uid)
         if commanded is None or commanded.alive is None or commanded.alive.done() or raw > (servo.raw(TIMEOUT) or 0):
             return
@@ -132,34 +132,36 @@ class KeepingAlive:
         await asyncio.wait({commanded.alive, fed}, timeout=COMMAND.timeout_s, return_when=asyncio.FIRST_COMPLETED)
 
     async def _repeat(self, commanded: CommandedServo, fed: "asyncio.Future[None] | None") -> None:
-        """After a restart, in protection, and when its timeout may have struck, the horn would jump to where it was
-        commanded before: then the servo is left alone until somebody commands it again.
+        """Repeat the command of a servo at its interval until that ends.
 
-        `fed`: feed at once, and set its result then.
+        After a restart, in protection, or after a possible timeout, repeating it would make the horn jump to the old
+        target. The keep-alive then ends until the servo is commanded again.
+
+        `fed`: repeat immediately, then set its result.
         """
-        servo, unanswered = commanded.servo, False
+        servo, unacknowledged = commanded.servo, False
         while True:
             interval = interval_s(servo)
             rest = commanded.fed + interval - self._base.now()
-            if rest > 0 and not unanswered and fed is None:
+            if rest > 0 and not unacknowledged and fed is None:
                 await asyncio.sleep(rest)
                 continue
-            # an answer to somebody else's read may be lost, and is then waited for longer than the interval
+            # another read of this servo may lose its response and wait longer than the interval
             urgent = interval < READ.timeout_s
             policy = RetryPolicy(
                 COMMAND.priority, min(COMMAND.timeout_s, interval / 2), 1, urgent=urgent, kind="command"
             )
-            commanded.asking = True
+            commanded.writing = True
             try:
                 before = commanded.fed
-                unanswered = not await self._feed(commanded, policy, look=not unanswered)
+                unacknowledged = not await self._feed(commanded, policy, check=not unacknowledged)
             except HornbillError as error:
                 self._end(commanded, error)
                 return
             finally:
                 if commanded.alive is asyncio.current_task():
-                    commanded.asking = False
-            if unanswered:
+                    commanded.writing = False
+            if unacknowledged:
                 continue
             if fed is None:
                 self._note_lateness(commanded.fed - before - interval)
@@ -167,44 +169,44 @@ class KeepingAlive:
                 fed.set_result(None)
             fed = None
 
-    async def _feed(self, commanded: CommandedServo, policy: RetryPolicy, *, look: bool) -> bool:
-        """Write the command once more, unless the servo needs none; `look` first whether it is still held.
+    async def _feed(self, commanded: CommandedServo, policy: RetryPolicy, *, check: bool) -> bool:
+        """Write the command once more, if needed; with `check`, first verify that the register still has it.
 
-        False when it was not answered and the servo has surely not restarted. Raises what ends its motion.
+        False if not acknowledged although the servo has certainly not restarted. Raises what ends its motion.
         """
         servo = commanded.servo
         try:
             if not needs_feeding(servo):
                 commanded.fed = self._base.now()
                 if commanded.register_raw is None:
-                    await self._see(commanded, policy)
+                    await self._verify(commanded, policy)
                 return True
             self._gate(commanded)
             if servo.boot_count != commanded.boot_count:
                 raise Busy(f"{servo.title} restarted.", cause="servo_restarted", servo=servo.title)
-            if look:
+            if check:
                 if late := self._too_late(commanded):
                     raise Busy(
                         f"{servo.title} was not commanded for {late}.", cause="commands_interrupted", servo=servo.title
                     )
-                await self._see(commanded, policy)
+                await self._verify(commanded, policy)
             assert commanded.target is not None
             commanded.register_raw = await self._send(commanded, commanded.target, policy)
             commanded.fed = self._base.now()
         except NoResponse:
             if not needs_feeding(servo):
                 return True
-            if not await self._runs_on(servo, commanded.boot_count):
+            if not await self._has_not_restarted(servo, commanded.boot_count):
                 raise
             if late := self._too_late(commanded):
                 raise NoResponse(
-                    f"{servo.title} did not answer for {late}.", cause="response_gap", servo=servo.title
+                    f"{servo.title} did not respond for {late}.", cause="response_gap", servo=servo.title
                 ) from None
             return False
         return True
 
     def _too_late(self, commanded: CommandedServo) -> str | None:
-        """For how long it was not commanded, when that is longer than its timeout."""
+        """Text of the time without a command, if longer than its timeout. None otherwise."""
         silent_s, limit_s = self._base.now() - commanded.fed, (commanded.servo.raw(TIMEOUT) or 1000) / 1000
         if silent_s <= max(limit_s, 3 * SHORTEST_S):
             return None
@@ -217,12 +219,12 @@ class KeepingAlive:
             self._late_s, self._window_ends = 0.0, now + LATENESS_S
         self._late_s = max(self._late_s, late_s)
 
-    async def _see(self, commanded: CommandedServo, policy: RetryPolicy) -> None:
-        """Raises Busy when its register does not hold the command any more: a restart too quick to be noticed, the
-        return from protection (4.7), PWM input (4.30) or another tool overwrites it, and none of that is undone.
+    async def _verify(self, commanded: CommandedServo, policy: RetryPolicy) -> None:
+        """Raises Busy if its register no longer has the command. An unnoticed restart, the return from protection
+        (4.7), PWM input (4.30) or another tool may have overwritten it; none of these is undone.
 
-        Whether ArrayCommand shows in the registers is not documented. From a servo where it did once, another value
-        means that a burst did not arrive; from any other it means nothing, and the command is repeated by 0x00.
+        Whether ArrayCommand changes the registers is not documented. If it did once on a servo, another value means
+        that a burst did not arrive; otherwise it means nothing, and the command is repeated through 0x00.
         """
         servo, target = commanded.servo, commanded.target
         assert target is not None
@@ -230,24 +232,24 @@ class KeepingAlive:
         if commanded.register_raw is not None:
             if held != commanded.register_raw:
                 raise Busy(
-                    f"{servo.title} holds another command than the one it was given.",
+                    f"{servo.title} has a different command from the one sent.",
                     held=held,
                     cause="other_command_active",
                     servo=servo.title,
                 )
-        elif abs(held - target.raw) <= 1:  # float16 may have moved it by a step
+        elif abs(held - target.raw) <= 1:  # float16 may have changed it by one step
             self._shows.add(servo.uid)
             commanded.target, commanded.register_raw = replace(target, raw=held), held
         elif servo.uid in self._shows:
             raise Busy(
-                f"{servo.title} did not take the command of the last burst.",
+                f"{servo.title} did not receive the command of the last burst.",
                 held=held,
                 cause="last_command_not_accepted",
                 servo=servo.title,
             )
 
-    async def _runs_on(self, servo: Servo, boot_count: int) -> bool:
-        """Whether a servo that missed a command has surely not restarted, by its uptime (whole seconds, table 2-17)."""
+    async def _has_not_restarted(self, servo: Servo, boot_count: int) -> bool:
+        """Whether a servo that missed a command has certainly not restarted, by its uptime (table 2-17)."""
         before, at, node = servo.status, servo.status_at, servo.node_id
         if before is None or at is None or node is None:
             return False
@@ -255,7 +257,7 @@ class KeepingAlive:
             uptime = (await self._requests.node_info(node)).status.uptime_sec
         except HornbillError:
             return False
-        # It ran before the status we know: that holds however long its answer took to reach us.
+        # It started before the last known status, however long the response took.
         since = self._base.now() - at
         return servo.boot_count == boot_count and before.uptime_sec <= uptime and uptime > since
 
@@ -264,7 +266,7 @@ class KeepingAlive:
         expected = isinstance(error, Stopped | LeaseRequired | LeaseHeld | BusDisconnected)
         if self._find(commanded.servo.uid) is commanded and not expected:
             text = (
-                f"{error.detail} {commanded.servo.title} is not kept under its last command any more. Command it again."
+                f"{error.detail} The last command of {commanded.servo.title} is no longer repeated. Command it again."
             )
             self._hub.publish(
                 LogEvent(
@@ -278,7 +280,7 @@ class KeepingAlive:
 
 
 def interval_s(servo: Servo) -> float:
-    """How often to feed it: a third of its timeout (0x27). While a write of that is not answered, of the shorter."""
+    """Keep-alive interval, s: a third of the timeout (0x27), the shorter one while a write of it is pending."""
     row = servo.registers.get(TIMEOUT)
     found = [] if row is None else [row.raw]
     if row is not None and row.written and (row.at is None or row.written_at >= row.at):

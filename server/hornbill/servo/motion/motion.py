@@ -1,4 +1,4 @@
-"""Commands under a live lease, kept alive while it lives, and torque off the moment it does not."""
+"""Commands under a lease, kept alive while the lease is valid, and torque off as soon as it is not."""
 
 import asyncio
 from collections.abc import Callable, Collection, Generator
@@ -34,34 +34,34 @@ from hornbill.servo.torque_off.stop import StopControl
 from hornbill.units import Raw, Uid
 
 FRESH_S = 1.0
-"""How old a reading may be that decides whether a command is let through."""
+"""Maximum age of a reading that decides whether a command is permitted."""
 
 AGEING_S = 0.4
-"""From this age on it is read again beside a command, so that the next one need not wait for it."""
+"""Age from which it is read again alongside a command, so that the next command need not wait."""
 
 LEAVE_S = 0.3
 
 
 AT_REST_RPM = 5
-"""A horn at rest is measured no faster."""
+"""Maximum measured speed of a horn at rest."""
 
 _REPEATED = replace(TORQUE, tries=READ.tries)
-"""For 1.25 s."""
+"""Repeated for 1.25 s."""
 
 AT_ONCE = replace(COMMAND, urgent=True)
-"""A jog does not wait for the answer to a read of the same servo. One at a time, so that stop never lacks a number."""
+"""Sent without waiting for a pending read of the same servo. One at a time, so that Stop always has a transfer ID."""
 
 
 class Motion:
-    """Everything that can make a horn move goes through here.
+    """The only class that moves horns.
 
-    A servo whose command ended is pending torque off, until it answers or is commanded again under a lease.
+    When the command of a servo ends, torque off is pending until it acknowledges or is commanded again under a lease.
     """
 
     def __init__(
         self, services: HostServices, stop: StopControl, torque_off: TorqueOffRetries, streamed: Callable[[Uid], bool]
     ) -> None:
-        """`streamed`: whether a stream commands a servo. A command of its own would be overruled by the next burst."""
+        """`streamed`: whether a stream commands a servo. The next burst would override a separate command."""
         self._requests = requests = services.requests
         self._hub = hub = services.hub
         self._base = base = services.base
@@ -71,31 +71,31 @@ class Motion:
         self._streamed = streamed
         self._commanded: dict[Uid, CommandedServo] = {}
         self._energised: dict[Uid, tuple[Servo, str]] = {}
-        """Servos that a lease energised and its ID, also by a save or a restart: off when it ends, commanded or not."""
+        """Servos energised under a lease (also by a save or restart), with its ID. Torque goes off when it ends."""
         self._sending: dict[asyncio.Task[Raw], Uid] = {}
         self._ageing: dict[Uid, asyncio.Task[None]] = {}
         self.keeping_alive = KeepingAlive(requests, hub, base, self._gate, self._send, self._commanded.get)
         self._bus_gone = False
         self.leaving = False
-        """The bus is being left: nothing may be put under command any more."""
+        """Whether the bus is being left, so that no new commands are accepted."""
         hub.subscribe(lambda _pressed: self.cancel_commands(), StopPressed)
         hub.subscribe(self._on_bus, BusUsable)
 
     def is_commanded(self, uid: Uid) -> bool:
-        """Whether somebody has this servo under command."""
+        """Whether a servo is under command."""
         return uid in self._commanded
 
     def last_command(self, uid: Uid) -> Target | None:
-        """What this servo was commanded last, as far as it is under command."""
+        """Last command of a servo under command, or None."""
         commanded = self._commanded.get(uid)
         return None if commanded is None else commanded.target
 
     async def command(
         self, servo: Servo, lease_id: str | None, kind: str, value: float, *, clamp: bool, confirm: Collection[str] = ()
     ) -> Target:
-        """Send one angle (degrees), speed (rpm) or torque (%) command and keep it alive while the lease lives.
+        """Send one angle (degrees), speed (rpm) or torque (%) command and keep it alive while the lease is valid.
 
-        `confirm`: words of NeedsConfirmation that were answered. Raises Stopped, LeaseRequired, LeaseHeld, Busy,
+        `confirm`: confirmed codes of NeedsConfirmation. Raises Stopped, LeaseRequired, LeaseHeld, Busy,
         NoResponse, ConfigurationLost, NotInThisModel, ModeOff, TorqueOff, OutOfRange, InvalidValue, NeedsConfirmation,
         Refused.
         """
@@ -104,7 +104,7 @@ class Motion:
         lease = self.may_move(servo, lease_id)
         if self._streamed(servo.uid):
             raise Busy(
-                f"{servo.title} is commanded by a stream. Give the stream its value, or end it first.",
+                f"{servo.title} is commanded by a stream. Set its value in the stream, or end the stream first.",
                 cause="commanded_by_stream",
                 servo=servo.title,
             )
@@ -112,7 +112,7 @@ class Motion:
         commanded = self._take_command(servo, lease)
         self.keeping_alive.pause(commanded)  # or the old target could leave after the new one
         try:
-            # beside a read that is under way, but never before a command that is
+            # alongside a pending read, but never ahead of a pending command
             waits = servo.uid in self._sending.values()
             holds = await self._send(commanded, target, COMMAND if waits else AT_ONCE)
         except NoResponse:
@@ -127,28 +127,28 @@ class Motion:
     def permit(
         self, servo: Servo, lease: HeldLease, kind: str, value: float, *, clamp: bool, confirm: Collection[str]
     ) -> Target:
-        """What may be sent, by what has just been read; its `warnings` are what to say. Asks nothing of the bus.
+        """Check a command against the last readings. Returns the permitted target with its warnings. Sends nothing.
 
         Raises ModeOff, TorqueOff, NotInThisModel, OutOfRange, InvalidValue, NeedsConfirmation.
         """
         permission.check_mode(servo, kind)
         target = permission.target(servo, kind, value, clamp=clamp)
-        said = self.cautions(servo, kind, target.raw)
-        cautions.require(servo, said, confirm)
-        if not said:
+        found = self.cautions(servo, kind, target.raw)
+        cautions.require(servo, found, confirm)
+        if not found:
             return target
-        words = frozenset(one.confirm for one in said if one.confirm is not None)
-        return replace(target, warnings=tuple(one.text for one in said), confirmed=words)
+        words = frozenset(one.confirm for one in found if one.confirm is not None)
+        return replace(target, warnings=tuple(one.text for one in found), confirmed=words)
 
     def cautions(self, servo: Servo, kind: str, raw: Raw) -> list[Caution]:
-        """What there is to say before `kind` is commanded to `raw`, by what was read last."""
-        keys = ("current_angle", "command_angle")  # on the way the horn is somewhere between them
+        """Cautions before commanding `kind` to `raw`, from the last readings."""
+        keys = ("current_angle", "command_angle")  # while moving, the horn is between the two
         known = (servo.registers[key] for key in keys if key in servo.registers)
         here = [one.raw for one in known if one.raw is not None and one.at is not None and one.raw != DUMMY]
         return cautions.cautions(servo, kind, raw, here, self.keeping_alive.shortest_s)
 
     def note_burst(self, lease: HeldLease, parts: Collection[tuple[Servo, Target]]) -> None:
-        """Take servos under command to which a burst has just been handed, and keep them alive."""
+        """Take the servos of a burst that was just sent under command, and keep them alive."""
         now = self._base.now()
         for servo, target in parts:
             commanded = self._take_command(servo, lease)
@@ -162,16 +162,16 @@ class Motion:
             self.keeping_alive.begin_unacknowledged(commanded, target)
 
     def check_command(self, servo: Servo, lease_id: str | None, target: Target) -> None:
-        """Whether it is still under this command, for whoever waits for its end.
+        """Check that a servo is still under this command, for callers that wait for it to finish.
 
-        Raises Stopped, LeaseRequired, LeaseHeld, Busy, NoResponse, TorqueOff, BusDisconnected; and what ended the
-        feeding of its time-out, if that ended by itself.
+        Raises Stopped, LeaseRequired, LeaseHeld, Busy, NoResponse, TorqueOff, BusDisconnected, and whatever ended its
+        keep-alive.
         """
         self.may_move(servo, lease_id)
         commanded = self._commanded.get(servo.uid)
         if commanded is None:
             raise TorqueOff(
-                f"Torque was taken from {servo.title} before it settled.",
+                f"Torque of {servo.title} was switched off before it settled.",
                 cause="torque_switched_off",
                 servo=servo.title,
             )
@@ -180,35 +180,37 @@ class Motion:
             target.raw,
         ):
             raise Busy(
-                f"{servo.title} was given another command before it settled.",
+                f"{servo.title} received another command before it settled.",
                 cause="command_superseded",
                 servo=servo.title,
             )
         if (why := commanded.end_reason) is not None:
             error = copy(why)
             error.extend(
-                before=f"{servo.title} was let go before it settled: ",
+                before=f"The command of {servo.title} ended before it settled: ",
                 also="released_before_settling",
                 servo=servo.title,
             )
             raise error
         if commanded.alive is None or commanded.alive.done():
             raise Busy(
-                f"{servo.title} was let go before it settled.", cause="released_before_settling", servo=servo.title
+                f"The command of {servo.title} ended before it settled.",
+                cause="released_before_settling",
+                servo=servo.title,
             )
 
     async def switch(self, servo: Servo, torque: Raw, lease_id: str | None, *, by: str | None = None) -> Raw:
-        """Write 0x20: what it holds then. On needs a lease (`torque_on`), off and brake do not (`torque_away`)."""
+        """Write 0x20 and return its new value. On needs a lease (`torque_on`), off and brake do not."""
         if torque == ON:
             return await self.torque_on(servo, lease_id)
         return await self.disable_torque(servo, off_mode(torque), by=by)
 
     async def torque_on(self, servo: Servo, lease_id: str | None) -> Raw:
-        """Energise the motor where it stands, under a lease. Raises as `command` does.
+        """Turn torque on at the present angle, under a lease. Raises as `command` does.
 
-        The present angle becomes the command before and after. Before, because an output that the servo's own time-out
-        took comes back with what was commanded last (section 4.19); after, because one that was off comes back without
-        a command (section 4.13), and so that the time-out does not take it while the lease lives.
+        The present angle is commanded before and after: before, because an output disabled by the servo's timeout
+        returns with the last command (section 4.19); after, because one that was off returns without a command (section
+        4.13), and so that the timeout does not disable it while the lease is valid.
         """
         lease = self.may_move(servo, lease_id)
         mode = servo.registers["torque_mode"].parameter
@@ -232,12 +234,12 @@ class Motion:
             self._note_command(servo, hold)
             self.keeping_alive.begin(commanded, hold, holds)
             return raw
-        for key in permission.ROW_OF.values():  # the servo has set them anew (section 4.13)
+        for key in permission.ROW_OF.values():  # the servo has reset them (section 4.13)
             await self._requests.read(servo, servo.registers[key].parameter, READ)
         return raw
 
     def check_energise(self, servo: Servo) -> None:
-        """What `energise` raises before it sends anything.
+        """Raise what `energise` raises before it sends anything.
 
         Raises Stopped, BusDisconnected, BusReadOnly, NoResponse, Busy, ConfigurationLost, NotInThisModel.
         """
@@ -245,13 +247,13 @@ class Motion:
         permission.check_energise(servo)
 
     async def energise(self, servo: Servo, by: str) -> None:
-        """Output on where the horn stands, for the moment before ROM is written. Nobody commands it afterwards.
+        """Turn torque on at the present angle, just before ROM is written. The servo is not under command afterwards.
 
-        No lease: the caller is a job that has this servo, and takes the output again if ROM is not written. The present
-        angle becomes the command first (see `torque_on`). Both writes are repeated until they are answered: the one
-        moves nothing, the other is the same however often it arrives.
+        Needs no lease: the caller is a job that works on this servo and switches the output off again if ROM is not
+        written. The present angle is commanded first (see `torque_on`). Both writes are repeated until acknowledged:
+        the first moves nothing, the second is idempotent.
 
-        Raises as `check_energise`; Busy for a horn that turns, TorqueOff when somebody takes the output meanwhile,
+        Raises as `check_energise`; Busy if the horn is turning, TorqueOff if the output is switched off meanwhile,
         UnexpectedResult, NoResponse, Refused.
         """
         self.check_energise(servo)
@@ -259,7 +261,7 @@ class Motion:
         speed = await self._requests.read(servo, servo.registers["current_speed"].parameter, READ)
         if abs(speed) > AT_REST_RPM:
             raise Busy(
-                f"The horn of {servo.title} turns at {speed} rpm with its output off. Let it come to rest.",
+                f"The horn of {servo.title} is turning at {speed} rpm with its output off. Wait until it is at rest.",
                 cause="horn_turning_output_off",
                 servo=servo.title,
                 speed_rpm=speed,
@@ -272,21 +274,21 @@ class Motion:
         mode = servo.registers["torque_mode"].parameter
         if await self._write_until_acknowledged(servo, Target(mode, ON, clamped=False), taken) != ON:
             raise UnexpectedResult(
-                f"{servo.title} did not take torque on, which ROM was to hold.",
+                f"{servo.title} did not accept torque on, which was to be saved to ROM.",
                 differences=[{"key": mode.key, "wanted": "on", "found": None}],
                 cause="torque_on_not_accepted",
                 servo=servo.title,
             )
 
     async def disable_torque(self, servo: Servo, mode: str, *, by: str | None = None) -> Raw:
-        """Torque off or brake: needs no lease and overtakes everything. Raises NoResponse, Refused, BusDisconnected.
+        """Switch torque off or brake. Needs no lease and precedes all other traffic.
 
-        `by`: who asks for it, the holder of the lease it is under unless given.
+        `by`: author, by default the holder of the lease it is under. Raises NoResponse, Refused, BusDisconnected.
         """
         by = by or self._holder(servo)
         pending = self.is_commanded(servo.uid) or self.torque_off.pending(servo.uid)
         self._end_command(servo.uid)
-        self.torque_off.cancel_for_command(servo.uid)  # or an "off" of before could follow the brake
+        self.torque_off.cancel_for_command(servo.uid)  # otherwise an earlier "off" could follow the brake
         if mode == "off":
             self.torque_off.release_brake(servo.uid)
         raw = await self.torque_off.write(servo, mode, "command", by, retry=pending)
@@ -294,32 +296,32 @@ class Motion:
         return raw
 
     def stop_commanding(self, servo: Servo) -> None:
-        """Command it no more, and leave torque as it is: for a horn that holds its place as it did before we came."""
+        """Stop commanding a servo but leave torque as it is, for a horn that held its position before."""
         commanded = self._commanded.get(servo.uid)
         if commanded is not None and not commanded.found:
             self._energised.pop(servo.uid, None)
         self._end_command(servo.uid)
 
     def claim(self, servo: Servo, lease_id: str | None) -> None:
-        """A save or a restart under this lease is about to give a servo its output: the end of the lease takes it."""
+        """Note that a save or restart under this lease will energise a servo: torque goes off when the lease ends."""
         lease = self._leases.current(self._base.now())
         if lease is not None and lease.id == lease_id and servo.raw(KEY) != ON:
             self._energised[servo.uid] = servo, lease.id
 
     def end_lease(self, lease: HeldLease) -> list[Servo]:
-        """Torque off on everything that was energised under this lease: the servos that were."""
+        """Switch torque off on all servos energised under this lease. Returns them."""
         servos = self._release(lease.id)
         for servo in servos:
             self.torque_off.require(servo, "lease", lease.holder)
         return servos
 
     def cancel_commands(self) -> None:
-        """Drop every command that is waiting or being repeated, at once: before a stop writes its first frame."""
+        """Cancel all queued and repeated commands immediately, before a stop writes its first frame."""
         for uid in {*self._commanded, *self._sending.values()}:
             self._end_command(uid)
 
     def bus_lost(self) -> list[Servo]:
-        """End every command; the servos that were under one, to which torque off is pending from now on."""
+        """End all commands. Returns the servos that were under command; torque off is pending on them from now on."""
         commanded = [one.servo for one in self._commanded.values()]
         for servo in commanded:
             holder = self._holder(servo)
@@ -329,7 +331,7 @@ class Motion:
 
     @contextmanager
     def leaving_bus(self) -> Generator[None]:
-        """Within it the bus is being left: nothing may be put under command any more."""
+        """Context in which the bus is being left: no new commands are accepted."""
         self.leaving = True
         try:
             yield
@@ -337,9 +339,9 @@ class Motion:
             self.leaving = False
 
     async def leave(self) -> None:
-        """Torque off on what is still under command, before the bus is left; a stop is repeated until then, too.
+        """Switch torque off on all servos under command before leaving the bus. Stops are repeated until then.
 
-        Call it within `barred`.
+        Call within `leaving_bus`.
         """
         lease = self._leases.current(self._base.now())
         self.bus_lost()
@@ -350,7 +352,7 @@ class Motion:
         self.torque_off.report_pending()
 
     def may_move(self, servo: Servo, lease_id: str | None) -> HeldLease:
-        """The lease to move it under.
+        """Check that a servo may be moved, and return the lease.
 
         Raises Stopped, LeaseRequired, LeaseHeld, Busy, NoResponse, ConfigurationLost, NotInThisModel.
         """
@@ -363,14 +365,12 @@ class Motion:
     def _check_open(self) -> None:
         self.stop.check()
         if self.leaving:
-            raise BusDisconnected(
-                "The bus is being disconnected, so nothing is moved any more.", cause="bus_disconnecting"
-            )
+            raise BusDisconnected("The bus is being disconnected. Motion is refused.", cause="bus_disconnecting")
         if self._bus_gone:
-            raise BusDisconnected("The bus is lost. Command again when it is back.", cause="bus_lost")
+            raise BusDisconnected("The bus is lost. Send the command again when it is back.", cause="bus_lost")
 
     async def _present_angle(self, servo: Servo) -> Target | None:
-        """The present angle, as just read, as a command; None where the angle limits do not let the horn stay."""
+        """Command for the present angle, just read. None if it is outside the angle limits."""
         await self.freshen(servo, "angle", max_age_s=0.0)
         angle = await self._requests.read(servo, servo.registers["current_angle"].parameter, READ)
         row = permission.row_for(servo, "angle")
@@ -378,7 +378,7 @@ class Motion:
         return Target(row, angle, clamped=False) if low <= angle <= high else None
 
     async def freshen(self, servo: Servo, kind: str, max_age_s: float = FRESH_S) -> None:
-        """Read again what decides about a command of that kind, where it is older than that.
+        """Read the rows that decide about a command of this kind again if older than `max_age_s`.
 
         Raises NoResponse, Refused, BusDisconnected.
         """
@@ -386,7 +386,7 @@ class Motion:
         keys = ["torque_mode", *(() if limits is None else (limits.upper, limits.lower)), "current_angle"]
         if kind != "angle":
             keys[-1] = MODE
-        elif servo.raw("command_angle") in (None, DUMMY):  # under speed or torque it may be turns away by now
+        elif servo.raw("command_angle") in (None, DUMMY):  # under a speed or torque command it may be turns away by now
             servo.forget("current_angle")
         rows = [servo.registers[key] for key in keys if key in servo.registers]
         now = self._base.now()
@@ -403,10 +403,10 @@ class Motion:
             try:
                 await self._requests.read(servo, row, POLL)
             except HornbillError:
-                return  # it grows older, and the next command reads it itself
+                return  # the next command reads it itself
 
     def _release(self, lease_id: str | None = None) -> list[Servo]:
-        """Let go of what a lease (None: any) energised. The servos whose output is not known to be off already."""
+        """End commands under a lease (None: any). Returns the energised servos whose output is not known to be off."""
         left: list[Servo] = []
         for uid, (servo, of) in list(self._energised.items()):
             if lease_id not in (None, of):
@@ -419,7 +419,7 @@ class Motion:
         return left
 
     def _holder(self, servo: Servo) -> str | None:
-        """Whose lease a servo is under."""
+        """Holder of the lease a servo is under, or None."""
         commanded, lease = self._commanded.get(servo.uid), self._leases.current(self._base.now())
         return lease.holder if commanded is not None and lease is not None and lease.id == commanded.lease_id else None
 
@@ -444,8 +444,8 @@ class Motion:
         return raw
 
     async def _write_until_acknowledged(self, servo: Servo, target: Target, taken: int) -> Raw:
-        """Write until it is answered, or somebody takes the output: raises Stopped, TorqueOff then."""
-        gone = f"Somebody switched the output of {servo.title} off meanwhile, so it was not switched on."
+        """Write until acknowledged. Raises Stopped or TorqueOff if the output is switched off meanwhile."""
+        gone = f"The output of {servo.title} was switched off meanwhile, so it was not switched on."
         try:
             raw = await self._deliver(servo, target, _REPEATED)
         except asyncio.CancelledError:
@@ -459,37 +459,34 @@ class Motion:
         return raw
 
     async def _deliver(self, servo: Servo, target: Target, policy: RetryPolicy) -> Raw:
-        """Write in a task of its own, which whoever lets the servo go cancels before it leaves."""
+        """Write in a separate task, so that ending the command can cancel it before it is sent."""
         task = asyncio.get_running_loop().create_task(self._requests.write(servo, target.parameter, target.raw, policy))
         self._sending[task] = servo.uid
         task.add_done_callback(lambda done: self._sending.pop(done, None))
         return await task
 
     def _check(self, commanded: CommandedServo) -> None:
-        """Raises when the servo was let go while something was under way.
-
-        Raises Stopped, BusDisconnected, LeaseRequired or TorqueOff.
-        """
+        """Raises Stopped, BusDisconnected, LeaseRequired or TorqueOff if the command was ended meanwhile."""
         if self._is_current(commanded):
             return
         self.stop.check()
         if self._bus_gone or self.leaving:
             raise BusDisconnected(
-                "The bus went away while the command was under way. Torque goes off.", cause="bus_lost_during_command"
+                "The bus was lost while the command was being sent. Torque goes off.", cause="bus_lost_during_command"
             )
         lease = self._leases.current(self._base.now())
         if lease is None or lease.id != commanded.lease_id:
             raise LeaseRequired(
-                "The lease ended while the command was under way. Torque goes off.", cause="lease_ended_during_command"
+                "The lease ended while the command was being sent. Torque goes off.", cause="lease_ended_during_command"
             )
         raise TorqueOff(
-            f"Torque was taken from {commanded.servo.title} while the command was under way.",
+            f"Torque of {commanded.servo.title} was switched off while the command was being sent.",
             cause="torque_switched_off",
             servo=commanded.servo.title,
         )
 
     async def _arrived(self, commanded: CommandedServo, target: Target) -> bool:
-        """Whether a command that was not answered arrived: a read may be repeated where the command may not."""
+        """Whether a command without a response arrived. Unlike the command, the read may be repeated."""
         try:
             held = await self._requests.read(commanded.servo, target.parameter, READ)
         except (NoResponse, Refused):
@@ -498,7 +495,7 @@ class Motion:
         return held == target.raw
 
     def _note_confirmed(self, commanded: CommandedServo, target: Target) -> None:
-        """It was commanded by somebody who knew what there was to say about it."""
+        """Note that the cautions of a command were confirmed."""
         if "turn_count" in target.confirmed:
             commanded.servo.turns_lost_deg = None
 
@@ -521,7 +518,7 @@ class Motion:
         self.may_move(commanded.servo, commanded.lease_id)
 
     def _end_command(self, uid: Uid) -> None:
-        # an "on" that still waits in a queue must not leave after the "off" that follows
+        # a queued "on" must not leave after the "off" that follows
         for task, where in list(self._sending.items()):
             if where == uid:
                 task.cancel()

@@ -1,4 +1,4 @@
-"""Motion control: how it is taken, given back, request for, refused, taken by force, and how it expires."""
+"""Motion control: taking, releasing, requesting, refusing and forcing it, and its expiry."""
 
 import asyncio
 import secrets
@@ -20,17 +20,17 @@ from hornbill.store.audit import NewAuditEntry
 from hornbill.units import Instant
 
 PASS_S = 0.25
-"""A lease passes when every servo of the old holder has answered to torque off, or after this long: it has been
-written then, and is written on until it is answered."""
+"""A lease passes once all servos of the previous holder have acknowledged torque off, or after this time. Torque off
+has been written by then and is repeated until acknowledged."""
 
 GRACE_S = 5.0
-"""How long a lease that was request for lasts until its first renewal: whoever request has to hear of it."""
+"""Minimum time before a requested lease must first be renewed, so that the requester can learn of it."""
 
 REQUESTER_TIMEOUT_S = 5.0
-"""Whoever asks and is not heard of for so long, or for all of a shorter policy, is believed gone."""
+"""A requester that does not poll its request for this time, or for a shorter timeout, is considered gone."""
 
 MAX_STORED = 16
-"""Requests that can still be request about after their end."""
+"""Ended requests that can still be polled."""
 
 Outcome = Literal["waiting", "granted", "refused", "withdrawn"]
 _Ended = Literal["lease_withdrawn", "lease_refused"]
@@ -39,7 +39,7 @@ _STATES: Final[Mapping[_Ended, Outcome]] = {"lease_withdrawn": "withdrawn", "lea
 
 @dataclass(slots=True)
 class TakeOverRequest:
-    """One request for motion control. `id` is known to whoever request, and to nobody else; `shown_id` to all."""
+    """A request for motion control. Only the requester knows `id`; `shown_id` is visible to all clients."""
 
     by: str
     ttl_s: float
@@ -59,11 +59,13 @@ class TakeOverRequest:
 
 
 class MotionControl:
-    """Every lease begins and ends here, and is audited here. `Leases` keeps it, and judges who may move and write.
+    """Starts, ends and audits every lease (motion control, for users). `Leases` stores it and decides who may move and
+    write.
 
-    Whatever ends a lease, torque goes off on what was commanded under it. Before one passes, that has been written.
+    However a lease ends, torque goes off on everything commanded under it. Before a lease passes, torque off has been
+    written.
 
-    Nothing here is in the way of a stop, which asks for no lease.
+    Nothing here delays Stop, which needs no lease.
     """
 
     def __init__(self, services: HostServices, motion: Motion) -> None:
@@ -78,53 +80,51 @@ class MotionControl:
 
     @property
     def waiting(self) -> TakeOverRequest | None:
-        """The request the holder has not answered."""
+        """The pending request, or None."""
         return self._waiting
 
     def take(self, holder: str, ttl_s: float) -> HeldLease:
-        """A lease while nobody has one. Raises LeaseHeld, Busy."""
+        """Take the lease if it is free. Raises LeaseHeld, Busy."""
         lease = self._leases.grant(holder, ttl_s, self._base.now())
         self._hub.publish(LeaseChanged())
-        text = f"Motion control for {lease.ttl_s:g} s from each heartbeat."
+        text = f"Motion control expires {lease.ttl_s:g} s after the last heartbeat."
         note = Note(text, "lease_taken", {"ttl_s": lease.ttl_s})
         self._audit.note(NewAuditEntry(lease.holder, "lease", "taken", notes=(note,)))
         return lease
 
     def release(self, lease_id: str, why: LeaseEndCode) -> HeldLease:
-        """Give a lease back: torque goes off on what was commanded under it.
-
-        Raises Unknown once it has ended.
-        """
+        """Release a lease: torque goes off on everything commanded under it. Raises Unknown once it has ended."""
         lease = self._leases.release(lease_id, self._base.now())
         self._ended(lease, LeaseEnd(why, lease.holder))
         return lease
 
     async def force(self, holder: str, ttl_s: float, reason: str) -> HeldLease:
-        """Take it from whoever has it. Raises InvalidValue without a reason, and Busy while it passes to somebody."""
+        """Take it by force. Raises InvalidValue without a reason, and Busy while it is being passed on."""
         if not reason.strip():
             raise InvalidValue(
-                'To take motion control by force say why: "reason" is kept in the audit.', cause="force_without_reason"
+                'Taking motion control by force requires a "reason", which is stored in the audit.',
+                cause="force_without_reason",
             )
         if self._passing is not None:
             raise Busy(
-                "Motion control is passing to somebody right now. Try again in a second.",
+                "Motion control is being passed on. Try again in 1 s.",
                 cause="control_transfer_in_progress",
             )
         if self._leases.current(self._base.now()) is None and self._waiting is None:
             return self.take(holder, ttl_s)
-        # A task of its own: half of it would leave nobody in control, and nothing in the audit.
+        # A separate task: if cancelled halfway, no client would have control and nothing would be audited.
         task = self._passing = asyncio.get_running_loop().create_task(self._force(holder, ttl_s, reason.strip()))
         return await asyncio.shield(task)
 
     async def request(self, by: str, ttl_s: float, reason: str, timeout_s: float) -> TakeOverRequest:
-        """Ask the holder for motion control; without a holder it is granted at once.
+        """Request motion control from its holder. Granted immediately if there is none.
 
-        Raises Busy while somebody else's request waits.
+        Raises Busy while another request is pending.
         """
         if self._waiting is not None or self._passing is not None:
-            who = "Somebody" if self._waiting is None else self._waiting.by
+            who = "Another client" if self._waiting is None else self._waiting.by
             raise Busy(
-                f"{who} has request for motion control already. Wait until that is decided.",
+                f"{who} has already requested motion control. Wait for the decision.",
                 cause="already_requested",
                 by=who,
             )
@@ -136,7 +136,7 @@ class MotionControl:
         held = self._leases.current(now)
         self._leases.promised_to, self._waiting = by, request
         if held is not None:
-            text = f"{by} asks {held.holder} for motion control{because(reason)} "
+            text = f"{by} requests motion control from {held.holder}{because(reason)} "
             text += f"It passes in {timeout_s:g} s unless {held.holder} refuses."
             params: dict[str, object] = {"by": by, "holder": held.holder, "reason": reason, "timeout_s": timeout_s}
             self._hub.publish(LogEvent("notice", "lease_requested", text, params=params))
@@ -145,55 +145,55 @@ class MotionControl:
         return request
 
     async def settle(self) -> None:
-        """Let the lease pass now if it can, and wait until it has."""
+        """Pass the lease on now if possible, and wait for it."""
         self.tick()
         if self._passing is not None:
             await asyncio.shield(self._passing)
 
     def get_request(self, request_id: str) -> TakeOverRequest:
-        """How the request went, for whoever made it; a sign that they are still there. Raises Unknown."""
+        """State of a request, for the requester; also counts as its heartbeat. Raises Unknown."""
         request = self._requests.get(request_id)
         if request is None:
             raise Unknown(
                 "unknown_lease",
-                "This request is not known any more. Ask anew.",
+                "This request no longer exists. Request again.",
                 cause="control_request_not_found",
             )
         request.seen_at = self._base.now()
         return request
 
     def withdraw(self, request_id: str) -> TakeOverRequest:
-        """Ask no more. What was granted or refused stays so. Raises Unknown."""
+        """Cancel a pending request. No effect if it was granted or refused. Raises Unknown."""
         request = self.get_request(request_id)
-        self._end(request, "lease_withdrawn", f"{request.by} does not ask for motion control any more.")
+        self._end(request, "lease_withdrawn", f"{request.by} withdrew the request for motion control.")
         return request
 
     def refuse(self, shown_id: str, lease_id: str | None) -> TakeOverRequest:
-        """The holder keeps motion control. Raises LeaseRequired, LeaseHeld, Unknown."""
+        """Refuse a request as the holder. Raises LeaseRequired, LeaseHeld, Unknown."""
         lease = self._leases.require(lease_id, self._base.now())
         request = self._waiting
         if request is None or shown_id not in (request.shown_id, request.id):
-            raise Unknown(
-                "unknown_lease", "Nobody asks for motion control by this id any more.", cause="no_pending_request"
-            )
-        text = f"{lease.holder} keeps motion control: {request.by} was refused."
+            raise Unknown("unknown_lease", "There is no pending request with this ID.", cause="no_pending_request")
+        text = f"{lease.holder} refused the request of {request.by} for motion control."
         self._end(request, "lease_refused", text, holder=lease.holder)
         return request
 
     def tick(self) -> None:
-        """Act on a lease that ran out, and let one pass when its time has come. Call it at least every 50 ms."""
+        """Process expired leases and pending requests. Call at least every 50 ms."""
         self._end_expired()
         request = self._waiting
         if request is None or self._passing is not None:
             return
         now = self._base.now()
         if now - request.seen_at >= min(REQUESTER_TIMEOUT_S, request.timeout_s):
-            self._end(request, "lease_withdrawn", f"{request.by} request for motion control and is gone.", gone=True)
+            self._end(
+                request, "lease_withdrawn", f"{request.by} requested motion control but stopped responding.", gone=True
+            )
         elif now >= request.due or self._leases.current(now) is None:
             self._passing = asyncio.get_running_loop().create_task(self._pass(request))
 
     async def close(self) -> None:
-        """End what is under way."""
+        """Cancel a lease being passed on."""
         if self._passing is not None:
             self._passing.cancel()
             await asyncio.gather(self._passing, return_exceptions=True)
@@ -224,7 +224,7 @@ class MotionControl:
             self._passing = None
 
     async def _end_current(self, why: LeaseEnd) -> None:
-        """End whatever lease there is, and wait for torque to be off on what it commanded."""
+        """End the current lease, if any, and wait for torque off on everything commanded under it."""
         self._leases.promised_to = why.holder
         self._end_expired()
         old = self._leases.revoke(self._base.now())
@@ -237,7 +237,7 @@ class MotionControl:
             self._ended(lease, LeaseEnd("expired", lease.holder))
 
     def _ended(self, lease: HeldLease, why: LeaseEnd) -> None:
-        """Torque off on what was commanded under a lease that has ended, then its event and its entry in the audit."""
+        """After a lease has ended, switch torque off on everything commanded under it, then publish and audit."""
         servos = self._motion.end_lease(lease)
         self._hub.publish(LeaseChanged())
         if servos:
@@ -259,7 +259,7 @@ class MotionControl:
         self, lease: HeldLease, old: HeldLease | None, how: Literal["passed", "forced"], reason: str
     ) -> None:
         self._hub.publish(LeaseChanged())
-        verb = "took motion control by force" if how == "forced" else "got motion control"
+        verb = "took motion control by force" if how == "forced" else "took over motion control"
         whose = "" if old is None else f" from {old.holder}"
         before = None if old is None else old.holder
         text = f"{lease.holder} {verb}{whose}{because(reason)}"

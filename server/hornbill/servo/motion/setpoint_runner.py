@@ -1,4 +1,4 @@
-"""The runner of setpoints over time: it sends each one when it is due, and ends and reports every run in one way."""
+"""Setpoint runner: sends setpoints when they are due, and ends and reports every run in the same way."""
 
 import asyncio
 import logging
@@ -16,24 +16,25 @@ log = logging.getLogger(__name__)
 
 
 class SetpointSource(ABC):
-    """Setpoints of one or more servos as a function of time, each sent under the lease the run was started with."""
+    """Setpoints of one or more servos over time, each sent under the lease the run was started with."""
 
     @abstractmethod
     async def send(self, due: Instant, now: Instant) -> Instant | None:
-        """Send what was due at `due`. When the next one is due; None after the last.
+        """Send the setpoint due at `due`. Returns when the next one is due, None after the last.
 
         Raises HornbillError when motion has ended (Stopped, LeaseRequired, BusDisconnected, …); that ends the run.
         """
 
     def interrupt(self, why: str) -> LogEvent | None:
-        """Note that the run ended before its last setpoint, and why. The event for the log, None without one."""
+        """Note that the run ended early, and why. Returns the event to log, or None."""
         return None
 
 
 @dataclass(slots=True, eq=False)
 class PeriodicSource(SetpointSource):
-    """Setpoints at a steady rate. A slot that passed is not sent later: its setpoint is old, and two at once help
-    nobody. `misses`: the slots that passed so; `worst_late_s`: how long after its time a setpoint left at worst.
+    """Setpoints at a steady rate. A missed slot is not sent later, because its setpoint is out of date.
+
+    `misses`: number of missed slots. `worst_late_s`: maximum lateness of a setpoint.
     """
 
     period_s: float
@@ -45,7 +46,7 @@ class PeriodicSource(SetpointSource):
         """Send the setpoint of the next slot. True after the last. Raises as `send`."""
 
     async def send(self, due: Instant, now: Instant) -> Instant | None:
-        """Send the setpoint of one slot, and skip those that passed."""
+        """Send the setpoint of one slot and skip missed slots."""
         late = now - due
         self.worst_late_s = max(self.worst_late_s, late)
         missed = int(late / self.period_s)
@@ -64,10 +65,10 @@ INTERNAL: Final = {"problem": "internal"}
 
 
 class SetpointRunner:
-    """Runs sources, each in a task of its own, until its last setpoint, until motion may not go on, or until `end`.
+    """Runs each source in a separate task until its last setpoint, until motion is refused, or until `end`.
 
-    It takes no torque: Motion does that, when a lease ends, at a stop, and before the bus is left. A source notices
-    each of them by its next setpoint, which Motion refuses.
+    It does not switch torque off: Motion does, when a lease ends, on Stop, and before the bus is left. A source notices
+    each of these when Motion refuses its next setpoint.
     """
 
     def __init__(self, hub: Hub, base: TimeBase) -> None:
@@ -76,22 +77,22 @@ class SetpointRunner:
         self._tasks: dict[SetpointSource, asyncio.Task[None]] = {}
 
     def start(self, source: SetpointSource) -> asyncio.Task[None]:
-        """Run a source in a task, which ends with it and never raises."""
+        """Run a source in a task. The task never raises."""
         task = self._tasks[source] = asyncio.get_running_loop().create_task(self._run(source))
         return task
 
     def runs(self, source: SetpointSource) -> bool:
-        """Whether a source was started and has not ended."""
+        """Whether a source is running."""
         return source in self._tasks
 
     def end(self, source: SetpointSource) -> None:
-        """End a run where it is, also in the middle of a setpoint, without an event. Idempotent."""
+        """End a run immediately, even during a setpoint, without an event. Idempotent."""
         task = self._tasks.pop(source, None)
         if task is not None:
             task.cancel()
 
     async def follow(self, source: SetpointSource) -> None:
-        """Run a source as a part of the caller's task. Raises what ends it."""
+        """Run a source in the caller's task. Raises what ends it."""
         due: Instant | None = self._base.now()
         while True:
             due = await source.send(due, self._base.now())
@@ -103,7 +104,7 @@ class SetpointRunner:
         """End every run."""
         tasks = dict(self._tasks)
         for source in tasks:
-            source.interrupt("The server ends.")
+            source.interrupt("The server is shutting down.")
             self.end(source)
         await asyncio.gather(*tasks.values(), return_exceptions=True)
 
@@ -112,9 +113,9 @@ class SetpointRunner:
             await self.follow(source)
         except HornbillError as error:
             self._report(source, error.detail, "notice", error.note_params)
-        except Exception as error:  # a defect of ours must not look like a run that goes on
+        except Exception as error:  # after a bug, the run must not appear to continue
             log.exception("setpoints failed")
-            self._report(source, f"hornbill itself failed: {error!r}. Report this.", "failure", INTERNAL)
+            self._report(source, f"Internal error in hornbill: {error!r}. Report it.", "failure", INTERNAL)
         finally:
             self._tasks.pop(source, None)
 

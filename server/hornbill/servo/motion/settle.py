@@ -1,4 +1,4 @@
-"""Waiting for a commanded angle: what "settled" means, and the evidence for it."""
+"""Settling: waits for a commanded angle, with evidence."""
 
 import asyncio
 from collections.abc import Callable
@@ -14,15 +14,15 @@ from hornbill.units import Raw
 SAMPLE_S = 0.01
 
 Unmet: TypeAlias = Literal["band", "dwell", "samples"]
-"""What a horn did not do: come within the band, stay there for the dwell, or tell where it is."""
+"""Unmet condition: not within the band, not there for the dwell time, or no samples."""
 
 
 @dataclass(frozen=True, slots=True)
 class Settled:
-    """`time_s` from the command to the first sample of the dwell that held; None when it did not settle in time.
+    """Result of settling. `time_s`: from the command to the first sample of the final dwell, None if it did not settle.
 
-    The evidence: `samples` within the band in a row at the end, the farthest of them from the target in degrees (None
-    without any), and for how long it had been there. `unmet`: what was missing at the end, None when it settled.
+    Evidence: consecutive `samples` within the band at the end, their maximum deviation from the target in degrees (None
+    without any), and the time within the band. `unmet`: the unmet condition, None if it settled.
     """
 
     settled: bool
@@ -45,11 +45,11 @@ async def wait_settled(
     timeout_s: float,
     still_allowed: Callable[[], object],
 ) -> Settled:
-    """Read the angle as fast as every 10 ms until it has stayed within `band_deg` of `target` for `dwell_s`.
+    """Read the angle up to every 10 ms until it has stayed within `band_deg` of `target` for `dwell_s`.
 
-    `still_allowed` is asked before every sample and may raise what ends the motion (Stopped, LeaseRequired, Busy, …).
+    `still_allowed` is called before every sample and raises what ends the motion (Stopped, LeaseRequired, Busy, …).
     """
-    began, inside_since, angle, heard = base.now(), None, None, False
+    began, inside_since, angle, received = base.now(), None, None, False
     inside: list[float] = []
     row = servo.registers["current_angle"].parameter
     while base.now() - began <= timeout_s:
@@ -57,10 +57,10 @@ async def wait_settled(
         try:
             angle = await requests.read(servo, row, POLL) / row.per_unit
         except NoResponse:
-            inside_since, heard = None, False
+            inside_since, received = None, False
             inside.clear()
             continue
-        now, heard = base.now(), True
+        now, received = base.now(), True
         deviation = abs(angle - target / row.per_unit)
         if deviation > band_deg:
             inside_since = None
@@ -74,6 +74,6 @@ async def wait_settled(
                     True, round(inside_since - began, 4), angle, len(inside), round(max(inside), 4), stayed, None
                 )
         await asyncio.sleep(SAMPLE_S)
-    unmet: Unmet = "samples" if not heard else "band" if inside_since is None else "dwell"
+    unmet: Unmet = "samples" if not received else "band" if inside_since is None else "dwell"
     stayed = 0.0 if inside_since is None else round(base.now() - inside_since, 4)
     return Settled(False, None, angle, len(inside), round(max(inside), 4) if inside else None, stayed, unmet)

@@ -1,4 +1,4 @@
-"""Streams: setpoints for many servos at a steady rate, as bursts, with every late slot counted."""
+"""Streams: setpoints for many servos at a steady rate, as bursts, with counts of missed slots."""
 
 import asyncio
 import math
@@ -19,20 +19,20 @@ from hornbill.servo.runtime.hub import LogEvent
 from hornbill.units import Uid
 
 SHARE: Final = 0.40
-"""Share of the bus that streams together may take."""
+"""Maximum share of the bus for all streams."""
 
 FULL: Final = 0.85
-"""Share of the bus that streams and what servos say unasked may take: above it slots are late. Reads wait for both."""
+"""Maximum share of the bus for streams and broadcasts of servos, above which slots are late. Reads wait for both."""
 
 BROADCASTS: Final = 0.0029
-"""Share of the bus one servo takes unasked: Status ten times a second and NodeStatus once (table 2-2), 22 frames."""
+"""Share of the bus for the broadcasts of one servo: Status at 10 Hz and NodeStatus at 1 Hz (table 2-2), 22 frames."""
 
-ENDED_KEPT: Final = 20
+MAX_ENDED: Final = 20
 
 
 @dataclass(slots=True)
 class Leg:
-    """The way of one servo of a stream to where it was told to go, in degrees."""
+    """Move of one servo of a stream to its target, in degrees."""
 
     track: Track
     goal: float
@@ -41,7 +41,7 @@ class Leg:
 
 @dataclass(slots=True)
 class BurstTotals:
-    """Bursts that left, and slots that were missed, of every stream since the start."""
+    """Sent bursts and missed slots of all streams since the start."""
 
     sent: int = 0
     misses: int = 0
@@ -49,8 +49,8 @@ class BurstTotals:
 
 @dataclass(slots=True, eq=False)
 class SetpointStream(PeriodicSource):
-    """One stream, a burst a slot. `share` of the bus 0..1. `legs`: who is still on the way. `ended`: why it is over,
-    None while it runs.
+    """A stream, one burst per slot. `share`: of the bus, 0..1. `legs`: servos still moving to a target. `ended`: why it
+    ended, None while it runs.
     """
 
     id: str
@@ -70,24 +70,24 @@ class SetpointStream(PeriodicSource):
 
     @property
     def uids(self) -> list[Uid]:
-        """Whom it commands."""
+        """Servos it commands."""
         return [part.servo.uid for part in self.prepared.parts]
 
     def set_out(self, goals: Mapping[Uid, float], profile: TrapezoidProfile) -> None:
-        """Begin the way to `goals`; those with a shorter one go slower, so that all arrive at one time."""
-        told = {one.servo.uid: one.target.raw / one.target.parameter.per_unit for one in self.prepared.parts}
-        tracks = {uid: self.legs[uid].track if uid in self.legs else Track(told[uid]) for uid in goals}
+        """Start moving to `goals`. Servos with shorter moves go slower, so that all arrive at the same time."""
+        current = {one.servo.uid: one.target.raw / one.target.parameter.per_unit for one in self.prepared.parts}
+        tracks = {uid: self.legs[uid].track if uid in self.legs else Track(current[uid]) for uid in goals}
         farthest = max(abs(goal - tracks[uid].at) for uid, goal in goals.items())
         for uid, goal in goals.items():
             part = abs(goal - tracks[uid].at) / farthest if farthest > 0 else 1.0
-            part = max(part, 0.05)  # 0 would never brake what still moves
+            part = max(part, 0.05)  # 0 would never brake a moving horn
             slower = TrapezoidProfile(profile.speed * part, profile.acceleration * part)
             self.legs[uid] = Leg(tracks[uid], goal, slower)
 
     async def send_next(self) -> bool:
-        """Send one burst, with every servo that is on its way a slot further. A stream has no last one."""
+        """Send one burst, advancing each move by one slot. A stream has no last setpoint."""
         try:
-            self._go_on()
+            self._advance()
             sent = self.bursts.send(self.lease_id, self.prepared)
         except HornbillError as error:
             self.ended_summary = error.detail
@@ -103,32 +103,32 @@ class SetpointStream(PeriodicSource):
         self.totals.misses += slots
 
     def interrupt(self, why: str) -> LogEvent:
-        """Keep why it ended."""
+        """Note why it ended."""
         self.ended, self.ended_summary = why, self.ended_summary or why
-        text = f"A stream to {len(self.uids)} servos has ended: {why}"
+        text = f"A stream to {len(self.uids)} servos ended: {why}"
         return LogEvent("notice", "stream_ended", text, params={"servos": len(self.uids)})
 
-    def _go_on(self) -> None:
+    def _advance(self) -> None:
         if not self.legs:
             return
         values: dict[Uid, float] = {}
         for uid, leg in list(self.legs.items()):
             if leg.track.step(leg.goal, leg.profile, self.period_s):
                 del self.legs[uid]
-            # a turn-back at a lower acceleration than before may swing beyond what a burst carries
+            # reversing at a lower acceleration than before may overshoot the range of a burst
             values[uid] = min(max(round(leg.track.at, 1), -HALF_TURN_DEG), HALF_TURN_DEG)
         self.prepared = self.bursts.renewed(self.prepared, values, clamp=True)
 
 
 class Streams:
-    """Every stream runs under the lease it was begun with, and ends with it, with a stop, and with any servo of it that
-    may not be moved any more: then the servos stay under their last value while the lease lives.
+    """Each stream runs under the lease it was started with. It ends with that lease, with a stop, and when motion of
+    one of its servos is refused; then the servos stay under their last value while the lease is valid.
     """
 
     def __init__(
         self, services: HostServices, bursts: Bursts, runner: SetpointRunner, online: Callable[[], int]
     ) -> None:
-        """`online` gives how many servos are on the bus."""
+        """`online` returns the number of servos online."""
         self._requests = services.requests
         self._base = services.base
         self._leases = services.leases
@@ -139,11 +139,11 @@ class Streams:
         self.totals = BurstTotals()
 
     def all(self) -> list[SetpointStream]:
-        """Streams that run and the last that ended, oldest first."""
+        """Running streams and the last ended ones, oldest first."""
         return list(self._streams.values())
 
     def get(self, stream_id: str) -> SetpointStream:
-        """The stream of that id. Raises Unknown(unknown_stream)."""
+        """The stream with this ID. Raises Unknown(unknown_stream)."""
         found = self._streams.get(stream_id)
         if found is None:
             raise Unknown(
@@ -159,9 +159,9 @@ class Streams:
         return any(one.ended is None and uid in one.uids for one in self._streams.values())
 
     async def begin(self, lease_id: str | None, servos: Sequence[Servo], kind: str, rate_hz: float) -> SetpointStream:
-        """Hold every servo where it is (angle), or still (speed and torque 0), and go on at `rate_hz` from there.
+        """Start a stream at `rate_hz`, initially holding each servo where it is (angle) or at 0 (speed and torque).
 
-        Raises what Bursts.prepare raises, Busy for a servo of another stream, BusBudget with the rate that would fit.
+        Raises what Bursts.prepare raises, Busy for a servo of another stream, and BusBudget with the possible rate.
         """
         lease = self._leases.require(lease_id, self._base.now())
         for servo in servos:
@@ -169,10 +169,10 @@ class Streams:
                 raise _other_stream(servo)
         values = await asyncio.gather(*(self._rest(servo, kind) for servo in servos))
         setpoints = [Setpoint(servo, kind, value) for servo, value in zip(servos, values, strict=True)]
-        # a horn may stand outside its limits with nobody holding it: it is held at the nearest (section 4.31)
+        # a horn not held may be outside its limits: it is held at the nearest limit (section 4.31)
         prepared = await self._bursts.prepare(lease_id, setpoints, clamp=True)
         share = self._check_budget(prepared, rate_hz)
-        for servo in servos:  # somebody else may have begun one while we asked
+        for servo in servos:  # another stream may have started during the reads
             if self.commands(servo.uid):
                 raise _other_stream(servo)
         made = SetpointStream(
@@ -180,7 +180,7 @@ class Streams:
             self._bursts, self.totals,
         )  # fmt: skip
         self._streams[made.id] = made
-        for old in [one.id for one in self._streams.values() if one.ended is not None][:-ENDED_KEPT]:
+        for old in [one.id for one in self._streams.values() if one.ended is not None][:-MAX_ENDED]:
             del self._streams[old]
         self._runner.start(made)
         return made
@@ -188,22 +188,22 @@ class Streams:
     def put(
         self, stream_id: str, lease_id: str | None, values: Mapping[str, float], profile: TrapezoidProfile | None = None
     ) -> SetpointStream:
-        """New values (degrees, rpm or %) by uid, all or nothing; they leave with the next burst.
+        """Set new values (degrees, rpm or %) by UID, all or none. They are sent with the next burst.
 
-        A value between two steps of its register becomes the nearer one: what is streamed was computed.
-        `profile`: go there at a limited speed, angles only; those with a shorter way go slower, so that all arrive at
-        one time. Raises Unknown, Busy once it has ended, LeaseRequired, LeaseHeld, OutOfRange, InvalidValue,
-        NeedsConfirmation.
+        A value between two register steps is rounded, because streamed values are computed. `profile`: move at limited
+        speed, angles only; servos with shorter moves go slower, so that all arrive at the same time.
+
+        Raises Unknown, Busy once it has ended, LeaseRequired, LeaseHeld, OutOfRange, InvalidValue, NeedsConfirmation.
         """
         stream = self.get(stream_id)
         self._leases.require(lease_id, self._base.now())
         if stream.ended is not None:
-            raise Busy(f"The stream has ended: {stream.ended} Begin a new one.", cause="stream_ended")
+            raise Busy(f"The stream has ended: {stream.ended} Start a new one.", cause="stream_ended")
         uids = set(stream.uids)
         foreign = next((uid for uid in values if uid not in uids), None)
         if foreign is not None:
             raise InvalidValue(
-                f"{foreign[:40]!r} is no servo of this stream. Name some of those it was begun with.",
+                f"{foreign[:40]!r} is not part of this stream. Use servos the stream was started with.",
                 cause="not_in_stream",
                 uid=foreign[:40],
             )
@@ -212,7 +212,7 @@ class Streams:
         there = self._bursts.renewed(stream.prepared, steps)
         if profile is not None and stream.kind != "angle":
             raise InvalidValue(
-                f"A profile is for angles; a {stream.kind} has no way to go. Leave it out.", cause="profile_angle_only"
+                f"A profile applies to angles only. Omit it for {stream.kind}.", cause="profile_angle_only"
             )
         if profile is None:
             stream.prepared = there
@@ -223,7 +223,7 @@ class Streams:
         return stream
 
     async def end(self, stream_id: str, why: str) -> SetpointStream:
-        """End a stream. Its servos stay under their last value while the lease lives. Raises Unknown."""
+        """End a stream. Its servos stay under their last value while the lease is valid. Raises Unknown."""
         stream = self.get(stream_id)
         if stream.ended is None:
             stream.interrupt(why)
@@ -235,11 +235,11 @@ class Streams:
             return 0.0
         row = servo.registers.get("current_angle")
         if row is None:
-            return 0.0  # of no known model: preparing it says so
+            return 0.0  # unknown model: preparing the burst raises the error
         return await self._requests.read(servo, row.parameter, READ) / row.parameter.per_unit
 
     def _check_budget(self, prepared: Prepared, rate_hz: float) -> float:
-        """The share a stream takes; what others stream counts, and what is on the bus anyway."""
+        """Check a stream's share of the bus, given other streams and broadcasts. Returns the share."""
         one = self._bursts.bus_s(prepared)
         share = one * rate_hz
         streaming = sum(other.share for other in self._streams.values() if other.ended is None)
@@ -247,7 +247,7 @@ class Streams:
         if share > left:
             possible = max(0, math.floor(left / one))
             raise BusBudget(
-                f"{len(prepared.parts)} servos at {rate_hz:g} Hz take {share:.0%} of the bus, and "
+                f"{len(prepared.parts)} servos at {rate_hz:g} Hz need {share:.0%} of the bus, but only "
                 f"{max(0.0, left):.0%} is left for streams. {_remedy(possible)}",
                 bus_share=round(share, 4), left=round(max(0.0, left), 4), possible_hz=possible,
                 cause="stream_too_fast", servos=len(prepared.parts), rate_hz=rate_hz,
@@ -256,11 +256,11 @@ class Streams:
 
 
 def _other_stream(servo: Servo) -> Busy:
-    text = f"{servo.title} is commanded by another stream. End that first."
+    text = f"{servo.title} is commanded by another stream. End that stream first."
     return Busy(text, cause="commanded_by_other_stream", servo=servo.title)
 
 
 def _remedy(possible_hz: int) -> str:
     if possible_hz < 1:
-        return "End another stream, or poll less."
-    return f"Up to {possible_hz} Hz would fit; or stream to fewer servos."
+        return "End another stream, or reduce polling."
+    return f"Use at most {possible_hz} Hz, or fewer servos."

@@ -1,4 +1,4 @@
-"""Temporary values of rows of a servo's RAM, each written back afterwards."""
+"""Temporary values of rows in a servo's RAM, restored afterwards."""
 
 from collections.abc import Callable
 
@@ -10,11 +10,11 @@ from hornbill.servo.device.servo import Servo
 from hornbill.units import Raw
 
 _RESTORE = RetryPolicy(WRITE.priority, WRITE.timeout_s, READ.tries, kind="write")
-"""A row that is left behind changed is worse than a wait of 3 s."""
+"""A row left with a temporary value is worse than a wait of 3 s."""
 
 
 class TemporaryValues:
-    """What is lent to one servo. It is of RAM alone: a restart ends it, and brings back what ROM holds (4.10)."""
+    """Temporary values of one servo. They are only in RAM: a restart restores the values from ROM (4.10)."""
 
     def __init__(self, requests: ServoRequests, servo: Servo) -> None:
         self._requests = requests
@@ -22,33 +22,33 @@ class TemporaryValues:
         self._boot_count = servo.boot_count
         self._rows: list[tuple[Parameter, Raw]] = []
 
-    async def lend(self, key: str, raw: Raw) -> None:
-        """Write a row that was just read, and remember what it held.
+    async def set(self, key: str, raw: Raw) -> None:
+        """Write a temporary value to a row that was just read, and remember its original value.
 
-        Raises NoResponse, Refused, BusDisconnected, and UnexpectedResult when the servo made another value of it.
+        Raises NoResponse, Refused, BusDisconnected, and UnexpectedResult if the servo set a different value.
         """
         register = self._servo.registers[key]
         row, before = register.parameter, register.raw
         assert before is not None, "read it first"
         if before == raw:
             return
-        self._rows.append((row, before))  # before the write: one that is not answered may have arrived
+        self._rows.append((row, before))  # before the write, which may arrive even without a response
         self._servo.overridden[key] = before
         held = await self._requests.write(self._servo, row, raw, _RESTORE)
         if held != raw:
             raise UnexpectedResult(
-                f"{self._servo.title} took {scale.to_text(row, raw)} as {row.label.lower()} and holds "
+                f"{self._servo.title} was sent {scale.to_text(row, raw)} as {row.label.lower()} but has "
                 f"{scale.to_text(row, held)}.",
                 key=key,
                 cause="value_changed_by_servo",
                 servo=self._servo.title,
             )
 
-    async def give_back(self, before_each: Callable[[], object] = lambda: None) -> list[str]:
-        """Write every row's own value back, the last one lent first; the keys that were not found to hold it again.
+    async def restore(self, before_each: Callable[[], object] = lambda: None) -> list[str]:
+        """Restore all rows, last one first. Returns the keys of rows that were not restored.
 
-        The first row that is not answered ends it: the servo is not there. Repeating it goes on with what is left.
-        `before_each` is called before every write, of which each may take 3 s.
+        Ends at the first row without a response, because the servo is not there. Call again to continue with the rest.
+        `before_each` is called before every write, each of which may take 3 s.
         """
         failed: list[tuple[Parameter, Raw]] = []
         while self._rows and self._servo.boot_count == self._boot_count:
@@ -69,5 +69,5 @@ class TemporaryValues:
             return []
         self._rows = failed[::-1] + self._rows
         for row, _ in self._rows:
-            self._servo.overridden.pop(row.key, None)  # what is left behind is to be seen
+            self._servo.overridden.pop(row.key, None)  # a remaining temporary value must be visible
         return [row.key for row, _ in self._rows]

@@ -1,1 +1,1 @@
-"""Torque off until the servo acknowledges: stop, and retries after a lost servo or process."""
+"""Torque off until the servo acknowledges: Stop, and retries across a lost bus or a server restart."""

@@ -1,4 +1,4 @@
-"""Retries torque off, or the brake, until the servo acknowledges: for stop, a lease that ended, a lost bus, a save."""
+"""Retries torque off (or brake) until the servo acknowledges: for Stop, an ended lease, a lost bus or a save."""
 
 import asyncio
 import logging
@@ -8,7 +8,7 @@ from typing import Final
 
 from hornbill.errors import HornbillError
 from hornbill.servo.device.fleet import Fleet
-from hornbill.servo.device.output import KEY, MODES, Reason
+from hornbill.servo.device.output import KEY, MODES, Reason, mode_text
 from hornbill.servo.device.requests import STOP, ServoRequests
 from hornbill.servo.device.servo import Servo
 from hornbill.servo.runtime.hub import Hub, LogEvent, ServoChanged
@@ -20,20 +20,20 @@ log = logging.getLogger(__name__)
 RETRY_S: Final = 0.02
 RETRY_LATER_S: Final = 0.25
 RETRY_OFFLINE_S: Final = 1.0
-"""Pauses between two tries: at first; of a servo that is heard and does not answer; of one that is not even heard,
-which may be switched off for good. It is written at once when it comes back."""
+"""Pauses between tries: initially; for an online servo that does not respond; for an offline servo, which may be
+switched off. The write is repeated immediately when the servo is back."""
 
 FAST_TRIES: Final = 25
-"""Tries at the first pause, half a second in all."""
+"""Tries with the initial pause, 0.5 s in total."""
 
 REPORT_S: Final = 10.0
-"""An order other than a stop that is not acknowledged for so long is reported as a failure, once; it goes on."""
+"""An order other than a stop not acknowledged for this time is reported once as a failure; retries continue."""
 
 REWRITE_S: Final = 1.0
-"""How often torque is taken again, for a stop that lasts, from a node that is not polled because it is unidentified."""
+"""Interval at which a latched stop writes again to an unidentified node, which is not polled."""
 
 REWRITE_BRAKE_S: Final = 0.33
-"""The same with the brake: a third of the timeout (0x27) as delivered, which may let the brake go (section 4.19)."""
+"""The same for the brake: a third of the factory timeout (0x27), which may release the brake (section 4.19)."""
 
 MAX_REWRITE_S: Final = 60.0
 _OFF: Final[Raw] = 1
@@ -43,9 +43,10 @@ _AT_ONCE = replace(STOP, timeout_s=STOP.timeout_s * 2, tries=10)
 
 @dataclass(slots=True, eq=False)
 class TorqueOffOrder:
-    """Torque off or brake for a servo, or for a node ID that may be one, with the reason and who wants it.
+    """Torque off or brake for a servo, or for a node ID that may be one, with reason and author.
 
-    `settled` is done at the first acknowledgement, or when the order is cancelled. `reported`: reported as unanswered.
+    `settled` is done at the first acknowledgement, or when the order is cancelled. `reported`: whether it was reported
+    as unacknowledged.
     """
 
     to: Servo | int
@@ -68,9 +69,9 @@ class TorqueOffOrder:
 
 
 class TorqueOffRetries:
-    """One order per servo, written with the priority of stop, past every queue, through a lost bus and a change of bus.
+    """One order per servo, written with the priority of Stop ahead of all queues, even across a lost or changed bus.
 
-    It ends when the servo acknowledges. A command under a lease cancels it, unless it is of a stop.
+    An order ends when the servo acknowledges. A command under a lease cancels it, unless it belongs to a stop.
     """
 
     def __init__(self, requests: ServoRequests, hub: Hub, base: TimeBase, fleet: Fleet) -> None:
@@ -89,12 +90,12 @@ class TorqueOffRetries:
         return [one.to for one in pending if isinstance(one.to, Servo)]
 
     def pending(self, to: Uid | int) -> bool:
-        """Whether this servo or node has not acknowledged yet; also of a stop that was cleared."""
+        """Whether this servo or node has not acknowledged yet, even for a stop that was cleared."""
         order = self._orders.get(to)
         return order is not None and not order.settled.done()
 
     def pending_servos(self) -> set[Uid]:
-        """Every servo that has not acknowledged yet."""
+        """Servos that have not acknowledged yet."""
         return {key for key in self._orders if isinstance(key, str) and self.pending(key)}
 
     def order(
@@ -108,10 +109,10 @@ class TorqueOffRetries:
         persistent: Callable[[], bool] = lambda: False,
         on_gone: Callable[[], None] = lambda: None,
     ) -> None:
-        """Write `mode` (off or brake) from the next turn of the event loop on, instead of what was ordered before.
+        """Write `mode` (off or brake) from the next turn of the event loop on, replacing any earlier order.
 
-        `on_acknowledged` is called with every acknowledgement. While `persistent`, the brake of a servo and the torque mode of a
-        node are written again and again afterwards. `on_gone`: the node is not taken for a servo any more.
+        `on_acknowledged` is called on every acknowledgement. While `persistent`, the brake of a servo and the torque
+        mode of a node are rewritten periodically. `on_gone` is called when the node no longer counts as a servo.
         """
         order = TorqueOffOrder(to, mode, reason, by, self._base.now(), on_acknowledged, persistent, on_gone)
         self.cancel(order.key)
@@ -119,7 +120,7 @@ class TorqueOffRetries:
         order.task = asyncio.get_running_loop().create_task(self._write(order))
 
     def require(self, servo: Servo, reason: Reason, by: str | None, mode: str = "off") -> None:
-        """As `order`, but an order that is pending stays: the brake holds what off would drop."""
+        """As `order`, but keeps a pending order: a brake holds what torque off would drop."""
         old = self._orders.get(servo.uid)
         if old is None:
             self.order(servo, mode, reason, by)
@@ -130,9 +131,9 @@ class TorqueOffRetries:
             )
 
     async def write(self, servo: Servo, mode: str, reason: Reason, by: str | None, *, retry: bool) -> Raw:
-        """Write `mode` now, with ten tries, and return what the servo holds then.
+        """Write `mode` now, with ten tries, and return the acknowledged value.
 
-        `retry`: if that fails, go on until it acknowledges. Raises NoResponse, Refused, BusDisconnected.
+        `retry`: if that fails, retry until it acknowledges. Raises NoResponse, Refused, BusDisconnected.
         """
         servo.output.switch(MODES[mode], reason, by)
         try:
@@ -143,13 +144,13 @@ class TorqueOffRetries:
             raise
 
     def cancel_for_command(self, uid: Uid) -> None:
-        """Cancel the order for a servo that is commanded again, unless it is of a stop."""
+        """Cancel the order for a servo that is commanded again, unless it belongs to a stop."""
         order = self._orders.get(uid)
         if order is not None and order.reason != "stop":
             self.cancel(uid)
 
     def release_brake(self, uid: Uid) -> None:
-        """Do not write the brake of an acknowledged stop again: it is released for this servo."""
+        """Stop rewriting the brake of an acknowledged stop, to release this servo."""
         if not self.pending(uid):
             self.cancel(uid)
 
@@ -167,24 +168,24 @@ class TorqueOffRetries:
             self.cancel(to)
 
     def retry_now(self) -> None:
-        """Write at once, and often, to what has not acknowledged: the bus is back, or a servo is."""
+        """Retry all pending orders immediately and at short intervals, because the bus or a servo is back."""
         self._wake_count += 1
         self._wake.set()
         self._wake = asyncio.Event()
 
     async def acknowledged(self, within_s: float) -> None:
-        """Return when everything ordered has been acknowledged, or after that time, s."""
+        """Wait until all orders are acknowledged, but at most this time, s."""
         waiting = [one.settled for one in self._orders.values() if not one.settled.done()]
         if waiting:
             await asyncio.wait(waiting, timeout=within_s)
 
     def report_pending(self) -> None:
-        """Report the servos that have not acknowledged, a stop apart, each once."""
+        """Report the servos that have not acknowledged, each once. Stops are reported by StopControl."""
         for order in self._orders.values():
             self._report(order)
 
     async def close(self) -> None:
-        """End every order, and wait for it."""
+        """End every order and wait for their tasks."""
         tasks = [one.task for one in self._orders.values() if one.task is not None]
         self.cancel_all()
         await asyncio.gather(*tasks, return_exceptions=True)
@@ -193,9 +194,9 @@ class TorqueOffRetries:
         if order.reported or order.settled.done() or order.reason == "stop" or isinstance(order.to, int):
             return
         order.reported = True
-        text = f"{order.to.title} did not answer to torque {order.mode}; it is written until it does."
+        text = f"{order.to.title} has not acknowledged {mode_text(order.mode)}. It is repeated until acknowledged."
         params: dict[str, object] = {"servos": [order.to.title], "mode": order.mode}
-        text += " If it can move, cut its supply."
+        text += " If the servo can move, cut its supply."
         self._hub.publish(LogEvent("failure", "no_response", text, order.to.uid, params))
 
     @staticmethod
@@ -228,9 +229,9 @@ class TorqueOffRetries:
                 del self._orders[order.key]
 
     async def _try(self, order: TorqueOffOrder) -> bool:
-        """Write once; whether it is held now.
+        """Write once. True if acknowledged.
 
-        While a servo is offline another may use its node ID and answer instead of it: that does not count.
+        While a servo is offline, another node may use its node ID and respond instead: that does not count.
         """
         wanted = MODES[order.mode]
         try:
@@ -243,12 +244,12 @@ class TorqueOffRetries:
                 order.tries = FAST_TRIES
         except HornbillError as error:
             log.debug("%s: torque %s: %s", order.key, order.mode, error.detail)
-        except Exception:  # whatever it is, the servo still has to be stopped
+        except Exception:  # whatever the error, the servo must still be stopped
             log.exception("%s: torque %s", order.key, order.mode)
         return False
 
     async def _woken_within(self, order: TorqueOffOrder, wake_count: int) -> bool:
-        """The pause after a try that failed; whether there was hurry since that try began."""
+        """Pause after a failed try. True if `retry_now` was called since that try began."""
         tries, absent = order.tries + 1, isinstance(order.to, Servo) and not order.to.online
         pause = RETRY_S if tries <= FAST_TRIES else RETRY_OFFLINE_S if absent else RETRY_LATER_S
         if wake_count != self._wake_count:
@@ -265,19 +266,19 @@ class TorqueOffRetries:
             order.on_acknowledged()
         elif isinstance(order.to, Servo):
             if order.reported:
-                order.reported, where = False, "off" if order.mode == "off" else "on the brake"
-                text = f"Torque is {where} on {order.to.title} now."
+                order.reported = False
+                text = f"{order.to.title} acknowledged {mode_text(order.mode)}."
                 params: dict[str, object] = {"servo": order.to.title, "mode": order.mode}
                 self._hub.publish(LogEvent("notice", "torque_off", text, order.to.uid, params))
             self._hub.publish(ServoChanged(order.to.uid))
         self._settle(order)
 
     async def _needed_again(self, order: TorqueOffOrder) -> bool:
-        """Wait until an acknowledged order has to be written again; False if it has not.
+        """Wait until an acknowledged order must be written again. False if it need not be.
 
-        A node may have restarted. The brake is written at a third of the servo's own timeout (0x27): section 4.19 does
-        not say that the timeout leaves a brake alone, and 0x20 counts as a command; with 0x26 at off it could let go
-        of what the brake holds. Writing 2 energises nothing.
+        A node may have restarted. The brake is rewritten at a third of the servo's timeout (0x27): section 4.19 does
+        not exclude that the timeout releases a brake, and 0x20 counts as a command. With 0x26 at off, the timeout could
+        drop what the brake holds. Writing 2 energises nothing.
         """
         while order.persistent():
             if isinstance(order.to, int):

@@ -1,4 +1,4 @@
-"""Stop: torque off or the brake on every known servo at once, repeated until acknowledged, and latched."""
+"""Stop: immediate torque off or brake on all known servos, repeated until acknowledged, and latched."""
 
 import asyncio
 from collections.abc import Collection
@@ -8,7 +8,7 @@ from hornbill.domain.fields import known
 from hornbill.domain.note import Note
 from hornbill.errors import Stopped
 from hornbill.servo.device.fleet import Fleet
-from hornbill.servo.device.output import KEY, ON
+from hornbill.servo.device.output import KEY, ON, mode_text
 from hornbill.servo.device.services import HostServices
 from hornbill.servo.device.servo import Servo
 from hornbill.servo.runtime.audit import AUDITED_S
@@ -21,19 +21,19 @@ from hornbill.units import Instant, Uid
 _REASONS = {"stop_button": "Stop button", "esc_key": "Esc key", "space_key": "Space key"}
 
 SAME_PRESS_S = 1.0
-"""The page sends one press over its socket and over REST; within this time both are one stop."""
+"""The page sends each press by WebSocket and by REST. Within this time, both count as one stop."""
 
 RESPONSE_BOUNDS_S = (0.002, 0.005, 0.01, 0.02, 0.05, 0.1, 0.25, 1.0, 5.0)
 
 REPORT_S = 1.0
-"""Who has not confirmed after this long is reported in an event."""
+"""Servos that have not acknowledged after this time are reported in an event."""
 
 
 @dataclass(slots=True)
 class Confirmation:
-    """How stop went on one servo since `begun`; `ms` from the request to the servo's answer.
+    """Stop on one servo, started at `begun`. `ms`: time from the request to the acknowledgement, None until then.
 
-    `reported`: somebody was told that it does not answer.
+    `reported`: whether the missing acknowledgement was reported.
     """
 
     uid: Uid
@@ -44,13 +44,13 @@ class Confirmation:
 
     @property
     def confirmed(self) -> bool:
-        """Whether the servo said that its torque is off."""
+        """Whether the servo has acknowledged."""
         return self.ms is not None
 
 
 @dataclass(slots=True)
 class NodeConfirmation:
-    """The same of a node that may be a servo and has not been identified."""
+    """The same for an unidentified node that may be a servo."""
 
     node_id: int
     begun: Instant
@@ -59,18 +59,18 @@ class NodeConfirmation:
 
     @property
     def confirmed(self) -> bool:
-        """Whether the node said that its torque is off."""
+        """Whether the node has acknowledged."""
         return self.ms is not None
 
     @property
     def label(self) -> str:
-        """What to call it in a sentence."""
+        """Name in text."""
         return f"node {self.node_id}"
 
 
 @dataclass(slots=True)
 class Latch:
-    """One stop, from its request until somebody clears it."""
+    """A stop, from its request until it is cleared."""
 
     mode: str
     at: Instant
@@ -80,15 +80,15 @@ class Latch:
     nodes: dict[int, NodeConfirmation] = field(default_factory=dict[int, NodeConfirmation])
 
     def unconfirmed(self) -> list[Confirmation | NodeConfirmation]:
-        """Who has not said yet that its torque is off."""
+        """Servos and nodes that have not acknowledged yet."""
         return [one for one in (*self.servos.values(), *self.nodes.values()) if not one.confirmed]
 
 
 class StopControl:
-    """The latch, and the orders that carry it out. Needs no lease and waits for nothing.
+    """The stop latch and its torque-off orders. Needs no lease and waits for nothing.
 
-    Every servo that may still be on the bus is written to, and every node that may be one until it answers or it is
-    known what it is; foreign nodes never are.
+    Writes to every servo that may be on the bus, and to every node that may be a servo, until it acknowledges or is
+    identified. Never writes to foreign nodes.
     """
 
     def __init__(self, services: HostServices, fleet: Fleet, retries: TorqueOffRetries) -> None:
@@ -99,9 +99,9 @@ class StopControl:
         self._retries = retries
         self.latch: Latch | None = None
         self.presses = 0
-        """How often somebody stopped, since the start; the same press by two roads is one."""
+        """Number of stops since the start. One press received by both WebSocket and REST counts once."""
         self.response_times = Histogram(RESPONSE_BOUNDS_S)
-        """From the first write of a stop to the answer of each servo it is for."""
+        """Time from the first write of a stop to the acknowledgement of each servo."""
         self._bus_gone = False
         self._hub.subscribe(self._on_reading, ReadingChanged)
         self._hub.subscribe(self._on_suspect, NodeSuspected)
@@ -109,33 +109,33 @@ class StopControl:
 
     @property
     def latched(self) -> bool:
-        """Whether motion waits for somebody to clear the stop."""
+        """Whether motion is blocked until the stop is cleared."""
         return self.latch is not None
 
     def check(self) -> None:
         """Raises Stopped while the latch is set."""
         if self.latch is not None:
             raise Stopped(
-                f"Stopped by {self.latch.by}. Nothing moves until the stop is cleared.",
+                f"Stopped by {self.latch.by}. Motion is blocked until the stop is cleared.",
                 mode=self.latch.mode,
                 cause="stopped",
                 by=self.latch.by,
             )
 
     def restore(self, mode: str, by: str, reason: str, at: Instant) -> None:
-        """Be stopped as somebody stopped it before the server was restarted. Call it before a bus is joined.
+        """Restore a stop from before a restart of the server. Call before joining a bus.
 
-        Nothing is sent: servos are stopped as they arrive.
+        Sends nothing: servos are stopped as they arrive.
         """
-        text = "Pressed before the server was restarted."
+        text = "Pressed before the server restarted."
         self.latch = Latch(mode, at, by, f"{reason.rstrip('.')}. {text}" if reason else text)
-        text = f"Still stopped by {by}, from before the server was restarted. Torque goes {mode} on every servo found."
+        text = f"Still stopped by {by}, since before the server restarted. Every servo found is sent {mode_text(mode)}."
         self._hub.publish(LogEvent("warning", "stopped", text, params={"by": by, "mode": mode, "before_start": True}))
 
     def now(self, mode: str, by: str, reason: str) -> Latch:
-        """Stop. The first frames leave on the next turn of the event loop; pressing again sends again.
+        """Stop with `mode` "off" or "brake". The first frames leave on the next turn of the event loop.
 
-        `mode` is "off" or "brake".
+        Another press sends again.
         """
         latch = self.latch
         waiting = {servo.uid for servo in self._retries.servos()}
@@ -145,7 +145,7 @@ class StopControl:
             return latch
         self.latch = latch = Latch(mode, self._base.now(), by, reason)
         self.presses += 1
-        # who has not answered to an earlier stop is not let off because it has no node id just now
+        # a servo that has not acknowledged an earlier stop stays included, even without a node ID now
         waiting |= self._retries.pending_servos()
         self._retries.cancel_all()
         for servo in self._fleet.seen():
@@ -154,11 +154,11 @@ class StopControl:
         for node in self._fleet.suspects():
             self._begin_node(node, latch)
         self._hub.publish(StopChanged())
-        text = f"Stopped by {by}. Torque goes {mode} on every servo."
+        text = f"Stopped by {by}. All servos are sent {mode_text(mode)}."
         if self._bus_gone:
             text = (
-                f"Stopped by {by}, but the bus is lost: torque goes {mode} on every servo as soon as it is back. "
-                "Cut the supply of what can move until then."
+                f"Stopped by {by}, but the bus is lost. All servos are sent {mode_text(mode)} once it is back. "
+                "Until then, cut the supply of servos that can move."
             )
         params: dict[str, object] = {"by": by, "mode": mode, "bus_lost": self._bus_gone}
         self._hub.publish(LogEvent("failure", "stopped", text, params=params))
@@ -166,7 +166,7 @@ class StopControl:
         return latch
 
     def _repeat(self, latch: Latch, waiting: Collection[Uid]) -> None:
-        """The same press, by its other road: send again at once, and keep the times of the first."""
+        """Handle the second message of the same press: send again immediately, and keep the first times."""
         for servo in self._fleet.seen():
             if servo.node_id is not None or servo.uid in waiting:
                 self._begin(servo, latch, restart=False)
@@ -174,7 +174,7 @@ class StopControl:
             self._begin_node(node, latch)
 
     def on_arrival(self, servo: Servo) -> None:
-        """A servo that comes back while the latch is set is stopped too: it may have started with torque on."""
+        """Stop a servo that arrives while the latch is set: it may have started with torque on."""
         self._retries.retry_now()
         if self.latch is not None:
             self._begin(servo, self.latch)
@@ -183,13 +183,13 @@ class StopControl:
             self._hub.publish(StopChanged())
 
     def _on_suspect(self, suspected: NodeSuspected) -> None:
-        """While the latch is set, a node that may be a servo is stopped before it is identified."""
+        """Stop a node that may be a servo before it is identified, while the latch is set."""
         if self.latch is not None and suspected.node_id not in self.latch.nodes:
             self._begin_node(suspected.node_id, self.latch)
             self._hub.publish(StopChanged())
 
     def _on_reading(self, change: ReadingChanged) -> None:
-        """Somebody else turned torque on, or a restart too quick to be noticed did: not while the latch is set."""
+        """Stop a servo again if another tool or an unnoticed restart turned torque on while the latch is set."""
         if self.latch is None or change.key != KEY or self._retries.pending(change.uid):
             return
         servo = next((one for one in self._fleet.seen() if one.uid == change.uid), None)
@@ -201,7 +201,7 @@ class StopControl:
         self._bus_gone = not change.usable
 
     def clear(self, by: str) -> None:
-        """Unlatch. Moves and turns on nothing; a servo that has not answered yet is written to until it does."""
+        """Clear the latch. Moves nothing and turns nothing on. Pending orders continue until acknowledged."""
         if self.latch is None:
             return
         unconfirmed = [one.label for one in self.latch.unconfirmed()]
@@ -210,7 +210,7 @@ class StopControl:
         self._hub.publish(StopChanged())
         text = f"Stop cleared by {by}. Torque stays off until turned on."
         if open_ones:
-            text += f" Not confirmed: {open_ones}. Torque may still be on there; it is turned off when it answers."
+            text += f" Not acknowledged: {open_ones}. Torque may still be on; the stop is repeated until acknowledged."
         params: dict[str, object] = {"by": by, "unconfirmed": unconfirmed}
         self._hub.publish(LogEvent("warning" if open_ones else "notice", "stop_cleared", text, params=params))
         notes = (Note(f"Stop of {latch.by} cleared.", "stop_of", {"by": latch.by}), _confirmed(latch))
@@ -240,7 +240,7 @@ class StopControl:
         )  # fmt: skip
 
     def _node_gone(self, latch: Latch, node: int) -> None:
-        """From here on it is stopped as the servo it is, left alone as a foreign node, or gone."""
+        """Remove a node that was identified (as a servo it is stopped separately) or has gone offline."""
         latch.nodes.pop(node, None)
         if latch is self.latch:
             self._hub.publish(StopChanged())
@@ -249,15 +249,15 @@ class StopControl:
         asyncio.get_running_loop().call_at(one.begun + REPORT_S, self._report_silent, latch)
 
     def _report_silent(self, latch: Latch) -> None:
-        """Name everybody who should have confirmed by now, in one event."""
+        """Report all servos and nodes with an overdue acknowledgement, in one event."""
         due = self._base.now() - REPORT_S + 0.001
         silent = [one for one in latch.unconfirmed() if one.begun <= due and not one.reported]
         if latch is not self.latch or not silent:
             return
         for one in silent:
             one.reported = True
-        text = f"No answer to the stop from {', '.join(one.label for one in silent)}. Torque may still be on there; "
-        text += "it is written until they answer. If they can move, cut their supply."
+        text = f"Stop not acknowledged by {', '.join(one.label for one in silent)}. Torque may still be on. "
+        text += "The stop is repeated until acknowledged. If they can move, cut their supply."
         only = silent[0] if len(silent) == 1 else None
         params: dict[str, object] = {"servos": [one.label for one in silent], "stop": True}
         uid = only.uid if isinstance(only, Confirmation) else None
@@ -270,7 +270,7 @@ class StopControl:
         if one.reported:
             one.reported = False
             uid = one.uid if isinstance(one, Confirmation) else None
-            text = f"{one.label} has answered: torque {latch.mode}."
+            text = f"{one.label} acknowledged the stop: {mode_text(latch.mode)}."
             params: dict[str, object] = {"servo": one.label, "mode": latch.mode}
             self._hub.publish(LogEvent("notice", "stopped_late", text, uid, params))
         if latch is self.latch:
@@ -295,4 +295,4 @@ def _confirmed(latch: Latch) -> Note:
     count = sum(one.confirmed for one in every)
     within = "" if took is None else f" within {took:.0f} ms"
     params = known(confirmed=count, of=len(every), within_ms=took)
-    return Note(f"{count} of {len(every)} confirmed{within}.", "stop_confirmed", params)
+    return Note(f"{count} of {len(every)} acknowledged{within}.", "stop_confirmed", params)

@@ -1,4 +1,4 @@
-"""Stores what must be off after a restart of the server: the stop, and outputs that came on for a save."""
+"""Stores what must be off after a restart of the server: the stop latch, and outputs switched on for a save."""
 
 import asyncio
 import logging
@@ -21,14 +21,14 @@ STOP_KEY = "stop"
 SAVES_KEY = "energised_for_save"
 
 WAITS_S = 0.25
-"""The latch is stored once every servo has confirmed, or after this long: a server killed sooner forgets the stop."""
+"""The latch is stored once every servo has acknowledged, or after this time. A server killed earlier loses the stop."""
 
 STARTED_S = 2.0
-"""An uptime in whole seconds shows a start this much later than it was, at most."""
+"""Maximum delay of a start as derived from an uptime in whole seconds."""
 
 
 class StoredMode(NamedTuple):
-    """The stored form: torque mode (off or brake), why, for whom, and since when in seconds since 1970 UTC."""
+    """Stored form of an order: torque mode (off or brake), reason, author, and start in seconds since 1970 UTC."""
 
     mode: str
     reason: str
@@ -37,7 +37,7 @@ class StoredMode(NamedTuple):
 
     @classmethod
     def of(cls, stored: object) -> "StoredMode | None":
-        """What was stored; None for anything else."""
+        """Parse a stored value; None if its format is unknown."""
         if not isinstance(stored, dict):
             return None
         found = cast("Mapping[str, object]", stored)
@@ -50,12 +50,12 @@ class StoredMode(NamedTuple):
         )
 
     def to_json(self) -> Json:
-        """As it is stored."""
+        """As stored."""
         return dict(self._asdict())
 
 
 class StoredTorqueOff:
-    """Both are kept under one name of the settings each, as `StoredMode`. A store that fails delays nothing."""
+    """Stores the latch and the outputs as settings, in the form of `StoredMode`. A store failure delays nothing."""
 
     def __init__(self, store: Store, stop: StopControl, retries: TorqueOffRetries, base: TimeBase, hub: Hub) -> None:
         self._store = store
@@ -65,37 +65,37 @@ class StoredTorqueOff:
         self._hub = hub
         self._task: asyncio.Task[None] | None = None
         self._latch: Latch | None = None
-        """The latch that is stored now. One that was restored is stored as it was pressed."""
+        """The latch as currently stored. A restored latch is stored as originally pressed."""
         self._found = self._saves()
         hub.subscribe(self._on_stop, StopChanged)
 
     def restore_stop(self) -> None:
-        """Be stopped if the server before this one was. Call it before a bus is joined. Raises StoreFailed."""
+        """Restore the stop of the previous server, if any. Call before joining a bus. Raises StoreFailed."""
         note = StoredMode.of(self._store.settings.get(STOP_KEY))
         if note is not None:
             at = self._base.utc_now() if note.at is None else note.at
-            self._stop.restore(note.mode, note.by or "somebody", note.reason, at - self._base.utc_offset)
+            self._stop.restore(note.mode, note.by or "another client", note.reason, at - self._base.utc_offset)
             self._latch = self._stop.latch
 
     async def energising(self, servo: Servo, raw: Raw | None, before: OutputState) -> None:
-        """The output of a servo is about to come on for a save; `raw` is the 0x20 it goes back to, `before` why.
+        """Store that the output of a servo is about to be switched on for a save.
 
-        The note is in the database when this returns.
+        `raw`: the 0x20 to return to. `before`: its reason. The entry is in the database when this returns.
         """
         note = StoredMode(off_mode(raw), before.reason, before.by, self._base.utc_now())
         self._put_saves({**self._saves(), servo.uid: note.to_json()})
         await self._store.settled()
 
     def over(self, servo: Servo) -> None:
-        """ROM was written, or the output is switched back by whoever began it."""
+        """Remove the entry: ROM was written, or the output was switched back."""
         saves = self._saves()
         if saves.pop(servo.uid, None) is not None:
             self._put_saves(saves)
 
     def on_arrival(self, servo: Servo) -> None:
-        """Switch back what an earlier server left on, unless the servo has restarted since.
+        """Switch back an output that an earlier server left on, unless the servo has restarted since.
 
-        Call it as soon as it is known which servo is there.
+        Call as soon as the servo is identified.
         """
         note = StoredMode.of(self._found.pop(servo.uid, None))
         if note is None or servo.status is None:
@@ -105,7 +105,7 @@ class StoredTorqueOff:
             self._retries.require(servo, cast("Reason", note.reason), note.by, note.mode)
 
     async def close(self) -> None:
-        """Store the latch now if that still waits. Call it when everything has been stopped."""
+        """Store the latch now if pending. Call after everything has been stopped."""
         if self._task is not None:
             self._task.cancel()
             await asyncio.gather(self._task, return_exceptions=True)
@@ -120,10 +120,10 @@ class StoredTorqueOff:
         await self._store_latch()
 
     async def _store_latch(self) -> None:
-        """A store that fails is reported, because the next start would not be stopped."""
+        """Store the latch. A failure is reported, because the next start would not be stopped."""
         settings = self._store.settings
         try:
-            while (latch := self._stop.latch) is not self._latch:  # it may change while the store is waited for
+            while (latch := self._stop.latch) is not self._latch:  # it may change while the store is awaited
                 if latch is None:
                     await self._store.run(settings.drop, STOP_KEY)
                 else:
@@ -131,22 +131,22 @@ class StoredTorqueOff:
                     await self._store.run(settings.put, STOP_KEY, note.to_json())
                 self._latch = latch
         except Exception:
-            log.exception("the stop could not be kept")
-            text = "The stop cannot be kept. It holds now, and a server started anew would not know of it: check the "
+            log.exception("the stop could not be stored")
+            text = "The stop cannot be stored. It is in effect, but a restart of the server would lose it. Check the "
             self._hub.publish(
                 LogEvent("warning", "store_failed", text + "data folder and its disk.", params={"what": "stop"})
             )
 
     def _saves(self) -> dict[str, Json]:
         try:
-            kept = self._store.settings.get(SAVES_KEY)
+            stored = self._store.settings.get(SAVES_KEY)
         except Exception:
-            log.exception("which outputs are on for a save could not be read")
+            log.exception("outputs switched on for a save could not be read")
             return {}
-        return dict(kept) if isinstance(kept, dict) else {}
+        return dict(stored) if isinstance(stored, dict) else {}
 
     def _put_saves(self, saves: dict[str, Json]) -> None:
         try:
             self._store.settings.put(SAVES_KEY, saves) if saves else self._store.settings.drop(SAVES_KEY)
         except Exception:
-            log.exception("which outputs are on for a save could not be kept")
+            log.exception("outputs switched on for a save could not be stored")
