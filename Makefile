@@ -62,7 +62,6 @@ check: setup                                  ## check format, lint, types and l
 	$(NPM) run --silent check
 
 test: setup web/dist/index.html chromium      ## run the test suite
-	$(NPM) run --silent test
 	@$(BIN)/python tests/run.py $(TEST_ARGS)
 
 test-release: setup web/dist/index.html docs  ## test the wheel in fresh environments, the image and other browsers

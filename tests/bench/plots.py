@@ -12,7 +12,7 @@ from playwright.sync_api import CDPSession, Page, sync_playwright
 
 from bench.line import line
 from e2e.chromium import find
-from e2e.conftest import running_demo
+from e2e.servers import running_demo
 
 SERVOS = 16
 HZ = 50

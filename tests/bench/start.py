@@ -14,7 +14,7 @@ from typing import Any
 import httpx
 
 from bench.line import line
-from e2e.conftest import running_demo
+from e2e.servers import running_demo
 from unit.view.onlooker import Onlooker
 
 ROUNDS = 3

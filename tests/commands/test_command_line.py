@@ -89,7 +89,7 @@ def test_openapi_prints_the_document() -> None:
 def test_the_doctor_finds_nothing_in_a_demo_where_nothing_was_done(untouched: Demo) -> None:
     examined = hornbill(untouched, "doctor")
     assert examined.returncode == 0, examined.stdout + examined.stderr
-    assert re.fullmatch(r"Nothing wrong found: 1\d checks passed\.\n", examined.stdout)
+    assert re.fullmatch(r"0 findings, 1\d checks passed\.\n", examined.stdout)
     as_json = hornbill(untouched, "doctor", "--json")
     assert (as_json.returncode, json.loads(as_json.stdout)) == (0, [])
 
@@ -120,9 +120,9 @@ def first(bench: Demo) -> dict[str, Any]:
 
 def test_command_moves_waits_and_leaves_torque_off(bench: Demo) -> None:
     servo = first(bench)
-    refused = hornbill(bench, "command", servo["serial"], "15")
+    refused = hornbill(bench, "move", servo["serial"], "15")
     assert refused.returncode == 0, "torque is on after the start"
-    moved = hornbill(bench, "command", servo["serial"], "--torque-on", "--json", "--", "-15")
+    moved = hornbill(bench, "move", servo["serial"], "--torque-on", "--json", "--", "-15")
     assert moved.returncode == 0, moved.stderr
     done = json.loads(moved.stdout)
     assert done["settled"] is True
@@ -141,7 +141,7 @@ def test_no_answer_refused_and_stopped_end_with_different_codes(bench: Demo) -> 
     assert (silent.returncode, silent.stderr.split(":")[0]) == (4, "no_response")
     bench.api.patch(sim, json={"mute": False}).raise_for_status()
     assert hornbill(bench, "stop").returncode == 0
-    stopped = hornbill(bench, "command", servo["serial"], "5")
+    stopped = hornbill(bench, "move", servo["serial"], "5")
     assert (stopped.returncode, stopped.stderr.split(":")[0]) == (6, "stopped")
     assert hornbill(bench, "stop", "--clear").returncode == 0
 
@@ -162,28 +162,28 @@ def test_watch_prints_samples_and_stops_the_polling_it_asked_for(bench: Demo) ->
 
 def test_a_profile_is_taken_shown_put_and_applied(bench: Demo, tmp_path: Path) -> None:
     one, other = (servo["serial"] for servo in bench.api.get("/servos").json())
-    assert hornbill(bench, "profile", "take", "base line", one, sub=True).returncode == 0
+    assert hornbill(bench, "profiles", "create", "base line", one, sub=True).returncode == 0
     file = tmp_path / "base.toml"
-    file.write_text(hornbill(bench, "profile", "show", "base line", sub=True).stdout, encoding="utf-8")
-    assert hornbill(bench, "profile", "put", "copy", str(file), sub=True).returncode == 0
-    assert "copy" in hornbill(bench, "profile", "list", sub=True).stdout
+    file.write_text(hornbill(bench, "profiles", "export", "base line", sub=True).stdout, encoding="utf-8")
+    assert hornbill(bench, "profiles", "import", "copy", str(file), sub=True).returncode == 0
+    assert "copy" in hornbill(bench, "profiles", "list", sub=True).stdout
     (tmp_path / "gain.json").write_text('{"values": {"angle_p_gain": 31}}')
-    assert hornbill(bench, "profile", "put", "gain", str(tmp_path / "gain.json"), sub=True).returncode == 0
-    applied = hornbill(bench, "profile", "apply", "gain", other, "--json", sub=True)
+    assert hornbill(bench, "profiles", "import", "gain", str(tmp_path / "gain.json"), sub=True).returncode == 0
+    applied = hornbill(bench, "profiles", "apply", "gain", other, "--json", sub=True)
     assert applied.returncode == 0, applied.stderr
     assert json.loads(applied.stdout)["state"] == "succeeded"
     assert json.loads(hornbill(bench, "get", other, "angle_p_gain", "--json").stdout)["value"] == 31
-    assert hornbill(bench, "profile", "delete", "copy", sub=True).returncode == 0
-    assert hornbill(bench, "profile", "show", "copy", sub=True).returncode == 1
+    assert hornbill(bench, "profiles", "delete", "copy", sub=True).returncode == 0
+    assert hornbill(bench, "profiles", "export", "copy", sub=True).returncode == 1
 
 
 def test_the_log_is_written_and_decoded(bench: Demo, tmp_path: Path) -> None:
-    assert hornbill(bench, "log", "start", "--name", "run", sub=True).returncode == 0
+    assert hornbill(bench, "logs", "start", "--name", "run", sub=True).returncode == 0
     hornbill(bench, "get", first(bench)["serial"])
-    assert hornbill(bench, "log", "stop", sub=True).stdout.startswith("stopped: run.log, ")
-    assert "run.log" in hornbill(bench, "log", "list", sub=True).stdout
+    assert hornbill(bench, "logs", "stop", sub=True).stdout.startswith("stopped: run.log, ")
+    assert "run.log" in hornbill(bench, "logs", "list", sub=True).stdout
     file = tmp_path / "run.log"
-    file.write_text(hornbill(bench, "log", "get", "run.log", sub=True).stdout)
+    file.write_text(hornbill(bench, "logs", "export", "run.log", sub=True).stdout)
     assert "GetSet" in hornbill(None, "decode", str(file)).stdout
 
 

@@ -9,27 +9,27 @@ from typing import Any
 import pytest
 import typer
 
+from commands.guides import ROOT, blocks, guides
 from contract.test_reach import ASKING, COMMANDS
-from e2e.guides import ROOT, blocks, guides
 from hornbill.cli import app
 
 LINE = re.compile(r"(?<![\w./-])hornbill (?=[a-z-])([^\n|;&>)`'\"]*(?:\"[^\"\n]*\"[^\n|;&>)`'\"]*)*)")
 ELSEWHERE = {
-    "decode": "tests/e2e/test_command_line.py",
-    "jobs wait": "tests/e2e/test_command_line_records.py",
-    "snapshots diff": "tests/e2e/test_command_line_records.py",
-    "demo": "tests/e2e/conftest.py",
-    "inventory note": "tests/e2e/test_command_line_records.py",
-    "lost apply": "tests/e2e/test_command_line_records.py",
-    "lost show": "tests/e2e/test_command_line_records.py",
-    "openapi": "tests/e2e/test_command_line.py",
-    "probe": "tests/e2e/test_probe.py",
-    "profile apply": "tests/e2e/test_command_line.py",
+    "decode": "tests/commands/test_command_line.py",
+    "jobs wait": "tests/commands/test_command_line_records.py",
+    "snapshots compare": "tests/commands/test_command_line_records.py",
+    "demo": "tests/e2e/servers.py",
+    "inventory annotate": "tests/commands/test_command_line_records.py",
+    "lost-values restore": "tests/commands/test_command_line_records.py",
+    "lost-values show": "tests/commands/test_command_line_records.py",
+    "openapi": "tests/commands/test_command_line.py",
+    "probe": "tests/commands/test_probe.py",
+    "profiles apply": "tests/commands/test_command_line.py",
     "serve": "tests/e2e/test_reverse_proxy.py",
     "sim": "tests/socketcan/server/conftest.py",
-    "token add": "tests/unit/cli/test_token.py",
-    "token list": "tests/unit/cli/test_token.py",
-    "token revoke": "tests/unit/cli/test_token.py",
+    "tokens create": "tests/unit/cli/test_token.py",
+    "tokens list": "tests/unit/cli/test_token.py",
+    "tokens revoke": "tests/unit/cli/test_token.py",
 }
 """Where a command is run that neither asks a server for one thing nor stands in a guide."""
 
@@ -79,7 +79,7 @@ def test_every_command_and_every_flag_that_is_shown_exists(guide: Path) -> None:
 
 def test_the_guides_show_commands_and_the_check_sees_them() -> None:
     seen = {named(words) for guide in guides() for words in said(guide.read_text(encoding="utf-8"))}
-    assert {"list", "undo", "snapshots take", "factory-reset", "jobs report", "token add", "serve"} <= seen
+    assert {"list", "undo", "snapshots take", "factory-reset", "jobs report", "tokens create", "serve"} <= seen
     assert named(["snapshots"]) is None
     assert named(["nonsense", "list"]) is None
 

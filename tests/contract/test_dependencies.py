@@ -41,7 +41,7 @@ USED_WITHOUT_IMPORT = {
     "import-linter": "make check",
     "myst-parser": "Sphinx reads Markdown with it",
     "mutmut": "tests/mutation runs it",
-    "openapi-python-client": "e2e/test_generated_client.py runs it",
+    "openapi-python-client": "commands/test_generated_client.py runs it",
     "pytest-xdist": "make test runs on every core",
     "ruff": "make check",
     "sphinx-copybutton": "blocks of the documentation can be copied",
@@ -54,6 +54,7 @@ BROUGHT_BY_PYTEST = {"_pytest"}
 TESTS_OWN = {
     "behaviour",
     "bench",
+    "commands",
     "contract",
     "e2e",
     "socketcan",

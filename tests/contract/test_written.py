@@ -12,9 +12,9 @@ from typing import Any
 import pytest
 import typer
 
+from commands.guides import ROOT, blocks, guides
 from contract.answering import document
 from contract.source import nodes
-from e2e.guides import ROOT, blocks, guides
 from hornbill.api.openapi.sharing import parameters_of
 from hornbill.app.settings import Settings
 from hornbill.cli import app
@@ -209,7 +209,7 @@ def test_what_is_wrong_is_found() -> None:
     assert known(["set", "61-466861"], True)
     assert known(["nothing"], False)
     assert known(["get"], False) == ""
-    assert known(["log", "start", "--name", "x"], True) == ""
+    assert known(["logs", "start", "--name", "x"], True) == ""
     assert list(commands("sudo x && hornbill list --json | jq . ; docker run -p 1:1 hornbill demo --bus auto")) == [
         ["list", "--json"], ["demo", "--bus", "auto"],
     ]  # fmt: skip

@@ -1,56 +1,19 @@
 """The real server with simulated servos, and Chromium in front of it."""
 
-import re
-import subprocess
-import sys
 from collections.abc import Callable, Generator, Iterator
-from contextlib import contextmanager
 from dataclasses import dataclass
 
-import httpx
 import pytest
 from playwright.sync_api import Browser, BrowserContext, ConsoleMessage, Error, Page, Request, expect, sync_playwright
 
 from e2e.chromium import find
 from e2e.contexts import TIMEOUT_MS, WIDE, borrowed
-from e2e.servers import running
+from e2e.servers import Demo, ready_demo
 
 expect.set_options(timeout=TIMEOUT_MS)
 
 DRIVER = "GL Driver Message"
 """What Chromium says of its own graphics driver: drawing in software it reads pictures back."""
-
-
-@dataclass(frozen=True)
-class Demo:
-    """A running `hornbill demo`."""
-
-    url: str
-    api: httpx.Client
-
-
-@contextmanager
-def running_demo(*flags: str) -> Generator[tuple[subprocess.Popen[str], str]]:
-    """`hornbill demo`, started as a user starts it: the process and the address it printed. It ends with the block."""
-    command = [sys.executable, "-m", "hornbill", "demo", "--port", "0", *flags]
-    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:
-        try:
-            assert process.stdout is not None
-            line = process.stdout.readline()
-            found = re.search(r"https?://\S+/", line)
-            assert found is not None, f"hornbill demo printed no address but {line!r}"
-            yield process, found[0]
-        finally:
-            process.terminate()
-            process.wait(timeout=10)
-
-
-@contextmanager
-def ready_demo(count: int, *flags: str, seed: int = 1) -> Generator[Demo]:
-    """A demo with so many servos, all of them ready."""
-    with running("demo", "--servos", str(count), "--seed", str(seed), *flags) as server:
-        server.ready(count, within_s=60)
-        yield Demo(server.url, server.api)
 
 
 FAILED = pytest.StashKey[bool]()
@@ -78,13 +41,6 @@ def demo() -> Iterator[Demo]:
     """The demo of one file of tests, its six servos of mixed models and firmware ready."""
     with ready_demo(6) as one:
         yield one
-
-
-def as_in_rom(api: httpx.Client, uid: str) -> None:
-    """Restart a servo that holds what is not in ROM, or of which nobody knows what ROM holds: a save would ask."""
-    unsaved = api.get(f"/servos/{uid}").json()["unsaved"]
-    if unsaved or api.get(f"/servos/{uid}/parameters/torque_mode").json()["rom"] is None:
-        api.post(f"/servos/{uid}/restart", params={"wait": True}).raise_for_status()
 
 
 @pytest.fixture(scope="session")

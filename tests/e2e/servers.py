@@ -2,6 +2,7 @@
 
 import os
 import re
+import sys
 import time
 from collections.abc import Callable, Generator
 from contextlib import contextmanager
@@ -9,6 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from random import Random
 from socket import socket
+from subprocess import PIPE, Popen
 
 import httpx
 
@@ -92,7 +94,14 @@ def serving(folder: Path, *flags: str) -> tuple[str, ...]:
     return ("serve", "--data-dir", str(folder), *flags)
 
 
-def turn_by_hand(server: Server, uid: str, degrees: float) -> None:
+def as_in_rom(api: httpx.Client, uid: str) -> None:
+    """Restart a servo that holds what is not in ROM, or of which nobody knows what ROM holds: a save would ask."""
+    unsaved = api.get(f"/servos/{uid}").json()["unsaved"]
+    if unsaved or api.get(f"/servos/{uid}/parameters/torque_mode").json()["rom"] is None:
+        api.post(f"/servos/{uid}/restart", params={"wait": True}).raise_for_status()
+
+
+def turn_manually(server: Server, uid: str, degrees: float) -> None:
     """Turn a horn while its motor has no output, so that soft start has a way to go."""
 
     def turned() -> bool:
@@ -103,3 +112,35 @@ def turn_by_hand(server: Server, uid: str, degrees: float) -> None:
 
     until(turned, 20, f"{uid} has output")
     until(seen, 20, f"{uid} is not seen at {degrees}°")
+
+
+@dataclass(frozen=True)
+class Demo:
+    """A running `hornbill demo`."""
+
+    url: str
+    api: httpx.Client
+
+
+@contextmanager
+def running_demo(*flags: str) -> Generator[tuple[Popen[str], str]]:
+    """`hornbill demo`, started as a user starts it: the process and the address it printed. It ends with the block."""
+    command = [sys.executable, "-m", "hornbill", "demo", "--port", "0", *flags]
+    with Popen(command, stdout=PIPE, text=True) as process:
+        try:
+            assert process.stdout is not None
+            line = process.stdout.readline()
+            found = re.search(r"https?://\S+/", line)
+            assert found is not None, f"hornbill demo printed no address but {line!r}"
+            yield process, found[0]
+        finally:
+            process.terminate()
+            process.wait(timeout=10)
+
+
+@contextmanager
+def ready_demo(count: int, *flags: str, seed: int = 1) -> Generator[Demo]:
+    """A demo with so many servos, all of them ready."""
+    with running("demo", "--servos", str(count), "--seed", str(seed), *flags) as server:
+        server.ready(count, within_s=60)
+        yield Demo(server.url, server.api)

@@ -13,7 +13,7 @@ import httpx  # noqa: E402
 from playwright.sync_api import Page, sync_playwright  # noqa: E402
 
 from e2e.chromium import find  # noqa: E402
-from e2e.conftest import running_demo  # noqa: E402
+from e2e.servers import running_demo  # noqa: E402
 
 PICTURES = Path(os.environ.get("HORNBILL_PICTURES", Path(__file__).parents[2] / "docs" / "pictures"))
 """Elsewhere when told so: to look at pictures without changing those of the docs."""

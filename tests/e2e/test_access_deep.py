@@ -8,8 +8,9 @@ from typing import Any
 import pytest
 from playwright.sync_api import Page, Route, expect
 
-from e2e.conftest import Demo, Watched
+from e2e.conftest import Watched
 from e2e.looks import complaints, loading, still
+from e2e.servers import Demo
 from e2e.test_access import show
 from e2e.test_technician import servo_of, wait_for
 

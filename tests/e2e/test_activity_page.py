@@ -6,8 +6,8 @@ from contextlib import contextmanager
 import pytest
 from playwright.sync_api import Page, ViewportSize, expect
 
-from e2e.conftest import Demo, ready_demo
 from e2e.looks import complaints
+from e2e.servers import Demo, ready_demo
 from e2e.test_technician import wait_for
 
 WIDE: ViewportSize = {"width": 1440, "height": 900}

@@ -3,8 +3,8 @@
 import pytest
 from playwright.sync_api import Page, expect
 
-from e2e.conftest import Demo
 from e2e.hand import Hand
+from e2e.servers import Demo
 
 STRANGER = "f" * 32
 

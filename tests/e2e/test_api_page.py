@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 from playwright.sync_api import BrowserContext, Page, expect
 
-from e2e.conftest import Demo
+from e2e.servers import Demo
 from e2e.test_technician import servo_of, wait_for
 
 

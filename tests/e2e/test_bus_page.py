@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 from playwright.sync_api import BrowserContext, Locator, Page, WebSocketRoute, expect
 
-from e2e.conftest import Demo
+from e2e.servers import Demo
 from e2e.test_technician import wait_for
 
 COMMAND = "sudo ip link set can0 up type can bitrate 1000000"

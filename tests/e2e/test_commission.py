@@ -7,9 +7,9 @@ from typing import Any
 import pytest
 from playwright.sync_api import Browser, BrowserContext, Page, expect
 
-from e2e.conftest import Demo
 from e2e.contexts import borrowed
 from e2e.hand import TABLET
+from e2e.servers import Demo
 from e2e.test_technician import wait_for
 
 STOP_GAP = 12

@@ -7,7 +7,7 @@ from playwright.sync_api import Browser, BrowserContext, expect
 
 from e2e.hand import WAYS, Hand, hand_of
 from e2e.looks import complaints, too_small
-from e2e.servers import Server, running, serving, turn_by_hand, until
+from e2e.servers import Server, running, serving, turn_manually, until
 from e2e.test_commission_failing import at_report, heading, plugged, saved_ids, sim
 
 JOB_MS = 60_000
@@ -71,7 +71,7 @@ def saved_from_the_report(hand: Hand, server: Server, servos: list[str]) -> None
         assert too_small(page) == []
 
     for uid in servos:
-        turn_by_hand(server, uid, 30)
+        turn_manually(server, uid, 30)
     hand.press("report-save")
     expect(page.get_by_test_id("after-save")).to_contain_text("The horn moves: +30.0° to 0.0°")
     expect(page.get_by_test_id("batch-save-go")).to_be_disabled()

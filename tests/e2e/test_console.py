@@ -5,8 +5,7 @@ import contextlib
 import pytest
 from playwright.sync_api import Page, TimeoutError, expect
 
-from e2e.conftest import Demo
-from e2e.servers import until
+from e2e.servers import Demo, until
 
 PARTS = [
     "servos",

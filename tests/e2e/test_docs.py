@@ -1,11 +1,7 @@
-"""Every command of every guide is run, and the built site holds together, with and without a browser."""
+"""The built documentation: links, search, themes, access, and the links of the page into it."""
 
 import re
 import shutil
-import signal
-import subprocess
-import sys
-from collections.abc import Iterator
 from html.parser import HTMLParser
 from pathlib import Path
 from urllib.parse import unquote, urlsplit
@@ -14,90 +10,10 @@ import httpx
 import pytest
 from playwright.sync_api import Page
 
-from e2e.conftest import Demo, as_in_rom
-from e2e.guides import ENDLESS, NEEDS, ROOT, WRITTEN, Block, Rig, blocks, guides
+from commands.guides import ROOT
 from e2e.looks import complaints
-from e2e.servers import Server, running
-
-PAGES = [file for file in guides() if any(not one.marks for one in blocks(file))]
-MARKED = [one for file in guides() for one in blocks(file) if one.marks]
-NO_HARDWARE = "needs hardware"
-
-
-@pytest.fixture(scope="module")
-def shared() -> Iterator[Server]:
-    """One demo for all guides: what is in ROM is as their last reader left it, as a reader's is."""
-    with running("demo", "--servos", "3", "--seed", "3") as server:
-        server.ready(3)
-        yield server
-
-
-@pytest.fixture
-def bench(shared: Server) -> Iterator[Server]:
-    """The demo, without a stop, a lease or values in RAM alone of the guide before."""
-    shared.ready(3)
-    for one in shared.servos():
-        as_in_rom(shared.api, str(one["uid"]))
-    yield shared
-    shared.api.delete("/stop")
-    for lease in shared.api.get("/leases").json():
-        shared.api.delete(f"/leases/{lease['id']}")
-
-
-@pytest.mark.parametrize("guide", PAGES, ids=lambda file: str(file.relative_to(ROOT)))
-def test_a_guides_commands_run_from_top_to_bottom(bench: Server, tmp_path: Path, guide: Path) -> None:
-    serial = str(bench.servos()[0]["serial"])
-    run = [one for one in blocks(guide) if not one.marks]
-    script = "\n".join(f"echo '== {one}' >&2\n{one.script}" for one in run)
-    (tmp_path / "bench.toml").touch()
-    Rig(bench.url.rstrip("/"), serial).bash(script, tmp_path)
-
-
-@pytest.mark.parametrize("block", MARKED, ids=str)
-def test_a_marked_command_says_what_it_needs_or_starts_and_ends(tmp_path: Path, block: Block) -> None:
-    assert set(block.marks) <= {*NEEDS, ENDLESS}, f"{block}: say one of {NEEDS} or {ENDLESS}"
-    if block.needs:
-        pytest.skip(f"{block}: {block.needs}: {block.script.strip().splitlines()[-1]}")
-    command = block.script.replace(f"# {ENDLESS}\n", "exec ").strip()
-    (tmp_path / "morning.log").write_text("(1700000000.000000) can0 1001550B#0000000000000000\n")
-    environment = {**Rig("", "").environment, "HORNBILL_PORT": "0", "HORNBILL_DATA_DIR": str(tmp_path / "data")}
-    del environment["HORNBILL_URL"]
-    with subprocess.Popen(
-        ["bash", "-c", command], stdout=subprocess.PIPE, text=True, env=environment, cwd=tmp_path
-    ) as process:
-        assert process.stdout is not None
-        try:
-            assert "http://" in process.stdout.readline(), command
-        finally:
-            process.send_signal(signal.SIGINT)
-        assert process.wait(timeout=15) == 0
-
-
-def test_the_readmes_flow_by_curl_does_what_its_comments_say(bench: Server, tmp_path: Path) -> None:
-    (block,) = [one for one in blocks(ROOT / "README.md") if "API=" in one.script]
-    rig = Rig(bench.url.rstrip("/"), str(bench.servos()[0]["serial"]))
-    out = rig.bash(block.script, tmp_path).replace(": ", ":").replace(", ", ",")
-    for said in (
-        '"code":"out_of_range"', '"outcome":"applied"', '"state":"succeeded"', '"settled":true', '"latched":true',
-        '"code":"stopped"', '"latched":false',
-    ):  # fmt: skip
-        assert said in out, said
-    uid = bench.servos()[0]["uid"]
-    rows = bench.api.get(f"/servos/{uid}/parameters").json()["parameters"]
-    assert rows["angle_limit_cw"]["rom"] == 75.0
-
-
-def test_every_command_is_in_a_block_that_is_looked_at_and_no_other_shell() -> None:
-    for guide in guides():
-        found = re.findall(
-            r"^ *```(?:sh|shell|console|zsh)\b.*|^ +```bash", guide.read_text(encoding="utf-8"), re.MULTILINE
-        )
-        assert found == [], f"{guide}: write ```bash at the beginning of a line"
-
-
-def test_no_guide_shows_another_serial() -> None:
-    for guide in guides():
-        assert set(re.findall(r"\b6[12]-\d{6}\b", guide.read_text(encoding="utf-8"))) <= {WRITTEN}, guide
+from e2e.servers import Demo
+from e2e.sphinx_site import sphinx
 
 
 class Links(HTMLParser):
@@ -124,14 +40,6 @@ class Links(HTMLParser):
             self.inline.append(f"<{tag} {attrs}>")
 
 
-def sphinx(sources: Path, out: Path, scratch: Path) -> subprocess.CompletedProcess[str]:
-    """As `make docs` calls it."""
-    options = ["-q", "-W", "-E", "-c", sources / "docs" / "site", "-d", scratch]
-    return subprocess.run(
-        [sys.executable, "-m", "sphinx", *options, sources, out], capture_output=True, text=True, check=False
-    )
-
-
 @pytest.fixture(scope="module")
 def built(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The site, where the program looks for it in a checkout."""
@@ -155,25 +63,6 @@ def test_every_link_of_the_built_site_leads_somewhere_inside_it_and_nothing_is_i
             assert target.is_file(), f"{file.name}: {link}"
             if parts.fragment and target in pages:
                 assert unquote(parts.fragment) in pages[target].anchors, f"{file.name}: {link}"
-
-
-def test_a_link_that_leads_nowhere_ends_the_build(tmp_path: Path) -> None:
-    copy = tmp_path / "checkout"
-    for name in ("docs", "schemas", "web/src/style", "web/public", "server/README.md", "tests/README.md",
-                 "web/README.md", "examples/README.md", "README.md", "CONTRIBUTING.md", "CHANGELOG.md"):  # fmt: skip
-        source, target = ROOT / name, copy / name
-        target.parent.mkdir(parents=True, exist_ok=True)
-        if source.is_dir():
-            shutil.copytree(source, target, ignore=shutil.ignore_patterns("dist"))
-        else:
-            shutil.copy(source, target)
-    (copy / "docs" / "tutorial.md").write_text("# Broken\n\n[here](nowhere.md) and [there](rigs.md#no-such-heading)\n")
-    (copy / "docs" / "unlisted.md").write_text("# In no menu\n")
-    built = sphinx(copy, tmp_path / "out", tmp_path / "doctrees")
-    assert built.returncode == 1
-    assert re.search(r"tutorial\.md:3: WARNING: .*'nowhere\.md'", built.stderr)
-    assert re.search(r"tutorial\.md:3: WARNING: .*'no-such-heading'", built.stderr)
-    assert re.search(r"unlisted\.md: WARNING: document isn't included in any toctree", built.stderr)
 
 
 @pytest.mark.usefixtures("built")

@@ -5,8 +5,8 @@ import re
 import pytest
 from playwright.sync_api import Page, expect
 
-from e2e.conftest import Demo
 from e2e.looks import complaints, too_small
+from e2e.servers import Demo
 from e2e.test_technician import servo_of, wait_for
 
 

@@ -11,7 +11,7 @@ from typing import Any, cast
 import pytest
 from playwright.sync_api import Browser, Page
 
-from e2e.conftest import Demo
+from e2e.servers import Demo
 
 PAGE = b"<!doctype html><title>another site</title><h1>Kittens</h1>"
 

@@ -6,12 +6,10 @@ from collections.abc import Iterator
 import pytest
 from playwright.sync_api import Browser, Dialog, Page, expect
 
-from e2e.conftest import Demo
 from e2e.contexts import page_in
 from e2e.hand import Hand
 from e2e.looks import loading
-
-FIRST_PAINT_MS = 1000
+from e2e.servers import Demo
 
 
 @pytest.fixture
@@ -83,17 +81,3 @@ def test_in_english_no_japanese_is_fetched(page: Page, demo: Demo) -> None:
         page.goto(demo.url + "bus")
         expect(page.get_by_test_id("bus-page")).to_be_visible()
     assert [len(script) for script in fetched if re.search(r"[\u3040-\u30ff]{4}", script)] == []
-
-
-@pytest.mark.alone
-def test_the_first_paint_comes_within_a_second_in_either_language(page: Page, japanese: Page, demo: Demo) -> None:
-    for one in (page, japanese):
-        painted: list[float] = []
-        for _ in range(3):  # the best of three: other programs on this machine are not what is measured
-            one.goto("about:blank")
-            one.goto(demo.url)
-            expect(one.get_by_role("heading", level=1)).to_be_visible()
-            one.wait_for_function("() => performance.getEntriesByName('first-contentful-paint').length > 0")
-            found = one.evaluate("() => performance.getEntriesByName('first-contentful-paint')[0].startTime")
-            painted.append(float(found))
-        assert min(painted) <= FIRST_PAINT_MS, painted

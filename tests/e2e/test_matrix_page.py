@@ -5,8 +5,7 @@ from collections.abc import Iterator
 import pytest
 from playwright.sync_api import Page, expect
 
-from e2e.conftest import Demo
-from e2e.servers import running
+from e2e.servers import Demo, running
 from e2e.test_technician import wait_for
 
 MODEL = "BLA21-06U-A0"

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 import pytest
 from playwright.sync_api import Page, expect
 
-from e2e.conftest import Demo
+from e2e.servers import Demo
 from e2e.test_motion_page import TABLET, begin, made, raw
 from e2e.test_technician import wait_for
 

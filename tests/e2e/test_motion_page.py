@@ -332,7 +332,7 @@ def sweep(page: Page, demo: Demo, uid: str, count: str) -> None:
 def test_a_sweep_counts_and_ends_by_itself(page: Page, demo: Demo, winch: str) -> None:
     sweep(page, demo, winch, "2")
     expect(page.get_by_test_id("sweep-progress")).to_contain_text("1 of 2", timeout=10_000)
-    expect(page.get_by_test_id("sweep-said")).to_contain_text("complete: 2 cycles", timeout=10_000)
+    expect(page.get_by_test_id("sweep-result")).to_contain_text("complete: 2 cycles", timeout=10_000)
     assert abs(angle(demo, winch) + 20) < 2
     page.get_by_test_id("sweep-to").fill("400")
     expect(page.get_by_test_id("sweep-against")).to_be_visible()
@@ -357,7 +357,7 @@ def test_a_sweep_ends_with_esc_with_leaving_and_with_the_page(end: str, page: Pa
         page.goto("about:blank")
     else:
         page.get_by_test_id("sweep-end").click()
-        expect(page.get_by_test_id("sweep-said")).to_contain_text("The horn holds where it is")
+        expect(page.get_by_test_id("sweep-result")).to_contain_text("The horn holds where it is")
         time.sleep(0.7)
         wait_for(lambda: still(demo, winch), 6, "it goes on")
         assert raw(demo, winch, "torque_mode") == "on"

@@ -5,9 +5,9 @@ from collections.abc import Iterator
 import pytest
 from playwright.sync_api import Browser, Page, expect
 
-from e2e.conftest import Demo
 from e2e.contexts import page_in
 from e2e.looks import complaints, too_small
+from e2e.servers import Demo
 from e2e.test_stop_reach import SEEN
 from e2e.test_technician import servo_of, wait_for
 

@@ -10,8 +10,7 @@ from urllib.parse import urlsplit
 import pytest
 from playwright.sync_api import BrowserContext, Page, Route, expect
 
-from e2e.conftest import Demo
-from e2e.servers import Server, running
+from e2e.servers import Demo, Server, running
 from e2e.test_technician import servo_of
 
 STATUS_PERIOD_S = 0.1

@@ -10,8 +10,7 @@ from typing import Any
 import pytest
 from playwright.sync_api import BrowserContext, Locator, Page, Route, expect
 
-from e2e.conftest import Demo
-from e2e.servers import Server, running, until
+from e2e.servers import Demo, Server, running, until
 from e2e.test_never_lies import SILENCE_S, STATUS_PERIOD_S, alive, allowed, begin, seconds
 
 HEARTBEAT_S = 1.0

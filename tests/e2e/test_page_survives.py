@@ -6,8 +6,7 @@ from collections.abc import Iterator
 import pytest
 from playwright.sync_api import Page, expect
 
-from e2e.conftest import Demo
-from e2e.servers import Server, running
+from e2e.servers import Demo, Server, running
 
 COMING_BACK_MS = 20_000
 TABS = ("Parameters", "Tune", "Overview")

@@ -6,7 +6,8 @@ from collections.abc import Iterator
 import pytest
 from playwright.sync_api import BrowserContext, Page, expect
 
-from e2e.conftest import Demo, Watched, ready_demo
+from e2e.conftest import Watched
+from e2e.servers import Demo, ready_demo
 
 
 @pytest.fixture(scope="module")

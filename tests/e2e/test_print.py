@@ -2,7 +2,7 @@
 
 from playwright.sync_api import Page, expect
 
-from e2e.conftest import Demo
+from e2e.servers import Demo
 
 
 def test_paper_names_the_servo_and_keeps_heads_of_columns_and_drops_what_is_pressed(page: Page, demo: Demo) -> None:

@@ -6,9 +6,9 @@ from collections.abc import Iterator
 import pytest
 from playwright.sync_api import BrowserContext, Page, expect
 
-from e2e.conftest import Demo, Watched, as_in_rom
+from e2e.conftest import Watched
 from e2e.looks import complaints
-from e2e.servers import Server, running, until
+from e2e.servers import Demo, Server, as_in_rom, running, until
 from e2e.test_technician import servo_of, wait_for
 
 

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 from playwright.sync_api import Page, expect
 
-from e2e.conftest import Demo
+from e2e.servers import Demo
 from e2e.test_technician import servo_of, wait_for
 
 

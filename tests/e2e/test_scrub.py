@@ -15,8 +15,8 @@ from typing import Any
 import pytest
 from playwright.sync_api import Locator, Page, expect
 
-from e2e.conftest import Demo, Watched
-from e2e.servers import running
+from e2e.conftest import Watched
+from e2e.servers import Demo, running
 from e2e.test_technician import wait_for
 
 pytestmark = pytest.mark.scene

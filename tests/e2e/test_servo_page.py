@@ -5,9 +5,9 @@ import re
 import pytest
 from playwright.sync_api import Browser, Page, expect
 
-from e2e.conftest import Demo
 from e2e.hand import WAYS, hand_of
 from e2e.looks import complaints, too_small
+from e2e.servers import Demo
 
 
 def listed(demo: Demo) -> list[str]:

@@ -7,8 +7,7 @@ from collections.abc import Iterator
 import pytest
 from playwright.sync_api import Page, expect
 
-from e2e.conftest import Demo
-from e2e.servers import Server, running
+from e2e.servers import Demo, Server, running
 
 COUNT = 40
 PAUSE_S = 0.5

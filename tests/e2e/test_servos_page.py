@@ -6,9 +6,9 @@ from collections.abc import Iterator
 import pytest
 from playwright.sync_api import Browser, Page, expect
 
-from e2e.conftest import Demo, ready_demo
 from e2e.hand import WAYS, hand_of
 from e2e.looks import complaints, too_small
+from e2e.servers import Demo, ready_demo
 
 
 @pytest.fixture(scope="module")

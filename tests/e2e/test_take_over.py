@@ -6,9 +6,9 @@ from collections.abc import Iterator
 import pytest
 from playwright.sync_api import Browser, Page, ViewportSize, expect
 
-from e2e.conftest import Demo
 from e2e.contexts import page_in
 from e2e.looks import complaints, too_small
+from e2e.servers import Demo
 from e2e.test_technician import servo_of, wait_for
 
 TABLET: ViewportSize = {"width": 820, "height": 1180}

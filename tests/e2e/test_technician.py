@@ -11,7 +11,7 @@ import pytest
 from PIL import Image
 from playwright.sync_api import BrowserContext, Page, Request, expect
 
-from e2e.conftest import Demo, as_in_rom
+from e2e.servers import Demo, as_in_rom
 
 
 def wait_for(what: Callable[[], bool], within_s: float, message: str) -> None:

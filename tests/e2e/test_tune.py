@@ -5,7 +5,7 @@ from collections.abc import Iterator
 import pytest
 from playwright.sync_api import Page, expect
 
-from e2e.conftest import Demo
+from e2e.servers import Demo
 from e2e.test_technician import wait_for
 
 SLOW_MS = 30_000

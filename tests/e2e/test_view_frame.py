@@ -13,8 +13,9 @@ from starlette.requests import Request
 from starlette.responses import HTMLResponse
 from starlette.routing import Route
 
-from e2e.conftest import DRIVER, Demo
+from e2e.conftest import DRIVER
 from e2e.contexts import page_in
+from e2e.servers import Demo
 from hornbill.view.proxy import routes, same_origin
 from hornbill.view.viewer import Viewer
 from hornbill.view.wish import ViewSettings

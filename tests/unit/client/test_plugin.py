@@ -1,4 +1,4 @@
-"""The tests of what the pytest plugin decides; that its fixtures work is in tests/e2e/test_examples.py."""
+"""The tests of what the pytest plugin decides; that its fixtures work is in tests/commands/test_examples.py."""
 
 import pytest
 

@@ -8,12 +8,10 @@ import sys
 import time
 
 import httpx
-import pytest
 
-from e2e.conftest import running_demo
+from e2e.servers import running_demo
 
 
-@pytest.mark.alone
 def test_http_answers_soon_and_all_six_servos_are_there_within_twelve_seconds() -> None:
     began = time.monotonic()
     with running_demo("--servos", "6", "--seed", "5") as (process, url):

@@ -14,7 +14,7 @@ import pytest
 from e2e.servers import Server, running
 from hornbill.client import Hornbill
 from hornbill.errors import Conflict, Stopped
-from hornbill.probe.asking import Probe, Probed
+from hornbill.probe.steps import Probe, ProbeResult
 from hornbill.wire.services import GetSetRequest
 
 UNITS = ("hundred_degrees", "radian", "degree", "tenth_degree")
@@ -27,7 +27,7 @@ def server() -> Iterator[Server]:
         yield started
 
 
-def answers(probed: Probed) -> dict[str, object]:
+def answers(probed: ProbeResult) -> dict[str, object]:
     return {one.key: one.value for one in probed.answers}
 
 
@@ -44,11 +44,11 @@ def test_it_tells_each_of_the_four_units_of_a_position(server: Server, place: in
     server.api.patch(f"/sim/servos/{uid}", json={"position_unit": UNITS[place]}).raise_for_status()
     server.api.put(f"/servos/{uid}/position-unit", json={"unit": None}).raise_for_status()
     with Hornbill(server.url) as hornbill:
-        probed = Probe(hornbill, hornbill.find(uid=str(uid)), lambda text: text.startswith("Turn"), sleep=quick).run()
+        probed = Probe(hornbill, hornbill.find(uid=str(uid)), lambda text: text.startswith("Turns"), sleep=quick).run()
         assert hornbill.find(uid=str(uid)).read("torque_mode") == "off"
     assert answers(probed)["position_unit"] == UNITS[place]
-    assert probed.done == ["read", "move"]
-    assert set(probed.left_out) == {"restart", "save"}
+    assert probed.completed == ["read", "move"]
+    assert set(probed.skipped) == {"restart", "save"}
 
 
 @pytest.mark.parametrize("usual", [True, False], ids=["as-usual", "otherwise"])
@@ -56,8 +56,8 @@ def test_what_it_says_of_a_restart_and_a_save_is_how_the_servo_is_set(
     server: Server, tmp_path: Path, usual: bool
 ) -> None:
     uid = str(server.servos()[0]["uid"])  # its node id is its own: asking for one takes a second
-    switches = {"answers_save": usual, "answers_restart": usual, "array_command_shows": usual}
-    body = {"behaviour": switches, "restart_delay_s": 0.3 if usual else 1.2}
+    switches = {"acknowledges_save": usual, "acknowledges_restart": usual, "array_command_shows": usual}
+    body = {"behaviour": switches, "restart_delay_s": 0.3 if usual else 2.5}
     server.api.patch(f"/sim/servos/{uid}", json=body).raise_for_status()
     command = [sys.executable, "-m", "hornbill", "probe", uid, "--yes-move", "--json", "--report", tmp_path / "x"]
     ran = subprocess.run(
@@ -65,9 +65,9 @@ def test_what_it_says_of_a_restart_and_a_save_is_how_the_servo_is_set(
     )
     assert ran.returncode == 0, ran.stderr
     told: dict[str, Any] = json.loads(ran.stdout)
-    assert told["done"] == ["read", "move", "restart", "save"]
+    assert told["completed"] == ["read", "move", "restart", "save"]
     found = {one["key"]: one["value"] for one in told["answers"]}
-    for name in ("answers_save", "answers_restart"):
+    for name in ("acknowledges_save", "acknowledges_restart"):
         assert found[name] is usual, name
     assert found["array_command_shows"] is usual
     assert found["save_opcode_restarts"] is True
@@ -75,7 +75,7 @@ def test_what_it_says_of_a_restart_and_a_save_is_how_the_servo_is_set(
     assert found["keeps_node_id"] is True
     wanted = body["restart_delay_s"]
     assert isinstance(wanted, float)
-    late = 0.8  # a busy machine may stop for half a second; the two settings, 0.3 s and 1.2 s, are still told apart
+    late = 2.2  # a busy machine delays what is measured; the two settings, 0.3 s and 2.5 s, still differ
     assert wanted <= found["restart_time_s"] < wanted + late
     assert wanted + 0.05 <= found["save_time_s"] < wanted + 0.05 + late
     assert 0.09 < found["status_interval_s"] < 0.11
@@ -86,7 +86,7 @@ def test_what_it_says_of_a_restart_and_a_save_is_how_the_servo_is_set(
     assert found["identity"]["0x53"] == servo["hardware_version"]
     assert found["refused_rows"] == []
     markdown = (tmp_path / "x.md").read_text(encoding="utf-8")
-    assert "| Is SAVE answered? | " + ("Yes" if usual else "No") in markdown
+    assert "| Is SAVE acknowledged? | " + ("Yes" if usual else "No") in markdown
     assert json.loads((tmp_path / "x.json").read_text(encoding="utf-8")) == told
     assert (tmp_path / "x.log").stat().st_size > 10_000
 
@@ -100,9 +100,9 @@ def test_without_consent_nothing_is_written_and_nothing_moves(server: Server, tm
     with Hornbill(server.url) as hornbill:
         servo = hornbill.servos()[0]
         probed = Probe(hornbill, servo, lambda _text: False, sleep=quick).run()
-    assert probed.done == ["read"]
+    assert probed.completed == ["read"]
     (tmp_path / "x.log").write_bytes(probed.recording)
-    seen = ProbeEvidence.read(tmp_path / "x.log", range(1, 128)).told
+    seen = ProbeEvidence.read(tmp_path / "x.log", range(1, 128)).transfers
     asked = [one.structure for one in seen if isinstance(one.structure, GetSetRequest)]
     assert len(asked) > 50
     assert all(one.value.kind is ValueKind.EMPTY for one in asked)

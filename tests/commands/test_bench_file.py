@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 
-from e2e.conftest import Demo, ready_demo
+from e2e.servers import Demo, ready_demo
 from hornbill.cli.bench.file import parse
 
 
@@ -56,7 +56,7 @@ def bench(tmp_path: Path) -> Iterator[Bench]:
 def test_what_is_exported_is_what_is_there_and_applying_it_does_nothing(bench: Bench) -> None:
     assert [entry.save for entry in parse(bench.file, bench.file.read_text())] == [True, True]
     checked = bench.hornbill("apply", "--check", bench.file)
-    assert (checked.returncode, checked.stdout.splitlines()[-1]) == (0, "Nothing differs.")
+    assert (checked.returncode, checked.stdout.splitlines()[-1]) == (0, "No differences.")
     applied = bench.hornbill("apply", bench.file)
     assert applied.returncode == 0, "there is nothing to ask"
     assert bench.get("/jobs") == []
@@ -85,7 +85,7 @@ def test_a_changed_file_is_a_diff_and_is_written_saved_and_found_once(bench: Ben
     assert [job["kind"] for job in jobs] == ["save"]
 
     again = bench.hornbill("apply", "--yes", bench.file)
-    assert (again.returncode, again.stdout.splitlines()[-1]) == (0, "Nothing differs.")
+    assert (again.returncode, again.stdout.splitlines()[-1]) == (0, "No differences.")
     assert bench.get("/jobs") == jobs
     assert bench.get("/servos")[0]["uptime_s"] >= uptime, "it was not restarted"
     exported = bench.hornbill("export").stdout
@@ -123,7 +123,7 @@ def test_everything_wrong_is_told_with_its_line_and_nothing_is_written(bench: Be
     bench.edit(r"^uid = .*", 'serial = "99-999999"')
     failed = bench.hornbill("apply", "--yes", bench.file)
     assert failed.returncode == 1
-    assert f"bench.toml:{bench.line('angle_p_gian')}: 'angle_p_gian' is not known here. Did you mean" in failed.stderr
+    assert f"bench.toml:{bench.line('angle_p_gian')}: Unknown key 'angle_p_gian'. Did you mean" in failed.stderr
     assert f"bench.toml:{bench.line('serial')}: No servo has serial '99-999999'" in failed.stderr
     assert bench.reading("smoothing")["value"] is True
     assert bench.get("/jobs") == []
@@ -138,7 +138,7 @@ def test_a_file_is_applied_after_motion_and_rom_keeps_its_torque(bench: Bench) -
         assert f"ROM: angle_p_gain {'40' if gain == 33 else '33'} → {gain}" in applied.stdout
         assert "ROM: torque_mode" not in applied.stdout
         assert (bench.reading("angle_p_gain")["rom"], bench.reading("torque_mode")["rom"]) == (gain, "on")
-        moved = bench.hornbill("command", serial, "2", "--torque-on")
+        moved = bench.hornbill("move", serial, "2", "--torque-on")
         assert moved.returncode == 0, moved.stderr
         assert bench.reading("torque_mode")["value"] == "off", "motion control ends with torque off"
 

@@ -9,10 +9,10 @@ from xml.etree import ElementTree
 
 import pytest
 
-from e2e.conftest import Demo, ready_demo
-from e2e.test_command_line import hornbill
+from commands.test_command_line import hornbill
+from e2e.servers import Demo, ready_demo
 
-GROUPS = ("bus", "drift", "faults", "ids", "inventory", "jobs", "lost", "recordings", "runs", "snapshots")
+GROUPS = ("bus", "drift", "faults", "node-ids", "inventory", "jobs", "lost-values", "recordings", "runs", "snapshots")
 
 
 @pytest.fixture(scope="module")
@@ -50,19 +50,19 @@ def test_ram_values_that_a_power_cut_took_are_shown_applied_again_and_dismissed(
             assert time.monotonic() < until
             time.sleep(0.1)
 
-    assert "No RAM values were lost." in said(bench, "lost", "show", serial)
+    assert "No lost values." in said(bench, "lost-values", "show", serial)
     before = held(bench, serial)
     said(bench, "set", serial, "angle_p_gain=31")
     time.sleep(3)
     cut()
     assert held(bench, serial) == before
-    assert [one["value"] for one in json.loads(said(bench, "lost", "show", serial, "--json"))] == [31]
-    assert "31" in said(bench, "lost", "apply", serial)
+    assert [one["value"] for one in json.loads(said(bench, "lost-values", "show", serial, "--json"))] == [31]
+    assert "31" in said(bench, "lost-values", "restore", serial)
     assert held(bench, serial) == 31
-    assert "has lost no RAM values" in said(bench, "lost", "apply", serial, code=1)
+    assert "has no lost values" in said(bench, "lost-values", "restore", serial, code=1)
     cut()
-    said(bench, "lost", "dismiss", serial)
-    assert json.loads(said(bench, "lost", "show", serial, "--json")) == []
+    said(bench, "lost-values", "dismiss", serial)
+    assert json.loads(said(bench, "lost-values", "show", serial, "--json")) == []
 
 
 def test_an_undo_takes_the_last_change_back_and_a_second_one_brings_it_again(bench: Demo, serial: str) -> None:
@@ -70,7 +70,7 @@ def test_an_undo_takes_the_last_change_back_and_a_second_one_brings_it_again(ben
     said(bench, "set", serial, "angle_p_gain=33")
     assert f"33 → {before}" in said(bench, "undo", serial, "--dry-run")
     assert held(bench, serial) == 33
-    assert "nobody is there to ask" in said(bench, "undo", serial, code=2)
+    assert "without a terminal" in said(bench, "undo", serial, code=2)
     assert held(bench, serial) == 33
     said(bench, "undo", serial, "--yes")
     assert held(bench, serial) == before
@@ -80,11 +80,11 @@ def test_an_undo_takes_the_last_change_back_and_a_second_one_brings_it_again(ben
 
 
 def test_a_snapshot_is_taken_compared_restored_and_deleted(bench: Demo, serial: str) -> None:
-    taken = json.loads(said(bench, "snapshots", "take", serial, "--reason", "trial", "--json"))
+    taken = json.loads(said(bench, "snapshots", "create", serial, "--reason", "trial", "--json"))
     number = str(taken["id"])
     gain = taken["values"]["angle_p_gain"]
     said(bench, "set", serial, f"angle_p_gain={gain + 5}", "smoothing=false")
-    assert "2 differ" in said(bench, "snapshots", "diff", serial, number)
+    assert "2 rows differ" in said(bench, "snapshots", "compare", serial, number)
     assert f"snapshot:{number}" in said(bench, "compare", f"snapshot:{number}", serial)
     said(bench, "snapshots", "restore", serial, number, "--key", "smoothing", "--yes")
     assert (held(bench, serial, "smoothing"), held(bench, serial)) == (True, gain + 5)
@@ -147,14 +147,14 @@ def test_a_fault_is_listed_with_its_advice_and_acknowledged(bench: Demo, serial:
 
 
 def test_a_step_is_measured_and_torque_is_off_afterwards(bench: Demo, serial: str, tmp_path: Path) -> None:
-    assert "nobody is there to ask" in said(bench, "step", serial, code=2)
-    said(bench, "step", serial, "--step", "4", "--note", "bare horn", "--yes")
+    assert "without a terminal" in said(bench, "step-test", serial, code=2)
+    said(bench, "step-test", serial, "--step", "4", "--note", "bare horn", "--yes")
     assert held(bench, serial, "torque_mode") == "off"
     (run,) = json.loads(said(bench, "runs", "list", "--json"))
     assert (run["step_deg"], run["note"]) == (4, "bare horn")
     number = str(run["id"])
-    assert "settled after" in said(bench, "runs", "show", number)
-    (tmp_path / "run.csv").write_text(said(bench, "runs", "csv", number))
+    assert "settling time" in said(bench, "runs", "show", number)
+    (tmp_path / "run.csv").write_text(said(bench, "runs", "export", number))
     assert (tmp_path / "run.csv").read_text().startswith("step,direction,t_s,angle_deg")
     said(bench, "runs", "delete", number)
     assert "unknown_run" in said(bench, "runs", "show", number, code=1)
@@ -165,7 +165,7 @@ def test_what_the_server_keeps_is_listed_and_a_servo_that_is_there_is_not_forgot
     assert "Rudder" in said(bench, "inventory", "list")
     assert serial in said(bench, "inventory", "list", "--csv")
     assert "angle_p_gain" in said(bench, "inventory", "show", "Rudder")
-    said(bench, "inventory", "note", "Rudder", "New gears")
+    said(bench, "inventory", "annotate", "Rudder", "New gears")
     assert "New gears" in said(bench, "inventory", "show", "Rudder")
     assert "busy" in said(bench, "inventory", "forget", "Rudder", "--yes", code=6)
     assert "label" in said(bench, "audit", "--servo", "Rudder", "--action", "label")
@@ -177,10 +177,10 @@ def test_the_bus_its_node_ids_and_adapters_are_shown_and_pinned(bench: Demo, ser
     assert "memory:demo" in said(bench, "bus", "show")
     assert "connected" in said(bench, "bus", "adapters")
     assert "This server." in said(bench, "bus", "nodes")
-    assert "left." in said(bench, "ids", "list")
-    assert "node id 77" in said(bench, "ids", "pin", serial, "77")
-    said(bench, "ids", "forget", serial)
-    assert "Nobody has motion control." in said(bench, "leases")
+    assert "node IDs free" in said(bench, "node-ids", "list")
+    assert "node ID 77" in said(bench, "node-ids", "pin", serial, "77")
+    said(bench, "node-ids", "release", serial)
+    assert "No leases." in said(bench, "leases")
     assert "bus active" in said(bench, "health")
-    assert "nobody is there to ask" in said(bench, "bus", "disconnect", code=2)
+    assert "without a terminal" in said(bench, "bus", "disconnect", code=2)
     assert "active" in said(bench, "bus", "show")

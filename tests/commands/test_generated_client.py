@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from e2e.conftest import ready_demo
+from e2e.servers import ready_demo
 
 SCRIPT = """
 import sys

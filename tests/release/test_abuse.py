@@ -13,8 +13,6 @@ import pytest
 from bench.abuse import garbage, healthy, looking_on, malformed, send_malformed, slow_loris
 from e2e.servers import Server, running
 
-pytestmark = pytest.mark.alone
-
 Outcome = TypeVar("Outcome")
 GROWTH_BYTES = 16 << 20
 """What the process may have more after the second round than after the first, which fills every cache."""
