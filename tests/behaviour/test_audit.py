@@ -157,7 +157,7 @@ async def test_motion_control_taken_given_back_and_lapsed_is_kept_by_its_holder(
         ["taken", "released", "taken", "expired"], ["taken", "taken", "released", "expired"],
     )  # fmt: skip
     assert {row["by"] for row in rows} == {"test"}
-    assert rows[0]["detail"] == "The lease of test ran out."
+    assert rows[0]["detail"] == "The lease of test expired."
 
 
 @scene()

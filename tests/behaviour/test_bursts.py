@@ -180,7 +180,7 @@ async def test_a_servo_that_is_known_to_show_bursts_and_missed_one_is_let_go_and
     await asyncio.sleep(0.05)
     rig.bus.loss(0)
     await asyncio.sleep(3)
-    assert "did not take" in rig.events("command_ended")[0].text
+    assert "did not receive" in rig.events("command_ended")[0].text
     assert abs(rig.sim(servo).angle_deg - 20) < 1
     assert rig.sim(servo).output == 1, "its own time-out took it"
 

@@ -28,10 +28,10 @@ async def test_a_move_of_more_than_a_turn_names_the_turns_and_is_confirmed(rig: 
     await asyncio.sleep(3)
     refused = problem(await move(rig, servo, lease, 1200), "needs_confirmation", 409)
     assert refused["confirm"] == "turns"
-    assert "2.5 times clockwise" in refused["detail"]
+    assert "2.5 turns clockwise" in refused["detail"]
     assert abs(rig.sim(servo).angle_deg - 300) < 1
     answer = json(await move(rig, servo, lease, 1200, "turns"))
-    assert "2.5 times" in answer["warnings"][0]
+    assert "2.5 turns" in answer["warnings"][0]
     problem(await move(rig, servo, lease, 0), "needs_confirmation", 409)
 
 
@@ -109,7 +109,7 @@ def test_hold_and_pwm_are_said_beforehand_and_with_the_command() -> None:
         assert [(one["level"], one["confirm"]) for one in found] == [
             ("warning", None), ("failure", None), ("warning", None),
         ]  # fmt: skip
-        assert "for ever" in str(found[1]["text"])
+        assert "indefinitely" in str(found[1]["text"])
         assert "PWM" in str(found[2]["text"])
         assert rig.writes() == [], "asking moves nothing"
         lease = await rig.lease()

@@ -47,7 +47,7 @@ async def test_a_run_whose_release_never_comes_is_braked_when_its_time_is_over(r
     assert rig.writes()[-1] == (12, row, 0)
     await asyncio.sleep(0.3)
     assert not turns(rig, servo)
-    assert "nobody said in time" in rig.events("hold_ended")[0].text
+    assert "not renewed in time" in rig.events("hold_ended")[0].text
     assert json(await rig.call("GET", "/leases")) != [], "only the run ended"
 
 

@@ -330,7 +330,7 @@ async def test_a_horn_that_carries_more_than_the_limit_or_turns_is_left_alone(ri
     await asyncio.sleep(1)
     job = await identify(rig, servo)
     assert (job["state"], job["error"]["code"]) == ("failed", "busy")
-    assert "could fall" in job["error"]["detail"]
+    assert "could drop" in job["error"]["detail"]
     assert rig.writes() == []
     assert rig.sim(servo).output == 0
 
@@ -338,7 +338,7 @@ async def test_a_horn_that_carries_more_than_the_limit_or_turns_is_left_alone(ri
 @scene(replace(HELD, rom={"soft_start": 0, "timeout_action": 1}))
 async def test_a_servo_with_a_time_out_of_its_own_is_said_to_let_go_by_itself(rig: Rig, servo: Servo) -> None:
     job = await identify(rig, servo)
-    assert "time-out (0x26) takes torque in 1 s" in step(job, "restore")["evidence"]
+    assert "timeout (0x26) switches torque off in 1 s" in step(job, "restore")["evidence"]
     assert rig.sim(servo).output == 0
     await asyncio.sleep(1.1)
     assert (rig.sim(servo).output, servo.raw("torque_mode")) == (1, 0)

@@ -299,7 +299,7 @@ async def test_who_waits_for_a_servo_that_is_let_go_is_told_why(rig: Rig, servo:
     json(await rig.call("POST", f"/servos/{servo.uid}/torque", {"mode": "on"}, lease=lease))
     waiter = await waiting()
     await rig.host.requests.write(servo, servo.registers["command_angle"].parameter, 0)
-    assert "holds another command" in problem(await waiter, "busy", 409)["detail"]
+    assert "has a different command" in problem(await waiter, "busy", 409)["detail"]
 
 
 @scene()
@@ -401,7 +401,7 @@ async def test_a_refusal_says_whether_the_servos_own_limit_or_its_models_range_i
     lease = await rig.lease()
     path = f"/servos/{servo.uid}/command"
     refused = problem(await rig.call("POST", path, command(400), lease=lease), "out_of_range", 422)
-    assert "past the Angle limit CW of" in refused["detail"]
+    assert "beyond the Angle limit CW of" in refused["detail"]
     assert "179.9° (0x38)" in refused["detail"]
     assert refused["limit"] == "angle_limit_cw"
     refused = problem(await rig.call("POST", path, command(-5000, "speed"), lease=lease), "out_of_range", 422)

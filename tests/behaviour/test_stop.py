@@ -392,7 +392,7 @@ async def test_a_lease_that_lapses_is_noticed_although_looking_at_the_bus_fails(
     servo = (await rig.ready(2))[0]
     lease = await rig.lease(ttl_s=2)
     json(await rig.call("POST", f"/servos/{servo.uid}/command", {"type": "angle", "value": 20}, lease=lease))
-    monkeypatch.setattr(rig.host.watch, "look", fail)
+    monkeypatch.setattr(rig.host.watch, "check", fail)
     await asyncio.sleep(3)
     assert rig.sim(servo).output == 1
 

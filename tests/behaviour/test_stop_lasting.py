@@ -144,7 +144,7 @@ async def test_a_store_that_fails_keeps_nobody_from_stopping_and_is_said(
     await press(rig)
     await asyncio.sleep(0.5)
     assert rig.sim(servo).output == 1
-    assert "would not know of it" in rig.events("store_failed")[0].text
+    assert "a restart of the server would lose it" in rig.events("store_failed")[0].text
 
 
 LETS_GO = Recipe("BLA21-06U-A0", "1.300", servo_id=1, node_id=11)

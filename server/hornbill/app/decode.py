@@ -1,4 +1,4 @@
-"""`hornbill decode`: the transfers of a recording or of a live pipe, as JSON lines or as lines for people."""
+"""`hornbill decode`: transfers of a log or a live pipe, as JSON lines or text."""
 
 import io
 import os
@@ -20,19 +20,19 @@ from hornbill.wire.types import AnyStructure, decode
 STANDARD_INPUT: Final = "-"
 
 CHANNELS_MOST: Final = 64
-"""Buses in one recording that are told apart; `candump any` mixes them."""
+"""Maximum number of buses distinguished in one log; `candump any` mixes them."""
 
-_DATES_FROM: Final = 1e8  # times below count from the start of the recording
+_DATES_FROM: Final = 1e8  # smaller times are relative to the start of the log
 
 
-def decode_log(log: str, as_json: bool, standard_input: BinaryIO, out: BinaryIO, tell: Callable[[str], None]) -> None:
-    """Decode the file `log`, or for "-" what `standard_input` brings, line by line, to `out`; counts go to `tell`.
+def decode_log(log: str, as_json: bool, standard_input: BinaryIO, out: BinaryIO, report: Callable[[str], None]) -> None:
+    """Decode the file `log`, or `standard_input` for "-", line by line, to `out`; counts go to `report`.
 
-    Ends when nothing more comes, nobody reads on, or it is interrupted. Raises LogFailed when it cannot be read.
+    Ends at the end of input, when the output is closed, or when interrupted. Raises LogFailed if it cannot be read.
     """
     live = log == STANDARD_INPUT
     if live:
-        # as it is: another buffer around it would wait until it is full
+        # unbuffered: another buffer would delay lines
         recording = LogReader(cast(io.BufferedReader, standard_input), "standard input")
     else:
         recording = LogReader.open(Path(log))
@@ -44,18 +44,18 @@ def decode_log(log: str, as_json: bool, standard_input: BinaryIO, out: BinaryIO,
                 out.flush()
         out.flush()
     except BrokenPipeError:
-        # nobody reads on: what is still in `out` must not be tried again when the process ends
+        # the reader closed the pipe: do not flush `out` again at exit
         os.dup2(os.open(os.devnull, os.O_WRONLY), out.fileno())
     except KeyboardInterrupt:
-        pass  # how one ends a live pipe
+        pass  # ends a live pipe
     finally:
         recording.close()
         for line in decoding.counts():
-            tell(line)
+            report(line)
 
 
 class Decoding:
-    """Takes a recording apart, one frame after the other; nothing but half-received transfers is kept."""
+    """Decodes a log frame by frame. Only incomplete transfers are kept in memory."""
 
     def __init__(self, recording: LogReader) -> None:
         self._recording = recording
@@ -65,41 +65,41 @@ class Decoding:
         self._misfits = 0
 
     def json_lines(self) -> Iterator[str]:
-        """One JSON object a transfer, in the form of the conformance vectors. Raises LogFailed."""
+        """One JSON object per transfer, in the format of the conformance vectors. Raises LogFailed."""
         for transfer, structure, _ in self._walk():
             yield orjson.dumps(as_object(transfer, structure, transfer.at)).decode()
 
     def text_lines(self) -> Iterator[str]:
-        """One line a transfer: time in UTC, who to whom, what, identifier, frames. Raises LogFailed."""
+        """One line per transfer: time in UTC, source, destination, content, identifier, frames. Raises LogFailed."""
         for transfer, structure, can_id in self._walk():
-            told = self._text.describe(transfer, structure, self._text.follow(transfer))
+            text = self._text.describe(transfer, structure, self._text.follow(transfer))
             ends = f"{transfer.source or '–'} → {transfer.destination or 'all'}"
             frames = frame_count(transfer)
             size = f"{len(transfer.payload)} bytes" if frames == 1 else f"{frames} frames"
-            yield f"{_time(transfer.at)}  {ends:<10} {told:<64} {can_id:08X}  {size}"
+            yield f"{_time(transfer.at)}  {ends:<10} {text:<64} {can_id:08X}  {size}"
 
     def counts(self) -> list[str]:
-        """What was read and what was not, a line each; reasons that did not occur are left out."""
+        """Counts of frames, transfers and problems, one line each; zero counts of problems are omitted."""
         read = self._recording.counters
         lines = [f"{read.frames} frames, {self._transfers} transfers"]
-        for reason, words in PROBLEMS.items():
+        for reason, meaning in PROBLEMS.items():
             dropped = sum(getattr(one.counters, reason) for one in self._reassemblers.values())
             if dropped:
-                lines.append(f"{reason}: {dropped} ({words})")
-        open_ones = sum(one.sessions for one in self._reassemblers.values())
-        for name, count, words in (
-            ("unfinished", open_ones, "transfers under way when the recording ended"),
-            ("bad_payload", self._misfits, "transfers whose payload does not fit their type"),
-            ("unreadable", read.unreadable, "lines that are no frame"),
-            ("ignored", read.ignored, "standard, remote and FD frames"),
-            ("error_frames", read.error_frames, "errors seen on the bus"),
+                lines.append(f"{reason}: {dropped} ({meaning})")
+        unfinished = sum(one.sessions for one in self._reassemblers.values())
+        for name, count, meaning in (
+            ("unfinished", unfinished, "transfers incomplete at the end of the log"),
+            ("bad_payload", self._misfits, "transfers whose payload does not match their type"),
+            ("unreadable", read.unreadable, "lines that are not frames"),
+            ("ignored", read.ignored, "standard, remote and CAN FD frames"),
+            ("error_frames", read.error_frames, "error frames on the bus"),
         ):
             if count:
-                lines.append(f"{name}: {count} ({words})")
+                lines.append(f"{name}: {count} ({meaning})")
         return lines
 
     def _walk(self) -> Iterator[tuple[Transfer, AnyStructure | None, int]]:
-        """Every transfer, services between any two nodes among them; what it carries; the identifier of its frames."""
+        """Every transfer, including services between other nodes, with its content and the identifier of its frames."""
         for frame, channel, _ in self._recording:
             reassembler = self._reassemblers.get(channel) or self._begin(channel)
             for transfer in reassembler.feed((frame,)):
@@ -115,7 +115,7 @@ class Decoding:
 
 
 def _time(at: float) -> str:
-    """Time of day with the microseconds that part frames, or seconds since the recording began."""
+    """Time of day with microseconds, or seconds since the start of the log."""
     if at < _DATES_FROM:
         return f"{at:15.6f}"
     return f"{datetime.fromtimestamp(at, UTC):%H:%M:%S.%f}"

@@ -292,7 +292,7 @@ def test_a_store_that_fails_is_said_once_and_faults_show_all_the_same(
     def fail(*_: object) -> dict[str, FaultEntry]:
         raise StoreFailed("full", cause=None)
 
-    for name in ("of", "keep", "acknowledge"):
+    for name in ("of", "record", "acknowledge"):
         monkeypatch.setattr(store.faults, name, fail)
     desk.read(WARNING, HOT)
     desk.read(WARNING, 0)

@@ -235,7 +235,7 @@ def test_a_job_is_resumed_as_itself_with_what_was_done_behind_it() -> None:
         await jobs.wait(cut)
         assert (cut.state, cut.result, ran) == ("succeeded", {"ok": True}, ["two", "three"])
         assert cut.steps[0].evidence == "read"
-        with pytest.raises(Busy, match="has succeeded"):
+        with pytest.raises(Busy, match="it succeeded"):
             jobs.resume(cut.id)
         with pytest.raises(Busy, match="started anew"):
             jobs.resume(save.id)

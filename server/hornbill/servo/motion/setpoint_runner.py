@@ -119,7 +119,7 @@ class SetpointRunner:
         finally:
             self._tasks.pop(source, None)
 
-    def _report(self, source: SetpointSource, why: str, level: str, told: Mapping[str, object]) -> None:
+    def _report(self, source: SetpointSource, why: str, level: str, params: Mapping[str, object]) -> None:
         event = source.interrupt(why)
         if event is not None:
-            self._hub.publish(replace(event, level=level, params={**told, **event.params}))
+            self._hub.publish(replace(event, level=level, params={**params, **event.params}))

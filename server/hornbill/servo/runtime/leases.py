@@ -45,7 +45,7 @@ class Leases:
         return lease if lease is not None and lease.expires_at > now else None
 
     def grant(self, holder: str, ttl_s: float, now: Instant) -> HeldLease:
-        """A new lease. Raises LeaseHeld while another client has one, and Busy while it is promised to one."""
+        """A new lease. Raises LeaseHeld while a client has one, and Busy while it is promised to one."""
         held = self.current(now)
         if held is not None:
             raise self._held(held, now)
