@@ -131,9 +131,9 @@ async def test_if_match_refuses_what_somebody_else_changed_meanwhile(rig: Rig, s
     "behaviour",
     [
         Behaviour(),
-        Behaviour(answers_save=False),
+        Behaviour(acknowledges_save=False),
         Behaviour(save_opcode_restarts=False),
-        Behaviour(answers_restart=False, save_opcode_restarts=False),
+        Behaviour(acknowledges_restart=False, save_opcode_restarts=False),
     ],
     ids=["answers and restarts", "answer lost in the restart", "does not restart", "restart unanswered"],
 )
@@ -451,5 +451,5 @@ def test_a_clock_that_was_set_back_proves_nothing_of_rom(tmp_path: Path) -> None
 
     play(first, recipe, store=place)
     with Store(place, wall=lambda: time.time() + 3600) as store:
-        store.servos.met(Uid(bytes(range(16)).hex()))
+        store.servos.seen(Uid(bytes(range(16)).hex()))
     play(later, recipe, store=place, connect=False)

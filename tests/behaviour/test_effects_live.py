@@ -155,7 +155,7 @@ async def test_a_new_node_id_acts_when_it_was_saved_and_the_servo_started_again(
     await asyncio.sleep(0.1)
     told = page.listen()
     for key in ("node_id", "soft_start"):
-        assert told[key] == (False, "No effect now: it acts at the next start, when it has been saved.")
+        assert told[key] == (False, "No effect now: takes effect at the next start after a save.")
     assert json(await rig.call("POST", f"/servos/{servo.uid}/save?wait=true"))["state"] == "succeeded"
     await asyncio.sleep(0.1)
     told = page.listen()
@@ -178,7 +178,7 @@ async def test_of_a_servo_that_went_silent_or_into_software_update_it_is_said_wh
     assert page.listen()["angle_p_gain"] == (True, None)
     rig.bench.power(servo.uid, False)
     await asyncio.sleep(5)
-    assert page.listen()["angle_p_gain"] == (None, "Effect not known: the servo is offline.")
+    assert page.listen()["angle_p_gain"] == (None, "Effect unknown: the servo is offline.")
     rig.bench.power(servo.uid, True)
     await asyncio.sleep(10)
     for seen in (page, other):

@@ -40,7 +40,7 @@ async def test_every_output_comes_on_again_and_each_horn_is_held_where_it_was_mo
     if not latched:
         json(await rig.call("DELETE", "/stop"))
     for place, servo in enumerate(servos):
-        rig.sim(servo).turn_by_hand(-40.0 * place, asyncio.get_running_loop().time())
+        rig.sim(servo).turn_manually(-40.0 * place, asyncio.get_running_loop().time())
     before = [await angle(rig, servo) for servo in servos]
     writes = len(rig.writes())
     job = await restore(rig)
@@ -153,7 +153,7 @@ def test_a_dry_run_names_each_servo_and_its_load_and_changes_nothing() -> None:
         await stop(rig, "brake")
         json(await rig.call("POST", f"/servos/{lets_go.uid}/torque", {"mode": "off"}))
         rig.sim(hot).conditions.temperature_c = 110.0
-        rig.sim(outside).turn_by_hand(90.0, asyncio.get_running_loop().time())
+        rig.sim(outside).turn_manually(90.0, asyncio.get_running_loop().time())
         await asyncio.sleep(2.5)
         before, writes = outputs(rig, servos), len(rig.writes())
         plan = json(await rig.call("POST", "/stop/restore?by=Kim", {"dry_run": True}))
@@ -241,7 +241,7 @@ def test_each_failure_names_its_servo_and_leaves_that_one_as_it_was() -> None:
     async def scene(rig: Rig) -> None:
         servos = sorted(await rig.ready(3), key=lambda one: one.node_id or 0)
         await stop(rig)
-        rig.sim(servos[0]).turn_by_hand(90.0, asyncio.get_running_loop().time())  # outside its limits
+        rig.sim(servos[0]).turn_manually(90.0, asyncio.get_running_loop().time())  # outside its limits
         rig.sim(servos[1]).conditions.temperature_c = 110.0
         await asyncio.sleep(2.5)
         job = await restore(rig)

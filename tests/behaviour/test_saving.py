@@ -64,7 +64,7 @@ async def test_a_save_shows_its_steps_with_what_was_found_at_each(rig: Rig) -> N
     servo = await old(rig)
     await change(rig, servo, angle_p_gain=55)
     json(await rig.call("POST", f"/servos/{servo.uid}/torque", {"mode": "off"}))
-    assert rig.sim(servo).turn_by_hand(20.0, asyncio.get_running_loop().time())
+    assert rig.sim(servo).turn_manually(20.0, asyncio.get_running_loop().time())
     rig.sim(servo).memory.put(0x20, 0)  # as another tool would: on, and under nobody's command
     job = await save(rig, servo)
     assert job["state"] == "succeeded", job["error"]
@@ -91,7 +91,7 @@ async def test_a_save_shows_its_steps_with_what_was_found_at_each(rig: Rig) -> N
 @pytest.mark.parametrize("delay", [0.05, 3.0])
 @pytest.mark.parametrize("answers", [True, False], ids=["answered", "answer lost"])
 @pytest.mark.parametrize("node_id", [11, 0], ids=["static id", "dynamic id"])
-@scene(lambda answers, node_id: replace(PLAIN, node_id=node_id, behaviour=Behaviour(answers_save=answers)))
+@scene(lambda answers, node_id: replace(PLAIN, node_id=node_id, behaviour=Behaviour(acknowledges_save=answers)))
 async def test_a_save_ends_in_rom_however_slow_the_restart_and_whether_or_not_it_is_answered(
     rig: Rig, delay: float, answers: bool, node_id: int
 ) -> None:
@@ -240,7 +240,7 @@ async def test_power_cut_before_the_servo_could_write_leaves_the_old_rom_and_nam
     await asyncio.sleep(1)
     rig.bench.power(servo.uid, True)
     done = await ended(rig, started["id"])
-    assert (done["state"], done["error"]["code"]) == ("failed", "not_as_wanted")
+    assert (done["state"], done["error"]["code"]) == ("failed", "unexpected_result")
     assert "Angle P gain 40 instead of 55" in done["error"]["detail"]
     assert done["error"]["differences"] == [
         {"key": "smoothing", "wanted": False, "found": True},
@@ -366,7 +366,7 @@ async def test_a_horn_that_turns_is_not_let_go_of(rig: Rig) -> None:
     lease = await rig.lease()
     turning = {"type": "speed", "value": 40}
     json(await rig.call("POST", f"/servos/{servo.uid}/command", turning, lease=lease))
-    rig.host.motion.quiet()  # nobody's command any more, and it turns on: its time-out is off
+    rig.host.motion.cancel_commands()  # nobody's command any more, and it turns on: its time-out is off
     await asyncio.sleep(0.5)
     job = json(await rig.call("POST", f"/servos/{servo.uid}/save?wait=true", lease=lease))
     assert (job["state"], job["error"]["code"]) == ("failed", "busy")
@@ -474,7 +474,7 @@ async def test_values_that_turn_torque_on_or_off_are_what_a_save_with_them_is_ju
 async def test_a_restart_forecast_tells_what_then_happens(rig: Rig) -> None:
     servo = await old(rig)
     json(await rig.call("POST", f"/servos/{servo.uid}/torque", {"mode": "off"}))
-    rig.sim(servo).turn_by_hand(-90.0, asyncio.get_running_loop().time())
+    rig.sim(servo).turn_manually(-90.0, asyncio.get_running_loop().time())
     await asyncio.sleep(0.3)
     told = json(await rig.call("GET", f"/servos/{servo.uid}/restart-forecast?save=false"))
     assert (told["moves"], told["from_deg"], told["to_deg"], told["takes_s"]) == (True, -90.0, 0.0, 0.5)

@@ -85,7 +85,7 @@ def test_a_restart_drops_what_was_not_saved() -> None:
 
 
 def test_a_restart_may_be_slow_and_may_go_unanswered() -> None:
-    desk = Desk(behaviour=Behaviour(answers_restart=False))
+    desk = Desk(behaviour=Behaviour(acknowledges_restart=False))
     desk.servo.conditions.restart_delay_s = 3.0
     assert desk.restart() is None
     assert desk.wait(3.05) == []
@@ -114,7 +114,7 @@ def test_save_writes_rom_and_restarts() -> None:
 
 @pytest.mark.states("B48")
 def test_switches_save_without_an_answer_and_without_a_restart() -> None:
-    desk = Desk(behaviour=Behaviour(answers_save=False, save_opcode_restarts=False))
+    desk = Desk(behaviour=Behaviour(acknowledges_save=False, save_opcode_restarts=False))
     desk.write("0x2C", 77)
     assert desk.opcode(SAVE) is None
     assert desk.wait(0.049) == []

@@ -45,7 +45,7 @@ def test_the_absolute_angle_goes_from_minus_180_0_to_179_9(turned_deg: float, re
     desk = Desk(rom=FREE)
     desk.write("0x01", 0)
     desk.write("0x20", 1)
-    assert desk.servo.turn_by_hand(turned_deg, desk.now)
+    assert desk.servo.turn_manually(turned_deg, desk.now)
     assert desk.read("0x08") == reading
 
 
@@ -53,7 +53,7 @@ def test_the_absolute_angle_goes_from_minus_180_0_to_179_9(turned_deg: float, re
 def test_the_reading_has_tenths_of_a_degree() -> None:
     desk = Desk(rom=FREE | {"torque_mode": 1})
     for degrees, tenths in ((12.3, 123), (-0.1, -1), (179.9, 1_799)):
-        assert desk.servo.turn_by_hand(degrees, desk.now)
+        assert desk.servo.turn_manually(degrees, desk.now)
         assert desk.read("0x08") == tenths
 
 

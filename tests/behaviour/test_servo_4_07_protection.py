@@ -109,7 +109,7 @@ def test_after_an_angle_command_it_holds_where_it_is_and_0x00_says_so() -> None:
     desk.settle()
     desk.servo.conditions.temperature_c = 90.0
     desk.wait(0.2)
-    assert desk.servo.turn_by_hand(-20.0, desk.now)
+    assert desk.servo.turn_manually(-20.0, desk.now)
     desk.servo.conditions.temperature_c = 25.0
     desk.wait(0.5)
     assert desk.read("0x00") == -200

@@ -63,7 +63,7 @@ def test_rom_is_written_for_50_ms() -> None:
 
 @pytest.mark.states("B48")
 def test_it_may_go_unanswered() -> None:
-    desk = Desk(rom=QUIET, behaviour=Behaviour(answers_save=False))
+    desk = Desk(rom=QUIET, behaviour=Behaviour(acknowledges_save=False))
     desk.write("0x2C", 77)
     assert desk.send_write("0x12", 1) == []
     desk.wait(0.3)

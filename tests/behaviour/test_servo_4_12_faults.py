@@ -242,7 +242,7 @@ def test_a_sensor_that_cannot_be_read_shows_the_last_angle_and_recovers() -> Non
     desk = Desk(rom=FREE, angle_deg=30.0)
     desk.servo.faults.inject("sensor_failure", True)
     desk.wait(0.1)
-    assert desk.servo.turn_by_hand(90.0, desk.now)
+    assert desk.servo.turn_manually(90.0, desk.now)
     assert desk.read("0x08") == 300
     assert {round(status.position, 2) for status in desk.statuses(desk.wait(0.5))} == {0.3}
     desk.servo.faults.inject("sensor_failure", False)

@@ -127,7 +127,7 @@ def test_the_next_command_restores_output_and_state() -> None:
     desk.settle()
     desk.wait(1.5)
     assert desk.servo.output == 1
-    assert desk.servo.turn_by_hand(0.0, desk.now)
+    assert desk.servo.turn_manually(0.0, desk.now)
     assert desk.read("0x00") == 450
     desk.write("0x20", 0)
     assert desk.servo.output == 0

@@ -34,9 +34,9 @@ def test_angle_limits_hold_without_0x25_too() -> None:
 @pytest.mark.states("B31")
 def test_at_the_limit_itself_it_is_notified() -> None:
     desk = Desk(rom=FREE | {"angle_limit_cw": 300, "angle_dead_band": 0, "angle_p_gain": 100, "torque_mode": 1})
-    desk.servo.turn_by_hand(29.9, desk.now)
+    desk.servo.turn_manually(29.9, desk.now)
     assert (desk.read("0x08"), desk.read("0x19")) == (299, 0)
-    desk.servo.turn_by_hand(30.0, desk.now)
+    desk.servo.turn_manually(30.0, desk.now)
     assert (desk.read("0x08"), desk.read("0x19")) == (300, ANGLE_CW)
 
 
@@ -94,7 +94,7 @@ def test_without_output_nothing_pulls_a_horn_back_that_is_turned_out(mode: int) 
 def test_output_that_comes_back_there_holds_there(mode: int) -> None:
     desk = Desk(rom=FREE | {"angle_limit_cw": 300})
     desk.write("0x20", mode)
-    desk.servo.turn_by_hand(60.0, desk.now)
+    desk.servo.turn_manually(60.0, desk.now)
     desk.write("0x20", ON)
     desk.wait(2.0)
     assert (desk.read("0x00"), desk.read("0x19")) == (600, ANGLE_CW)
@@ -108,7 +108,7 @@ def test_output_that_comes_back_there_holds_there(mode: int) -> None:
 def test_the_next_command_from_there_goes_to_the_nearest_angle_inside(next_command: int, ends_at: int) -> None:
     desk = Desk(rom=FREE | {"angle_limit_cw": 300, "angle_limit_ccw": -200})
     desk.write("0x20", OFF)
-    desk.servo.turn_by_hand(60.0, desk.now)
+    desk.servo.turn_manually(60.0, desk.now)
     desk.write("0x20", ON)
     desk.wait(0.5)
     desk.write("0x00", next_command)

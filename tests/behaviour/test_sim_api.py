@@ -124,7 +124,7 @@ async def test_a_mute_servo_goes_offline_and_a_deaf_supply_too(rig: Rig, servo: 
 @scene()
 async def test_a_slow_servo_answers_late_and_in_order(rig: Rig, servo: Servo) -> None:
     await rig.host.polling.close()
-    await change(rig, answer_delay_s=0.05)
+    await change(rig, response_delay_s=0.05)
     loop = asyncio.get_running_loop()
     began = loop.time()
     assert await reading(rig, "soft_start") is True
@@ -150,7 +150,7 @@ async def test_during_a_software_update_the_motor_is_off_writes_fail_and_the_end
 @pytest.mark.parametrize(
     "body",
     [
-        {"behaviour": {"out_of_range": "explode"}}, {"behaviour": {"answers_save": "yes"}}, {"behaviour": {"magic": 1}},
+        {"behaviour": {"out_of_range": "explode"}}, {"behaviour": {"acknowledges_save": "yes"}}, {"behaviour": {"magic": 1}},
         {"behaviour": {"position_unit": True}}, {"refuse_keys": ["nothing"]}, {"faults": {"nothing": True}},
     ],
 )  # fmt: skip

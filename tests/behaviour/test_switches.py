@@ -103,10 +103,10 @@ def test_a_position_has_one_of_four_units_in_either_direction(unit: Any) -> None
 
 
 @pytest.mark.states("B48")
-@pytest.mark.switch("answers_save")
+@pytest.mark.switch("acknowledges_save")
 @pytest.mark.parametrize("by", ["0x12", "opcode"])
 def test_a_save_is_answered_before_the_silence_or_never_and_done_either_way(by: str) -> None:
-    answering, silent = both("answers_save")
+    answering, silent = both("acknowledges_save")
     for desk, answers in ((answering, True), (silent, False)):
         desk.write("0x2C", 77)
         sent = desk.send_write("0x12", 1) if by == "0x12" else [desk.opcode(SAVE)]
@@ -133,10 +133,10 @@ def test_the_opcode_save_ends_in_a_restart_or_goes_on_and_0x12_always_restarts()
 
 
 @pytest.mark.states("B06", "B47")
-@pytest.mark.switch("answers_restart")
+@pytest.mark.switch("acknowledges_restart")
 @pytest.mark.parametrize("by", ["0x11", "RestartNode"])
 def test_a_restart_is_answered_first_or_never(by: str) -> None:
-    for desk, answers in zip(both("answers_restart"), (True, False), strict=True):
+    for desk, answers in zip(both("acknowledges_restart"), (True, False), strict=True):
         sent = desk.send_write("0x11", 1) if by == "0x11" else [desk.restart()]
         assert bool(sent and sent[0]) is answers
         desk.wait(0.3)
@@ -295,7 +295,7 @@ def test_the_first_firmware_obeys_speed_and_torque_or_ignores_them() -> None:
 
 @pytest.mark.parametrize("delay_s", [0.0, 0.004, 0.25])
 def test_how_fast_getset_is_answered_is_a_condition_of_the_bench(delay_s: float) -> None:
-    desk = Desk().under(answer_delay_s=delay_s)
+    desk = Desk().under(response_delay_s=delay_s)
     sent = desk.now
     transfers = desk.send(GetSetRequest(0, EMPTY, "0x50")) or desk.wait(0.5)
     answers = [each for each in transfers if each.type_id == 11]

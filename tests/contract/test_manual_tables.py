@@ -26,7 +26,7 @@ def test_the_manual_lists_every_model_and_fault_bit() -> None:
 
 def test_numbers_that_differ_are_given_by_model() -> None:
     assert "| `overcurrent_limit` | 6.3 A | 3.5 A | 7.0 A | BLA21-12U-A0, BLA21-12U-AB |" in MANUAL
-    assert "| 0x27 | `timeout_time` | Time-out time | 1000 ms | 1 ms | 60000 ms | 1 ms |" in MANUAL
+    assert "| 0x27 | `timeout_time` | Timeout | 1000 ms | 1 ms | 60000 ms | 1 ms |" in MANUAL
 
 
 def test_the_manual_says_what_takes_effects_away() -> None:

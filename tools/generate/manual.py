@@ -1,4 +1,4 @@
-"""What is written from the tables: the parameter manual, and their JSON Schema for editors."""
+"""Files generated from the tables: the parameter manual, and the JSON Schema of the tables for editors."""
 
 from collections.abc import Iterable, Iterator
 from typing import Any
@@ -6,7 +6,7 @@ from typing import Any
 from pydantic.json_schema import models_json_schema
 
 from hornbill.schema.catalog import Catalog
-from hornbill.schema.effect import told
+from hornbill.schema.effect import rule_text
 from hornbill.schema.fault import FaultBit
 from hornbill.schema.model import ModelTable, Series
 from hornbill.schema.parameter import Group, Parameter
@@ -17,7 +17,7 @@ _ACCESS = {"rw": "read, write", "r": "read", "w": "run"}
 
 
 def tables_json_schema() -> dict[str, Any]:
-    """One JSON Schema (2020-12) that any of the five kinds of table file is valid against."""
+    """JSON Schema (2020-12) of all five kinds of table files."""
     shapes = (ParametersTable, FaultsTable, EffectsTable, Series, ModelTable)
     places, definitions = models_json_schema(
         [(shape, "validation") for shape in shapes], ref_template="#/$defs/{model}"
@@ -31,12 +31,12 @@ def tables_json_schema() -> dict[str, Any]:
 
 
 def parameters_markdown(catalog: Catalog) -> str:
-    """The parameter manual in Markdown: models, rows by group with their effects, fault bits."""
+    """Parameter manual in Markdown: models, rows by group with their effects, fault bits."""
     lines = [
         "# Parameters of BLA15, BLA21 and BLA34 servos",
         "",
-        f"Made from `schemas/` by `make generate`; do not edit. Numbers follow the protocol specification, "
-        f"{catalog.specification}, and § is its section.",
+        f"Generated from `schemas/` by `make generate`. Do not edit. Numbers follow the protocol specification, "
+        f"{catalog.specification}; § refers to its sections.",
         "",
         *_models(catalog),
         "",
@@ -52,7 +52,7 @@ def _models(catalog: Catalog) -> Iterator[str]:
     yield "## Models"
     yield ""
     yield from _table(
-        ["Model", "Supply", "PWM input", "0x50", "0x53", "Built with firmware"],
+        ["Model", "Supply", "PWM input", "0x50", "0x53", "Firmware"],
         (
             [
                 model.name,
@@ -71,7 +71,7 @@ def _firmware(catalog: Catalog) -> Iterator[str]:
     yield "## Firmware"
     yield ""
     yield from _table(
-        ["Version", "Built into", "From", "Until", "Note"],
+        ["Version", "Models", "From", "Until", "Note"],
         (
             [
                 step.version,
@@ -84,7 +84,7 @@ def _firmware(catalog: Catalog) -> Iterator[str]:
         ),
     )
     yield ""
-    yield "An unknown firmware or hardware number is treated as the newest known of its series that it has reached."
+    yield "An unknown firmware or hardware version is treated as the newest known lower version of its series."
 
 
 def _group(catalog: Catalog, group: Group) -> Iterator[str]:
@@ -112,7 +112,7 @@ def _facts(row: Parameter) -> list[str]:
 
 
 def _numbers(catalog: Catalog, row: Parameter) -> list[str]:
-    """Default, minimum and maximum where all models agree; `by model` where they do not."""
+    """Default, minimum and maximum if equal in all models, otherwise `by model`."""
     variants = {_triple(model.parameters[row.key]) for model in catalog.models.values() if _has(row, model.pwm)}
     return list(variants.pop()) if len(variants) == 1 else ["by model"] * 3
 
@@ -152,10 +152,10 @@ def _notes(catalog: Catalog, row: Parameter) -> Iterator[str]:
     if row.pwm_only:
         notes.append("Only in models with PWM input.")
     if row.after_restart:
-        notes.append("Acts after it is saved and the servo has restarted.")
+        notes.append("Takes effect after a save and restart.")
     if row.identity:
-        notes.append("Part of the servo's identity: left out of profiles unless asked for.")
-    notes += [told(catalog, rule) for rule in catalog.effects_of[row.key]]
+        notes.append("Part of the servo's identity: excluded from profiles by default.")
+    notes += [rule_text(catalog, rule) for rule in catalog.effects_of[row.key]]
     if notes:
         yield ""
         yield from (f"- {note}" for note in notes)
@@ -164,7 +164,7 @@ def _notes(catalog: Catalog, row: Parameter) -> Iterator[str]:
 def _faults(catalog: Catalog) -> Iterator[str]:
     yield "## Fault bits"
     yield ""
-    yield "Bits not listed are not documented. The overview (0x18) sums them up by group and level."
+    yield "Bits that are not listed are undocumented. The overview (0x18) summarises them by group and level."
     for register in [row for row in catalog.parameters.values() if row.kind == "bits"]:
         bits = [bit for bit in (*catalog.overview, *catalog.faults) if bit.parameter == register.key]
         yield ""

@@ -1,4 +1,4 @@
-"""The composition root: builds store, bus, servo layer, API and view, and takes them down in reverse."""
+"""Composition root: builds store, bus, servo layer, API and view, and closes them in reverse order."""
 
 import asyncio
 import tempfile
@@ -34,9 +34,9 @@ from hornbill.view.viewer import Viewer
 from hornbill.wire.port import split_frame_gap
 
 LOGS_FOLDER = "logs"
-"""Where in the data folder logs of the bus are."""
+"""Subfolder of bus logs in the data folder."""
 RECORDINGS_FOLDER = "recordings"
-"""Where what the recorder wrote is."""
+"""Subfolder of recordings in the data folder."""
 
 
 def build(
@@ -47,11 +47,11 @@ def build(
     fast: bool = False,
     exposure: NetworkPolicy | None = None,
 ) -> FastAPI:
-    """The application, with a lifespan that opens and closes everything.
+    """Build the application, with a lifespan that opens and closes everything.
 
-    With `demo`, simulated servos and a data folder that ends with the process; they live on the embedded bus unless
-    `settings.bus` names another, which must hold no real ones. `fast` leaves out the embedded bus's bit times.
-    `exposure` is how far it may be reached, as `decide` says unless given; raises as that.
+    `demo`: simulated servos and a temporary data folder. The servos are on the embedded bus unless `settings.bus` names
+    another, which must not have real servos. `fast` disables the bit timing of the embedded bus. `exposure`: network
+    policy, by default that of `decide`, whose errors it raises.
     """
     exposed = exposure or decide(settings, demo=demo)
     given = None if settings.token is None else settings.token.get_secret_value()
@@ -73,7 +73,7 @@ def build(
             stack.push_async_callback(access.close)
             refreshing = asyncio.create_task(access.keep_fresh())
             stack.callback(refreshing.cancel)
-            # Simulated servos sit on the embedded bus, unless told to join the one of an adapter.
+            # Simulated servos are on the embedded bus, or on that of an adapter if configured.
             embedded = MemoryBus(fast=fast) if settings.bus is None else None
             bauds = StoredBauds(store.settings)
             at_once = demo or settings.sim_api
@@ -84,7 +84,7 @@ def build(
                 for recipe in demo_fleet(catalog, settings.servos, settings.seed) if shown else ():
                     bench.add(recipe)
             app.state.bench = bench if at_once else None
-            # The demo is one of the choices: nothing of it runs until it is chosen, nor beside another bus.
+            # The embedded bus can be selected on the page. It does not run before that, nor with another bus.
             chosen = None if embedded is None else bench
             ports = BusPorts(
                 embedded, folder / LOGS_FOLDER, folder / RECORDINGS_FOLDER, bauds,
@@ -95,7 +95,7 @@ def build(
                 catalog, store, ports.open, _host_settings(settings, store), before_join=partial(_one_bus, chosen)
             )  # fmt: skip
             app.state.bus_log = bus_log = bus_log_of(host, folder / LOGS_FOLDER)
-            stack.push_async_callback(bus_log.stop)  # after the host: what it sends last is in the log
+            stack.push_async_callback(bus_log.stop)  # after the host, so that the log contains its last frames
             stack.push_async_callback(host.close)
             app.state.host = host
             app.state.recordings = recordings = FileFolder(folder / RECORDINGS_FOLDER, RECORDINGS)
@@ -137,24 +137,24 @@ async def _switch_on(app: FastAPI, bench: Bench | None) -> None:
 
 
 async def _one_bus(bench: Bench | None, address: str) -> None:
-    """Simulated servos beside the servos of another bus would be moved by nobody, and be taken for real ones."""
+    """Stop the simulated servos when another bus is connected."""
     if bench is not None and address != EMBEDDED:
-        await bench.rest()
+        await bench.stop()
 
 
 def bus_log_of(host: Host, logs: Path) -> BusLog:
-    """What logs whichever bus is connected, into the folder `logs`."""
+    """Log of the connected bus, written to the folder `logs`."""
     return BusLog(
         FileFolder(logs, LOGS),
         listen=host.tap.listen,
         address=lambda: "" if host.connection is None else host.connection.port.address,
         utc=host.base.utc,
-        tell=lambda level, code, text, params: host.hub.publish(LogEvent(level, code, text, params={**params})),
+        publish=lambda level, code, text, params: host.hub.publish(LogEvent(level, code, text, params={**params})),
     )
 
 
 def _view_policy(policy: Policy) -> Callable[[HTTPConnection], bool]:
-    """The same rule for the view's routes, and a socket must bring an Origin: only browsers look at horns."""
+    """The same policy for the routes of the view; sockets must send an Origin, because only browsers use them."""
 
     def allowed(connection: HTTPConnection) -> bool:
         needs = connection.scope["type"] == "websocket"
@@ -176,6 +176,6 @@ def _host_settings(settings: Settings, store: Store) -> HostSettings:
 
 
 def _version() -> tuple[int, int]:
-    """Major and minor for GetNodeInfo."""
+    """Major and minor version for GetNodeInfo."""
     parts = __version__.split(".")
     return (int(parts[0]), int(parts[1])) if len(parts) > 1 and parts[0].isdigit() and parts[1].isdigit() else (0, 0)

@@ -1,1 +1,1 @@
-"""The tables as values: parameters, models, fault bits, effect rules. Knows nothing of bytes."""
+"""The parameter tables as objects: parameters, models, fault bits, effect rules. Independent of the wire."""

@@ -1,4 +1,4 @@
-"""The catalogue: every table read once, checked against the others, found by key, address or model."""
+"""The catalogue: all tables, read once and cross-checked, with lookup by key, address and model."""
 
 import difflib
 import hashlib
@@ -20,9 +20,9 @@ from hornbill.schema.tables import EffectsTable, FaultsTable, ParametersTable, r
 
 @dataclass(frozen=True, eq=False)
 class Catalog:
-    """Everything the tables say. `parameters` are the 59 common rows by key, in address order.
+    """Contents of all tables. `parameters` are the 59 common rows by key, in address order.
 
-    Rows whose numbers depend on the model hold None there; a model's own row has them.
+    Numbers that depend on the model are None there; the rows of a model have them.
     """
 
     specification: str
@@ -40,21 +40,21 @@ class Catalog:
     actions: Mapping[str, Parameter]
     effects_of: Mapping[str, tuple[EffectRule, ...]]
     polled: Mapping[str, float]
-    """Rows that every servo is asked for, and their periods in seconds."""
+    """Polled rows with their periods, s."""
     fault_words: tuple[str, ...]
-    """The rows of detail bits, read while the overview is not 0."""
+    """Rows of detail bits, read while the overview is not 0."""
     fault_bits: Mapping[str, FaultBit]
-    """The detail bits by key."""
+    """Detail bits by key."""
     stops_output: Mapping[str, int]
-    """Those of them with bits that mean no output, and which of these bits mean it whatever the readings are."""
+    """Fault words with bits that mean no output, and the mask of those that do so regardless of readings."""
     protections: Mapping[int, tuple[str, str]]
-    """Warning bits of limits outside which output goes off, with the reading and the limit each is about (4.12)."""
+    """Warning bits of limits outside which torque turns off, with their reading and limit (4.12)."""
     unique: tuple[str, ...]
-    """Rows that hold a number no two servos share."""
+    """Rows with a number unique to each servo."""
 
     @property
     def firmware_steps(self) -> tuple[str, ...]:
-        """The known versions, oldest first."""
+        """Known versions, oldest first."""
         return tuple(step.version for step in self.firmware)
 
     @property
@@ -64,7 +64,7 @@ class Catalog:
 
     @classmethod
     def load(cls, folder: Path | None = None) -> "Catalog":
-        """Reads schemas/ (or `folder`). Raises TableError naming file and row of the first mistake."""
+        """Read schemas/ (or `folder`). Raises TableError with file and row of the first error."""
         folder = resources.schemas() if folder is None else folder
         table = read(folder, "parameters.toml", ParametersTable)
         parameters = check.parameters(table)
@@ -100,7 +100,7 @@ class Catalog:
         )
 
     def model(self, model_number: int, hardware_version: int) -> ServoModel | None:
-        """The model with this identity, as 0x50 and 0x53 give it, or None (sections 4.40 and 4.43)."""
+        """The model with these values of 0x50 and 0x53. None if unknown (sections 4.40 and 4.43)."""
         for model in self.models.values():
             if (model.model_number, model.hardware_version) == (model_number, hardware_version):
                 return model
@@ -109,8 +109,8 @@ class Catalog:
     def treated_as(self, model_number: int, hardware_version: int | None) -> ServoModel | None:
         """The model a servo of this identity is treated as: its own, or the newest known of its series.
 
-        Of an unknown hardware number the thousands tell the supply (4.43), so the newest of that supply comes first.
-        None for a series that is in no table.
+        The thousands of the hardware number are the supply (4.43), so the newest model with that supply is preferred.
+        None for an unknown series.
         """
         known = None if hardware_version is None else self.model(model_number, hardware_version)
         if known is not None or hardware_version is None:
@@ -125,31 +125,31 @@ class Catalog:
         )  # fmt: skip
 
     def note_on(self, model: ServoModel | None, firmware: int | None) -> str | None:
-        """What the users of a firmware should know; None for one that is in no table, or not of this model's series."""
+        """Note on a firmware for users. None if it is unknown, or not one of this model's series."""
         if model is None or firmware is None or model.counts_as(firmware) is not None:
             return None
         return next((step.note for step in self.firmware if step.version == to_text(firmware)), None)
 
     def parameter(self, key: str) -> Parameter:
-        """The readable row of this key. Raises Unknown with the nearest key, for actions and 0x49 as well."""
+        """The readable row with this key. Raises Unknown with the closest key, also for actions and 0x49."""
         row = self.readable.get(key)
         if row is not None:
             return row
         near = difflib.get_close_matches(key, self.readable, n=1)
         hint = f" Did you mean {near[0]}?" if near else ""
         raise Unknown(
-            "unknown_parameter", f'There is no parameter "{key[:60]}".{hint}', key=key[:60], cause="no_such_parameter"
+            "unknown_parameter", f'Unknown parameter "{key[:60]}".{hint}', key=key[:60], cause="parameter_unknown"
         )
 
     def widest(self, key: str) -> tuple[int | None, int | None]:
-        """The lowest minimum and the highest maximum (raw) any model that offers the row allows."""
+        """Lowest minimum and highest maximum (raw) among the models with this row."""
         rows = [row for model in self.models.values() if (row := model.rows().get(key)) is not None]
         low = [row.minimum for row in rows if row.minimum is not None]
         high = [row.maximum for row in rows if row.maximum is not None]
         return min(low, default=None), max(high, default=None)
 
     def faults_of(self, pwm: bool) -> tuple[FaultBit, ...]:
-        """The detail bits a model with or without PWM input can raise (4.12, note 1)."""
+        """Detail bits of models with or without PWM input (4.12, note 1)."""
         return tuple(bit for bit in self.faults if pwm or not bit.pwm_only)
 
 
@@ -173,7 +173,7 @@ def _protections(parameters: Mapping[str, Parameter], table: FaultsTable) -> dic
 
 
 def _revision(folder: Path) -> str:
-    """Twelve hex digits over names and contents of every table file."""
+    """Twelve hex digits of a hash over names and contents of all table files."""
     digest = hashlib.sha256()
     for path in sorted(folder.rglob("*.toml")):
         digest.update(path.relative_to(folder).as_posix().encode() + b"\0" + path.read_bytes() + b"\0")

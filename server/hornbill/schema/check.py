@@ -1,4 +1,4 @@
-"""What must hold between rows: nothing twice, and nothing that names what is not there."""
+"""Consistency between rows: no duplicates and no references to missing rows."""
 
 import re
 from collections.abc import Iterable, Mapping, Sequence
@@ -13,21 +13,21 @@ from hornbill.schema.tables import FaultsTable, ParametersTable, mistake
 _PARAMETERS = "parameters.toml"
 _FAULTS = "faults.toml"
 _EFFECTS = "effects.toml"
-_SLOT = re.compile(r"\{([^}]*)\}")
+_PLACEHOLDER = re.compile(r"\{([^}]*)\}")
 
 BOOT_LOADER = 0x49
-"""The register whose row must be marked forbidden whatever else a table says (section 4.39)."""
+"""The register whose row must be marked forbidden (section 4.39)."""
 
 
 def parameters(table: ParametersTable) -> dict[str, Parameter]:
-    """The rows by key, in address order. Raises TableError."""
+    """Check the rows and return them by key, in address order. Raises TableError."""
     steps = [step.version for step in table.firmware]
     versions = [from_text(step) for step in steps]
     if versions != sorted(set(versions)):
         raise mistake(_PARAMETERS, None, "`firmware`: list each version once, oldest first")
-    _once(_PARAMETERS, "key", ((group.key, group.key) for group in table.group))
-    _once(_PARAMETERS, "key", ((row.key, row.key) for row in table.parameter))
-    _once(_PARAMETERS, "address", ((row.key, row.name) for row in table.parameter))
+    _check_unique(_PARAMETERS, "key", ((group.key, group.key) for group in table.group))
+    _check_unique(_PARAMETERS, "key", ((row.key, row.key) for row in table.parameter))
+    _check_unique(_PARAMETERS, "address", ((row.key, row.name) for row in table.parameter))
     rows = {row.key: row for row in sorted(table.parameter, key=lambda row: row.address)}
     groups = {group.key for group in table.group}
     for row in rows.values():
@@ -38,10 +38,10 @@ def parameters(table: ParametersTable) -> dict[str, Parameter]:
 
 
 def faults(table: FaultsTable, rows: Mapping[str, Parameter]) -> None:
-    """Raises TableError for a bit or key used twice, or a parameter that does not exist."""
+    """Check fault bits. Raises TableError for a duplicate bit or key, or an unknown parameter."""
     everything = (*table.overview, *table.fault)
-    _once(_FAULTS, "key", ((bit.key, bit.key) for bit in everything))
-    _once(_FAULTS, "bit", ((bit.key, f"{bit.bit} of {bit.parameter}") for bit in everything))
+    _check_unique(_FAULTS, "key", ((bit.key, bit.key) for bit in everything))
+    _check_unique(_FAULTS, "bit", ((bit.key, f"{bit.bit} of {bit.parameter}") for bit in everything))
     for bit in everything:
         problem = _bit_problem(bit, bit in table.overview, rows)
         if problem is not None:
@@ -49,35 +49,35 @@ def faults(table: FaultsTable, rows: Mapping[str, Parameter]) -> None:
 
 
 def effects(rules: Sequence[EffectRule], rows: Mapping[str, Parameter]) -> None:
-    """Raises TableError for a parameter that does not exist, or a value it can never read."""
+    """Check effect rules. Raises TableError for an unknown parameter, or a value it can never have."""
     known: dict[str, tuple[str, str]] = {}
     for position, rule in enumerate(rules, start=1):
         problem = _rule_problem(rule, rows)
         if known.setdefault(rule.code, (rule.why, rule.why_absent)) != (rule.why, rule.why_absent):
-            problem = f"`code`: {rule.code} stands for another sentence already"
+            problem = f"`code`: {rule.code} is used for another sentence already"
         if problem is not None:
             raise mistake(_EFFECTS, f"{position} of [[effect]]", problem)
 
 
 def _row_problem(row: Parameter, rows: Mapping[str, Parameter], groups: set[str], steps: Sequence[str]) -> str | None:
     if row.group not in groups:
-        return f"there is no group {row.group}"
+        return f"unknown group {row.group}"
     if row.since not in steps:
         return f"`since`: {row.since} is not one of {', '.join(steps)}"
     if (row.address == BOOT_LOADER) != row.forbidden:
-        return "0x49, and it alone, is marked forbidden"
+        return "only 0x49 must be marked forbidden"
     other = row.unit_when
     if other is not None and other.raw not in _values(rows.get(other.parameter)):
-        return f"`unit_when`: {other.parameter} never reads {other.raw}"
+        return f"`unit_when`: {other.parameter} never has the value {other.raw}"
     if row.limits is not None:
         for key in (row.limits.lower, row.limits.upper):
             limit = rows.get(key)
             if limit is None or not limit.writable or (limit.unit, limit.per_unit) != (row.unit, row.per_unit):
-                return f"`limits`: {key} is no row that can be written in the unit of {row.key}"
+                return f"`limits`: {key} must be a writable row in the unit of {row.key}"
     if row.unique is not None and not (row.minimum or 0) <= row.unique.lowest <= row.unique.highest <= (
         row.maximum or 0
     ):
-        return "`unique`: lowest and highest must lie within minimum and maximum"
+        return "`unique`: lowest and highest must be within minimum and maximum"
     stated = [number is not None for number in (row.default, row.minimum, row.maximum)]
     return row.range_problem(complete=any(stated))
 
@@ -85,11 +85,11 @@ def _row_problem(row: Parameter, rows: Mapping[str, Parameter], groups: set[str]
 def _bit_problem(bit: FaultBit, overview: bool, rows: Mapping[str, Parameter]) -> str | None:
     register = rows.get(bit.parameter)
     if register is None or register.kind != "bits":
-        return f"there is no fault parameter {bit.parameter}"
+        return f"unknown fault parameter {bit.parameter}"
     if overview != (bit.parameter == OVERVIEW):
-        return f"bits of {OVERVIEW} stand under [[overview]], and only they"
+        return f"bits of {OVERVIEW}, and no others, belong under [[overview]]"
     if bit.limit is not None and bit.limit not in rows:
-        return f"`limit`: there is no parameter {bit.limit}"
+        return f"`limit`: unknown parameter {bit.limit}"
     return None
 
 
@@ -97,24 +97,24 @@ def _rule_problem(rule: EffectRule, rows: Mapping[str, Parameter]) -> str | None
     named = [*rule.parameters, *([rule.unless_row] if rule.unless_row else [])]
     for key in named:
         if key not in rows or not rows[key].readable:
-            return f"there is no parameter {key}"
-    slots = set(_SLOT.findall(rule.why + rule.why_absent))
-    if slots - {"last_command"} or (slots and not any(condition.last_command for condition in rule.when)):
-        return "`why`: the one slot is {last_command}, in a rule that asks for it"
+            return f"unknown parameter {key}"
+    placeholders = set(_PLACEHOLDER.findall(rule.why + rule.why_absent))
+    if placeholders - {"last_command"} or (placeholders and not any(condition.last_command for condition in rule.when)):
+        return "`why`: the only placeholder is {last_command}, in a rule with that condition"
     for condition in rule.when:
         if condition.parameter is None:
             continue
         row = rows.get(condition.parameter)
         if row is None or not row.readable:
-            return f"there is no parameter {condition.parameter}"
+            return f"unknown parameter {condition.parameter}"
         never = [raw for raw in condition.reads if raw not in _values(row)]
         if never:
-            return f"{row.key} never reads {never[0]}"
+            return f"{row.key} never has the value {never[0]}"
     return None
 
 
 def _values(row: Parameter | None) -> Iterable[int]:
-    """The raw values a choice or switch can have, or a number whose range is the same everywhere."""
+    """Possible raw values of a choice, a switch, or a number with a range independent of the model."""
     if row is None:
         return ()
     if row.choices:
@@ -124,9 +124,9 @@ def _values(row: Parameter | None) -> Iterable[int]:
     return range(row.minimum or 0, (row.maximum or 1_000_000) + 1)
 
 
-def _once(file: str, what: str, rows: Iterable[tuple[str, Any]]) -> None:
+def _check_unique(file: str, what: str, rows: Iterable[tuple[str, Any]]) -> None:
     seen: dict[Any, str] = {}
     for row, value in rows:
         if value in seen:
-            raise mistake(file, row, f"{what} {value} is already that of row {seen[value]}")
+            raise mistake(file, row, f"{what} {value} is used by row {seen[value]} already")
         seen[value] = row

@@ -1,4 +1,4 @@
-"""Effect rules: whether a parameter has an effect now, and why not (sections 4.13, 4.17 to 4.33)."""
+"""Effect rules: whether a parameter has an effect now, and if not, why (sections 4.13, 4.17 to 4.33)."""
 
 from collections.abc import Collection, Mapping
 from typing import TYPE_CHECKING, Annotated, Literal, NamedTuple, Self, TypeAlias
@@ -26,7 +26,7 @@ _LAST = "{last_command}"
 
 @dataclass(frozen=True, slots=True, config=ConfigDict(json_schema_serialization_defaults_required=True))
 class Why:
-    """A reason by code, for programs and other languages."""
+    """A reason as a code, for programs and translations."""
 
     code: str = Field(description="Name of the reason.")
     params: dict[str, str] = Field(
@@ -35,7 +35,7 @@ class Why:
 
 
 class Effect(NamedTuple):
-    """`in_effect` is None while a value that decides it has not been read; `why_not` is a sentence, `why` its code."""
+    """`in_effect` is None while a required value has not been read. `why_not` is a sentence, `why` its code."""
 
     in_effect: bool | None
     why_not: str | None
@@ -43,9 +43,9 @@ class Effect(NamedTuple):
 
 
 class Condition(Row):
-    """True while `parameter` reads one of `reads`, or while the last command was one of `last_command`.
+    """Met while `parameter` has one of the values `reads`, or while the last command was one of `last_command`.
 
-    `absent` is what it counts as on a servo whose model or firmware lacks `parameter`.
+    `absent` is its value on a servo whose model or firmware lacks `parameter`.
     """
 
     parameter: Key | None = Field(
@@ -61,18 +61,17 @@ class Condition(Row):
 
     @model_validator(mode="after")
     def _one_thing(self) -> Self:
-        asks_parameter, asks_command = self.parameter is not None, bool(self.last_command)
-        if asks_parameter == asks_command or asks_parameter != bool(self.reads):
-            raise ValueError("a condition is either parameter and reads, or last_command")
+        on_parameter, on_command = self.parameter is not None, bool(self.last_command)
+        if on_parameter == on_command or on_parameter != bool(self.reads):
+            raise ValueError("a condition has either parameter and reads, or last_command")
         return self
 
 
 class EffectRule(Row):
-    """`parameters` have no effect while every condition of `when` holds.
+    """`parameters` have no effect while all conditions of `when` are met.
 
-    `why` completes "No effect now: …"; `{last_command}` in it is the last command's kind. `why_absent`
-    replaces it when a condition holds because the servo lacks the row. The rule is void on a servo that has
-    `unless_row`.
+    `why` completes "No effect now: …"; `{last_command}` in it is the kind of the last command. `why_absent` replaces
+    it if a condition is met because the servo lacks the row. The rule does not apply to servos with `unless_row`.
     """
 
     parameters: Annotated[tuple[Key, ...], Field(strict=False, min_length=1)] = Field(
@@ -91,23 +90,23 @@ class EffectRule(Row):
     inferred: bool = Field(default=False, description="Follows from the specification without being stated in it.")
 
 
-def told(catalog: "Catalog", rule: EffectRule) -> str:
-    """A rule as a sentence of a manual, with the section it is from."""
+def rule_text(catalog: "Catalog", rule: EffectRule) -> str:
+    """Sentence for a rule in the manual, with its section."""
     why = rule.why.replace("{last_command}", "speed or torque")
     where = "" if rule.unless_row is None else f", on a servo without {catalog.by_key[rule.unless_row].name}"
     return no_effect(why + where, f"inferred from § {rule.section}" if rule.inferred else f"§ {rule.section}")
 
 
 def no_effect(why: str, origin: str) -> str:
-    """The sentence for what completes "No effect", and where that is from."""
+    """Sentence "No effect: …", with its source."""
     return f"No effect: {why} ({origin})."
 
 
 def commanded(values: Mapping[str, int | None]) -> LastCommand | None:
-    """The kind of command in force, read off 0x00 to 0x02: the one that is no dummy (4.1 to 4.3).
+    """The active kind of command, from 0x00 to 0x02: the one that is not inactive (4.1 to 4.3).
 
-    "none" means nothing was commanded since the start; None means the values do not tell. While 0x25 is off
-    only an angle can be in force (4.18).
+    "none": no command since the start. None: unknown from these values. While 0x25 is off, only an angle can be
+    active (4.18).
     """
     if values.get(MODE) == 0:
         return "angle"
@@ -121,7 +120,7 @@ def commanded(values: Mapping[str, int | None]) -> LastCommand | None:
 
 
 def in_force(values: Mapping[str, int | None], rows: Collection[str] | None = None) -> LastCommand | None:
-    """As `commanded`, on a servo that has `rows` only: a firmware without 0x25 counts as off (4.18)."""
+    """As `commanded`, on a servo with only these `rows`: without 0x25 it counts as off (4.18)."""
     return "angle" if _lacks(rows, MODE) else commanded(values)
 
 
@@ -135,10 +134,9 @@ def why_not(
 ) -> Effect:
     """Whether parameter `key` has an effect now.
 
-    `values` are raw values by key; a missing key or None is a value not read yet. `last_command` is the last
-    kind of command where the caller knows it; otherwise it is read off the values. `rows` are the keys this
-    servo really has (`ServoModel.rows`); without it every row is taken to exist. A firmware without 0x25
-    counts as off (4.18).
+    `values` are raw values by key; a missing key or None is a value not read yet. `last_command` is the last kind of
+    command if known to the caller; otherwise it is derived from the values. `rows` are the keys this servo has
+    (`ServoModel.rows`); by default all rows exist. Firmware without 0x25 counts as off (4.18).
     """
     rules = catalog.effects_of.get(key)
     if rules is None:
@@ -148,7 +146,7 @@ def why_not(
     for rule in rules:
         if rule.unless_row is not None and (rows is None or rule.unless_row in rows):
             continue
-        verdicts = [_holds(condition, values, last, rows) for condition in rule.when]
+        verdicts = [_is_met(condition, values, last, rows) for condition in rule.when]
         if all(verdict is True for verdict in verdicts):
             sentence, why = _reason(rule, last, rows)
             return Effect(False, f"No effect now: {sentence}.", why)
@@ -157,7 +155,7 @@ def why_not(
     return Effect(True, None) if missing is None else missing
 
 
-def _holds(
+def _is_met(
     condition: Condition,
     values: Mapping[str, int | None],
     last: LastCommand | None,
@@ -177,17 +175,17 @@ def _lacks(rows: Collection[str] | None, key: str) -> bool:
 
 def _reason(rule: EffectRule, last: LastCommand | None, rows: Collection[str] | None) -> tuple[str, Why]:
     absent = any(one.parameter is not None and _lacks(rows, one.parameter) for one in rule.when)
-    words, code = (rule.why_absent, f"{rule.code}_absent") if absent and rule.why_absent else (rule.why, rule.code)
+    text, code = (rule.why_absent, f"{rule.code}_absent") if absent and rule.why_absent else (rule.why, rule.code)
     decides = next((one.parameter for one in rule.when if one.parameter is not None), None)
     params = {} if decides is None else {"parameter": decides}
-    if _LAST in words:
+    if _LAST in text:
         params["last_command"] = last or "none"
-    return words.replace(_LAST, last or "none"), Why(code, params)
+    return text.replace(_LAST, last or "none"), Why(code, params)
 
 
 def _not_read(catalog: "Catalog", key: str | None) -> Effect:
     if key is None:
-        return Effect(None, "Effect not known: the last command is not known.", Why("last_command_unknown"))
+        return Effect(None, "Effect unknown: the last command is unknown.", Why("last_command_unknown"))
     row = catalog.by_key[key]
-    sentence = f"Effect not known: {row.label.lower()} ({row.name}) has not been read."
+    sentence = f"Effect unknown: {row.label.lower()} ({row.name}) has not been read."
     return Effect(None, sentence, Why("not_read", {"parameter": key}))

@@ -1,4 +1,4 @@
-"""One fault bit, and how a 32-bit register and its bits turn into each other (section 4.12)."""
+"""Fault bits, and conversion between 32-bit registers and bits (section 4.12)."""
 
 from collections.abc import Iterable, Mapping
 from typing import Annotated, Literal, Self, TypeAlias
@@ -23,7 +23,7 @@ WORD = 0xFFFF_FFFF
 
 
 class FaultBit(Row):
-    """One documented bit of `parameter`. In the overview, `level` is the level the bit sums up."""
+    """One documented bit of `parameter`. In the overview, `level` is the level the bit summarizes."""
 
     parameter: Key = Field(description="Key of its register.")
     level: FaultLevel = Field(description="Severity.")
@@ -45,28 +45,28 @@ class FaultBit(Row):
     @model_validator(mode="after")
     def _in_its_place(self) -> Self:
         if GROUPS[self.bit // 8] != self.group:
-            raise ValueError(f"bit {self.bit} belongs to {GROUPS[self.bit // 8]}, not to {self.group}")
+            raise ValueError(f"bit {self.bit} belongs to {GROUPS[self.bit // 8]}, not {self.group}")
         if self.parameter == OVERVIEW:
             if self.bit % 8 != LEVELS.index(self.level):
-                raise ValueError(f"overview bit {self.bit} does not sum up {self.level} bits")
+                raise ValueError(f"overview bit {self.bit} does not summarize {self.level} bits")
         elif REGISTERS.get(self.parameter) != self.level:
-            raise ValueError(f"{self.parameter} does not hold {self.level} bits")
+            raise ValueError(f"{self.parameter} does not contain {self.level} bits")
         return self
 
     @property
     def mask(self) -> int:
-        """The bit in its place."""
+        """Mask of the bit."""
         return 1 << self.bit
 
 
 def bits_of(raw: int) -> frozenset[int]:
-    """The numbers of the bits set; only the low 32 count, since the sign of bit 31 is not specified."""
+    """Numbers of the set bits. Only the low 32 count, because the sign of bit 31 is not specified."""
     word = raw & WORD
     return frozenset(bit for bit in range(32) if word >> bit & 1)
 
 
 def word_of(bits: Iterable[int]) -> int:
-    """The register that holds these bits, 0 to 0xFFFFFFFF; raises ValueError for a bit outside 0 to 31."""
+    """Register value with these bits set, 0 to 0xFFFFFFFF. Raises ValueError for a bit outside 0 to 31."""
     word = 0
     for bit in bits:
         if not 0 <= bit <= 31:
@@ -76,7 +76,7 @@ def word_of(bits: Iterable[int]) -> int:
 
 
 def overview_of(words: Mapping[str, int]) -> int:
-    """What 0x18 reads when the three detail registers (by key) read `words`."""
+    """Value of 0x18 if the three detail registers (by key) are `words`."""
     bits: set[int] = set()
     for register, level in REGISTERS.items():
         bits |= {bit // 8 * 8 + LEVELS.index(level) for bit in bits_of(words.get(register, 0))}

@@ -1,4 +1,4 @@
-"""Firmware versions: the integer of 0x52, the text people read, the steps that brought rows (5)."""
+"""Firmware versions: the integer of 0x52, its text, and the versions that added rows (5)."""
 
 import re
 from collections.abc import Sequence
@@ -13,8 +13,8 @@ _TEXT = re.compile(r"([0-9]{1,6})\.([0-9]{3})")
 
 
 class FirmwareStep(Row):
-    """One version. `first` and `last` are the months in which every model that lists it was built with it;
-    without `last` it still is. `note` is what its users should know.
+    """One version. `first` and `last` are the first and last month in which models that list it were built with it;
+    without `last` it is current. `note` is for its users.
     """
 
     version: FirmwareText
@@ -24,28 +24,28 @@ class FirmwareStep(Row):
 
 
 def to_text(firmware: int) -> str:
-    """The version as people write it: 1300 is "1.300" (the scale is inferred from sections 4.42 and 5)."""
+    """Version as text: 1300 is "1.300" (the scale is inferred from sections 4.42 and 5)."""
     return f"{firmware // 1000}.{firmware % 1000:03d}"
 
 
 def from_text(text: str) -> int:
-    """The integer 0x52 holds for a version such as "1.300".
+    """Value of 0x52 for a version such as "1.300".
 
-    Raises InvalidValue for any other form.
+    Raises InvalidValue for other forms.
     """
     found = _TEXT.fullmatch(text)
     if found is None:
         raise InvalidValue(
-            f'"{text}" is not a firmware version. Write it as 1.300.', requested=text, cause="no_firmware"
+            f'"{text}" is not a firmware version. Enter it as 1.300.', requested=text, cause="firmware_invalid"
         )
     return int(found[1]) * 1000 + int(found[2])
 
 
 def step_of(firmware: int | None, steps: Sequence[str]) -> str:
-    """The newest of `steps` (oldest first) that `firmware` has reached.
+    """The newest of `steps` (oldest first) that is not newer than `firmware`.
 
-    Older than all of them counts as the first. Unknown (None) counts as the newest: a row too many is
-    answered with an empty value, a row too few would be hidden.
+    The first if `firmware` is older than all. The newest if unknown (None): an extra row responds with an empty value,
+    whereas a missing row would be hidden.
     """
     if firmware is None:
         return steps[-1]

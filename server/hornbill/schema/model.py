@@ -1,4 +1,4 @@
-"""A servo model: its identity, its rows after every overlay, and what a firmware lacks (3.1, 5)."""
+"""A servo model: its identity, its rows after all overlays, and rows missing in a firmware (3.1, 5)."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -12,19 +12,19 @@ from hornbill.schema.parameter import FirmwareText, Parameter, Row, Text
 
 
 class Overlay(Row):
-    """What a series or a model may change in a row: three raw numbers and nothing else."""
+    """Changes of a row by a series or model: only these three raw numbers."""
 
     default: int | None = None
     minimum: int | None = None
     maximum: int | None = None
 
     def over(self, parameter: Parameter) -> Parameter:
-        """The row with these numbers laid over it."""
+        """The row with these numbers applied."""
         return parameter.model_copy(update=self.model_dump(exclude_none=True))
 
 
 class Series(Row):
-    """A file of schemas/series: what a series has in common. `model_number` is what 0x50 reads (4.40)."""
+    """A file of schemas/series: rows common to a series. `model_number` is its value of 0x50 (4.40)."""
 
     name: Text
     label: Text
@@ -34,7 +34,7 @@ class Series(Row):
 
 
 class ModelTable(Row):
-    """A file of schemas/models. `hardware_version` is what 0x53 reads (4.43).
+    """A file of schemas/models. `hardware_version` is its value of 0x53 (4.43).
 
     `firmware` lists the versions it was built with (section 5).
     """
@@ -51,7 +51,7 @@ class ModelTable(Row):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ServoModel:
-    """One model. `parameters` holds all 59 rows; `rows()` is what a servo of it really offers.
+    """One model. `parameters` contains all 59 rows; `rows()` those a servo of this model has.
 
     `steps` are the known versions up to the newest it was built with.
     """
@@ -74,19 +74,19 @@ class ServoModel:
 
     @property
     def nominal_v(self) -> float:
-        """The supply the model is built for, in volts: where its two voltage limits meet (section 3.1)."""
+        """Nominal supply voltage, V: where the ranges of its two voltage limits meet (section 3.1)."""
         return float(self.voltage_class.removesuffix(" V"))
 
     def rows(self, firmware: int | None = None) -> Mapping[str, Parameter]:
-        """The readable rows this model has at this firmware (the integer of 0x52), by key, in address order.
+        """Readable rows of this model with this firmware (the integer of 0x52), by key, in address order.
 
-        A firmware newer than every known step, or not known, has the newest rows. The PWM rows of a model
-        without PWM input are left out although their registers exist and hold 0: they are never written (4.29).
+        Firmware newer than all known versions, or unknown, has the newest rows. The PWM rows of a model without PWM
+        input are omitted although their registers exist and are 0: they are never written (4.29).
         """
         return self._rows[step_of(firmware, self.steps)]
 
     def counts_as(self, firmware: int) -> str | None:
-        """The version a firmware that is in no table is treated as; None for a known one."""
+        """The version an unlisted firmware is treated as. None for a known one."""
         return None if to_text(firmware) in self.steps else step_of(firmware, self.steps)
 
     def _offered(self, step: str) -> dict[str, Parameter]:

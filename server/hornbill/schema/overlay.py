@@ -1,4 +1,4 @@
-"""Lay tables over each other: common rows, then the series, then the model (section 3.1)."""
+"""Combine tables: common rows, then series, then model (section 3.1)."""
 
 from collections.abc import Mapping
 from pathlib import Path
@@ -15,7 +15,7 @@ _IDENTITY = {
 
 
 def series(folder: Path, parameters: Mapping[str, Parameter]) -> dict[str, Series]:
-    """Every file of schemas/series by series name. Raises TableError."""
+    """Read all files of schemas/series, by series name. Raises TableError."""
     found: dict[str, Series] = {}
     for file in _files(folder, "series"):
         table = read(folder, file, Series)
@@ -26,9 +26,9 @@ def series(folder: Path, parameters: Mapping[str, Parameter]) -> dict[str, Serie
                 raise mistake(file, key, problem)
         for other in found.values():
             if other.name == table.name:
-                raise mistake(file, None, f"series {table.name} stands in two files")
+                raise mistake(file, None, f"series {table.name} is in two files")
             if other.model_number == table.model_number:
-                raise mistake(file, None, f"model_number {table.model_number} is that of {other.name}")
+                raise mistake(file, None, f"model_number {table.model_number} is used by {other.name} already")
         found[table.name] = table
     return found
 
@@ -36,15 +36,15 @@ def series(folder: Path, parameters: Mapping[str, Parameter]) -> dict[str, Serie
 def models(
     folder: Path, parameters: Mapping[str, Parameter], known: Mapping[str, Series], steps: tuple[str, ...]
 ) -> dict[str, ServoModel]:
-    """Every file of schemas/models by model name, overlays applied and ranges checked. Raises TableError."""
+    """Read all files of schemas/models, by model name, with overlays applied and ranges checked. Raises TableError."""
     found: dict[str, ServoModel] = {}
     for file in _files(folder, "models"):
         model = _model(folder, file, parameters, known, steps)
         for other in found.values():
             if other.name == model.name:
-                raise mistake(file, None, f"model {model.name} stands in two files")
+                raise mistake(file, None, f"model {model.name} is in two files")
             if (other.model_number, other.hardware_version) == (model.model_number, model.hardware_version):
-                raise mistake(file, None, f"the identity of {model.name} is that of {other.name}")
+                raise mistake(file, None, f"{model.name} has the identity of {other.name}")
         found[model.name] = model
     return found
 
@@ -59,7 +59,7 @@ def _model(
     table = read(folder, file, ModelTable)
     above = known.get(table.series)
     if above is None:
-        raise mistake(file, None, f"there is no series {table.series}")
+        raise mistake(file, None, f"unknown series {table.series}")
     for version in table.firmware:
         if version not in steps:
             raise mistake(file, None, f"firmware {version} is not one of {', '.join(steps)}")
@@ -77,9 +77,9 @@ def _model(
             row = layer[key].over(row) if key in layer else row
         problem = row.range_problem()
         if problem is None and row.pwm_only and not table.pwm and (row.minimum, row.maximum) != (0, 0):
-            problem = "a model without PWM input holds 0 here, with minimum and maximum 0"
+            problem = "without PWM input, minimum and maximum must be 0"
         if problem is not None:
-            raise mistake(file, key, f"{problem}, with series {above.name} and the common row beneath")
+            raise mistake(file, key, f"{problem} (after series {above.name} and the common row)")
         rows[key] = row
     return ServoModel(
         name=table.name,
@@ -98,15 +98,15 @@ def _model(
 def _check_rows(file: str, rows: Mapping[str, Overlay], parameters: Mapping[str, Parameter]) -> None:
     for key in rows:
         if key not in parameters:
-            raise mistake(file, key, "there is no such parameter in parameters.toml")
+            raise mistake(file, key, "unknown parameter: not in parameters.toml")
         if key in _IDENTITY:
             raise mistake(file, key, f"this number is given by {_IDENTITY[key]}")
         if parameters[key].forbidden:
-            raise mistake(file, key, "a forbidden row has no numbers of its own")
+            raise mistake(file, key, "a forbidden row cannot be overridden")
 
 
 def _files(folder: Path, kind: str) -> list[str]:
     files = sorted(f"{kind}/{path.name}" for path in (folder / kind).glob("*.toml"))
     if not files:
-        raise mistake(kind, None, "the folder is missing or holds no table")
+        raise mistake(kind, None, "the folder is missing or empty")
     return files

@@ -1,11 +1,11 @@
-"""One row of the parameter table: what a register is called, holds, allows and means (3.1 and 4)."""
+"""One row of the parameter table: name, range, unit and properties of a register (3.1 and 4)."""
 
 from typing import Annotated, Literal, Self, TypeAlias
 
 from pydantic import BaseModel, ConfigDict, Field, computed_field, model_validator
 
 DUMMY = 555_555_555
-"""What 0x00 to 0x02 read while another kind of command is in force (4.1 to 4.3): inactive, never a number."""
+"""Value of 0x00 to 0x02 while another kind of command is active (4.1 to 4.3): inactive, never a number."""
 
 LAST_ADDRESS = 0x5F
 
@@ -20,7 +20,7 @@ Scale: TypeAlias = Annotated[int, Field(ge=1)]
 
 
 class Row(BaseModel):
-    """The shape shared by every table row: frozen, strict, and no field that is not known."""
+    """Base of all table rows: immutable, strict, without unknown fields."""
 
     model_config = ConfigDict(
         frozen=True, strict=True, extra="forbid", json_schema_serialization_defaults_required=True
@@ -28,7 +28,7 @@ class Row(BaseModel):
 
 
 class Choice(Row):
-    """One named value of a register that is a choice."""
+    """One named value of a choice."""
 
     key: Key = Field(description="Value that programs write.")
     label: Text = Field(description="Display name.")
@@ -36,7 +36,7 @@ class Choice(Row):
 
 
 class UnitWhen(Row):
-    """Another unit, in force while `parameter` reads `raw` (0x36 follows 0x37, section 4.30)."""
+    """Another unit while `parameter` is `raw` (0x36 follows 0x37, section 4.30)."""
 
     parameter: Key = Field(description="Key of the row that decides.")
     raw: int = Field(description="Value of that row for this unit, raw.")
@@ -45,11 +45,11 @@ class UnitWhen(Row):
 
 
 class Limits(Row):
-    """The two rows that bound a command, or a reading outside which output goes off."""
+    """The two rows that limit a command, or a reading outside which torque turns off."""
 
-    lower: Key = Field(description="Parameter that holds the lower limit.")
-    upper: Key = Field(description="Parameter that holds the upper limit.")
-    tolerance: int | None = Field(default=None, ge=0, description="Error of the reading, raw. Null for a command.")
+    lower: Key = Field(description="Parameter with the lower limit.")
+    upper: Key = Field(description="Parameter with the upper limit.")
+    tolerance: int | None = Field(default=None, ge=0, description="Accuracy of the reading, raw. Null for a command.")
     confirm: Key | None = Field(
         default=None, description="Word that confirms a limit within the tolerance of the reading. Null for a command."
     )
@@ -57,19 +57,19 @@ class Limits(Row):
     @model_validator(mode="after")
     def _of_a_reading(self) -> Self:
         if (self.tolerance is None) != (self.confirm is None):
-            raise ValueError("tolerance and confirm come together")
+            raise ValueError("tolerance and confirm require each other")
         return self
 
 
 class UniqueNumber(Row):
-    """A number that no two servos share, and the range that is proposed (raw). 0 is "none yet" and may be shared."""
+    """A number unique to each servo, and the suggested range (raw). 0 means "none yet" and need not be unique."""
 
-    lowest: int = Field(ge=1, description="Lowest number that is proposed.")
-    highest: int = Field(description="Highest number that is proposed.")
+    lowest: int = Field(ge=1, description="Lowest suggested number.")
+    highest: int = Field(description="Highest suggested number.")
 
 
 class Group(Row):
-    """A chapter of the parameter list, as the document divides it (tables 3-1 to 3-11)."""
+    """A group of the parameter list, as in the document (tables 3-1 to 3-11)."""
 
     key: Key = Field(description="Key of the group.")
     label: Text = Field(description="Display name.")
@@ -90,7 +90,7 @@ class Parameter(Row):
     unit: str = Field(default="", description="Unit of the engineering value. Empty if none.")
     per_unit: Scale = Field(default=1, description="Raw steps per unit.")
     unit_when: UnitWhen | None = Field(
-        default=None, description="Another unit, in force while another row has a certain value. Null if none."
+        default=None, description="Another unit while another row has a certain value. Null if none."
     )
     choices: Annotated[tuple[Choice, ...], Field(strict=False)] = Field(
         default=(), description="Choices of a row of kind `choice`."
@@ -115,82 +115,80 @@ class Parameter(Row):
     )
     moves_horn: bool = Field(default=False, description="A change moves a held horn, so torque must be off.")
     shapes_output: bool = Field(default=False, description="No effect while the motor has no output.")
-    sided: bool = Field(default=False, description="Its sign is a side: plus is clockwise. Shown with its sign.")
+    sided: bool = Field(default=False, description="Its sign is a direction, positive is clockwise, and is shown.")
     live: bool = Field(
         default=False, description="Changes without being written, and is read before a save, restart or reset."
     )
     soft_start: int | None = Field(
-        default=None, description="Temporary value during soft start, raw. Null: soft start leaves it alone."
+        default=None, description="Temporary value during soft start, raw. Null if soft start does not change it."
     )
-    poll_s: float | None = Field(
-        default=None, gt=0, description="Period at which every servo is asked for it, s. Null: only on request."
-    )
-    limits: Limits | None = Field(default=None, description="The rows that bound it. Null where none do.")
+    poll_s: float | None = Field(default=None, gt=0, description="Polling period, s. Null if read only on request.")
+    limits: Limits | None = Field(default=None, description="The rows that limit it. Null if none.")
     unique: UniqueNumber | None = Field(
-        default=None, description="The number is that of one servo alone. Null where servos may share it."
+        default=None, description="Suggested range of a number unique to each servo. Null if servos may share it."
     )
 
     @computed_field
     @property
     def name(self) -> str:
-        """The four ASCII characters GetSet knows the register by: `0x2A` (table 2-14)."""
+        """Register name in GetSet, four ASCII characters: `0x2A` (table 2-14)."""
         return f"0x{self.address:02X}"
 
     @computed_field
     @property
     def rom(self) -> bool:
-        """Whether a ROM write keeps it: 0x20 to 0x4F (section 4.11)."""
+        """Whether a ROM write stores it: 0x20 to 0x4F (section 4.11)."""
         return 0x20 <= self.address <= 0x4F and not self.forbidden
 
     @computed_field
     @property
     def action(self) -> bool:
-        """Whether it does something when written and means nothing when read (0x10 to 0x12)."""
+        """Whether it is an action, triggered by a write (0x10 to 0x12)."""
         return self.access == "w"
 
     @property
     def readable(self) -> bool:
-        """Whether it may be read: everything but the actions and 0x49."""
+        """Whether it may be read: all rows except actions and 0x49."""
         return self.access != "w" and not self.forbidden
 
     @property
     def writable(self) -> bool:
-        """Whether its value may be set by a user; actions are run, not set."""
+        """Whether a user may set its value. False for actions."""
         return self.access == "rw" and not self.forbidden
 
     @model_validator(mode="after")
     def _hangs_together(self) -> Self:
         if (self.kind == "choice") != bool(self.choices):
-            raise ValueError("choices belong to kind = 'choice', and such a row needs them")
+            raise ValueError("choices are required for kind = 'choice', and allowed only there")
         raws = [choice.raw for choice in self.choices]
         if len(set(raws)) < len(raws) or len({choice.key for choice in self.choices}) < len(raws):
             raise ValueError("two choices share a key or a raw value")
         if self.expert != bool(self.advice):
-            raise ValueError("an expert row needs advice, and only an expert row has it")
+            raise ValueError("advice is required for expert rows, and allowed only there")
         if self.unit_when is not None and self.kind != "number":
-            raise ValueError("unit_when belongs to a number")
+            raise ValueError("unit_when is allowed only for numbers")
         if self.access != "rw" and (self.moves_horn or self.soft_start is not None or self.unique is not None):
-            raise ValueError("moves_horn, soft_start and unique belong to a row that can be written")
+            raise ValueError("moves_horn, soft_start and unique are allowed only for writable rows")
         if not self.readable and (self.live or self.poll_s is not None or self.limits is not None):
-            raise ValueError("live, poll_s and limits belong to a row that can be read")
+            raise ValueError("live, poll_s and limits are allowed only for readable rows")
         return self
 
     def range_problem(self, *, complete: bool = True) -> str | None:
-        """What is wrong with default, minimum and maximum, or None.
+        """Check default, minimum and maximum. Returns the problem, or None.
 
-        `complete` asks for all three in a row that can be written; a row that awaits an overlay is not.
+        `complete` requires all three in a writable row; rows that await an overlay are not complete.
         """
         low, high, default = self.minimum, self.maximum, self.default
         if complete and self.writable and None in (low, high, default):
-            return "a row that can be written needs default, minimum and maximum"
+            return "a writable row needs default, minimum and maximum"
         if low is None or high is None:
-            return None if low is high else "minimum and maximum come together"
+            return None if low is high else "minimum and maximum require each other"
         if low > high:
             return f"minimum {low} is above maximum {high}"
         if default is not None and not low <= default <= high:
             return f"default {default} is outside {low} to {high}"
         if self.kind == "switch" and (low, high) != (0, 1):
-            return "a switch is 0 or 1"
+            return "a switch must have the range 0 to 1"
         if self.choices and not {choice.raw for choice in self.choices} >= set(range(low, high + 1)):
             return f"not every value from {low} to {high} has a choice"
         return None

@@ -1,4 +1,4 @@
-"""Raw integer ↔ engineering value, and the sentences for values that are not allowed."""
+"""Conversion between raw integers and engineering values, and errors for invalid values."""
 
 import math
 from collections.abc import Mapping
@@ -12,14 +12,14 @@ from hornbill.schema.parameter import DUMMY, Choice, Parameter
 Value: TypeAlias = bool | int | float | str | None
 Values: TypeAlias = Mapping[str, int | None]
 
-# Arithmetic on tenths leaves errors of about 1e-8 at the far end of the angle range; a real half step is 0.5.
+# Arithmetic on tenths has errors of about 1e-8 at the end of the angle range; a real half step is 0.5.
 _TOLERANCE = Decimal("1e-6")
 
 
 def unit_of(parameter: Parameter, values: Values | None = None) -> tuple[str, int]:
-    """The unit and the raw counts per unit; of 0x36 they follow the raw value of 0x37 in `values` (4.30).
+    """Unit and raw steps per unit. For 0x36 they depend on the raw value of 0x37 in `values` (4.30).
 
-    Where that value is not given or not known, the unit is that of the row itself, for the default mode.
+    If that value is unknown, the unit is that of the row, for the default mode.
     """
     other = parameter.unit_when
     if other is not None and values is not None and values.get(other.parameter) == other.raw:
@@ -28,9 +28,9 @@ def unit_of(parameter: Parameter, values: Values | None = None) -> tuple[str, in
 
 
 def to_value(parameter: Parameter, raw: int, values: Values | None = None) -> Value:
-    """What `raw` means: a number in the row's unit, a choice's key, a switch as a bool, None for the dummy.
+    """Engineering value of `raw`: a number in the row's unit, the key of a choice, a bool, or None for inactive.
 
-    A raw value that is no choice (or neither 0 nor 1 for a switch) comes back as it is.
+    An unknown choice (or a switch other than 0 or 1) is returned unchanged.
     """
     if parameter.dummy and raw == DUMMY:
         return None
@@ -47,14 +47,14 @@ def to_value(parameter: Parameter, raw: int, values: Values | None = None) -> Va
 
 
 def to_raw(parameter: Parameter, value: object, values: Values | None = None) -> int:
-    """The integer to write for `value`, which has the form `to_value` gives.
+    """Raw integer for `value`, which has the form returned by `to_value`.
 
-    Raises OutOfRange (facts minimum, maximum, unit, requested in engineering units), InvalidValue (wrong kind
-    of value, or between two steps: fact `nearest`) and ForbiddenParameter for 0x49.
+    Raises OutOfRange (facts minimum, maximum, unit, requested in engineering units), InvalidValue (wrong type, or
+    between two steps: fact `nearest`) and ForbiddenParameter for 0x49.
     """
     if parameter.forbidden:
         raise ForbiddenParameter(
-            f"{parameter.label} ({parameter.name}) is never written.", key=parameter.key, cause="never_written"
+            f"{parameter.label} ({parameter.name}) is never written.", key=parameter.key, cause="write_never_allowed"
         )
     match parameter.kind:
         case "choice":
@@ -71,9 +71,9 @@ def to_raw(parameter: Parameter, value: object, values: Values | None = None) ->
 
 
 def to_nearest_raw(parameter: Parameter, value: object) -> int:
-    """The integer nearest to `value`, for commands: 8.66° in steps of 0.1° is 87; a half goes to the even step.
+    """Nearest raw integer for `value`, for commands: 8.66° in steps of 0.1° is 87. Halves round to even.
 
-    Raises OutOfRange and InvalidValue as `to_raw` does, but not between two steps.
+    Raises OutOfRange and InvalidValue as `to_raw` does, except between two steps.
     """
     if isinstance(value, bool) or not isinstance(value, int | float) or not _finite(value):
         raise _wrong_kind(parameter, value, allowed(parameter))
@@ -83,7 +83,7 @@ def to_nearest_raw(parameter: Parameter, value: object) -> int:
 
 
 def to_text(parameter: Parameter, raw: int, values: Values | None = None) -> str:
-    """`raw` for people, with its unit: "4.0 V", "−90.0°", "Brake", "On", "inactive", "0x00000100"."""
+    """`raw` as text with unit: "4.0 V", "−90.0°", "Brake", "On", "inactive", "0x00000100"."""
     value = to_value(parameter, raw, values)
     if value is None:
         return "inactive"
@@ -98,18 +98,18 @@ def to_text(parameter: Parameter, raw: int, values: Values | None = None) -> str
 
 
 def number(raw: int, per_unit: int) -> str:
-    """`raw` in engineering units with as many decimals as its step has, and a real minus sign."""
+    """`raw` in engineering units, with the decimals of its step and a true minus sign."""
     decimals = len(str(per_unit)) - 1
     return f"{Decimal(raw) / per_unit:.{decimals}f}".replace("-", "−")
 
 
 def with_unit(text: str, unit: str) -> str:
-    """A number and its unit as one text: the degree sign follows at once, every other unit after a space."""
+    """A number with its unit: the degree sign without, other units with a space."""
     return f"{text}{'' if unit in ('', '°') else ' '}{unit}"
 
 
 def allowed(parameter: Parameter, values: Values | None = None) -> str:
-    """The values that may be entered, for people: "0 to 100 %", "on, off or brake", "true or false"."""
+    """Allowed values as text: "0 to 100 %", "on, off or brake", "true or false"."""
     if parameter.kind == "choice":
         return _listed([choice.key for choice in _legal(parameter)])
     if parameter.kind == "switch":
@@ -131,11 +131,11 @@ def _number_to_raw(parameter: Parameter, value: object, values: Values | None) -
     _check_range(parameter, nearest if exact else scaled, value, values)
     if exact:
         return int(nearest)
-    steps = [int(scaled.to_integral_value(way)) for way in (ROUND_FLOOR, ROUND_CEILING)]
+    steps = [int(scaled.to_integral_value(rounding)) for rounding in (ROUND_FLOOR, ROUND_CEILING)]
     step = with_unit(number(1, per_unit), unit) if unit else number(1, per_unit)
     remedy = with_unit(" or ".join(number(raw, per_unit) for raw in steps), unit)
     raise InvalidValue(
-        f"{with_unit(_shown(value, per_unit), unit)} lies between two steps of {step}. Enter {remedy}.",
+        f"{with_unit(_shown(value, per_unit), unit)} is between two steps of {step}. Enter {remedy}.",
         requested=value,
         unit=unit,
         nearest=[_engineering(raw, per_unit) for raw in steps],
@@ -156,7 +156,7 @@ def _check_range(parameter: Parameter, scaled: Decimal, value: float, values: Va
         maximum=_engineering(high, per_unit),
         unit=unit,
         requested=value,
-        cause="past_model_limit",
+        cause="beyond_model_limit",
         key=parameter.key,
     )
 
@@ -176,12 +176,12 @@ def _wrong_kind(parameter: Parameter, value: object, remedy: str) -> InvalidValu
     if value is None or isinstance(value, str | int):
         facts["requested"] = value
     return InvalidValue(
-        f"{parameter.label} cannot be {shown}. Enter {remedy}.", **facts, cause="wrong_kind", key=parameter.key
+        f"{parameter.label} cannot be {shown}. Enter {remedy}.", **facts, cause="wrong_type", key=parameter.key
     )
 
 
 def _shown(value: float, per_unit: int) -> str:
-    """What was entered: with the decimals of a step where that is exact, else with as many as it needs."""
+    """The entered value, with the decimals of a step if exact, otherwise as many as needed."""
     if not _finite(value):
         return "NaN" if math.isnan(value) else "infinite"
     scaled = _exactly(value) * per_unit
@@ -192,7 +192,7 @@ def _shown(value: float, per_unit: int) -> str:
 
 
 def _legal(parameter: Parameter) -> list[Choice]:
-    """The choices this model allows."""
+    """Choices allowed for this model."""
     low, high = parameter.minimum, parameter.maximum
     return [one for one in parameter.choices if low is None or high is None or low <= one.raw <= high]
 
@@ -202,7 +202,7 @@ def _finite(value: float) -> bool:
 
 
 def _exactly(value: float) -> Decimal:
-    """A float as its shortest text reads, so that 0.3 is three tenths; an int whatever its size."""
+    """Exact decimal of a float's shortest representation, so that 0.3 is three tenths, or of an int of any size."""
     return Decimal(value) if isinstance(value, int) else Decimal(repr(float(value)))
 
 

@@ -1,4 +1,4 @@
-"""Read one table file: TOML to strict rows, and every mistake named with its file and row."""
+"""Read one table file: TOML to strict rows, with errors naming file and row."""
 
 import tomllib
 from pathlib import Path
@@ -38,13 +38,13 @@ class EffectsTable(Row):
 
 
 def mistake(file: str, row: str | None, what: str) -> TableError:
-    """The error for something wrong in `file`, in `row` where one row is to blame."""
+    """The error for an invalid `file`, and `row` if known."""
     where = f"{file}, row {row}" if row else file
-    return TableError(f"{where}: {what}", cause="table_wrong", file=file, row=row)
+    return TableError(f"{where}: {what}", cause="table_invalid", file=file, row=row)
 
 
 def read(folder: Path, file: str, shape: type[Table]) -> Table:
-    """One file of `folder` as `shape`. Raises TableError with file and row."""
+    """Read a file of `folder` as `shape`. Raises TableError with file and row."""
     try:
         text = (folder / file).read_text(encoding="utf-8")
     except FileNotFoundError:
@@ -64,7 +64,7 @@ def read(folder: Path, file: str, shape: type[Table]) -> Table:
 
 
 def _where(data: dict[str, Any], place: tuple[int | str, ...]) -> tuple[str | None, str]:
-    """The row a place in the file lies in, and the dotted rest of the place."""
+    """Row of a location in the file, and the rest of the location as a dotted path."""
     if len(place) >= 2 and place[0] == "rows":
         return str(place[1]), ".".join(map(str, place[2:]))
     if len(place) >= 2 and isinstance(place[1], int):
@@ -78,7 +78,7 @@ def _where(data: dict[str, Any], place: tuple[int | str, ...]) -> tuple[str | No
 
 def _what(kind: str, message: str, place: str, overlay: bool) -> str:
     if kind == "extra_forbidden" and overlay:
-        return f"an overlay changes default, minimum and maximum, not `{place}`"
+        return f"an overlay can change only default, minimum and maximum, not `{place}`"
     if kind == "missing":
         return f"`{place}` is missing"
     if kind == "extra_forbidden":

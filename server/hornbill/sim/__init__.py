@@ -1,1 +1,1 @@
-"""The servo itself, as its document says it behaves. Sees the wire and the tables, never the host."""
+"""The simulated servo, as documented. Uses the wire and the tables, never the host."""

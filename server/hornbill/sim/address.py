@@ -1,4 +1,4 @@
-"""The register numbers the simulated servo acts on (section 3.1); every other row is mere storage."""
+"""Registers with a function in the simulated servo (section 3.1). All other rows are only stored."""
 
 from typing import Final
 

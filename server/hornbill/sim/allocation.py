@@ -1,4 +1,4 @@
-"""A node's side of dynamic node-id allocation, rules A to E of the public type (2.3)."""
+"""The node's side of dynamic node ID allocation: rules A to E of the public type (2.3)."""
 
 from random import Random
 from typing import Final
@@ -13,9 +13,9 @@ _NEVER: Final = float("inf")
 
 
 class Allocatee:
-    """Asks for a node id until it is given one. `uid` has 16 bytes; `random` draws the delays of table 2-2.
+    """Requests a node ID until one is assigned. `uid` has 16 bytes; `random` draws the delays of table 2-2.
 
-    After `begin`, call `fire` at `due` and `hear` with every Allocation message of others.
+    After `begin`, call `fire` at `due`, and `receive` with every Allocation message of other nodes.
     """
 
     __slots__ = ("_follow_up_at", "_offset", "_random", "_request_at", "_uid")
@@ -29,27 +29,27 @@ class Allocatee:
 
     @property
     def due(self) -> Instant:
-        """When the next request goes out; infinity when there is nothing to ask for."""
+        """Time of the next request. Infinity if none is needed."""
         return min(self._request_at, self._follow_up_at)
 
     def begin(self, now: Instant) -> None:
-        """Rule A: start to ask."""
+        """Rule A: start requesting."""
         self._restart(now)
 
     def stop(self) -> None:
-        """Ask no more."""
+        """Stop requesting."""
         self._request_at = self._follow_up_at = _NEVER
 
     def fire(self, now: Instant) -> AllocationMessage:
-        """Rule B, or the second half of rule D: the request that is due."""
+        """Rule B, or the second half of rule D: return the request that is due."""
         if self._follow_up_at <= self._request_at:
             self._follow_up_at = _NEVER
             return AllocationMessage(0, False, self._uid[self._offset : self._offset + _PART_BYTES])
         self._restart(now)
         return AllocationMessage(0, True, self._uid[:_PART_BYTES])
 
-    def hear(self, message: AllocationMessage, source: int, now: Instant) -> NodeId | None:
-        """Rules C, D and E for a message from node `source` (0 is another that asks); our node id, once given."""
+    def receive(self, message: AllocationMessage, source: int, now: Instant) -> NodeId | None:
+        """Rules C, D and E for a message from node `source` (0: another requester). Returns our assigned node ID."""
         if self._request_at == _NEVER:
             return None
         self._restart(now)
@@ -65,6 +65,6 @@ class Allocatee:
         return None
 
     def _restart(self, now: Instant) -> None:
-        """Rule C: the request timer starts anew, and a follow-up that waited is given up."""
+        """Rule C: restart the request timer and cancel a pending follow-up."""
         self._request_at = now + self._random.uniform(*_REQUEST_S)
         self._follow_up_at = _NEVER

@@ -1,4 +1,4 @@
-"""Which entries of an ArrayCommand a servo takes, and what register value each one is (tables 2-20 and 2-21)."""
+"""Entries of an ArrayCommand for a servo, and their register values (tables 2-20 and 2-21)."""
 
 import math
 from collections.abc import Iterator
@@ -10,26 +10,27 @@ from hornbill.sim.memory import Memory
 from hornbill.units import Raw
 from hornbill.wire.messages import ArrayCommand, CommandType
 
-_EVERYBODY: Final = 255
+_ALL_SERVOS: Final = 255
 _TENTHS_PER_UNITLESS: Final = 1800.0
 
 
-def taken(message: ArrayCommand, memory: Memory, behaviour: Behaviour) -> Iterator[tuple[int, Raw]]:
-    """Register and raw value of each command for this servo, in the order of the message.
+def accepted_commands(message: ArrayCommand, memory: Memory, behaviour: Behaviour) -> Iterator[tuple[int, Raw]]:
+    """Register and raw value of each command for this servo, in message order.
 
-    Values that are no number, and those out of range unless they are clamped, are not taken.
+    Values that are not finite are ignored, as are values out of range unless they are clamped.
     """
     own = memory.get(address.SERVO_ID)
-    for actuator_id, kind, value in ((c.actuator_id, c.command_type, c.command_value) for c in message.commands):
+    for each in message.commands:
+        actuator_id, kind, value = each.actuator_id, each.command_type, each.command_value
         mine = actuator_id == own and (own != 0 or behaviour.array_command_id_0)
-        if actuator_id != _EVERYBODY and not mine:
+        if actuator_id != _ALL_SERVOS and not mine:
             continue
-        wanted = _register(kind, value, behaviour)
-        if wanted is None:
+        command = _register(kind, value, behaviour)
+        if command is None:
             continue
-        admitted = memory.admit(*wanted, behaviour)
+        admitted = memory.admit(*command, behaviour)
         if admitted is not None:
-            yield wanted[0], admitted
+            yield command[0], admitted
 
 
 def _register(kind: int, value: float, behaviour: Behaviour) -> tuple[int, Raw] | None:

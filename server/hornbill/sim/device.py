@@ -1,4 +1,4 @@
-"""The servo behind its bus connection: its stages from power to power, its supply, its horn."""
+"""The servo without its bus connection: stages, supply and horn."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -21,17 +21,17 @@ from hornbill.sim.registers import Registers, Request
 from hornbill.units import Instant, Raw
 
 BOOT_S: Final = 0.1
-"""From power, or the word to restart, to the first sign of life. No document gives it."""
+"""Time from power-on or restart to the first message. Not documented."""
 SAVE_S: Final = 0.05
-"""Silence while ROM is written (4.11)."""
+"""Duration of a ROM write, without communication (4.11)."""
 WATCH_S: Final = 0.05
-"""How often the servo looks at its supply, its temperature and its progress."""
+"""How often the servo checks its supply, temperature and progress."""
 
 _NEVER: Final = float("inf")
 
 
 class ServoStage(Enum):
-    """Where a servo is in its life."""
+    """Stage of a servo."""
 
     OFF = "off"
     STARTING = "starting"
@@ -41,11 +41,10 @@ class ServoStage(Enum):
 
 @dataclass(frozen=True, slots=True)
 class ServoBuild:
-    """One servo as it was built and saved, switched off.
+    """Description of a servo, switched off.
 
-    `firmware` is the integer of 0x52 (1300), `uid` 16 bytes, `faults` the bits of the model's table. `rom` is what was
-    saved before, by key, raw; `angle_deg` is where the horn stands, clockwise from the notch. Equal seeds give equal
-    servos.
+    `firmware` is the integer of 0x52 (1300), `uid` 16 bytes, `faults` the bits of the model's table. `rom` are saved
+    raw values by key; `angle_deg` is the angle of the horn, clockwise from the notch. Equal seeds give equal servos.
     """
 
     model: ServoModel
@@ -61,10 +60,10 @@ class ServoBuild:
 
 
 class SimDevice:
-    """Power, start, ROM write, protection. `on_up` is called when it runs after a start, `on_dark` when it stops."""
+    """Power, start, ROM write, protection. `on_up` is called after a start, `on_down` when the servo stops."""
 
     def __init__(
-        self, build: ServoBuild, random: Random, on_up: Callable[[Instant], None], on_dark: Callable[[], None]
+        self, build: ServoBuild, random: Random, on_up: Callable[[Instant], None], on_down: Callable[[], None]
     ) -> None:
         model, behaviour = build.model, build.behaviour
         plant = plant_of(model)
@@ -81,28 +80,28 @@ class SimDevice:
         self.motion = HornMotion(plant, build.angle_deg)
         self.commander = CommandInput(self.memory, self.motion, plant, behaviour)
         self._protection = Protection(plant, Random(random.random()), self.conditions)
-        self.registers = Registers(self.memory, self.commander, self._protection, self.faults, self._judge)
+        self.registers = Registers(self.memory, self.commander, self._protection, self.faults, self._update_faults)
         self._on_up = on_up
-        self._on_dark = on_dark
+        self._on_down = on_down
         self._until: Instant = _NEVER
         self._watch_at: Instant = _NEVER
         self._measured_at: Instant = 0.0
         self._restarts_after_save = False
-        self._restarts_over: tuple[str, ...] = ()
+        self._restart_faults: tuple[str, ...] = ()
         self._updating = False
 
     @property
     def running(self) -> bool:
-        """Whether it can hear, answer and move."""
+        """Whether it can communicate and move."""
         return self.stage is ServoStage.RUNNING
 
     @property
     def due(self) -> Instant:
-        """When `live` is needed next; infinity once its supply is off and its horn rests."""
+        """Time of the next `run_due`. Infinity once its supply is off and its horn is at rest."""
         return min(self._watch_at, self.commander.due) if self.stage is ServoStage.RUNNING else self._until
 
-    def live(self, now: Instant) -> None:
-        """Do what is due at `now`: the end of a stage, a look at supply and progress, the time-out."""
+    def run_due(self, now: Instant) -> None:
+        """Process events due at `now`: the end of a stage, checks of supply and progress, the timeout."""
         self.motion.advance(now)
         if self.stage is not ServoStage.RUNNING:
             if self._until <= now:
@@ -114,19 +113,19 @@ class SimDevice:
             self.commander.expire()
 
     def power_on(self, now: Instant) -> None:
-        """Switch the supply on. Nothing happens when it is."""
+        """Switch the supply on. Idempotent."""
         if not self.powered:
             self.powered = True
             self._restart(now)
 
     def power_off(self, now: Instant) -> None:
-        """Switch the supply off. In the middle of a ROM write this spoils what ROM holds (4.11)."""
+        """Switch the supply off. During a ROM write this corrupts ROM (4.11)."""
         self.powered = False
         self.motion.advance(now)
-        self._go_dark(ServoStage.OFF, now + WATCH_S)
+        self._go_down(ServoStage.OFF, now + WATCH_S)
 
     def carry_out(self, request: Request, now: Instant) -> None:
-        """Restart, or write ROM first."""
+        """Restart, if requested after a ROM write."""
         if request is Request.RESTART:
             self._restart(now)
             return
@@ -136,21 +135,21 @@ class SimDevice:
         self._restarts_after_save = request is Request.SAVE_AND_RESTART
         self.commander.halt(True)
 
-    def _restart(self, now: Instant, *over: str) -> None:
-        self._restarts_over = over
-        self._go_dark(ServoStage.STARTING, now + BOOT_S + self.conditions.restart_delay_s)
+    def _restart(self, now: Instant, *faults: str) -> None:
+        self._restart_faults = faults
+        self._go_down(ServoStage.STARTING, now + BOOT_S + self.conditions.restart_delay_s)
 
-    def _go_dark(self, stage: ServoStage, until: Instant) -> None:
+    def _go_down(self, stage: ServoStage, until: Instant) -> None:
         self.stage, self._until = stage, until
         self.commander.halt(True)
-        self._on_dark()
+        self._on_down()
 
     def _end_stage(self, now: Instant) -> None:
         if self.stage is ServoStage.OFF:
-            # A load may turn the horn on: followed as it turns, not all at once when power comes back.
+            # A load may turn the horn: simulate it as it turns, not all at once when power returns.
             self._until = _NEVER if self.motion.asleep else now + WATCH_S
         elif self.stage is ServoStage.SAVING and self.conditions.voltage_v <= DEAD_BELOW_V:
-            self._restart(now)  # the supply has failed meanwhile: what was written is not whole (4.11)
+            self._restart(now)  # the supply failed meanwhile: the write is incomplete (4.11)
         elif self.stage is ServoStage.SAVING:
             self.memory.rom_sound = True
             if self._restarts_after_save:
@@ -168,18 +167,18 @@ class SimDevice:
         self.starts += 1
         self.started_at = self._watch_at = now
         lost = () if self.memory.load() else ("rom_lost",)
-        self.faults.start(*lost, *self._restarts_over)
-        self._restarts_over = ()
+        self.faults.start(*lost, *self._restart_faults)
+        self._restart_faults = ()
         self._updating = self.conditions.software_update
         self.commander.start(now)
         self._on_up(now)
 
     def _watch(self, now: Instant) -> None:
-        """Measure, protect, and see whether soft start has arrived."""
+        """Measure, protect, and check the end of soft start."""
         conditions, motion, commander = self.conditions, self.motion, self.commander
         self._watch_at = now + WATCH_S
         if conditions.voltage_v <= DEAD_BELOW_V:
-            self._go_dark(ServoStage.STARTING, now + BOOT_S)
+            self._go_down(ServoStage.STARTING, now + BOOT_S)
             return
         if self.faults.crashed:
             self._restart(now, *self.faults.crashed)
@@ -187,25 +186,25 @@ class SimDevice:
         if conditions.software_update != self._updating:
             self._updating = conditions.software_update
             if not self._updating:
-                self._restart(now)  # the new program begins as every program does
+                self._restart(now)  # the new firmware starts
                 return
         if commander.halted != self._updating:
             commander.halt(self._updating)
         self._protection.measure(conditions, now - self._measured_at, motion.heat(), motion.torque)
         self._measured_at = now
-        commander.surroundings(self._protection.supply, conditions.load_pct / 100.0, conditions.load_inertia)
+        commander.set_environment(self._protection.supply, conditions.load_pct / 100.0, conditions.load_inertia)
         commander.watch_soft_start()
         pulse = read_pulse(self.memory, conditions.pwm_us)
-        commander.hear_pulse(pulse is not None and pulse.raw is not None, now)
+        commander.update_pulse(pulse is not None and pulse.raw is not None, now)
         if pulse is not None and pulse.raw is not None and commander.can_silent:
             commander.command(pulse.kind, pulse.raw, now, counts=False)
-        self._judge()
+        self._update_faults()
 
-    def _judge(self) -> None:
-        """Bring the fault words up to date, and protection with them."""
+    def _update_faults(self) -> None:
+        """Update the fault words and protection."""
         pulse = read_pulse(self.memory, self.conditions.pwm_us)
         bits = pulse.bits if pulse is not None else ()
         reached, beyond = self._protection.limits(self.memory)
         self.faults.show([*reached, *bits, *self.commander.limits_reached()], output_off=beyond)
-        self.commander.blind("sensor_failure" in self.faults.active)
+        self.commander.freeze_angle("sensor_failure" in self.faults.active)
         self.commander.protect(self.faults.output_off)

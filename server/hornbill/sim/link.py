@@ -1,4 +1,4 @@
-"""SimNode: a servo on the bus: its node ID and how it gets one, what it receives and sends."""
+"""SimNode: bus connection of a servo: node ID and allocation, reception and transmission."""
 
 from collections import deque
 from collections.abc import Sequence
@@ -7,7 +7,7 @@ from typing import Final
 
 from hornbill.sim.allocation import Allocatee
 from hornbill.sim.mechanics.conditions import Conditions
-from hornbill.sim.services import Answer
+from hornbill.sim.services import Response
 from hornbill.units import Instant, NodeId
 from hornbill.wire.datatype import Kind
 from hornbill.wire.frame import Frame
@@ -25,7 +25,7 @@ _ARRAY_COMMAND: Final = ArrayCommand.TYPE.id
 
 
 class SimNode:
-    """Frames in and out of one servo. Without a node id only Allocation passes, either way (2.3)."""
+    """Frames of one servo. Without a node ID only Allocation passes in either direction (2.3)."""
 
     def __init__(self, uid: bytes, random: Random, conditions: Conditions) -> None:
         self.node_id = _ANONYMOUS
@@ -35,29 +35,29 @@ class SimNode:
         self._reassembler = Reassembler()
         self._transfer_ids: dict[int, int] = {}
         self._outbox: list[Frame] = []
-        self._late: deque[tuple[Instant, list[Frame]]] = deque()
+        self._delayed: deque[tuple[Instant, list[Frame]]] = deque()
 
     @property
     def due(self) -> Instant:
-        """When to ask for a node id or to give a late answer next; infinity when there is neither."""
-        return min(self._allocatee.due, self._late[0][0]) if self._late else self._allocatee.due
+        """Time of the next node ID request or delayed response. Infinity if there is neither."""
+        return min(self._allocatee.due, self._delayed[0][0]) if self._delayed else self._allocatee.due
 
     def join(self, node_id: NodeId, now: Instant) -> None:
-        """Come up with a node id of its own (0x46), or begin to ask for one where that is 0."""
+        """Start with a fixed node ID (0x46), or request one if that is 0."""
         self.node_id = node_id
         if not node_id:
             self._allocatee.begin(now)
 
     def leave(self) -> None:
-        """Lose the node id, transfer ids and what was half received. What was sent already still goes out."""
+        """Discard the node ID, transfer IDs and incomplete transfers. Frames in the outbox are still sent."""
         self.node_id = _ANONYMOUS
-        self._late.clear()
+        self._delayed.clear()
         self._allocatee.stop()
         self._reassembler = Reassembler()
         self._transfer_ids = {}
 
-    def mine(self, frames: Sequence[Frame]) -> list[Frame]:
-        """Those of `frames` a servo's acceptance filter lets in: most of a busy bus is not for it."""
+    def accept(self, frames: Sequence[Frame]) -> list[Frame]:
+        """Acceptance filter: the `frames` relevant to this servo, few on a busy bus."""
         node_id = self.node_id
         found: list[Frame] = []
         for frame in frames:
@@ -74,57 +74,57 @@ class SimNode:
         return found
 
     def reassemble(self, frames: Sequence[Frame], now: Instant) -> list[Transfer]:
-        """The transfers that accepted frames complete."""
+        """Transfers completed by accepted frames."""
         return self._reassembler.feed(frames, now)
 
-    def live(self, now: Instant) -> None:
-        """Send what is due: late answers, and the request for a node id."""
-        while self._late and self._late[0][0] <= now:
-            self._outbox += self._late.popleft()[1]
+    def run_due(self, now: Instant) -> None:
+        """Send due messages: delayed responses, and the node ID request."""
+        while self._delayed and self._delayed[0][0] <= now:
+            self._outbox += self._delayed.popleft()[1]
         if self._allocatee.due <= now:
             self.broadcast(self._allocatee.fire(now))
 
-    def hear(self, message: AllocationMessage, source: int, now: Instant) -> bool:
-        """Take an Allocation message of another node; True when it gave us our node id."""
-        node_id = self._allocatee.hear(message, source, now)
+    def receive(self, message: AllocationMessage, source: int, now: Instant) -> bool:
+        """Process an Allocation message of another node. True if it assigned our node ID."""
+        node_id = self._allocatee.receive(message, source, now)
         if node_id is None:
             return False
         self.node_id = node_id
         return True
 
     def broadcast(self, message: NodeStatus | ActuatorStatus | AllocationMessage) -> None:
-        """Put a message into the outbox, with the priorities of table 2-2."""
+        """Queue a message with the priority of table 2-2."""
         data_type = message.TYPE
         transfer_id = self._transfer_ids.get(data_type.id, 0)
         self._transfer_ids[data_type.id] = (transfer_id + 1) & 31
-        asking = isinstance(message, AllocationMessage)
+        anonymous = isinstance(message, AllocationMessage)
         transfer = Transfer(
             Kind.MESSAGE, data_type.id, self.node_id, 0,
-            _ALLOCATION_PRIORITY if asking else _PRIORITY, transfer_id, message.encode(),
+            _ALLOCATION_PRIORITY if anonymous else _PRIORITY, transfer_id, message.encode(),
         )  # fmt: skip
-        discriminator = self._random.getrandbits(_DISCRIMINATOR_BITS) if asking else None
+        discriminator = self._random.getrandbits(_DISCRIMINATOR_BITS) if anonymous else None
         self._outbox += split(transfer, data_type, discriminator=discriminator)
 
-    def answer(self, request: Transfer, answer: Answer, now: Instant) -> None:
-        """Send the answer to a request, at the priority of the request, when it has been thought over.
+    def respond(self, request: Transfer, response: Response, now: Instant) -> None:
+        """Queue the response to a request with its priority, after the configured delay.
 
-        An answer that is to be lost is not sent. Later answers never overtake earlier ones.
+        A response to be dropped is not sent. Later responses never overtake earlier ones.
         """
         loss = self._conditions.drop_responses_pct
         if loss and self._random.random() * 100.0 < loss:
             return
         transfer = Transfer(
             Kind.RESPONSE, request.type_id, self.node_id, request.source,
-            request.priority, request.transfer_id, answer.encode(),
+            request.priority, request.transfer_id, response.encode(),
         )  # fmt: skip
-        frames = split(transfer, answer.TYPE)
-        delay = self._conditions.answer_delay_s
-        if delay > 0.0 or self._late:
-            self._late.append((max(now + delay, self._late[-1][0] if self._late else now), frames))
+        frames = split(transfer, response.TYPE)
+        delay = self._conditions.response_delay_s
+        if delay > 0.0 or self._delayed:
+            self._delayed.append((max(now + delay, self._delayed[-1][0] if self._delayed else now), frames))
         else:
             self._outbox += frames
 
     def take_outbox(self) -> list[Frame]:
-        """What is to be sent, in order; nothing while the servo is mute."""
+        """Remove and return the frames to send, in order. Empty while the servo is mute."""
         frames, self._outbox = self._outbox, []
         return [] if self._conditions.mute else frames

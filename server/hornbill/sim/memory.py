@@ -1,4 +1,4 @@
-"""What a servo keeps in RAM and in ROM, and which value it lets into which register (3.1, 4.11)."""
+"""RAM and ROM of a servo, and the values each register accepts (3.1, 4.11)."""
 
 from collections.abc import Mapping
 from types import MappingProxyType
@@ -23,10 +23,10 @@ _SOFT_START: Final[Mapping[int, Raw]] = MappingProxyType(
 
 
 class Memory:
-    """The registers of one servo, by address; all values are raw.
+    """Registers of one servo by address. All values are raw.
 
-    `rows` are those its model and firmware have, 0x10 to 0x12 and 0x49 included. Current values and fault
-    words are not kept here: they are measured when they are asked for.
+    `rows` are those of its model and firmware, including 0x10 to 0x12 and 0x49. Current values and fault words are not
+    stored here: they are measured on request.
     """
 
     def __init__(
@@ -38,15 +38,15 @@ class Memory:
         production: tuple[int, int, int, int, int],
         rom: Mapping[str, Raw] | None = None,
     ) -> None:
-        """`firmware` is the integer of 0x52, `rom` what ROM holds by key where it is not the default.
+        """`firmware` is the integer of 0x52, `rom` the values in ROM that differ from the defaults, by key.
 
-        Raises ValueError for a key ROM does not keep and for a value out of range.
+        Raises ValueError for a key not stored in ROM and for a value out of range.
         """
         rows = {row.address: row for row in model.rows(firmware).values()}
         rows |= {row.address: row for row in model.parameters.values() if row.action or row.forbidden}
         self.rows: Mapping[int, Parameter] = MappingProxyType(rows)
         self.rom_sound = True
-        """Whether ROM can be read. It cannot while it is written, nor after power failed meanwhile (4.11)."""
+        """Whether ROM can be read. Not during a write, nor after a power failure during a write (4.11)."""
         self._defaults = {at: row.default or 0 for at, row in rows.items() if not row.action}
         self._fixed = {
             address.MODEL_NUMBER: model.model_number,
@@ -63,14 +63,14 @@ class Memory:
         for key, raw in (rom or {}).items():
             row = model.parameters.get(key)
             if row is None or row.address not in self._rom or not _fits(row, raw):
-                raise ValueError(f"{key} = {raw} cannot be in the ROM of a {model.name} with firmware {firmware}.")
+                raise ValueError(f"{key} = {raw} is not valid in ROM of a {model.name} with firmware {firmware}.")
             self._rom[row.address] = raw
         self._temporary: Mapping[int, Raw] = {}
         self._ram: dict[int, Raw] = {}
         self.load()
 
     def load(self) -> bool:
-        """Fill RAM as at power-on: ROM over defaults. False when ROM cannot be read, so that defaults are used."""
+        """Initialize RAM as at power-on: ROM over defaults. False if ROM cannot be read and defaults are used."""
         self._temporary = {}
         self._ram = self._defaults | self._fixed
         if self.rom_sound:
@@ -78,50 +78,50 @@ class Memory:
         return self.rom_sound
 
     def save(self, behaviour: Behaviour) -> None:
-        """Copy the configuration of RAM into ROM (4.11)."""
+        """Copy the configuration from RAM to ROM (4.11)."""
         self._rom = {at: self.shown(at, behaviour) for at in self._rom}
 
     def reset(self, behaviour: Behaviour, *, rom: bool = False) -> None:
-        """Bring the configuration in RAM, and with `rom` in ROM, to the defaults of the model (4.9)."""
-        spared = _IDENTITY if behaviour.erase_keeps_identity else ()
-        factory = {at: self._defaults[at] for at in self._rom if at not in spared}
+        """Reset the configuration in RAM, and with `rom` in ROM, to the defaults of the model (4.9)."""
+        preserved = _IDENTITY if behaviour.erase_keeps_identity else ()
+        factory = {at: self._defaults[at] for at in self._rom if at not in preserved}
         self._ram |= factory
         if rom:
             self._rom |= factory
 
-    def disguise(self, reads: Mapping[str, Raw]) -> None:
-        """Have identity registers (0x50 to 0x53, by key) read something else, as those of an unknown servo would."""
+    def override_identity(self, reads: Mapping[str, Raw]) -> None:
+        """Override identity registers (0x50 to 0x53, by key), as on an unknown servo."""
         addresses = {row.key: at for at, row in self.rows.items() if at in self._fixed}
         self._fixed |= {addresses[key]: raw for key, raw in reads.items()}
         self._ram |= self._fixed
 
     def get(self, at: int, absent: Raw = 0) -> Raw:
-        """The value in force: of soft start while it lasts, `absent` where this firmware has no such row."""
+        """The effective value, during soft start its temporary one. `absent` if this firmware lacks the row."""
         found = self._temporary.get(at)
         return self._ram.get(at, absent) if found is None else found
 
     def own(self, at: int, absent: Raw = 0) -> Raw:
-        """The value as it was written or loaded, whatever soft start makes of it meanwhile."""
+        """The value as written or loaded, regardless of soft start."""
         return self._ram.get(at, absent)
 
     def put(self, at: int, raw: Raw) -> None:
-        """Set a register of RAM; soft start stays in force over it."""
+        """Set a register in RAM. Values of soft start keep priority."""
         self._ram[at] = raw
 
-    def soften(self, on: bool) -> None:
-        """Begin or end the temporary values of soft start (4.14)."""
+    def apply_soft_start(self, on: bool) -> None:
+        """Apply or remove the temporary values of soft start (4.14)."""
         self._temporary = _SOFT_START if on else {}
 
     def shown(self, at: int, behaviour: Behaviour) -> Raw:
-        """The value a read answers."""
+        """The value returned by a read."""
         return self.get(at) if behaviour.soft_start_shows == "temporary" else self._ram[at]
 
     def stored(self, at: int) -> Raw | None:
-        """What ROM holds, or None for a register it does not keep. For tests: no servo can be asked this."""
+        """Value in ROM. None for a register not stored there. For tests: it cannot be read from a real servo."""
         return self._rom.get(at)
 
     def absent(self, at: int, behaviour: Behaviour) -> Absent:
-        """How a register that has no value to give answers, by a switch of `behaviour`. It takes nothing."""
+        """Response of a register without a value, by a switch of `behaviour`. Writes have no effect."""
         row = self.rows.get(at)
         if row is not None:
             return behaviour.write_only if row.action else "empty"
@@ -132,7 +132,7 @@ class Memory:
         return behaviour.reserved if at <= address.LAST and at not in self._known else "empty"
 
     def admit(self, at: int, raw: Raw, behaviour: Behaviour) -> Raw | None:
-        """The value a write of `raw` leads to, or None when it is refused: no such row, read only, out of range."""
+        """The resulting value of a write of `raw`. None if refused: unknown row, read-only, or out of range."""
         row = self.rows.get(at)
         if row is None or row.access == "r":
             return None

@@ -1,4 +1,4 @@
-"""How registers become orders for the motor: units, direction, origin, and which limits hold when."""
+"""Conversion of registers to orders for the motor: units, direction, origin, and applicable limits."""
 
 from typing import Final
 
@@ -11,12 +11,12 @@ from hornbill.units import Raw
 _FURTHEST: Final = 360_000_000
 _RPM: Final = 6.0  # °/s
 _DEAD_BAND_RPM: Final = 0.001
-"""One count of 0x32: the document gives no unit, and its default of 600 must not keep the angle loop from its goal."""
+"""One step of 0x32. Its unit is not documented, and the default of 600 must not keep the angle loop from its target."""
 _LEFTOVER: Final = 1e-6
 
 
 class AngleFrame:
-    """How the servo's angle relates to the plant's: reverse (4.16), origin (4.36), and turns it does not count."""
+    """Relation of the servo's angle to the plant's: reverse (4.16), origin (4.36), and turns not counted."""
 
     __slots__ = ("_origin", "_uncounted", "sign")
 
@@ -25,20 +25,20 @@ class AngleFrame:
         self._origin = 0.0
         self._uncounted = 0.0
 
-    def look(self, memory: Memory) -> None:
-        """Follow 0x23 and 0x44. The origin is taken in the direction the servo counts in."""
+    def update(self, memory: Memory) -> None:
+        """Apply 0x23 and 0x44. The origin is in the direction in which the servo counts."""
         sign = -1.0 if memory.get(address.REVERSE) else 1.0
         self._uncounted *= sign * self.sign
         self.sign = sign
         self._origin = memory.get(address.ORIGIN) / 10.0
 
     def forget_turns(self, plant_deg: float) -> None:
-        """Count from the absolute angle within -180.0° to +179.9° again (4.1)."""
+        """Reset to the absolute angle within -180.0° to +179.9° (4.1)."""
         self._uncounted = 0.0
         self._uncounted = 360.0 * ((self.tenths(plant_deg) + 1800) // 3600)
 
     def tenths(self, plant_deg: float) -> Raw:
-        """The servo's angle in 0.1°, turns counted."""
+        """The servo's angle in 0.1°, including turns."""
         tenths = round((self.sign * plant_deg - self._origin - self._uncounted) * 10.0)
         return min(max(tenths, -_FURTHEST), _FURTHEST)
 
@@ -60,7 +60,7 @@ def orders_for(
     load: float,
     inertia: float,
 ) -> Orders:
-    """Orders to reach `target` of command `kind`, a value of its register that is within the angle limits.
+    """Orders to reach `target`, a register value of command `kind` within the angle limits.
 
     `output` is 0 on, 1 off, 2 brake.
     """
@@ -74,13 +74,13 @@ def orders_for(
         controller = Controller.ANGLE_CASCADE if cascade else Controller.ANGLE_DIRECT
         goal = frame.degrees(target)
     elif not cascade:
-        # 0x25 went off under a speed or torque command, which is ignored from then on (4.18): brake.
+        # 0x25 was turned off during a speed or torque command, which is then ignored (4.18): brake.
         return Orders(Controller.TORQUE, current_limit=current, volts=supply, load=load, inertia=inertia)
     elif kind == address.COMMAND_SPEED:
         controller, goal = Controller.SPEED, sign * target * _RPM
     else:
         controller, goal = Controller.TORQUE, sign * target / 100.0
-    # With the direction reversed the limit of one side is that of the other side of the plant.
+    # With reverse on, the limits of the two sides of the plant are swapped.
     speeds = sorted((sign * get(address.SPEED_LIMIT_CCW) * _RPM, sign * get(address.SPEED_LIMIT_CW) * _RPM))
     torques = sorted((sign * get(address.TORQUE_LIMIT_CCW) / 100.0, sign * get(address.TORQUE_LIMIT_CW) / 100.0))
     return Orders(

@@ -1,4 +1,4 @@
-"""Supply and board temperature as the servo measures them, and when they stop the motor (4.7, 4.8)."""
+"""Measured supply and board temperature, and protection (4.7, 4.8)."""
 
 from math import exp
 from random import Random
@@ -11,11 +11,11 @@ from hornbill.sim.memory import Memory
 from hornbill.units import Raw
 
 DEAD_BELOW_V: Final = 3.0
-"""At this supply and below the electronics stop (4.8)."""
+"""At or below this supply voltage the electronics stop (4.8)."""
 
 _DROOP: Final = 0.06  # of nominal voltage, at stall torque
 _NOISE_V: Final = 0.02
-_RISE_K: Final = 60.0  # above the surroundings, held at stall torque for ever
+_RISE_K: Final = 60.0  # above ambient, in continuous stall
 _THERMAL_S: Final = 120.0
 _TEMPERATURE_ERROR_K: Final = 5.0
 _VOLTAGE_ERROR_V: Final = 0.5
@@ -24,7 +24,7 @@ _VOLTAGE_ERROR_V: Final = 0.5
 class Protection:
     """Temperature and voltage of one servo. `temperature` is the raw value of 0x0B, `voltage` of 0x0C.
 
-    `supply` is the voltage at the motor over nominal, without the noise of its measurement.
+    `supply` is the voltage at the motor relative to nominal, without measurement noise.
     """
 
     __slots__ = ("_plant", "_random", "_rise", "supply", "temperature", "voltage")
@@ -39,7 +39,7 @@ class Protection:
         self.measure(conditions, 0.0, 0.0, 0.0)
 
     def measure(self, conditions: Conditions, elapsed: float, heat: float, torque: float) -> None:
-        """Go on by `elapsed` seconds in which the motor made `heat` (s at stall); `torque` is its share now."""
+        """Advance by `elapsed` seconds with `heat` of the motor (s at stall). `torque` is its present share."""
         self._rise = self._rise * exp(-elapsed / _THERMAL_S) + _RISE_K * heat / _THERMAL_S
         error = conditions.sensor_error
         board = conditions.temperature_c + self._rise + _TEMPERATURE_ERROR_K * error
@@ -51,8 +51,8 @@ class Protection:
         self.voltage = min(max(round(seen * 10.0), 0), 500)
 
     def limits(self, memory: Memory) -> tuple[list[str], bool]:
-        """The fault bits, by key, of limits that are reached (4.12), and whether one is exceeded, so that output is
-        off (4.7, 4.8)."""
+        """Keys of the fault bits of reached limits (4.12), and whether one is exceeded, so that output is off (4.7,
+        4.8)."""
         over = {
             "temperature_high": self.temperature - memory.get(address.TEMPERATURE_LIMIT_UPPER),
             "temperature_low": memory.get(address.TEMPERATURE_LIMIT_LOWER) - self.temperature,

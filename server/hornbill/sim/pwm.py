@@ -1,4 +1,4 @@
-"""What a pulse at the PWM input asks for, and the bits of pulses that are missing or too wide (4.29, 4.30)."""
+"""Command of a pulse at the PWM input, and the bits for missing or out-of-range pulses (4.29, 4.30)."""
 
 from typing import NamedTuple
 
@@ -8,9 +8,9 @@ from hornbill.units import Raw
 
 
 class PulseCommand(NamedTuple):
-    """A command register, the value a pulse puts into it, and the notification bits it sets.
+    """A command register, the value commanded by a pulse, and its notification bits.
 
-    `raw` is None where there is no signal: no pulse, or one out of range, which counts as none (4.30).
+    `raw` is None without a signal: no pulse, or one out of range, which counts as none (4.30).
     """
 
     kind: int
@@ -19,7 +19,7 @@ class PulseCommand(NamedTuple):
 
 
 def read_pulse(memory: Memory, width_us: float | None) -> PulseCommand | None:
-    """What the present pulse means; None on a servo without the PWM rows, which raises no bits either."""
+    """Decode the present pulse. None on a servo without PWM rows, which sets no bits either."""
     if address.PWM_RANGE not in memory.rows:
         return None
     kind = address.COMMAND_SPEED if memory.get(address.PWM_MODE) else address.COMMAND_ANGLE

@@ -1,4 +1,4 @@
-"""What a read of a register answers and what a write sets off (chapters 3 and 4)."""
+"""Reads and writes of registers (chapters 3 and 4)."""
 
 from collections.abc import Callable
 from enum import Enum
@@ -13,7 +13,7 @@ from hornbill.units import Instant, Raw
 
 
 class Request(Enum):
-    """What a register or a service asks of the servo as a whole."""
+    """Action of the servo requested by a register or service."""
 
     RESTART = "restart"
     SAVE = "save"
@@ -21,7 +21,7 @@ class Request(Enum):
 
 
 class Registers:
-    """The registers of one servo as GetSet sees them. `pending` is what a write asked for and the servo must do."""
+    """Registers of one servo as accessed by GetSet. `pending` is a requested action of the servo."""
 
     def __init__(
         self,
@@ -29,15 +29,15 @@ class Registers:
         commander: CommandInput,
         protection: Protection,
         faults: SimFaults,
-        judge: Callable[[], None],
+        update_faults: Callable[[], None],
     ) -> None:
-        """`judge` brings `faults` up to date."""
+        """`update_faults` updates `faults`."""
         self.pending: Request | None = None
         self.boot_loader_writes: list[tuple[Instant, Raw]] = []
-        """Instant and value of every write to 0x49. It never acts; nothing should ever arrive (4.39)."""
+        """Time and value of every write to 0x49. Writes have no effect, and none should ever arrive (4.39)."""
         self._memory = memory
         self._commander = commander
-        self._judge = judge
+        self._update_faults = update_faults
         self._live: Final = {
             address.CURRENT_ANGLE: lambda: commander.angle,
             address.CURRENT_SPEED: lambda: commander.speed,
@@ -51,11 +51,11 @@ class Registers:
         }
 
     def read(self, at: int) -> Raw | None:
-        """The value of a register, or None when a read of it fails (table 2-16)."""
+        """Read a register. None if the read fails (table 2-16)."""
         live = self._live.get(at)
         if live is not None:
             if at >= address.FAULT_OVERVIEW:
-                self._judge()
+                self._update_faults()
             return live()
         row = self._memory.rows.get(at)
         behaviour = self._commander.behaviour
@@ -64,7 +64,7 @@ class Registers:
         return self._memory.shown(at, behaviour)
 
     def write(self, at: int, raw: Raw, now: Instant) -> Raw | None:
-        """The value of a register after a write, or None when the write fails."""
+        """Write a register and return its value. None if the write fails."""
         memory, commander = self._memory, self._commander
         if at == address.BOOT_LOADER:
             self.boot_loader_writes.append((now, raw))
@@ -88,7 +88,7 @@ class Registers:
         return memory.shown(at, commander.behaviour)
 
     def erase(self) -> None:
-        """The opcode ERASE: the configuration as it left the factory, at once (table 2-12)."""
+        """Opcode ERASE: reset the configuration to factory settings at once (table 2-12)."""
         behaviour = self._commander.behaviour
         self._memory.reset(behaviour, rom=behaviour.erase_rom)
         self._commander.configured()
@@ -96,6 +96,6 @@ class Registers:
     def _act(self, at: int) -> None:
         if at == address.INITIALIZE:
             self._memory.reset(self._commander.behaviour)
-            self._commander.initialise()
+            self._commander.factory_reset()
         else:
             self.pending = Request.RESTART if at == address.REBOOT else Request.SAVE_AND_RESTART

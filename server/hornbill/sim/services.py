@@ -1,4 +1,4 @@
-"""The four services as a servo answers them (tables 2-5 to 2-16)."""
+"""The four services of a servo (tables 2-5 to 2-16)."""
 
 from collections.abc import Callable, Collection
 from typing import Final
@@ -27,7 +27,7 @@ from hornbill.wire.services import (
     integer,
 )
 
-Answer = GetNodeInfoResponse | RestartNodeResponse | ExecuteOpcodeResponse | GetSetResponse
+Response = GetNodeInfoResponse | RestartNodeResponse | ExecuteOpcodeResponse | GetSetResponse
 
 REFUSED: Final = GetSetResponse(EMPTY, EMPTY, EMPTY, EMPTY, "")
 """Table 2-16, column "fail": no values, no name."""
@@ -37,7 +37,7 @@ _NAMES: Final = {at: name for name, at in _ADDRESSES.items()}
 
 
 class Services:
-    """Answers requests. What they ask of the servo as a whole is left in `registers.pending`."""
+    """Responds to requests. Requested actions of the servo are stored in `registers.pending`."""
 
     def __init__(
         self,
@@ -52,24 +52,24 @@ class Services:
         self._memory = memory
         self._refuse_keys = refuse_keys
         hardware = model.hardware_version
-        # Two bytes hold neither 300 nor 28050: thousands, and what is left in tens and in ones.
+        # 300 and 28050 do not fit two bytes: thousands, and the rest in tens (software) or ones (hardware).
         self._software = SoftwareVersion(firmware // 1000, firmware % 1000 // 10)
         self._hardware = HardwareVersion(hardware // 1000, hardware % 1000, uid)
         self._name = f"jp.co.futaba.{model.name.lower()}"
 
     def node_info(self, status: NodeStatus) -> GetNodeInfoResponse:
-        """Table 2-6. The document gives no name; this one is of the usual form."""
+        """Table 2-6. The name is not documented; this one has the usual form."""
         return GetNodeInfoResponse(status, self._software, self._hardware, self._name)
 
     def restart(self, request: RestartNodeRequest) -> RestartNodeResponse:
-        """Table 2-10: ok = 0 for any number but the 40-bit one."""
+        """Table 2-10: ok = 0 unless the magic number matches."""
         ok = request.magic_number == MAGIC
         if ok:
             self._registers.pending = Request.RESTART
         return RestartNodeResponse(ok)
 
     def opcode(self, request: ExecuteOpcodeRequest, behaviour: Behaviour) -> ExecuteOpcodeResponse:
-        """Table 2-13: ok = 0 for anything but SAVE and ERASE, or with an argument that is not 0."""
+        """Table 2-13: ok = 0 for opcodes other than SAVE and ERASE, or an argument other than 0."""
         ok = request.opcode in (Opcode.SAVE, Opcode.ERASE) and request.argument == 0
         if ok and request.opcode == Opcode.ERASE:
             self._registers.erase()
@@ -79,9 +79,9 @@ class Services:
         return ExecuteOpcodeResponse(0, ok)
 
     def get_set(self, request: GetSetRequest, behaviour: Behaviour, now: Instant) -> GetSetResponse | None:
-        """Table 2-16: the value after the request; by name, or by index where there is no name. None: no answer."""
+        """Table 2-16: the value after the request, by name or, without a name, by index. None: no response."""
         at = self._address(request, behaviour)
-        if at is None or self._is_withheld(at):
+        if at is None or self._is_refused(at):
             return REFUSED
         if at not in self._memory.rows and self._memory.absent(at, behaviour) == "silent":
             return None
@@ -91,7 +91,7 @@ class Services:
         elif kind == ValueKind.INTEGER and isinstance(value, int):
             raw = self._registers.write(at, value, now)
         else:
-            raw = None  # table 2-15: servos use no other kind
+            raw = None  # table 2-15: servos use no other kinds
         if raw is None:
             return REFUSED
         return GetSetResponse(integer(raw), EMPTY, EMPTY, EMPTY, _NAMES[at])
@@ -104,14 +104,14 @@ class Services:
             name = "0x" + name[2:].upper() if name[:2].lower() == "0x" else name
         return _ADDRESSES.get(name)
 
-    def _is_withheld(self, at: int) -> bool:
+    def _is_refused(self, at: int) -> bool:
         row = self._memory.rows.get(at)
         return row is not None and row.key in self._refuse_keys
 
 
-ANSWERED_BEFORE: Final[dict[Request, Callable[[Behaviour], bool]]] = {
-    Request.RESTART: lambda behaviour: behaviour.answers_restart,
-    Request.SAVE: lambda behaviour: behaviour.answers_save,
-    Request.SAVE_AND_RESTART: lambda behaviour: behaviour.answers_save,
+RESPONDS_FIRST: Final[dict[Request, Callable[[Behaviour], bool]]] = {
+    Request.RESTART: lambda behaviour: behaviour.acknowledges_restart,
+    Request.SAVE: lambda behaviour: behaviour.acknowledges_save,
+    Request.SAVE_AND_RESTART: lambda behaviour: behaviour.acknowledges_save,
 }
-"""Whether what a request sets off lets its answer out first."""
+"""Whether the response is sent before the requested action."""

@@ -5,7 +5,7 @@ from dataclasses import replace
 from random import Random
 
 from hornbill.sim import address
-from hornbill.sim.array_command import taken
+from hornbill.sim.array_command import accepted_commands
 from hornbill.sim.behaviour import TENTHS_PER_UNIT, Behaviour, PositionUnit
 from hornbill.sim.broadcast import Broadcast, actuator_status, node_status
 from hornbill.sim.device import ServoBuild, ServoStage, SimDevice
@@ -13,7 +13,7 @@ from hornbill.sim.faults import SimFaults
 from hornbill.sim.link import SimNode
 from hornbill.sim.mechanics.conditions import Conditions
 from hornbill.sim.memory import Memory
-from hornbill.sim.services import ANSWERED_BEFORE, REFUSED, Answer, Services
+from hornbill.sim.services import REFUSED, RESPONDS_FIRST, Response, Services
 from hornbill.units import Instant, NodeId, Raw
 from hornbill.wire.frame import Frame
 from hornbill.wire.messages import ActuatorStatus, AllocationMessage, ArrayCommand, Mode, NodeStatus
@@ -29,47 +29,47 @@ from hornbill.wire.types import AnyStructure, decode
 
 
 class SimulatedServo:
-    """A servo on a bus, without the bus: frames and instants in, frames out.
+    """A servo without a bus: frames and times in, frames out.
 
-    Bring it up with `power_on`, give it frames with `on_frames`, call `advance` no later than `next_due`,
-    and send what `take_outbox` returns. Nothing here reads a clock, and equal seeds give equal servos.
+    Start it with `power_on`, pass received frames to `on_frames`, call `advance` no later than `next_due`, and send the
+    frames of `take_outbox`. It reads no clock, and equal seeds give equal servos.
     """
 
     def __init__(self, build: ServoBuild) -> None:
-        """Raises ValueError for a unique id of another length than 16 bytes and for values ROM cannot hold."""
+        """Raises ValueError for a unique ID that does not have 16 bytes, and for values invalid in ROM."""
         if len(build.uid) != 16:
-            raise ValueError(f"The unique id is {len(build.uid)} bytes long. Give 16.")
+            raise ValueError(f"The unique ID is {len(build.uid)} bytes long. It must have 16.")
         self.model = build.model
         self.firmware = build.firmware
         self.uid = uid = build.uid
         random = Random(build.seed)
-        self._device = SimDevice(build, random, self._up, self._dark)
+        self._device = SimDevice(build, random, self._up, self._down)
         self._services = Services(
             build.model, build.firmware, uid, self._device.registers, self.memory, self.conditions.refuse_keys
         )  # fmt: skip
         self._link = SimNode(uid, random, self.conditions)
         self._broadcast = Broadcast(self._link.broadcast)
 
-    # What a test or a bench may know and do.
+    # For tests and benches.
 
     @property
     def conditions(self) -> Conditions:
-        """What the bench does to it; set its fields at any time."""
+        """Conditions set by the bench. Its fields may be set at any time."""
         return self._device.conditions
 
     @property
     def faults(self) -> SimFaults:
-        """Its fault bits, which a bench may `inject`."""
+        """Fault bits, which a bench may `inject`."""
         return self._device.faults
 
     @property
     def memory(self) -> Memory:
-        """Its RAM and ROM."""
+        """RAM and ROM."""
         return self._device.memory
 
     @property
     def behaviour(self) -> Behaviour:
-        """The choices where the document is silent; assign another to change them at any time."""
+        """Behaviour where the document is open. May be assigned at any time."""
         return self._device.commander.behaviour
 
     @behaviour.setter
@@ -79,7 +79,7 @@ class SimulatedServo:
 
     @property
     def position_unit(self) -> PositionUnit:
-        """The unit of positions on the bus; assign another at any time."""
+        """Unit of positions on the bus. May be assigned at any time."""
         return self.behaviour.position_unit
 
     @position_unit.setter
@@ -88,70 +88,70 @@ class SimulatedServo:
 
     @property
     def serial(self) -> int:
-        """Its production number (0x51)."""
+        """Product number (0x51)."""
         return self.memory.get(address.PRODUCT_NUMBER)
 
     @property
     def servo_id(self) -> int:
-        """The id ArrayCommand knows it by (0x45); 0 as delivered."""
+        """Servo ID for ArrayCommand (0x45). Factory setting 0."""
         return self.memory.get(address.SERVO_ID)
 
     @property
     def stage(self) -> ServoStage:
-        """Where it is in its life."""
+        """Stage of the servo."""
         return self._device.stage
 
     @property
     def starts(self) -> int:
-        """How many times it came up."""
+        """Number of starts."""
         return self._device.starts
 
     @property
     def node_id(self) -> NodeId:
-        """Its number on the bus now, 0 while it has none."""
+        """Current node ID. 0 if none."""
         return self._link.node_id
 
     @property
     def powered(self) -> bool:
-        """Whether its supply is switched on, however low it may be."""
+        """Whether its supply is switched on, regardless of voltage."""
         return self._device.powered
 
     @property
     def angle_deg(self) -> float:
-        """Where the horn stands, in degrees clockwise from the notch, every turn counted; as of the last advance."""
+        """Angle of the horn in degrees clockwise from the notch, including turns, as of the last advance."""
         return self._device.motion.angle
 
     @property
     def speed_rpm(self) -> float:
-        """How fast the horn turns, + clockwise; as of the last advance."""
+        """Speed of the horn, + clockwise, as of the last advance."""
         return self._device.motion.speed / 6.0
 
     @property
     def asleep(self) -> bool:
-        """Whether the horn rests and costs nothing to simulate."""
+        """Whether the horn is at rest and needs no simulation."""
         return self._device.motion.asleep
 
     @property
     def output(self) -> int:
-        """What the motor gets now: 0 on, 1 off, 2 brake, as in 0x20 but after time-out and protection."""
+        """Motor output: 0 on, 1 off, 2 brake, as in 0x20 but after timeout and protection."""
         return self._device.commander.output
 
     @property
     def soft_starting(self) -> bool:
-        """Whether the horn is on its slow way to 0° after a start (4.14)."""
+        """Whether soft start is moving the horn to 0° (4.14)."""
         return self._device.commander.soft_starting
 
     @property
     def boot_loader_writes(self) -> list[tuple[Instant, Raw]]:
-        """Every write to 0x49, as (instant, value): there must be none (4.39)."""
+        """All writes to 0x49, as (time, value). There must be none (4.39)."""
         return self._device.registers.boot_loader_writes
 
     def register(self, at: int) -> Raw | None:
-        """What a read of register `at` would answer now."""
+        """Value that a read of register `at` would return now."""
         return self._device.registers.read(at)
 
-    def turn_by_hand(self, angle_deg: float, now: Instant) -> bool:
-        """Turn the horn until 0x08 would read this angle. False: the motor has its output on and holds against it."""
+    def turn_manually(self, angle_deg: float, now: Instant) -> bool:
+        """Turn the horn manually until 0x08 reads this angle. False: the motor has torque and resists."""
         self.advance(now)
         motion, commander = self._device.motion, self._device.commander
         motion.advance(now)
@@ -161,49 +161,49 @@ class SimulatedServo:
         return True
 
     def power_on(self, now: Instant) -> None:
-        """Switch its supply on."""
+        """Switch the supply on."""
         self.advance(now)
         self._device.power_on(now)
 
     def power_off(self, now: Instant) -> None:
-        """Switch its supply off. In the middle of a ROM write this spoils what ROM holds (4.11)."""
+        """Switch the supply off. During a ROM write this corrupts ROM (4.11)."""
         self.advance(now)
         self._device.power_off(now)
 
-    # What a bus does.
+    # For the bus.
 
     def on_frames(self, frames: Sequence[Frame], now: Instant) -> None:
-        """Take frames from the bus. Never raises for what is in them."""
-        wanted = self._link.mine(frames)
-        if not wanted:
+        """Process received frames. Never raises, whatever their content."""
+        accepted = self._link.accept(frames)
+        if not accepted:
             return
         self.advance(now)
         if not self._device.running:
             return
         self._device.motion.advance(now)
-        for transfer in self._link.reassemble(wanted, now):
+        for transfer in self._link.reassemble(accepted, now):
             structure = decode(transfer)
             if structure is not None and self._device.running:
                 self._take(transfer, structure, now)
 
     def next_due(self) -> Instant:
-        """When `advance` is needed next; infinity once its supply is off and its horn rests."""
+        """Time of the next required `advance`. Infinity once its supply is off and its horn is at rest."""
         due = self._device.due
         return min(due, self._link.due, self._broadcast.due) if self._device.running else due
 
     def advance(self, now: Instant) -> None:
-        """Live up to `now`."""
+        """Simulate up to `now`."""
         while (at := self.next_due()) <= now:
-            self._device.live(at)
+            self._device.run_due(at)
             if not self._device.running:
                 continue
             if self._link.due <= at:
-                self._link.live(at)
+                self._link.run_due(at)
             if self._broadcast.due <= at:
                 self._broadcast.fire(at, self._node_status, self._status)
 
     def take_outbox(self) -> list[Frame]:
-        """The frames to send, in order; they are forgotten here."""
+        """Remove and return the frames to send, in order."""
         return self._link.take_outbox()
 
     def _up(self, now: Instant) -> None:
@@ -211,7 +211,7 @@ class SimulatedServo:
         if self._link.node_id:
             self._broadcast.begin(now)
 
-    def _dark(self) -> None:
+    def _down(self) -> None:
         self._link.leave()
         self._broadcast.stop()
 
@@ -219,33 +219,33 @@ class SimulatedServo:
         services = self._services
         match structure:
             case AllocationMessage():
-                if self._link.hear(structure, transfer.source, now):
+                if self._link.receive(structure, transfer.source, now):
                     self._broadcast.begin(now)
             case ArrayCommand() if not self.conditions.software_update:
                 counts, shown = self.behaviour.array_command_feeds_timeout, self.behaviour.array_command_shows
-                for at, raw in taken(structure, self.memory, self.behaviour):
+                for at, raw in accepted_commands(structure, self.memory, self.behaviour):
                     self._device.commander.command(at, raw, now, counts=counts, shown=shown)
             case GetSetRequest():
                 refused = self.conditions.software_update
-                answer = REFUSED if refused else services.get_set(structure, self.behaviour, now)
-                if answer is not None:
-                    self._answer(transfer, answer, now)
+                response = REFUSED if refused else services.get_set(structure, self.behaviour, now)
+                if response is not None:
+                    self._respond(transfer, response, now)
             case GetNodeInfoRequest():
-                self._answer(transfer, services.node_info(self._node_status(now)), now)
+                self._respond(transfer, services.node_info(self._node_status(now)), now)
             case ExecuteOpcodeRequest():
                 refused = self.conditions.software_update
                 outcome = ExecuteOpcodeResponse(0, False) if refused else services.opcode(structure, self.behaviour)
-                self._answer(transfer, outcome, now)
+                self._respond(transfer, outcome, now)
             case RestartNodeRequest():
-                self._answer(transfer, services.restart(structure), now)
+                self._respond(transfer, services.restart(structure), now)
             case _:
                 pass
 
-    def _answer(self, request: Transfer, answer: Answer, now: Instant) -> None:
+    def _respond(self, request: Transfer, response: Response, now: Instant) -> None:
         registers = self._device.registers
         pending, registers.pending = registers.pending, None
-        if pending is None or ANSWERED_BEFORE[pending](self.behaviour):
-            self._link.answer(request, answer, now)
+        if pending is None or RESPONDS_FIRST[pending](self.behaviour):
+            self._link.respond(request, response, now)
         if pending is not None:
             self._device.carry_out(pending, now)
 

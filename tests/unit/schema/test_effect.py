@@ -97,10 +97,10 @@ def test_torque_limits_hold_for_every_command_while_control_is_on() -> None:
         (
             "angle_p_gain",
             {"speed_torque_control": 1, "command_angle": DUMMY, "command_torque": DUMMY},
-            "the last command was a speed; it acts while an angle is held",
+            "the last command was a speed; this parameter acts only while an angle is held",
         ),
-        ("command_angle", {"torque_mode": 1}, "torque (0x20) is off, and turning it on drops this command"),
-        ("command_angle", {"torque_mode": 2}, "the servo brakes (0x20), and turning torque on drops this command"),
+        ("command_angle", {"torque_mode": 1}, "torque (0x20) is off, and turning it on discards this command"),
+        ("command_angle", {"torque_mode": 2}, "the servo brakes (0x20), and turning torque on discards this command"),
         (
             "speed_i_limit",
             {"speed_torque_control": 1, "speed_i_gain": 0},
@@ -109,7 +109,7 @@ def test_torque_limits_hold_for_every_command_while_control_is_on() -> None:
         (
             "pwm_neutral",
             {"pwm_mode": 1},
-            "PWM asks for a speed (0x37), and speed and torque control (0x25) is off",
+            "PWM commands a speed (0x37), and speed and torque control (0x25) is off",
         ),
     ],
 )
@@ -121,11 +121,11 @@ def test_the_reason_is_a_sentence(key: str, values: Values, sentence: str) -> No
 def test_an_unread_deciding_value_leaves_the_answer_open() -> None:
     found = why_not(CATALOG, "torque_limit_cw", {}, rows=PWM.rows())
     assert found == Effect(
-        None, "Effect not known: speed and torque control (0x25) has not been read.",
+        None, "Effect unknown: speed and torque control (0x25) has not been read.",
         Why("not_read", {"parameter": "speed_torque_control"}),
     )  # fmt: skip
     found = why_not(CATALOG, "angle_p_gain", {"speed_torque_control": 1}, rows=PWM.rows())
-    assert found == Effect(None, "Effect not known: the last command is not known.", Why("last_command_unknown"))
+    assert found == Effect(None, "Effect unknown: the last command is unknown.", Why("last_command_unknown"))
 
 
 def test_a_rule_that_holds_outweighs_one_that_is_open() -> None:
@@ -166,7 +166,7 @@ def test_the_time_out_time_waits_for_nothing_under_hold_unless_pwm_may_take_over
     found = why_not(CATALOG, "timeout_time", values, rows=PLAIN.rows())
     assert found == Effect(
         False,
-        "No effect now: the time-out action (0x26) is hold.",
+        "No effect now: the timeout action (0x26) is hold.",
         Why("timeout_holds", {"parameter": "timeout_action"}),
     )
     assert why_not(CATALOG, "timeout_time", values, rows=PWM.rows()) == Effect(True, None)

@@ -120,16 +120,16 @@ def test_out_of_range_facts_are_engineering_values() -> None:
     with pytest.raises(OutOfRange) as caught:
         to_raw(ROWS["voltage_limit_upper"], 13)
     facts = {"minimum": 7.4, "maximum": 12.0, "unit": "V", "requested": 13}
-    assert caught.value.facts == {**facts, "key": "voltage_limit_upper", "cause": "past_model_limit"}
+    assert caught.value.facts == {**facts, "key": "voltage_limit_upper", "cause": "beyond_model_limit"}
 
 
 @pytest.mark.parametrize(
     ("key", "value", "sentence", "nearest"),
     [
-        ("origin", 12.34, "12.34° lies between two steps of 0.1°. Enter 12.3 or 12.4°.", [12.3, 12.4]),
-        ("origin", -0.05, "−0.05° lies between two steps of 0.1°. Enter −0.1 or 0.0°.", [-0.1, 0.0]),
-        ("timeout_time", 99.5, "99.5 ms lies between two steps of 1 ms. Enter 99 or 100 ms.", [99, 100]),
-        ("angle_p_gain", 1.5, "1.5 lies between two steps of 1. Enter 1 or 2.", [1, 2]),
+        ("origin", 12.34, "12.34° is between two steps of 0.1°. Enter 12.3 or 12.4°.", [12.3, 12.4]),
+        ("origin", -0.05, "−0.05° is between two steps of 0.1°. Enter −0.1 or 0.0°.", [-0.1, 0.0]),
+        ("timeout_time", 99.5, "99.5 ms is between two steps of 1 ms. Enter 99 or 100 ms.", [99, 100]),
+        ("angle_p_gain", 1.5, "1.5 is between two steps of 1. Enter 1 or 2.", [1, 2]),
     ],
 )
 def test_a_value_between_steps_is_told_its_neighbours(
@@ -195,7 +195,7 @@ def test_a_choice_names_what_is_allowed() -> None:
     with pytest.raises(InvalidValue) as caught:
         to_raw(ROWS["pwm_mode"], "torque")
     assert caught.value.facts == {
-        "allowed": ["angle", "speed"], "requested": "torque", "key": "pwm_mode", "cause": "wrong_kind"
+        "allowed": ["angle", "speed"], "requested": "torque", "key": "pwm_mode", "cause": "wrong_type"
     }  # fmt: skip
 
 

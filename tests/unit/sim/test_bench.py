@@ -118,7 +118,7 @@ def test_a_hand_turns_a_horn_without_torque() -> None:
         servo = bench.add(Recipe(node_id=10, rom={"torque_mode": 1}))
         await bench.start()
         await asyncio.sleep(0.5)
-        assert bench.turn_by_hand(Uid(servo.uid.hex()), 33.0)
+        assert bench.turn_manually(Uid(servo.uid.hex()), 33.0)
         assert servo.register(0x08) == 330
         await bench.close()
 
@@ -144,15 +144,15 @@ def test_a_bus_that_is_gone_does_not_stop_the_bench() -> None:
 def test_what_cannot_be_added_is_refused() -> None:
     names = count()
     bench = Bench(lambda _name: MemoryBus().port(f"{next(names)}"), catalog())
-    with pytest.raises(InvalidValue, match="no model"):
+    with pytest.raises(InvalidValue, match="Unknown model"):
         bench.add(Recipe("BLA99"))
-    with pytest.raises(InvalidValue, match="no firmware"):
+    with pytest.raises(InvalidValue, match="Unknown firmware"):
         bench.add(Recipe(firmware="9.9"))
-    with pytest.raises(ValueError, match="cannot be in the ROM"):
+    with pytest.raises(ValueError, match="is not valid in ROM"):
         bench.add(Recipe(rom={"angle_p_gain": 1_000}))
-    with pytest.raises(ValueError, match="cannot be in the ROM"):
+    with pytest.raises(ValueError, match="is not valid in ROM"):
         bench.add(Recipe(firmware="1.010", rom={"angle_boost": 1}))
-    with pytest.raises(ValueError, match="Give 16"):
+    with pytest.raises(ValueError, match="must have 16"):
         bench.add(Recipe(uid=b"short"))
     uid = bytes(16)
     bench.add(Recipe(uid=uid))

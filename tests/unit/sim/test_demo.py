@@ -105,7 +105,7 @@ def test_one_has_the_first_firmware_and_lacks_its_later_rows() -> None:
 
 
 def test_one_is_unprovisioned_and_one_lost_its_settings() -> None:
-    new, lost = told("box"), at_desk(told("lost")).servo
+    new, lost = told("new servo"), at_desk(told("lost")).servo
     assert (new.model[:5], new.servo_id, new.node_id) == ("BLA15", 0, 0)
     assert (lost.register(0x1A), lost.register(0x25), lost.node_id) == (1 << 15, 0, 0)
 

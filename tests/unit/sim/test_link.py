@@ -50,10 +50,10 @@ def test_what_others_say_is_let_by() -> None:
     desk = Desk()
     link = desk.servo_link()
     for message in (ActuatorStatus(1, 0.5, 0.0, 0.0, 0), NodeStatus(1, NodeHealth.OK, Mode.OPERATIONAL)):
-        assert link.mine(desk.frames_of(message, source=17)) == []
+        assert link.accept(desk.frames_of(message, source=17)) == []
     answer = GetSetResponse(EMPTY, EMPTY, EMPTY, EMPTY, "")
-    assert link.mine(desk.frames_of(answer, source=17)) == []
-    assert link.mine(desk.frames_of(GetSetRequest(0, EMPTY, "0x50")))
+    assert link.accept(desk.frames_of(answer, source=17)) == []
+    assert link.accept(desk.frames_of(GetSetRequest(0, EMPTY, "0x50")))
 
 
 def test_interleaved_requests_of_two_testers_are_both_answered() -> None:

@@ -50,10 +50,10 @@ def test_product_rows_survive_everything() -> None:
 
 def test_soft_start_values_lie_over_what_is_written() -> None:
     kept = memory()
-    kept.soften(True)
+    kept.apply_soft_start(True)
     kept.put(0x3A, 100)
     assert (kept.get(0x3A), kept.own(0x3A), kept.shown(0x3A, PLAIN)) == (30, 100, 30)
-    kept.soften(False)
+    kept.apply_soft_start(False)
     assert kept.get(0x3A) == 100
 
 

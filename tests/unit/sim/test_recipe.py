@@ -33,7 +33,7 @@ def test_a_model_or_firmware_that_does_not_exist_is_refused_with_those_that_do(r
 
 @pytest.mark.parametrize("rom", [{"nothing": 1}, {"angle_p_gain": 101}, {"command_angle": 5}, {"angle_boost": 5}])
 def test_rom_holds_only_what_it_could(rom: dict[str, int]) -> None:
-    with pytest.raises(ValueError, match="cannot be in the ROM"):
+    with pytest.raises(ValueError, match="is not valid in ROM"):
         Recipe(firmware="1.010", rom=rom).build(catalog(), 1)
 
 

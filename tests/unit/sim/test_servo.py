@@ -53,7 +53,7 @@ def test_advanced_late_it_catches_up_and_does_not_pour_out_what_it_missed() -> N
 
 def test_a_unique_id_has_16_bytes() -> None:
     recipe = Recipe("BLA21-06U-A0", "1.300", uid=bytes(15))
-    with pytest.raises(ValueError, match="Give 16"):
+    with pytest.raises(ValueError, match="must have 16"):
         recipe.build(catalog(), 1)
 
 

@@ -1,1 +1,1 @@
-"""Simulated servos at work on an event loop."""
+"""Simulated servos on an event loop."""

@@ -1,4 +1,4 @@
-"""Simulated servos at work on an event loop, each with a port of its own."""
+"""Simulated servos on an event loop, each with its own port."""
 
 import asyncio
 import logging
@@ -22,10 +22,10 @@ _NEVER: Final = float("inf")
 
 
 class Bench:
-    """Drives servos by the loop's clock. `port_factory` opens a port by name, on whatever bus there is.
+    """Runs servos on the clock of the event loop. `port_factory` opens a port by name, on any bus.
 
-    Servos added before `start` are switched on by it, later ones at once. `seed` decides everything that
-    recipes leave open. All methods are called on the event loop.
+    Servos added before `start` are switched on by it, later ones at once. `seed` determines everything not specified by
+    recipes. All methods are called on the event loop.
     """
 
     def __init__(self, port_factory: Callable[[str], CanPort], catalog: Catalog, seed: int = 1) -> None:
@@ -38,19 +38,19 @@ class Bench:
 
     @property
     def servos(self) -> dict[Uid, SimulatedServo]:
-        """Every servo on the bench by its unique id, in the order they came."""
+        """All servos by unique ID, in the order they were added."""
         return {uid: driver.servo for uid, driver in self._drivers.items()}
 
     def add(self, recipe: Recipe) -> SimulatedServo:
-        """Put a servo on the bench.
+        """Add a servo.
 
-        Raises InvalidValue for an unknown model or firmware, ValueError for values ROM cannot hold or a
-        unique id that is there already.
+        Raises InvalidValue for an unknown model or firmware, ValueError for values invalid in ROM or a duplicate unique
+        ID.
         """
         servo = recipe.build(self._catalog, f"{self._seed}/{self._added}")
         uid = Uid(servo.uid.hex())
         if uid in self._drivers:
-            raise ValueError(f"There is a servo {uid} on the bench already.")
+            raise ValueError(f"A servo {uid} is on the bench already.")
         self._added += 1
         driver = _Driver(servo, f"servo{self._added}", recipe.story)
         if self._running:
@@ -59,28 +59,28 @@ class Bench:
         return servo
 
     def servo(self, uid: Uid) -> SimulatedServo:
-        """The servo with this unique id. Raises Unknown."""
+        """The servo with this unique ID. Raises Unknown."""
         return self._driver(uid).servo
 
     def story(self, uid: Uid) -> str:
-        """Why this servo is on the bench, for people; empty for a plain one. Raises Unknown."""
+        """Purpose of this servo, for users. Empty if none. Raises Unknown."""
         return self._driver(uid).story
 
     async def remove(self, uid: Uid) -> None:
-        """Take a servo off the bench and the bus. Raises Unknown."""
+        """Remove a servo from the bench and the bus. Raises Unknown."""
         driver = self._driver(uid)
-        del self._drivers[uid]  # first: closing takes turns of the loop, in which it may be asked for again
+        del self._drivers[uid]  # first: it may be requested again while closing
         await driver.close()
 
     async def start(self) -> None:
-        """Open a port for every servo and switch them on. Twice is harmless."""
+        """Open a port for every servo and switch them on. Idempotent."""
         if not self._running:
             self._running = True
             for driver in self._drivers.values():
                 driver.start(self._open)
 
-    async def rest(self) -> None:
-        """Switch every servo off and close its port, until `start`. What only RAM held is gone. Twice is harmless."""
+    async def stop(self) -> None:
+        """Switch all servos off and close their ports, until `start`. Values in RAM are lost. Idempotent."""
         if not self._running:
             return
         self._running = False
@@ -89,7 +89,7 @@ class Bench:
             await driver.close()
 
     async def close(self) -> None:
-        """Take every servo off the bus. Twice is harmless; the bench cannot be started again."""
+        """Remove all servos from the bus. Idempotent. The bench cannot be started again."""
         self._running = False
         drivers, self._drivers = self._drivers, {}
         for driver in drivers.values():
@@ -103,25 +103,25 @@ class Bench:
             driver.servo.power_on(now)
         else:
             driver.servo.power_off(now)
-        driver.go_on(now)
+        driver.process(now)
 
-    def turn_by_hand(self, uid: Uid, angle_deg: float) -> bool:
-        """Turn a horn whose motor has no output until 0x08 would read `angle_deg`; False: it has. Raises Unknown."""
+    def turn_manually(self, uid: Uid, angle_deg: float) -> bool:
+        """Turn a horn without torque manually until 0x08 reads `angle_deg`. False: it has torque. Raises Unknown."""
         driver = self._driver(uid)
         now = driver.now()
-        turned = driver.servo.turn_by_hand(angle_deg, now)
-        driver.go_on(now)
+        turned = driver.servo.turn_manually(angle_deg, now)
+        driver.process(now)
         return turned
 
     def _driver(self, uid: Uid) -> "_Driver":
         driver = self._drivers.get(uid)
         if driver is None:
-            raise Unknown("unknown_servo", f"There is no simulated servo {uid}.", cause="not_simulated", uid=uid)
+            raise Unknown("unknown_servo", f"Simulated servo {uid} not found.", cause="not_simulated", uid=uid)
         return driver
 
 
 class _Driver:
-    """One servo, its port, and the alarm for what it does next."""
+    """One servo, its port, and the timer for its next event."""
 
     def __init__(self, servo: SimulatedServo, name: str, story: str) -> None:
         self.servo = servo
@@ -129,7 +129,7 @@ class _Driver:
         self._name = name
         self._port: CanPort | None = None
         self._loop: asyncio.AbstractEventLoop | None = None
-        self._alarm: asyncio.TimerHandle | None = None
+        self._timer: asyncio.TimerHandle | None = None
 
     def now(self) -> Instant:
         loop = self._loop or asyncio.get_running_loop()
@@ -141,18 +141,18 @@ class _Driver:
         self._port.listen(self._on_frames)
         now = self._loop.time()
         self.servo.power_on(now)
-        self.go_on(now)
+        self.process(now)
 
     async def close(self) -> None:
-        if self._alarm is not None:
-            self._alarm.cancel()
-            self._alarm = None
+        if self._timer is not None:
+            self._timer.cancel()
+            self._timer = None
         port, self._port = self._port, None
         if port is not None:
             await port.close()
 
-    def go_on(self, now: Instant) -> None:
-        """Send what the servo has to say, and set the alarm for its next act. It may ring too early, never late."""
+    def process(self, now: Instant) -> None:
+        """Send the frames of the servo, and set the timer for its next event. It may fire too early, never late."""
         port, loop = self._port, self._loop
         if port is None or loop is None:
             return
@@ -163,19 +163,19 @@ class _Driver:
             except BusDisconnected as error:
                 log.debug("%s could not send: %s", self._name, error.detail)
         due = self.servo.next_due()
-        if self._alarm is not None:
-            if self._alarm.when() <= due:
+        if self._timer is not None:
+            if self._timer.when() <= due:
                 return
-            self._alarm.cancel()
-        self._alarm = None if due == _NEVER else loop.call_at(max(due, now), self._ring)
+            self._timer.cancel()
+        self._timer = None if due == _NEVER else loop.call_at(max(due, now), self._wake)
 
     def _on_frames(self, frames: list[Frame]) -> None:
         now = self.now()
         self.servo.on_frames(frames, now)
-        self.go_on(now)
+        self.process(now)
 
-    def _ring(self) -> None:
-        self._alarm = None
+    def _wake(self) -> None:
+        self._timer = None
         now = self.now()
         self.servo.advance(now)
-        self.go_on(now)
+        self.process(now)

@@ -1,4 +1,4 @@
-"""What is particular about one simulated servo, before there is one."""
+"""Description of one simulated servo."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -16,9 +16,9 @@ from hornbill.units import Raw
 
 _UID_BYTES = 16
 IDENTITY: Final = frozenset(("model_number", "firmware_version", "hardware_version"))
-"""The registers a servo is recognised by."""
+"""The registers that identify the model of a servo."""
 _STILL_BUILT: Final = "2025-12"
-"""The last month of a version that is still built, so that equal seeds give equal servos."""
+"""Last production month for a current version, fixed so that equal seeds give equal servos."""
 
 
 def _none() -> dict[str, Raw]:
@@ -33,13 +33,13 @@ def _months(year_and_month: str) -> int:
 
 @dataclass(frozen=True, slots=True)
 class Recipe:
-    """A servo as it was delivered and saved: `model` as in the tables, `firmware` as "1.300".
+    """A servo as delivered and saved: `model` as in the tables, `firmware` as "1.300".
 
-    `servo_id` and `node_id` 0 are a new servo's: not to be addressed, and asking for a node id. `rom` is what
-    else was saved, by key, raw. `angle_deg` is where the horn stands, `serial` 0 takes one from the seed. `story`
-    says to people why it is there; `room_c`, `load_pct` and `load_inertia` are its surroundings; unless
-    `rom_sound`, power failed once while ROM was written. `any_firmware` allows one the model was never built with,
-    in the tables or not; `reads` is what identity registers read instead, by key, as those of an unknown servo would.
+    `servo_id` and `node_id` 0 are those of a new servo, which cannot be addressed and requests a node ID. `rom` are
+    other saved raw values by key. `angle_deg` is the angle of the horn; `serial` 0 derives one from the seed. `story`
+    is its purpose, for users; `room_c`, `load_pct` and `load_inertia` are its environment. Without `rom_sound`, power
+    failed during a ROM write. `any_firmware` allows a version the model was never built with; `reads` overrides
+    identity registers by key, as on an unknown servo.
     """
 
     model: str = "BLA21-06U-A0"
@@ -60,39 +60,39 @@ class Recipe:
     reads: Mapping[str, Raw] = field(default_factory=_none)
 
     def build(self, catalog: Catalog, seed: int | str) -> SimulatedServo:
-        """The servo, switched off. Everything not said is drawn from `seed`.
+        """Build the servo, switched off. Everything not specified is drawn from `seed`.
 
-        Raises InvalidValue for a model or firmware that does not exist, or never did together (section 5), unless
-        `any_firmware`; ValueError for values ROM cannot hold.
+        Raises InvalidValue for an unknown model or firmware, or a combination never built (section 5), unless
+        `any_firmware`; ValueError for values invalid in ROM.
         """
         model = catalog.models.get(self.model)
         if model is None:
             raise InvalidValue(
-                f'There is no model "{self.model}". Give one of {", ".join(catalog.models)}.',
-                cause="no_such_model",
+                f'Unknown model "{self.model}". Use one of {", ".join(catalog.models)}.',
+                cause="model_unknown",
                 requested=self.model,
             )
         if self.firmware not in catalog.firmware_steps and not self.any_firmware:
             steps = ", ".join(catalog.firmware_steps)
             raise InvalidValue(
-                f'There is no firmware "{self.firmware}". Give one of {steps}.',
-                cause="no_such_firmware",
+                f'Unknown firmware "{self.firmware}". Use one of {steps}.',
+                cause="firmware_unknown",
                 requested=self.firmware,
                 known=list(catalog.firmware_steps),
             )
         if self.firmware not in model.firmware and not self.any_firmware:
             raise InvalidValue(
-                f"{self.model} was never built with firmware {self.firmware}. Give one of {', '.join(model.firmware)}, "
-                "or allow any_firmware for a test.",
-                cause="never_built_with",
+                f"{self.model} was never built with firmware {self.firmware}. Use one of {', '.join(model.firmware)}, "
+                "or set any_firmware for a test.",
+                cause="firmware_not_for_model",
                 model=self.model,
                 firmware=self.firmware,
                 known=list(model.firmware),
             )
         if not self.reads.keys() <= IDENTITY:
             raise InvalidValue(
-                f"Only {', '.join(sorted(IDENTITY))} can read something else.",
-                cause="not_read_otherwise",
+                f"Only {', '.join(sorted(IDENTITY))} can be overridden.",
+                cause="reading_not_settable",
                 known=sorted(IDENTITY),
             )
         random = Random(f"{seed}")
@@ -122,5 +122,5 @@ class Recipe:
         made.conditions.load_pct = self.load_pct
         made.conditions.load_inertia = self.load_inertia
         made.memory.rom_sound = self.rom_sound
-        made.memory.disguise(self.reads)
+        made.memory.override_identity(self.reads)
         return made

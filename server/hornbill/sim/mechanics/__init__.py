@@ -1,1 +1,1 @@
-"""The horn, its load and its surroundings, in fixed steps."""
+"""The horn, its load and its environment, in fixed steps."""

@@ -1,4 +1,4 @@
-"""What a bench does to a servo, from a warm chamber to a cable that loses answers."""
+"""Conditions of a simulated servo set by the bench, such as temperature or lost responses."""
 
 from dataclasses import dataclass, field
 from typing import Final
@@ -8,31 +8,31 @@ ROOM_C: Final = 25.0
 
 @dataclass(slots=True)
 class Conditions:
-    """Set the fields at any time; the servo looks at them 20 times a second and with every request."""
+    """Fields may be set at any time. The servo checks them 20 times a second and with every request."""
 
     voltage_v: float
-    """Supply at no load, in volts. At 3 V and below the servo is dead (4.8)."""
+    """Supply without load, V. At or below 3 V the servo does not work (4.8)."""
     temperature_c: float = ROOM_C
-    """Surroundings, in °C: the board takes this temperature at once and warms above it under load."""
+    """Ambient temperature, °C. The board has this temperature at once and becomes warmer under load."""
     load_pct: float = 0.0
-    """Constant torque on the horn in % of the servo's greatest, + pushes CW as seen from the name plate."""
+    """Constant torque on the horn in % of the servo's maximum. Positive pushes clockwise, seen from the name plate."""
     load_inertia: float = 0.0
-    """Inertia on the horn, as a multiple of the servo's own as its horn feels it."""
+    """Inertia on the horn, as a multiple of the servo's own at the horn."""
     pwm_us: float | None = None
-    """Width of the pulses at the PWM input in µs; None: no pulse."""
+    """Width of the pulses at the PWM input, µs. None: no pulses."""
     mute: bool = False
-    """The servo hears, acts, and nothing it sends reaches the bus."""
+    """Whether frames of the servo are dropped. It still receives and acts."""
     drop_responses_pct: float = 0.0
-    """How many of its answers to services are lost, 0..100 %."""
-    answer_delay_s: float = 0.0
-    """How long the servo thinks before it answers a service. It goes on hearing and moving meanwhile."""
+    """Share of lost service responses, 0..100 %."""
+    response_delay_s: float = 0.0
+    """Delay of service responses, s. The servo continues to receive and move meanwhile."""
     restart_delay_s: float = 0.0
-    """Added to the time each start takes."""
+    """Additional duration of each start, s."""
     software_update: bool = False
-    """Its software is being replaced (mode of table 2-19): it has no motor output, serves node info and restart
-    alone, and says no to everything else. The document gives the mode and not what goes with it; this is the least
-    a servo without its program can do. Only a bench brings it about: nothing here writes 0x49."""
+    """Whether a software update is in progress (mode of table 2-19): no motor output, only node info and restart are
+    served, everything else is refused. The document names the mode but not its behaviour; this is the minimum of a
+    servo without its firmware. Only a bench sets it: nothing here writes 0x49."""
     refuse_keys: set[str] = field(default_factory=set[str])
-    """Parameters (by key) that GetSet refuses although the servo has them."""
+    """Keys of parameters that GetSet refuses although the servo has them."""
     sensor_error: float = 0.0
     """Error of the temperature and voltage sensors, -1..1 of the ±5 °C and ±0.5 V of 4.7 and 4.8."""

@@ -1,4 +1,4 @@
-"""The horn in time, under a controller, friction and a load; a fixed-step integration."""
+"""Motion of the horn under a controller, friction and a load, by fixed-step integration."""
 
 from enum import IntEnum
 from math import exp
@@ -17,14 +17,14 @@ from hornbill.sim.mechanics.plant import (
 from hornbill.units import Instant
 
 _SMOOTHING_S: Final = 0.04
-_TORQUE_KEPT: Final = exp(-STEP_S / TORQUE_LAG_S)
-"""What is left of the gap between the torque there is and the torque asked for after a step."""
-_TORQUE_MEAN: Final = TORQUE_LAG_S / STEP_S * (1.0 - _TORQUE_KEPT)
-"""The same as a mean over the step."""
+_TORQUE_DECAY: Final = exp(-STEP_S / TORQUE_LAG_S)
+"""Remaining share of the difference between actual and requested torque after a step."""
+_TORQUE_MEAN: Final = TORQUE_LAG_S / STEP_S * (1.0 - _TORQUE_DECAY)
+"""The same, averaged over the step."""
 _SAME_TORQUE: Final = 1e-4
 
 _INNER_DAMPING: Final = 2.4
-"""Speed feedback of the angle loop without 0x25, as a share of back-EMF: it keeps that loop from swinging."""
+"""Speed feedback of the angle loop without 0x25, as a share of back-EMF. It damps that loop."""
 
 
 class Controller(IntEnum):
@@ -46,14 +46,14 @@ _ARRIVED: Final = {
     Controller.SPEED: 1.0,
     Controller.TORQUE: 0.001,
 }
-"""How near smoothing comes to a target before it is there, in the unit of the target."""
+"""Distance at which smoothing has reached a target, in the unit of the target."""
 
 
 class Orders(NamedTuple):
-    """What the controller works with, in the plant's own direction (+ clockwise), degrees and °/s.
+    """Input of the controller, in the plant's direction (+ clockwise), degrees and °/s.
 
     `target` is an angle, a speed or a torque share, by `controller`. `angle_p` is °/s per ° in the cascade, torque
-    per ° without; `volts` is the supply over nominal; `load` a torque on the horn; torque is a share of stall.
+    per ° without; `volts` is the supply relative to nominal; `load` a torque on the horn; torque is a share of stall.
     `inertia` on the horn is a multiple of the servo's own.
     """
 
@@ -79,12 +79,12 @@ class Orders(NamedTuple):
 
 
 class HornMotion:
-    """Angle (°, turns counted) of one horn, speed (°/s, as the horn sees it) and torque (share of stall) of its motor.
+    """Angle (°, including turns) of one horn, speed (°/s, at the horn) and torque (share of stall) of its motor.
 
-    The motor has inertia, dry and viscous friction, and torque that lags behind what is asked for; the horn follows
-    through the play of the gear, or lies where a load pushes it. Time is advanced lazily: `advance(now)` integrates
-    what has passed since the last call in steps of STEP_S, the controllers once a step.
-    A horn at rest with nothing to do sleeps: it costs nothing until other orders come or a hand turns it.
+    The motor has inertia, dry and viscous friction, and torque that lags behind the requested one; the horn follows
+    through the gear backlash, or is pushed by a load to one side of it. Time is advanced lazily: `advance(now)`
+    integrates the time since the last call in steps of STEP_S, with the controllers once per step.
+    A horn at rest sleeps: it needs no computation until its orders change or it is turned manually.
     """
 
     __slots__ = (
@@ -116,17 +116,17 @@ class HornMotion:
         self.speed: float = 0.0
         self.torque: float = 0.0
         self.limited_speed = 0
-        """+1 or -1 while the speed limit of that side holds the controller back (4.32)."""
+        """+1 or -1 while the speed limit of that side is active (4.32)."""
         self.limited_torque = 0
-        """+1 or -1 while the torque limit of that side holds the controller back (4.33)."""
+        """+1 or -1 while the torque limit of that side is active (4.33)."""
 
     @property
     def asleep(self) -> bool:
-        """Whether the horn rests and nothing is left to integrate."""
+        """Whether the horn is at rest with nothing to integrate."""
         return self._asleep
 
     def obey(self, orders: Orders) -> None:
-        """Follow other orders from the last `advance` on; a controller that takes over begins where the horn is."""
+        """Set the orders as of the last `advance`. A new controller starts at the present state of the horn."""
         before = self._orders
         if orders == before:
             return
@@ -142,13 +142,13 @@ class HornMotion:
         self._asleep = False
 
     def turn(self, angle: float) -> None:
-        """A hand sets the horn to `angle`, at rest. What the controller makes of it is its business."""
+        """Set the horn manually to `angle`, at rest. The controller may move it afterwards."""
         self.angle = self._motor = angle
         self.speed = 0.0
         self._asleep = False
 
     def heat(self) -> float:
-        """Integral of the squared torque over time since the last call, in seconds at stall: what warms the board."""
+        """Integral of the squared torque since the last call, in seconds at stall. It warms the board."""
         heat, self._heat = self._heat, 0.0
         return heat
 
@@ -169,7 +169,7 @@ class HornMotion:
         emf = 1.0 / plant.synchronous
         damping = _INNER_DAMPING * emf
         viscous = VISCOUS * emf
-        # Viscous friction by the trapezoidal rule: stable, and exact to a fraction of a per mille at this step.
+        # Viscous friction by the trapezoidal rule: stable, and accurate to less than 0.1 % at this step.
         acceleration = plant.gain / (1.0 + inertia)
         drag = acceleration * viscous * STEP_S / 2.0
         slowed, kick = (1.0 - drag) / (1.0 + drag), acceleration * STEP_S / (1.0 + drag)
@@ -205,11 +205,11 @@ class HornMotion:
                 limited_torque = 0
                 growth = 0.0
                 if controller >= 4 and point == 0.0:
-                    # 4.2 and 4.3: speed or torque 0 does not turn, it brakes.
-                    wish = integral = 0.0
+                    # 4.2 and 4.3: speed or torque 0 brakes.
+                    effort = integral = 0.0
                     braked = True
                 elif controller == 5:
-                    wish = point
+                    effort = point
                     braked = False
                 else:
                     braked = False
@@ -232,21 +232,21 @@ class HornMotion:
                     elif wanted < speed_low:
                         wanted, limited_speed = speed_low, -1
                     deviation = wanted - speed
-                    wish = integral + push
+                    effort = integral + push
                     if deviation > speed_dead_band or deviation < -speed_dead_band:
-                        wish += speed_p * deviation
+                        effort += speed_p * deviation
                         growth = speed_i * deviation
                     elif wanted == 0.0:
-                        # What pushed the horn here must not let it creep on, below what the speed dead band sees.
+                        # Prevent creeping at speeds within the speed deadband.
                         growth = speed_i * deviation
-                if wish > torque_high:
-                    wish, limited_torque, growth = torque_high, 1, 0.0
-                elif wish < torque_low:
-                    wish, limited_torque, growth = torque_low, -1, 0.0
+                if effort > torque_high:
+                    effort, limited_torque, growth = torque_high, 1, 0.0
+                elif effort < torque_low:
+                    effort, limited_torque, growth = torque_low, -1, 0.0
                 if braked:
                     demand = -speed * emf
                 else:
-                    voltage = wish + speed * emf
+                    voltage = effort + speed * emf
                     if voltage > volts:
                         voltage, growth = volts, 0.0
                     elif voltage < -volts:
@@ -269,7 +269,7 @@ class HornMotion:
                 demand = -current_limit
             missing = torque - demand
             force = demand + missing * _TORQUE_MEAN
-            torque = demand + missing * _TORQUE_KEPT
+            torque = demand + missing * _TORQUE_DECAY
             heat += force * force
             force += load
             before = speed

@@ -1,4 +1,4 @@
-"""GET and PUT of each row as the document has them, made from the tables."""
+"""Documentation of GET and PUT of each row, generated from the tables."""
 
 import dataclasses
 from dataclasses import MISSING
@@ -15,14 +15,14 @@ from hornbill.domain.by_key import ParameterKey
 from hornbill.domain.fields import Confirmed, Model
 from hornbill.domain.servo import Reading
 from hornbill.schema.catalog import Catalog
-from hornbill.schema.effect import no_effect, told
+from hornbill.schema.effect import no_effect, rule_text
 from hornbill.schema.parameter import Parameter
 from hornbill.schema.scale import Value, number, to_value, with_unit
 from hornbill.servo.device.reading import CIRCUMSTANCES
 
 
 class RowValue(Model):
-    """The value of one row; each row has a class of its own that says what it may be."""
+    """Value of one row. Each row has its own subclass with its type and range."""
 
     value: Any
     confirm: Confirmed = Field(default=[])
@@ -34,20 +34,20 @@ READ_PROBLEMS = ("unknown_servo", "not_in_this_model", "refused_by_servo", "no_r
 WRITE_PROBLEMS = (
     "unknown_servo", "not_in_this_model", "out_of_range", "invalid_value", "busy", "torque_on", "lease_held",
     "refused_by_servo", "no_response", "bus_disconnected", "forbidden_parameter", "unknown_parameter", "read_only",
-    "conflict", "needs_confirmation", "configuration_lost", "not_as_wanted", "store_failed",
+    "conflict", "needs_confirmation", "configuration_lost", "unexpected_result", "store_failed",
 )  # fmt: skip
 COMMAND_PROBLEMS = ("lease_required", "stopped", "mode_off", "torque_off")
 _TypedDict: Any = TypedDict
 _Alias: Any = TypeAliasType
 _Literal: Any = Literal
-"""Without their rule that names and members are written out: here they come from the tables."""
+"""Typed as Any, because type checkers require literal names and members, and here they come from the tables."""
 
 _TYPED: Final = ("key", "value", "rom", "configured", "default")
 """Fields of a reading that depend on the row."""
 
 
 def declared(catalog: Catalog) -> Routes:
-    """A GET and, where it can be written, a PUT per row, for the document: the pair of `{key}` serves them all."""
+    """GET and, if writable, PUT of each row, for the document only: the `{key}` routes serve them all."""
     made = Routes("parameters")
     for row in catalog.readable.values():
         _declare(made, catalog, row)
@@ -80,7 +80,7 @@ def _declare(made: Routes, catalog: Catalog, row: Parameter) -> None:
         lease: LeaseHeader = None,
     ) -> None: ...
 
-    shown = {"default": {"summary": "the default", "value": {"value": example(catalog, row)}}}
+    shown = {"default": {"summary": "default", "value": {"value": example(catalog, row)}}}
     extra |= {"requestBody": {"content": {"application/json": {"examples": shown}}}}
     summary = {"operation_id": f"set_{row.key}", "summary": f"Set {row.label.lower()}"}
     make = made.put(path, Role.CONFIGURE, *WRITE_PROBLEMS, *COMMAND_PROBLEMS, **both, **summary, openapi_extra=extra)
@@ -89,21 +89,21 @@ def _declare(made: Routes, catalog: Catalog, row: Parameter) -> None:
 
 @cache
 def reading_types(catalog: Catalog) -> dict[str, type[Model]]:
-    """The type of each row's reading, by key: one for all rows of a kind, one for each list of choices."""
+    """Reading type of each row, by key: one per kind, and one per list of choices."""
     made: dict[str, type[Model]] = {}
     return {row.key: made.setdefault(_reading(row), _reading_type(row)) for row in catalog.readable.values()}
 
 
 @cache
 def reading_set(catalog: Catalog) -> Any:
-    """Readings by key, each of its row's type; rows that a servo lacks are absent."""
+    """Typed readings by key; rows that a servo lacks are absent."""
     made = _TypedDict("ReadingByKey", reading_types(catalog), total=False)
     made.__pydantic_config__ = ConfigDict(extra="forbid", json_schema_extra=_none_required)
     return made
 
 
 def _none_required(schema: JsonSchema) -> None:
-    """For pydantic requires every key of what is answered, by the configuration of the model round it."""
+    """Make all keys optional: the configuration of the enclosing model would make them required."""
     schema.pop("required", None)
 
 
@@ -130,13 +130,13 @@ def _reading_type(row: Parameter) -> type[Model]:
 
 
 def _typed(row: Parameter, one: dataclasses.Field[Any]) -> Any:
-    """The type of the key, or of a field that holds a value of the row, described as in Reading."""
-    kind: Any = ParameterKey if one.name == "key" else _held(row)
+    """Type of the key, or of a field that contains a value of the row, described as in Reading."""
+    kind: Any = ParameterKey if one.name == "key" else _value_type(row)
     return Annotated[kind, *one.type.__metadata__]  # pyright: ignore[reportAttributeAccessIssue]
 
 
-def _held(row: Parameter) -> Any:
-    """What a reading holds: raw values that no table names come as they are; null: void or not known."""
+def _value_type(row: Parameter) -> Any:
+    """Type of a value in a reading. Values missing from the tables are raw integers; null is inactive or unknown."""
     match row.kind:
         case "switch":
             return Annotated[bool | int | None, WithJsonSchema({"type": ["boolean", "integer", "null"]})]
@@ -149,7 +149,7 @@ def _held(row: Parameter) -> Any:
 
 
 def choice_type(row: Parameter) -> Any:
-    """The keys of a row's choices, one component of the document."""
+    """Keys of a row's choices, as one component of the document."""
     return _choice_alias(f"{_name(row)}Choice", tuple(choice.key for choice in row.choices))
 
 
@@ -159,7 +159,7 @@ def _choice_alias(name: str, keys: tuple[str, ...]) -> Any:
 
 
 def _reading(row: Parameter) -> str:
-    """The component that describes a reading of the row."""
+    """Component that describes a reading of the row."""
     if row.kind == "choice":
         return f"{_name(row)}Reading"
     if row.kind == "switch":
@@ -172,38 +172,38 @@ def _name(row: Parameter) -> str:
 
 
 def example(catalog: Catalog, row: Parameter) -> Value:
-    """The default of the first model that has the row; 0 for a command, which has none."""
+    """Default of the first model that has the row; 0 for commands, which have none."""
     own = next(model.rows()[row.key] for model in catalog.models.values() if row.key in model.rows())
     return to_value(own, own.default or 0)
 
 
 def effects(catalog: Catalog, row: Parameter) -> list[str]:
-    """Sentences: on what it depends whether the row has an effect."""
+    """Sentences on the conditions under which the row has an effect."""
     if not row.writable:
-        return ["It is only read, and acts on nothing."]
+        return ["Read-only."]
     rules = catalog.effects_of[row.key]
-    said = ["`in_effect` of the answer tells whether it has an effect now."]
-    said += [] if rules else ["No other row decides that."]
-    said += ["It acts after it is saved and the servo has restarted."] if row.after_restart else []
-    said += [told(catalog, rule) for rule in rules]
-    return said + [no_effect(one.why, f"§ {one.section}") for one in CIRCUMSTANCES if one.rows(row)]
+    sentences = ["`in_effect` in the response shows whether it has an effect now."]
+    sentences += [] if rules else ["This depends on no other row."]
+    sentences += ["Takes effect after a save and restart."] if row.after_restart else []
+    sentences += [rule_text(catalog, rule) for rule in rules]
+    return sentences + [no_effect(one.why, f"§ {one.section}") for one in CIRCUMSTANCES if one.rows(row)]
 
 
 def _range(catalog: Catalog, row: Parameter) -> str:
-    """What the row may be in any model, for people."""
+    """Range of the row over all models, as text."""
     if row.kind == "choice":
         return ", ".join(f"`{choice.key}`" for choice in row.choices)
     if row.kind == "switch":
         return "true or false"
     low, high = catalog.widest(row.key)
     if low is None or high is None:
-        return "not stated"
+        return "not specified"
     text = with_unit(f"{number(low, row.per_unit)} to {number(high, row.per_unit)}", row.unit)
-    return text + (" at the most; each model has its own" if row.minimum is None else "")
+    return text + (" at most, depending on the model" if row.minimum is None else "")
 
 
 def value_schema(catalog: Catalog, row: Parameter) -> JsonSchema:
-    """JSON Schema of a row's value, with the widest range over all models: the servo's own is checked on writing."""
+    """JSON Schema of a row's value, with the widest range over all models. Writing checks the servo's own range."""
     shown: JsonSchema = {"title": row.label, "description": _description(row)}
     if row.kind == "choice":
         return {**shown, "type": "string", "enum": [choice.key for choice in row.choices]}
@@ -219,7 +219,7 @@ def value_schema(catalog: Catalog, row: Parameter) -> JsonSchema:
 
 def _description(row: Parameter) -> str:
     other = row.unit_when
-    also = "" if other is None else f", or {other.unit} by `{other.parameter}`"
+    also = "" if other is None else f", or {other.unit} depending on `{other.parameter}`"
     unit = f" Unit: {row.unit}{also}." if row.unit else ""
     since = "" if row.since == "1.010" else f" Since firmware {row.since}."
     pwm = " Only in models with PWM input." if row.pwm_only else ""

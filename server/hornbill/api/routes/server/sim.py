@@ -1,4 +1,4 @@
-"""Routes of the simulator: what a bench could do to a real servo, done to a simulated one."""
+"""Routes of the simulator."""
 
 from dataclasses import asdict, replace
 from typing import Annotated, Any, Literal, get_args, get_origin, get_type_hints
@@ -28,7 +28,7 @@ SimPower = TypeAliasType("SimPower", Literal["off", "on"])
 
 
 class SimServo(Model):
-    """One simulated servo and everything the bench does to it."""
+    """A simulated servo and its conditions."""
 
     uid: UidField
     model: str = Field(description="Model, such as `BLA21-06U-A0`.")
@@ -49,11 +49,11 @@ class SimServo(Model):
     load_pct: float = Field(description="Torque on the horn, % of stall torque. Positive pushes clockwise.")
     load_inertia: float = Field(description="Inertia on the horn, as a multiple of the servo's own inertia.")
     pwm_us: float | None = Field(description="Pulse width at the PWM input, µs. Null without a signal.")
-    sensor_error: float = Field(description="-1..1 of the ±5 °C and ±0.5 V of the sensors")
+    sensor_error: float = Field(description="Error of the temperature and supply sensors, -1 to 1 of ±5 °C and ±0.5 V.")
     faults: list[str] = Field(description="Keys of the fault bits that are set.")
     mute: bool = Field(description="No responses and no broadcasts.")
     drop_responses_pct: float = Field(description="Share of responses that are lost, %.")
-    answer_delay_s: float = Field(description="Delay of every response, s.")
+    response_delay_s: float = Field(description="Delay of every response, s.")
     restart_delay_s: float = Field(description="Time a restart takes, s.")
     software_update: bool = Field(description="Reports a software update in progress.")
     refuse_keys: list[str] = Field(description="Keys of rows the servo refuses to write.")
@@ -62,25 +62,27 @@ class SimServo(Model):
 
 
 class NewSimServo(Model):
-    """A servo to put on the bench; what is not told is a new servo's."""
+    """A simulated servo to add. Omitted fields are those of a new servo."""
 
     model: str = Field(examples=["BLA21-06U-A0"], description="Model, such as `BLA21-06U-A0`.")
     firmware: str = Field(default="1.300", examples=["1.300"], description="Firmware version, such as `1.300`.")
-    node_id: Annotated[int, Field(ge=0, le=127)] = Field(default=0, description="0: it asks for one")
-    servo_id: Annotated[int, Field(ge=0, le=254)] = Field(default=0, description="0: as delivered")
+    node_id: Annotated[int, Field(ge=0, le=127)] = Field(default=0, description="Fixed node ID. 0: it requests one.")
+    servo_id: Annotated[int, Field(ge=0, le=254)] = Field(default=0, description="Servo ID. 0: factory setting.")
     angle_deg: Annotated[float, Field(ge=-180, lt=180)] = Field(default=0.0, description="Initial horn angle, °.")
     uid: UidField | None = Field(default=None, description="Unique ID. Null for a generated one.")
     rom: dict[str, int] = Field(default_factory=dict[str, int], description="Other values in ROM, by key, raw.")
     reads: dict[str, int] = Field(
         default_factory=dict[str, int],
-        description="Values that model_number, firmware_version or hardware_version read instead, to "
-        "simulate an unknown servo.",
+        description="Values reported for model_number, firmware_version or hardware_version, to simulate an unknown "
+        "servo.",
     )
-    any_firmware: bool = Field(default=False, description="Allow a firmware that this model never had, for tests.")
+    any_firmware: bool = Field(
+        default=False, description="Allow a firmware version that does not exist for this model."
+    )
 
 
 class SimChange(Model):
-    """What the bench shall do to a servo; what is not told stays. All or nothing."""
+    """Changes to a simulated servo, all or nothing. Omitted fields stay unchanged."""
 
     temperature_c: Annotated[float, Field(ge=-60, le=150)] | None = Field(
         default=None, description="Ambient temperature, °C."
@@ -94,7 +96,7 @@ class SimChange(Model):
     )
     external_angle_deg: Annotated[float, Field(ge=-36_000_000, le=36_000_000)] | None = Field(
         default=None,
-        description="Turn the horn manually until 0x08 reads this angle, °. Requires a motor without output.",
+        description="Turn the horn manually until 0x08 reads this angle, °. Requires torque off.",
     )
     pwm_us: Annotated[float, Field(ge=0, le=65_535)] | None = Field(
         default=None, description="Pulse width at the PWM input, µs. Null removes the signal."
@@ -107,7 +109,7 @@ class SimChange(Model):
     )
     mute: bool | None = Field(default=None, description="No responses and no broadcasts.")
     drop_responses_pct: Percent | None = Field(default=None, description="Share of responses that are lost, %.")
-    answer_delay_s: Annotated[float, Field(ge=0, le=10)] | None = Field(
+    response_delay_s: Annotated[float, Field(ge=0, le=10)] | None = Field(
         default=None, description="Delay of every response, s."
     )
     restart_delay_s: Annotated[float, Field(ge=0, le=60)] | None = Field(
@@ -125,7 +127,7 @@ class SimChange(Model):
 _OUTPUT: tuple[Literal["on", "off", "brake"], ...] = ("on", "off", "brake")
 _CONDITIONS = (
     "temperature_c", "voltage_v", "load_pct", "load_inertia", "sensor_error", "mute", "drop_responses_pct",
-    "answer_delay_s", "restart_delay_s", "software_update",
+    "response_delay_s", "restart_delay_s", "software_update",
 )  # fmt: skip
 
 
@@ -134,7 +136,7 @@ async def _bench(request: Request) -> Bench:
     if not isinstance(bench, Bench):
         raise Unknown(
             "no_simulator",
-            "This server has no simulated servos. Start `hornbill demo`, or serve with --sim-api.",
+            "This server has no simulator. Start 'hornbill demo', or 'hornbill serve' with --sim-api.",
             cause="no_simulator",
         )
     return bench
@@ -145,17 +147,17 @@ ServoUid = Annotated[str, Path(description="Unique ID, 32 lower-case hex digits.
 
 
 def routes(catalog: Catalog) -> Routes:
-    """The routes under /sim. They answer no_simulator (404) where no bench is set up."""
+    """Routes under /sim. They respond with no_simulator (404) if the server has no simulator."""
     made = Routes("simulator", f"{PREFIX}/sim")
 
     @made.get("/servos", Role.VIEW, "no_simulator")
     async def list_sim_servos(bench: TheBench) -> list[SimServo]:
-        """Every servo on the bench."""
+        """List the simulated servos."""
         return [_shown(bench, uid) for uid in bench.servos]
 
     @made.post("/servos", Role.ADMIN, "no_simulator", "invalid_value", status_code=201)
     async def add_sim_servo(bench: TheBench, body: NewSimServo) -> SimServo:
-        """Put one more servo on the bench and switch it on."""
+        """Add a simulated servo and switch it on."""
         recipe = Recipe(
             body.model, body.firmware, servo_id=body.servo_id, node_id=body.node_id, rom=body.rom,
             angle_deg=body.angle_deg, uid=None if body.uid is None else bytes.fromhex(body.uid),
@@ -169,17 +171,17 @@ def routes(catalog: Catalog) -> Routes:
 
     @made.get("/servos/{uid}", Role.VIEW, "no_simulator", "unknown_servo")
     async def get_sim_servo(bench: TheBench, uid: ServoUid) -> SimServo:
-        """One servo on the bench."""
+        """Get a simulated servo."""
         return _shown(bench, Uid(uid))
 
     @made.delete("/servos/{uid}", Role.ADMIN, "no_simulator", "unknown_servo", status_code=204)
     async def remove_sim_servo(bench: TheBench, uid: ServoUid) -> None:
-        """Take a servo off the bus, as if its cable were pulled."""
+        """Remove a simulated servo from the bus, as if it were unplugged."""
         await bench.remove(Uid(uid))
 
     @made.patch("/servos/{uid}", Role.ADMIN, "no_simulator", "unknown_servo", "invalid_value", "busy")
     async def change_sim_servo(bench: TheBench, uid: ServoUid, body: SimChange) -> SimServo:
-        """Do to a servo what a bench could do to a real one. All or nothing."""
+        """Change the conditions of a simulated servo, all or nothing."""
         _apply(catalog, bench, Uid(uid), body)
         return _shown(bench, Uid(uid))
 
@@ -187,18 +189,17 @@ def routes(catalog: Catalog) -> Routes:
 
 
 def _apply(catalog: Catalog, bench: Bench, uid: Uid, change: SimChange) -> None:
-    """Check all of it, then do it: the supply last, so that what was set holds from the first instant."""
+    """Check everything, then apply it: the supply last, so that the servo starts under the new conditions."""
     servo = bench.servo(uid)
-    told = change.model_fields_set
     behaviour = _behaviour(servo.behaviour, change)
     if change.faults is not None:
         known = servo.faults.keys
-        _demand(change.faults, known, "fault bits of this model")
+        _check_known(change.faults, known, "fault bits of this model")
     if change.refuse_keys is not None:
-        _demand(change.refuse_keys, catalog.by_key, "parameters")
-    if change.external_angle_deg is not None and not bench.turn_by_hand(uid, change.external_angle_deg):
+        _check_known(change.refuse_keys, catalog.by_key, "parameters")
+    if change.external_angle_deg is not None and not bench.turn_manually(uid, change.external_angle_deg):
         raise Busy(
-            "The motor has its output on and holds against the hand. Set torque_mode to off first, or take its power.",
+            "The horn cannot be turned manually while torque is on. Set torque_mode or power to off first.",
             cause="sim_output_on",
         )
     conditions = servo.conditions
@@ -206,7 +207,7 @@ def _apply(catalog: Catalog, bench: Bench, uid: Uid, change: SimChange) -> None:
         value = getattr(change, name)
         if value is not None:
             setattr(conditions, name, value)
-    if "pwm_us" in told:
+    if "pwm_us" in change.model_fields_set:
         conditions.pwm_us = change.pwm_us
     if change.refuse_keys is not None:
         conditions.refuse_keys.clear()
@@ -219,18 +220,18 @@ def _apply(catalog: Catalog, bench: Bench, uid: Uid, change: SimChange) -> None:
 
 
 def _behaviour(before: Behaviour, change: SimChange) -> Behaviour:
-    """The switches after the change. Raises InvalidValue for a name or a setting there is not."""
+    """Behaviour after the change. Raises InvalidValue for an unknown name or setting."""
     wanted: dict[str, Any] = dict(change.behaviour or {})
     if change.position_unit is not None:
         wanted["position_unit"] = change.position_unit
     hints = get_type_hints(Behaviour)
-    _demand(wanted, hints, "switches")
+    _check_known(wanted, hints, "behaviour names")
     for name, value in wanted.items():
         kind = hints[name]
         settings = get_args(kind) if get_origin(kind) is Literal else (True, False)
         if value not in settings or isinstance(value, bool) is not (settings[0] is True):
             raise InvalidValue(
-                f"{name} cannot be {value!r}. Give one of {', '.join(map(str, settings))}.",
+                f"Invalid value {value!r} of {name}. Valid values: {', '.join(map(str, settings))}.",
                 cause="setting_unknown",
                 name=name,
                 requested=str(value),
@@ -239,11 +240,11 @@ def _behaviour(before: Behaviour, change: SimChange) -> Behaviour:
     return replace(before, **wanted)
 
 
-def _demand(given: Any, known: Any, what: str) -> None:
+def _check_known(given: Any, known: Any, what: str) -> None:
     unknown = [key for key in given if key not in known]
     if unknown:
         raise InvalidValue(
-            f"There are no {what} {', '.join(map(repr, unknown))}. Known: {', '.join(sorted(known))}.",
+            f"Unknown {what}: {', '.join(map(repr, unknown))}. Valid: {', '.join(sorted(known))}.",
             cause="names_unknown",
             names=unknown,
             known=sorted(known),
