@@ -256,7 +256,7 @@ def play(
 
         host = Host(CATALOG, kept, open_port, HostSettings(127, bytes(range(16)), (0, 1)), wall=walls)
         app = _api(CATALOG)
-        app.state.host, app.state.adapters = host, Adapters(looks={})
+        app.state.host, app.state.adapters = host, Adapters(detectors={})
         transport = httpx.ASGITransport(app, raise_app_exceptions=True)
         bench = app.state.bench = Bench(bus.port, CATALOG, seed)
         for recipe in recipes or (PLAIN,):

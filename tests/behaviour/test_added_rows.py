@@ -51,7 +51,7 @@ def catalog(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Catalog:
     return made
 
 
-def test_a_row_a_model_and_a_series_that_are_added_are_there_everywhere(catalog: Catalog) -> None:
+def test_a_row_a_model_and_a_series_that_are_added_are_there_all_detectors(catalog: Catalog) -> None:
     document: dict[str, Any] = create_api(catalog).openapi()
     assert {"get", "put"} <= document["paths"]["/api/v1/servos/{uid}/parameters/new_row"].keys()
     manual = parameters_markdown(catalog)

@@ -138,7 +138,7 @@ def test_a_disk_that_is_full_ends_the_log_and_nothing_else(tmp_path: Path, monke
         await asyncio.sleep(0.5)
         state = json(await rig.call("GET", "/bus/log"))
         assert (state["state"], state["reason"]) == (
-            "failed", "No space left on device: make room on the disk of the data folder.",
+            "failed", "No space left on device: free space on the disk of the data folder.",
         )  # fmt: skip
         assert [one.level for one in rig.events("log_failed")] == ["warning"]
         json(await rig.call("GET", f"/servos/{servo.uid}/parameters/current_angle"))

@@ -70,10 +70,10 @@ def test_the_monitor_shows_what_was_on_the_bus_of_then(recorded: Path, speed: fl
         page.say(type="subscribe", topics=["frames"], frames={"kind": "response", "type": "GetSet"})
         await asyncio.sleep(30)
         rows: Transfers = [row for one in page.heard() if one["type"] == "frames" for row in one["transfers"]]
-        written = [row["summary"].rpartition(". ")[0] for row in rows if ", as asked" in row["summary"]]
+        written = [row["summary"].rpartition(". ")[0] for row in rows if ", as requested" in row["summary"]]
         assert written[:2] == [
-            "GetSet response 0x38 = 600, 60.0°, as asked",
-            "GetSet response 0x38 = 700, 70.0°, as asked",
+            "GetSet response 0x38 = 600, 60.0°, as requested",
+            "GetSet response 0x38 = 700, 70.0°, as requested",
         ]
         assert not any(row["sent"] for row in rows)
         await page.close()
@@ -100,7 +100,7 @@ def test_what_would_be_sent_is_refused_honestly(recorded: Path) -> None:
     async def scene(rig: Rig) -> None:
         await asyncio.sleep(2)
         participant = rig.host.connected().participant
-        with pytest.raises(BusReadOnly, match="is a recording: nothing can be read from it or written to it"):
+        with pytest.raises(BusReadOnly, match="is a recording and read-only"):
             await participant.request(11, GetSetRequest(0, EMPTY, "0x08"), tries=10)
         lease = await rig.lease()
         refused = await rig.call("POST", "/servos/" + "0" * 32 + "/command", {"type": "angle", "value": 5}, lease=lease)

@@ -49,7 +49,7 @@ async def _measure() -> dict[str, Any]:
 
     host = Host(CATALOG, kept, no_port, HostSettings(127, bytes(range(16)), (0, 1)))
     app = create_api(CATALOG)
-    app.state.host, app.state.adapters = host, Adapters(looks={})
+    app.state.host, app.state.adapters = host, Adapters(detectors={})
     config = uvicorn.Config(
         app, log_level="warning", access_log=False, ws="websockets-sansio", port=0, ws_per_message_deflate=False,
         lifespan="off",

@@ -146,7 +146,7 @@ def test_the_command_answers_on_standard_output_and_counts_on_standard_error() -
 
 
 @pytest.mark.parametrize(
-    ("name", "said"), [("nowhere.log", "cannot be read: No such file"), ("notes.txt", "is no log of frames")]
+    ("name", "said"), [("nowhere.log", "cannot be read: No such file"), ("notes.txt", "is not a supported log")]
 )
 def test_what_cannot_be_read_is_one_clear_sentence_and_exit_code_1(name: str, said: str, tmp_path: Path) -> None:
     (tmp_path / "notes.txt").write_text("Buy milk.\n")

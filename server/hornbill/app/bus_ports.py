@@ -1,4 +1,4 @@
-"""BusPorts: what an address opens in this process: an adapter, the embedded bus, or a recording."""
+"""BusPorts: opens the port of an address: an adapter, the embedded bus, or a recording."""
 
 import logging
 from collections.abc import Awaitable, Callable
@@ -23,23 +23,23 @@ log = logging.getLogger(__name__)
 
 
 class StoredBauds:
-    """The baud rates at which serial adapters were last used, in the store, by USB serial number."""
+    """Baud rates of the last use of serial adapters, in the store, by USB serial number."""
 
     def __init__(self, settings: SettingTable) -> None:
         self._settings = settings
 
     def baud(self, serial_number: str) -> int | None:
-        """The rate of an adapter, bit/s; None if it is not known."""
+        """Baud rate of an adapter, bit/s; None if unknown."""
         value = self._settings.get(_key(serial_number))
         return value if isinstance(value, int) else None
 
     def remember_baud(self, serial_number: str, baud: int) -> None:
-        """Store the rate of an adapter, bit/s. A store that fails costs no more than another search."""
+        """Store the baud rate of an adapter, bit/s. If that fails, it is detected again the next time."""
         try:
             if self.baud(serial_number) != baud:
                 self._settings.put(_key(serial_number), baud)
         except StoreFailed as error:
-            log.warning("the baud rate of %s is not stored: %s", serial_number, error.detail)
+            log.warning("cannot store the baud rate of %s: %s", serial_number, error.detail)
 
 
 def _key(serial_number: str) -> str:
@@ -47,7 +47,7 @@ def _key(serial_number: str) -> str:
 
 
 def with_frame_gap(address: str, gap_ms: float | None) -> str:
-    """The address of a bus with a pause between frames as its option, unless it has one of its own."""
+    """Address with the frame gap as an option, unless it already has one."""
     if gap_ms is None or split_frame_gap(address)[1] is not None or address.startswith(REPLAYS):
         return address
     return f"{address}?frame_gap_ms={gap_ms:g}"
@@ -66,24 +66,23 @@ class BusPorts:
         allow: Callable[[str], None] = lambda _address: None,
         before_embedded: Callable[[], Awaitable[None]] | None = None,
     ) -> None:
-        """`embedded` is the bus within this process, if there is one.
+        """`embedded`: bus within this process, if any.
 
-        `logs` and `recordings` are where recordings without a folder are looked for. `memory` holds the baud rates of
-        serial adapters. `allow` is called before anything is opened for somebody who asks over the network, and raises
-        PortOpenFailed. `before_embedded` is awaited before the embedded bus is opened: its servos may be switched on
-        only once somebody asks for them.
+        `logs` and `recordings`: folders of files given without a folder. `memory`: stored baud rates of serial
+        adapters. `allow` is called before an address requested over the network is opened, and raises PortOpenFailed.
+        `before_embedded` is awaited before the embedded bus is opened, to switch its servos on.
         """
         self._embedded = embedded
         self._memory = memory
         self._logs = logs
         self._recordings = recordings
         self.own = [] if embedded is None else [FoundAdapter(EMBEDDED, "Simulated servos", bitrate=embedded.bitrate)]
-        """What can be connected beside what is plugged in."""
+        """Addresses that are available in addition to adapters."""
         self._allow = allow
         self._before_embedded = before_embedded
 
     async def open(self, address: str, bitrate: int) -> CanPort:
-        """An open port. Raises PortOpenFailed with the reason and the remedy."""
+        """Open a port. Raises PortOpenFailed with the reason and remedy."""
         self._allow(split_frame_gap(address)[0])
         if address.startswith(LOG_SCHEME):
             return await open_replay(address, bitrate=bitrate, folder=self._logs)
@@ -94,9 +93,9 @@ class BusPorts:
         return port
 
     async def join(self, host: Host, address: str, bitrate: int, log: Callable[[str], None]) -> None:
-        """Connect `host` at start: an adapter that does not open is said so through `log` and tried on by itself.
+        """Connect `host` at start. If an adapter does not open, this is logged with `log`, and retried automatically.
 
-        What can never open is said so and left.
+        An address that can never open is logged and not retried.
         """
         try:
             if address.startswith(REPLAYS) or (self._embedded is not None and _is_embedded(address)):
@@ -104,15 +103,15 @@ class BusPorts:
                 return
             port = self._port(address, bitrate)
         except PortError as error:
-            log(f"{error.detail}\nThe page starts all the same; connect from there.")
+            log(f"{error.detail}\nThe server starts anyway. Connect the bus on the page.")
             return
-        await port.open_sooner_or_later()
+        await port.open_with_retries()
         if port.trouble is not None:
-            log(f"{port.trouble.detail}\nIt is tried again by itself until it opens.")
+            log(f"{port.trouble.detail}\nRetrying until it opens.")
         await host.attach(port)
 
     def _port(self, address: str, bitrate: int) -> ReopeningPort:
-        """A port that opens itself again. Raises PortOpenFailed for an address that makes no sense."""
+        """Port that reconnects automatically. Raises PortOpenFailed for an invalid address."""
         bus = self._embedded
         if bus is None or not _is_embedded(address):
             return adapter_port(address, bitrate, self._memory)
@@ -131,15 +130,15 @@ class BusPorts:
 async def places(
     embedded: MemoryBus | None, address: str | None, memory: BaudMemory, stack: AsyncExitStack
 ) -> Callable[[str], CanPort]:
-    """Places for simulated servos: on the embedded bus, or all behind one more handle of the adapter `address`.
+    """Factory of ports for simulated servos: on the embedded bus, or on a shared handle of the adapter `address`.
 
-    The handle is closed by `stack`. Raises PortOpenFailed for an address that can never open.
+    `stack` closes the handle. Raises PortOpenFailed for an address that can never open.
     """
     if embedded is not None:
         return embedded.port
     assert address is not None
     handle = adapter_port(address, memory=memory)
-    await handle.open_sooner_or_later()
+    await handle.open_with_retries()
     shared = SharedBus(handle)
     stack.push_async_callback(shared.close)
     return shared.port

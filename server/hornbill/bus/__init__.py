@@ -1,6 +1,6 @@
-"""CanPort made real: the embedded bus, python-can adapters, and the address that chooses one."""
+"""Implementations of CanPort: the embedded bus, python-can adapters, and opening by address."""
 
 import logging
 
-# python-can warns on stderr about drivers that are missing, used or not. What matters is in our own errors.
+# python-can warns on stderr about all missing drivers. Our own errors report those that matter.
 logging.getLogger("can").addHandler(logging.NullHandler())

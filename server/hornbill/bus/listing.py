@@ -1,4 +1,4 @@
-"""Adapters: everything plugged in that a bus can be opened on, and why one cannot be used just now."""
+"""Adapters: list of the adapters of this computer, with the reason if one cannot be used."""
 
 import asyncio
 import logging
@@ -21,89 +21,97 @@ from hornbill.wire.port import same_device, split_frame_gap
 
 log = logging.getLogger(__name__)
 
-ANSWER_S = 1.5
-"""How long looking may take; what hangs longer is listed as such."""
+DETECT_S = 1.5
+"""Timeout of detection. Drivers that take longer are listed as not responding."""
 
 HANGS_S = 15.0
-"""A driver that has been looking for so long hangs. Sooner it may just be slow: loading one takes seconds somewhere."""
+"""A driver that takes this long hangs. Before that it may just be slow: loading one can take seconds."""
 
-LOOKED_AT = frozenset(("slcan", "socketcan", "socketcand", "serial", "udp_multicast", "virtual"))
-"""python-can's interfaces that are looked at without their drivers, or have no hardware to find."""
+OWN_DETECTION = frozenset(("slcan", "socketcan", "socketcand", "serial", "udp_multicast", "virtual"))
+"""python-can interfaces detected without their drivers, or without hardware to detect."""
 
 
-Look = Callable[[], list[FoundAdapter]]
+Detector = Callable[[], list[FoundAdapter]]
 
 
 class Adapters:
-    """Looks at everything at once, each in a thread of its own, so that a driver that hangs hides only its own.
+    """Runs all detectors in parallel, each in its own thread, so that a hanging driver hides only its own adapters.
 
-    A driver that still hangs from the last time is not asked again. The driver of the bus that is open is not asked
-    either, lest it be disturbed: what it said before is told again.
+    A driver that still hangs from the last time is not called again. The driver of the open bus is not called either,
+    to avoid disturbing it: its previous result is repeated.
     """
 
     def __init__(
-        self, own: Sequence[FoundAdapter] = (), looks: dict[str, Look] | None = None, memory: BaudMemory | None = None
+        self,
+        own: Sequence[FoundAdapter] = (),
+        detectors: dict[str, Detector] | None = None,
+        memory: BaudMemory | None = None,
     ) -> None:
-        """`own` are adapters that are always there: the embedded bus. `looks`: where to look, by name, unless given
-        the whole machine. `memory` holds the baud rates of serial adapters."""
+        """`own` are adapters that always exist: the embedded bus. `detectors` by name default to all of this
+        computer. `memory` stores the baud rates of serial adapters."""
         self._own = list(own)
         self._memory = memory
-        self._looks = _everywhere() if looks is None else looks
-        self._looking: dict[str, asyncio.Future[list[FoundAdapter]]] = {}
+        self._detectors = _all_detectors() if detectors is None else detectors
+        self._running: dict[str, asyncio.Future[list[FoundAdapter]]] = {}
         self._last: dict[str, list[FoundAdapter]] = {}
         self._since: dict[str, float] = {}
 
     async def plugged_in(self, connected: str | None = None) -> list[FoundAdapter]:
-        """What is plugged in now, within ANSWER_S. `connected` is the address of the bus that is open. Never raises."""
+        """Detect adapters, within DETECT_S. `connected` is the address of the open bus. Never raises."""
         open_now = (connected or "").partition(":")[0]
-        asked = [name for name in self._looks if name in LOOKED_AT or name != open_now]
-        waiting = [self._look(name) for name in asked]
+        called = [name for name in self._detectors if name in OWN_DETECTION or name != open_now]
+        waiting = [self._detect(name) for name in called]
         if waiting:
-            await asyncio.wait(waiting, timeout=ANSWER_S)
+            await asyncio.wait(waiting, timeout=DETECT_S)
         found = list(self._own)
-        for name in self._looks:
-            found += self._result(name) if name in asked else self._last.get(name, [])
+        for name in self._detectors:
+            found += self._result(name) if name in called else self._last.get(name, [])
         return _with_connected([self._with_baud(one) for one in found], connected)
 
     def close(self) -> None:
-        """Wait for nobody any more."""
-        for future in self._looking.values():
+        """Stop waiting for detectors."""
+        for future in self._running.values():
             future.cancel()
 
-    def _look(self, name: str) -> "asyncio.Future[list[FoundAdapter]]":
-        before = self._looking.get(name)
+    def _detect(self, name: str) -> "asyncio.Future[list[FoundAdapter]]":
+        before = self._running.get(name)
         if before is None or before.done():
             loop = asyncio.get_running_loop()
-            before = self._looking[name] = loop.run_in_executor(OwnThread(f"look for {name}"), self._looks[name])
+            before = self._running[name] = loop.run_in_executor(OwnThread(f"detect {name}"), self._detectors[name])
             self._since[name] = time.monotonic()
         return before
 
     def _result(self, name: str) -> list[FoundAdapter]:
-        future = self._looking[name]
+        future = self._running[name]
         if not future.done():
-            return self._unanswered(name)
+            return self._pending(name)
         error = None if future.cancelled() else future.exception()
         if error is not None:
-            log.debug("looking for %s: %s", name, error)
+            log.debug("detecting %s: %s", name, error)
         self._last[name] = [] if future.cancelled() or error is not None else future.result()
         return self._last[name]
 
-    def _unanswered(self, name: str) -> list[FoundAdapter]:
-        """What is told of a driver that has not answered: nothing, unless it has adapters or surely hangs."""
-        why = "Its driver does not answer."
-        remedy = "Unplug the adapter and plug it in again; if that does not help, restart the computer."
+    def _pending(self, name: str) -> list[FoundAdapter]:
+        """Result of a driver that has not responded yet: none, unless it has known adapters or certainly hangs."""
+        why = "Its driver does not respond."
+        remedy = "Unplug the adapter and plug it in again. If that does not help, restart the computer."
         known = self._last.get(name, [])
         if known:
             return [
-                replace(one, state="no_driver", reason=why, remedy=remedy, cause="driver_silent", params={})
+                replace(one, state="no_driver", reason=why, remedy=remedy, cause="driver_not_responding", params={})
                 for one in known
             ]
         if time.monotonic() - self._since[name] < HANGS_S:
             return []
-        text = f"It has not answered for {HANGS_S:g} s. Adapters of this kind cannot be listed."
+        text = f"It has not responded for {HANGS_S:g} s. Adapters of this kind cannot be listed."
         return [
             FoundAdapter(
-                f"{name}:", f"{name} driver", "no_driver", text, f"If you use one: {remedy}", cause="driver_silent"
+                f"{name}:",
+                f"{name} driver",
+                "no_driver",
+                text,
+                f"If you use such an adapter: {remedy}",
+                cause="driver_not_responding",
             )
         ]
 
@@ -114,10 +122,10 @@ class Adapters:
 
 
 def detect(interface: str) -> list[FoundAdapter]:
-    """What python-can detects of one interface; nothing where its driver or its Python package is missing.
+    """Adapters of one interface that python-can detects. Empty if its driver or Python package is missing.
 
-    Raises whatever a driver raises. `can.detect_available_configs` would do it in threads that are waited for when
-    the process ends, hung or not.
+    Raises any exception of a driver. `can.detect_available_configs` is not used, because it runs them in threads
+    that the process waits for on exit, even if they hang.
     """
     module, name = BACKENDS[interface]
     bus: Any = getattr(import_module(module), name)
@@ -127,8 +135,8 @@ def detect(interface: str) -> list[FoundAdapter]:
         title = " ".join(str(word) for word in words if word) or interface
         channel = config.get("channel")
         if channel is None:
-            reason = "Its driver does not tell the names of its channels."
-            remedy = f"Enter the address yourself: {interface}:CHANNEL, as python-can's manual has it."
+            reason = "Its driver does not report channel names."
+            remedy = f"Enter the address manually as {interface}:CHANNEL (see the python-can manual)."
             found.append(
                 FoundAdapter(
                     f"{interface}:",
@@ -136,7 +144,7 @@ def detect(interface: str) -> list[FoundAdapter]:
                     "no_driver",
                     reason,
                     remedy,
-                    cause="no_names_of_channels",
+                    cause="channel_names_unavailable",
                     params={"interface": interface},
                 )
             )
@@ -145,9 +153,9 @@ def detect(interface: str) -> list[FoundAdapter]:
     return found
 
 
-def _everywhere() -> dict[str, Look]:
-    found: dict[str, Look] = {"socketcan": kernel_adapters, "slcan": serial_adapters, "candle": candle_adapters}
-    return found | {name: partial(detect, name) for name in sorted(BACKENDS) if name not in {*LOOKED_AT, *found}}
+def _all_detectors() -> dict[str, Detector]:
+    found: dict[str, Detector] = {"socketcan": kernel_adapters, "slcan": serial_adapters, "candle": candle_adapters}
+    return found | {name: partial(detect, name) for name in sorted(BACKENDS) if name not in {*OWN_DETECTION, *found}}
 
 
 def _with_connected(found: list[FoundAdapter], connected: str | None) -> list[FoundAdapter]:
@@ -163,7 +171,7 @@ def _with_connected(found: list[FoundAdapter], connected: str | None) -> list[Fo
 
 
 def _same(one: str, other: str) -> bool:
-    """Whether two addresses mean one adapter: /dev/serial/by-id/…, the baud rate and options make no difference."""
+    """Whether two addresses name one adapter. Links such as /dev/serial/by-id/…, baud rate and options are resolved."""
     return same_device(one, other) or _device(one) == _device(other)
 
 

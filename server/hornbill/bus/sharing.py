@@ -1,4 +1,4 @@
-"""SharedBus: one open port carried to many nodes of this process, for adapters that open only once."""
+"""SharedBus: one open port shared by several nodes of this process, for adapters that open only once."""
 
 import asyncio
 from collections.abc import Sequence
@@ -9,10 +9,10 @@ from hornbill.wire.port import CanPort, FrameSink, PortState, PortStatistics, Po
 
 
 class SharedBus:
-    """Several nodes behind one adapter: each hears the bus and the others, as if each had a controller of its own.
+    """Several nodes on one adapter. Each receives from the bus and from the others, as with its own controller.
 
-    What a node sends reaches its neighbours in the next turn of the loop, a little before it is on the wire: an
-    adapter does not say when that is. The port is the shared bus's from now on.
+    Frames of a node reach the others in the next loop iteration, slightly before they are on the wire: an adapter does
+    not report when they are. The shared bus owns the port.
     """
 
     def __init__(self, port: CanPort) -> None:
@@ -21,26 +21,26 @@ class SharedBus:
         port.listen(self._receive)
 
     def port(self, name: str) -> "SharedPort":
-        """A place on the bus for one more node."""
+        """Create a port for another node."""
         node = SharedPort(self, f"{self.behind.address}/{name}")
         self._nodes[node] = None
         return node
 
     async def close(self) -> None:
-        """Close the adapter; every place on it is closed with it."""
+        """Close the adapter and all ports on it."""
         self._nodes.clear()
         await self.behind.close()
 
     def has(self, node: "SharedPort") -> bool:
-        """Whether the node still has its place."""
+        """Whether the port of a node is open."""
         return node in self._nodes
 
     def leave(self, node: "SharedPort") -> None:
-        """Take a node off; the adapter stays open for the others."""
+        """Remove a node. The adapter stays open for the others."""
         self._nodes.pop(node, None)
 
     def send(self, node: "SharedPort", frames: Sequence[Frame]) -> None:
-        """Send for a node, and let its neighbours hear it. Raises as CanPort.send does."""
+        """Send frames of a node, and deliver them to the others. Raises as CanPort.send does."""
         self.behind.send(frames)
         loop = asyncio.get_running_loop()
         now = loop.time()
@@ -56,7 +56,7 @@ class SharedBus:
 
 
 class SharedPort(PortWrapper):
-    """A CanPort of a SharedBus; made by `SharedBus.port`. Its counters are its own, its state is the adapter's."""
+    """A CanPort of a SharedBus, created by `SharedBus.port`. It has its own counters and the state of the adapter."""
 
     def __init__(self, bus: SharedBus, address: str) -> None:
         super().__init__(bus.behind)
@@ -67,7 +67,7 @@ class SharedPort(PortWrapper):
 
     @property
     def state(self) -> PortState:
-        """That of the adapter behind; disconnected once closed."""
+        """State of the adapter. DISCONNECTED once closed."""
         return super().state if self._bus.has(self) else PortState.DISCONNECTED
 
     def listen(self, sink: FrameSink) -> None:
@@ -75,7 +75,7 @@ class SharedPort(PortWrapper):
         self._sink = sink
 
     def send(self, frames: Sequence[Frame]) -> None:
-        """Queue frames on the adapter. Raises BusDisconnected once closed, and what the adapter raises."""
+        """Queue frames on the adapter. Raises BusDisconnected once closed, and the errors of the adapter."""
         if not self._bus.has(self):
             raise BusDisconnected(
                 f"The port {self.address} is closed. Connect the bus again.", cause="port_closed", address=self.address
@@ -84,12 +84,12 @@ class SharedPort(PortWrapper):
         self.statistics.tx_frames += len(frames)
 
     async def close(self) -> None:
-        """Leave the bus; the adapter stays open for the others."""
+        """Leave the bus. The adapter stays open for the others."""
         self._bus.leave(self)
         self._sink = None
 
     def take(self, frames: list[Frame]) -> None:
-        """Hand frames of the bus to whoever listens here."""
+        """Deliver received frames to the sink."""
         self.statistics.rx_frames += len(frames)
         if self._sink is not None:
             self._sink(frames)

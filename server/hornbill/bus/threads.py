@@ -1,4 +1,4 @@
-"""Calls into drivers that may hang, each in a thread of its own that nobody has to wait for."""
+"""Calls into drivers that may hang, each in its own thread that is never joined."""
 
 import threading
 from collections.abc import Callable
@@ -10,10 +10,10 @@ _T = TypeVar("_T")
 
 
 class OwnThread(Executor):
-    """Runs each call in a thread of its own that nobody joins: a driver that hangs must not keep us from ending."""
+    """Runs each call in its own thread, never joined, so that a hanging driver cannot block the exit."""
 
     def __init__(self, name: str) -> None:
-        """`name` is what its threads are called."""
+        """`name` is the name of its threads."""
         self._name = name
 
     def submit(self, fn: Callable[_P, _T], /, *args: _P.args, **kwargs: _P.kwargs) -> Future[_T]:

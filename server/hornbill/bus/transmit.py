@@ -1,4 +1,4 @@
-"""The frames one CAN controller still has to send, in the order of arbitration."""
+"""Transmit queue of a CAN controller, in order of arbitration."""
 
 from bisect import insort
 from collections.abc import Sequence
@@ -8,13 +8,13 @@ from hornbill.units import Instant
 from hornbill.wire.frame import Frame
 
 QUEUE_LIMIT = 4096
-"""Frames a port keeps at most: half a second of a saturated bus."""
+"""Maximum number of frames queued in a port: half a second of a saturated bus."""
 
 _LAST_IDENTIFIER = 0x1FFF_FFFF
 
 
 class QueuedFrame(NamedTuple):
-    """One queued frame. The first two fields order it, negated so that the next to leave sorts last."""
+    """One queued frame. The first two fields order it, negated so that the next frame sorts last."""
 
     rank: int
     turn: int
@@ -23,10 +23,10 @@ class QueuedFrame(NamedTuple):
 
 
 class TransmitQueue:
-    """Lowest identifier first, equal ones in the order they came, never more than `limit` frames.
+    """Lowest identifier first, equal ones in order of arrival, at most `limit` frames.
 
-    When it is full, the frame that would have left last goes: the newest of the highest identifier.
-    So what is urgent always finds room.
+    When full, it drops the frame that would be sent last: the newest with the highest identifier. Urgent frames
+    therefore always find room.
     """
 
     def __init__(self, limit: int = QUEUE_LIMIT) -> None:
@@ -38,7 +38,7 @@ class TransmitQueue:
         return len(self._waiting)
 
     def put(self, frame: Frame, since: Instant) -> int:
-        """Queue `frame`; the number of frames dropped for it (0 or 1)."""
+        """Queue `frame`. Returns the number of frames dropped for it (0 or 1)."""
         self._turn -= 1
         insort(self._waiting, QueuedFrame(-frame.id, self._turn, frame, since))
         if len(self._waiting) <= self._limit:
@@ -47,28 +47,28 @@ class TransmitQueue:
         return 1
 
     def head(self) -> Frame:
-        """The frame to leave next. Raises IndexError when nothing is queued."""
+        """The next frame. Raises IndexError if the queue is empty."""
         return self._waiting[-1].frame
 
     def take(self) -> QueuedFrame:
-        """Remove and return what leaves next. Raises IndexError when nothing is queued."""
+        """Remove and return the next frame. Raises IndexError if the queue is empty."""
         return self._waiting.pop()
 
     def put_back(self, waiting: QueuedFrame) -> None:
-        """Return what was taken and could not be sent; it keeps its turn among its equals."""
+        """Requeue a frame that could not be sent. It keeps its position among its equals."""
         insort(self._waiting, waiting)
 
     def clear(self) -> int:
-        """Drop everything; how many frames that were."""
+        """Drop all frames. Returns their number."""
         dropped = len(self._waiting)
         self._waiting.clear()
         return dropped
 
 
 def check(frames: Sequence[Frame]) -> None:
-    """Raise ValueError for a frame no CAN controller could send: over 29 bits, or over 8 bytes."""
+    """Raise ValueError for an invalid frame: an identifier above 29 bits, or more than 8 bytes."""
     for frame in frames:
         if not 0 <= frame.id <= _LAST_IDENTIFIER:
-            raise ValueError(f"identifier {frame.id:#x} is outside 0..{_LAST_IDENTIFIER:#x}: it must fit 29 bits")
+            raise ValueError(f"Identifier {frame.id:#x} is outside 0 to {_LAST_IDENTIFIER:#x} (29 bits).")
         if len(frame.data) > 8:
-            raise ValueError(f"{len(frame.data)} data bytes are above the 8 of a CAN frame: split the transfer")
+            raise ValueError(f"{len(frame.data)} data bytes exceed the 8 of a CAN frame. Split the transfer.")

@@ -19,7 +19,7 @@ from hornbill.bus import listing as adapters_module
 from hornbill.bus.adapters import diagnosis, kernel_adapters, socketcan
 from hornbill.bus.adapters.adapter import FoundAdapter
 from hornbill.bus.adapters.serial_ports import UNKNOWN_ADAPTER, UsbAdapter, serial_adapters, usb_of
-from hornbill.bus.listing import ANSWER_S, LOOKED_AT, Adapters, detect
+from hornbill.bus.listing import DETECT_S, OWN_DETECTION, Adapters, detect
 
 
 @dataclass
@@ -36,7 +36,7 @@ class Port:
 
 
 def listed(*looks: Callable[[], list[FoundAdapter]], connected: str | None = None) -> list[FoundAdapter]:
-    return asyncio.run(Adapters(looks={f"x{n}": look for n, look in enumerate(looks)}).plugged_in(connected))
+    return asyncio.run(Adapters(detectors={f"x{n}": look for n, look in enumerate(looks)}).plugged_in(connected))
 
 
 def one(address: str, **more: Any) -> Callable[[], list[FoundAdapter]]:
@@ -54,8 +54,8 @@ def test_everything_that_is_found_is_told_in_order() -> None:
 
 
 def test_a_driver_that_hangs_hides_only_its_own_and_is_asked_once(monkeypatch: pytest.MonkeyPatch) -> None:
-    assert ANSWER_S <= 1.5
-    monkeypatch.setattr(adapters_module, "ANSWER_S", 0.2)
+    assert DETECT_S <= 1.5
+    monkeypatch.setattr(adapters_module, "DETECT_S", 0.2)
     go_on = threading.Event()
     asked = 0
 
@@ -66,7 +66,7 @@ def test_a_driver_that_hangs_hides_only_its_own_and_is_asked_once(monkeypatch: p
         return [FoundAdapter("slow:0", "slow")]
 
     async def main() -> None:
-        adapters = Adapters(looks={"slow": hang, "quick": one("quick:0")})
+        adapters = Adapters(detectors={"slow": hang, "quick": one("quick:0")})
         for _ in range(2):
             began = time.monotonic()
             late = 0.0
@@ -83,7 +83,7 @@ def test_a_driver_that_hangs_hides_only_its_own_and_is_asked_once(monkeypatch: p
         monkeypatch.setattr(adapters_module, "HANGS_S", 0.1)
         hung, quick = await adapters.plugged_in()
         assert (hung.state, hung.usable, hung.address) == ("no_driver", False, "slow:")
-        assert "It has not answered for 0.1 s" in (hung.reason or "")
+        assert "It has not responded for 0.1 s" in (hung.reason or "")
         assert quick.usable
         go_on.set()
         await asyncio.sleep(0.05)
@@ -94,7 +94,7 @@ def test_a_driver_that_hangs_hides_only_its_own_and_is_asked_once(monkeypatch: p
 
 
 def test_an_adapter_whose_driver_answers_no_more_is_listed_as_that(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(adapters_module, "ANSWER_S", 0.1)
+    monkeypatch.setattr(adapters_module, "DETECT_S", 0.1)
     go_on = threading.Event()
     go_on.set()
 
@@ -103,12 +103,12 @@ def test_an_adapter_whose_driver_answers_no_more_is_listed_as_that(monkeypatch: 
         return [FoundAdapter("pcan:PCAN_USBBUS1", "PCAN-USB")]
 
     async def main() -> None:
-        adapters = Adapters(looks={"pcan": look})
+        adapters = Adapters(detectors={"pcan": look})
         assert [each.usable for each in await adapters.plugged_in()] == [True]
         go_on.clear()
         (hung,) = await adapters.plugged_in()
         assert (hung.address, hung.state, hung.reason) == (
-            "pcan:PCAN_USBBUS1", "no_driver", "Its driver does not answer.",
+            "pcan:PCAN_USBBUS1", "no_driver", "Its driver does not respond.",
         )  # fmt: skip
         go_on.set()
         adapters.close()
@@ -127,7 +127,7 @@ def test_the_baud_rate_a_serial_adapter_was_last_used_at_is_told() -> None:
     found = [FoundAdapter(f"slcan:/dev/{n}", "x", serial_number=n) for n in ("A1", "B2")]
 
     async def main() -> None:
-        told = await Adapters(looks={"slcan": lambda: found}, memory=Memory()).plugged_in()
+        told = await Adapters(detectors={"slcan": lambda: found}, memory=Memory()).plugged_in()
         assert [one.baud for one in told] == [1_000_000, None]
 
     asyncio.run(main())
@@ -168,7 +168,7 @@ def test_two_who_ask_at_once_share_one_look() -> None:
         return []
 
     async def main() -> None:
-        adapters = Adapters(looks={"x": look})
+        adapters = Adapters(detectors={"x": look})
         await asyncio.gather(*(adapters.plugged_in() for _ in range(5)))
 
     asyncio.run(main())
@@ -182,7 +182,7 @@ def test_the_driver_of_the_open_bus_is_not_asked_and_what_it_said_before_is_told
         return lambda: asked.append(name) or [FoundAdapter(f"{name}:0", name), FoundAdapter(f"{name}:1", name)]
 
     async def main() -> None:
-        adapters = Adapters(looks={name: look(name) for name in ("pcan", "kvaser", "slcan")})
+        adapters = Adapters(detectors={name: look(name) for name in ("pcan", "kvaser", "slcan")})
         await adapters.plugged_in()
         asked.clear()
         found = await adapters.plugged_in("pcan:1")
@@ -208,8 +208,8 @@ def test_the_connected_bus_is_told_also_when_nobody_finds_it(tmp_path: Path) -> 
 
 
 def test_no_interface_of_python_can_is_forgotten() -> None:
-    looks = adapters_module._everywhere()  # pyright: ignore[reportPrivateUsage]
-    assert set(looks) | LOOKED_AT == set(can.VALID_INTERFACES)
+    looks = adapters_module._all_detectors()  # pyright: ignore[reportPrivateUsage]
+    assert set(looks) | OWN_DETECTION == set(can.VALID_INTERFACES)
     assert {"socketcan", "slcan", "pcan", "kvaser", "vector", "gs_usb"} <= set(looks)
 
 

@@ -152,11 +152,11 @@ def test_a_rate_in_the_address_is_used_and_no_other_is_tried(monkeypatch: pytest
         await until(lambda: not adapter.is_open)  # what it still sends would be noise at another rate
         port = await open_port(f"slcan:{adapter.channel}@57600")
         await until(lambda: port.state is PortState.PASSIVE)
-        assert f"Leave out @57600, and the rate is found: slcan:{adapter.channel}." in str(port.trouble)
+        assert f"Remove @57600 to detect the rate: slcan:{adapter.channel}." in str(port.trouble)
         assert port.details.nothing_received
         await port.close()
 
-    adapter.answers = "mute"
+    adapter.responds = "mute"
     with adapter:
         asyncio.run(main())
 
@@ -172,7 +172,7 @@ def test_an_adapter_from_which_nothing_comes_is_a_problem_within_four_seconds(ad
             await until(lambda: port.state is PortState.PASSIVE)
             assert time.monotonic() - began <= OPEN_S
             assert port.details.nothing_received
-            assert "nothing was ever received" in str(port.trouble)
+            assert "no data was received" in str(port.trouble)
             await port.close()
 
         asyncio.run(main())
@@ -221,7 +221,7 @@ def test_a_silent_adapter_on_a_silent_bus_is_found_when_the_bus_wakes(monkeypatc
         assert {note.code for note in port.details.notes} == {"adapter_silent", "baud_unknown"}
         assert not line_of(port).confirmed
         await until(lambda: port.state is PortState.PASSIVE)
-        assert "nothing was ever received. Its baud rate is not known" in str(port.trouble)
+        assert "no data was received. Its baud rate is unknown" in str(port.trouble)
         rates = set[int]()
         while len(rates) < 3:
             rates.add(line_of(port).baud)
@@ -312,7 +312,7 @@ def test_a_wrong_rate_in_the_address_is_refused_with_what_helps() -> None:
     with FakeAdapter(baud=1_000_000, bus=True) as adapter:
         error = refusal(adapter, "@115200")
     assert "bytes that are not slcan at 115200 baud" in error.detail
-    assert "Leave out @115200" in str(error.facts["remedy"])
+    assert "Remove @115200" in str(error.facts["remedy"])
 
 
 @pytest.mark.parametrize("heartbeat", HEARTBEATS, ids=["MAVLink 1", "MAVLink 2"])
@@ -333,7 +333,7 @@ def test_a_port_that_speaks_mavlink_says_so(heartbeat: bytes, rate: int | None) 
         finally:
             ended.set()
             beating.join()
-    assert "speaks MAVLink (system 1): an autopilot is on this port" in error.detail
+    assert "sends MAVLink (system 1): an autopilot is on this port" in error.detail
     assert error.facts["cause"] == "mavlink"
 
 
@@ -429,17 +429,17 @@ def test_the_search_is_repeated_when_the_adapter_is_opened_again() -> None:
     ("data", "sense"),
     [
         (b"", Sense.NOTHING),
-        (b"\r", Sense.ANSWER),
-        (b"\a\a\r", Sense.ANSWER),
+        (b"\r", Sense.RESPONSE),
+        (b"\a\a\r", Sense.RESPONSE),
         (b"V1013\r", Sense.SLCAN),
         (b"\xff\x00V1013\r", Sense.SLCAN),
-        (b"CANable b158aa7\r", Sense.ANSWER),
+        (b"CANable b158aa7\r", Sense.RESPONSE),
         (b"\r\rC\rV\r", Sense.ECHO),
         (b"O\r", Sense.ECHO),
         (BUS_FRAME, Sense.SLCAN),
         (b"\x80\xfe" + BUS_FRAME, Sense.SLCAN),
         (b"t1232AABB\r", Sense.SLCAN),
-        (b"T1E08FF0580102\r", Sense.ANSWER),  # shorter than it says
+        (b"T1E08FF0580102\r", Sense.RESPONSE),  # shorter than it says
         (b"\xf9", Sense.NOISE),
         (b"V10", Sense.NOISE),
         (HEARTBEATS[0], Sense.NOISE),

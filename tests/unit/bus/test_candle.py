@@ -149,9 +149,9 @@ def test_an_adapter_that_is_unplugged_is_lost(monkeypatch: pytest.MonkeyPatch) -
 @pytest.mark.parametrize(
     ("channel", "serials", "what"),
     [
-        ("", (), "There is no adapter candle:. Plug it in."),
-        ("", ("A", "B"), "fits 2 adapters. Name one by its serial number: candle:A, candle:B."),
-        ("C", ("A",), "There is no adapter candle:C. Choose one of: candle:A."),
+        ("", (), "Adapter candle: not found. Plug it in."),
+        ("", ("A", "B"), "matches 2 adapters. Choose one by its serial number: candle:A, candle:B."),
+        ("C", ("A",), "Adapter candle:C not found. Choose one of: candle:A."),
         ("A/1", ("A",), "The adapter A has no channel 1. Choose a channel from 0 to 0."),
         ("A/x", ("A",), "is not SERIAL_NUMBER or SERIAL_NUMBER/CHANNEL"),
     ],

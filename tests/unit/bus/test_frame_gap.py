@@ -101,7 +101,7 @@ def test_a_transfer_cut_off_by_bus_off_never_goes_on() -> None:
 
 def test_nothing_of_a_call_is_held_when_one_of_its_frames_is_impossible() -> None:
     def scene(gap: FrameGap, _log: Log) -> None:
-        with pytest.raises(ValueError, match="must fit 29 bits"):
+        with pytest.raises(ValueError, match="29 bits"):
             gap.send([*transfer(7, 3), Frame(1 << 29, ALONE)])
 
     assert played(scene) == []
@@ -152,7 +152,7 @@ def test_a_reopening_port_keeps_its_pause_and_drops_what_waits_when_it_is_closed
         await port.open()
         assert port.details.frame_gap_s == GAP_S
         port.send(transfer(7, 4))
-        with pytest.raises(ValueError, match="must fit 29 bits"):
+        with pytest.raises(ValueError, match="29 bits"):
             port.send([Frame(1 << 29, FIRST)])
         await asyncio.sleep(0.004)
         await port.close()

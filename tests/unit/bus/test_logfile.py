@@ -259,7 +259,7 @@ def test_a_blf_file_that_was_never_closed_is_read(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("text", ["hello\n", "\x7fELF\x02\x01", "{}\n", "  can0  123 [1] 00\n"])
 def test_what_is_no_log_is_refused_with_what_would_be_one(text: str) -> None:
-    with pytest.raises(LogFailed, match=r"the test is no log .* candump -l"):
+    with pytest.raises(LogFailed, match=r"the test is not a supported log.* candump -l"):
         read(text)
 
 

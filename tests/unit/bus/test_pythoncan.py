@@ -368,7 +368,7 @@ def test_a_driver_that_hangs_does_not_hang_the_loop(
         port.send([Frame(1, b"")])
         await asyncio.sleep(0.01)
         await port.close()
-        assert "did not let go" in caplog.text
+        assert "did not close" in caplog.text
         adapter.gate.set()
         monkeypatch.setattr(pythoncan, "_CLOSE_S", 5)
         await port.close()

@@ -53,7 +53,7 @@ def test_sooner_or_later_tries_until_it_opens() -> None:
         desk = Desk()
         desk.failure = refusal("Plug it in.")
         port = desk.port()
-        await port.open_sooner_or_later()
+        await port.open_with_retries()
         assert (port.state, str(port.trouble)) == (PortState.LOST, "Plug it in.")
         assert port.retry_in_s is not None
         await asyncio.sleep(30)
@@ -213,7 +213,7 @@ def test_closed_at_any_instant_it_leaves_nothing(
     async def main() -> None:
         desk = Desk(open_s=open_s, close_s=close_s)
         port = desk.port()
-        opening = asyncio.create_task(port.open() if first else port.open_sooner_or_later())
+        opening = asyncio.create_task(port.open() if first else port.open_with_retries())
         trouble = asyncio.create_task(mishaps(desk))
         await asyncio.sleep(until_s)
         await port.close()

@@ -84,7 +84,7 @@ def test_it_begins_when_somebody_listens_and_tells_its_end_without_being_lost(tm
         assert port.ended
         assert port.state is PortState.ACTIVE
         assert port.trouble is not None
-        assert "is over" in str(port.trouble)
+        assert "has ended" in str(port.trouble)
         assert port.statistics.rx_frames == 2
         assert port.statistics.busy_s == pytest.approx(2 * frame_bits(heard[0]) / 1e6, rel=0.1)
 
@@ -110,7 +110,7 @@ def test_nothing_can_be_sent_and_that_is_said(tmp_path: Path) -> None:
     path = recording(tmp_path, frame(0), frame(1))
 
     async def scene(port: ReplayPort, heard: list[Frame]) -> None:
-        with pytest.raises(BusReadOnly, match="is a recording: nothing can be"):
+        with pytest.raises(BusReadOnly, match="is a recording and read-only"):
             port.send([frame(0), frame(1)])
         with pytest.raises(ValueError, match="29 bits"):
             port.send([Frame(1 << 29, b"")])
@@ -119,7 +119,7 @@ def test_nothing_can_be_sent_and_that_is_said(tmp_path: Path) -> None:
         assert len(heard) == 2
         await port.close()
         assert port.state is PortState.DISCONNECTED
-        with pytest.raises(BusDisconnected, match="not played any more"):
+        with pytest.raises(BusDisconnected, match="has stopped"):
             port.send([frame(0)])
 
     play(f"file:{path}", scene)
@@ -226,12 +226,12 @@ def test_an_address_is_a_file_and_perhaps_a_speed(address: str, path: str, speed
 @pytest.mark.parametrize(
     ("address", "said"),
     [
-        ("file:", "names no file"),
-        ("file:?speed=2", "names no file"),
-        ("file:a.log?speed=0", "no speed"),
-        ("file:a.log?speed=fast", "no speed"),
-        ("file:a.log?speed=nan", "no speed"),
-        ("file:a.log?speed=1e9", "no speed"),
+        ("file:", "has no file name"),
+        ("file:?speed=2", "has no file name"),
+        ("file:a.log?speed=0", "not a valid speed"),
+        ("file:a.log?speed=fast", "not a valid speed"),
+        ("file:a.log?speed=nan", "not a valid speed"),
+        ("file:a.log?speed=1e9", "not a valid speed"),
         ("file:/nowhere/a.log", "cannot be read: No such file"),
         ("file:/", "Is a directory"),
     ],
@@ -250,7 +250,7 @@ def test_a_file_without_frames_of_ours_is_refused(tmp_path: Path) -> None:
     path.write_text("(1.0) can0 123#00\n")
 
     async def scene() -> None:
-        with pytest.raises(PortOpenFailed, match="no frame of a CAN bus with 29-bit identifiers"):
+        with pytest.raises(PortOpenFailed, match="no CAN frames with 29-bit identifiers"):
             await open_replay(f"file:{path}")
 
     run(scene())

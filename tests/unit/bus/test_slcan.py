@@ -27,8 +27,8 @@ from unit.bus.adapter import FakeAdapter, wait_until
 @pytest.fixture(autouse=True)
 def impatient(monkeypatch: pytest.MonkeyPatch) -> None:
     """Do not wait as long as slow hardware needs for those that never answer."""
-    monkeypatch.setattr(slcan, "_ANSWER_S", 0.05)
-    monkeypatch.setattr(slcan, "_ANSWER_SILENT_S", 0.02)
+    monkeypatch.setattr(slcan, "_RESPONSE_S", 0.05)
+    monkeypatch.setattr(slcan, "_RESPONSE_SILENT_S", 0.02)
     monkeypatch.setattr(baud, "SEARCH_S", 0.2)
     monkeypatch.setattr(baud, "ONE_RATE_S", 0.2)
 
@@ -117,7 +117,7 @@ def test_an_adapter_that_has_nothing_open_to_close_may_refuse_that() -> None:
 
 def test_a_bit_rate_slcan_does_not_have_is_told_with_those_it_has() -> None:
     with FakeAdapter() as adapter:
-        with pytest.raises(PortOpenFailed, match=r"no bit rate of 300000 bit/s.*10000, 20000, .*1000000"):
+        with pytest.raises(PortOpenFailed, match=r"does not support 300000 bit/s.*10000, 20000, .*1000000"):
             asyncio.run(open_port(f"slcan:{adapter.channel}", bitrate=300_000))
         assert adapter.heard == []
 
@@ -125,7 +125,7 @@ def test_a_bit_rate_slcan_does_not_have_is_told_with_those_it_has() -> None:
 def test_an_adapter_in_use_is_not_opened_a_second_time() -> None:
     with FakeAdapter() as adapter:
         bus = SlcanBus(adapter.channel)
-        with pytest.raises(PortOpenFailed, match="uses it"):
+        with pytest.raises(PortOpenFailed, match="is using it"):
             asyncio.run(open_port(f"slcan:{adapter.channel}"))
         bus.shutdown()
         SlcanBus(adapter.channel).shutdown()
@@ -134,7 +134,7 @@ def test_an_adapter_in_use_is_not_opened_a_second_time() -> None:
 def test_an_adapter_that_takes_not_one_byte_is_an_error() -> None:
     with FakeAdapter() as adapter:
         adapter.fill()
-        with pytest.raises(PortOpenFailed, match="takes nothing"):
+        with pytest.raises(PortOpenFailed, match="does not accept any data"):
             asyncio.run(open_port(f"slcan:{adapter.channel}"))
 
 
@@ -245,7 +245,7 @@ def test_an_adapter_that_takes_no_more_is_lost_and_what_was_queued_never_leaves(
         port.send([Frame(1, b"old")])
         await until(lambda: port.state is PortState.LOST)
         assert time.monotonic() - began < 3
-        assert "passes nothing on" in str(port.trouble)
+        assert "no longer sends frames" in str(port.trouble)
         adapter.go_on()
         await asyncio.sleep(0.05)
         assert adapter.sent == []
@@ -269,10 +269,10 @@ def test_after_half_a_line_nothing_more_is_written(monkeypatch: pytest.MonkeyPat
             return taken
 
         monkeypatch.setattr(serial_line.os, "write", cramped)
-        with pytest.raises(OSError, match="half a line"):
+        with pytest.raises(OSError, match="only part of a line"):
             bus.transmit([Frame(1, b"moves")])
         room[0] = 1000
-        with pytest.raises(OSError, match="half a line"):
+        with pytest.raises(OSError, match="only part of a line"):
             bus.transmit([Frame(2, b"")])
         bus.shutdown()
         time.sleep(0.02)
@@ -302,7 +302,7 @@ def test_an_adapter_that_is_pulled_out_is_lost_within_a_second(sending: bool) ->
 
 
 def test_an_adapter_that_answers_no_more_is_lost(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(slcan, "_ASK_S", 0.02)
+    monkeypatch.setattr(slcan, "_POLL_S", 0.02)
     monkeypatch.setattr(slcan, "_SILENT_S", 0.2)
     adapter = FakeAdapter(flags=0)
 
@@ -311,13 +311,13 @@ def test_an_adapter_that_answers_no_more_is_lost(monkeypatch: pytest.MonkeyPatch
         assert port.state is PortState.ACTIVE
         adapter.stall()
         await until(lambda: port.state is PortState.LOST)
-        assert "answers no more" in str(port.trouble)
+        assert "no longer responds" in str(port.trouble)
 
     with_port(adapter, scenario)
 
 
 def test_an_adapter_without_status_flags_may_be_silent_for_ever(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(slcan, "_ASK_S", 0.02)
+    monkeypatch.setattr(slcan, "_POLL_S", 0.02)
     monkeypatch.setattr(slcan, "_SILENT_S", 0.04)
     adapter = FakeAdapter()
 
@@ -330,7 +330,7 @@ def test_an_adapter_without_status_flags_may_be_silent_for_ever(monkeypatch: pyt
 
 
 def test_status_flags_tell_passive_and_active_again(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(slcan, "_ASK_S", 0.02)
+    monkeypatch.setattr(slcan, "_POLL_S", 0.02)
     adapter = FakeAdapter(flags=0x80)  # of before it was opened
 
     async def scenario(port: CanPort) -> None:
@@ -338,7 +338,7 @@ def test_status_flags_tell_passive_and_active_again(monkeypatch: pytest.MonkeyPa
         await asyncio.sleep(0.05)
         adapter.flags = 0x20
         await until(lambda: port.state is PortState.PASSIVE)
-        assert "nobody acknowledges" in str(port.trouble)
+        assert "no node acknowledges" in str(port.trouble)
         adapter.flags = 0
         await until(lambda: port.state is PortState.ACTIVE)
         assert port.trouble is None
@@ -357,7 +357,7 @@ def test_an_adapter_that_refuses_every_frame_is_passive_and_opened_anew() -> Non
             port.send([Frame(1, b"")])
             await asyncio.sleep(0.02)
         assert 0.3 < time.monotonic() - began < 3
-        assert "nobody acknowledges" in str(port.trouble)
+        assert "no node acknowledges" in str(port.trouble)
         await until(lambda: adapter.heard.count(b"O") == opened + 1)
         while port.state is PortState.PASSIVE:
             port.send([Frame(1, b"")])

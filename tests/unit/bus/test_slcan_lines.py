@@ -103,7 +103,7 @@ def test_status_flags_tell_passive_once_overruns_and_bus_errors_each_time() -> N
     lines = Lines()
     seen = [lines.feed(flags + b"\r", 1.0).errors for flags in (b"F00", b"F24", b"F24", b"FA0", b"F08", b"F47")]
     assert seen == [[], [NOW_PASSIVE], [], [BUS_ERROR], [OVERFLOW, NOW_ACTIVE], []]
-    assert lines.told == 6
+    assert lines.flags == 6
 
 
 def test_what_an_adapter_tells_unasked_becomes_error_frames() -> None:

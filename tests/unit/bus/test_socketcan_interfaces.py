@@ -73,12 +73,12 @@ def failure(channel: str, bitrate: int = 1_000_000) -> PortOpenFailed:
 def test_an_interface_that_does_not_exist(net: Path) -> None:
     interface(net, "lo", kind=772)
     assert "no CAN interface" in failure("can0").detail
-    assert "There is no CAN interface lo" in failure("lo").detail
+    assert "CAN interface lo not found" in failure("lo").detail
     interface(net, "can1")
-    assert "CAN interfaces here: can1." in failure("can0").detail
+    assert "Available: can1." in failure("can0").detail
     missing = failure("vcan0")
     assert missing.facts["remedy"] == "sudo ip link add dev vcan0 type vcan && sudo ip link set vcan0 up"
-    assert "There is no CAN interface ../can1" in failure("../can1").detail
+    assert "CAN interface ../can1 not found" in failure("../can1").detail
 
 
 def test_an_interface_that_is_down(net: Path) -> None:
@@ -103,7 +103,7 @@ def test_a_wrong_bit_rate_is_refused_with_the_command_that_corrects_it(
     interface(net, "can0")
     ip_says(monkeypatch, can("can0", 500_000))
     wrong = failure("can0")
-    assert wrong.detail.startswith("can0 runs at 500000 bit/s and not at 1000000.")
+    assert wrong.detail.startswith("can0 runs at 500000 bit/s instead of 1000000.")
     assert wrong.facts["remedy"] == SET_IT
     assert check("can0", 500_000) is not None, "what was asked for"
     ip_says(monkeypatch, can("can0", 999_000))
@@ -125,7 +125,7 @@ def test_a_controller_that_stays_off_the_bus(by: str, net: Path, monkeypatch: py
     if by == "ip":
         ip_says(monkeypatch, can("can0", state="BUS-OFF"))
     off = failure("can0")
-    assert "off the bus" in off.detail
+    assert "bus-off" in off.detail
     assert off.facts["remedy"] == "sudo ip link set can0 type can restart"
 
 

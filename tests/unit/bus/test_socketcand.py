@@ -153,7 +153,7 @@ def failure(address: str) -> PortOpenFailed:
 def test_a_server_that_refuses_the_interface_is_quoted() -> None:
     with Server(refuses=b"< error could not open bus >") as server:
         detail = failure(server.address).detail
-    assert "the server says '< error could not open bus >'" in detail
+    assert "the server responded '< error could not open bus >'" in detail
     assert "serves this CAN interface" in detail
 
 
@@ -161,13 +161,13 @@ def test_no_server_is_told_with_how_to_start_one() -> None:
     with socket.create_server(("127.0.0.1", 0)) as closed:
         port = closed.getsockname()[1]
     detail = failure(f"socketcand:127.0.0.1:{port}/can0").detail
-    assert "No server listens there. Start socketcand on that host (socketcand -i can0)" in detail
+    assert "No server is listening there. Start socketcand on that host (socketcand -i can0)" in detail
 
 
 def test_a_server_that_says_nothing_is_given_up(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(socketcand, "_ANSWER_S", 0.2)
+    monkeypatch.setattr(socketcand, "_RESPONSE_S", 0.2)
     with Server(mute=True) as server:
-        assert "The server does not answer." in failure(server.address).detail
+        assert "The server does not respond." in failure(server.address).detail
 
 
 def test_a_host_that_is_not_known_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -175,7 +175,7 @@ def test_a_host_that_is_not_known_is_told(monkeypatch: pytest.MonkeyPatch) -> No
         raise socket.gaierror(socket.EAI_NONAME, "Name or service not known")
 
     monkeypatch.setattr(socket, "create_connection", unknown)
-    assert "There is no such host." in failure("socketcand:nobody.invalid:29536/can0").detail
+    assert "Host not found." in failure("socketcand:nobody.invalid:29536/can0").detail
 
 
 @pytest.mark.parametrize(

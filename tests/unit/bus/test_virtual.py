@@ -43,7 +43,7 @@ def test_without_one_the_reason_names_the_commands_that_make_one(net: Path) -> N
     assert "ip link add dev vcan0 type vcan" in why or not hasattr(socket, "AF_CAN")
 
 
-@pytest.mark.skipif(not hasattr(socket, "AF_CAN"), reason="SocketCAN exists on Linux only")
+@pytest.mark.skipif(not hasattr(socket, "AF_CAN"), reason="SocketCAN is available on Linux only")
 def test_the_first_that_is_up_is_taken(net: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(socket, "socket", Opens)
     interface(net, "vcan0", up=False)
@@ -53,7 +53,7 @@ def test_the_first_that_is_up_is_taken(net: Path, monkeypatch: pytest.MonkeyPatc
     assert "vcan1 is up" in why
 
 
-@pytest.mark.skipif(not hasattr(socket, "AF_CAN"), reason="SocketCAN exists on Linux only")
+@pytest.mark.skipif(not hasattr(socket, "AF_CAN"), reason="SocketCAN is available on Linux only")
 def test_one_that_is_down_or_does_not_open_is_named(net: Path) -> None:
     interface(net, "vcan0", up=False)
     assert find_vcan() == (None, "vcan0 is down (sudo ip link set vcan0 up)")
@@ -74,4 +74,4 @@ def test_nothing_with_real_servos_behind_it_is_ever_taken(
 
 def test_where_there_is_no_socketcan_it_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.delattr(socket, "AF_CAN", raising=False)
-    assert virtual.find_vcan() == (None, "SocketCAN exists on Linux only")
+    assert virtual.find_vcan() == (None, "SocketCAN is available on Linux only")

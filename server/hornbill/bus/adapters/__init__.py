@@ -1,1 +1,1 @@
-"""What a bus can be opened on: interfaces of the kernel, serial ports, and their troubles."""
+"""Detection and diagnosis of adapters: kernel interfaces and serial ports."""

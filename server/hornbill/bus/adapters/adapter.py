@@ -1,4 +1,4 @@
-"""Adapter: what people are told of something a bus can be opened on."""
+"""FoundAdapter: description of a detected adapter."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -8,11 +8,11 @@ from hornbill.errors import Cause
 
 @dataclass(frozen=True, slots=True)
 class FoundAdapter:
-    """Something a bus can be opened on; the words of `state` are those of `GET /bus/adapters`.
+    """An adapter on which a bus can be opened. `state` is as in `GET /bus/adapters`.
 
-    `reason` says why it cannot be used, or what is odd about it; `remedy` what to do about that. `bitrate` is in
-    bit/s, `sample_point` 0..1; both None where nobody tells. `serial_number` is that of USB; `baud` the rate (bit/s) at
-    which a serial adapter was last used. `cause` and `params` say `reason` and `remedy` for programs.
+    `reason` is why it cannot be used, or what is unusual about it; `remedy` what to do. `bitrate` is in bit/s,
+    `sample_point` 0..1; both None if unknown. `serial_number` is the USB serial number, `baud` the rate (bit/s) at
+    which a serial adapter was last used. `cause` and `params` are `reason` and `remedy` for programs.
     """
 
     address: str
@@ -29,15 +29,15 @@ class FoundAdapter:
 
     @property
     def interface(self) -> str:
-        """The word before the colon of its address."""
+        """The part of its address before the colon."""
         return self.address.partition(":")[0]
 
     @property
     def channel(self) -> str:
-        """What follows the colon."""
+        """The part of its address after the colon."""
         return self.address.partition(":")[2]
 
     @property
     def usable(self) -> bool:
-        """Whether it can be opened, or is."""
+        """Whether it is open or can be opened."""
         return self.state in ("ready", "connected")

@@ -1,4 +1,4 @@
-"""diagnose: what an adapter's driver said when it was opened, in words that name the cause and the remedy."""
+"""diagnose: cause and remedy for an error raised by a driver on opening an adapter."""
 
 import errno
 import os
@@ -14,7 +14,7 @@ from hornbill.errors import Cause
 
 
 class Diagnosis(NamedTuple):
-    """Why an adapter does not open, and what to do: both sentences, the second a command where one helps."""
+    """Why an adapter does not open, and the remedy. Both are sentences; the remedy contains a command if one helps."""
 
     cause: str
     remedy: str
@@ -23,11 +23,11 @@ class Diagnosis(NamedTuple):
 
 
 _MODULES = {"pcan": "peak_usb", "kvaser": "kvaser_usb", "gs_usb": "gs_usb"}
-"""Module of the Linux kernel for adapters of these interfaces."""
+"""Linux kernel module for adapters of these interfaces."""
 
-_SOCKETCAN_INSTEAD = "on Linux load the kernel's own with sudo modprobe {} and use socketcan:can0"
+_SOCKETCAN_INSTEAD = "on Linux, load the kernel driver with sudo modprobe {} and use socketcan:can0"
 _DRIVERS = {
-    "pcan": "Install PCAN-Basic of PEAK-System; " + _SOCKETCAN_INSTEAD.format("peak_usb") + ".",
+    "pcan": "Install PCAN-Basic from PEAK-System; " + _SOCKETCAN_INSTEAD.format("peak_usb") + ".",
     "kvaser": "Install Kvaser CANlib; " + _SOCKETCAN_INSTEAD.format("kvaser_usb") + ".",
     "gs_usb": "Run pip install gs_usb pyusb; " + _SOCKETCAN_INSTEAD.format("gs_usb") + ".",
     "vector": "Install the Vector XL Driver Library (Windows only).",
@@ -38,16 +38,16 @@ _DRIVERS = {
     "cantact": "Run pip install cantact.",
     "udp_multicast": "Run: pip install msgpack",
 }
-_ANY_DRIVER = "Install the driver of its maker, or the Python package the driver names."
+_ANY_DRIVER = "Install the manufacturer's driver or the required Python package."
 
-# Drivers tell in their own words what they have no number for; the first line that fits counts.
+# Words in driver messages without an error number. The first match counts.
 _IN_USE = ("in use", "already been initialized", "already connected", "already open", "access is denied")
 _NO_DRIVER = ("driver", "library", "shared object", "install", "could not load", "not supported on")
 _NO_DEVICE = ("not found", "no such", "not exist", "filenotfound", "handle is invalid", "no device")
 
 
 def diagnose(interface: str, channel: str, error: BaseException) -> Diagnosis:
-    """What `error`, raised while `interface:channel` was opened, means to the person who wants it open."""
+    """Diagnose `error`, raised on opening `interface:channel`."""
     device = channel.partition("@")[0]
     if interface == "socketcand":
         return _no_server(error)
@@ -69,40 +69,40 @@ def diagnose(interface: str, channel: str, error: BaseException) -> Diagnosis:
         return _no_device()
     if isinstance(error, TypeError | ValueError):
         return Diagnosis(
-            f"{channel!r} is no channel of {interface}.",
-            f"Write the channel as python-can's manual of {interface} does.",
-            "no_channel_of",
+            f"{channel!r} is not a valid {interface} channel.",
+            f"See the python-can manual of {interface} for the channel format.",
+            "channel_invalid",
             {"channel": channel, "interface": interface},
         )
     return Diagnosis(
-        "Its driver refused.",
+        "Its driver reported an error.",
         "Check that the adapter is plugged in and that its driver is installed.",
         "driver_refused",
     )
 
 
 def no_permission(device: str) -> Diagnosis:
-    """This user may not use `device`, a file such as /dev/ttyACM0."""
+    """Diagnosis: this user has no permission for `device`, a file such as /dev/ttyACM0."""
     try:
         group = Path(device).group()
     except (OSError, KeyError, NotImplementedError):
         group = "dialout"
     command = f"sudo usermod -aG {group} $USER"
     return Diagnosis(
-        "This user may not use it.", f"Run: {command}, log out and in again, then retry.", "no_permission",
+        "This user has no permission to use it.", f"Run: {command}, log out and in again, then retry.", "no_permission",
         {"command": command},
     )  # fmt: skip
 
 
 def users_of(device: str) -> list[str]:
-    """The programs that have `device` open, as far as this user may know (Linux): name and process id of each."""
+    """Name and process ID of the programs that have `device` open, as far as visible to this user (Linux)."""
     target = os.path.realpath(device)
     found: list[str] = []
     for process in Path("/proc").glob("[0-9]*"):
         try:
             if any(os.path.realpath(each) == target for each in (process / "fd").iterdir()):
                 found.append(f"{(process / 'comm').read_text(encoding='utf-8').strip()} (process {process.name})")
-        except OSError:  # it ended, or belongs to somebody else
+        except OSError:  # it ended, or belongs to another user
             continue
     return found
 
@@ -112,7 +112,7 @@ def _by_number(number: int, device: str) -> Diagnosis | None:
         case errno.ENOENT | errno.ENODEV | errno.ENXIO:
             return _no_device()
         case errno.EACCES | errno.EPERM if os.name == "nt":
-            return _in_use(device)  # this is how Windows says that another program has a serial port
+            return _in_use(device)  # on Windows: another program has the serial port open
         case errno.EACCES | errno.EPERM:
             return no_permission(device)
         case errno.EBUSY:
@@ -124,7 +124,9 @@ def _by_number(number: int, device: str) -> Diagnosis | None:
             )  # fmt: skip
         case errno.EAFNOSUPPORT:
             command = "sudo modprobe can_raw"
-            return Diagnosis("This kernel has no SocketCAN.", f"Run: {command}", "no_can_kernel", {"command": command})
+            return Diagnosis(
+                "This kernel has no SocketCAN.", f"Run: {command}", "kernel_without_socketcan", {"command": command}
+            )
         case _:
             return None
 
@@ -132,26 +134,26 @@ def _by_number(number: int, device: str) -> Diagnosis | None:
 def _in_use(device: str) -> Diagnosis:
     users = ", ".join(users_of(device)) if device.startswith("/") else ""
     params = {"users": users} if users else {}
-    return Diagnosis(f"{users or 'Another program'} uses it.", "Close that program first.", "in_use", params)
+    return Diagnosis(f"{users or 'Another program'} is using it.", "Close that program first.", "in_use", params)
 
 
 def _no_device() -> Diagnosis:
-    return Diagnosis("There is no such device.", "Plug the adapter in and check its name.", "no_device")
+    return Diagnosis("Device not found.", "Plug the adapter in and check its name.", "device_not_found")
 
 
 def _no_server(error: BaseException) -> Diagnosis:
-    """What a connection to a socketcand server that failed means."""
+    """Diagnose a failed connection to a socketcand server."""
     if isinstance(error, socket.gaierror):
-        return Diagnosis("There is no such host.", "Check the name of the host, or enter its IP address.", "no_host")
+        return Diagnosis("Host not found.", "Check the host name, or enter its IP address.", "host_not_found")
     if isinstance(error, ConnectionRefusedError):
         return Diagnosis(
-            "No server listens there.", "Start socketcand on that host (socketcand -i can0), and check the port.",
-            "no_server",
+            "No server is listening there.", "Start socketcand on that host (socketcand -i can0), and check the port.",
+            "server_not_running",
         )  # fmt: skip
     return Diagnosis(
-        "The server does not answer.",
+        "The server does not respond.",
         "Check that the host can be reached and that a socketcand server is on that port.",
-        "server_silent",
+        "server_not_responding",
     )
 
 

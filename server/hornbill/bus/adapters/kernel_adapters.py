@@ -1,4 +1,4 @@
-"""The list of adapters Linux drives: its CAN interfaces, and CAN adapters on USB that no driver has taken."""
+"""CAN interfaces of Linux, and USB CAN adapters without a loaded driver."""
 
 from pathlib import Path
 
@@ -7,7 +7,7 @@ from hornbill.bus.adapters.adapter import FoundAdapter
 from hornbill.bus.adapters.socketcan import Interface
 
 USB = Path("/sys/bus/usb/devices")
-"""Where the kernel lists what is plugged into USB."""
+"""Where the kernel lists USB devices."""
 
 DRIVERS: dict[tuple[str, str], tuple[str, str]] = {
     ("04d8", "0a30"): ("Microchip CAN BUS Analyzer", "mcba_usb"),
@@ -20,10 +20,10 @@ DRIVERS: dict[tuple[str, str], tuple[str, str]] = {
     ("1cd2", "606f"): ("CANext FD", "gs_usb"),
     ("1d50", "606f"): ("candleLight / CANable", "gs_usb"),
 }
-"""USB vendor and product id (any product where it is empty) of CAN adapters, and the kernel module for each."""
+"""Name and kernel module of CAN adapters by USB vendor and product ID. An empty product ID matches any."""
 
 BITRATE = 1_000_000
-"""What the servos are delivered with, in bit/s."""
+"""Factory setting of the servos, bit/s."""
 
 
 def kernel_adapters() -> list[FoundAdapter]:
@@ -43,15 +43,15 @@ def _adapter(one: Interface) -> FoundAdapter:
     reason = remedy = None
     if one.sample_point is not None and abs(one.sample_point - socketcan.SAMPLE_POINT) > socketcan.NEAR:
         reason = (
-            f"Its sample point is {one.sample_point:.1%}; the servos' is {socketcan.SAMPLE_POINT:.1%}. "
-            "On a short bus it works."
+            f"Its sample point is {one.sample_point:.1%}, that of the servos {socketcan.SAMPLE_POINT:.1%}. "
+            "This works on a short bus."
         )
         remedy = socketcan.set_command(one.name, BITRATE)
     return FoundAdapter(address, name, "ready", reason, remedy, one.bitrate, one.sample_point)
 
 
 def _name(interface: str) -> str:
-    """The product and serial number of a USB adapter, the driver of another, or that it is virtual."""
+    """Product and serial number of a USB adapter, the driver of others, or "virtual CAN interface"."""
     device = socketcan.NET / interface / "device"
     if not device.exists():
         return "virtual CAN interface"
@@ -76,12 +76,12 @@ def _without_driver(taken: set[str]) -> list[FoundAdapter]:
         free = next(f"can{number}" for number in range(len(taken) + 1) if f"can{number}" not in taken)
         taken.add(free)
         if any((part / "driver").exists() for part in parts):
-            cause, params = "taken_unseen", dict[str, str]()
-            why = "Linux has taken it, but its CAN interface cannot be seen from here."
+            cause, params = "interface_not_visible", dict[str, str]()
+            why = "Its driver is loaded, but its CAN interface is not visible here."
             remedy = "In a container, run it with --network host."
         else:
-            why, remedy = "No driver has taken it.", f"sudo modprobe {module}"
-            cause, params = "not_taken_by_driver", {"command": remedy}
+            why, remedy = "No driver is loaded for it.", f"sudo modprobe {module}"
+            cause, params = "driver_not_loaded", {"command": remedy}
         found.append(
             FoundAdapter(
                 f"socketcan:{free}", _product(device) or name, "no_driver", why, remedy, cause=cause, params=params

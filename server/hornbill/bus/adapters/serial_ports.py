@@ -1,4 +1,4 @@
-"""Serial ports with an slcan adapter behind them, known by their USB ids and names, or possibly so."""
+"""Detection of serial ports with a known or possible slcan adapter, by USB ID and name."""
 
 import os
 import re
@@ -16,33 +16,33 @@ from hornbill.bus.adapters.diagnosis import no_permission, users_of
 KNOWN = {
     (0x0403, 0x9F80): "CANdapter",
     (0x0403, 0xFFA8): "LAWICEL CANUSB",
-    (0x04D8, 0x000A): "USBtin, or something else by Microchip",
+    (0x04D8, 0x000A): "USBtin, or another Microchip device",
     (0x16D0, 0x117E): "CANable 2",
     (0x1D50, 0x60C7): "Zubax Babel",
     (0xAD50, 0x60C4): "CANable",
 }
-"""USB vendor and product id of adapters that speak slcan."""
+"""slcan adapters by USB vendor and product ID."""
 
 NATIVE_USB = KNOWN.keys() - {(0x0403, 0x9F80)}
-"""Those of them without a serial line between USB and the adapter: their baud rate has no effect."""
+"""Those without a serial line between USB and the adapter: their baud rate has no effect."""
 
 POSSIBLE = frozenset(
     (
         (0x0403, 0x6001), (0x0403, 0x6010), (0x0403, 0x6014), (0x0403, 0x6015),  # FTDI
         (0x0483, 0x5740),  # any STM32
         (0x10C4, 0xEA60),  # CP210x
-        (0x1209, 0x5740), (0x1209, 0x5741),  # an autopilot with ArduPilot, which can pass CAN through
+        (0x1209, 0x5740), (0x1209, 0x5741),  # an ArduPilot autopilot, which can forward CAN
         (0x1A86, 0x5523), (0x1A86, 0x55D3), (0x1A86, 0x55D4), (0x1A86, 0x7523),  # WCH
         (0x2E8A, 0x000A),  # RP2040
     )
 )  # fmt: skip
-"""Chips with which slcan adapters are built, as is much else."""
+"""USB IDs of chips used in slcan adapters, but also in other devices."""
 
 _NAMED = re.compile(r"slcan|canable|cantact|canface|usbtin|babel|usb-?2?can|can-?2?usb|\bcan(fd|bus)?\b", re.IGNORECASE)
 
 
 class SerialPort(Protocol):
-    """What pyserial's list_ports tells of a port."""
+    """A port in pyserial's list_ports."""
 
     device: str
     vid: int | None
@@ -67,7 +67,7 @@ class BaudMemory(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class UsbAdapter:
-    """What USB tells of the adapter on a serial port."""
+    """USB properties of the adapter on a serial port."""
 
     serial_number: str | None = None
     native_usb: bool = False
@@ -75,14 +75,14 @@ class UsbAdapter:
 
 
 UNKNOWN_ADAPTER = UsbAdapter()
-"""An adapter that is not on USB, or of which nothing is known."""
+"""An adapter not on USB, or an unknown one."""
 
 
 def usb_of(device: str, ports: Iterable[SerialPort] | None = None) -> UsbAdapter:
-    """What USB tells of the adapter on `device`. Takes up to a second: call it in a thread. Never raises."""
+    """USB properties of the adapter on `device`. Takes up to a second: call it in a thread. Never raises."""
     try:
         found = list_ports.comports() if ports is None else ports
-    except Exception:  # a driver's listing may raise anything, and opening does not depend on it
+    except Exception:  # a driver may raise anything, and opening does not depend on it
         return UNKNOWN_ADAPTER
     path = os.path.realpath(device) if device.startswith("/") else device
     for port in found:
@@ -92,9 +92,9 @@ def usb_of(device: str, ports: Iterable[SerialPort] | None = None) -> UsbAdapter
 
 
 def serial_adapters(ports: Iterable[SerialPort] | None = None) -> list[FoundAdapter]:
-    """Serial ports a bus can perhaps be opened on, the sure ones first. Reads no port and opens none.
+    """Serial ports with a known or possible slcan adapter, known ones first. Does not open or read any port.
 
-    `ports` are the machine's unless given. Takes up to a second: call it in a thread.
+    `ports` defaults to those of this computer. Takes up to a second: call it in a thread.
     """
     found = sorted(list_ports.comports() if ports is None else ports, key=lambda each: each.device)
     alike = Counter((port.vid, port.pid, port.serial_number) for port in found)
@@ -106,13 +106,13 @@ def serial_adapters(ports: Iterable[SerialPort] | None = None) -> list[FoundAdap
         if ids in KNOWN or _NAMED.search(f"{port.product or ''} {port.manufacturer or ''}"):
             sure.append(_adapter(port, KNOWN.get(ids), where))
         elif ids in POSSIBLE:
-            doubt = "A serial port does not tell whether a CAN adapter is behind it."
+            doubt = "It is unknown whether a CAN adapter is on this serial port."
             possible.append(_adapter(port, None, where, doubt))
     return sure + possible
 
 
 def _adapter(port: SerialPort, known_as: str | None, where: str | None, doubt: str | None = None) -> FoundAdapter:
-    """`where` tells it from another one like it: the USB port it is plugged into."""
+    """`where` is the USB port, to distinguish identical adapters."""
     named = port.product if known_as is None or (port.product and _NAMED.search(port.product)) else known_as
     at = None if where is None else f"(USB {where})"
     name = " ".join(filter(None, (named or "Serial port", port.serial_number, at)))
@@ -120,7 +120,11 @@ def _adapter(port: SerialPort, known_as: str | None, where: str | None, doubt: s
     if port.device.startswith("/"):
         if not Path(port.device).exists():
             return replace(
-                found, state="no_driver", reason="It is going away.", remedy="Plug it in again.", cause="going_away"
+                found,
+                state="no_driver",
+                reason="It was unplugged.",
+                remedy="Plug it in again.",
+                cause="adapter_removed",
             )
         if not os.access(port.device, os.R_OK | os.W_OK):
             why = no_permission(port.device)
@@ -129,7 +133,7 @@ def _adapter(port: SerialPort, known_as: str | None, where: str | None, doubt: s
             )
         users = users_of(port.device)
         if users:
-            why = f"{', '.join(users)} uses it."
+            why = f"{', '.join(users)} is using it."
             return replace(
                 found,
                 state="in_use",
@@ -138,4 +142,4 @@ def _adapter(port: SerialPort, known_as: str | None, where: str | None, doubt: s
                 cause="in_use",
                 params={"users": ", ".join(users)},
             )
-    return found if doubt is None else replace(found, reason=doubt, cause="perhaps_serial")
+    return found if doubt is None else replace(found, reason=doubt, cause="adapter_unconfirmed")

@@ -1,4 +1,4 @@
-"""How much of the last second a bus was busy."""
+"""Bus load over the last second."""
 
 from collections import deque
 
@@ -15,13 +15,13 @@ class LoadMeter:
         self._sum = 0.0
 
     def add(self, end: Instant, seconds: float) -> None:
-        """Note that the bus was busy for `seconds` until `end`; ends never go backwards."""
+        """Record that the bus was busy for `seconds` until `end`. `end` must not decrease."""
         self._spans.append((end, seconds))
         self._sum += seconds
         self._forget(end)
 
     def share(self, now: Instant) -> float:
-        """The busy share of the window that ends `now`, 0..1."""
+        """Load over the window ending `now`, 0..1."""
         self._forget(now)
         return min(1.0, max(0.0, self._sum / WINDOW_S))
 
@@ -30,4 +30,4 @@ class LoadMeter:
         while spans and spans[0][0] <= now - WINDOW_S:
             self._sum -= spans.popleft()[1]
         if not spans:
-            self._sum = 0.0  # rounding must not add up over days
+            self._sum = 0.0  # rounding errors must not accumulate over days

@@ -1,4 +1,4 @@
-"""What happens on the wire of an embedded bus, played up to a given instant."""
+"""Simulation of the wire of an embedded bus up to a given time."""
 
 from collections import deque
 from collections.abc import Sequence
@@ -13,8 +13,8 @@ from hornbill.wire.bittime import ERROR_FRAME_BITS, INTERFRAME_BITS, NOISE_BITS,
 from hornbill.wire.frame import Frame
 from hornbill.wire.port import PortState
 
-_LOOK_S = 0.01
-"""How often noise is counted when nothing else moves."""
+_NOISE_PERIOD_S = 0.01
+"""How often noise is counted while the bus is otherwise idle."""
 
 
 class _Transmission(NamedTuple):
@@ -27,30 +27,30 @@ class _Transmission(NamedTuple):
 class Medium:
     """The wire between controllers: arbitration, bit times, acknowledgement, errors.
 
-    Calls come in the order of their `now`. Who wins an arbitration is decided only when its instant has
-    passed: then every frame queued until that instant is known, whatever order things ran in.
+    Calls must be in order of `now`. An arbitration is decided only after its time has passed: then all frames queued
+    until that time are known, whatever the order of execution.
     """
 
     def __init__(self, bit_s: float, history: int) -> None:
-        """`bit_s`: seconds a bit takes; 0 sends everything at the instant it is settled."""
+        """`bit_s` is the bit time in seconds. 0 sends everything at the time of settling."""
         self.ports: dict[str, MemoryPort] = {}
         self.misfits: set[MemoryPort] = set()
-        """Those of them whose bit rate is not that of the bus."""
+        """Ports with another bit rate than the bus."""
         self.faults: WireFaults[MemoryPort] = WireFaults()
         self.load = LoadMeter()
         self.history: deque[tuple[str, Frame]] = deque(maxlen=history)
         self.carried: list[tuple[MemoryPort, Frame]] = []
-        """What was sent and acknowledged since somebody last emptied this list, with its sender."""
+        """Sender and frame of acknowledged frames since the list was last emptied."""
         self.busy_s = 0.0
-        """Bus time used since somebody last set this to 0."""
+        """Bus time used since it was last set to 0, s."""
         self._bit_s = bit_s
         self._noise_s = NOISE_BITS * (bit_s or 1e-6)
-        self._offering: dict[MemoryPort, None] = {}  # a dict: in the order they began to wait
+        self._offering: dict[MemoryPort, None] = {}  # a dict, in order of offering
         self._on_wire: _Transmission | None = None
         self._idle_at: Instant = 0.0
 
     def offer(self, port: MemoryPort, frames: Sequence[Frame], now: Instant) -> None:
-        """Queue `frames` of `port`; they compete from `now` on. What does not fit is counted as errors."""
+        """Queue `frames` of `port` for arbitration from `now` on. Frames beyond the queue limit count as errors."""
         self.settle(now)
         if not self._offering:
             self._idle_at = max(self._idle_at, now)
@@ -59,16 +59,16 @@ class Medium:
             port.statistics.errors += port.queue.put(frame, now)
 
     def withdraw(self, port: MemoryPort) -> None:
-        """Let what `port` has queued take part no longer."""
+        """Remove the queued frames of `port` from arbitration."""
         self._offering.pop(port, None)
 
     def resume(self, now: Instant) -> None:
-        """Let a frame that waited for somebody to acknowledge it start `now`, and not in the past."""
+        """Start a frame that waited for an acknowledging node `now` rather than in the past."""
         if self._on_wire is None:
             self._idle_at = max(self._idle_at, now)
 
     def settle(self, now: Instant) -> None:
-        """Play the bus up to `now`. An arbitration at `now` itself stays open: more may yet be queued."""
+        """Simulate the bus up to `now`. An arbitration at `now` itself stays open, as more frames may be queued."""
         if self.faults.noise:
             self._make_noise(now)
             return
@@ -85,7 +85,7 @@ class Medium:
             self._on_wire = self._start(sender)
 
     def settle_untimed(self, now: Instant) -> None:
-        """Send all that is queued at `now`, in the order of arbitration and without bit times."""
+        """Send all queued frames at `now`, in order of arbitration and without bit times."""
         if self.faults.noise:
             self._make_noise(now)
             return
@@ -94,9 +94,9 @@ class Medium:
             self._finish(self._start(sender))
 
     def next_end(self) -> Instant | None:
-        """When the frame on the wire ends, or the one that would win now; None when nothing moves."""
+        """End of the frame on the wire, or of the one that would win now. None if the bus is idle."""
         if self.faults.noise:
-            return self._idle_at + _LOOK_S if self.ports else None
+            return self._idle_at + _NOISE_PERIOD_S if self.ports else None
         if self._on_wire is not None:
             return self._on_wire.ends
         sender = self._winner()
@@ -105,7 +105,7 @@ class Medium:
         return self._idle_at + self._duration(sender.queue.head())
 
     def begin_noise(self, now: Instant) -> None:
-        """Destroy the frame on the wire, and every one tried from `now` on, until `faults.noise` is taken away."""
+        """Destroy the frame on the wire, and every attempt from `now` on, until `faults.noise` is cleared."""
         self.faults.noise = True
         sent, self._on_wire = self._on_wire, None
         self._idle_at = max(self._idle_at, now)
@@ -113,11 +113,11 @@ class Medium:
             self._repeat(sent, acknowledged=True)
 
     def _make_noise(self, now: Instant) -> None:
-        """One error frame after another up to `now`; whose turn it is begins to send each time, and fails."""
+        """Error frames back to back up to `now`. The port that would win starts sending each time, and fails."""
         while self._offering and self._idle_at < now:
             sender = min(self._offering, key=lambda port: port.queue.head().id)
             for port in self._watchers(sender):
-                port.misheard()
+                port.count_error()
             sender.failed(acknowledged=True)
             if not sender.taking_part:
                 del self._offering[sender]
@@ -125,12 +125,12 @@ class Medium:
             self._count_busy(NOISE_BITS)
         if (cycles := int((now - self._idle_at) / self._noise_s)) > 0:
             for port in self._watchers():
-                port.misheard(cycles)
+                port.count_error(cycles)
             self._idle_at += cycles * self._noise_s
             self._count_busy(cycles * NOISE_BITS)
 
     def _count_busy(self, bits: int) -> None:
-        """The bus was busy with so many bits until it fell idle."""
+        """Record that the bus was busy for `bits` until it became idle."""
         if self._bit_s:
             self.busy_s += bits * self._bit_s
             self.load.add(self._idle_at, bits * self._bit_s)
@@ -139,19 +139,19 @@ class Medium:
         return (frame_bits(frame) - INTERFRAME_BITS) * self._bit_s if self._bit_s else 0.0
 
     def _winner(self) -> MemoryPort | None:
-        """The port whose frame goes next; None when nobody may send."""
+        """The port with the next frame. None if no port may send."""
         winner: MemoryPort | None = None
         lowest = 0
         for port in self._offering:
             identifier = port.queue.head().id
             if winner is None or identifier < lowest:
                 winner, lowest = port, identifier
-        if winner is not None and winner.state is PortState.PASSIVE and not self._may_go_on(winner):
+        if winner is not None and winner.state is PortState.PASSIVE and not self._may_retry(winner):
             return None
         return winner
 
-    def _may_go_on(self, passive: MemoryPort) -> bool:
-        """Whether a passive port tries again: where bits take no time, only if somebody can acknowledge."""
+    def _may_retry(self, passive: MemoryPort) -> bool:
+        """Whether a passive port retries. Without bit times, only if a node can acknowledge."""
         return self._acknowledged(passive) or bool(self._bit_s and self._watchers(passive))
 
     def _start(self, sender: MemoryPort) -> _Transmission:
@@ -171,29 +171,29 @@ class Medium:
     def _finish(self, sent: _Transmission) -> None:
         bits = sent.bits
         acknowledged = self._acknowledged(sent.sender)
-        spoilt = bool(self.misfits) and self._garbled(sent.sender)
+        spoilt = bool(self.misfits) and self._misfit_error(sent.sender)
         spoilt |= self.faults.corrupted()
         if acknowledged and not spoilt:
             self._deliver(sent)
         else:
             bits += ERROR_FRAME_BITS
             if spoilt:
-                for port in self._hearers(sent.sender):
-                    port.misheard()
+                for port in self._receivers(sent.sender):
+                    port.count_error()
             self._repeat(sent, acknowledged=acknowledged)
         self._idle_at = sent.ends + (INTERFRAME_BITS + bits - sent.bits) * self._bit_s
         self._count_busy(bits)
 
-    def _garbled(self, sender: MemoryPort) -> bool:
-        """Whether a port at another bit rate spoils this frame: it sent it, or its error flag still destroys it.
+    def _misfit_error(self, sender: MemoryPort) -> bool:
+        """Whether a port at another bit rate destroys this frame, as its sender or with an active error flag.
 
-        Each that only listened takes the frame for an error. Once passive, it disturbs nobody any more.
+        Ports at another bit rate that only listened count an error. Once passive, they no longer disturb the bus.
         """
         spoilt = not sender.fits
         for port in self.misfits:
             if port is not sender and port.taking_part:
                 spoilt |= port.state is PortState.ACTIVE
-                port.misheard(first=True)
+                port.count_error(first=True)
         return spoilt
 
     def _deliver(self, sent: _Transmission) -> None:
@@ -201,7 +201,7 @@ class Medium:
         frame = Frame(sent.waiting.frame.id, sent.waiting.frame.data, sent.ends)
         self.history.append((sent.sender.name, frame))
         if self.faults.lost():
-            for port in self._hearers(sent.sender):
+            for port in self._receivers(sent.sender):
                 port.statistics.rx_dropped += 1
         else:
             self.carried.append((sent.sender, frame))
@@ -218,8 +218,8 @@ class Medium:
     def _watchers(self, sender: MemoryPort | None = None) -> list[MemoryPort]:
         return [port for port in self.ports.values() if port is not sender and port.taking_part]
 
-    def _hearers(self, sender: MemoryPort) -> list[MemoryPort]:
-        return [port for port in self.ports.values() if port is not sender and port.hears]
+    def _receivers(self, sender: MemoryPort) -> list[MemoryPort]:
+        return [port for port in self.ports.values() if port is not sender and port.receives]
 
     def _acknowledged(self, sender: MemoryPort) -> bool:
-        return any(port is not sender and port.hears for port in self.ports.values())
+        return any(port is not sender and port.receives for port in self.ports.values())

@@ -1,4 +1,4 @@
-"""One node's CAN controller on the embedded bus."""
+"""CAN controller of one node on the embedded bus."""
 
 from collections.abc import Sequence
 from typing import Protocol
@@ -11,36 +11,36 @@ from hornbill.wire.port import PLAIN, FrameSink, PortState, PortStatistics
 _PASSIVE_ABOVE = 127
 _BUS_OFF_ABOVE = 255
 _FAILURE = 8
-_HEARD_AGAIN = 120
-"""Where the receive error counter of a passive controller goes on from with a good frame (ISO 11898-1: 119 to 127)."""
+_RECOVERED = 120
+"""Receive error counter of a passive controller after a good frame (ISO 11898-1: 119 to 127)."""
 
 
 class Wire(Protocol):
-    """What a controller asks of the bus it sits on."""
+    """The bus of a controller."""
 
     def offer(self, port: "MemoryPort", frames: Sequence[Frame]) -> None:
-        """Let `frames` take part in arbitration from this instant on."""
+        """Queue `frames` for arbitration from now on."""
         ...
 
     def withdraw(self, port: "MemoryPort") -> None:
-        """Let what the port has queued take part no longer."""
+        """Remove the queued frames of the port from arbitration."""
         ...
 
     def leave(self, port: "MemoryPort") -> None:
-        """Take the port off the bus."""
+        """Remove the port from the bus."""
         ...
 
 
 class MemoryPort:
-    """A CanPort of a MemoryBus; made by `MemoryBus.port`.
+    """A CanPort of a MemoryBus, created by `MemoryBus.port`.
 
-    Its state follows the error counters of a CAN controller (ISO 11898-1, fault confinement): transmit, 8 up
-    for a transmission that failed, 1 down for one that succeeded; receive, 1 up for an error heard (8 for who
-    hears it first), 1 down for a good frame. Passive when either is above 127, bus-off when transmit is above 255.
+    Its state follows the error counters of a CAN controller (ISO 11898-1, fault confinement). Transmit: +8 for a
+    failed transmission, −1 for a successful one. Receive: +1 for an error (+8 for the first node to detect it), −1
+    for a good frame. Passive if either is above 127, bus-off if transmit is above 255.
     """
 
     def __init__(self, wire: Wire, name: str, bitrate: int, limit: int = QUEUE_LIMIT, *, fits: bool = True) -> None:
-        """`fits`: whether `bitrate` is that of the bus. One that does not fit understands nobody, nor anybody it."""
+        """`fits`: whether `bitrate` is that of the bus. If not, the port cannot exchange frames with others."""
         self.name = name
         self.fits = fits
         self.address = f"memory:{name}"
@@ -62,16 +62,16 @@ class MemoryPort:
 
     @property
     def trouble(self) -> PortError | None:
-        """What a controller in this state needs; None while it works."""
+        """Problem and remedy in the current state. None while it works."""
         match self.state:
             case PortState.BUS_OFF:
                 return PortError(
-                    f"{self.address} is off the bus after too many errors. Restart it.",
+                    f"{self.address} is in bus-off after too many errors. Restart it.",
                     cause="bus_off", address=self.address,
                 )  # fmt: skip
             case PortState.PASSIVE:
                 return PortError(
-                    f"{self.address} hears no acknowledgement or too many errors. Check wiring and power of the bus.",
+                    f"{self.address} sees too many errors or no acknowledgement. Check wiring and power of the bus.",
                     cause="too_many_errors", address=self.address,
                 )  # fmt: skip
             case _:
@@ -79,7 +79,7 @@ class MemoryPort:
 
     @property
     def state(self) -> PortState:
-        """Active, passive or bus-off by the error counters; disconnected once closed."""
+        """ACTIVE, PASSIVE or BUS_OFF by the error counters. DISCONNECTED once closed."""
         if not self._open:
             return PortState.DISCONNECTED
         if self._error_count > _BUS_OFF_ABOVE:
@@ -89,17 +89,17 @@ class MemoryPort:
 
     @property
     def taking_part(self) -> bool:
-        """Whether this controller watches the bus, and may send."""
+        """Whether this controller monitors the bus and may send."""
         return self._open and self._error_count <= _BUS_OFF_ABOVE
 
     @property
-    def hears(self) -> bool:
-        """Whether this controller understands frames, and acknowledges them."""
+    def receives(self) -> bool:
+        """Whether this controller receives and acknowledges frames."""
         return self.fits and self._open and self._error_count <= _BUS_OFF_ABOVE
 
     @property
     def mute(self) -> bool:
-        """While true, frames sent here vanish before the wire, although the port counts them as sent."""
+        """If true, frames are dropped before the wire, but counted as sent."""
         return self._mute
 
     @mute.setter
@@ -110,13 +110,13 @@ class MemoryPort:
             self.statistics.tx_frames += self.queue.clear()
 
     def listen(self, sink: FrameSink) -> None:
-        """Deliver received frames to `sink`; what came before the first call is gone."""
+        """Deliver received frames to `sink`. Frames received before the first call are lost."""
         self.sink = sink
 
     def send(self, frames: Sequence[Frame]) -> None:
         """Queue `frames`. In bus-off they are dropped, each counted as an error.
 
-        Raises BusDisconnected when the port is closed, ValueError for an impossible frame.
+        Raises BusDisconnected if the port is closed, and ValueError for an invalid frame.
         """
         if not self._open:
             raise BusDisconnected(
@@ -131,7 +131,7 @@ class MemoryPort:
             self._wire.offer(self, frames)
 
     async def close(self) -> None:
-        """Leave the bus; a frame already on the wire ends as it would have."""
+        """Leave the bus. A frame already on the wire is completed."""
         if self._open:
             self._wire.leave(self)
             self._open = False
@@ -139,30 +139,30 @@ class MemoryPort:
             self.queue.clear()
             self.inbox.clear()
 
-    # What the bus calls.
+    # Called by the bus.
 
-    def heard_well(self, frames: int) -> None:
-        """So many frames came without an error."""
+    def count_received(self, frames: int) -> None:
+        """Count frames received without an error."""
         if frames:
-            before = _HEARD_AGAIN if self.receive_errors > _PASSIVE_ABOVE else self.receive_errors
+            before = _RECOVERED if self.receive_errors > _PASSIVE_ABOVE else self.receive_errors
             self.receive_errors = max(0, before - frames)
 
-    def misheard(self, times: int = 1, *, first: bool = False) -> None:
-        """So many errors were on the wire; `first`: this controller saw them before all others."""
+    def count_error(self, times: int = 1, *, first: bool = False) -> None:
+        """Count errors on the bus. `first`: this controller detected them before all others."""
         self.statistics.errors += times
         self.statistics.error_frames += times
         self.receive_errors = min(_BUS_OFF_ABOVE, self.receive_errors + times * (_FAILURE if first else 1))
 
     def succeeded(self) -> None:
-        """A frame of this port was acknowledged."""
+        """Count an acknowledged frame of this port."""
         self.statistics.tx_frames += 1
         if 0 < self._error_count <= _BUS_OFF_ABOVE:
             self._error_count -= 1
 
     def failed(self, *, acknowledged: bool) -> None:
-        """A frame of this port was destroyed, or nobody acknowledged it.
+        """Count a frame of this port that was destroyed or not acknowledged.
 
-        Want of an acknowledgement makes a controller passive, never bus-off (ISO 11898-1, fault confinement).
+        A missing acknowledgement makes a controller passive, never bus-off (ISO 11898-1, fault confinement).
         """
         self.statistics.errors += 1
         self.statistics.error_frames += 1
@@ -173,11 +173,11 @@ class MemoryPort:
             self.go_bus_off()
 
     def go_bus_off(self) -> None:
-        """Take no part any more; what is queued is dropped, each frame counted as an error."""
+        """Enter bus-off. Queued frames are dropped and counted as errors."""
         self._error_count = _BUS_OFF_ABOVE + 1
         self.statistics.bus_offs += 1
         self.statistics.errors += self.queue.clear()
 
     def recover(self) -> None:
-        """Start again with error counters of zero, as after a restart of the controller."""
+        """Reset the error counters, as after a restart of the controller."""
         self._error_count = self.receive_errors = 0

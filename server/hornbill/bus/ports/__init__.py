@@ -1,1 +1,1 @@
-"""Ports on adapters: python-can, raw SocketCAN, serial line, network."""
+"""Ports of adapters: python-can, raw SocketCAN, serial line, network."""

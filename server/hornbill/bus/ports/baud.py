@@ -1,4 +1,4 @@
-"""The search for the baud rate of a serial adapter: listen at each rate, then ask, until something is well-formed."""
+"""Detection of the baud rate of a serial adapter: listen and send commands at each rate until valid data arrives."""
 
 import errno
 import re
@@ -13,29 +13,29 @@ from hornbill.bus.ports.serial_line import SerialStream
 from hornbill.errors import PortOpenFailed
 
 RATES: Final = (1_000_000, 115_200, 2_000_000, 3_000_000, 921_600, 460_800, 57_600)
-"""Baud rates in the order they are tried; the first is that of the servos' starter kit."""
+"""Baud rates in the order of trial. The first is that of the servos' starter kit."""
 
 SEARCH_S: Final = 3.2
-"""How long all of them are tried, again and again: an adapter that restarts when it is opened is deaf for 2 s."""
+"""How long all rates are tried in turn: an adapter that restarts on opening receives nothing for 2 s."""
 
 ONE_RATE_S: Final = 2.2
-"""The same where there is one rate only."""
+"""The same for a single rate."""
 
-MOST_S: Final = 3.7
-"""How long it may take until a device that is no adapter is refused."""
+MAX_SEARCH_S: Final = 3.7
+"""Maximum time until a device that is not an adapter is refused."""
 
-# At each rate. An FTDI chip may keep an answer for 16 ms.
+# At each rate. An FTDI chip may delay a response by 16 ms.
 _LISTEN_S = 0.02
-_ANSWER_S = 0.07
+_RESPONSE_S = 0.07
 _OPEN_S = 0.11
 _QUIET_S = 0.025
 _WRITE_S = 0.25
 
 _WAKE = b"\r\rC\rV\r"
-"""Ends what another program may have left half said, closes the channel, asks for the version."""
+"""Completes an incomplete command of another program, closes the channel, requests the version."""
 
 _NOISE_BYTES = 16
-"""So many bytes that make no sense are more than what a line picks up while it is opened."""
+"""Number of invalid bytes above the interference of opening a line."""
 
 _MAVLINK_RATES: Final = (57_600, 115_200)
 
@@ -43,25 +43,25 @@ _FRAME = re.compile(rb"(?:T[01][0-9A-Fa-f]{7}|t[0-7][0-9A-Fa-f]{2})([0-8])((?:[0
 _VERSION = re.compile(rb"[VvN][0-9A-Fa-f]{4}\r")
 _STAMPS = (0, 2, 4)
 _ECHOED: Final = frozenset((b"V", b"O"))
-"""Lines that no adapter sends but one that returns what it is sent."""
+"""Lines sent only by an adapter that echoes."""
 _UNREADABLE = re.compile(rb"[^\x20-\x7e\r\n\a]")
 _PLAIN = re.compile(rb"[\x20-\x7e\r\n\a]*[\r\a]")
 
 
 class Sense(IntEnum):
-    """How much sense bytes make as slcan, from none to beyond doubt."""
+    """How well bytes match slcan, from nothing to certain."""
 
     NOTHING = 0
     NOISE = 1
     ECHO = 2
-    ANSWER = 3
-    """CR, BELL or plain text: proof only where it comes again when asked again."""
+    RESPONSE = 3
+    """CR, BELL or plain text: proof only if it is repeated for a second request."""
     SLCAN = 4
-    """A whole frame or a version."""
+    """A complete frame or a version."""
 
 
 def sense_of(data: bytes) -> Sense:
-    """What `data`, received at one baud rate, says about that rate."""
+    """How well `data`, received at one baud rate, matches slcan."""
     if not data:
         return Sense.NOTHING
     frames = (len(found[2]) // 2 - int(found[1]) for found in _FRAME.finditer(data))
@@ -70,28 +70,28 @@ def sense_of(data: bytes) -> Sense:
     if not _PLAIN.fullmatch(data):
         return Sense.NOISE
     lines = data.replace(b"\n", b"").replace(b"\a", b"\a\r").split(b"\r")
-    return Sense.ANSWER if _ECHOED.isdisjoint(lines) else Sense.ECHO
+    return Sense.RESPONSE if _ECHOED.isdisjoint(lines) else Sense.ECHO
 
 
 @dataclass(slots=True)
 class FoundBaud:
-    """Result of the search. `confirmed`: something well-formed was received at `baud`; else it is a guess."""
+    """Result of the search. `confirmed`: valid data was received at `baud`; otherwise it is a guess."""
 
     baud: int
     confirmed: bool
-    answers: bool
-    """Whether the adapter answers commands."""
+    responds: bool
+    """Whether the adapter responds to commands."""
     silent: bool = False
-    """Whether it was asked, and did not answer."""
+    """Whether it did not respond to a command."""
     echoes: bool = False
-    """Whether it sends back what it is sent."""
+    """Whether it echoes what it receives."""
     noise: int = 0
-    """Bytes that made no sense at this rate."""
+    """Number of invalid bytes at this rate."""
 
 
 @dataclass(slots=True)
 class _AtRate:
-    """What was received at one rate, over all tries."""
+    """Data received at one rate, over all tries."""
 
     data: bytes = b""
     noise: int = 0
@@ -103,21 +103,22 @@ class Abandoned(Exception):
 
 
 class Search:
-    """One search on an open line. It leaves the line at the rate it found."""
+    """One search on an open line. Afterwards the line is at the detected rate."""
 
     def __init__(self, line: SerialStream, address: str, wanted: Callable[[], bool] = lambda: True) -> None:
-        """`address` is for messages; `wanted` is asked again and again whether to go on."""
+        """`address` is for messages; `wanted` is polled for whether to continue."""
         self._line = line
         self._address = address
         self._wanted = wanted
-        self._heard: dict[int, _AtRate] = {}
+        self._received: dict[int, _AtRate] = {}
         self._began = time.monotonic()
 
     def run(self, rates: Sequence[int]) -> FoundBaud:
-        """The rate at which the adapter speaks; the first of `rates` if it says nothing at any of them.
+        """Detect the rate of the adapter. The first of `rates` if it sends nothing at any of them.
 
-        Takes up to SEARCH_S, ONE_RATE_S for one rate, and MOST_S for a device that is no adapter. Raises PortOpenFailed
-        for a device that speaks MAVLink, or sends what makes no sense at any rate; OSError when it is gone; Abandoned.
+        Takes up to SEARCH_S, ONE_RATE_S for a single rate, and MAX_SEARCH_S for a device that is not an adapter. Raises
+        PortOpenFailed for a device that uses MAVLink or sends invalid data at every rate, OSError if it was unplugged,
+        and Abandoned.
         """
         until = self._began + (SEARCH_S if len(rates) > 1 else ONE_RATE_S)
         usable = list(rates)
@@ -133,85 +134,88 @@ class Search:
                     break
             if not usable:
                 raise PortOpenFailed(
-                    f"{self._address} cannot be set to {' or '.join(map(str, rates))} baud: its driver has no such "
-                    "rate. Choose another rate.",
+                    f"{self._address} cannot be set to {' or '.join(map(str, rates))} baud: its driver does not "
+                    "support it. Choose another rate.",
                     address=self._address,
-                    cause="no_such_baud",
+                    cause="baud_unsupported",
                     bauds=list(rates),
                 )
             self._check_mavlink()
-            echo = next((rate for rate, heard in self._heard.items() if Sense.ECHO in heard.senses), None)
+            echo = next((rate for rate, received in self._received.items() if Sense.ECHO in received.senses), None)
             if echo is not None:
                 self._line.set_baud(echo)
-                return FoundBaud(echo, confirmed=True, answers=False, silent=True, echoes=True)
+                return FoundBaud(echo, confirmed=True, responds=False, silent=True, echoes=True)
             if self._is_noise():
                 break
         if self._is_noise():
             self._refuse_noise(usable)
         self._line.set_baud(usable[0])
-        return FoundBaud(usable[0], confirmed=False, answers=False, silent=True)
+        return FoundBaud(usable[0], confirmed=False, responds=False, silent=True)
 
     def _try(self, rate: int) -> FoundBaud | None:
-        heard = self._heard.setdefault(rate, _AtRate())
-        before = len(heard.data)
-        first = self._hear(heard, _LISTEN_S)
+        received = self._received.setdefault(rate, _AtRate())
+        before = len(received.data)
+        first = self._receive(received, _LISTEN_S)
         if first is Sense.SLCAN:
-            return FoundBaud(rate, confirmed=True, answers=False)
+            return FoundBaud(rate, confirmed=True, responds=False)
         senses = [first]
-        for words, wait_s in ((_WAKE, _ANSWER_S), (b"O\r", _OPEN_S)):
-            said = self._ask(heard, words, wait_s)
-            senses.append(said)
-            if said is Sense.ANSWER and first is Sense.NOTHING:
-                said = self._ask(heard, words, wait_s)  # noise does not answer twice
-            if said is Sense.SLCAN or (said is Sense.ANSWER and first is Sense.NOTHING):
-                came = heard.data[before:]
-                answers = said is Sense.ANSWER or _VERSION.search(came) is not None
+        for command, wait_s in ((_WAKE, _RESPONSE_S), (b"O\r", _OPEN_S)):
+            sense = self._request(received, command, wait_s)
+            senses.append(sense)
+            if sense is Sense.RESPONSE and first is Sense.NOTHING:
+                sense = self._request(received, command, wait_s)  # noise does not respond twice
+            if sense is Sense.SLCAN or (sense is Sense.RESPONSE and first is Sense.NOTHING):
+                data = received.data[before:]
+                responds = sense is Sense.RESPONSE or _VERSION.search(data) is not None
                 return FoundBaud(
-                    rate, confirmed=True, answers=answers, silent=not answers and words != _WAKE,
-                    echoes=not _ECHOED.isdisjoint(came.split(b"\r")), noise=len(_UNREADABLE.findall(came)),
+                    rate, confirmed=True, responds=responds, silent=not responds and command != _WAKE,
+                    echoes=not _ECHOED.isdisjoint(data.split(b"\r")), noise=len(_UNREADABLE.findall(data)),
                 )  # fmt: skip
         if Sense.NOISE in senses:
-            heard.noise += len(heard.data) - before
+            received.noise += len(received.data) - before
         return None
 
-    def _ask(self, heard: _AtRate, words: bytes, wait_s: float) -> Sense:
-        if not self._line.write(words, _WRITE_S):
-            raise OSError(errno.ETIMEDOUT, "it takes nothing, not one byte")
-        return self._hear(heard, wait_s)
+    def _request(self, received: _AtRate, command: bytes, wait_s: float) -> Sense:
+        if not self._line.write(command, _WRITE_S):
+            raise OSError(errno.ETIMEDOUT, "it does not accept any data")
+        return self._receive(received, wait_s)
 
-    def _hear(self, heard: _AtRate, wait_s: float) -> Sense:
-        """Receive until it makes sense beyond doubt, or `wait_s` is over; an answer is over when it is quiet."""
+    def _receive(self, received: _AtRate, wait_s: float) -> Sense:
+        """Receive until the data is certainly slcan, or for `wait_s`. A pause ends a response."""
         if not self._wanted():
             raise Abandoned
         data = b""
         sense = sense_of(data)
         until = time.monotonic() + wait_s
         while sense is not Sense.SLCAN and (left := until - time.monotonic()) > 0:
-            more = self._line.read(min(left, _QUIET_S) if sense is Sense.ANSWER else left)
-            if not more and sense is Sense.ANSWER:
+            more = self._line.read(min(left, _QUIET_S) if sense is Sense.RESPONSE else left)
+            if not more and sense is Sense.RESPONSE:
                 break
             data += more
             sense = sense_of(data)
-        heard.data += data
-        heard.senses.add(sense)
+        received.data += data
+        received.senses.add(sense)
         return sense
 
     def _is_noise(self) -> bool:
-        """Whether the device sends a lot, and nothing of it makes sense at any rate."""
-        senses = set[Sense]().union(*(heard.senses for heard in self._heard.values()))
-        if Sense.ANSWER in senses or Sense.ECHO in senses:
+        """Whether the device sends much data, all of it invalid at every rate."""
+        senses = set[Sense]().union(*(received.senses for received in self._received.values()))
+        if Sense.RESPONSE in senses or Sense.ECHO in senses:
             return False
-        return sum(heard.noise for heard in self._heard.values()) >= _NOISE_BYTES
+        return sum(received.noise for received in self._received.values()) >= _NOISE_BYTES
 
     def _check_mavlink(self) -> None:
-        """An autopilot says who it is once a second: on USB at whatever rate, else at one of two as a rule."""
-        spoken = [*(heard.data for heard in self._heard.values()), b"".join(one.data for one in self._heard.values())]
-        system = next((found for data in spoken if (found := system_of(data)) is not None), None)
+        """Check for an autopilot, which sends once a second: on USB at any rate, otherwise usually at one of two."""
+        candidates = [
+            *(received.data for received in self._received.values()),
+            b"".join(one.data for one in self._received.values()),
+        ]
+        system = next((found for data in candidates if (found := system_of(data)) is not None), None)
         if system is not None:
             self._refuse_mavlink(system)
 
     def _refuse_noise(self, rates: Sequence[int]) -> None:
-        each_s = (self._began + MOST_S - time.monotonic()) / len(_MAVLINK_RATES)
+        each_s = (self._began + MAX_SEARCH_S - time.monotonic()) / len(_MAVLINK_RATES)
         for rate in _MAVLINK_RATES:
             if not self._line.set_baud(rate):
                 continue
@@ -223,25 +227,25 @@ class Search:
                 system = system_of(data)
                 if system is not None:
                     self._refuse_mavlink(system)
-        noise = sum(heard.noise for heard in self._heard.values())
+        noise = sum(received.noise for received in self._received.values())
         if len(rates) == 1:
             tried = f"{rates[0]} baud"
-            remedy = f"Leave out @{rates[0]}: then hornbill finds the rate of an slcan adapter."
+            remedy = f"Remove @{rates[0]} to let hornbill detect the baud rate of an slcan adapter."
         else:
             tried = f"any of {len(rates)} baud rates"
             remedy = (
-                "Check that an slcan adapter is on this port. If it runs at another baud rate, add that: "
+                "Check that an slcan adapter is on this port. If it uses another baud rate, add it: "
                 f"{self._address}@BAUD."
             )
         raise PortOpenFailed(
             f"{self._address} sends {noise} bytes that are not slcan at {tried}. {remedy}",
-            address=self._address, remedy=remedy, cause="noise",
+            address=self._address, remedy=remedy, cause="not_slcan",
         )  # fmt: skip
 
     def _refuse_mavlink(self, system: int) -> None:
         remedy = "Connect the servos through a CAN adapter, or choose the autopilot's slcan port if it has one."
         raise PortOpenFailed(
-            f"{self._address} speaks MAVLink (system {system}): an autopilot is on this port, not an slcan adapter. "
+            f"{self._address} sends MAVLink (system {system}): an autopilot is on this port, not an slcan adapter. "
             f"{remedy}",
             address=self._address, remedy=remedy, cause="mavlink",
         )  # fmt: skip

@@ -22,7 +22,7 @@ _CHANNEL = re.compile(r"(?P<serial>[^/\s]*)(/(?P<number>\d{1,2}))?")
 
 
 class CandleDevice(Protocol):
-    """What candle_api tells of an adapter."""
+    """An adapter in candle_api."""
 
     serial_number: str
     product: str
@@ -31,17 +31,17 @@ class CandleDevice(Protocol):
     def __len__(self) -> int: ...
 
     def close(self) -> None:
-        """Let go of it."""
+        """Release the adapter."""
         ...
 
 
 def devices() -> list[CandleDevice]:
-    """The adapters that are plugged in. Raises ImportError where the package is not installed."""
+    """Plugged-in adapters. Raises ImportError if the package is not installed."""
     return cast("list[CandleDevice]", import_module("candle.candle_bus").api.list_device())
 
 
 def candle_adapters() -> list[FoundAdapter]:
-    """The adapters that are plugged in, where the kernel does not drive them. Takes a moment: call it in a thread."""
+    """Plugged-in adapters, except where the kernel has a driver. Blocks briefly: call it in a thread."""
     if sys.platform == "linux":
         return []
     found: list[FoundAdapter] = []
@@ -57,9 +57,9 @@ class CandleLink(MessageLink):
     """A Link to an adapter with candleLight firmware."""
 
     def __init__(self, channel: str, bitrate: int) -> None:
-        """Open `[SERIAL_NUMBER][/NUMBER]` at `bitrate` (bit/s); without a serial number the only adapter there is.
+        """Open `[SERIAL_NUMBER][/NUMBER]` at `bitrate` (bit/s); without a serial number, the only adapter.
 
-        Raises PortOpenFailed where the package or the adapter is missing, and what the driver raises.
+        Raises PortOpenFailed if the package or the adapter is missing, and the errors of the driver.
         """
         address = f"candle:{channel}"
         try:
@@ -69,23 +69,23 @@ class CandleLink(MessageLink):
                 f"{address} needs a Python package that is not installed. {INSTALL}",
                 address=address,
                 remedy=INSTALL,
-                cause="no_candle_package",
+                cause="candle_package_missing",
             ) from error
         bus = can.Bus(
             interface="candle", channel=f"{device.serial_number}:{number}", bitrate=bitrate, ignore_config=True
         )
         super().__init__(bus, "candle")
-        self._opened = cast(Any, bus)._device  # what the bus leaves open when it is shut down
+        self._opened = cast(Any, bus)._device  # left open by the bus on shutdown
 
     def receive(self, timeout_s: float, not_before: Instant) -> Received:
-        """What comes by `not_before`. Raises OSError when the adapter was unplugged."""
+        """Receive until `not_before`. Raises OSError if the adapter was unplugged."""
         got = super().receive(timeout_s, not_before)
         if not got and not self._opened.is_connected:
             raise OSError(errno.ENODEV, "it was unplugged")
         return got
 
     def shutdown(self) -> None:
-        """Take the adapter off the bus and let go of it."""
+        """Take the adapter off the bus and release it."""
         try:
             super().shutdown()
         finally:
@@ -94,30 +94,32 @@ class CandleLink(MessageLink):
 
 def _choose(found: list[CandleDevice], channel: str, address: str) -> tuple[CandleDevice, int]:
     """The adapter and the number of its channel. Raises PortOpenFailed."""
-    wish = _CHANNEL.fullmatch(channel)
-    if wish is None:
+    requested = _CHANNEL.fullmatch(channel)
+    if requested is None:
         raise PortOpenFailed(
-            f"{channel!r} is not SERIAL_NUMBER or SERIAL_NUMBER/CHANNEL.", address=address, cause="no_candle_channel"
+            f"{channel!r} is not SERIAL_NUMBER or SERIAL_NUMBER/CHANNEL.",
+            address=address,
+            cause="candle_channel_invalid",
         )
-    serial, number = wish["serial"], int(wish["number"] or 0)
+    serial, number = requested["serial"], int(requested["number"] or 0)
     fitting = [one for one in found if serial in ("", one.serial_number)]
     names = ", ".join(f"candle:{one.serial_number}" for one in found)
     if not fitting:
         remedy = f"Choose one of: {names}." if names else "Plug it in."
         raise PortOpenFailed(
-            f"There is no adapter {address}. {remedy}",
+            f"Adapter {address} not found. {remedy}",
             address=address,
             remedy=remedy,
-            cause="no_such_adapter",
+            cause="adapter_not_found",
             others=[f"candle:{one.serial_number}" for one in found],
         )
     if len(fitting) > 1:
-        remedy = f"Name one by its serial number: {names}."
+        remedy = f"Choose one by its serial number: {names}."
         raise PortOpenFailed(
-            f"{address} fits {len(fitting)} adapters. {remedy}",
+            f"{address} matches {len(fitting)} adapters. {remedy}",
             address=address,
             remedy=remedy,
-            cause="several_adapters",
+            cause="adapter_ambiguous",
             others=[f"candle:{one.serial_number}" for one in found],
         )
     if number >= len(fitting[0]):
@@ -126,7 +128,7 @@ def _choose(found: list[CandleDevice], channel: str, address: str) -> tuple[Cand
             f"The adapter {fitting[0].serial_number} has no channel {number}. {remedy}",
             address=address,
             remedy=remedy,
-            cause="no_such_channel",
+            cause="channel_not_found",
             channel=number,
             highest=len(fitting[0]) - 1,
         )

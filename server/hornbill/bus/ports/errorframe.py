@@ -1,6 +1,6 @@
-"""What an adapter says went wrong, coded as in linux/can/error.h.
+"""Error frames of adapters, coded as in linux/can/error.h.
 
-SocketCAN and candleLight (gs_usb) code it so themselves; what slcan adapters tell is put into this code.
+SocketCAN and candleLight (gs_usb) use this code; reports of slcan adapters are converted to it.
 """
 
 from typing import NamedTuple
@@ -22,44 +22,44 @@ _WARNING = 0x04 | 0x08
 _PASSIVE = 0x10 | 0x20
 _ACTIVE = 0x40
 
-_ACK_SLOT = 0x19  # where a protocol error was seen, in byte 3
+_ACK_SLOT = 0x19  # location of a protocol error, in byte 3
 
 
 class ErrorFrame(NamedTuple):
-    """One error frame: `classes` are bits, `data` up to 8 bytes. Without any bit it says only that there was one."""
+    """One error frame: `classes` are bits, `data` up to 8 bytes. Without any bit, an unspecified error."""
 
     classes: int = 0
     data: bytes = b""
 
     @property
     def state(self) -> PortState | None:
-        """The controller's state it tells of, or None when it tells of something else."""
+        """Controller state in the error frame. None if it contains none."""
         if self.classes & _BUS_OFF:
             return PortState.BUS_OFF
         if self.classes & _RESTARTED:
             return PortState.ACTIVE
         if self._controller & _PASSIVE:
             return PortState.PASSIVE
-        if self._controller & (_ACTIVE | _WARNING):  # at the warning level a controller still is error active
+        if self._controller & (_ACTIVE | _WARNING):  # at the warning level a controller is still error active
             return PortState.ACTIVE
         return None
 
     @property
     def harmless(self) -> bool:
-        """Whether nothing went wrong: arbitration was lost, or the controller has recovered."""
+        """Whether it is no error: arbitration was lost, or the controller has recovered."""
         return self.classes in (_LOST_ARBITRATION, _RESTARTED) or (
             self.classes == _CONTROLLER and self._controller == _ACTIVE
         )
 
     @property
     def unacknowledged(self) -> bool:
-        """Whether nobody acknowledged a frame of ours; some drivers say so by the place of the error alone."""
+        """Whether one of our frames was not acknowledged. Some drivers report this only by the error location."""
         at_ack = self.classes & _PROTOCOL and self.data[3:4] == bytes([_ACK_SLOT])
         return bool(self.classes & _NO_ACK or at_ack)
 
     @property
     def overflow(self) -> bool:
-        """Whether the controller lost at least one frame, because the last was not fetched in time."""
+        """Whether the controller lost at least one frame because of an RX overrun."""
         return bool(self._controller & _OVERFLOW)
 
     @property

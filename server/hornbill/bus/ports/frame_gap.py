@@ -1,4 +1,4 @@
-"""FrameGap: a pause between the frames of one transfer, for receivers that lose frames in close succession."""
+"""FrameGap: a pause between the frames of one transfer, for receivers that lose frames sent back to back."""
 
 import asyncio
 import math
@@ -12,14 +12,14 @@ from hornbill.wire.frame import Frame
 from hornbill.wire.port import CanPort, FrameSink, PortState, PortWrapper, split_frame_gap
 from hornbill.wire.transfer import START
 
-LONGEST_MS = 20.0
-"""The longest pause, ms: a request of five frames is then out well before its timeout."""
+MAX_GAP_MS = 20.0
+"""Maximum pause, ms. A request of five frames is then sent well before its timeout."""
 
 
 def parse_frame_gap(address: str) -> tuple[str, float]:
-    """An address without its option `?frame_gap_ms=…`, and the pause in seconds, 0 without one.
+    """Split the option `?frame_gap_ms=…` off an address. The second value is the pause in seconds, 0 without one.
 
-    Raises PortOpenFailed for a pause that is not 0 to LONGEST_MS.
+    Raises PortOpenFailed for a pause that is not 0 to MAX_GAP_MS.
     """
     plain, text = split_frame_gap(address)
     if text is None:
@@ -28,29 +28,29 @@ def parse_frame_gap(address: str) -> tuple[str, float]:
         gap_ms = float(text)
     except ValueError:
         gap_ms = math.nan
-    if not 0 <= gap_ms <= LONGEST_MS:
+    if not 0 <= gap_ms <= MAX_GAP_MS:
         raise PortOpenFailed(
-            f"frame_gap_ms={text} is not 0 to {LONGEST_MS:g} ms. Enter the pause between the frames of one transfer, "
+            f"frame_gap_ms={text} is not 0 to {MAX_GAP_MS:g} ms. Enter the pause between the frames of one transfer, "
             "for example 3.",
             address=plain,
-            cause="no_frame_gap",
-            longest_ms=LONGEST_MS,
+            cause="frame_gap_out_of_range",
+            longest_ms=MAX_GAP_MS,
         )
     return plain, gap_ms / 1000
 
 
 @dataclass(slots=True)
 class _Held:
-    """Frames of one identifier that wait: the rest of a transfer, and whole transfers behind it."""
+    """Held frames of one identifier: the rest of a transfer, and complete transfers after it."""
 
     frames: deque[Frame] = field(default_factory=deque[Frame])
-    alarm: asyncio.TimerHandle | None = None
+    timer: asyncio.TimerHandle | None = None
 
 
 class FrameGap(PortWrapper):
-    """A CanPort that passes frames on; within a transfer each waits `gap_s` after the one before.
+    """A CanPort that delays each frame of a transfer by `gap_s` after the previous one.
 
-    Frames of one identifier keep their order. Those of other identifiers do not wait, so a stop is not delayed.
+    Frames of one identifier keep their order. Those of other identifiers are not delayed, so a stop is not either.
     """
 
     def __init__(self, port: CanPort, gap_s: float) -> None:
@@ -59,13 +59,13 @@ class FrameGap(PortWrapper):
         self._held: dict[int, _Held] = {}
 
     def listen(self, sink: FrameSink) -> None:
-        """Received frames pass at once."""
+        """Received frames pass without delay."""
         self._behind.listen(sink)
 
     def send(self, frames: Sequence[Frame]) -> None:
-        """Pass on what need not wait, hold the rest.
+        """Send frames that need not wait, and hold the rest.
 
-        Raises ValueError for an impossible frame, and what the port behind raises; then nothing of this call is held.
+        Raises ValueError for an invalid frame, and the errors of the port behind. Then no frame of this call is held.
         """
         check(frames)
         now: list[Frame] = []
@@ -81,22 +81,22 @@ class FrameGap(PortWrapper):
         for can_id, rest in later.items():
             held = self._held.setdefault(can_id, _Held())
             held.frames += rest
-            if held.alarm is None:
+            if held.timer is None:
                 self._wait(can_id, held)
 
     async def close(self) -> None:
-        """Drop what is held and close the port behind."""
+        """Drop held frames and close the port behind."""
         self._clear()
         await self._behind.close()
 
     def _clear(self) -> None:
         for held in self._held.values():
-            if held.alarm is not None:
-                held.alarm.cancel()
+            if held.timer is not None:
+                held.timer.cancel()
         self._held.clear()
 
     def _wait(self, can_id: int, held: _Held) -> None:
-        held.alarm = asyncio.get_running_loop().call_later(self._gap_s, self._next, can_id)
+        held.timer = asyncio.get_running_loop().call_later(self._gap_s, self._next, can_id)
 
     def _next(self, can_id: int) -> None:
         held = self._held[can_id]
@@ -113,7 +113,7 @@ class FrameGap(PortWrapper):
                 return
         except BusDisconnected:
             pass
-        self._clear()  # half a transfer is worth nothing once the bus is back
+        self._clear()  # an incomplete transfer is useless once the bus is back
 
 
 def _starts(frame: Frame) -> bool:

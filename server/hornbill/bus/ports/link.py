@@ -1,4 +1,4 @@
-"""AdapterLink: batches of frames to and from an adapter; MessageLink, for any python-can bus."""
+"""AdapterLink: batches of frames to and from an adapter; MessageLink: for any python-can bus."""
 
 import errno
 import threading
@@ -16,35 +16,35 @@ from hornbill.units import Instant
 from hornbill.wire.frame import Frame
 
 FULL_S = 0.001
-"""The pause when a driver's queue is full: about seven frames."""
+"""Pause if a driver's queue is full: about seven frames."""
 
-_SEND_S = 0.25  # how long an adapter may take one frame
+_SEND_S = 0.25  # timeout of sending one frame
 _GARBLED_IN_A_ROW = 100
-_OLDEST_S = 1.0  # beyond this age a stamp is not of the wall clock
-_UNSURE_S = 0.001  # how far two clocks may drift apart until they are compared again
+_OLDEST_S = 1.0  # an older time stamp is not from the wall clock
+_UNSURE_S = 0.001  # drift of two clocks between comparisons
 _COMPARED_EVERY_S = 1.0
-_LINUX_ERRORS = ("socketcan", "gs_usb", "candle")  # the interfaces that code error frames as ErrorFrame does
-_RETURNING = ("udp_multicast",)  # the interfaces that return what was sent, and do not say so
-_OWN_KEPT = 2048
+_LINUX_ERRORS = ("socketcan", "gs_usb", "candle")  # interfaces with error frames coded as in ErrorFrame
+_RETURNING = ("udp_multicast",)  # interfaces that return sent frames unmarked
+_OWN_LIMIT = 2048
 _OWN_S = 1.0
 
 
 @dataclass(slots=True)
 class Received:
-    """What came in one go. Empty when nothing came in time."""
+    """One received batch. Empty after a timeout."""
 
     frames: list[Frame] = field(default_factory=list[Frame])
     errors: list[ErrorFrame] = field(default_factory=list[ErrorFrame])
     ignored: int = 0
     """Standard, remote and CAN FD frames."""
     garbled: int = 0
-    """What could not be understood."""
+    """Invalid messages."""
     refused: int = 0
-    """Frames of ours that the adapter took and then refused to send."""
+    """Our frames that the adapter accepted and then refused to send."""
     lost: int = 0
-    """Frames the kernel had no room to keep for us."""
+    """Frames the kernel dropped for lack of buffer space."""
     line_bytes: int = 0
-    """Bytes that came over a serial line."""
+    """Bytes received over a serial line."""
 
     def __bool__(self) -> bool:
         return bool(
@@ -53,51 +53,51 @@ class Received:
 
 
 class AdapterLink(Protocol):
-    """An open adapter. One thread receives and another transmits; whatever either raises means it is lost,
-    but for a CanError of `transmit`: the adapter refused the first of the frames.
+    """An open adapter. One thread receives and another transmits. Any exception means that the adapter is lost, except
+    a CanError of `transmit`: the adapter refused the first of the frames.
     """
 
-    most: int
-    """How many frames may be handed to `transmit` at once: what it took can no longer be overtaken."""
+    max_batch: int
+    """Maximum number of frames per `transmit`. Accepted frames can no longer be overtaken."""
 
     def receive(self, timeout_s: float, not_before: Instant) -> Received:
-        """Everything there is by `not_before`; waits up to `timeout_s` seconds from then on for the first of it."""
+        """Receive everything until `not_before`, then wait up to `timeout_s` seconds if nothing arrived."""
         ...
 
     def transmit(self, frames: Sequence[Frame]) -> int:
-        """Pass on `frames`, in turn, and tell how many were taken. Zero, after a short wait: none just now."""
+        """Send `frames` in order. Returns the number accepted; 0, after a short wait, if none now."""
         ...
 
     def shutdown(self) -> None:
-        """Let go of the adapter. Called once, when no other call is under way."""
+        """Release the adapter. Called once, while no other call is active."""
         ...
 
 
 def pause(until: Instant) -> None:
-    """Sleep until that instant, unless it is past."""
+    """Sleep until `until`."""
     left = until - time.monotonic()
     if left > 0:
         time.sleep(left)
 
 
 class OwnFrames:
-    """Frames that were sent lately, to tell what an adapter returns of them from frames of others.
+    """Recently sent frames, to distinguish echoes of an adapter from frames of other nodes.
 
-    Sent on one thread and received on another. Each frame sent accounts for one that comes back within a second.
+    Thread-safe: one thread sends, another receives. Each sent frame matches one echo within a second.
     """
 
     def __init__(self) -> None:
-        self._sent: deque[tuple[int, bytes, Instant]] = deque(maxlen=_OWN_KEPT)
+        self._sent: deque[tuple[int, bytes, Instant]] = deque(maxlen=_OWN_LIMIT)
         self._lock = threading.Lock()
 
     def sent(self, frames: Sequence[Frame]) -> None:
-        """Remember `frames`; call it before they leave."""
+        """Record `frames`. Call it before sending them."""
         now = time.monotonic()
         with self._lock:
             self._sent.extend((frame.id, bytes(frame.data), now) for frame in frames)
 
     def take(self, frame: Frame) -> bool:
-        """Whether `frame` is one of ours that came back."""
+        """Whether `frame` is an echo. Each record matches once."""
         since = time.monotonic() - _OWN_S
         with self._lock:
             while self._sent and self._sent[0][2] < since:
@@ -110,7 +110,7 @@ class OwnFrames:
 
 
 class Stamps:
-    """Puts the wall-clock stamps of frames on time.monotonic, never backwards."""
+    """Converts wall-clock time stamps of frames to time.monotonic. Never goes backwards."""
 
     def __init__(self) -> None:
         self._latest: Instant = 0.0
@@ -118,10 +118,10 @@ class Stamps:
         self._compared: Instant | None = None
 
     def instant(self, stamp: float) -> Instant:
-        """`stamp` (seconds since 1970) as an instant; now, for an adapter with a clock of its own or none."""
+        """Convert `stamp` (seconds since 1970). Returns now if the adapter uses another clock or none."""
         now = time.monotonic()
         if self._compared is None or now - self._compared > _COMPARED_EVERY_S:
-            # Not for every frame: a look at a clock is a system call on some machines.
+            # Not for every frame: reading a clock is a system call on some computers.
             self._ahead, self._compared = clocks.ahead(), now
         age = now - (stamp - self._ahead)
         self._latest = max(self._latest, now - max(age, 0.0) if -_UNSURE_S < age < _OLDEST_S else now)
@@ -129,21 +129,21 @@ class Stamps:
 
 
 class MessageLink:
-    """An AdapterLink through `recv` and `send` of a python-can bus: one frame at a time: not every driver can poll."""
+    """An AdapterLink using `recv` and `send` of a python-can bus, one frame at a time: not every driver can poll."""
 
-    most = 1
+    max_batch = 1
 
     def __init__(self, bus: can.BusABC, interface: str) -> None:
         self._bus = bus
         self._linux_errors = interface in _LINUX_ERRORS
-        # SocketCAN calls frames of other programs on this machine sent as well; its own it does not repeat.
-        self._repeats_own = interface != "socketcan"
+        # SocketCAN marks frames of other programs on this computer as sent, too, and does not return its own.
+        self._returns_own = interface != "socketcan"
         self._own = OwnFrames() if interface in _RETURNING else None
         self._stamps = Stamps()
         self._garbled = 0
 
     def receive(self, timeout_s: float, not_before: Instant) -> Received:
-        """What comes by `not_before`, at least one frame. Raises what the driver raises when the adapter is lost."""
+        """Receive until `not_before`, at least one frame. Raises the driver's errors if the adapter is lost."""
         got = Received()
         came = self._one(got, timeout_s)
         while came and (left := not_before - time.monotonic()) > 0:
@@ -151,7 +151,7 @@ class MessageLink:
         return got
 
     def transmit(self, frames: Sequence[Frame]) -> int:
-        """Send the first of `frames`. Raises CanError when the adapter refuses it."""
+        """Send the first of `frames`. Raises CanError if the adapter refuses it."""
         frame = frames[0]
         if self._own is not None:
             self._own.sent(frames[:1])
@@ -169,7 +169,7 @@ class MessageLink:
         self._bus.shutdown()
 
     def _one(self, got: Received, timeout_s: float) -> bool:
-        """Add one message to `got`; whether there was one. Some it chokes on are put up with."""
+        """Add one message to `got`. Returns whether there was one. Tolerates some messages the driver cannot parse."""
         try:
             message = self._bus.recv(timeout_s)
         except Exception as error:
@@ -184,7 +184,7 @@ class MessageLink:
         if message.is_error_frame:
             known = self._linux_errors
             got.errors.append(ErrorFrame(message.arbitration_id, bytes(message.data)) if known else ErrorFrame())
-        elif self._repeats_own and not message.is_rx:
+        elif self._returns_own and not message.is_rx:
             pass
         elif not message.is_extended_id or message.is_remote_frame or message.is_fd:
             got.ignored += 1
@@ -196,5 +196,5 @@ class MessageLink:
 
 
 def _is_garbled(error: Exception) -> bool:
-    """Whether an adapter's driver choked on one message, rather than lost the adapter."""
+    """Whether the driver failed to parse one message, rather than lost the adapter."""
     return isinstance(error if not isinstance(error, can.CanError) else error.__cause__, ValueError | IndexError)

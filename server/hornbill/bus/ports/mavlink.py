@@ -1,15 +1,15 @@
-"""Recognition of MAVLink: whether what comes from a serial port is an autopilot's telemetry."""
+"""Recognition of MAVLink: whether data from a serial port is the telemetry of an autopilot."""
 
 from typing import Final
 
 _V1, _V2 = 0xFE, 0xFD
 _SEEDS: Final = {0: 50, 1: 124, 2: 137, 30: 39, 109: 185, 111: 34, 147: 154, 253: 83}
-"""Message ids that are sent unasked (HEARTBEAT, SYS_STATUS, SYSTEM_TIME, ATTITUDE, RADIO_STATUS, TIMESYNC,
-BATTERY_STATUS, STATUSTEXT), and the byte their definition adds to the checksum."""
+"""Message IDs sent without request (HEARTBEAT, SYS_STATUS, SYSTEM_TIME, ATTITUDE, RADIO_STATUS, TIMESYNC,
+BATTERY_STATUS, STATUSTEXT), with the CRC_EXTRA byte of their checksum."""
 
 
 def system_of(data: bytes) -> int | None:
-    """The system id of the first whole MAVLink message in `data` whose checksum is right; None without one."""
+    """System ID of the first complete MAVLink message in `data` with a valid checksum. None without one."""
     for at, byte in enumerate(data):
         if byte in (_V1, _V2) and (found := _message_at(data, at)) is not None:
             return found
@@ -29,8 +29,8 @@ def _message_at(data: bytes, at: int) -> int | None:
     seed = _SEEDS.get(kind)
     if seed is None or len(data) < end + 2:
         return None
-    right = _checksum(data[at + 1 : end] + bytes((seed,)))
-    return system if right == int.from_bytes(data[end : end + 2], "little") else None
+    expected = _checksum(data[at + 1 : end] + bytes((seed,)))
+    return system if expected == int.from_bytes(data[end : end + 2], "little") else None
 
 
 def _checksum(data: bytes) -> int:

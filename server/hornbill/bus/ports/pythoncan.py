@@ -1,4 +1,4 @@
-"""PythonCanPort: a CanPort over a python-can bus, with one thread that receives and one that sends."""
+"""PythonCanPort: a CanPort on a python-can bus, with a receive and a transmit thread."""
 
 import asyncio
 import logging
@@ -23,32 +23,32 @@ from hornbill.wire.frame import Frame
 from hornbill.wire.port import PLAIN, FrameSink, PortDetails, PortState, PortStatistics
 
 RX_LIMIT = 8192
-"""Frames kept for a busy event loop: one second of a saturated bus."""
+"""Frames buffered for a busy event loop: one second of a saturated bus."""
 
 STALE_S = 1.0
-"""A frame that could not leave for so long is dropped: a command from before a broken cable must not move
-a servo once the cable is whole again."""
+"""A frame that could not be sent within this time is dropped: a command queued while a cable is broken must not move a
+servo once it is repaired."""
 
 NOTHING_S = 3.0
-"""How long a bus may be silent after it was opened until that is a problem: a servo speaks once a second at least. What
-the search for a baud rate listened in vain is part of it."""
+"""How long a bus may be silent after opening before it is reported as a problem: a servo sends at least once a second.
+Includes the time of the search for a baud rate."""
 
-_POLL_S = 0.05  # how soon the receive thread notices that it should end
-_GATHER_S = 5e-4  # while frames come close by one another, the loop is woken for what came in so long
+_POLL_S = 0.05  # how soon the receive thread notices a stop
+_GATHER_S = 5e-4  # while frames arrive in quick succession, the loop is woken once per this time
 _CLOSE_BY_S = 1e-3
 _CLOSE_S = 3.0
 
-_CHECK_BUS = "Check that the servos have power, then CAN_H, CAN_L, ground and the termination (120 Ω at both ends)."
+_CHECK_BUS = "Check the power of the servos, CAN_H, CAN_L, ground and the termination (120 Ω at both ends)."
 
 _log = logging.getLogger(__name__)
 
 
 class PythonCanPort:
-    """A CanPort on an open python-can bus, which it owns from now on. Made on the event loop by `open_port`.
+    """A CanPort on an open python-can bus, which it owns. Created on the event loop by `open_port`.
 
-    Threads touch the loop through call_soon_threadsafe alone, once for each burst of frames. Time stamps
-    are on time.monotonic, the clock of asyncio's and uvloop's loops; a JumpingLoop cannot drive real threads.
-    When a thread fails the state is LOST, what is queued is dropped and the adapter is let go.
+    Threads access the loop only through call_soon_threadsafe, once per burst of frames. Time stamps are those of
+    time.monotonic, the clock of asyncio's and uvloop's loops; a JumpingLoop cannot drive real threads.
+    When a thread fails, the state is LOST, the queue is dropped and the adapter is released.
     """
 
     def __init__(
@@ -60,10 +60,10 @@ class PythonCanPort:
         statistics: PortStatistics | None = None,
         on_baud: Callable[[str, int], None] = lambda _serial_number, _baud: None,
     ) -> None:
-        """`statistics` go on counting: those of the port this one takes the place of.
+        """`statistics` are those of the port this one replaces; they continue.
 
-        `on_baud` is called on the loop with the USB serial number and the baud rate of a serial adapter, once something
-        well-formed was received at that rate.
+        `on_baud` is called on the loop with the USB serial number and the baud rate of a serial adapter once valid data
+        was received at that rate.
         """
         self.address = address
         self.bitrate = bitrate
@@ -73,13 +73,13 @@ class PythonCanPort:
         self._link = _link(bus, address)
         self._slcan = bus if isinstance(bus, SlcanBus) else None
         self._on_baud = on_baud
-        self._baud_told = False
+        self._baud_reported = False
         self._loop = asyncio.get_running_loop()
         self._sink: FrameSink | None = None
         self._state = PortState.ACTIVE
         silent_since = None if self._slcan is None else self._slcan.silent_since
         self._silent_since: Instant = time.monotonic() if silent_since is None else silent_since
-        self._heard = False
+        self._received_any = False
         self._why = ""
         self._closed = False
         # One lock for the inbox, the queue, the statistics and `_stopping`.
@@ -90,7 +90,7 @@ class PythonCanPort:
         self._running = 2
         self._released = asyncio.Event()
         self._threads = [
-            threading.Thread(target=self._live, args=(part,), name=f"{address} {name}", daemon=True)
+            threading.Thread(target=self._run_thread, args=(part,), name=f"{address} {name}", daemon=True)
             for name, part in (("receive", self._receive), ("transmit", self._transmit))
         ]
         for thread in self._threads:
@@ -98,9 +98,9 @@ class PythonCanPort:
 
     @property
     def state(self) -> PortState:
-        """Passive and bus-off are known from SocketCAN, candleLight and some slcan adapters; others do not tell.
+        """Passive and bus-off are reported only by SocketCAN, candleLight and some slcan adapters.
 
-        Passive also while no frame has been received since it was opened, for longer than NOTHING_S.
+        Also PASSIVE if no frame has been received within NOTHING_S of opening.
         """
         if self._closed:
             return PortState.DISCONNECTED
@@ -108,7 +108,7 @@ class PythonCanPort:
 
     @property
     def details(self) -> PortDetails:
-        """The serial line and what is unusual about the adapter."""
+        """Serial line and notes of the adapter."""
         slcan = self._slcan
         return replace(
             PLAIN if slcan is None else PortDetails(slcan.line_info, slcan.notes),
@@ -117,41 +117,41 @@ class PythonCanPort:
 
     @property
     def _nothing_received(self) -> bool:
-        return not self._heard and time.monotonic() - self._silent_since >= NOTHING_S
+        return not self._received_any and time.monotonic() - self._silent_since >= NOTHING_S
 
     @property
     def trouble(self) -> PortError | None:
-        """What is wrong with the adapter or its bus, and what helps; None while it works."""
+        """Problem of the adapter or its bus, and the remedy. None while it works."""
         match self.state:
             case PortState.LOST:
                 text = f"{self.address} was lost: {self._why}. Check the adapter and its cable."
                 return PortError(text, cause="adapter_lost", address=self.address)
             case PortState.BUS_OFF:
                 return PortError(
-                    f"{self.address} is off the bus after too many errors. Check the bit rate ({self.bitrate} bit/s), "
-                    "the wiring and the termination, then connect again.",
+                    f"{self.address} is in bus-off after too many errors. Check the bit rate ({self.bitrate} bit/s), "
+                    "wiring and termination, then connect again.",
                     cause="bus_off", address=self.address, bitrate=self.bitrate,
                 )  # fmt: skip
             case PortState.PASSIVE if self._state is PortState.ACTIVE:
-                return self._why_nothing()
+                return self._nothing_received_error()
             case PortState.PASSIVE:
                 return PortError(
-                    f"{self.address} sees too many errors, or nobody acknowledges what it sends. "
-                    f"Check that the servos have power, the bit rate ({self.bitrate} bit/s), wiring and termination.",
+                    f"{self.address} sees too many errors, or no node acknowledges its frames. "
+                    f"Check the power of the servos, the bit rate ({self.bitrate} bit/s), wiring and termination.",
                     cause="too_many_errors", address=self.address, bitrate=self.bitrate,
                 )  # fmt: skip
             case _:
                 return None
 
     def listen(self, sink: FrameSink) -> None:
-        """Deliver received frames to `sink`; what came before the first call is gone."""
+        """Deliver received frames to `sink`. Frames received before the first call are lost."""
         self._sink = sink
 
     def send(self, frames: Sequence[Frame]) -> None:
-        """Queue `frames` for the send thread, the lowest identifier first.
+        """Queue `frames` for the transmit thread, lowest identifier first.
 
-        Raises BusDisconnected when the port is closed or lost, ValueError for an impossible frame. What
-        the adapter refuses is counted as an error, as is a frame that could not leave within STALE_S.
+        Raises BusDisconnected if the port is closed or lost, and ValueError for an invalid frame. Frames refused by the
+        adapter or not sent within STALE_S are counted as errors.
         """
         if self._closed:
             raise BusDisconnected(
@@ -160,7 +160,7 @@ class PythonCanPort:
         if self._state is PortState.LOST:
             trouble = self.trouble
             assert trouble is not None
-            facts: dict[str, Any] = {"cause": "not_connected", **trouble.facts}
+            facts: dict[str, Any] = {"cause": "bus_not_connected", **trouble.facts}
             raise BusDisconnected(f"{trouble.detail} Then connect again.", **facts)
         check(frames)
         now = time.monotonic()
@@ -170,7 +170,7 @@ class PythonCanPort:
             self._work.notify()
 
     async def close(self) -> None:
-        """Stop both threads and free the adapter, within a fraction of a second unless its driver hangs."""
+        """Stop both threads and release the adapter, within a fraction of a second unless its driver hangs."""
         self._closed = True
         self._sink = None
         self._stop()
@@ -178,33 +178,32 @@ class PythonCanPort:
             async with asyncio.timeout(_CLOSE_S):
                 await self._released.wait()
         except TimeoutError:
-            _log.warning("%s did not let go within %g s and is left to itself", self.address, _CLOSE_S)
+            _log.warning("%s did not close within %g s and is abandoned", self.address, _CLOSE_S)
             return
         for thread in self._threads:
-            thread.join()  # it has nothing left to do but return
+            thread.join()  # it is about to return
 
-    def _why_nothing(self) -> PortError:
-        """What is wrong when no frame was ever received, and what helps."""
+    def _nothing_received_error(self) -> PortError:
+        """Problem and remedy if no frame was ever received."""
         line = self.details.serial_line
         where = f"{self.address} is open"
         if line is None or line.native_usb:
-            said = f"{where}, and nothing was ever received."
-            text = f"{said} {_CHECK_BUS} Check the bit rate ({self.bitrate} bit/s)."
-            return PortError(text, cause="nothing_received", address=self.address, bitrate=self.bitrate)
+            text = f"{where}, but no data was received. {_CHECK_BUS} Check the bit rate ({self.bitrate} bit/s)."
+            return PortError(text, cause="no_data_received", address=self.address, bitrate=self.bitrate)
         if line.confirmed:
-            text = f"{where} at {line.baud} baud, and nothing was ever received from the bus. {_CHECK_BUS}"
-            return PortError(text, cause="nothing_at_baud", address=self.address, baud=line.baud)
+            text = f"{where} at {line.baud} baud, but no data was received from the bus. {_CHECK_BUS}"
+            return PortError(text, cause="no_data_at_baud", address=self.address, baud=line.baud)
         if line.found:
             return PortError(
-                f"{where}, and nothing was ever received. Its baud rate is not known: {line.baud} baud is being tried. "
-                f"{_CHECK_BUS} If the adapter has a baud rate of its own, add it: {self.address}@BAUD.",
-                cause="baud_not_known", address=self.address, baud=line.baud,
+                f"{where}, but no data was received. Its baud rate is unknown: trying {line.baud} baud. "
+                f"{_CHECK_BUS} If the adapter uses another baud rate, add it: {self.address}@BAUD.",
+                cause="baud_unknown", address=self.address, baud=line.baud,
             )  # fmt: skip
         device = self.address.rpartition("@")[0]
         return PortError(
-            f"{where} at {line.baud} baud, and nothing was ever received. Leave out @{line.baud}, and the rate is "
-            f"found: {device}. {_CHECK_BUS}",
-            cause="baud_not_found", address=self.address, baud=line.baud, device=device,
+            f"{where} at {line.baud} baud, but no data was received. Remove @{line.baud} to detect the rate: "
+            f"{device}. {_CHECK_BUS}",
+            cause="no_data_at_given_baud", address=self.address, baud=line.baud, device=device,
         )  # fmt: skip
 
     # On the event loop.
@@ -217,7 +216,7 @@ class PythonCanPort:
 
     # On the two threads.
 
-    def _live(self, part: Callable[[], None]) -> None:
+    def _run_thread(self, part: Callable[[], None]) -> None:
         try:
             part()
         except Exception as error:
@@ -231,25 +230,25 @@ class PythonCanPort:
                 self._link.shutdown()
             except Exception:
                 _log.debug("%s did not close cleanly", self.address, exc_info=True)
-            self._tell(self._released.set)
+            self._call_on_loop(self._released.set)
 
     def _stop(self, *, lost: Exception | None = None) -> bool:
-        """End both threads and drop what is queued; whether that was news."""
+        """Stop both threads and drop the queue. Returns False if stopped already."""
         with self._work:
             if self._stopping:
                 return False
             self._stopping = True
             if lost is not None:
-                self._why = _in_words(lost)
+                self._why = _error_text(lost)
                 self._state = PortState.LOST
             self._queue.clear()
             self._work.notify_all()
         return True
 
-    def _tell(self, callback: Callable[[], None]) -> None:
+    def _call_on_loop(self, callback: Callable[[], None]) -> None:
         try:
             self._loop.call_soon_threadsafe(callback)
-        except RuntimeError:  # the loop is closed: nobody is left to listen
+        except RuntimeError:  # the loop is closed
             self._stop()
 
     def _receive(self) -> None:
@@ -257,23 +256,23 @@ class PythonCanPort:
         not_before: Instant = 0.0
         while not self._stopping:
             if got := self._link.receive(_POLL_S, not_before):
-                if not self._baud_told:
-                    self._tell_baud()
+                if not self._baud_reported:
+                    self._report_baud()
                 self._take(got)
                 now = time.monotonic()
                 not_before = now + _GATHER_S if now - before < _CLOSE_BY_S else 0.0
                 before = now
 
-    def _tell_baud(self) -> None:
+    def _report_baud(self) -> None:
         line = None if self._slcan is None else self._slcan.line_info
-        self._baud_told = line is None or line.confirmed
+        self._baud_reported = line is None or line.confirmed
         if line is not None and line.confirmed and line.serial_number:
-            self._tell(partial(self._on_baud, line.serial_number, line.baud))
+            self._call_on_loop(partial(self._on_baud, line.serial_number, line.baud))
 
     def _take(self, got: Received) -> None:
         frames = got.frames
         busy_s = sum(map(frame_bits, frames)) / self.bitrate
-        self._heard = self._heard or bool(frames)
+        self._received_any = self._received_any or bool(frames)
         with self._work:
             seen = self.statistics
             waking = not self._inbox
@@ -294,20 +293,20 @@ class PythonCanPort:
                 if error.state is not None and self._state is not PortState.LOST:
                     if error.state is PortState.BUS_OFF and self._state is not PortState.BUS_OFF:
                         seen.bus_offs += 1
-                        seen.errors += self._queue.clear()  # an old command must not leave when it is back
+                        seen.errors += self._queue.clear()  # an old command must not be sent after recovery
                     self._state = error.state
         if frames and waking:
-            self._tell(self._drain)
+            self._call_on_loop(self._drain)
 
     def _transmit(self) -> None:
         link = self._link
-        while batch := self._next(link.most):
+        while batch := self._next(link.max_batch):
             try:
                 taken = link.transmit([waiting.frame for waiting in batch])
             except can.CanError as error:
                 taken = 0
                 refused = batch.pop(0)
-                _log.debug("%s did not take %s: %s", self.address, refused, error)
+                _log.debug("%s refused %s: %s", self.address, refused, error)
                 with self._work:
                     self.statistics.errors += 1
             busy_s = sum(frame_bits(waiting.frame) for waiting in batch[:taken]) / self.bitrate
@@ -316,12 +315,12 @@ class PythonCanPort:
                 self.statistics.busy_s += busy_s
                 if self._state is PortState.BUS_OFF:
                     self.statistics.errors += len(batch) - taken
-                elif not self._stopping:  # a more urgent frame that came meanwhile goes before these
+                elif not self._stopping:  # more urgent frames queued meanwhile go first
                     for waiting in batch[taken:]:
                         self._queue.put_back(waiting)
 
-    def _next(self, most: int) -> list[QueuedFrame]:
-        """Up to `most` frames to send, at least one that is not stale; none when it is time to end."""
+    def _next(self, limit: int) -> list[QueuedFrame]:
+        """Up to `limit` frames to send, at least one that is not stale. Empty when stopping."""
         batch: list[QueuedFrame] = []
         with self._work:
             while not batch:
@@ -330,7 +329,7 @@ class PythonCanPort:
                 if self._stopping:
                     return []
                 latest = time.monotonic() - STALE_S
-                while self._queue and len(batch) < most:
+                while self._queue and len(batch) < limit:
                     waiting = self._queue.take()
                     if waiting.since < latest:
                         self.statistics.errors += 1
@@ -340,7 +339,7 @@ class PythonCanPort:
 
 
 def _link(bus: can.BusABC | AdapterLink, address: str) -> AdapterLink:
-    """The quickest way to get at `bus`."""
+    """The fastest link to `bus`."""
     interface = address.partition(":")[0]
     if isinstance(bus, SlcanBus) or not isinstance(bus, can.BusABC):
         return bus
@@ -350,7 +349,7 @@ def _link(bus: can.BusABC | AdapterLink, address: str) -> AdapterLink:
     return MessageLink(bus, interface)
 
 
-def _in_words(error: Exception) -> str:
+def _error_text(error: Exception) -> str:
     """Why the adapter was lost, as part of a sentence."""
     text = error.strerror if isinstance(error, OSError) and error.strerror else str(error)
     return text.rstrip(".") or type(error).__name__

@@ -1,6 +1,6 @@
-"""A SocketCAN socket without python-can in between, at a third of the time a frame.
+"""Direct access to a SocketCAN socket, bypassing python-can, in a third of the time per frame.
 
-It also tells what python-can does not: frames the kernel dropped because we were too slow, and CAN FD frames.
+It also reports what python-can does not: frames dropped by the kernel because of RX overruns, and CAN FD frames.
 """
 
 import errno
@@ -17,7 +17,7 @@ from hornbill.bus.ports.link import FULL_S, Received, Stamps, pause
 from hornbill.units import Instant
 from hornbill.wire.frame import Frame
 
-_MOST = 256  # frames taken at once; what is left keeps
+_MAX_BATCH = 256  # frames per batch; the rest stays queued
 
 _FRAME = struct.Struct("=IB3x8s")  # struct can_frame
 _FD_BYTES = 72  # struct canfd_frame
@@ -28,21 +28,21 @@ _REMOTE = 0x4000_0000
 _ERROR = 0x2000_0000
 _IDENTIFIER = 0x1FFF_FFFF
 
-# asm-generic/socket.h and linux/can/raw.h. Stamps were switched on by python-can.
+# asm-generic/socket.h and linux/can/raw.h. python-can enables time stamps.
 _SO_TIMESTAMPNS = 35
 _SO_RXQ_OVFL = 40
 _ANCILLARY_BYTES = 128
 _SOL_CAN_RAW = 101
 _CAN_RAW_FD_FRAMES = 5
 
-_BUFFER_BYTES = 1 << 20  # a quarter of a second of a full bus, where the kernel allows that much
+_BUFFER_BYTES = 1 << 20  # a quarter of a second of a saturated bus, if the kernel allows
 _WRITABLE_S = 0.01
 
 
 class RawLink:
-    """A Link on the socket of an open python-can SocketcanBus, which stays the owner of it."""
+    """An AdapterLink on the socket of an open python-can SocketcanBus, which keeps owning it."""
 
-    most = 1  # the kernel keeps frames in turn: what it has can no longer be overtaken
+    max_batch = 1  # frames in the kernel keep their order and can no longer be overtaken
 
     def __init__(self, bus: can.BusABC, raw: socket.socket) -> None:
         self._bus = bus
@@ -58,10 +58,10 @@ class RawLink:
             try:
                 raw.setsockopt(level, option, value)
             except OSError:
-                continue  # an old kernel, or a socket of another kind: it works without
+                continue  # an old kernel, or another kind of socket: optional
 
     def receive(self, timeout_s: float, not_before: Instant) -> Received:
-        """All there is by `not_before`, up to _MOST frames. Raises OSError when the interface went down or away."""
+        """Receive until `not_before`, up to _MAX_BATCH frames. Raises OSError if the interface is down or removed."""
         pause(not_before)
         got = Received()
         ready, _, _ = select.select([self._socket], [], [], timeout_s)
@@ -69,7 +69,7 @@ class RawLink:
             return got
         frames, instant = got.frames, self._stamps.instant
         receive, unpack = self._socket.recvmsg, _FRAME.unpack
-        for _ in range(_MOST):
+        for _ in range(_MAX_BATCH):
             try:
                 data, ancillary, _, _ = receive(_FD_BYTES, _ANCILLARY_BYTES)
             except BlockingIOError:
@@ -96,7 +96,7 @@ class RawLink:
         return got
 
     def transmit(self, frames: Sequence[Frame]) -> int:
-        """Pass the first of `frames` to the kernel. Raises OSError when the interface went down or away."""
+        """Pass the first of `frames` to the kernel. Raises OSError if the interface is down or removed."""
         frame = frames[0]
         try:
             self._socket.send(_FRAME.pack(frame.id | _EXTENDED, len(frame.data), frame.data))

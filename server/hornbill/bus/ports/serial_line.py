@@ -1,4 +1,4 @@
-"""SerialStream: the bytes of a serial adapter, read in big pieces and written within a bound."""
+"""SerialStream: byte stream of a serial adapter, read in large blocks and written with a timeout."""
 
 import errno
 import io
@@ -18,17 +18,17 @@ except ImportError:  # Windows
     termios_error = OSError
 
 _READ_BYTES = 65536
-_PIECE_S = 0.01  # how often a write that is stuck looks at the clock
+_PIECE_S = 0.01  # how often a blocked write checks for a timeout
 
 
 class SerialStream:
-    """A serial port, or whatever else pyserial opens by its URL. One thread may read while another writes."""
+    """A serial port or other pyserial URL. One thread may read while another writes."""
 
     def __init__(self, url: str, baud: int) -> None:
-        """Open `url` at `baud` bit/s, for us alone. Raises OSError with the errno that tells why it cannot be."""
+        """Open `url` exclusively at `baud` bit/s. Raises OSError with the errno of the cause."""
         self._url = url
         try:
-            # Exclusively: two programs on one adapter would each get half of its answers.
+            # Exclusive: two programs on one adapter would each get half of its responses.
             self._port = serial.serial_for_url(url, baudrate=baud, timeout=0, exclusive=True)
         except serial.SerialException as error:
             if error.errno == errno.EAGAIN:
@@ -38,19 +38,19 @@ class SerialStream:
             self._descriptor = self._port.fileno() if os.name == "posix" else None
         except io.UnsupportedOperation:
             self._descriptor = None
-        self._cut = False
+        self._incomplete = False
 
     def set_baud(self, baud: int) -> bool:
-        """Change the rate to `baud` bit/s and drop what has come in; False where the port has no such rate.
+        """Change the rate to `baud` bit/s and drop received data. False if the port does not support the rate.
 
-        Raises OSError when the device is gone.
+        Raises OSError if the device was removed.
         """
         try:
             self._port.baudrate = baud
             self._port.reset_input_buffer()
         except ValueError:
             return False
-        except OSError as error:  # a driver without this rate says EINVAL, whichever layer passes it on
+        except OSError as error:  # EINVAL: the driver does not support this rate
             if error.errno != errno.EINVAL:
                 raise
             return False
@@ -59,9 +59,9 @@ class SerialStream:
         return True
 
     def reduce_latency(self) -> int | None:
-        """Have the driver pass on bytes at once; the latency timer of an FTDI chip from then on, ms.
+        """Make the driver forward bytes at once. Returns the resulting latency timer of an FTDI chip, ms.
 
-        None for other chips, and where the system does not report it. Linux alone lets a program set it.
+        None for other chips, and if the system does not report it. Only Linux lets a program set it.
         """
         try:
             self._port.set_low_latency_mode(True)
@@ -74,18 +74,18 @@ class SerialStream:
             return None
 
     def fileno(self) -> int:
-        """The descriptor. Raises io.UnsupportedOperation where there is none."""
+        """The file descriptor. Raises io.UnsupportedOperation if there is none."""
         return self._port.fileno()
 
     def backlog(self) -> int:
-        """Bytes written that have not left the computer yet, as far as the system tells; else 0."""
+        """Bytes written but not sent yet. 0 if the system does not report it."""
         try:
             return self._port.out_waiting
         except (AttributeError, NotImplementedError, OSError):
             return 0
 
     def read(self, timeout_s: float) -> bytes:
-        """All there is, waiting up to `timeout_s` seconds for the first byte. Raises OSError when it is gone."""
+        """Read all available data, waiting up to `timeout_s` seconds. Raises OSError if the device was removed."""
         if self._descriptor is None:
             return self._read_blocking(timeout_s)
         ready, _, _ = select.select([self._descriptor], [], [], timeout_s)
@@ -96,17 +96,17 @@ class SerialStream:
         except BlockingIOError:
             return b""
         if not data:
-            raise OSError(errno.EIO, f"{self._url} hung up")
+            raise OSError(errno.EIO, f"{self._url} was disconnected")
         return data
 
     def write(self, data: bytes, within_s: float) -> bool:
-        """Write all of `data`, or nothing: False when not even a byte was taken within `within_s` seconds.
+        """Write all of `data` or nothing. False if no byte was accepted within `within_s` seconds.
 
-        Raises OSError when the device is gone, and when a part was taken and the rest was not.
-        From then on nothing can be written: an adapter may take half a frame and what follows for a whole one.
+        Raises OSError if the device was removed, or accepted only a part. After that, writes fail: an adapter may
+        combine half a frame and the following data into another frame.
         """
-        if self._cut:
-            raise OSError(errno.EIO, f"{self._url} took half a line and then no more")
+        if self._incomplete:
+            raise OSError(errno.EIO, f"{self._url} accepted only part of a line")
         if self._descriptor is None:
             return self._write_blocking(data, within_s)
         until = time.monotonic() + within_s
@@ -119,8 +119,8 @@ class SerialStream:
                 if now >= until:
                     if len(left) == len(data):
                         return False
-                    self._cut = True
-                    raise OSError(errno.EIO, f"{self._url} took half a line and then no more") from None
+                    self._incomplete = True
+                    raise OSError(errno.EIO, f"{self._url} accepted only part of a line") from None
                 select.select([], [self._descriptor], [], min(_PIECE_S, until - now))
         return True
 
@@ -142,6 +142,6 @@ class SerialStream:
         try:
             self._port.write(data)
         except serial.SerialTimeoutException:
-            self._cut = True  # how much it took is not told
+            self._incomplete = True  # the number of accepted bytes is unknown
             raise
         return True

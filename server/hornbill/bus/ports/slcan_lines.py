@@ -1,7 +1,7 @@
-"""The language of slcan adapters: frames and commands as lines of ASCII that end with CR, refusals with BELL.
+"""The slcan protocol: frames and commands as ASCII lines ending with CR, refusals with BELL.
 
-Beside frames an adapter may say: CR alone or z, Z (done), BELL (refused), Fxx (status flags, when asked),
-and unasked, in the form the Linux driver knows, `s` (a new controller state) and `e` (bus errors).
+Besides frames an adapter may send: CR alone or z, Z (done), BELL (refused), Fxx (status flags, on request), and
+unsolicited, as supported by the Linux driver, `s` (a new controller state) and `e` (bus errors).
 """
 
 from binascii import unhexlify
@@ -22,12 +22,12 @@ BITRATES = {
     800_000: b"S7",
     1_000_000: b"S8",
 }
-"""The bit rates (bit/s) an adapter can be told, and the command for each."""
+"""The command for each CAN bit rate (bit/s)."""
 
 LONGEST = 27
-"""Characters of a full frame, its CR counted."""
+"""Characters of a full frame, including CR."""
 
-# Status flags, bits of Fxx. Full queues (0, 1), the warning level (2) and lost arbitration (6) are no errors.
+# Status flags, bits of Fxx. Full queues (0, 1), the warning level (2) and lost arbitration (6) are not errors.
 _OVERRUN = 0x08
 _PASSIVE_FLAG = 0x20
 _BUS_ERROR_FLAG = 0x80
@@ -37,33 +37,33 @@ _STATES = {b"a": NOW_ACTIVE, b"w": NOW_ACTIVE, b"p": NOW_PASSIVE, b"b": NOW_BUS_
 _LAST_IDENTIFIER = 0x1FFF_FFFF
 _STAMPS = (0, 2, 4)  # bytes of time stamp after a frame: none, milliseconds, microseconds
 _HEADS = {b"t": 5, b"r": 5, b"d": 5, b"b": 5, b"R": 10, b"D": 10, b"B": 10}  # type, identifier and length code
-_ENDLESS = 512  # no line is that long, not even the longest of CAN FD
+_ENDLESS = 512  # longer than any line, even of CAN FD
 
 
 def line_of(frame: Frame) -> bytes:
-    """The command that sends `frame`, which must be one a controller can send (29 bits, at most 8 bytes)."""
+    """The command that sends `frame`, which must be valid (29-bit identifier, at most 8 bytes)."""
     return b"T%08X%d%b\r" % (frame.id, len(frame.data), frame.data.hex().upper().encode())
 
 
 class Lines:
-    """Takes what an adapter says, cut anywhere, and never raises: what makes no sense is counted as garbled."""
+    """Parser of received data, split anywhere. Never raises: invalid data is counted as garbled."""
 
     def __init__(self) -> None:
         self.accepted = 0
-        """Commands answered with CR since the beginning."""
+        """Number of commands accepted with CR."""
         self.refused = 0
-        """Commands answered with BELL since the beginning."""
-        self.told = 0
-        """Answers to F since the beginning."""
+        """Number of commands refused with BELL."""
+        self.flags = 0
+        """Number of responses to F."""
         self.awaited = 0
-        """Answers still to come to commands other than frames: they are not taken for answers to frames."""
+        """Pending responses to commands other than frames. They are not counted as responses to frames."""
         self.refused_since: Instant | None = None
-        """When the first was refused of the frames refused in a row; None while frames are taken."""
+        """Time of the first of consecutive refused frames. None while frames are accepted."""
         self._rest = b""
         self._passive = False
 
     def feed(self, data: bytes, at: Instant) -> Received:
-        """What `data`, and what was left from before, says; `at` is when it came."""
+        """Parse `data` and the rest of the previous data. `at` is the time of reception."""
         got = Received()
         frames = got.frames
         lines = (self._rest + data.replace(b"\a", b"\a\r")).split(b"\r")
@@ -80,9 +80,9 @@ class Lines:
             got.garbled += 1
         return got
 
-    def forget(self) -> None:
-        """Begin to count anew. What has begun to come goes on."""
-        self.accepted = self.refused = self.told = self.awaited = 0
+    def reset(self) -> None:
+        """Reset the counters. An incomplete line is retained."""
+        self.accepted = self.refused = self.flags = self.awaited = 0
         self.refused_since = None
         self._passive = False
 
@@ -91,15 +91,15 @@ class Lines:
         kind, rest = line[:1], line[1:]
         if line in (b"", b"#"):
             self.accepted += 1
-            self._answered(None)
+            self._match_response(None)
         elif line in (b"z", b"Z") or (kind in b"zZ" and _is_frame(rest)):
-            self.refused_since = None  # a frame of ours was taken, or sent
+            self.refused_since = None  # one of our frames was accepted or sent
         elif line.endswith(b"\a") or kind == b"#":
             self.refused += 1
-            got.refused += self._answered(at)
+            got.refused += self._match_response(at)
         elif kind == b"F" and len(rest) == 2 and _is_hex(rest):
-            self.told += 1
-            self._flags(int(rest, 16), got)
+            self.flags += 1
+            self._take_flags(int(rest, 16), got)
         elif kind == b"s" and rest[:1] in _STATES and rest[1:].isdigit():
             got.errors.append(_STATES[rest[:1]])
         elif kind == b"e" and rest[:1].isdigit() and rest[1:].isalpha():
@@ -112,7 +112,7 @@ class Lines:
             self._garbled(line, got, at)
 
     def _garbled(self, line: bytes, got: Received, at: Instant) -> None:
-        """A line that makes no sense; at its end, behind noise, may be a whole frame."""
+        """Count an invalid line. After noise it may end with a complete frame."""
         got.garbled += 1
         start = line.rfind(b"T", 1)
         noisy = start > 0 and any(not 0x20 <= byte <= 0x7E for byte in line[:start])
@@ -120,8 +120,8 @@ class Lines:
         if frame is not None:
             got.frames.append(frame)
 
-    def _answered(self, refused_at: Instant | None) -> bool:
-        """Note an answer that does not say to what; whether it was to a frame."""
+    def _match_response(self, refused_at: Instant | None) -> bool:
+        """Match an unspecific response. Returns whether it was to a frame."""
         if self.awaited:
             self.awaited -= 1
             return False
@@ -129,8 +129,8 @@ class Lines:
             self.refused_since = refused_at
         return True
 
-    def _flags(self, flags: int, got: Received) -> None:
-        """What happened since the flags were last asked for, at least once each."""
+    def _take_flags(self, flags: int, got: Received) -> None:
+        """Report each event since the previous request of the flags once."""
         if flags & _OVERRUN:
             got.errors.append(OVERFLOW)
         if flags & _BUS_ERROR_FLAG:
@@ -142,7 +142,7 @@ class Lines:
 
 
 def _frame_of(line: bytes, at: Instant) -> Frame | None:
-    """The extended data frame that a line beginning with T holds; None where it is not whole."""
+    """Parse an extended data frame from a line starting with T. None if it is incomplete."""
     try:
         # 8 digits of identifier and 1 of length: with a 0 for the T they make five bytes
         raw = unhexlify(b"0" + line[1:])
@@ -156,7 +156,7 @@ def _frame_of(line: bytes, at: Instant) -> Frame | None:
 
 
 def _is_frame(line: bytes) -> bool:
-    """Whether it looks like a frame of any kind but an extended data frame of classic CAN."""
+    """Whether a line looks like a frame other than an extended data frame of classic CAN."""
     head = 10 if line[:1] == b"T" else _HEADS.get(line[:1], _ENDLESS)
     return len(line) >= head and _is_hex(line[1:])
 

@@ -1,7 +1,7 @@
-"""SocketcandLink: the CAN interface of another computer, served by socketcand over TCP.
+"""SocketcandLink: a CAN interface of another computer, served by socketcand over TCP.
 
-python-can's own is not used: it reads one frame per call, waits ten seconds for a server that is not there, and does
-not notice when the server has gone.
+python-can's own implementation is not used: it reads one frame per call, waits ten seconds for an unreachable server,
+and does not detect a lost server.
 """
 
 import errno
@@ -21,34 +21,34 @@ EXAMPLE = "socketcand:192.168.1.20:29536/can0"
 
 _CHANNEL = re.compile(r"(?P<host>\[[0-9a-fA-F:.]+\]|[^\s:/\[\]]+):(?P<port>\d{1,5})/(?P<interface>[^\s/<>]+)")
 _CONNECT_S = 2.0
-_ANSWER_S = 1.0
+_RESPONSE_S = 1.0
 _SEND_S = 0.25
 _READ_BYTES = 65536
-_LONGEST = 200  # no message is that long
+_LONGEST = 200  # longer than any message
 
 
 def parse_channel(channel: str) -> tuple[str, int, str]:
-    """Host, TCP port and CAN interface of `HOST:PORT/CHANNEL`. Raises PortOpenFailed for anything else."""
+    """Host, TCP port and CAN interface of `HOST:PORT/CHANNEL`. Raises PortOpenFailed for other forms."""
     found = _CHANNEL.fullmatch(channel)
     if found is None or not 0 < int(found["port"]) < 65536:
         raise PortOpenFailed(
-            f"{channel!r} is not HOST:PORT/CHANNEL. Write, for example, {EXAMPLE}.",
+            f"{channel!r} is not HOST:PORT/CHANNEL. Example: {EXAMPLE}.",
             address=f"socketcand:{channel}",
-            cause="no_socketcand_address",
+            cause="socketcand_address_invalid",
         )
     return found["host"].strip("[]"), int(found["port"]), found["interface"]
 
 
 class SocketcandLink:
-    """A Link to one CAN interface of a socketcand server, in raw mode."""
+    """An AdapterLink to one CAN interface of a socketcand server, in raw mode."""
 
-    most = 8
+    max_batch = 8
 
     def __init__(self, channel: str, wanted: Callable[[], bool] = lambda: True) -> None:
         """Connect to `HOST:PORT/CHANNEL`, within about five seconds.
 
-        Raises PortOpenFailed for a channel of another form and where the server refuses, OSError when it cannot be
-        reached or does not answer.
+        Raises PortOpenFailed for an invalid channel or if the server refuses, and OSError if it is unreachable or does
+        not respond.
         """
         host, port, interface = parse_channel(channel)
         self._address = f"socketcand:{channel}"
@@ -66,7 +66,7 @@ class SocketcandLink:
             raise
 
     def receive(self, timeout_s: float, not_before: Instant) -> Received:
-        """All the server has sent by `not_before`. Raises OSError when it is gone."""
+        """Receive until `not_before`. Raises OSError if the connection is lost."""
         pause(not_before)
         got = Received()
         data = self._read(timeout_s)
@@ -82,7 +82,7 @@ class SocketcandLink:
         return got
 
     def transmit(self, frames: Sequence[Frame]) -> int:
-        """Send all of `frames`. Raises OSError when the server is gone or takes nothing for a quarter of a second."""
+        """Send all of `frames`. Raises OSError if the connection is lost or blocked for a quarter of a second."""
         text = "".join(
             f"< send {frame.id:08X} {len(frame.data)}{''.join(f' {byte:02X}' for byte in frame.data)} >"
             for frame in frames
@@ -94,20 +94,20 @@ class SocketcandLink:
         """Close the connection."""
         self._socket.close()
 
-    def _await(self, answer: bytes, wanted: Callable[[], bool]) -> None:
-        until = time.monotonic() + _ANSWER_S
+    def _await(self, response: bytes, wanted: Callable[[], bool]) -> None:
+        until = time.monotonic() + _RESPONSE_S
         while b">" not in self._rest:
             left = until - time.monotonic()
             if left <= 0 or not wanted():
-                raise TimeoutError(f"it does not say {answer.decode()}")
+                raise TimeoutError(f"no {response.decode()} received")
             self._rest += self._read(min(left, 0.1))
-        said, _, self._rest = self._rest.partition(b">")
-        if said.strip(b" <\r\n") != answer.strip(b" <>"):
-            text = (said + b">").decode("ascii", "replace").strip()
-            remedy = "Check that a socketcand server is there, and that it serves this CAN interface."
+        received, _, self._rest = self._rest.partition(b">")
+        if received.strip(b" <\r\n") != response.strip(b" <>"):
+            text = (received + b">").decode("ascii", "replace").strip()
+            remedy = "Check that a socketcand server is running there and serves this CAN interface."
             raise PortOpenFailed(
-                f"{self._address} cannot be opened: the server says {text[:_LONGEST]!r}. {remedy}",
-                address=self._address, remedy=remedy, cause="socketcand_refuses",
+                f"{self._address} cannot be opened: the server responded {text[:_LONGEST]!r}. {remedy}",
+                address=self._address, remedy=remedy, cause="socketcand_refused",
             )  # fmt: skip
 
     def _read(self, timeout_s: float) -> bytes:
@@ -120,7 +120,7 @@ class SocketcandLink:
         return data
 
     def _take(self, words: list[bytes], got: Received, at: Instant) -> None:
-        """One message: `frame ID SECONDS DATA`, its data in one piece or byte by byte; or `error CLASSES SECONDS`."""
+        """Parse one message: `frame ID SECONDS DATA`, with data as a whole or by byte, or `error CLASSES SECONDS`."""
         try:
             if words[0] == b"frame":
                 data = bytes.fromhex(b"".join(words[3:]).decode("ascii"))

@@ -1,1 +1,1 @@
-"""Recordings: writing, reading, playing, and the folders they are kept in."""
+"""Writing, reading and replaying logs and recordings, and the folders they are stored in."""

@@ -1,4 +1,4 @@
-"""BusLog: the log of a running bus, written without delaying it."""
+"""BusLog: log of a running bus, written without delaying it."""
 
 import asyncio
 import errno
@@ -25,21 +25,21 @@ from hornbill.wire.port import channel_name
 
 log = logging.getLogger(__name__)
 
-WAITING_MOST: Final = 50_000
-"""Frames kept for a slow disk: seven seconds of a full bus. What comes beyond is counted as dropped."""
+QUEUE_LIMIT: Final = 50_000
+"""Frames buffered for a slow disk: seven seconds of a saturated bus. Further frames are counted as dropped."""
 
 BATCH_S: Final = 0.1
-"""How long frames gather before they are written in one go."""
+"""How long frames are collected before they are written together."""
 
 LATE_S: Final = 0.05
-"""How long a frame received may be under way to us. What we send is here at once, and waits for those before it."""
+"""Maximum delivery delay of received frames. Sent frames are recorded at once and wait for earlier received ones."""
 
 CLOSE_S: Final = 5.0
-"""How long a disk may take to end a log; then it is left to itself."""
+"""Timeout for completing a log on a slow disk. Then it is abandoned."""
 
 
 class LogPhase(StrEnum):
-    """How a log stands."""
+    """State of a log."""
 
     IDLE = "idle"
     RUNNING = "running"
@@ -50,9 +50,10 @@ class LogPhase(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class LogStatus:
-    """The log that is written, or the last one. `started_at` in seconds since 1970 UTC, sizes in bytes.
+    """Status of the current or last log. `started_at` in seconds since 1970 UTC, sizes in bytes.
 
-    `frames` are those given to the disk, `dropped` those it was too slow for; `reason` says why it ended by itself.
+    `frames` is the number written, `dropped` the number lost because the disk was too slow, `reason` why the log ended
+    automatically.
     """
 
     phase: LogPhase = LogPhase.IDLE
@@ -67,10 +68,10 @@ class LogStatus:
 
 
 class BusLog:
-    """At most one log at a time. All methods are called on the event loop; a thread does the writing.
+    """At most one log at a time. All methods are called on the event loop; a thread writes.
 
-    The bus never waits for the disk: what the disk cannot take in time is dropped and counted. A log goes on
-    when the bus is lost and found again, and ends by itself when it is full or the disk fails.
+    The bus never waits for the disk: frames that cannot be written in time are dropped and counted. A log continues
+    when the bus is lost and reconnected, and ends automatically when it is full or the disk fails.
     """
 
     def __init__(
@@ -80,45 +81,45 @@ class BusLog:
         listen: Callable[[Callable[[Sequence[Frame], bool], None]], Callable[[], None]],
         address: Callable[[], str],
         utc: Callable[[Instant], float],
-        tell: Callable[[str, EventCode, str, Mapping[str, Param]], None],
+        publish: Callable[[str, EventCode, str, Mapping[str, Param]], None],
     ) -> None:
-        """`listen` makes a listener hear every frame until its answer is called; `address` is that of the bus now.
+        """`listen` subscribes to all frames and returns a function that unsubscribes. `address` is that of the bus.
 
-        `utc` turns the instant of a frame into seconds since 1970; `tell` gets level, code, sentence
-        and values of an event.
+        `utc` converts the time of a frame to seconds since 1970. `publish` receives level, code, sentence and values of
+        an event.
         """
         self.folder = folder
         self._listen = listen
         self._address = address
         self._utc = utc
-        self._tell = tell
+        self._publish = publish
         self._status = LogStatus()
-        self._thread: Executor = OwnThread("log")  # not one that a disk which hangs could keep the process with
+        self._thread: Executor = OwnThread("log")  # never joined, so that a hanging disk cannot block the exit
         self._waiting: deque[LoggedFrame] = deque()
-        self._stirred = asyncio.Event()
+        self._wake = asyncio.Event()
         self._ending = False
-        self._deaf: Callable[[], None] = lambda: None
+        self._unsubscribe: Callable[[], None] = lambda: None
         self._opening: asyncio.Future[LogWriter] | None = None
         self._writing: asyncio.Task[None] | None = None
 
     @property
     def status(self) -> LogStatus:
-        """How the log stands now."""
+        """Status of the log."""
         return self._status
 
     async def start(self, form: LogFormat, name: str | None, limit: int) -> LogStatus:
-        """Begin a log of at most `limit` bytes; `name` is without ending, the time of now unless given.
+        """Start a log of at most `limit` bytes. `name` is without extension and defaults to the current time.
 
-        Raises Busy while another is written, InvalidValue for a name that is none or is taken, and LogFailed.
+        Raises Busy while another log is running, InvalidValue for an invalid or existing name, and LogFailed.
         """
         if self._status.phase is LogPhase.RUNNING:
             raise Busy(
-                f"{self._status.name} is being written already. Stop it first.",
+                f"The log {self._status.name} is already running. Stop it first.",
                 cause="log_running",
                 name=self._status.name or "",
             )
         path = self.folder.new(log_name(form, name))
-        # before the file is made, so that nobody else begins one while the disk takes its time
+        # before the file is created, so that no other log starts while the disk is slow
         self._status = LogStatus(LogPhase.RUNNING, path.name, form, datetime.now(UTC).timestamp(), limit=limit)
         loop = asyncio.get_running_loop()
         try:
@@ -128,58 +129,58 @@ class BusLog:
             self._status = replace(self._status, phase=LogPhase.FAILED, reason=_why(error))
             raise
         self._waiting.clear()
-        self._stirred.clear()
+        self._wake.clear()
         self._ending = False
-        self._deaf = self._listen(self._hear)
+        self._unsubscribe = self._listen(self._receive)
         self._writing = loop.create_task(self._write(file))
-        self._tell("info", "log_started", f"Logging to {path.name}.", {"name": path.name})
+        self._publish("info", "log_started", f"Logging to {path.name}.", {"name": path.name})
         return self._status
 
     async def stop(self) -> LogStatus:
-        """End the log; what was heard until now is in it. Without one nothing happens."""
+        """End the log, including all frames received so far. No effect without a log."""
         if self._opening is not None and not self._opening.done():
-            await asyncio.wait({self._opening}, timeout=CLOSE_S)  # it was to begin just now: then it ends at once
+            await asyncio.wait({self._opening}, timeout=CLOSE_S)  # starting: it ends at once
         task = self._writing
         if task is not None and not task.done():
-            self._deaf()
+            self._unsubscribe()
             self._ending = True
-            self._stirred.set()
+            self._wake.set()
             await asyncio.wait({task}, timeout=CLOSE_S)
             if not task.done():
                 task.cancel()
-                text = f"The disk did not take the end of it within {CLOSE_S:g} s."
+                text = f"The disk did not complete it within {CLOSE_S:g} s."
                 self._end(LogPhase.FAILED, Note(text, "disk_slow", {"within_s": CLOSE_S}))
         return self._status
 
     async def delete(self, name: str) -> None:
-        """Remove a log. Raises Unknown(unknown_log), Busy for the one being written, LogFailed."""
+        """Remove a log. Raises Unknown(unknown_log), Busy for the running log, LogFailed."""
         if self._status.phase is LogPhase.RUNNING and self._status.name == name:
             raise Busy(
-                f"{name} is being written. Stop it first.",
+                f"The log {name} is running. Stop it first.",
                 cause="log_running",
                 name=name,
             )
         await asyncio.get_running_loop().run_in_executor(self._thread, self.folder.delete, name)
 
-    def _hear(self, frames: Sequence[Frame], sent: bool) -> None:
-        """On the way of every frame to whoever waits for it: keep it, and nothing else."""
+    def _receive(self, frames: Sequence[Frame], sent: bool) -> None:
+        """Queue frames. Called for every batch before its other receivers, so it must be fast."""
         channel = channel_name(self._address())
-        taken = frames[: WAITING_MOST - len(self._waiting)]
+        taken = frames[: QUEUE_LIMIT - len(self._waiting)]
         self._waiting.extend([LoggedFrame(frame, channel, sent) for frame in taken])
         if len(taken) < len(frames):
             self._status = replace(self._status, dropped=self._status.dropped + len(frames) - len(taken))
-        self._stirred.set()
+        self._wake.set()
 
     async def _write(self, file: LogWriter) -> None:
         loop = asyncio.get_running_loop()
         phase, reason = LogPhase.STOPPED, None
         try:
             while True:
-                await self._stirred.wait()
+                await self._wake.wait()
                 if not self._ending:
                     await asyncio.sleep(BATCH_S)
-                ending = self._ending  # then nothing is added any more
-                self._stirred.clear()
+                ending = self._ending  # no more frames are added then
+                self._wake.clear()
                 batch = self._take(inf if ending else loop.time())
                 room = await loop.run_in_executor(self._thread, self._write_batch, file, batch)
                 self._status = replace(self._status, frames=file.frames, size=file.size)
@@ -191,24 +192,24 @@ class BusLog:
                     break
             await loop.run_in_executor(self._thread, file.close)
         except asyncio.CancelledError:
-            self._thread.submit(_close_anyhow, file)  # it waits there until the disk lets go
+            self._thread.submit(_close_failed, file)  # it waits there for the disk
             raise
         except Exception as error:
             phase, reason = LogPhase.FAILED, _why(error)
-            await loop.run_in_executor(self._thread, _close_anyhow, file)
+            await loop.run_in_executor(self._thread, _close_failed, file)
         self._status = replace(self._status, frames=file.frames, size=file.size)
         self._end(phase, reason)
 
     def _take(self, now: Instant) -> list[LoggedFrame]:
-        """Every frame but the last few, in the order of their times, as readers of logs expect it."""
+        """All frames except the last few, in chronological order, as readers of logs expect."""
         waiting = sorted(self._waiting, key=_instant)
         self._waiting = deque(each for each in waiting if 0 <= now - _instant(each) < LATE_S)
         if self._waiting:
-            self._stirred.set()
+            self._wake.set()
         return [each for each in waiting if not 0 <= now - _instant(each) < LATE_S]
 
     def _write_batch(self, file: LogWriter, batch: Sequence[LoggedFrame]) -> bool:
-        """In the thread."""
+        """Write a batch. Runs in the thread."""
         utc = self._utc
         return file.write(
             logged._replace(frame=logged.frame._replace(at=round(utc(logged.frame.at), 6))) for logged in batch
@@ -217,7 +218,7 @@ class BusLog:
     def _end(self, phase: LogPhase, reason: Note | None) -> None:
         if self._status.phase is not LogPhase.RUNNING:
             return
-        self._deaf()
+        self._unsubscribe()
         self._waiting.clear()
         self._status = replace(self._status, phase=phase, reason=reason)
         name, dropped = self._status.name, self._status.dropped
@@ -227,22 +228,22 @@ class BusLog:
         match phase:
             case LogPhase.FULL:
                 params["limit_mb"] = self._status.limit / 1e6
-                text = f"The log {name} ended. {why}{lost} Begin another to go on."
-                self._tell("notice", "log_full", text, params)
+                text = f"The log {name} ended. {why}{lost} Start a new one to continue."
+                self._publish("notice", "log_full", text, params)
             case LogPhase.FAILED:
                 if reason is not None:
                     params |= {**reason.params, "why": reason.code}
-                text = f"The log {name} ended. {why}{lost} Everything else goes on."
-                self._tell("warning", "log_failed", text, params)
+                text = f"The log {name} ended. {why}{lost} Everything else continues."
+                self._publish("warning", "log_failed", text, params)
             case _:
                 params["frames"] = self._status.frames
-                self._tell(
+                self._publish(
                     "info", "log_stopped", f"The log {name} ended after {self._status.frames} frames.{lost}", params
                 )
 
 
 def log_name(form: LogFormat, name: str | None) -> str:
-    """The file name of a log; `name` is with or without its ending, the time of now (UTC) unless given."""
+    """File name of a log. `name` may include its extension and defaults to the current time (UTC)."""
     stem = f"{datetime.now(UTC):%Y-%m-%dT%H-%M-%SZ}" if name is None else name.strip().removesuffix(ENDINGS[form])
     return f"{stem}{ENDINGS[form]}"
 
@@ -255,16 +256,16 @@ def _why(error: BaseException) -> Note:
     if isinstance(error, HornbillError):
         return Note(error.detail, "problem", error.note_params)
     if not isinstance(error, OSError):
-        log.error("a log could not be written", exc_info=error)
+        log.error("log could not be written", exc_info=error)
         return Note(f"It could not be written: {error}.", "write_failed", {"error": str(error)})
     text = error.strerror or str(error)
     if error.errno == errno.ENOSPC:
-        return Note(f"{text}: make room on the disk of the data folder.", "disk_full")
+        return Note(f"{text}: free space on the disk of the data folder.", "disk_full")
     return Note(f"{text}.", "write_failed", {"error": text})
 
 
-def _close_anyhow(file: LogWriter) -> None:
+def _close_failed(file: LogWriter) -> None:
     try:
         file.close()
     except Exception as error:
-        log.debug("a log that failed did not close either: %s", error)
+        log.debug("failed log could not be closed: %s", error)

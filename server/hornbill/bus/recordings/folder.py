@@ -1,4 +1,4 @@
-"""FileFolder: a folder of logs or of recordings: their names, what is kept, and files on their way to it."""
+"""FileFolder: a folder of logs or recordings, with naming, retention limits and uploads."""
 
 import asyncio
 import errno
@@ -23,38 +23,38 @@ T = TypeVar("T")
 
 @dataclass(frozen=True, slots=True)
 class FileKind:
-    """A kind of recording: its word, the endings of its files, and its limits."""
+    """A kind of file: its name, file extensions and limits."""
 
     word: str
     endings: tuple[str, ...]
     longest_name: int
-    """Characters before the ending."""
+    """Maximum number of characters before the extension."""
     name_hint: str
     unknown: str
-    """Error code for a name that is not in the folder."""
+    """Error code for an unknown name."""
     most: int | None = None
-    """Files kept; None for all."""
+    """Maximum number of files retained. None for no limit."""
     most_bytes: int | None = None
-    """Bytes of all files kept; None for all."""
+    """Maximum total size of files retained, bytes. None for no limit."""
     largest: int = 100_000_000
-    """Bytes of a file that is brought."""
+    """Maximum size of an uploaded file, bytes."""
 
 
 LOGS: Final = FileKind(
     "log", tuple(ENDINGS.values()), 80,
-    "Give 1 to 80 letters, digits, dots, dashes and underscores, a letter or digit first.",
+    "Use 1 to 80 letters, digits, dots, dashes and underscores, starting with a letter or digit.",
     "unknown_log",
 )  # fmt: skip
 RECORDINGS: Final = FileKind(
     "recording", (".zip",), 100,
-    "Give up to 100 letters, digits, dots, dashes and underscores, a letter or digit first, and .zip at the end.",
+    "Use up to 100 letters, digits, dots, dashes and underscores, starting with a letter or digit, then .zip.",
     "unknown_recording", most=50, most_bytes=500_000_000,
 )  # fmt: skip
 
 
 @dataclass(frozen=True, slots=True)
 class StoredFile:
-    """A file of a folder: bytes, and when it was last written in seconds since 1970 UTC."""
+    """A stored file: its size in bytes, and the time of its last change in seconds since 1970 UTC."""
 
     path: Path
     size: int
@@ -67,15 +67,15 @@ class StoredFile:
 
     @classmethod
     def of(cls, path: Path) -> "StoredFile":
-        """The file as it is now. Raises OSError."""
+        """Current state of a file. Raises OSError."""
         status = path.stat()
         return cls(path, status.st_size, status.st_mtime)
 
 
 class FileFolder:
-    """The recordings of one kind in one data folder, which need not exist.
+    """Files of one kind in one data folder, which need not exist.
 
-    Plain methods touch the disk, if only for a moment; what takes longer is awaited and runs in a thread.
+    Plain methods access the disk briefly; longer operations are awaited and run in a thread.
     """
 
     def __init__(self, folder: Path, kind: FileKind) -> None:
@@ -84,7 +84,7 @@ class FileFolder:
         self._thread = OwnThread(kind.word)
 
     def all(self) -> list[StoredFile]:
-        """Every recording, the newest first."""
+        """All files, newest first."""
         try:
             files = [file for file in self.folder.iterdir() if file.suffix in self.kind.endings and file.is_file()]
             found = [StoredFile.of(file) for file in files]
@@ -93,31 +93,31 @@ class FileFolder:
         return sorted(found, key=lambda one: (one.modified_at, one.name), reverse=True)
 
     def path(self, name: str) -> Path:
-        """Where a recording is. Raises Unknown with the code of the kind."""
+        """Path of a file. Raises Unknown with the code of the kind."""
         path = self.folder / name
         if not self._is_name(name) or not path.is_file():
             kind = self.kind
             raise Unknown(
                 kind.unknown,
-                f"There is no {kind.word} {name[:90]!r}.",
+                f"{kind.word.capitalize()} {name[:90]!r} not found.",
                 cause="file_not_found",
                 name=name[:90],
             )
         return path
 
     def new(self, name: str) -> Path:
-        """Where a new recording goes. Raises InvalidValue for what cannot be a name, and for one that is taken."""
+        """Path of a new file. Raises InvalidValue for an invalid or existing name."""
         word, path = self.kind.word, self.folder / name
         if not self._is_name(name):
             raise InvalidValue(
-                f"{name[:90]!r} cannot be the name of a {word}. {self.kind.name_hint}",
+                f"{name[:90]!r} is not a valid {word} name. {self.kind.name_hint}",
                 requested=name[:200],
                 cause="file_name_invalid",
                 name=name[:90],
             )
         if _taken(path):
             raise InvalidValue(
-                f"There is a {word} {name} already. Give another name, or delete it.",
+                f"A {word} {name} exists already. Use another name, or delete it.",
                 requested=name,
                 cause="name_in_use",
                 name=name,
@@ -125,7 +125,7 @@ class FileFolder:
         return path
 
     def delete(self, name: str) -> None:
-        """Remove a recording. Raises Unknown as `path` does, LogFailed."""
+        """Delete a file. Raises Unknown as `path` does, and LogFailed."""
         path = self.path(name)
         try:
             path.unlink()
@@ -135,13 +135,13 @@ class FileFolder:
             ) from error
 
     def tidy(self) -> None:
-        """Delete what a process that was killed did not finish; call it once, before anything is written."""
+        """Delete incomplete files of a killed process. Call it once, before writing."""
         for ending in self.kind.endings:
             for part in self.folder.glob(f"*{ending}{_PART}"):
                 part.unlink(missing_ok=True)
 
     def prune(self) -> list[str]:
-        """Delete the oldest recordings beyond the limits, but never the newest; their names."""
+        """Delete the oldest files beyond the limits, but never the newest. Returns their names."""
         most, most_bytes = self.kind.most, self.kind.most_bytes
         dropped: list[str] = []
         total = 0
@@ -160,14 +160,14 @@ class FileFolder:
         return dropped
 
     async def begin(self, name: str) -> "PartFile":
-        """A new file called `name`, with a number behind it when that is taken. Raises LogFailed."""
+        """Create a file `name`, with a number appended if it exists. Raises LogFailed."""
         return await self.run(lambda: PartFile(self._free(name), self))
 
     async def adopt(self, name: str, content: AsyncIterable[bytes], accept: Callable[[Path], object]) -> list[str]:
-        """Keep a recording that somebody sends; names of those dropped for it.
+        """Store an uploaded file. Returns the names of files deleted to stay within the limits.
 
-        `accept` raises in a thread for a file that is none. Raises InvalidValue as `new` does, OutOfRange for a
-        file larger than the kind allows, and LogFailed; then nothing is kept.
+        `accept` runs in a thread and raises for an invalid file. Raises InvalidValue as `new` does, OutOfRange for a
+        file above the size limit, and LogFailed; then nothing is stored.
         """
         path = self.new(name)
         file = await self.run(lambda: PartFile(path, self))
@@ -178,7 +178,7 @@ class FileFolder:
                 if size > largest:
                     raise OutOfRange(
                         f"The file is larger than {largest // 1_000_000} MB. "
-                        f"Give a {self.kind.word} of a shorter time.",
+                        f"Import a shorter {self.kind.word}.",
                         maximum=largest, unit="B", requested=size,
                         cause="upload_too_large", limit_mb=largest // 1000000,
                     )  # fmt: skip
@@ -195,18 +195,18 @@ class FileFolder:
             raise
 
     async def run(self, work: Callable[[], T]) -> T:
-        """Run in a thread. Raises LogFailed in place of OSError, with the remedy."""
+        """Run in a thread. Raises LogFailed with a remedy instead of OSError."""
         try:
             return await asyncio.get_running_loop().run_in_executor(self._thread, work)
         except OSError as error:
-            remedy = " Make room on the disk of the data folder." if error.errno == errno.ENOSPC else ""
+            remedy = " Free space on the disk of the data folder." if error.errno == errno.ENOSPC else ""
             why = error.strerror or str(error)
             raise LogFailed(
                 f"The {self.kind.word} cannot be written: {why}.{remedy}", cause="file_not_written", error=why
             ) from error
 
     def _is_name(self, name: str) -> bool:
-        """Whether a recording may be called so: no folder, no odd sign."""
+        """Whether a file name is valid: no folders or special characters."""
         stem = next((name.removesuffix(ending) for ending in self.kind.endings if name.endswith(ending)), "")
         return len(stem) <= self.kind.longest_name and _STEM.fullmatch(stem) is not None
 
@@ -218,7 +218,7 @@ class FileFolder:
 
 
 class PartFile:
-    """A new file of a folder, written aside; it has its name once it is finished. It blocks: for a thread."""
+    """A new file, written under a temporary name until complete. Blocks: use it in a thread."""
 
     def __init__(self, path: Path, folder: FileFolder) -> None:
         """Raises OSError."""
@@ -229,13 +229,13 @@ class PartFile:
         self.content: IO[bytes] = self.part.open("xb")
 
     def finish(self) -> tuple[int, list[str]]:
-        """Give it its name. Its bytes, and the names of recordings dropped for it. Raises OSError."""
+        """Complete the file. Returns its size and the names of files deleted for it. Raises OSError."""
         self.content.close()
         self.part.rename(self.path)
         return self.path.stat().st_size, self._folder.prune()
 
     def discard(self) -> None:
-        """Leave nothing behind. Never raises."""
+        """Delete the incomplete file. Never raises."""
         try:
             self.content.close()
         except OSError as error:  # the disk may be what failed

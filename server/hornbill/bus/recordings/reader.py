@@ -1,7 +1,7 @@
-"""Recording: the frames of a candump, ASC, BLF or CSV file, read one at a time, from a file or a live pipe.
+"""LogReader: reads frames of a candump, ASC, BLF or CSV log one at a time, from a file or a live pipe.
 
-candump's form is read without python-can's reader: that one takes most error frames for data, and ends at the first
-line that was cut short.
+The candump format is read without python-can's reader, which treats most error frames as data and ends at the first
+truncated line.
 """
 
 import io
@@ -19,7 +19,7 @@ from hornbill.domain.recording import About
 from hornbill.errors import LogFailed
 from hornbill.wire.frame import Frame, LoggedFrame
 
-_BEGINNINGS: Final = {
+_SIGNATURES: Final = {
     b"(": LogFormat.CANDUMP,
     b"LOGG": LogFormat.BLF,
     b"date": LogFormat.ASC,
@@ -37,7 +37,7 @@ _LAST_IDENTIFIER: Final = 0x1FFF_FFFF
 
 @dataclass(slots=True)
 class LogCounters:
-    """What was read so far. `ignored` are standard, remote and FD frames, `unreadable` lines that are no frame."""
+    """Counters of a log. `ignored` are standard, remote and FD frames, `unreadable` lines that contain no frame."""
 
     frames: int = 0
     ignored: int = 0
@@ -46,72 +46,72 @@ class LogCounters:
 
 
 class LogReader:
-    """An iterable of LoggedFrame in the order of the file; only what is being looked at is in memory.
+    """An iterable of LoggedFrame in file order, with only the current one in memory.
 
-    Which of the four forms it has is seen from its first bytes, so that the name does not matter.
+    The format is detected from the first bytes, so the file name does not matter.
     """
 
     def __init__(self, file: io.BufferedReader, name: str) -> None:
-        """`file` is this object's from now on, `name` is what to call it. Raises LogFailed when it is no log."""
+        """Takes ownership of `file`. `name` is for messages. Raises LogFailed if it is not a log."""
         self.name = name
         self.counters = LogCounters()
         self.about: About | None = None
-        """What it is of; None for a plain log."""
+        """Contents of a recording. None for a plain log."""
         self._file = file
         try:
             beginning = file.peek(16).removeprefix(b"\xef\xbb\xbf").lstrip().lower()
         except OSError as error:
             file.close()
             raise LogFailed(f"{name} cannot be read: {error.strerror}.", cause="file_unreadable", name=name) from error
-        form = next((form for start, form in _BEGINNINGS.items() if beginning.startswith(start.lower())), None)
+        form = next((form for start, form in _SIGNATURES.items() if beginning.startswith(start.lower())), None)
         if form is None and beginning:
             file.close()
             raise LogFailed(
-                f"{name} is no log of frames that is known here. Give what candump -l or candump -L wrote, an ASC or a "
-                "BLF file, or a CSV file of hornbill or python-can.",
+                f"{name} is not a supported log. Use a file of candump -l or candump -L, an ASC or BLF file, or a CSV "
+                "file of hornbill or python-can.",
                 cause="log_format_unknown",
                 name=name,
             )
-        self.form = form or LogFormat.CANDUMP  # of an empty file or a pipe that ended, all are the same
-        self._text = io.TextIOWrapper(file, "utf-8-sig", errors="replace")  # nothing is read before it is asked to
+        self.form = form or LogFormat.CANDUMP  # for an empty file or closed pipe the format does not matter
+        self._text = io.TextIOWrapper(file, "utf-8-sig", errors="replace")  # does not read anything yet
 
     @classmethod
     def open(cls, path: Path) -> "LogReader":
-        """The recording in a file. Raises LogFailed with the reason and the remedy."""
+        """Open a log file. Raises LogFailed with the cause and the remedy."""
         try:
             file = path.open("rb")
         except OSError as error:
             raise LogFailed(
-                f"{path} cannot be read: {error.strerror}. Check its name and your permission.",
+                f"{path} cannot be read: {error.strerror}. Check its name and permissions.",
                 cause="file_unreadable",
                 name=str(path),
             ) from error
         except ValueError as error:
             raise LogFailed(
-                f"{str(path)!r} is no name of a file: {error}.", cause="file_name_invalid", name=str(path)[:90]
+                f"{str(path)!r} is not a valid file name: {error}.", cause="file_name_invalid", name=str(path)[:90]
             ) from error
         return cls(file, str(path))
 
     def __iter__(self) -> Iterator[LoggedFrame]:
-        """To be walked through once. Raises LogFailed when the disk fails, or a BLF file is damaged."""
+        """Iterate once. Raises LogFailed if the disk fails or a BLF file is damaged."""
         found = self._candump() if self.form is LogFormat.CANDUMP else self._through_python_can()
         try:
             yield from found
         except OSError as error:
             raise LogFailed(
-                f"{self.name} cannot be read on: {error.strerror or error}.", cause="file_unreadable", name=self.name
+                f"Reading {self.name} failed: {error.strerror or error}.", cause="file_unreadable", name=self.name
             ) from error
         except Exception as error:
             read = self.counters.frames
             raise LogFailed(
-                f"{self.name} is damaged: nothing can be read after {read} frames.",
+                f"{self.name} is damaged and cannot be read beyond {read} frames.",
                 cause="log_damaged",
                 name=self.name,
                 frames=read,
             ) from error
 
     def close(self) -> None:
-        """Close the file. Twice is harmless."""
+        """Close the file. Idempotent."""
         self._text.close()
 
     def _candump(self) -> Iterator[LoggedFrame]:
@@ -122,7 +122,7 @@ class LogReader:
             if found is None:
                 counters.unreadable += bool(line.strip())
                 continue
-            stamp, channel, can_id, hexadecimal, way = found.groups()
+            stamp, channel, can_id, hexadecimal, direction = found.groups()
             number = int(can_id, 16)
             if len(can_id) == 8 and number & _ERROR_FLAG:
                 counters.error_frames += 1
@@ -132,7 +132,7 @@ class LogReader:
                 counters.unreadable += 1
             else:
                 counters.frames += 1
-                yield LoggedFrame(Frame(number, data, float(stamp)), channel, way in ("T", "t"))
+                yield LoggedFrame(Frame(number, data, float(stamp)), channel, direction in ("T", "t"))
 
     def _through_python_can(self) -> Iterator[LoggedFrame]:
         counters = self.counters
@@ -153,29 +153,29 @@ class LogReader:
                 yield LoggedFrame(frame, str(message.channel), not message.is_rx)
 
     def _messages(self) -> Iterator[can.Message]:
-        """What python-can's reader finds; in a text, a line it chokes on is counted and the next one is read."""
+        """Messages from python-can's reader. In text formats, lines it fails to parse are counted and skipped."""
         if self.form is LogFormat.BLF:
             yield from can.BLFReader(self._file)
             return
         lines = _Lines(self._text)
-        text = cast(Any, lines)  # all the readers do is iterate and close
+        text = cast(Any, lines)  # the readers only iterate and close
         reader = can.CSVReader(text) if self.form is LogFormat.CSV else can.ASCReader(text, relative_timestamp=False)
         while not lines.ended:
             try:
                 yield from reader
             except OSError:
                 raise
-            except Exception:  # whatever its parsing met
+            except Exception:  # any parsing error
                 if isinstance(reader, can.ASCReader) and not reader.relative_timestamp and not self.counters.frames:
-                    reader.relative_timestamp = True  # a date it cannot read: times count from the start
+                    reader.relative_timestamp = True  # unreadable date: times are relative to the start
                     continue
                 self.counters.unreadable += 1
-                # a reader begins with the header, which is past
+                # a reader expects the header, which was read already
                 lines.next = "timestamp\n" if self.form is LogFormat.CSV else "no internal events logged\n"
 
 
 class _Lines:
-    """The lines of a text, one of which may be put in front of what is still to come."""
+    """The lines of a text, with one line that can be inserted next."""
 
     def __init__(self, text: io.TextIOWrapper) -> None:
         self.ended = False
@@ -199,7 +199,7 @@ class _Lines:
 
 
 def _bytes(hexadecimal: str) -> bytes | None:
-    """Up to eight bytes; None for what is not."""
+    """Parse up to eight bytes. None if invalid."""
     try:
         data = bytes.fromhex(hexadecimal)
     except ValueError:

@@ -1,4 +1,4 @@
-"""ReplayPort: a recording as a bus, played with its own time spacing; nothing can be sent on it."""
+"""ReplayPort: replays a log or recording as a receive-only bus, with its original timing."""
 
 import asyncio
 import itertools
@@ -21,19 +21,19 @@ log = logging.getLogger(__name__)
 
 SLOWEST: Final = 0.01
 FASTEST: Final = 1000.0
-"""Bounds of `speed`: beyond them nobody sees anything move, or the event loop does nothing else."""
+"""Limits of `speed`. Slower, nothing seems to move; faster, the event loop is saturated."""
 
 OPEN_S: Final = 8.0
-"""How long a file may take to show its first frame, and CLOSE_S to end a reading; then it is left to itself."""
+"""Timeout for reading the first frame, and CLOSE_S for completing a read. Then the file is abandoned."""
 CLOSE_S: Final = 3.0
 
 _BATCH: Final = 512
-_TURN_S: Final = 0.001  # no event loop's timer is finer
+_TURN_S: Final = 0.001  # the resolution of event loop timers
 _SPEED: Final = "?speed="
 
 
 def parse(address: str) -> tuple[Path, float]:
-    """File and speed of `file:PATH[?speed=S]`, or of `recording:`; S is 0.01 to 1000 times as fast.
+    """Path and speed factor of `file:PATH[?speed=S]` or `recording:PATH[?speed=S]`. S is 0.01 to 1000.
 
     Raises PortOpenFailed.
     """
@@ -46,14 +46,14 @@ def parse(address: str) -> tuple[Path, float]:
         speed = math.nan
     if not SLOWEST <= speed <= FASTEST:
         raise PortOpenFailed(
-            f"{factor!r} is no speed. Give {SLOWEST:g} to {FASTEST:g}.",
+            f"{factor!r} is not a valid speed. Enter {SLOWEST:g} to {FASTEST:g}.",
             address=address,
             cause="playback_speed_invalid",
             requested=factor,
         )
     if not name.strip():
         raise PortOpenFailed(
-            f"{address!r} names no file. Write file:PATH, for example file:can0.log.",
+            f"{address!r} has no file name. Enter file:PATH, for example file:can0.log.",
             address=address,
             cause="file_name_missing",
         )
@@ -61,36 +61,36 @@ def parse(address: str) -> tuple[Path, float]:
 
 
 async def open_replay(address: str, *, bitrate: int = 1_000_000, folder: Path | None = None) -> "ReplayPort":
-    """The recording `file:PATH[?speed=S]` as a port, which begins to play when it is first listened to.
+    """Open the log `file:PATH[?speed=S]` as a port. Replay starts with the first call of `listen`.
 
-    Of `recording:PATH[?speed=S]` the frames are played, and the port says what the recording is `about`.
-    A name without a folder that is not in the working directory is looked for in `folder` too. `bitrate` only says
-    how much of the bus each frame took. Raises PortOpenFailed; facts: address.
+    With `recording:PATH[?speed=S]`, the port also has the contents of the recording in `about`. A name without a folder
+    is searched in the working directory, then in `folder`. `bitrate` is used only to compute the bus load. Raises
+    PortOpenFailed; facts: address.
     """
     path, speed = parse(address)
     if bitrate <= 0:
         raise PortOpenFailed(
-            f"{bitrate} bit/s is no bit rate. The servos are delivered with 1000000.",
+            f"{bitrate} bit/s is not a valid bit rate. The factory setting of the servos is 1000000.",
             address=address,
             cause="bit_rate_unsupported",
             bitrate=bitrate,
         )
     reading = asyncio.get_running_loop().run_in_executor(
-        OwnThread("replay"), _begin, path, folder, address.startswith(RECORDING_SCHEME)
+        OwnThread("replay"), _open, path, folder, address.startswith(RECORDING_SCHEME)
     )
     try:
         async with asyncio.timeout(OPEN_S):
             recording, frames, first = await asyncio.shield(reading)
     except LogFailed as error:
         raise PortOpenFailed(
-            f"{address} cannot be played: {error.detail}", address=address, cause="not_playable", why=error.detail
+            f"{address} cannot be replayed: {error.detail}", address=address, cause="not_playable", why=error.detail
         ) from error
     except (TimeoutError, asyncio.CancelledError) as error:
         reading.add_done_callback(_close)
         if isinstance(error, asyncio.CancelledError):
             raise
         raise PortOpenFailed(
-            f"{address} cannot be played: no frame was found in it within {OPEN_S:g} s. Check the file and its disk.",
+            f"{address} cannot be replayed: no frame was found within {OPEN_S:g} s. Check the file and its disk.",
             address=address,
             cause="frames_timeout",
             within_s=OPEN_S,
@@ -98,7 +98,7 @@ async def open_replay(address: str, *, bitrate: int = 1_000_000, folder: Path | 
     if not first:
         recording.close()
         raise PortOpenFailed(
-            f"There is no frame of a CAN bus with 29-bit identifiers in {recording.name}.",
+            f"{recording.name} contains no CAN frames with 29-bit identifiers.",
             address=address,
             cause="frames_missing",
             name=recording.name,
@@ -107,10 +107,9 @@ async def open_replay(address: str, *, bitrate: int = 1_000_000, folder: Path | 
 
 
 class ReplayPort:
-    """A CanPort that delivers the frames of a recording on the event loop's clock, then stays, and is silent.
+    """A CanPort that delivers the frames of a log or recording on the event loop's clock. It stays open afterwards.
 
-    Sending is refused, so that nobody waits for an answer: one in the recording, to a question of then, would
-    otherwise be taken for it.
+    Sending is refused: otherwise a recorded response could be matched to a new request.
     """
 
     def __init__(
@@ -123,18 +122,18 @@ class ReplayPort:
         bitrate: int,
         speed: float,
     ) -> None:
-        """`first` was taken from `frames` already. Made by `open_replay`."""
+        """`first` was taken from `frames` already. Created by `open_replay`."""
         self.address = address
         self.bitrate = bitrate
         self.statistics = PortStatistics()
         self.refused = 0
-        """Frames somebody wanted to send."""
+        """Number of frames that were refused."""
         self.sample_point: float | None = None
         self.trouble: PortError | None = None
         self.retry_in_s: float | None = None
         self.details = PLAIN
         self.about = recording.about
-        """What a recording is of; None for a plain log."""
+        """Contents of a recording. None for a plain log."""
         self._recording = recording
         self._frames = frames
         self._batch = first
@@ -146,48 +145,47 @@ class ReplayPort:
 
     @property
     def state(self) -> PortState:
-        """Active until it is closed; lost when the file can no longer be read."""
+        """ACTIVE until closed, LOST if reading the file fails."""
         return self._state
 
     @property
     def ended(self) -> bool:
-        """Whether every frame was played."""
+        """Whether all frames were replayed."""
         return self._playing is not None and self._playing.done()
 
     def listen(self, sink: FrameSink) -> None:
-        """Deliver frames to `sink`; the first call starts the recording."""
+        """Deliver frames to `sink`. The first call starts the replay."""
         self._sink = sink
         if self._playing is None:
             self._playing = asyncio.get_running_loop().create_task(self._play())
 
     def send(self, frames: Sequence[Frame]) -> None:
-        """Raises BusReadOnly, and BusDisconnected once it is closed; ValueError for an impossible frame."""
+        """Raises BusReadOnly, BusDisconnected once closed, and ValueError for an invalid frame."""
         if self._state is not PortState.ACTIVE:
             raise BusDisconnected(
-                f"{self.address} is not played any more. Connect a bus again.",
+                f"The replay of {self.address} has stopped. Connect a bus again.",
                 cause="playback_stopped",
                 address=self.address,
             )
         check(frames)
         self.refused += len(frames)
         raise BusReadOnly(
-            f"{self.address} is a recording: nothing can be read from it or written to it, and nothing moves. "
-            "Connect an adapter for that.",
+            f"{self.address} is a recording and read-only: no requests, writes or motion. Connect an adapter for that.",
             cause="address_is_recording",
             address=self.address,
         )
 
     async def close(self) -> None:
-        """Stop playing and close the file."""
+        """Stop the replay and close the file."""
         self._state = PortState.DISCONNECTED
         self._sink = None
         if self._playing is not None:
             self._playing.cancel()
             await asyncio.gather(self._playing, return_exceptions=True)
         if self._reading is not None:
-            await asyncio.wait({self._reading}, timeout=CLOSE_S)  # the file must not be closed under it
+            await asyncio.wait({self._reading}, timeout=CLOSE_S)  # the file must not be closed while being read
             if not self._reading.done():
-                log.warning("%s is still being read, and left to itself", self.address)
+                log.warning("%s is still being read and is abandoned", self.address)
                 self._reading.add_done_callback(lambda _done: self._recording.close())
                 return
         self._recording.close()
@@ -200,7 +198,7 @@ class ReplayPort:
             while self._batch:
                 burst: list[Frame] = []
                 for logged in self._batch:
-                    # a recording put together of two may step back: then there is no pause
+                    # times of a combined log may step back: then there is no pause
                     latest = max(latest, start + (logged.frame.at - origin) / self._speed)
                     if latest - loop.time() > _TURN_S:
                         self._deliver(burst)
@@ -210,13 +208,13 @@ class ReplayPort:
                 self._deliver(burst)
                 self._reading = loop.run_in_executor(OwnThread("replay"), _take, self._frames)
                 self._batch = await asyncio.shield(self._reading)
-            text = "The recording is over: nothing comes any more. Play it again, or connect a bus."
+            text = "The replay has ended. Replay it again, or connect a bus."
             self.trouble = PortError(text, cause="playback_ended", address=self.address)
         except LogFailed as error:
             self._state, self.trouble = PortState.LOST, PortError(error.detail, **{"cause": None, **error.facts})
         except Exception:
-            log.exception("%s cannot be played on", self.address)
-            text = f"{self.address} cannot be played on. Connect it again."
+            log.exception("replay of %s failed", self.address)
+            text = f"The replay of {self.address} failed. Connect it again."
             self._state, self.trouble = PortState.LOST, PortError(text, cause="replay_failed", address=self.address)
         self._count()
 
@@ -225,36 +223,34 @@ class ReplayPort:
         if not frames:
             return
         self.statistics.rx_frames += len(frames)
-        self.statistics.busy_s += sum(map(frame_bits, frames)) / self.bitrate / self._speed  # the load of then
+        self.statistics.busy_s += sum(map(frame_bits, frames)) / self.bitrate / self._speed  # the original load
         if self._sink is not None:
             self._sink(frames)
 
     def _count(self) -> None:
-        """What the recording holds besides frames; it is read a little ahead."""
+        """Update the counters from the log, which is read slightly ahead."""
         read, seen = self._recording.counters, self.statistics
         seen.ignored = read.ignored
         seen.error_frames = read.error_frames
         seen.errors = read.error_frames + read.unreadable
 
 
-_Begun: TypeAlias = tuple[LogReader, Iterator[LoggedFrame], list[LoggedFrame]]
+_Opened: TypeAlias = tuple[LogReader, Iterator[LoggedFrame], list[LoggedFrame]]
 
 
-def _begin(path: Path, folder: Path | None, recorded: bool) -> _Begun:
-    """The recording and its first frames, in a thread. Raises LogFailed."""
+def _open(path: Path, folder: Path | None, recorded: bool) -> _Opened:
+    """Open the log and read its first frames. Runs in a thread. Raises LogFailed."""
     try:
         if folder is not None and path.name == str(path) and not path.exists():
             path = folder / path
-        # opening a pipe would wait for whoever writes to it, and a device may have no end
+        # opening a pipe would wait for its writer, and a device may be endless
         odd = path.exists() and not (path.is_file() or path.is_dir())
     except OSError as error:
         raise LogFailed(
-            f"{str(path)[:90]!r} is no name of a file.", cause="file_name_invalid", name=str(path)[:90]
+            f"{str(path)[:90]!r} is not a valid file name.", cause="file_name_invalid", name=str(path)[:90]
         ) from error
     if odd:
-        raise LogFailed(
-            f"{path} is no file. Give one that a log was written to.", cause="file_unreadable", name=str(path)
-        )
+        raise LogFailed(f"{path} is not a regular file. Use a log file.", cause="file_unreadable", name=str(path))
     recording = _recording(path) if recorded else LogReader.open(path)
     try:
         frames = iter(recording)
@@ -269,12 +265,12 @@ def _recording(path: Path) -> LogReader:
         return recording.frames()
 
 
-def _close(done: "asyncio.Future[_Begun]") -> None:
-    """Close what was opened too late."""
+def _close(done: "asyncio.Future[_Opened]") -> None:
+    """Close a log opened after the timeout."""
     if not done.cancelled() and done.exception() is None:
         done.result()[0].close()
 
 
 def _take(frames: Iterator[LoggedFrame]) -> list[LoggedFrame]:
-    """The next few, in a thread. Raises LogFailed."""
+    """The next frames. Runs in a thread. Raises LogFailed."""
     return list(itertools.islice(frames, _BATCH))

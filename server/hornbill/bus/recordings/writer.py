@@ -1,4 +1,4 @@
-"""LogWriter: a log of frames being written, as candump, ASC, BLF or CSV, through python-can's writers."""
+"""LogWriter: writes a log in candump, ASC, BLF or CSV format with python-can's writers."""
 
 import io
 from collections.abc import Iterable
@@ -15,7 +15,7 @@ from hornbill.wire.frame import LoggedFrame
 
 
 class LogFormat(StrEnum):
-    """The four forms of a recording."""
+    """Formats of a log."""
 
     CANDUMP = "candump"
     ASC = "asc"
@@ -26,21 +26,21 @@ class LogFormat(StrEnum):
 ENDINGS: Final = {LogFormat.CANDUMP: ".log", LogFormat.ASC: ".asc", LogFormat.BLF: ".blf", LogFormat.CSV: ".csv"}
 
 _LONGEST: Final = 160
-"""Bytes that one more frame, and closing the file, take at most in any form."""
+"""Maximum number of bytes for another frame and closing the file, in any format."""
 
 
 _CANDUMP: Final = "(%f) %s %08X#%s %s\n"
 
 
 class LogWriter:
-    """A new file that takes frames until it is full or closed. It blocks on the disk: not for the event loop.
+    """A new log file, until full or closed. Blocks on the disk, so do not use it on the event loop.
 
-    `size` is in bytes and never grows above the limit; what BLF has not packed yet counts as it is. Times are
-    UTC, but ASC says when it begins in local time, as the form has it. CSV cannot tell sent from received.
+    `size` is in bytes and never exceeds the limit; data not yet compressed by BLF counts uncompressed. Times are UTC,
+    except that ASC has its start in local time. CSV does not distinguish sent from received frames.
     """
 
     def __init__(self, path: Path, form: LogFormat, limit: int) -> None:
-        """Raises LogFailed when the file exists already or cannot be made. `limit` is in bytes."""
+        """Raises LogFailed if the file exists or cannot be created. `limit` is in bytes."""
         self.frames = 0
         self._path = path
         self._limit = limit
@@ -57,13 +57,13 @@ class LogWriter:
 
     @property
     def size(self) -> int:
-        """Bytes so far; of a closed file, what it takes on the disk."""
+        """Bytes written so far. For a closed file, its size on disk."""
         if self._closed_size is not None:
             return self._closed_size
         return self._writer.file_size() if self._text is None else self._text.size
 
     def write(self, batch: Iterable[LoggedFrame]) -> bool:
-        """Write frames, and let the disk have them; false as soon as one has no room. Raises OSError."""
+        """Write and flush frames. False as soon as one exceeds the limit. Raises OSError."""
         for logged in batch:
             if self.size + _LONGEST > self._limit:
                 return False
@@ -76,7 +76,7 @@ class LogWriter:
         return True
 
     def close(self) -> None:
-        """Finish the file. Raises OSError; the file is closed all the same."""
+        """Complete and close the file. Raises OSError, but closes it anyway."""
         before = self.size
         try:
             self._writer.stop()
@@ -87,9 +87,9 @@ class LogWriter:
 
 
 def candump(frames: Iterable[LoggedFrame]) -> str:
-    """Frames as lines of `candump -l`, the last word T for those we sent; times in seconds since 1970 UTC.
+    """Frames as lines of `candump -l`, ending with T for sent frames. Times in seconds since 1970 UTC.
 
-    The lines are those of python-can's writer, which takes three times as long, while the event loop waits.
+    Same output as python-can's writer, which takes three times as long and would block the event loop.
     """
     words = [
         word
@@ -105,7 +105,7 @@ def _interface(channel: str) -> str:
 
 
 class _CountedText(io.TextIOWrapper):
-    """A text file that knows how many bytes were written to it; asking the disk each time would be slow."""
+    """A text file that counts the bytes written, because querying the disk each time would be slow."""
 
     def __init__(self, file: io.BufferedWriter) -> None:
         super().__init__(file, encoding="ascii", errors="replace", newline="\n")
@@ -143,9 +143,9 @@ def _writer(
 
 
 def _begin_asc(writer: can.ASCWriter, first: float) -> None:
-    """The line that says when the recording begins: a whole second before the first frame.
+    """Write the start time: a whole second before the first frame.
 
-    python-can would write 7 ms as `.7`, which readers, its own included, take for 700.
+    python-can would write 7 ms as `.7`, which readers, including its own, interpret as 700 ms.
     """
     writer.started = writer.last_timestamp = float(int(first) - 1)
     begin = datetime.fromtimestamp(writer.started)  # noqa: DTZ006 - local time, as ASC has it
