@@ -1,1 +1,1 @@
-"""Measured motion: step tests and the numbers made of them."""
+"""Measured motion: step tests and their metrics."""

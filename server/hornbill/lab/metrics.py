@@ -1,7 +1,7 @@
-"""The numbers of a step response: delay, rise, overshoot, settling, hunting. Pure; the definitions never change.
+"""Metrics of a step response: delay, rise, overshoot, settling, hunting. Pure functions; definitions never change.
 
-Angles in degrees, times in seconds from the command. Every time is true to within one sample of the trace: a crossing
-is placed on the straight line between the two samples around it, and the true one may be anywhere between them.
+Angles in degrees, times in seconds from the command. Times are accurate to one sample of the trace: a crossing is
+interpolated linearly between the two samples around it, and the true one may be anywhere between them.
 """
 
 from collections.abc import Sequence
@@ -14,23 +14,23 @@ from hornbill.domain.step_test import StepMetrics
 
 DELAY_AT: Final = 0.05
 RISE_FROM, RISE_TO = 0.10, 0.90
-"""Shares of the step: the delay ends at the first, the rise goes from the second to the third."""
+"""Shares of the step: the delay ends at the first; the rise time is from the second to the third."""
 
 DWELL_S: Final = 0.2
-"""How long the angle has to stay within the band before it counts as settled."""
+"""How long the angle must stay within the band to count as settled, s."""
 
 HUNTING_HZ: Final = 1.0
-"""Full swings a second, outside a quarter of the band, from which a horn is said to hunt."""
+"""Minimum frequency of hunting: full swings outside a quarter of the band."""
 
 CYCLE: Final = 3
-"""Changes of sign that a horn which never settled needs to hunt: a full swing, so that a single one proves nothing."""
+"""Sign changes required for hunting without settling: more than a single swing."""
 
 LASTING: Final = 0.7
-"""Share of a swing that must be left in the second half of the time looked at, or it dies away."""
+"""Share of the amplitude that must remain in the second half of the time. Otherwise the oscillation decays."""
 
 FASTEST_HZ: Final = 50.0
-"""No horn is taken to swing faster. With fewer than two samples in such a swing a faster one would look like a slower
-one, so no frequency is told."""
+"""Maximum frequency of a horn. With fewer than two samples per period of it, aliasing is possible and no frequency is
+reported."""
 
 Hunting = Literal["none", "slight", "hunting"]
 
@@ -38,18 +38,18 @@ Hunting = Literal["none", "slight", "hunting"]
 def of_step(
     t: Sequence[float], angle_deg: Sequence[float], from_deg: float, to_deg: float, *, band_deg: float
 ) -> StepMetrics:
-    """The numbers of one step from `from_deg` to `to_deg`, of samples in order from the command (t = 0) on.
+    """Metrics of one step from `from_deg` to `to_deg`, from samples in order, starting with the command (t = 0).
 
-    Raises ValueError without a step, with fewer than two samples, or when the times do not increase.
+    Raises ValueError without a step, with fewer than two samples, or if the times do not increase.
     """
     step = to_deg - from_deg
     times, angles = np.asarray(t, dtype=float), np.asarray(angle_deg, dtype=float)
     if step == 0 or len(times) < 2 or len(times) != len(angles):
-        raise ValueError("a step response needs a step and at least two samples of it")
+        raise ValueError("a step response needs a step and at least two samples")
     gaps = np.diff(times)
     if not (gaps > 0).all():
         raise ValueError("the times of a step response must increase")
-    share = (angles - from_deg) / step  # 0 at the start, 1 at the target, whichever way it goes
+    share = (angles - from_deg) / step  # 0 at the start, 1 at the target, in either direction
     farthest = float(share.max())
     settled = _settled(times, angles - to_deg, band_deg)
     crossing = _crossing(times, share, 1.0)
@@ -73,7 +73,7 @@ def of_step(
 
 
 def _crossing(times: np.ndarray, share: np.ndarray, level: float) -> float | None:
-    """When the share first reaches a level, on the line between the samples around it."""
+    """Time at which the share first reaches a level, interpolated linearly."""
     reached = np.flatnonzero(share >= level)
     if not len(reached):
         return None
@@ -85,7 +85,7 @@ def _crossing(times: np.ndarray, share: np.ndarray, level: float) -> float | Non
 
 
 def _settled(times: np.ndarray, error: np.ndarray, band_deg: float) -> int | None:
-    """The first sample from which the angle stays within the band to the end, which must be a dwell away."""
+    """First sample from which the angle stays within the band to the end, for at least DWELL_S. None if not settled."""
     outside = np.flatnonzero(np.abs(error) > band_deg)
     first = int(outside[-1]) + 1 if len(outside) else 0
     if first >= len(times) or times[-1] - times[first] < DWELL_S:
@@ -101,7 +101,7 @@ def _mean_over_dwell(times: np.ndarray, error: np.ndarray, settled: int | None) 
 
 
 def _tail(times: np.ndarray, since: float) -> slice:
-    """The last half of the time from an instant on."""
+    """The last half of the time after `since`."""
     middle = (since + float(times[-1])) / 2
     return slice(int((times < middle).sum()), None)
 
@@ -109,7 +109,7 @@ def _tail(times: np.ndarray, since: float) -> slice:
 def _hunting(
     times: np.ndarray, error: np.ndarray, band_deg: float, *, settled: bool
 ) -> tuple[Hunting, float | None, float | None]:
-    """Whether a horn still goes to and fro: RMS about its mean, and full swings a second."""
+    """Hunting of a horn: verdict, RMS about its mean, and frequency."""
     if len(times) < 2:
         return "none", None, None
     swing = error - error.mean()
@@ -122,7 +122,7 @@ def _hunting(
     if rate < HUNTING_HZ:
         return "none", rms, rate
     hertz: float | None = rate
-    if len(turns) >= CYCLE:  # from turn to turn, so that it does not matter where the samples begin and end
+    if len(turns) >= CYCLE:  # between sign changes, independent of start and end of the samples
         hertz = (len(turns) - 1) / 2 / float(times[turns[-1]] - times[turns[0]])
     if float(np.median(np.diff(times))) > 1 / (2 * FASTEST_HZ):
         hertz = None
@@ -130,6 +130,6 @@ def _hunting(
 
 
 def _lasts(swing: np.ndarray) -> bool:
-    """Whether the second half swings about as far as the first."""
+    """Whether the amplitude in the second half is about that in the first."""
     half = len(swing) // 2
     return float(np.ptp(swing[half:])) >= LASTING * float(np.ptp(swing[:half]))

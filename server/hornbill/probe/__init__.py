@@ -1,5 +1,5 @@
-"""`hornbill probe`: what only a real servo can tell, asked of one and written into a report.
+"""`hornbill probe`: tests of a real servo for questions the document leaves open, with a report.
 
-`asking` does things through a running server while it records the bus; `evidence` and `judging` take every answer
-from that recording alone; `report` writes them down. docs/explanation/hardware.md is the list of questions.
+`steps` uses a running server while it logs the bus; `evidence` and `evaluation` derive every answer from that log
+alone; `report` formats them. docs/explanation/hardware.md is the list of questions.
 """

@@ -1,4 +1,4 @@
-"""What one recording tells of one servo, transfer by transfer. Judges nothing."""
+"""Transfers of one servo in a log, without evaluation."""
 
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
@@ -14,91 +14,91 @@ from hornbill.wire.services import GetSetRequest, GetSetResponse
 from hornbill.wire.transfer import Transfer
 from hornbill.wire.types import AnyStructure, decode
 
-ANSWERED_WITHIN_S: Final = 1.0
-"""An answer that comes later belongs to nobody: transfer ids begin anew after 32 requests."""
+RESPONSE_TIMEOUT_S: Final = 1.0
+"""Later responses are ignored: transfer IDs repeat after 32 requests."""
 
 _Shape = TypeVar("_Shape")
 
 
-class Told(NamedTuple):
-    """One transfer, and what it carries."""
+class Observed(NamedTuple):
+    """One transfer and its content."""
 
     transfer: Transfer
     structure: AnyStructure
 
     @property
     def at(self) -> Instant:
-        """When it was on the bus, in seconds."""
+        """Time on the bus, s."""
         return self.transfer.at
 
 
 class Exchange(NamedTuple):
-    """A request to the servo and its answer, if one came."""
+    """A request to the servo and its response, if any."""
 
-    request: Told
-    answer: Told | None
+    request: Observed
+    response: Observed | None
 
     @property
     def took_s(self) -> float | None:
-        """From the last frame of the request to the last of the answer."""
-        return None if self.answer is None else self.answer.at - self.request.at
+        """Time from the last frame of the request to the last of the response."""
+        return None if self.response is None else self.response.at - self.request.at
 
 
 @dataclass(frozen=True)
 class ProbeEvidence:
-    """Everything known transfers told in a recording, in order; `nodes` are the ids the servo had meanwhile."""
+    """All known transfers of a log, in order. `nodes` are the node IDs of the servo in this time."""
 
-    told: list[Told]
+    transfers: list[Observed]
     nodes: frozenset[int]
 
     @classmethod
     def read(cls, file: Path, nodes: Iterable[int]) -> "ProbeEvidence":
-        """From a recording of the bus. Raises LogFailed when it cannot be read."""
-        recording = LogReader.open(file)
+        """Read a log of the bus. Raises LogFailed if it cannot be read."""
+        log = LogReader.open(file)
         try:
-            return cls(list(_walk(recording)), frozenset(nodes))
+            return cls(list(_transfers(log)), frozenset(nodes))
         finally:
-            recording.close()
+            log.close()
 
-    def said(self, shape: type[_Shape]) -> list[tuple[Instant, _Shape]]:
-        """Messages of one type that the servo broadcast, with their times."""
+    def messages(self, shape: type[_Shape]) -> list[tuple[Instant, _Shape]]:
+        """Messages of one type broadcast by the servo, with their times."""
         return [
             (one.at, one.structure)
-            for one in self.told
+            for one in self.transfers
             if isinstance(one.structure, shape) and one.transfer.source in self.nodes
         ]
 
     def statuses(self) -> list[tuple[Instant, ActuatorStatus]]:
         """uavcan.equipment.actuator.Status, one every 100 ms (table 2-2)."""
-        return self.said(ActuatorStatus)
+        return self.messages(ActuatorStatus)
 
     def node_statuses(self) -> list[tuple[Instant, NodeStatus]]:
         """uavcan.protocol.NodeStatus, one a second (table 2-2)."""
-        return self.said(NodeStatus)
+        return self.messages(NodeStatus)
 
-    def asked(self, shape: type[object]) -> list[Exchange]:
-        """Requests of one type to the servo, each with the answer to the same transfer id within a second."""
+    def exchanges(self, shape: type[object]) -> list[Exchange]:
+        """Requests of one type to the servo, with the response of the same transfer ID within a second."""
         found: list[Exchange] = []
-        for place, one in enumerate(self.told):
+        for place, one in enumerate(self.transfers):
             if one.transfer.destination in self.nodes and isinstance(one.structure, shape):
-                found.append(Exchange(one, self._answer(place, one)))
+                found.append(Exchange(one, self._response(place, one)))
         return found
 
     def readings(self, name: str) -> list[tuple[Instant, int | None]]:
-        """What a register (`0x08`) answered when it was read or written: raw, None for an answer without a value."""
+        """Values of a register (`0x08`) in responses to reads and writes: raw, None for a response without a value."""
         found: list[tuple[Instant, int | None]] = []
-        for request, answer in self.asked(GetSetRequest):
-            if not isinstance(request.structure, GetSetRequest) or request.structure.name != name or answer is None:
+        for request, response in self.exchanges(GetSetRequest):
+            if not isinstance(request.structure, GetSetRequest) or request.structure.name != name or response is None:
                 continue
-            if isinstance(answer.structure, GetSetResponse):
-                value = answer.structure.value.value
-                found.append((answer.at, int(value) if isinstance(value, int) else None))
+            if isinstance(response.structure, GetSetResponse):
+                value = response.structure.value.value
+                found.append((response.at, int(value) if isinstance(value, int) else None))
         return found
 
-    def _answer(self, place: int, request: Told) -> Told | None:
+    def _response(self, place: int, request: Observed) -> Observed | None:
         wanted = request.transfer
-        for one in self.told[place + 1 :]:
-            if one.at - request.at > ANSWERED_WITHIN_S:
+        for one in self.transfers[place + 1 :]:
+            if one.at - request.at > RESPONSE_TIMEOUT_S:
                 return None
             seen = one.transfer
             if (
@@ -110,10 +110,10 @@ class ProbeEvidence:
         return None
 
 
-def _walk(recording: LogReader) -> Iterator[Told]:
+def _transfers(log: LogReader) -> Iterator[Observed]:
     reassembler = Reassembler()
-    for frame, _channel, _sent in recording:
+    for frame, _channel, _sent in log:
         for transfer in reassembler.feed((frame,)):
             structure = decode(transfer)
             if structure is not None:
-                yield Told(transfer, structure)
+                yield Observed(transfer, structure)

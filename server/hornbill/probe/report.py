@@ -1,44 +1,41 @@
-"""The report of a probe: the same as JSON for programs and as Markdown for people."""
+"""Report of a probe, as JSON and as Markdown."""
 
 import time
 from dataclasses import asdict
 from typing import Any
 
-from hornbill.probe.asking import Probed
+from hornbill.probe.steps import ProbeResult
 
 
-def as_object(probed: Probed) -> dict[str, Any]:
-    """For JSON. `value` of an answer is null where the recording does not tell."""
+def as_object(result: ProbeResult) -> dict[str, Any]:
+    """Report for JSON. `value` of an answer is null if unknown."""
     return {
-        "servo": probed.servo,
-        "began_at": probed.began,
-        "done": probed.done,
-        "left_out": probed.left_out,
-        "answers": [asdict(one) for one in probed.answers],
+        "servo": result.servo,
+        "started_at": result.started_at,
+        "completed": result.completed,
+        "skipped": result.skipped,
+        "answers": [asdict(one) for one in result.answers],
     }
 
 
-def as_markdown(probed: Probed) -> str:
-    """For people, and to send to whoever keeps hornbill."""
-    servo = probed.servo
+def as_markdown(result: ProbeResult) -> str:
+    """Report for users, and to send to the maintainers of hornbill."""
+    servo = result.servo
     lines = [
         f"# Probe of {servo['label'] or servo['serial'] or servo['uid']}",
         "",
-        time.strftime("%Y-%m-%d %H:%M:%S UTC", time.gmtime(probed.began)),
+        time.strftime("%Y-%m-%d %H:%M:%S UTC", time.gmtime(result.started_at)),
         "",
-        *(
-            f"- {key.replace('_', ' ')}: {'not known' if value in (None, '') else value}"
-            for key, value in servo.items()
-        ),
-        f"- done: {', '.join(probed.done)}",
-        *(f"- left out: {name} ({why})" for name, why in probed.left_out.items()),
+        *(f"- {key.replace('_', ' ')}: {'unknown' if value in (None, '') else value}" for key, value in servo.items()),
+        f"- completed: {', '.join(result.completed)}",
+        *(f"- skipped: {name} ({why})" for name, why in result.skipped.items()),
         "",
         "| question | answer | evidence |",
         "| --- | --- | --- |",
     ]
-    for one in probed.answers:
-        told = f"not told. {one.text}" if one.value is None else one.text
-        lines.append("| " + " | ".join(_cell(text) for text in (one.question, told, one.evidence)) + " |")
+    for one in result.answers:
+        text = f"Unknown. {one.text}" if one.value is None else one.text
+        lines.append("| " + " | ".join(_cell(cell) for cell in (one.question, text, one.evidence)) + " |")
     return "\n".join(lines) + "\n"
 
 

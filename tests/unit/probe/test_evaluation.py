@@ -2,8 +2,8 @@
 
 import pytest
 
-from hornbill.probe.evidence import ProbeEvidence, Told
-from hornbill.probe.judging import health_of_notifications
+from hornbill.probe.evidence import ProbeEvidence, Observed
+from hornbill.probe.evaluation import health_of_notifications
 from hornbill.wire.datatype import Kind
 from hornbill.wire.messages import Mode, NodeHealth, NodeStatus
 from hornbill.wire.services import EMPTY, GetSetRequest, GetSetResponse, integer
@@ -13,16 +13,16 @@ HOST, SERVO = 127, 11
 WORDS = ("0x19", "0x1A", "0x1B")
 
 
-def status(at: float, health: NodeHealth) -> Told:
+def status(at: float, health: NodeHealth) -> Observed:
     told = NodeStatus(5, health, Mode.OPERATIONAL)
-    return Told(Transfer(Kind.MESSAGE, told.TYPE.id, SERVO, 0, 16, 0, b"", at), told)
+    return Observed(Transfer(Kind.MESSAGE, told.TYPE.id, SERVO, 0, 16, 0, b"", at), told)
 
 
-def read(at: float, name: str, raw: int) -> list[Told]:
+def read(at: float, name: str, raw: int) -> list[Observed]:
     request, answer = GetSetRequest(0, EMPTY, name), GetSetResponse(integer(raw), EMPTY, EMPTY, EMPTY, name)
     return [
-        Told(Transfer(Kind.REQUEST, request.TYPE.id, HOST, SERVO, 24, 3, b"", at), request),
-        Told(Transfer(Kind.RESPONSE, answer.TYPE.id, SERVO, HOST, 24, 3, b"", at + 0.001), answer),
+        Observed(Transfer(Kind.REQUEST, request.TYPE.id, HOST, SERVO, 24, 3, b"", at), request),
+        Observed(Transfer(Kind.RESPONSE, answer.TYPE.id, SERVO, HOST, 24, 3, b"", at + 0.001), answer),
     ]
 
 
