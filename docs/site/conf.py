@@ -1,4 +1,4 @@
-"""Sphinx' settings for `make docs`: which pages there are, at which addresses, in the page's colours."""
+"""Sphinx settings for `make docs`: pages, addresses and theme."""
 
 import sys
 from pathlib import Path

@@ -12,11 +12,12 @@ from sphinx.project import Project
 from sphinx.transforms import SphinxTransform
 
 MANUAL = "schemas/generated/parameters.md"
-COPIED = ("schemas/generated/openapi.json",)
+COPIED = ("schemas/generated/openapi.json", "grafana/hornbill.json")
+"""Files offered for download."""
 
 
 def setup(app: Sphinx) -> dict[str, bool]:
-    """Sphinx' entry point of an extension."""
+    """Register the extension with Sphinx."""
     app.connect("builder-inited", _use_addresses)
     for one in (Menu, NamesOfSources, BothThemes):
         app.add_transform(one)
@@ -24,7 +25,7 @@ def setup(app: Sphinx) -> dict[str, bool]:
 
 
 class Addresses(Project):
-    """Maps docs/ to the root of the site, and READMEs of the source tree to inside/."""
+    """Addresses: docs/ at the root of the site, READMEs of the source tree below inside/."""
 
     def path2doc(self, filename: Any) -> str | None:
         """Address of a source file without its ending; None if it is no page."""
@@ -45,7 +46,7 @@ def _use_addresses(app: Sphinx) -> None:
 
 
 class Menu(SphinxTransform):
-    """Makes the menu of the links in each index page of docs/, a part for each section."""
+    """Menu from the links of each index page in docs/, one part per section."""
 
     default_priority = 200
 
@@ -76,24 +77,24 @@ class Menu(SphinxTransform):
 
 
 class NamesOfSources(SphinxTransform):
-    """Shows a link to a source file as its name: source files are no part of the site."""
+    """Links to source files shown as names, because source files are not part of the site."""
 
     default_priority = 200
 
     def apply(self, **kwargs: Any) -> None:
-        """Replace such links by their text."""
+        """Replace these links by their text."""
         for link in list(self.document.findall(addnodes.download_reference)):
             if not link["reftarget"].endswith(COPIED):
                 link.replace_self(link.children)
 
 
 class BothThemes(SphinxTransform):
-    """Shows NAME-light.svg in the light theme, and NAME-dark.svg beside it in the dark one."""
+    """NAME-light.svg in the light theme, NAME-dark.svg in the dark theme."""
 
     default_priority = 200
 
     def apply(self, **kwargs: Any) -> None:
-        """Put the dark picture beside the light one."""
+        """Add the dark picture after the light one."""
         for light in list(self.document.findall(nodes.image)):
             if light["uri"].endswith("-light.svg"):
                 dark = light.deepcopy()

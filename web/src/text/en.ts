@@ -24,7 +24,7 @@ export const text = {
     bus: "How to diagnose the bus",
     recover: "How to recover a lost servo",
     faults: "Faults and measurements",
-    profiles: "How to use profiles, clones and history",
+    profiles: "How to use profiles, copies and history",
     record: "How to record, export and measure",
     rigs: "Rigs: Python, pytest, LabVIEW and others",
     move: "How to move servos from a program",
