@@ -118,26 +118,26 @@ def identity(seen: ProbeEvidence) -> ProbeAnswer:
 def dummies(seen: ProbeEvidence) -> ProbeAnswer:
     """Which of 0x00 to 0x02 ever read 555,555,555 (4.1 to 4.3)."""
     found = {name: any(raw == DUMMY for _, raw in seen.readings(name)) for name in ("0x00", "0x01", "0x02")}
-    asked = sum(len(seen.readings(name)) for name in found)
+    reads = sum(len(seen.readings(name)) for name in found)
     names = [name for name, is_one in found.items() if is_one]
     text = f"{', '.join(names)} did." if names else "None did."
     question = "Do inactive commands read 555,555,555?"
     return ProbeAnswer(
-        "dummies", question, found if asked else None, text if asked else "Not read.", f"{asked} readings"
+        "dummies", question, found if reads else None, text if reads else "Not read.", f"{reads} readings"
     )
 
 
 def refused_rows(seen: ProbeEvidence) -> ProbeAnswer:
     """Registers without a value: they are in the tables for this model, but not in this servo."""
-    asked: dict[str, bool] = {}
+    reads: dict[str, bool] = {}
     for request, response in seen.exchanges(GetSetRequest):
         if isinstance(request.structure, GetSetRequest) and response is not None:
             name = request.structure.name
-            asked[name] = any(raw is not None for _, raw in seen.readings(name)) if name not in asked else asked[name]
-    names = sorted(name for name, has in asked.items() if not has)
+            reads[name] = any(raw is not None for _, raw in seen.readings(name)) if name not in reads else reads[name]
+    names = sorted(name for name, has in reads.items() if not has)
     text = ", ".join(names) or "None: all registers of this model and firmware have a value."
-    return ProbeAnswer("refused_rows", "Which registers have no value?", names if asked else None, text,
-                  f"{len(asked)} registers read")  # fmt: skip
+    return ProbeAnswer("refused_rows", "Which registers have no value?", names if reads else None, text,
+                  f"{len(reads)} registers read")  # fmt: skip
 
 
 def health_of_notifications(seen: ProbeEvidence) -> ProbeAnswer:
@@ -146,8 +146,8 @@ def health_of_notifications(seen: ProbeEvidence) -> ProbeAnswer:
     words = {name: seen.readings(name) for name in ("0x19", "0x1A", "0x1B")}
     found: list[NodeHealth] = []
     for at, one in seen.node_statuses():
-        told = [_nearest(readings, at) for readings in words.values()]
-        if told[0] and told[1:] == [0, 0]:
+        nearest = [_nearest(readings, at) for readings in words.values()]
+        if nearest[0] and nearest[1:] == [0, 0]:
             found.append(one.health)
     if not found:
         why = "No notification was set, or not alone. Move the horn to one of its angle limits and probe again."
@@ -286,26 +286,26 @@ def _save(seen: ProbeEvidence) -> Exchange | None:
     return None
 
 
-def _acknowledged(key: str, question: str, asked: Exchange | None, what: str) -> ProbeAnswer:
-    if asked is None:
+def _acknowledged(key: str, question: str, exchange: Exchange | None, what: str) -> ProbeAnswer:
+    if exchange is None:
         return ProbeAnswer(key, question, None, f"No {what} was made.", switch=key)
-    if asked.response is None or asked.took_s is None:
+    if exchange.response is None or exchange.took_s is None:
         return ProbeAnswer(key, question, False, "No response.", switch=key)
-    content = asked.response.structure
+    content = exchange.response.structure
     ok = content.ok if isinstance(content, (RestartNodeResponse, ExecuteOpcodeResponse)) else None
-    return ProbeAnswer(key, question, True, f"Yes, ok = {ok}.", f"after {asked.took_s * 1000:.2f} ms", key)
+    return ProbeAnswer(key, question, True, f"Yes, ok = {ok}.", f"after {exchange.took_s * 1000:.2f} ms", key)
 
 
-def _time_away(key: str, question: str, seen: ProbeEvidence, asked: Exchange | None, what: str) -> ProbeAnswer:
-    if asked is None:
+def _time_away(key: str, question: str, seen: ProbeEvidence, exchange: Exchange | None, what: str) -> ProbeAnswer:
+    if exchange is None:
         return ProbeAnswer(key, question, None, f"No {what} was made.")
-    again = _next_start(seen, asked.request.at)
+    again = _next_start(seen, exchange.request.at)
     if again is None:
         return ProbeAnswer(key, question, None, "No NodeStatus with a lower uptime was received.")
     sent = [one.at for one in seen.transfers if one.transfer.source in seen.nodes]
-    times = [at for at in sent if asked.request.at < at < again]
-    silent = again - max([*times, asked.request.at])
-    took = again - asked.request.at
+    times = [at for at in sent if exchange.request.at < at < again]
+    silent = again - max([*times, exchange.request.at])
+    took = again - exchange.request.at
     return ProbeAnswer(key, question, round(took, 3), f"{took * 1000:.0f} ms until its first NodeStatus",
                   f"silent for {silent * 1000:.0f} ms before it")  # fmt: skip
 

@@ -1,4 +1,4 @@
-"""The allocator among requesters, losses, competitors, restarts and people, in any order: rules that nothing may break."""
+"""The allocator among requesters, losses, competitors, restarts and operators, in any order: invariants."""
 
 from dataclasses import dataclass
 

@@ -2,8 +2,8 @@
 
 import pytest
 
-from hornbill.probe.evidence import ProbeEvidence, Observed
 from hornbill.probe.evaluation import health_of_notifications
+from hornbill.probe.evidence import Observed, ProbeEvidence
 from hornbill.wire.datatype import Kind
 from hornbill.wire.messages import Mode, NodeHealth, NodeStatus
 from hornbill.wire.services import EMPTY, GetSetRequest, GetSetResponse, integer

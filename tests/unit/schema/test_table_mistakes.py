@@ -48,7 +48,7 @@ ROWS = [
     ("pwm_output_range", PWM_MODE, 'parameter = "pwm_mood", raw = 1', "pwm_mood never has the value 1"),
     ("pwm_output_range", PWM_MODE, 'parameter = "pwm_mode", raw = 2', "pwm_mode never has the value 2"),
     ("speed_p_gain", "expert = true\n", "", "advice is required for expert rows"),
-    ("angle_p_gain", 'label = "Angle P gain"\n', 'label = "Gain"\nexpert = true\n', "advice is required for expert rows"),
+    ("angle_p_gain", 'label = "Angle P gain"\n', 'label = "Gain"\nexpert = true\n', "advice is required for expert"),
     ("boot_loader", "forbidden = true\n", "", "only 0x49 must be marked forbidden"),
     ("boot_loader", "address = 0x49\n", "address = 0x4A\n", "only 0x49 must be marked forbidden"),
     ("node_id", "identity = true\n", "forbidden = true\n", "only 0x49 must be marked forbidden"),
