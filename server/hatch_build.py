@@ -1,4 +1,4 @@
-"""Puts parameter tables, built page and built documentation inside the wheel; an editable install is left alone."""
+"""Build hook: adds parameter tables, page and documentation to the wheel, except for editable installs."""
 
 from pathlib import Path
 from typing import Any
@@ -7,7 +7,7 @@ from hatchling.builders.hooks.plugin.interface import BuildHookInterface
 
 
 class CustomBuildHook(BuildHookInterface):
-    """Force-includes schemas/, web/dist and docs/dist (where it was built) under hornbill/_data/."""
+    """Force-include schemas/, web/dist and, if built, docs/dist under hornbill/_data/."""
 
     def initialize(self, version: str, build_data: dict[str, Any]) -> None:
         if version == "editable":
@@ -15,7 +15,7 @@ class CustomBuildHook(BuildHookInterface):
         root = Path(self.root)
         page = root / "web" / "dist"
         if not (page / "index.html").is_file():
-            raise RuntimeError(f"the page is not built: {page} has no index.html. Run 'make build'.")
+            raise RuntimeError(f"The page is not built: {page} has no index.html. Run 'make build'.")
         build_data["force_include"][str(root / "schemas")] = "hornbill/_data/schemas"
         build_data["force_include"][str(page)] = "hornbill/_data/web"
         docs = root / "docs" / "dist"

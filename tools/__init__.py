@@ -1,1 +1,1 @@
-"""Programs for the workshop: none of them is part of the wheel."""
+"""Developer tools, not part of the wheel."""

@@ -1,4 +1,4 @@
-"""Subset of Inter that the page is served with: Latin, the signs of measured values, weights 400 to 700.
+"""Subset of Inter for the page: Latin, symbols of measured values, weights 400 to 700.
 
     npm pack inter-ui@4.1.1 && tar xf inter-ui-4.1.1.tgz
     python -m tools.subset_font package/variable/InterVariable.woff2
@@ -16,7 +16,7 @@ from fontTools.ttLib import TTFont
 from fontTools.varLib import instancer
 
 TARGET = Path(__file__).parent.parent / "web" / "src" / "style" / "inter.woff2"
-# Signs beyond Latin-1 that English words and figures of the page use; U+202F stands between a figure and its unit.
+# Characters beyond Latin-1 used in English texts and numbers of the page; U+202F separates a number and its unit.
 SIGNS = "−–—‘’“”…•′″←↑→↓↔⇧ΔΩσ≈≠≤≥√\u2009\u202f"
 UNICODES = [*range(0x20, 0x7F), *range(0xA0, 0x100), *map(ord, SIGNS)]
 FEATURES = ["kern", "mark", "mkmk", "ccmp", "locl", "calt", "tnum"]
@@ -24,12 +24,12 @@ FEATURES = ["kern", "mark", "mkmk", "ccmp", "locl", "calt", "tnum"]
 
 def main(source: str) -> None:
     font = TTFont(source)
-    # Serial numbers stand in text, where a hyphen as wide as a figure looks like a minus.
+    # In serial numbers, a hyphen as wide as a digit looks like a minus sign.
     without_wide_hyphen(font)
     subsetter = subset.Subsetter(subset.Options(layout_features=FEATURES, notdef_outline=True))
     subsetter.populate(unicodes=UNICODES)
     subsetter.subset(font)
-    # The instancer reads what the subsetter has left from a file.
+    # The instancer needs a font loaded from a file.
     file = BytesIO()
     font.save(file)
     made = cast(TTFont, instancer.instantiateVariableFont(TTFont(file), {"opsz": 14, "wght": (400, 700)}))
@@ -39,7 +39,7 @@ def main(source: str) -> None:
 
 
 def without_wide_hyphen(font: TTFont) -> None:
-    """Take the hyphen out of the feature that makes figures equally wide."""
+    """Remove the hyphen from the feature for tabular figures."""
     table = font["GSUB"].table
     lookups = {
         index

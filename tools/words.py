@@ -111,7 +111,7 @@ WEIGHED: Final = {
 
 GENERATED: Final = (
     "schemas/generated/*", "web/src/api/schema.d.ts", "docs/reference/api/*", "docs/reference/command-line.md",
-    "docs/reference/fidelity.md", "server/hornbill/client/sync/*", "server/hornbill/client/answers.py",
+    "docs/reference/fidelity.md", "server/hornbill/client/sync/*", "server/hornbill/client/responses.py",
     "docs/reference/metrics.md", "docs/reference/websocket.md", "THIRD_PARTY.md", "*.lock", "LICENSE", "tools/words.py",
 )  # fmt: skip
 ALLOWED: Final = (

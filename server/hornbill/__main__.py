@@ -1,4 +1,4 @@
-"""Runs the command line as `python -m hornbill`."""
+"""Entry point of `python -m hornbill`."""
 
 from hornbill.cli import main
 

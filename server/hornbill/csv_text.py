@@ -1,4 +1,4 @@
-"""CSV text: the one form of every table that the server sends or packs."""
+"""CSV text of all tables that the server sends or stores."""
 
 import csv
 import io
@@ -9,15 +9,15 @@ _FORMULA: Final = ("=", "+", "-", "@")
 
 
 class Formatted(str):
-    """A number or an instant with a format of its own; passes as it is."""
+    """A number or time that is already formatted; used unchanged."""
 
     __slots__ = ()
 
 
 def csv_text(rows: Iterable[Iterable[object]], *, end: str = "\r\n") -> str:
-    """Rows as lines of CSV (RFC 4180), quoted where needed. The first row of a table is its header.
+    """Rows as CSV lines (RFC 4180), quoted if necessary. The first row of a table is its header.
 
-    `end` is the line end: telemetry and recordings have a plain line feed.
+    `end`: line end; telemetry and recordings use a line feed.
     """
     text = io.StringIO()
     csv.writer(text, lineterminator=end).writerows(map(cell, row) for row in rows)
@@ -25,8 +25,8 @@ def csv_text(rows: Iterable[Iterable[object]], *, end: str = "\r\n") -> str:
 
 
 def cell(value: object) -> str | int | float:
-    """A value as a cell. A text that a spreadsheet would take for a formula has a ' before it: its first character
-    after white space is one of = + - @, or it starts with a tab or a carriage return.
+    """Value as a cell. Text that a spreadsheet would interpret as a formula is prefixed with ': its first character
+    after white space is one of = + - @, or it starts with a tab or carriage return.
     """
     if isinstance(value, float | Formatted):
         return value

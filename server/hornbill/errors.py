@@ -112,7 +112,7 @@ Cause: TypeAlias = Literal[
     "values_differ", "values_lost_before_save", "values_missing", "values_not_retained", "wiggle_failed",
     "wiggle_range_too_small", "write_forbidden", "write_never_allowed", "wrong_type",
 ]  # fmt: skip
-"""Cause of a problem, more specific than its code. With the facts, it lets the page show the problem in its language."""
+"""Cause of a problem, more specific than its code. With the facts, the page words it in its language."""
 
 
 class HornbillError(Exception):

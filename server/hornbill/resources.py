@@ -1,4 +1,4 @@
-"""Finds the parameter tables, the built page and the built documentation, in an installed wheel or in a checkout."""
+"""Locations of the parameter tables, the built page and the built documentation, in a wheel or a checkout."""
 
 from pathlib import Path
 
@@ -7,18 +7,18 @@ _CHECKOUT = _PACKAGE.parent.parent
 
 
 def schemas() -> Path:
-    """The folder of the parameter tables.
+    """Folder of the parameter tables.
 
-    Raises FileNotFoundError when neither the wheel nor a checkout holds it.
+    Raises FileNotFoundError if neither the wheel nor a checkout contains it.
     """
     for folder in (_PACKAGE / "_data" / "schemas", _CHECKOUT / "schemas"):
         if (folder / "parameters.toml").is_file():
             return folder
-    raise FileNotFoundError("the parameter tables are missing: reinstall hornbill, or run it from its checkout")
+    raise FileNotFoundError("Parameter tables not found. Reinstall hornbill, or run it from its checkout.")
 
 
 def page() -> Path | None:
-    """The folder of the built page, or None when it has not been built (`make build` builds it)."""
+    """Folder of the built page, or None if it is not built (`make build`)."""
     for folder in (_PACKAGE / "_data" / "web", _CHECKOUT / "web" / "dist"):
         if (folder / "index.html").is_file():
             return folder
@@ -26,7 +26,7 @@ def page() -> Path | None:
 
 
 def docs() -> Path | None:
-    """The folder of the built documentation, or None when it has not been built (`make docs` builds it)."""
+    """Folder of the built documentation, or None if it is not built (`make docs`)."""
     for folder in (_PACKAGE / "_data" / "docs", _CHECKOUT / "docs" / "dist"):
         if (folder / "index.html").is_file():
             return folder
@@ -34,5 +34,5 @@ def docs() -> Path | None:
 
 
 def checkout() -> Path | None:
-    """The folder of the sources with everything that builds them, or None in an installed package."""
+    """Folder of the source checkout, or None in an installed package."""
     return _CHECKOUT if (_CHECKOUT / "docs" / "site" / "conf.py").is_file() else None

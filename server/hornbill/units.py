@@ -1,21 +1,21 @@
-"""The types of numbers and names that must not be mixed: identifiers, instants, raw values."""
+"""Types of numbers and names that must not be mixed: identifiers, times, raw values."""
 
 from typing import NewType, TypeAlias
 
 NodeId = NewType("NodeId", int)
-"""A node's number on the bus, 1..127 (0 is anonymous). It changes under us: never a key (table 2-1)."""
+"""Node ID, 1 to 127 (0 is anonymous). It may change at any time, so it is never used as a key (table 2-1)."""
 
 ServoId = NewType("ServoId", int)
-"""The actuator id of parameter 0x45, 0..254; 0 cannot be addressed by ArrayCommand (section 4.37)."""
+"""Servo ID (actuator ID, parameter 0x45), 0 to 254. ArrayCommand cannot address 0 (section 4.37)."""
 
 Address = NewType("Address", int)
-"""A parameter's register, 0x00..0x5F; on the wire it is the four characters `0xNN` (table 2-14)."""
+"""Register address of a parameter, 0x00 to 0x5F; on the wire the four characters `0xNN` (table 2-14)."""
 
 Uid = NewType("Uid", str)
-"""A node's 16-byte unique id as 32 lower-case hex digits: the only key of a servo (table 2-6)."""
+"""Unique ID of a node, 16 bytes as 32 lower-case hex digits: the only key of a servo (table 2-6)."""
 
 Raw: TypeAlias = int
-"""A parameter's integer on the wire; its unit is in the parameter's row."""
+"""Integer value of a parameter on the wire, in the unit of the row."""
 
 Instant: TypeAlias = float
-"""Seconds on the event loop's monotonic clock. Durations are plain float seconds."""
+"""Time on the event loop's monotonic clock, s. Durations are plain floats, s."""

@@ -137,7 +137,7 @@ def test_every_route_of_a_row_carries_type_unit_range_description_and_effect(row
         words += ["true or false"] if row.kind == "switch" else []
         if row.kind in ("number", "bits"):
             words += (
-                ["not stated"] if low is None or high is None else [number(one, row.per_unit) for one in (low, high)]
+                ["not specified"] if low is None or high is None else [number(one, row.per_unit) for one in (low, high)]
             )
         assert words
         scope = said.partition("Range: ")[2]
@@ -185,8 +185,8 @@ def test_the_effect_of_a_row_names_every_rule_and_every_state_of_the_servo(row: 
         assert rule.unless_row is None or CATALOG.by_key[rule.unless_row].name in said
     for one in CIRCUMSTANCES:
         assert (one.why in said) == one.rows(row)
-    assert ("No other row" in said) == (not rules)
-    assert ("restarted" in said) == row.after_restart
+    assert ("depends on no other row" in said) == (not rules)
+    assert ("after a save and restart" in said) == row.after_restart
     assert "{" not in said
 
 

@@ -55,9 +55,9 @@ def test_a_checkout_that_is_ready_is_released_and_told_the_steps(checkout: Path)
         ("CHANGELOG.md", CHANGES.replace("1.2.3", "1.2.2"), "no section '## 1.2.3"),
         ("CHANGELOG.md", CHANGES.replace("## Unreleased\n", "## Unreleased\n\n- More.\n"), "empty section"),
         ("CHANGELOG.md", CHANGES.replace("## Unreleased\n", ""), "empty section"),
-        ("pyproject.toml", '[project]\nversion = "1.2"\n', "no semantic version"),
-        ("pyproject.toml", '[project]\nversion = "1.2.4"\n', "dist/ holds"),
-        ("note.txt", "", "not committed"),
+        ("pyproject.toml", '[project]\nversion = "1.2"\n', "not a semantic version"),
+        ("pyproject.toml", '[project]\nversion = "1.2.4"\n', "dist/ contains"),
+        ("note.txt", "", "uncommitted"),
     ],
 )
 def test_what_is_in_the_way_is_named(checkout: Path, file: str, text: str, told: str) -> None:
@@ -67,7 +67,7 @@ def test_what_is_in_the_way_is_named(checkout: Path, file: str, text: str, told:
 
 def test_a_version_that_was_released_is_not_released_again(checkout: Path) -> None:
     git(checkout, "tag", "v1.2.3")
-    assert any("tagged already" in one for one in release.faults(checkout))
+    assert any("already exists" in one for one in release.faults(checkout))
 
 
 def test_every_hook_is_ours_and_has_what_pre_commit_asks_for() -> None:

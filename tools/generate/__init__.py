@@ -1,4 +1,4 @@
-"""Text of every file that is generated from the parameter tables and the API."""
+"""Text of all files generated from the parameter tables and the API."""
 
 import json
 from collections.abc import Iterator

@@ -1,4 +1,4 @@
-"""Generated modules of hornbill.client: response types from the OpenAPI document, and the client without await."""
+"""Generated modules of hornbill.client: response types from the OpenAPI document, and the synchronous client."""
 
 import re
 import subprocess
@@ -10,7 +10,7 @@ from typing import Any
 
 CLIENT = Path(__file__).parents[2] / "server" / "hornbill" / "client"
 
-ANSWERS = (
+RESPONSES = (
     "Adapter", "AllocationChange", "Allocations", "AllocatorState", "AuditRow", "BatchPatched", "BatchRead",
     "BurstSent", "Bus", "Candidates", "Caution", "Commanded", "CommissioningPreview", "Comparison", "Drift", "Fault",
     "FaultsRead", "Finding", "Forecast", "Health", "Imported", "Job", "KnownServo", "Lease", "LeaseView", "LogFile",
@@ -18,7 +18,7 @@ ANSWERS = (
     "Reading", "RecorderState", "Recording", "RecordingContent", "Recycled", "ResetPreview", "Restored", "RunOverlay",
     "SavePreview", "SchemaDocument", "Servo", "Snapshot", "StepRun", "Stop", "Stream", "Telemetry", "TelemetryGrant",
 )  # fmt: skip
-"""Answers a program gets; what they are made of comes with them."""
+"""Responses of the client methods; the types they contain are added."""
 
 SYNC = (
     (r"\basync (def|with|for)\b", r"\1"),
@@ -35,46 +35,47 @@ _TYPES = {"string": "str", "integer": "int", "number": "float", "boolean": "bool
 
 
 def files(document: dict[str, Any]) -> dict[Path, str]:
-    """Text of every file of the client that is made, by its path below hornbill/client."""
+    """Text of every generated file of the client, by its path below hornbill/client."""
     found = {
-        Path("answers.py"): _tidy(answers(document["components"]["schemas"])),
+        Path("responses.py"): _tidy(responses(document["components"]["schemas"])),
         Path(
             "sync", "__init__.py"
-        ): '"""Client without asyncio. Made from hornbill.client.aio by `make generate`."""\n',
+        ): '"""Client without asyncio. Generated from hornbill.client.aio by `make generate`."""\n',
     }
     for source in sorted((CLIENT / "aio").glob("[!_]*.py")):
-        found[Path("sync", source.name)] = _tidy(without_await(source.read_text(encoding="utf-8")))
+        found[Path("sync", source.name)] = _tidy(synchronous(source.read_text(encoding="utf-8")))
     return found
 
 
-def without_await(source: str) -> str:
-    """The same program without asyncio."""
+def synchronous(source: str) -> str:
+    """The same source without asyncio."""
     for pattern, instead in SYNC:
         source = re.sub(pattern, instead, source)
     end = source.index('"""', 3) + 3
-    return source[:end] + "\n\n# Made from hornbill.client.aio by `make generate`: change it there.\n" + source[end:]
+    note = "\n\n# Generated from hornbill.client.aio by `make generate`. Edit the source there.\n"
+    return source[:end] + note + source[end:]
 
 
-def answers(schemas: dict[str, Any]) -> str:
-    """A TypedDict for every answer and every object within one; an alias for what is not an object with fields."""
+def responses(schemas: dict[str, Any]) -> str:
+    """A TypedDict for every response and every object in it; an alias for every other type."""
     text = [
-        '"""The types of what the API answers. Made from its document by `make generate`."""',
+        '"""Types of the API\'s responses. Generated from the OpenAPI document by `make generate`."""',
         "from __future__ import annotations",
         "from typing import Any, Literal, TypeAlias, TypedDict",
     ]
-    used = _within(schemas, ANSWERS)
+    used = _within(schemas, RESPONSES)
     aliases = {name for name in used if "properties" not in schemas[name] or name.endswith("ByKey")}
     for name in sorted(used - aliases):
         shape = schemas[name]
-        text.append(f"class {name}(TypedDict):\n    {_said(shape.get('description', name))}\n")
+        text.append(f"class {name}(TypedDict):\n    {_docstring(shape.get('description', name))}\n")
         for key, kind in shape["properties"].items():
-            assert key.isidentifier(), f"{name}.{key} cannot be written so"
-            text += [f"    {key}: {_type(kind)}", *(f"    {one}" for one in _explained(kind))]
-    # Classes may name what comes later, aliases not.
+            assert key.isidentifier(), f"{name}.{key} is not an identifier"
+            text += [f"    {key}: {_type(kind)}", *(f"    {line}" for line in _description(kind))]
+    # Classes may refer to later definitions, aliases may not.
     for name in TopologicalSorter(
         {one: sorted(_named(schemas[one]) & aliases) for one in sorted(aliases)}
     ).static_order():
-        text += [f"{name}: TypeAlias = {_type(schemas[name])}", *_explained(schemas[name])]
+        text += [f"{name}: TypeAlias = {_type(schemas[name])}", *_description(schemas[name])]
     return "\n".join(text) + "\n"
 
 
@@ -89,13 +90,13 @@ def _within(schemas: dict[str, Any], names: tuple[str, ...]) -> set[str]:
 
 
 def _named(shape: dict[str, Any]) -> set[str]:
-    """The components a shape refers to."""
+    """Components that a shape refers to."""
     return set(re.findall(r"'#/components/schemas/(\w+)'", str(shape)))
 
 
-def _explained(shape: dict[str, Any]) -> list[str]:
-    """The docstring of a field or an alias that is described."""
-    return [_said(shape["description"])] if "description" in shape else []
+def _description(shape: dict[str, Any]) -> list[str]:
+    """Docstring of a field or an alias with a description."""
+    return [_docstring(shape["description"])] if "description" in shape else []
 
 
 def _type(kind: dict[str, Any]) -> str:
@@ -110,7 +111,7 @@ def _type(kind: dict[str, Any]) -> str:
             return f"Literal[{', '.join(map(repr, values))}]"
         case {"type": "array"}:
             return f"list[{_type(kind.get('items', {}))}]"
-        case {"type": "object", "properties": fields}:  # a set by key, to loop over: what its values have in common
+        case {"type": "object", "properties": fields}:  # a set by key: the common type of its values
             kinds = {_type(one) for one in fields.values()}
             return f"dict[str, {'Reading' if len(kinds) > 1 else kinds.pop()}]"
         case {"type": "object"}:
@@ -122,15 +123,15 @@ def _type(kind: dict[str, Any]) -> str:
             return "Any"
 
 
-def _said(text: str) -> str:
-    """A docstring, four columns in."""
+def _docstring(text: str) -> str:
+    """Docstring with an indent of four columns."""
     plain = text.replace("\\", "\\\\").replace('"""', "'''").rstrip('"')
     return f'"""{textwrap.fill(" ".join(plain.split()), 108, subsequent_indent="    ")}"""'
 
 
 def _tidy(source: str) -> str:
-    """As `make check` wants it."""
+    """Source as linted and formatted by ruff."""
     for command in (["check", "--quiet", "--fix", "--select", "I,F401"], ["format", "--quiet"]):
-        run = [sys.executable, "-m", "ruff", *command, "--stdin-filename", str(CLIENT / "made.py"), "-"]
+        run = [sys.executable, "-m", "ruff", *command, "--stdin-filename", str(CLIENT / "generated.py"), "-"]
         source = subprocess.run(run, input=source, capture_output=True, text=True, check=True).stdout
     return source

@@ -1,1 +1,1 @@
-"""Draws the servo and horn models of the 3D view and writes them as GLB files."""
+"""Servo and horn models of the 3D view, written as GLB files."""

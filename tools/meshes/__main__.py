@@ -10,7 +10,7 @@ FOLDER = Path(__file__).parents[2] / "server" / "hornbill" / "view" / "meshes"
 
 
 def bake() -> dict[str, bytes]:
-    """File name to content of every model; takes some seconds."""
+    """Content of every model by file name. Takes a few seconds."""
     made: dict[str, bytes] = {}
     for case in CASES:
         known = case is not PLAIN

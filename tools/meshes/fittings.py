@@ -1,4 +1,4 @@
-"""Draws what is mounted on a case: output shaft and its bearing, screws, name plate with its marks, cable."""
+"""Parts mounted on a case: output shaft and bearing, screws, name plate with marks, cable."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -41,7 +41,7 @@ def screws(case: Case) -> Surface:
 
 
 def plate(case: Case, *, steps: int, spacing: float | None = None) -> Surface:
-    """The name plate, without a name: text has no place in the scene."""
+    """The name plate, without text."""
     left, right = _plate_ends(case)
     half = case.half_width * 0.62
     outline = rounded_rectangle(left, right, -half, half, case.small, corner=1 + 2 * steps, spacing=spacing or 20.0)
@@ -53,7 +53,7 @@ def _plate_ends(case: Case) -> tuple[float, float]:
 
 
 def direction(case: Case) -> Surface:
-    """Engraved in the plate: a clockwise arrow round a plus sign, because clockwise counts up (section 4.1)."""
+    """Engraving of the plate: a clockwise arrow around a plus sign, because clockwise is positive (section 4.1)."""
     radius, half, start, end = 3.6, 0.26, 215.0, -28.0
     turn = np.radians(np.linspace(start, end, 49))
     ring = np.column_stack((np.cos(turn), np.sin(turn)))
@@ -70,13 +70,13 @@ def direction(case: Case) -> Surface:
 
 
 def index(case: Case) -> Surface:
-    """The line on the boss that the horn's notch meets at 0°."""
+    """Line on the boss that marks the position of the horn's notch at 0°."""
     line = np.array([(0.28, 6.4), (0.28, 7.7), (-0.28, 7.7), (-0.28, 6.4)])
     return cap(line, 1.53).scaled(case.small).moved(z=case.top)
 
 
 def cable(case: Case) -> Surface:
-    """Strain relief, a cable that falls to the floor behind the servo, and its plug."""
+    """Strain relief, a cable that drops to the floor behind the servo, and its plug."""
     k, radius, height = case.small, 1.9 * case.small, case.seam_low * 0.5
     relief = lathe([(3.0, -1.0), (3.0, 1.2), (2.6, 1.5), (2.6, 2.3), (2.75, 2.3), (2.75, 3.3), (2.6, 3.3),
                     (2.6, 4.1), (2.75, 4.1), (2.75, 4.6), (2.3, 5.0), (1.9, 5.0)], 24)  # fmt: skip
@@ -100,7 +100,7 @@ def cable(case: Case) -> Surface:
 
 
 def _through(corners: NDArray[np.float64], pieces: int) -> NDArray[np.float64]:
-    """A Catmull-Rom curve through the corners, `pieces` points for each stretch."""
+    """A Catmull-Rom curve through the corners, with `pieces` points per segment."""
     padded = np.concatenate((2 * corners[:1] - corners[1:2], corners, 2 * corners[-1:] - corners[-2:-1]))
     t = (np.arange(pieces) / pieces)[:, None]
     stretches = [

@@ -1,4 +1,4 @@
-"""Writes named surfaces with materials and baked shading as one binary glTF 2.0 file."""
+"""Writer of surfaces with materials and baked shading as a binary glTF 2.0 file."""
 
 import json
 import struct
@@ -14,19 +14,19 @@ from tools.meshes.surface import Surface
 
 @dataclass(frozen=True, slots=True)
 class Material:
-    """A glTF metal-rough material; `srgb` is what a colour picker shows (0..255), converted to linear on writing."""
+    """A glTF metal-rough material; `srgb` is the sRGB colour (0..255), converted to linear on writing."""
 
     name: str
     srgb: tuple[int, int, int]
     metal: float
     rough: float
     shadow: bool = False
-    """Black and unlit, as opaque as the baked light is missing: the shadow a model stands in."""
+    """Black and unlit, with the missing baked light as opacity: the shadow of the model."""
 
 
 @dataclass(frozen=True, slots=True)
 class Part:
-    """A surface in one material, with the light each point keeps after baked occlusion (0..1)."""
+    """A surface in one material, with the baked light of each point (0..1)."""
 
     material: Material
     surface: Surface
@@ -34,14 +34,14 @@ class Part:
 
 
 def linear(srgb: tuple[int, int, int]) -> list[float]:
-    """sRGB bytes as the linear 0..1 factors glTF asks for."""
+    """sRGB bytes as linear factors 0..1, as required by glTF."""
     part = np.array(srgb) / 255
     value = np.where(part <= 0.04045, part / 12.92, ((part + 0.055) / 1.055) ** 2.4)
     return [round(float(channel), 5) for channel in value]
 
 
 def encode(parts: Sequence[Part]) -> bytes:
-    """One GLB: a mesh with a primitive for each part. Lengths become scene units."""
+    """GLB file: a mesh with one primitive per part. Lengths are converted to scene units."""
     blob = bytearray()
     views: list[dict[str, int]] = []
     accessors: list[dict[str, object]] = []

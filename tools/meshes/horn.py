@@ -1,4 +1,4 @@
-"""Draws the horn: hub, tapered arm along +y with holes, and the notch in its tip that marks 0°."""
+"""Horn: hub, tapered arm along +y with holes, and a notch in its tip that marks 0°."""
 
 from tools.meshes import materials as m
 from tools.meshes.gltf import Part
@@ -51,7 +51,7 @@ def near() -> list[Part]:
 
 
 def far() -> list[Part]:
-    """The plain horn, for the many and for ghosts."""
+    """The simple horn, for overviews of many servos."""
     outline = arm(_ROOT, TIP, LENGTH, notch=1.7, corner=3, spacing=12.0)
     blade = slab(outline, _LOW, _HIGH, bevel=0.5, steps=1, holes=[circle(1.1, 8, y=y) for y in _HOLES[1::2]])
     hub = lathe([(4.0, 0.0), (6.4, 0.2), (6.4, 4.8), (5.9, 5.25), (0.0, 5.25)], 18)
@@ -65,7 +65,7 @@ def far() -> list[Part]:
 
 
 def ghost() -> list[Part]:
-    """The blade alone, a little thinner, so that it hides inside a horn that stands at its command."""
+    """The blade only, slightly thinner, so that it is hidden inside a horn at its target."""
     outline = arm(_ROOT, TIP, LENGTH, notch=1.7, corner=6, spacing=12.0)
     blade = slab(outline, _LOW + 0.06, _HIGH - 0.06, bevel=0.4, steps=2)
     return [Part(m.HORN, blade, Occlusion([Solid(circle(1.0, 8), -60.0, -59.0)], floor=False).light(blade))]

@@ -7,13 +7,13 @@ CAP = Material("cap", (43, 47, 53), 0.35, 0.46)
 BODY = Material("body", (128, 134, 141), 0.92, 0.40)
 """Middle of the case and its ears: blasted aluminium."""
 PLAIN = Material("plain", (104, 110, 117), 0.85, 0.5)
-"""The same, seen from afar."""
+"""The same, for distant models."""
 PLATE = Material("plate", (176, 182, 188), 0.95, 0.36)
 """The name plate."""
 MARK = Material("mark", (28, 31, 35), 0.2, 0.6)
-"""What is engraved in the name plate."""
+"""Engraving of the name plate."""
 INDEX = Material("index", (236, 239, 241), 0.0, 0.5)
-"""The line on the case that the horn's notch meets at 0°."""
+"""Line on the case that marks 0°."""
 STEEL = Material("steel", (168, 173, 178), 1.0, 0.27)
 BLACK = Material("black", (26, 28, 31), 0.1, 0.55)
 """Screws of the case, seal of the bearing."""
@@ -21,4 +21,4 @@ BRASS = Material("brass", (206, 166, 88), 1.0, 0.26)
 RUBBER = Material("rubber", (24, 25, 27), 0.0, 0.72)
 HORN = Material("horn", (163, 166, 169), 0.0, 0.34)
 CONTACT = Material("contact", (255, 255, 255), 0.0, 1.0, shadow=True)
-"""The darkness on the floor round a case."""
+"""Shadow on the floor around a case."""

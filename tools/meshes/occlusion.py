@@ -1,7 +1,7 @@
-"""Bakes ambient occlusion: how much of the sky a point sees past the model and the floor.
+"""Baked ambient occlusion: the share of the sky visible from a point past the model and the floor.
 
-The model is filled into a grid of cells once, then every point looks along rays over its hemisphere. The viewer
-has no ambient occlusion of its own; without it parts seem to float beside each other.
+The model is rasterised into a grid of cells, then rays are cast from every point over its hemisphere. The viewer has no
+ambient occlusion; without it, parts appear disconnected.
 """
 
 from collections.abc import Sequence
@@ -16,13 +16,13 @@ from tools.meshes.surface import Surface
 _CELL = 0.5
 """Edge of a cell in mm."""
 _REACH = 11.0
-"""How far in mm a surface still darkens another."""
+"""Maximum distance at which a surface darkens another, mm."""
 _RAYS = 72
 
 
 @dataclass(frozen=True, slots=True)
 class Solid:
-    """An upright prism that blocks light: an outline without its holes, from z0 to z1 (mm)."""
+    """Upright prism that blocks light: an outline without its holes, from z0 to z1 (mm)."""
 
     outline: Outline
     z0: float
@@ -31,7 +31,7 @@ class Solid:
 
 
 class Occlusion:
-    """The filled grid of one model standing on the floor z = 0."""
+    """Grid of one model on the floor z = 0."""
 
     def __init__(self, solids: Sequence[Solid], *, floor: bool = True) -> None:
         margin = _REACH + 2
@@ -55,7 +55,7 @@ class Occlusion:
         self._filled: NDArray[np.float32] = filled.astype(np.float32)
 
     def light(self, surface: Surface, *, strength: float = 1.0) -> NDArray[np.float64]:
-        """The share of light that reaches each point, 1 = open; `strength` 0..1 mixes it with fully open."""
+        """Share of light that reaches each point, 1 = unobstructed; `strength` 0..1 blends it with unobstructed."""
         normals = surface.normals()
         directions = _sphere(_RAYS)
         facing = normals @ directions.T
@@ -66,11 +66,11 @@ class Occlusion:
         for step in steps:
             here = start[:, None, :] + directions[None, :, :] * step
             fade = 1.0 - (step / _REACH) ** 1.5
-            through = np.minimum(through, 1.0 - fade * self._look(here))
+            through = np.minimum(through, 1.0 - fade * self._sample(here))
         open_sky = np.sum(through * weight, axis=1) / np.maximum(np.sum(weight, axis=1), 1e-9)
         return 1.0 - strength * (1.0 - np.clip(open_sky, 0.0, 1.0))
 
-    def _look(self, where: NDArray[np.float64]) -> NDArray[np.float32]:
+    def _sample(self, where: NDArray[np.float64]) -> NDArray[np.float32]:
         cell = np.floor((where - self._origin) / _CELL).astype(np.intp)
         limit: NDArray[np.intp] = np.array(self._filled.shape, dtype=np.intp) - 1
         inside = np.all((cell >= 0) & (cell <= limit), axis=-1)
@@ -83,7 +83,7 @@ def _middles(low: float, count: int) -> NDArray[np.float64]:
 
 
 def _sphere(count: int) -> NDArray[np.float64]:
-    """Even directions over the whole sphere, on a golden spiral."""
+    """Evenly distributed directions over the sphere, on a golden spiral."""
     index = np.arange(count) + 0.5
     z = 1 - 2 * index / count
     turn = index * np.pi * (1 + 5**0.5)

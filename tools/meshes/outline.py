@@ -18,7 +18,7 @@ def circle(radius: float, count: int, *, x: float = 0.0, y: float = 0.0) -> Outl
 def rounded_rectangle(
     x0: float, x1: float, y0: float, y1: float, radius: float, *, corner: int, spacing: float
 ) -> Outline:
-    """A rectangle with round corners of `corner` segments; straight sides are cut into pieces <= `spacing`."""
+    """A rectangle with round corners of `corner` segments; straight sides are split into pieces <= `spacing`."""
     centres = (
         (x1 - radius, y0 + radius),
         (x1 - radius, y1 - radius),
@@ -49,7 +49,7 @@ def arm(root: float, tip: float, length: float, *, notch: float, corner: int, sp
 
     A V notch of depth `notch` is cut into the round of the tip, on the axis.
     """
-    lean = acos((root - tip) / length)  # between the axis and the radii to where the tangents touch
+    lean = acos((root - tip) / length)  # angle between the axis and the radii to the tangent points
     right, left = pi / 2 - lean, pi / 2 + lean
     half = notch * 0.75 / tip  # half the notch's opening, as an angle on the tip's round
     turns = (
@@ -77,7 +77,7 @@ def toothed(radius: float, depth: float, teeth: int) -> Outline:
 
 
 def hexagon(across_flats: float, count: int, *, x: float = 0.0, y: float = 0.0) -> Outline:
-    """A hexagon of `count` points at even angles, so that it can be lofted to a circle of as many."""
+    """A hexagon of `count` points at equal angles, so that it can be lofted to a circle of the same number."""
     turn = np.arange(count) * (2 * pi / count)
     from_flat = pi / 6 - np.abs((turn % (pi / 3)) - pi / 6)
     reach = across_flats / 2 / np.cos(from_flat)

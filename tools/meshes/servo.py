@@ -1,7 +1,7 @@
-"""Draws the case of a servo, standing on the floor with its output shaft on the z axis.
+"""Case of a servo on the floor, with its output shaft on the z axis.
 
-The shapes are our own: right in size and in what sits where, no copy of a drawing. x runs along the case, y is
-where the horn's notch points at 0°, and the name plate looks up (section 4.1 counts angles from that side).
+The shapes are original: correct in size and arrangement, but not copied from a drawing. x is along the case, y is the
+direction of the horn's notch at 0°, and the name plate faces up (section 4.1 defines angles from that side).
 """
 
 import numpy as np
@@ -18,11 +18,11 @@ from tools.meshes.surface import Surface, at, cap, join, lathe, loft, slab, stac
 _GROOVE = 0.5
 """Half the gap between two parts of a case."""
 _CONTACT_REACH = 12.0
-"""How far the floor round a case is darkened."""
+"""Width of the shadow on the floor around a case."""
 
 
 def plain(case: Case, *, fine: bool) -> list[Part]:
-    """A servo of no known series: its outline, its shaft and where 0° is, without what tells series apart."""
+    """A servo of an unknown series: outline, shaft and 0° mark, without distinguishing features."""
     wall = _wall(case, corner=6 if fine else 2, spacing=3.2 if fine else 9.0)
     boss, bearing, seal, shaft = fittings.output(case, rim=56 if fine else 20)
     surfaces = [(m.PLAIN, join([slab(wall, 0.0, case.top, bevel=1.3, steps=4 if fine else 2), boss])), (m.BRASS, shaft)]
@@ -32,7 +32,7 @@ def plain(case: Case, *, fine: bool) -> list[Part]:
 
 
 def near(case: Case) -> list[Part]:
-    """The detailed model, for the one servo the camera looks at."""
+    """The detailed model, for the servo in focus."""
     wall = _wall(case, corner=6, spacing=3.2)
     ears, holes = _ears(case, corner=5, rim=24, spacing=2.2)
     ear_low, ear_high = case.ear_top - case.ear_thickness, case.ear_top
@@ -63,7 +63,7 @@ def near(case: Case) -> list[Part]:
 
 
 def far(case: Case) -> list[Part]:
-    """The plain model, for the many: the same outline, a tenth of the triangles."""
+    """The simple model, for overviews: the same outline with a tenth of the triangles."""
     wall = _wall(case, corner=2, spacing=9.0)
     ears, holes = _ears(case, corner=2, rim=10, spacing=5.0)
     ear_low, ear_high = case.ear_top - case.ear_thickness, case.ear_top
@@ -87,7 +87,7 @@ def far(case: Case) -> list[Part]:
 
 
 def _solids(case: Case) -> list[Solid]:
-    """What blocks light: case, ears, boss and the hub of the horn, which looks the same at every angle."""
+    """Solids that block light: case, ears, boss and the hub of the horn, which is the same at every angle."""
     k = case.small
     solids = [
         Solid(_wall(case, corner=4, spacing=50.0), 0.0, case.top),
@@ -111,7 +111,7 @@ def _shaded(case: Case, surfaces: list[tuple[Material, Surface]], *, rings: int)
 
 
 def _contact(case: Case, rings: int) -> tuple[Surface, NDArray[np.float64]]:
-    """The floor round the case, and how far each of its points is from the wall."""
+    """The floor around the case, and the distance of each of its points from the wall."""
     foot = _wall(case, corner=rings, spacing=40.0 / rings)
     away = _CONTACT_REACH * np.linspace(1.0, 0.0, rings + 1) ** 1.5
     floor = loft([at(inset(foot, 0.8 - distance), 0.15) for distance in away.tolist()])
@@ -125,7 +125,7 @@ def _wall(case: Case, *, corner: int, spacing: float) -> Outline:
 
 
 def _ears(case: Case, *, corner: int, rim: int, spacing: float) -> tuple[Outline, list[Outline]]:
-    """The plate with both ears, which runs through the case, and its holes."""
+    """The plate with both ears, through the case, and its holes."""
     back, front = case.back - case.ear, case.front + case.ear
     half, radius = case.ear_half_width, 0.36 * case.ear
     outline = rounded_rectangle(back, front, -half, half, radius, corner=corner, spacing=spacing)
@@ -134,7 +134,7 @@ def _ears(case: Case, *, corner: int, rim: int, spacing: float) -> tuple[Outline
 
 
 def _finned(case: Case) -> list[tuple[float, float]]:
-    """The wall of the middle part: grooves that let it give off heat, below the ears."""
+    """The wall of the middle part, with cooling fins below the ears."""
     bottom, roof = case.seam_low, case.ear_top - case.ear_thickness
     pitch = (roof - bottom - 2.0) / (case.fins + 0.5)
     profile = [(0.35, bottom), (0.0, bottom + 0.35)]

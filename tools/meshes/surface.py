@@ -1,7 +1,7 @@
-"""Triangle surfaces in millimetres and the ways to make one: loft, cap, lathe, tube.
+"""Triangle surfaces in millimetres, and their constructors: loft, cap, lathe, tube.
 
-Points shared between triangles are shaded smoothly, points repeated make a crease: the viewer computes its own
-normals from exactly that, so a crease has to be in the points and not in a normal of ours.
+Points shared between triangles are shaded smoothly, repeated points form a crease: the viewer computes its normals from
+the points, so creases must be in the points and not in the normals.
 """
 
 from collections.abc import Sequence
@@ -14,12 +14,12 @@ from tools.meshes.outline import Outline, circle, inset
 from tools.meshes.triangulate import region
 
 Ring = NDArray[np.float64]
-"""A closed outline in space, (k, 3), counter-clockwise seen from where the loft goes."""
+"""A closed outline in space, (k, 3), counter-clockwise seen from the end of the loft."""
 
 _LIP = 0.22
 """Width in mm of the flat strip between a rounded edge and its face."""
 _HOLE = 0.6
-"""How much smaller the edge of a hole is rounded than the outer edge."""
+"""Bevel of a hole relative to that of the outer edge."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,19 +30,19 @@ class Surface:
     triangles: NDArray[np.int64]
 
     def moved(self, x: float = 0.0, y: float = 0.0, z: float = 0.0) -> "Surface":
-        """The same surface elsewhere."""
+        """The surface, translated."""
         return Surface(self.points + np.array([x, y, z]), self.triangles)
 
     def scaled(self, factor: float) -> "Surface":
-        """The same surface in another size, about the origin."""
+        """The surface, scaled about the origin."""
         return Surface(self.points * factor, self.triangles)
 
     def turned(self, columns: Sequence[Sequence[float]]) -> "Surface":
-        """The same surface turned: `columns` are where x, y and z go, a right-handed set."""
+        """The surface, rotated: `columns` are the images of x, y and z, a right-handed set."""
         return Surface(self.points @ np.array(columns, dtype=np.float64), self.triangles)
 
     def normals(self) -> NDArray[np.float64]:
-        """Unit normals at the points, weighted by triangle area as the viewer weights them."""
+        """Unit normals at the points, weighted by triangle area, as in the viewer."""
         a, b, c = (self.points[self.triangles[:, corner]] for corner in range(3))
         face = np.cross(b - a, c - a)
         total = np.zeros_like(self.points)
@@ -53,7 +53,7 @@ class Surface:
 
 
 def join(parts: Sequence[Surface]) -> Surface:
-    """Several surfaces as one, points kept apart."""
+    """Several surfaces as one, without merging points."""
     starts = np.cumsum([0, *(len(part.points) for part in parts)])
     return Surface(
         np.concatenate([part.points for part in parts]),
@@ -67,7 +67,7 @@ def at(outline: Outline, z: float) -> Ring:
 
 
 def loft(rings: Sequence[Ring], *, inward: bool = False) -> Surface:
-    """A smooth skin over rings of equal length, bottom first; `inward` turns it over, for the wall of a hole."""
+    """A smooth skin over rings of equal length, bottom first; `inward` flips it, for the wall of a hole."""
     size = len(rings[0])
     here = np.arange(size)
     there = (here + 1) % size
@@ -107,7 +107,7 @@ def slab(
 ) -> Surface:
     """A plate with rounded edges and holes from z0 to z1.
 
-    `spacing` puts points inside the faces, `rise` puts levels into the wall; both only for baked shading.
+    `spacing` adds points inside the faces, `rise` adds levels to the wall; both only for baked shading.
     """
     parts = [
         _wall(outer, z0, z1, bevel=bevel, steps=steps, rise=rise),
@@ -122,20 +122,20 @@ def slab(
 
 
 def lathe(profile: Sequence[tuple[float, float]], count: int) -> Surface:
-    """A turned part about z: profile of (radius, z), from the bottom outside up and inwards.
+    """A solid of revolution about z: profile of (radius, z), from the bottom outside up and inwards.
 
-    Its sharp corners become creases. A last radius of 0 closes the part.
+    Sharp corners become creases. A last radius of 0 closes the part.
     """
     return join([loft([at(circle(max(r, 1e-4), count), z) for r, z in run]) for run in _smooth_runs(profile)])
 
 
 def stack(outline: Outline, profile: Sequence[tuple[float, float]]) -> Surface:
-    """An upright skin whose outline is drawn in by a depth at each height: profile of (inset, z), bottom first."""
+    """An upright skin whose outline is inset by a depth at each height: profile of (inset, z), bottom first."""
     return join([loft([at(inset(outline, depth), z) for depth, z in run]) for run in _smooth_runs(profile)])
 
 
 def tube(path: NDArray[np.float64], radius: float, count: int) -> Surface:
-    """A round cable along (n, 3) points, its far end closed; the profile is carried along without twist."""
+    """A round cable along (n, 3) points, closed at its far end; the profile is swept without twist."""
     along = np.gradient(path, axis=0)
     along /= np.linalg.norm(along, axis=1, keepdims=True)
     side = np.cross(along[0], [0.0, 0.0, 1.0])
@@ -178,7 +178,7 @@ def _wall(
 
 
 def _smooth_runs(profile: Sequence[tuple[float, float]]) -> list[list[tuple[float, float]]]:
-    """The profile cut at corners sharper than 40°, each corner in both pieces."""
+    """The profile split at corners sharper than 40°, with each corner in both pieces."""
     runs: list[list[tuple[float, float]]] = [[profile[0]]]
     for before, here, after in zip(profile, profile[1:], profile[2:], strict=False):
         runs[-1].append(here)

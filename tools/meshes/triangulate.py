@@ -1,4 +1,4 @@
-"""Cuts a flat region with holes into triangles of even size: Delaunay over its rims and a lattice inside."""
+"""Triangulation of a flat region with holes: Delaunay over its rims and an inner lattice."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,8 +12,8 @@ Triangles = NDArray[np.int64]
 def region(outer: Outline, holes: list[Outline], spacing: float | None) -> tuple[NDArray[np.float64], Triangles]:
     """Points (the rims first, in order) and counter-clockwise triangles of `outer` without `holes`.
 
-    With `spacing` in mm the inside gets points of its own, so that shading baked into points can vary there.
-    Raises ValueError when a rim is too coarse for its neighbour, which shows as a wrong total area.
+    `spacing` (mm) adds inner points, so that the shading baked into points can vary. Raises ValueError if a rim is too
+    coarse for its neighbour, which results in a wrong total area.
     """
     points = np.concatenate([outer, *holes])
     if spacing is not None:
@@ -28,7 +28,7 @@ def region(outer: Outline, holes: list[Outline], spacing: float | None) -> tuple
     found = float(np.sum(_cross(b - a, c - a))) / 2
     wanted = area(outer) - sum(area(hole) for hole in holes)
     if abs(found - wanted) > 1e-3 * wanted:
-        raise ValueError(f"triangles cover {found:.3f} mm² of {wanted:.3f} mm²: sample the rims more finely")
+        raise ValueError(f"Triangles cover {found:.3f} mm² of {wanted:.3f} mm². Sample the rims more finely.")
     return points, triangles
 
 

@@ -1,6 +1,6 @@
-"""REST and WebSocket over the servo layer, with routes made from the tables."""
+"""REST and WebSocket on top of the servo layer, with routes generated from the tables."""
 
 from typing import Final
 
 PREFIX: Final = "/api/v1"
-"""Where it is. Routers are made with it and their routes taken as they are: `include_router` would build each again."""
+"""Path prefix of the API. Routers are created with it, because `include_router` would build every route twice."""

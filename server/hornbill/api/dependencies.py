@@ -1,4 +1,4 @@
-"""What routes are handed: the host, the servo of the path, and the lease of the header."""
+"""Dependencies of routes: the host, the servo in the path, the lease in the header."""
 
 from typing import Annotated
 
@@ -20,7 +20,7 @@ async def _host(request: Request) -> Host:
     return host
 
 
-# Both are async although they wait for nothing: FastAPI would run plain functions in a thread.
+# Async although they await nothing: FastAPI runs plain functions in a thread.
 TheHost = Annotated[Host, Depends(_host)]
 
 
@@ -56,30 +56,32 @@ async def _servo(host: TheHost, uid: Annotated[str, Path(description="Unique ID,
 
 
 TheServo = Annotated[Servo, Depends(_servo)]
-"""The servo of `{uid}`; unknown_servo (404) where there is none."""
+"""Servo of `{uid}`; unknown_servo (404) if there is none."""
 
 UidPath = Annotated[UidField, Path(description="Unique ID, 32 lower-case hex digits.")]
-"""A `{uid}` that need not be on the bus."""
+"""A `{uid}` that may be off the bus."""
 
 
 def known_uid(host: Host, uid: str) -> Uid:
-    """The unique ID of a servo on the bus or only remembered. Raises Unknown(unknown_servo) where neither is true."""
+    """Unique ID of a servo on the bus or in the inventory. Raises Unknown(unknown_servo) otherwise."""
     if not host.fleet.knows(uid) and host.store.servos.get(Uid(uid)) is None:
-        raise never_seen(uid)
+        raise servo_never_seen(uid)
     return Uid(uid)
 
 
-def never_seen(uid: str) -> Unknown:
-    """The refusal of a servo that was never seen."""
+def servo_never_seen(uid: str) -> Unknown:
+    """Error for a servo that was never seen."""
     return Unknown(
         "unknown_servo",
-        f"No servo {uid!r} was ever met.",
+        f"Unknown servo {uid!r}: it was never seen on the bus.",
         uid=uid,
         cause="servo_never_seen",
     )
 
 
-LeaseHeader = Annotated[str | None, Header(alias="Lease", description="ID of a valid lease.")]
+LeaseHeader = Annotated[
+    str | None, Header(alias="Lease", description="ID of a valid lease, which grants motion control.")
+]
 IfMatch = Annotated[
     str | None,
     Header(alias="If-Match", description="`revision` of the last read. If values have changed: `stale_revision`."),

@@ -1,4 +1,4 @@
-"""Headers and media types of the files that routes offer."""
+"""Headers and media types of file downloads."""
 
 from typing import Final
 
@@ -6,5 +6,5 @@ CSV: Final = "text/csv; charset=utf-8"
 
 
 def attachment(name: str) -> dict[str, str]:
-    """The header that offers a response as a file; `name` is plain ASCII without quotes."""
+    """Content-Disposition header of a download; `name` is plain ASCII without quotes."""
     return {"Content-Disposition": f'attachment; filename="{name}"'}

@@ -1,4 +1,4 @@
-"""Routers, problems, the guard and the page, put into one FastAPI application."""
+"""The FastAPI application: routes, problems, guard and page."""
 
 from collections.abc import Callable, Sequence
 from contextlib import AbstractAsyncContextManager
@@ -47,10 +47,10 @@ def create_api(
     mounted: Sequence[Route | WebSocketRoute] = (),
     demo: bool = False,
 ) -> FastAPI:
-    """The application. `lifespan` sets `app.state.host`; `mounted`: routes of other layers (the 3D view).
+    """Build the application. `lifespan` sets `app.state.host`; `mounted`: routes of other layers (the 3D view).
 
-    `policy`: which hosts and origins; `access`: who may do what, everybody unless given. `root_path` is where a
-    reverse proxy puts it, for example /hornbill; it may pass that part of the path on or not.
+    `policy`: allowed hosts and origins. `access`: access control; by default every client is an admin. `root_path`:
+    sub-path of a reverse proxy, for example /hornbill; the proxy may or may not strip it.
     """
     access = access or Access()
     measures = Measures()
@@ -58,7 +58,7 @@ def create_api(
     app = FastAPI(
         title="hornbill",
         version=__version__,
-        summary="Configure and drive BLA15, BLA21 and BLA34 servos over DroneCAN",
+        summary="Configure and control BLA15, BLA21 and BLA34 servos over DroneCAN",
         lifespan=lifespan,
         openapi_url=None,
         docs_url=None,
@@ -88,7 +88,7 @@ def table_of(
     docs_folder: Callable[[], Path | None] = lambda: None,
     mounted: Sequence[Route | WebSocketRoute] = (),
 ) -> RouteTable:
-    """Every route with its least role, in the order in which they are matched; the page takes what is left."""
+    """Every route with its minimum role, in matching order. The page matches all remaining paths."""
     return RouteTable(
         [
             *(row for part in _parts(catalog) for row in part.rows),
@@ -102,7 +102,7 @@ def table_of(
 def _parts(catalog: Catalog) -> list[Routes]:
     return [
         stop.routes,
-        parameters.routes(catalog),  # a rig writes a thousand values a second
+        parameters.routes(catalog),  # early: the most frequent requests
         servos.routes,
         inventory.routes,
         drift.routes,

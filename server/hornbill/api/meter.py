@@ -1,4 +1,4 @@
-"""Durations of requests and open sockets, by route; outside the guard, so that refusals are counted."""
+"""Request durations and open sockets by route. Outside the guard, so that refused requests count."""
 
 from collections import Counter
 from time import perf_counter
@@ -13,21 +13,21 @@ BOUNDS_S: Final = (0.001, 0.0025, 0.005, 0.01, 0.025, 0.05, 0.1, 0.25, 0.5, 1.0,
 
 _METHODS: Final = frozenset(("GET", "HEAD", "OPTIONS", "POST", "PUT", "PATCH", "DELETE"))
 _GONE: Final = 499
-"""Counted where the client went away before it was answered."""
+"""Status counted if the client disconnected before the response."""
 
 
 class Measures:
-    """What one application has counted. Bounded: routes are path templates, never paths of a request."""
+    """Counters of one application. Bounded: keys are path templates, not request paths."""
 
     def __init__(self) -> None:
         self.requests: dict[tuple[str, str, int], Histogram] = {}
         """By method, route and status."""
-        self.under_way = 0
+        self.in_progress = 0
         self.sockets: Counter[str] = Counter()
         """Open WebSockets by route."""
 
     def took(self, method: str, route: str, status: int, took_s: float) -> None:
-        """One request was answered."""
+        """Count a completed request."""
         spread = self.requests.get((method, route, status))
         if spread is None:
             spread = self.requests[method, route, status] = Histogram(BOUNDS_S)
@@ -35,14 +35,14 @@ class Measures:
 
 
 class Meter:
-    """ASGI middleware, the outermost: what the guard refuses is counted too."""
+    """Outermost ASGI middleware: counts requests, including those that the guard refuses."""
 
     def __init__(self, app: ASGIApp, measures: Measures) -> None:
         self._app = app
         self._measures = measures
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
-        """Pass it on, and note how it went."""
+        """Forward the request and record its outcome."""
         kind = scope["type"]
         if kind == "http":
             await self._request(scope, receive, send)
@@ -60,11 +60,11 @@ class Meter:
                 status = message["status"]
             await send(message)
 
-        measures.under_way += 1
+        measures.in_progress += 1
         try:
             await self._app(scope, receive, sending)
         finally:
-            measures.under_way -= 1
+            measures.in_progress -= 1
             method = scope["method"] if scope["method"] in _METHODS else "other"
             measures.took(method, _route(scope), status, perf_counter() - began)
 
@@ -86,6 +86,6 @@ class Meter:
 
 
 def _route(scope: Scope) -> str:
-    """The path template of the route the guard has found; "other" where no route is declared."""
+    """Path template of the matched route, or "other"."""
     row: RouteRole | None = scope.get(ROW)
     return "other" if row is None else row.route.path

@@ -6,10 +6,10 @@ from hornbill.api.problems import problem
 from hornbill.domain.bus import AdapterNote, AllocatorState, Bus, PendingAllocation, SerialLine
 from hornbill.domain.job import Job, JobStep
 from hornbill.domain.motion import (
-    AskedFor,
     Lease,
     LeaseView,
     OutputRestorePreview,
+    PendingRequest,
     RestorableOutput,
     Stop,
     StopNode,
@@ -148,7 +148,7 @@ def lease(host: Host, one: HeldLease) -> Lease:
 
 def lease_view(host: Host, one: HeldLease) -> LeaseView:
     """Lease as visible to all clients."""
-    asked = host.motion_control.waiting
+    request = host.motion_control.waiting
     return LeaseView(
         shown_id=one.shown_id,
         holder=one.holder,
@@ -156,8 +156,10 @@ def lease_view(host: Host, one: HeldLease) -> LeaseView:
         expires_at=host.base.utc(one.expires_at),
         expires_in_s=_left(host, one.expires_at),
         request=None
-        if asked is None
-        else AskedFor(id=asked.shown_id, by=asked.by, reason=asked.reason, expires_in_s=_left(host, asked.due)),
+        if request is None
+        else PendingRequest(
+            id=request.shown_id, by=request.by, reason=request.reason, expires_in_s=_left(host, request.due)
+        ),
     )
 
 

@@ -1,4 +1,4 @@
-"""The one table from errors to HTTP answers, as application/problem+json."""
+"""Mapping of errors to HTTP responses (application/problem+json)."""
 
 import json
 from typing import Any, Final
@@ -70,7 +70,7 @@ STATUS: dict[str, int] = {
     "log_failed": 500,
     "internal": 500,
 }
-"""HTTP status of every code an error can carry; a test walks the error tree against it."""
+"""HTTP status by error code. A test checks that every error class is covered."""
 
 MEDIA_TYPE = "application/problem+json"
 _RESPONSE: Final = "#/components/responses/"
@@ -85,33 +85,33 @@ COMMON: Final = (
     "unauthorized", "forbidden_role", "forbidden_origin", "too_large", "unsupported_media_type", "too_many_attempts",
     "internal",
 )  # fmt: skip
-"""Codes any request may be refused with before its route sees it."""
+"""Codes of the guard, which may refuse any request before its route is called."""
 
 
 def _common(*codes: str) -> str:
-    return f"Refused before it reached its operation: {', '.join(f'`{code}` ({STATUS[code]})' for code in codes)}."
+    return f"Refused before the operation: {', '.join(f'`{code}` ({STATUS[code]})' for code in codes)}."
 
 
-ALONE: Final = (
+OWN_RESPONSE: Final = (
     "invalid_value", "bus_disconnected", "no_response", "unknown_servo", "refused_by_servo", "not_in_this_model",
     "stopped", "lease_required", "forbidden_parameter", "store_failed",
 )  # fmt: skip
-"""Codes that are often the only one of their status: each has a response of its own."""
+"""Codes that are often the only one of their status: each is a component of its own."""
 
 RESPONSES: Final[dict[str, Any]] = {
-    "Problem": {"description": "What went wrong, and what to do.", "content": _CONTENT},
+    "Problem": {"description": "Problem and remedy.", "content": _CONTENT},
     "CommonProblem": {"description": _common(*COMMON), "headers": _LIMITED, "content": _CONTENT},
     "StopProblem": {
         "description": _common(*(code for code in COMMON if code != "too_many_attempts")),
         "content": _CONTENT,
     },
-    **{code: {"description": f"`{code}`", "content": _CONTENT} for code in ALONE},
+    **{code: {"description": f"`{code}`", "content": _CONTENT} for code in OWN_RESPONSE},
 }
-"""The responses that operations share, as components of the document; an operation adds its codes."""
+"""Responses shared by operations, as components of the document; each operation adds its codes."""
 
 
 def problem(error: errors.HornbillError) -> Problem:
-    """An error as people and programs get it; its facts are extra members."""
+    """Problem document of an error; its facts become extra members."""
     status = STATUS[error.code]
     facts = {key: value for key, value in error.facts.items() if key not in Problem.model_fields}
     return Problem(
@@ -121,11 +121,11 @@ def problem(error: errors.HornbillError) -> Problem:
     )  # fmt: skip
 
 
-def answer(error: errors.HornbillError) -> Response:
-    """The HTTP response for an error."""
+def problem_response(error: errors.HornbillError) -> Response:
+    """HTTP response of an error."""
     shown = problem(error)
-    # It may repeat what was sent: whole numbers of any size and half surrogates, which orjson refuses, and NaN, which
-    # no JSON has: that becomes a text.
+    # Facts may quote the request: integers of any size and lone surrogates, which orjson rejects, and NaN, which JSON
+    # lacks and which becomes a string.
     text = json.dumps(json.loads(json.dumps(shown.model_dump(), default=str), parse_constant=str))
     wait_s = error.facts.get("retry_after_s")
     headers = None if wait_s is None else {"Retry-After": str(wait_s)}
@@ -133,7 +133,7 @@ def answer(error: errors.HornbillError) -> Response:
 
 
 def declared(*codes: str, limited: bool = True) -> dict[int | str, dict[str, Any]]:
-    """OpenAPI responses for these codes, gathered by status. `limited`: wrong tokens are refused for a while (429)."""
+    """OpenAPI responses for these codes, grouped by status. `limited`: subject to rate limiting (429)."""
     by_status: dict[int, list[str]] = {}
     for code in dict.fromkeys(codes):
         by_status.setdefault(STATUS[code], []).append(code)
@@ -142,27 +142,27 @@ def declared(*codes: str, limited: bool = True) -> dict[int | str, dict[str, Any
 
 
 def _declared(codes: list[str]) -> dict[str, Any]:
-    if len(codes) == 1 and codes[0] in ALONE:
+    if len(codes) == 1 and codes[0] in OWN_RESPONSE:
         return {"$ref": f"{_RESPONSE}{codes[0]}"}
     return {"$ref": f"{_RESPONSE}Problem", "description": ", ".join(f"`{code}`" for code in codes)}
 
 
 def install(app: FastAPI) -> None:
-    """Answer every error of ours, of validation and of routing as a problem."""
+    """Register handlers that turn our errors, validation errors and routing errors into problems."""
 
     @app.exception_handler(errors.HornbillError)
     async def _ours(_request: Request, error: Exception) -> Response:
         assert isinstance(error, errors.HornbillError)
-        return answer(error)
+        return problem_response(error)
 
     @app.exception_handler(RequestValidationError)
     async def _invalid(_request: Request, error: Exception) -> Response:
         assert isinstance(error, RequestValidationError)
         found = [{"where": ".".join(str(part) for part in one["loc"]), "what": one["msg"]} for one in error.errors()]
         text = "; ".join(f"{one['where']}: {one['what']}" for one in found[:3])
-        return answer(
+        return problem_response(
             errors.InvalidValue(
-                f"The request is not of the form the API document gives. {text}.",
+                f"The request does not match the API description. {text}.",
                 cause="request_malformed",
                 where=[one["where"] for one in found[:3]],
                 errors=found,
@@ -173,11 +173,13 @@ def install(app: FastAPI) -> None:
     async def _routing(request: Request, error: Exception) -> Response:
         assert isinstance(error, HTTPException)
         if error.status_code == 400:
-            return answer(errors.InvalidValue(f"The body is not JSON: {error.detail}.", cause="body_not_json"))
+            return problem_response(
+                errors.InvalidValue(f"The body is not valid JSON: {error.detail}.", cause="body_not_json")
+            )
         code = {404: "not_found", 405: "method_not_allowed"}.get(error.status_code, "internal")
         shown = Problem(
             type=f"urn:hornbill:{code}", title=str(error.detail), status=error.status_code, code=code,
-            detail=f"{request.method} {request.url.path}: {error.detail}. /api/v1/openapi.json lists what there is.",
+            detail=f"{request.method} {request.url.path}: {error.detail}. See /api/v1/openapi.json for all operations.",
             summary=f"{request.method} {request.url.path}: {error.detail}.",
         )  # fmt: skip
         return Response(orjson.dumps(shown.model_dump()), error.status_code, media_type=MEDIA_TYPE)

@@ -1,4 +1,4 @@
-"""Requests that remedy a problem or a finding: what a program sends next. The layers below know no routes."""
+"""Requests that resolve a problem or a finding, for programs. The layers below know no routes."""
 
 import re
 from collections.abc import Mapping
@@ -36,7 +36,7 @@ REQUESTS: Final[Mapping[Cause, str]] = {
     "torque_is_off": 'POST /api/v1/servos/{uid}/torque {"mode": "on"}',
     "position_unit_conflict": "PUT /api/v1/servos/{uid}/position-unit",
 }
-"""By the cause of a problem. Parts in braces are facts of the problem, or stay as in the OpenAPI document."""
+"""By cause of a problem. Parts in braces are filled with facts of the problem if it has them."""
 
 _ADVISED: Final[Mapping[Advice, str]] = {
     "change_own_node_id": "HORNBILL_NODE_ID={other_id} hornbill serve",
@@ -48,20 +48,20 @@ _ADVISED: Final[Mapping[Advice, str]] = {
     "keep_one_allocator": 'PUT /api/v1/bus/allocator {"mode": "off"}',
     "turn_allocator_on": 'PUT /api/v1/bus/allocator {"mode": "on"}',
 }
-"""By the advice of a finding: requests, or how to start the server."""
+"""By advice of a finding: a request, or a command that starts the server."""
 
 
 _PART: Final = re.compile(r"\{(\w+)\}")
 
 
 def detail(error: HornbillError) -> str:
-    """The text of a problem, ending in the request that remedies it."""
+    """Text of a problem, followed by the request that resolves it."""
     request = REQUESTS.get(error.facts.get("cause"))  # pyright: ignore[reportArgumentType]
     return error.detail + (_confirmation(error) or _named(request, error.facts))
 
 
 def remedy(finding: Finding) -> str | None:
-    """What to do about a finding, ending in the request that does it."""
+    """Remedy of a finding, followed by the request that applies it."""
     if finding.remedy is None or finding.advice is None:
         return finding.remedy
     return finding.remedy + _named(_ADVISED.get(finding.advice), finding.params)
@@ -74,14 +74,14 @@ def _named(request: str | None, values: Mapping[str, object]) -> str:
 
 
 def _confirmation(error: HornbillError) -> str:
-    """How a program confirms what it is asked: every word, or one of several choices."""
+    """Instruction for programs: repeat the request with every code, or with one of several choices."""
     if error.code != "needs_confirmation":
         return ""
     choices: list[str] = error.facts.get("choices") or []
     if len(choices) > 1:
-        return f" Send it again with confirm: {' or '.join(map(_list, choices))}."
+        return f" Repeat the request with confirm: {' or '.join(map(_list, choices))}."
     words: list[str] = error.facts.get("words") or [*filter(None, [error.facts.get("confirm")])]
-    return f" To confirm, send it again with confirm: {_list(*words)}." if words else ""
+    return f" To confirm, repeat the request with confirm: {_list(*words)}." if words else ""
 
 
 def _list(*words: str) -> str:

@@ -1,4 +1,4 @@
-"""How a route is declared: its least role, the problems it may answer, and with them what the document says of both."""
+"""Declaration of routes: minimum role, possible problems, and their documentation."""
 
 from collections.abc import Callable, Sequence
 from typing import Any, Final, TypeVar
@@ -8,45 +8,46 @@ from fastapi.routing import APIRoute, APIWebSocketRoute
 
 from hornbill.api import PREFIX
 from hornbill.api.problems import STATUS, declared
-from hornbill.api.security.roles import ANYBODY, HERE, Role, RouteRole
+from hornbill.api.security.roles import LOCAL, PUBLIC, Role, RouteRole
 
 Endpoint = TypeVar("Endpoint", bound=Callable[..., Any])
 
 KEY_HEADER: Final = "Idempotency-Key"
 LONGEST_KEY: Final = 255
 
-EVERY_TIME: Final = {
-    f"{PREFIX}/stop": "a stop is done each time it is asked for",
-    f"{PREFIX}/session": "its answer is a secret, which is kept nowhere",
-    f"{PREFIX}/tickets": "its answer is a secret, which is kept nowhere",
-    f"{PREFIX}/tokens": "its answer is a secret, which is kept nowhere; a second token of a name is refused anyway",
+WITHOUT_KEY: Final = {
+    f"{PREFIX}/stop": "every stop request is carried out",
+    f"{PREFIX}/session": "the response contains a secret, which is not stored",
+    f"{PREFIX}/tickets": "the response contains a secret, which is not stored",
+    f"{PREFIX}/tokens": "the response contains a secret, which is not stored; a duplicate name is refused anyway",
 }
-"""POSTs without an Idempotency-Key, and why."""
+"""POST routes without Idempotency-Key, each with the reason."""
 
 _KEY: Final = {
     "name": KEY_HEADER,
     "in": "header",
     "required": False,
-    "description": "Sent again with the same key it is done once, and answered as at first. Kept for 24 h at least.",
+    "description": "A repeated request with the same key is carried out once and returns the first response. Responses "
+    "are stored for at least 24 h.",
     "example": "rig-7-run-2031",
     "schema": {"type": "string", "minLength": 1, "maxLength": LONGEST_KEY, "pattern": "^[!-~]+$"},
 }
 
 
 class Routes:
-    """Routes of one subject. Each takes its path, its least role, and the codes of the problems it may answer.
+    """Routes of one subject. Each is declared with its path, minimum role and possible problem codes.
 
-    The endpoint's name is the operation's.
+    The name of the endpoint is the operation ID.
     """
 
     def __init__(self, tag: str, prefix: str = PREFIX) -> None:
-        """`tag`: the subject, as the document groups operations."""
+        """`tag`: subject by which the document groups operations."""
         self.rows: list[RouteRole] = []
         self._tag = tag
         self._prefix = prefix
 
     def get(self, path: str, least: int, *codes: str, **more: Any) -> Callable[[Endpoint], Endpoint]:
-        """Declare a GET; `more` as FastAPI takes it."""
+        """Declare a GET; `more` is passed to FastAPI."""
         return self._declare("GET", path, least, codes, more)
 
     def put(self, path: str, least: int, *codes: str, **more: Any) -> Callable[[Endpoint], Endpoint]:
@@ -54,7 +55,7 @@ class Routes:
         return self._declare("PUT", path, least, codes, more)
 
     def post(self, path: str, least: int, *codes: str, **more: Any) -> Callable[[Endpoint], Endpoint]:
-        """Declare a POST; it takes an Idempotency-Key, unless its path is in EVERY_TIME."""
+        """Declare a POST; it accepts an Idempotency-Key unless its path is in WITHOUT_KEY."""
         return self._declare("POST", path, least, codes, more)
 
     def patch(self, path: str, least: int, *codes: str, **more: Any) -> Callable[[Endpoint], Endpoint]:
@@ -84,7 +85,7 @@ class Routes:
                 "tags": [self._tag, *more.get("tags", ())],
             }
             route = APIRoute(self._prefix + path, endpoint, methods=[method], **given)
-            keyed = method == "POST" and route.path not in EVERY_TIME
+            keyed = method == "POST" and route.path not in WITHOUT_KEY
             route.responses = {**route.responses, **_problems(route, codes, keyed=keyed)}
             route.openapi_extra = {**_access(least), **(route.openapi_extra or {})}
             if keyed:
@@ -96,23 +97,23 @@ class Routes:
 
 
 def _problems(route: APIRoute, codes: Sequence[str], *, keyed: bool) -> dict[int | str, dict[str, Any]]:
-    """What a route may answer. What the guard may answer in its place is the same for all: `default`."""
+    """Problem responses of a route. Those of the guard are the same for all routes: `default`."""
     every = [*codes]
-    if STATUS["invalid_value"] not in {STATUS[code] for code in codes} and _takes_anything(route.dependant):
+    if STATUS["invalid_value"] not in {STATUS[code] for code in codes} and _takes_input(route.dependant):
         every.append("invalid_value")
     if keyed:
         every += ["idempotency_key_reused", "interrupted", "store_failed"]
-    return declared(*every, limited=route.operation_id != "stop")  # a stop never waits for what others guessed
+    return declared(*every, limited=route.operation_id != "stop")  # Stop is never rate-limited
 
 
-def _takes_anything(of: Dependant) -> bool:
+def _takes_input(of: Dependant) -> bool:
     taken = of.path_params, of.query_params, of.header_params, of.cookie_params, of.body_params
-    return any(taken) or any(map(_takes_anything, of.dependencies))
+    return any(taken) or any(map(_takes_input, of.dependencies))
 
 
 def _access(least: int) -> dict[str, Any]:
-    """Which tokens an operation takes, and the least role of them."""
-    if least == ANYBODY:
+    """Security schemes and minimum role of an operation."""
+    if least == PUBLIC:
         return {}
-    role = Role.VIEW if least == HERE else Role(least)
+    role = Role.VIEW if least == LOCAL else Role(least)
     return {"security": [{"token": []}, {"session": []}], "x-hornbill-role": role.word}

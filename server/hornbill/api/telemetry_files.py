@@ -1,4 +1,4 @@
-"""The files of a telemetry window: CSV and Parquet, made piece by piece so that the loop is never held up."""
+"""Telemetry as CSV and Parquet files, generated in pieces so that the event loop is not blocked."""
 
 import asyncio
 import heapq
@@ -19,16 +19,16 @@ from hornbill.servo.runtime.timebase import TimeBase
 from hornbill.units import Instant
 
 ROWS_A_PIECE = 500
-"""Lines of CSV made in one turn of the loop: a few milliseconds."""
+"""CSV lines generated per iteration of the event loop: a few milliseconds."""
 
 ROWS_A_GROUP = 65_536
-"""Samples in one row group of Parquet; they are packed in another thread."""
+"""Samples per Parquet row group; compressed in a thread."""
 
 _Sample = tuple[Instant, int, float]
 
 
 async def csv(columns: Mapping[str, SampleColumns], base: TimeBase) -> AsyncIterator[bytes]:
-    """One line a sample time: `t_utc`, `t_s` on the server's clock, and a cell a channel, empty where it has none."""
+    """One line per sample time: `t_utc`, `t_s` on the server's clock, and one cell per channel, empty if no sample."""
     yield csv_text([["t_utc", "t_s", *columns]], end="\n").encode()
     rows = _rows(columns)
     while True:
@@ -36,16 +36,16 @@ async def csv(columns: Mapping[str, SampleColumns], base: TimeBase) -> AsyncIter
         if not piece:
             return
         utc = np.array([base.utc(t) * 1e6 for t, _ in piece]).round().astype("datetime64[us]")
-        told = np.datetime_as_string(utc, unit="us").tolist()
+        instants = np.datetime_as_string(utc, unit="us").tolist()
         lines = (
-            [Formatted(f"{at}Z"), Formatted(f"{t:.6f}"), *cells] for at, (t, cells) in zip(told, piece, strict=True)
+            [Formatted(f"{at}Z"), Formatted(f"{t:.6f}"), *cells] for at, (t, cells) in zip(instants, piece, strict=True)
         )
         yield csv_text(lines, end="\n").encode()
         await asyncio.sleep(0)
 
 
 def _rows(columns: Mapping[str, SampleColumns]) -> Iterator[tuple[Instant, list[float | None]]]:
-    """Sample times in order, each with its cells."""
+    """Sample times in ascending order, each with its cells."""
     empty: list[float | None] = [None] * len(columns)
     at, cells = -math.inf, list(empty)
     for t, place, value in heapq.merge(*_samples(columns), key=itemgetter(0)):
@@ -69,19 +69,19 @@ def _samples(columns: Mapping[str, SampleColumns]) -> list[Iterable[_Sample]]:
 
 
 def need_parquet() -> None:
-    """Raises NotAvailable where what writes Parquet is not installed."""
+    """Raises NotAvailable if pyarrow is not installed."""
     if importlib.util.find_spec("pyarrow") is None:
         raise NotAvailable(
-            "Parquet cannot be written: pyarrow is not installed. Install it with pip install 'hornbill[parquet]', "
-            "or take telemetry.csv.",
+            "Parquet export requires pyarrow, which is not installed. Install it with "
+            "pip install 'hornbill[parquet]', or use telemetry.csv.",
             cause="pyarrow_missing",
         )
 
 
 async def parquet(columns: Mapping[str, SampleColumns], utc_offset: float) -> AsyncIterator[bytes]:
-    """Rows of `channel`, `t` (seconds on the server's clock) and `value` (null is a gap), channel by channel.
+    """Rows of `channel`, `t` (seconds on the server's clock) and `value` (null is a gap), sorted by channel.
 
-    The file's metadata has `utc_offset`: add it to `t` for seconds since 1970 UTC.
+    The file's metadata contains `utc_offset`: add it to `t` for seconds since 1970 UTC.
     """
     sink = _Pieces()
     writer = await asyncio.to_thread(_Writer, sink, utc_offset)
@@ -94,7 +94,7 @@ async def parquet(columns: Mapping[str, SampleColumns], utc_offset: float) -> As
 
 
 def _groups(one: SampleColumns) -> Iterator[tuple[Any, Any]]:
-    """Pieces put together to at most ROWS_A_GROUP samples and one piece."""
+    """Pieces joined into groups of about ROWS_A_GROUP samples."""
     waiting, rows = list[tuple[Any, Any]](), 0
     for piece in one.pieces:
         waiting.append(piece)
@@ -107,7 +107,7 @@ def _groups(one: SampleColumns) -> Iterator[tuple[Any, Any]]:
 
 
 class _Writer:
-    """pyarrow's writer of one table; loaded when the first file is made, for that takes half a second."""
+    """pyarrow's Parquet writer. Imported for the first file only, because the import takes half a second."""
 
     def __init__(self, sink: "_Pieces", utc_offset: float) -> None:
         self._arrow: Any = importlib.import_module("pyarrow")
@@ -129,12 +129,12 @@ class _Writer:
         self._writer.write_table(arrow.Table.from_arrays(rows, schema=self._schema))
 
     def close(self) -> None:
-        """The end of the file, which says where everything is."""
+        """Write the footer of the file."""
         self._writer.close()
 
 
 class _Pieces:
-    """A file to write to, from which what was written is taken away again and again."""
+    """Writable file object whose content is taken piece by piece."""
 
     def __init__(self) -> None:
         self._parts: list[bytes] = []
@@ -142,36 +142,36 @@ class _Pieces:
         self.closed = False
 
     def write(self, data: bytes) -> int:
-        """Append; pyarrow's buffers are copied, for they do not outlive the call."""
+        """Append a copy: buffers of pyarrow are valid only during the call."""
         part = bytes(data)
         self._parts.append(part)
         self._size += len(part)
         return len(part)
 
     def tell(self) -> int:
-        """Bytes written so far, taken ones included."""
+        """Position: bytes written so far, including those already taken."""
         return self._size
 
     def flush(self) -> None:
-        """Nothing is held back."""
+        """Nothing to do: data is not buffered."""
 
     def close(self) -> None:
-        """Nothing more comes."""
+        """Mark the file as closed."""
         self.closed = True
 
     def writable(self) -> bool:
-        """It is."""
+        """True."""
         return True
 
     def readable(self) -> bool:
-        """It is not."""
+        """False."""
         return False
 
     def seekable(self) -> bool:
-        """It is not."""
+        """False."""
         return False
 
     def taken(self) -> bytes:
-        """What was written since the last time."""
+        """Data written since the last call."""
         parts, self._parts = self._parts, []
         return b"".join(parts)

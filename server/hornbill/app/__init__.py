@@ -1,1 +1,1 @@
-"""Settings, composition and serving: what the command line starts."""
+"""Settings, composition and serving of the server process."""

@@ -28,7 +28,7 @@ class TimedConnection(asyncio.Protocol):
     """An HTTP protocol of uvicorn with a timeout for heads. `RequestTimeouts` reports when a head is complete."""
 
     def __init__(self, http: Callable[..., Any], limits: RequestLimits, **given: Any) -> None:
-        """`http` makes the protocol from what uvicorn has `given`."""
+        """`http`: factory of the protocol; `given`: its arguments from uvicorn."""
         self._http = http(**given)
         self._limits = limits
         self._running = 0
@@ -45,7 +45,7 @@ class TimedConnection(asyncio.Protocol):
         self._http.connection_made(transport)
 
     def data_received(self, data: bytes) -> None:
-        """Pass on what came. The application runs in this context once the head is complete."""
+        """Forward received data. The application runs in this context once the head is complete."""
         if not self._running:
             if self._head > LARGEST_HEAD:
                 self._transport.write(b"HTTP/1.1 400 Bad Request\r\ncontent-length: 0\r\nconnection: close\r\n\r\n")
@@ -68,7 +68,7 @@ class TimedConnection(asyncio.Protocol):
         self._stop()
 
     def request_ended(self) -> None:
-        """The response is complete; what comes next is the rest of its body or the next head."""
+        """The response is complete; the rest of the body or the next head follows."""
         self._running -= 1
 
     def close(self) -> None:
@@ -90,10 +90,10 @@ _connection: ContextVar[TimedConnection] = ContextVar("connection")
 
 
 class RequestTimeouts:
-    """ASGI middleware: closes the connection of a request whose body does not come in time."""
+    """ASGI middleware: closes the connection of a request whose body does not arrive in time."""
 
     def __init__(self, app: ASGIApp, limits: RequestLimits) -> None:
-        """Outermost, so that no other middleware waits for a body."""
+        """Must be outermost, so that no other middleware waits for a body."""
         self._app = app
         self._limits = limits
 

@@ -1,4 +1,4 @@
-"""Run the server: the listening socket, the address it prints, and a shutdown that lets torque go first."""
+"""Serving: the listening socket, the announced address, and a shutdown that turns torque off first."""
 
 import asyncio
 import gc
@@ -22,29 +22,29 @@ from hornbill.app.request_timeouts import RequestLimits, RequestTimeouts, TimedC
 from hornbill.errors import HornbillError
 
 SWITCH_S = 0.0005
-"""How long a thread may keep the interpreter while the loop waits for it. Python's own 5 ms would be added to whatever
-the loop does next, a stop too, as often as the thread of an adapter has a burst of frames in hand."""
+"""Thread switch interval. Python's default of 5 ms would delay the event loop, including a stop, whenever the thread of
+an adapter processes a burst of frames."""
 
-SPARING_S = 10.0
-"""How often at most the log says that a request was no HTTP."""
+REPEAT_S = 10.0
+"""Minimum interval between log lines about malformed requests."""
 
 LIMITS: Final = RequestLimits()
 
 ADDRESS_USE: int = getattr(socket, "SO_EXCLUSIVEADDRUSE", socket.SO_REUSEADDR)
-"""SO_REUSEADDR lets a port be listened on again at once. On Windows it would let another program listen on it, too."""
+"""SO_REUSEADDR allows the port to be reused immediately. On Windows it would let another program listen on it, too."""
 
 
 class CannotListen(HornbillError):
-    """The address cannot be listened on."""
+    """The server cannot listen on the address."""
 
     code = "internal"
     title = "Cannot listen"
 
 
 def listen(host: str, port: int) -> socket.socket:
-    """A socket that listens on `host` and `port` (0: any free one). Raises CannotListen with the remedy."""
+    """Socket that listens on `host` and `port` (0: any free one). Raises CannotListen with the remedy."""
     family = socket.AF_INET6 if ":" in host else socket.AF_INET
-    # Named as TCP: of any other asyncio would not switch Nagle's delay off, and many an answer would be 40 ms late.
+    # With IPPROTO_TCP asyncio disables Nagle's algorithm, which would delay many responses by 40 ms.
     made = socket.socket(family, socket.SOCK_STREAM, socket.IPPROTO_TCP)
     made.setsockopt(socket.SOL_SOCKET, ADDRESS_USE, 1)
     try:
@@ -53,15 +53,15 @@ def listen(host: str, port: int) -> socket.socket:
     except OSError as error:
         made.close()
         raise CannotListen(
-            f"Port {port} on {host} cannot be used: {error.strerror}. Choose another with --port.", cause=None
+            f"Cannot listen on port {port} of {host}: {error.strerror}. Choose another port with --port.", cause=None
         ) from None
     return made
 
 
 async def serve(app: FastAPI, listening: socket.socket, announce: str, tls: tuple[Path, Path] | None = None) -> None:
-    """Serve until interrupted; `announce` is printed once requests are answered, with the address in place of {url}.
+    """Serve until interrupted. `announce` is printed once the server is ready, with the address in place of {url}.
 
-    `tls`: certificate chain and key, PEM. Raises CannotListen when they cannot be used.
+    `tls`: certificate chain and key, PEM. Raises CannotListen if they are invalid.
     """
     config = configured(app, tls)
     try:
@@ -69,9 +69,9 @@ async def serve(app: FastAPI, listening: socket.socket, announce: str, tls: tupl
     except OSError as error:  # of ssl, too
         listening.close()
         raise CannotListen(
-            f"The certificate and its key cannot be used: {error}. Give a matching pair.", cause=None
+            f"Invalid TLS certificate or key: {error}. Use a matching pair of PEM files.", cause=None
         ) from None
-    logging.getLogger("uvicorn.error").addFilter(Sparing())
+    logging.getLogger("uvicorn.error").addFilter(RateLimit())
     sys.setswitchinterval(SWITCH_S)
     server = _Server(config, app)
     _stop_on_signal(app)
@@ -79,8 +79,7 @@ async def serve(app: FastAPI, listening: socket.socket, announce: str, tls: tupl
     while not server.started and not running.done():  # noqa: ASYNC110 - uvicorn has no event to wait for
         await asyncio.sleep(0.01)
     if server.started:
-        # Looking through all that was imported would now and then hold up frames for a tenth of a second, and now the
-        # first request: hardly any of it is garbage.
+        # Exclude imported objects from garbage collection: scanning them would delay frames by up to 0.1 s.
         gc.freeze()
         gc.enable()
         host, port = listening.getsockname()[:2]
@@ -95,18 +94,18 @@ def configured(
     limits: RequestLimits = LIMITS,
     http: Callable[..., Any] = AutoHTTPProtocol,
 ) -> uvicorn.Config:
-    """How uvicorn serves `app`. `http`: its HTTP protocol; by default httptools where it is installed, else h11."""
+    """Configuration of uvicorn for `app`. `http`: HTTP protocol; default httptools if installed, else h11."""
     timed = cast("type[asyncio.Protocol]", partial(TimedConnection, http, limits))
     return uvicorn.Config(
         RequestTimeouts(app, limits), log_level="warning", access_log=False, http=timed, ws="websockets-sansio",
         timeout_graceful_shutdown=2, ws_max_size=1 << 20, ws_per_message_deflate=False, lifespan="on",
-        server_header=False, proxy_headers=False,  # the guard reads them, where there is a proxy to believe
+        server_header=False, proxy_headers=False,  # evaluated by the guard
         ssl_certfile=tls and str(tls[0]), ssl_keyfile=tls and str(tls[1]),
     )  # fmt: skip
 
 
 class _Server(uvicorn.Server):
-    """Ends the event streams when it ends, as it does sockets: else it would wait for them, with torque on."""
+    """uvicorn server that also ends event streams at shutdown; otherwise it would wait for them, with torque on."""
 
     def __init__(self, config: uvicorn.Config, app: FastAPI) -> None:
         """`app`: the application with the event streams."""
@@ -114,43 +113,43 @@ class _Server(uvicorn.Server):
         self._app = app
 
     async def shutdown(self, sockets: list[socket.socket] | None = None) -> None:
-        """Let go of everybody, then of the application."""
+        """End event streams, connections and the application."""
         end_streams(self._app.state)
         await super().shutdown(sockets)
 
 
-class Sparing:
-    """A filter of uvicorn's log: whoever sends it garbage must not fill the disk with what is said of it."""
+class RateLimit:
+    """Filter of uvicorn's log: malformed requests must not fill the disk."""
 
     def __init__(self, now: Callable[[], float] = time.monotonic) -> None:
-        """`now` gives seconds."""
+        """`now`: clock, s."""
         self._now = now
         self._next = float("-inf")
-        self._left_out = 0
+        self._omitted = 0
 
     def __call__(self, record: logging.LogRecord) -> bool:
-        """Whether a line is written. Of malformed requests one is in `SPARING_S`, with the number of the others."""
+        """Whether to write a line: for malformed requests one per `REPEAT_S`, with the number of omitted ones."""
         text = record.getMessage()
         if text != "Invalid HTTP request received.":
-            # It calls it an error when a socket is refused by an answer with a status, though it sends that answer.
+            # uvicorn logs an error if a socket is refused with an HTTP response, although it sends the response.
             return text != "ASGI callable returned without completing handshake."
         if self._now() < self._next:
-            self._left_out += 1
+            self._omitted += 1
             return False
-        if self._left_out:
-            record.msg = f"{text} {self._left_out} more were since this was last said."
-        self._next, self._left_out = self._now() + SPARING_S, 0
+        if self._omitted:
+            record.msg = f"{text} {self._omitted} more since the last message."
+        self._next, self._omitted = self._now() + REPEAT_S, 0
         return True
 
 
 def _stop_on_signal(app: FastAPI) -> None:
-    """SIGUSR1 stops every servo, where there are such signals: `kill -USR1 PID` works when no page does."""
+    """Stop all servos on SIGUSR1 (`kill -USR1 PID`), where signals are available."""
     if sys.platform == "win32":
         return
     loop = asyncio.get_running_loop()
 
     def press() -> None:
-        if not hasattr(app.state, "host"):  # it is being put together
+        if not hasattr(app.state, "host"):  # still starting
             loop.call_later(0.01, press)
             return
         app.state.host.stop.now("off", "signal SIGUSR1", "")

@@ -1,4 +1,4 @@
-"""What flags and HORNBILL_… environment variables decide, once, at start."""
+"""Settings from command line options and HORNBILL_… environment variables, read at start."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -10,63 +10,68 @@ from pydantic_settings import BaseSettings, NoDecode, SettingsConfigDict
 
 
 class Settings(BaseSettings):
-    """Frozen; flags given by the command line win over the environment."""
+    """Settings of the server. Frozen. Options of the command line override the environment."""
 
     model_config = SettingsConfigDict(env_prefix="HORNBILL_", frozen=True, extra="ignore")
 
-    host: str = Field(default="127.0.0.1", description="address to listen on")
-    port: int = Field(default=8000, ge=0, le=65535, description="port to listen on; 0 for any")
+    host: str = Field(default="127.0.0.1", description="Address to listen on.")
+    port: int = Field(default=8000, ge=0, le=65535, description="Port to listen on; 0 for any free one.")
     token: SecretStr | None = Field(
-        default=None, description="a token for admin that is kept nowhere, beside those of 'hornbill token add'"
+        default=None, description="a token for admin that is kept nowhere, beside those of 'hornbill tokens create'"
     )
     allow_host: Annotated[tuple[str, ...], NoDecode] = Field(
-        default=(), description="names under which it is reached, beside those of this machine; with commas between"
+        default=(), description="Additional host names of this server, separated by commas."
     )
-    behind_proxy: bool = Field(
-        default=False, description="whether a reverse proxy is in front, whose X-Forwarded-… headers are believed"
-    )
+    behind_proxy: bool = Field(default=False, description="Trust the X-Forwarded-… headers of a reverse proxy.")
     root_path: str = Field(
-        default="", pattern=r"^(/[A-Za-z0-9._~-]+)*$", description="where a reverse proxy puts us, as /hornbill"
+        default="",
+        pattern=r"^(/[A-Za-z0-9._~-]+)*$",
+        description="Sub-path behind a reverse proxy, for example /hornbill.",
     )
-    tls_cert: Path | None = Field(default=None, description="certificate chain, PEM")
-    tls_key: Path | None = Field(default=None, description="its private key, PEM")
+    tls_cert: Path | None = Field(default=None, description="Certificate chain, PEM. Enables https.")
+    tls_key: Path | None = Field(default=None, description="Private key of the certificate, PEM.")
     bus: str | None = Field(
-        default=None, description="for `serve`: INTERFACE:CHANNEL, or a recording; for `demo`: auto or nothing"
+        default=None,
+        description="For `serve`: INTERFACE:CHANNEL, or a recording to play back. For `demo`: auto, or unset.",
     )
-    bitrate: int = Field(default=1_000_000, gt=0, description="of the bus, bit/s")
+    bitrate: int = Field(default=1_000_000, gt=0, description="Bit rate of the bus, bit/s.")
     frame_gap_ms: float | None = Field(
-        default=None, ge=0, le=20, description="pause between the frames of one transfer, ms; none unless given"
+        default=None, ge=0, le=20, description="Pause between the frames of one transfer, ms. Default: none."
     )
     data_dir: Path = Field(
         default_factory=lambda: user_data_path("hornbill"),
-        description="folder of the database, logs and recordings; the system's place for a user's data unless told",
+        description="Data folder: database, logs and recordings. Default: the system's folder for user data.",
     )
     database: str | None = Field(
         default=None,
         repr=False,
-        description="URL of a database instead of a file in the data folder; may hold a password",
+        description="Database URL, in place of a file in the data folder. May contain a password.",
     )
-    node_id: int = Field(default=127, ge=1, le=127, description="our own node id; 126 and 127 are for tools")
+    node_id: int = Field(
+        default=127, ge=1, le=127, description="Node ID of hornbill. 126 and 127 are reserved for tools."
+    )
     allocator: Literal["on", "off", "force"] | None = Field(
-        default=None, description="node-id allocator; force: also beside another allocator; as chosen last unless told"
+        default=None, description="Node ID allocator. force: allocate even if there is another. Default: last setting."
     )
     recording_before_s: float = Field(
-        default=60.0, ge=30, le=600, description="seconds that a recording covers before its first trigger"
+        default=60.0, ge=30, le=600, description="Time that a recording covers before its first trigger, s."
     )
     position_unit: Literal["hundred_degrees", "radian", "degree", "tenth_degree"] | None = Field(
-        default=None, description="what position 1.0 means on every servo; measured unless told"
+        default=None, description="Unit of positions on the bus, for all servos. Default: measured."
     )
-    poll_budget_pct: float = Field(default=40.0, ge=1, le=80, description="share of the bus all polling may take, in %")
-    telemetry_minutes: float = Field(default=10.0, gt=0, le=120, description="how much of every channel is kept")
-    view: bool = Field(default=True, description="whether to start the 3D view")
-    servos: int = Field(default=6, ge=1, le=100, description="number of simulated servos of `demo`")
-    seed: int = Field(default=1, description="of everything random in them")
-    sim_api: bool = Field(default=False, description="whether simulated servos can be added to the bus that is served")
+    poll_budget_pct: float = Field(
+        default=40.0, ge=1, le=80, description="Bus budget: share of the bus for polling, %."
+    )
+    telemetry_minutes: float = Field(default=10.0, gt=0, le=120, description="Retention of telemetry, minutes.")
+    view: bool = Field(default=True, description="Enable the 3D view.")
+    servos: int = Field(default=6, ge=1, le=100, description="Number of simulated servos of `demo`.")
+    seed: int = Field(default=1, description="Random seed of the simulated servos.")
+    sim_api: bool = Field(default=False, description="Allow simulated servos to be added over REST.")
 
     @field_validator("allow_host", mode="before")
     @classmethod
     def _names(cls, value: object) -> object:
-        """Lower case, as browsers send them."""
+        """Names in lower case, as browsers send them."""
         if isinstance(value, str):
             value = value.split(",")
         if not isinstance(value, (list, tuple)):
@@ -82,7 +87,7 @@ class Settings(BaseSettings):
     @field_validator("token")
     @classmethod
     def _no_empty_token(cls, value: SecretStr | None) -> SecretStr | None:
-        """An empty HORNBILL_TOKEN is one somebody forgot to fill in, not a wish for none."""
+        """Reject an empty HORNBILL_TOKEN: it was probably left unset by mistake."""
         if value is not None and not value.get_secret_value().strip():
-            raise ValueError("the token is empty: give one, or leave it out")
+            raise ValueError("The token is empty. Set a token, or unset the variable.")
         return value

@@ -1,4 +1,4 @@
-"""`hornbill sim`: simulated servos on any bus, all behind one adapter, until interrupted."""
+"""`hornbill sim`: simulated servos on any bus, all on one adapter, until interrupted."""
 
 import asyncio
 from collections.abc import Callable
@@ -24,14 +24,14 @@ async def simulate(
     *,
     any_firmware: bool = False,
 ) -> None:
-    """Put `servos` (1..100) servos on the bus `INTERFACE:CHANNEL` and keep them there.
+    """Simulate `servos` (1 to 100) servos on the bus `INTERFACE:CHANNEL`.
 
-    `node_id` is "auto" (as in the demo: some ask for one), "none" or "0" (as delivered: all ask), or the first of
-    consecutive static ids. `any_firmware` allows pairs of model and firmware that never existed. Raises PortOpenFailed,
-    InvalidValue.
+    `node_id`: "auto" (as in the demo: some request one), "none" or "0" (as delivered: all request one), or the first of
+    consecutive static IDs. `any_firmware` allows combinations of model and firmware that do not exist. Raises
+    PortOpenFailed, InvalidValue.
     """
     if not 1 <= servos <= 100:
-        raise InvalidValue(f"{servos} servos are outside 1 to 100.", cause=None)
+        raise InvalidValue(f"Invalid number of servos {servos}. Use 1 to 100.", cause=None)
     catalog = Catalog.load()
     recipes = recipes_of(catalog, servos, model, firmware, node_id, seed, any_firmware=any_firmware)
     adapter = adapter_port(bus)
@@ -41,8 +41,8 @@ async def simulate(
     try:
         for recipe in recipes:
             made = bench.add(recipe)
-            given = recipe.node_id or "asked for"
-            say(f"{made.uid.hex()}  {recipe.model}  firmware {recipe.firmware}  node id {given}")
+            assigned = recipe.node_id or "requested"
+            say(f"{made.uid.hex()}  {recipe.model}  firmware {recipe.firmware}  node ID {assigned}")
         await bench.start()
         await asyncio.get_running_loop().create_future()
     finally:
@@ -60,7 +60,7 @@ def recipes_of(
     *,
     any_firmware: bool,
 ) -> list[Recipe]:
-    """The servos of the demo, with the model, firmware and node ids that were asked for. Raises InvalidValue."""
+    """Servos of the demo, with the requested model, firmware and node IDs. Raises InvalidValue."""
     recipes = demo_fleet(catalog, servos, seed)
     if model is not None or firmware is not None:
         pairs = [_pair(catalog, one, index, model, firmware) for index, one in enumerate(recipes)]
@@ -81,18 +81,19 @@ def recipes_of(
         return recipes
     if not (node_id.isascii() and node_id.isdigit()) or not 1 <= int(node_id) <= 126 - servos:
         raise InvalidValue(
-            f"--node-id {node_id!r} is not auto, none or 1 to {126 - servos}, the first of {servos} servos.", cause=None
+            f"Invalid --node-id {node_id!r}. Use auto, none or 1 to {126 - servos} for the first of {servos} servos.",
+            cause=None,
         )
     return [replace(one, node_id=int(node_id) + index, rom_sound=True) for index, one in enumerate(recipes)]
 
 
 def _plain(one: Recipe) -> Recipe:
-    """The same servo as it was delivered: without ids, a story, or anything saved."""
+    """The same servo as delivered: without IDs, story or saved values."""
     return Recipe(one.model, one.firmware, angle_deg=one.angle_deg, uid=one.uid, serial=one.serial)
 
 
 def _pair(catalog: Catalog, one: Recipe, index: int, model: str | None, firmware: str | None) -> tuple[str, str]:
-    """Model and firmware of a servo: what was asked for, with something beside it that was built with that."""
+    """Model and firmware of a servo: the requested ones, complemented by a matching firmware or model."""
     if model is not None:
         built = catalog.models[model].firmware if model in catalog.models else (one.firmware,)
         return model, firmware or (one.firmware if one.firmware in built else built[-1])

@@ -1,4 +1,4 @@
-"""From the servos of the host to what the 3D view draws, in snapshots another thread may take."""
+"""Snapshots of the servos for the 3D view, readable from its thread."""
 
 import asyncio
 
@@ -13,7 +13,7 @@ POSE_S = 0.04
 
 
 class ViewFeed:
-    """What the 3D view draws: a snapshot made on the event loop, for the view's own thread to take."""
+    """Snapshots for the 3D view, created on the event loop and read by the view's thread."""
 
     def __init__(self) -> None:
         self._snapshot: tuple[Pose, ...] = ()
@@ -21,15 +21,15 @@ class ViewFeed:
         self._viewer: Viewer | None = None
 
     def follow(self, host: Host, viewer: Viewer) -> None:
-        """Take the servos from here from now on."""
+        """Set the source of servos and the viewer."""
         self._host, self._viewer = host, viewer
 
     def poses(self) -> tuple[Pose, ...]:
-        """The last snapshot; any thread may ask."""
+        """Latest snapshot. Thread-safe."""
         return self._snapshot
 
     async def run(self) -> None:
-        """Make a snapshot 25 times a second while somebody looks, else twice."""
+        """Create snapshots: 25 per second while the view is open, otherwise 2."""
         while True:
             host, viewer = self._host, self._viewer
             if host is not None:

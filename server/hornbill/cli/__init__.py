@@ -1,4 +1,7 @@
-"""The command line: which commands there are. Nothing heavy is imported before a command runs."""
+"""The command line: all commands, grouped by task. Nothing heavy is imported before a command runs."""
+
+from collections.abc import Callable
+from typing import Any, Final
 
 import typer
 
@@ -19,59 +22,79 @@ from hornbill.cli.servos import (
 
 app = typer.Typer(no_args_is_help=True, help="Configure BLA15, BLA21 and BLA34 servos over DroneCAN.")
 
-for _name, _command in {
-    "demo": starting.demo,
-    "serve": starting.serve,
-    "sim": starting.sim,
-    "list": parameters.list_,
-    "get": parameters.get,
-    "set": parameters.set_,
-    "save": parameters.save,
-    "apply": bench.apply,
-    "export": bench.export,
-    "compare": history.compare,
-    "copy": history.copy,
-    "undo": history.undo,
-    "label": restarting.label,
-    "identify": restarting.identify,
-    "restart": restarting.restart,
-    "factory-reset": restarting.factory_reset,
-    "command": moving.command,
-    "stop": moving.stop,
-    "torque": restarting.torque,
-    "step": measuring.step,
-    "samples": measuring.samples,
-    "position-unit": measuring.position_unit,
-    "watch": watching.watch,
-    "commission": commissioning.commission,
-    "doctor": doctor.doctor,
-    "probe": probing.probe,
-    "leases": bus.leases,
-    "health": bus.health,
-    "audit": records.audit,
-    "decode": starting.decode,
-    "openapi": starting.openapi,
-}.items():
-    app.command(_name)(_command)
-for _name, _group in {
-    "profile": profiles.app,
-    "snapshots": history.snapshots,
-    "drift": history.drift,
-    "lost": history.lost,
-    "faults": faults.app,
-    "jobs": jobs.app,
-    "runs": measuring.runs,
-    "inventory": records.inventory,
-    "bus": bus.bus,
-    "ids": bus.ids,
-    "log": doctor.log,
-    "recordings": records.recordings,
-    "token": tokens.app,
-}.items():
-    app.add_typer(_group, name=_name)
+COMMANDS: Final[dict[str, dict[str, Callable[..., Any] | typer.Typer]]] = {
+    "Start": {
+        "demo": starting.demo,
+        "serve": starting.serve,
+    },
+    "Servos": {
+        "list": parameters.list_,
+        "identify": restarting.identify,
+        "label": restarting.label,
+        "commission": commissioning.commission,
+        "faults": faults.app,
+        "restart": restarting.restart,
+        "factory-reset": restarting.factory_reset,
+    },
+    "Parameters": {
+        "get": parameters.get,
+        "set": parameters.set_,
+        "save": parameters.save,
+        "undo": history.undo,
+        "compare": history.compare,
+        "copy": history.copy,
+        "apply": bench.apply,
+        "export": bench.export,
+        "profiles": profiles.app,
+        "snapshots": history.snapshots,
+        "drift": history.drift,
+        "lost-values": history.lost_values,
+    },
+    "Move, stop and measure": {
+        "stop": moving.stop,
+        "move": moving.move,
+        "torque": restarting.torque,
+        "leases": bus.leases,
+        "watch": watching.watch,
+        "samples": measuring.samples,
+        "step-test": measuring.step_test,
+        "runs": measuring.runs,
+        "position-unit": measuring.position_unit,
+    },
+    "Bus": {
+        "doctor": doctor.doctor,
+        "bus": bus.bus,
+        "node-ids": bus.node_ids,
+        "logs": doctor.logs,
+    },
+    "Records": {
+        "jobs": jobs.app,
+        "inventory": records.inventory,
+        "audit": records.audit,
+        "recordings": records.recordings,
+    },
+    "Administration": {
+        "tokens": tokens.app,
+        "health": bus.health,
+    },
+    "Development": {
+        "sim": starting.sim,
+        "decode": starting.decode,
+        "probe": probing.probe,
+        "openapi": starting.openapi,
+    },
+}
+"""Commands and command groups by panel of `hornbill --help`."""
+
+for _panel, _commands in COMMANDS.items():
+    for _name, _command in _commands.items():
+        if isinstance(_command, typer.Typer):
+            app.add_typer(_command, name=_name, rich_help_panel=_panel)
+        else:
+            app.command(_name, rich_help_panel=_panel)(_command)
 
 
 def main() -> None:
     """Run the command line."""
-    plain_text.speak()
+    plain_text.configure_output()
     app()

@@ -1,23 +1,23 @@
-"""Ask before something that moves a horn, restarts a servo or cannot be taken back."""
+"""Confirmation prompts before moving a horn, restarting a servo or anything that cannot be undone."""
 
 import sys
 from typing import Annotated
 
 import typer
 
-Yes = Annotated[bool, typer.Option("--yes", "-y", help="do not ask")]
+Yes = Annotated[bool, typer.Option("--yes", "-y", help="Skip the confirmation prompt.")]
 
 
-def agree(question: str, yes: bool, *, as_json: bool = False, instead: str = "") -> None:
-    """Go on only when somebody agreed, by --yes or at the terminal; else the command ends, with nothing done.
+def require_confirmation(question: str, yes: bool, *, as_json: bool = False, instead: str = "") -> None:
+    """Require confirmation by --yes or at the terminal; otherwise exit without doing anything.
 
-    Without a terminal, or where the output is JSON, nobody can be asked: that is wrong usage. `instead`: what else
-    could be added to the command.
+    Without a terminal, or with JSON output, a missing --yes is a usage error. `instead`: alternatives to --yes, for its
+    text.
     """
     if yes:
         return
     if as_json:
-        raise typer.BadParameter(f"--json cannot ask: add --yes{instead}")
+        raise typer.BadParameter(f"--json requires --yes{instead}")
     if not sys.stdin.isatty():
-        raise typer.BadParameter(f"nobody is there to ask: add --yes{instead}")
+        raise typer.BadParameter(f"Cannot prompt for confirmation without a terminal. Add --yes{instead}")
     typer.confirm(question, abort=True, err=True)

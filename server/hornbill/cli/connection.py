@@ -1,4 +1,4 @@
-"""How commands reach a server: the options all of them have, the client, and what the shell can complete."""
+"""Common options of commands, their client, and shell completion."""
 
 import json
 from collections.abc import Generator
@@ -14,12 +14,12 @@ if TYPE_CHECKING:
     from hornbill.client import Hornbill
 
 COMPLETE_WITHIN_S = 1.0
-"""A shell waits so long for a server when somebody presses Tab."""
+"""Response timeout for shell completion."""
 
 
 @contextmanager
 def client(server: str) -> "Generator[Hornbill]":
-    """A client of the server; whatever fails in the block ends the command with its exit code."""
+    """Client of the server. Errors in the block end the command with an exit code."""
     from hornbill.client import Hornbill
 
     with failures(), Hornbill(server, by="command line", tries=1) as hornbill:
@@ -27,24 +27,24 @@ def client(server: str) -> "Generator[Hornbill]":
 
 
 def complete_servo(context: typer.Context, incomplete: str) -> list[tuple[str, str]]:
-    """Labels, or else serials, of the servos the server knows, with the model as help."""
-    named = [(one["label"] or one["serial"] or one["uid"], one["model"] or "") for one in _at_once(context, "/servos")]
+    """Labels, else serials, of the servos that the server knows, with the model as help."""
+    named = [(one["label"] or one["serial"] or one["uid"], one["model"] or "") for one in _fetch(context, "/servos")]
     return [(name, model) for name, model in named if name.lower().startswith(incomplete.lower())]
 
 
 def complete_key(context: typer.Context, incomplete: str) -> list[tuple[str, str]]:
-    """Keys of parameters."""
+    """Parameter keys."""
     return [(one["key"], one["label"]) for one in _rows(context) if one["key"].startswith(incomplete)]
 
 
 def complete_job(context: typer.Context, incomplete: str) -> list[tuple[str, str]]:
-    """Jobs, the newest first."""
-    jobs = reversed(_at_once(context, "/jobs"))
+    """Jobs, newest first."""
+    jobs = reversed(_fetch(context, "/jobs"))
     return [(one["id"], f"{one['kind']}, {one['state']}") for one in jobs if one["id"].startswith(incomplete)]
 
 
 def complete_change(context: typer.Context, incomplete: str) -> list[tuple[str, str]]:
-    """`key=` of parameters that can be written, and after it the choices of the row."""
+    """`key=` of writable parameters, then the choices of the row."""
     rows = {one["key"]: one for one in _rows(context) if one["access"] == "rw"}
     key, equals, _ = incomplete.partition("=")
     if not equals:
@@ -56,23 +56,23 @@ def complete_change(context: typer.Context, incomplete: str) -> list[tuple[str, 
 
 
 def _rows(context: typer.Context) -> list[dict[str, Any]]:
-    found: Any = _at_once(context, "/schema")
+    found: Any = _fetch(context, "/schema")
     return found["parameters"] if found else []
 
 
-def _at_once(context: typer.Context, path: str) -> list[dict[str, Any]]:
-    """What the server says, or nothing: a shell that completes must never print an error."""
+def _fetch(context: typer.Context, path: str) -> list[dict[str, Any]]:
+    """Response of the server, empty on failure: completion must never print an error."""
     from hornbill.client import Hornbill
 
     try:
         with Hornbill(context.params.get("server"), tries=1, timeout_s=COMPLETE_WITHIN_S) as hornbill:
-            return hornbill.ask("GET", path)
+            return hornbill.request("GET", path)
     except HornbillError:
         return []
 
 
-def typed(text: str) -> bool | int | float | str:
-    """What somebody typed: a number or true/false where it is one, else a word."""
+def parse_value(text: str) -> bool | int | float | str:
+    """Value from text: a number, true or false, else the text itself."""
     try:
         value = json.loads(text)
     except ValueError:
@@ -81,28 +81,33 @@ def typed(text: str) -> bool | int | float | str:
 
 
 def changes_of(words: list[str]) -> dict[str, bool | int | float | str]:
-    """Values by key of words `KEY=VALUE`. Raises InvalidValue for a word that is none."""
+    """Values by key from arguments KEY=VALUE. Raises InvalidValue for a malformed one."""
     found: dict[str, bool | int | float | str] = {}
     for word in words:
         key, equals, value = word.partition("=")
         if not equals:
-            raise InvalidValue(f"{word!r} is no change. Write KEY=VALUE, for example angle_p_gain=40.", cause=None)
-        found[key.strip()] = typed(value.strip())
+            raise InvalidValue(f"Invalid argument {word!r}. Use KEY=VALUE, for example angle_p_gain=40.", cause=None)
+        found[key.strip()] = parse_value(value.strip())
     return found
 
 
-HERE = "http://127.0.0.1:8000"
+LOCAL_URL = "http://127.0.0.1:8000"
+SERVO_HELP = "Label, serial or unique ID (or its first digits)."
 Server = Annotated[
-    str, typer.Option(envvar="HORNBILL_URL", help="address of a running server; its token is read from HORNBILL_TOKEN")
+    str, typer.Option(envvar="HORNBILL_URL", help="Address of the server. The token is read from HORNBILL_TOKEN.")
 ]
-AsJson = Annotated[bool, typer.Option("--json", help="print JSON")]
-Which = Annotated[
-    str,
-    typer.Argument(metavar="SERVO", help="uid (or the start of it), label or serial", autocompletion=complete_servo),
+AsJson = Annotated[bool, typer.Option("--json", help="Print JSON.")]
+ServoName = Annotated[
+    str, typer.Argument(metavar="SERVO", help=SERVO_HELP, autocompletion=complete_servo),
+]  # fmt: skip
+Key = Annotated[str | None, typer.Argument(help="Parameter key. Default: all parameters.", autocompletion=complete_key)]
+Changes = Annotated[
+    list[str], typer.Argument(metavar="KEY=VALUE…", help="One or more changes.", autocompletion=complete_change)
 ]
-Key = Annotated[str | None, typer.Argument(help="parameter; all unless given", autocompletion=complete_key)]
-Changes = Annotated[list[str], typer.Argument(metavar="KEY=VALUE…", help="one or more", autocompletion=complete_change)]
+Save = Annotated[bool, typer.Option(help="Also save to ROM: the servo restarts and its horn may move.")]
+DryRun = Annotated[bool, typer.Option("--dry-run", help="Check everything and show the result without changing it.")]
+Identity = Annotated[bool, typer.Option("--identity", help="Include origin, servo ID and node ID.")]
 Confirm = Annotated[
     list[str] | None,
-    typer.Option(metavar="WORD", help="word that an earlier 'needs_confirmation' asked for; may be repeated"),
+    typer.Option(metavar="CODE", help="Confirmation code of a 'needs_confirmation' problem. Repeatable."),
 ]

@@ -1,4 +1,4 @@
-"""Exit codes: what a failure is called at the end of a command, and the one place that catches it."""
+"""Exit codes, and the context manager that maps errors to them."""
 
 import sys
 from collections.abc import Generator
@@ -13,12 +13,12 @@ from hornbill.errors import HornbillError
 
 
 class Exit(IntEnum):
-    """What a command ends with; scripts branch on it, so numbers never change. Also in docs/rigs.md."""
+    """Exit code of a command. Scripts depend on them, so they never change. See also docs/rigs.md."""
 
     DONE = 0
     FAILED = 1
     USAGE = 2
-    NO_SERVER = 3
+    SERVER_UNREACHABLE = 3
     NO_RESPONSE = 4
     REFUSED = 5
     BLOCKED = 6
@@ -27,24 +27,24 @@ class Exit(IntEnum):
 
 
 MEANS: Final = {
-    Exit.DONE: "done",
-    Exit.FAILED: "it cannot be done as asked, or was found not to be as wanted",
-    Exit.USAGE: "wrong words on the command line",
-    Exit.NO_SERVER: "no server",
-    Exit.NO_RESPONSE: "the servo did not answer: nobody knows whether it acted",
-    Exit.REFUSED: "the servo said no",
-    Exit.BLOCKED: "not now: stopped, busy, somebody else has motion control, no bus",
-    Exit.NOT_ALLOWED: "no token, or one that may not do this",
+    Exit.DONE: "success",
+    Exit.FAILED: "invalid request, unexpected result, or differences found",
+    Exit.USAGE: "invalid command line",
+    Exit.SERVER_UNREACHABLE: "server unreachable",
+    Exit.NO_RESPONSE: "no response from the servo; whether it acted is unknown",
+    Exit.REFUSED: "rejected by the servo",
+    Exit.BLOCKED: "currently blocked: stopped, busy, no bus, or another client has motion control",
+    Exit.NOT_ALLOWED: "token missing, or role not sufficient",
     Exit.INTERRUPTED: "Ctrl-C",
 }
-"""Every exit code for people."""
+"""Description of every exit code."""
 
 
 _BLOCKED = (
     errors.Stopped, errors.Busy, errors.LeaseHeld, errors.LeaseRequired, errors.PortError, errors.StaleRevision,
 )  # fmt: skip
 _BY_CODE = {
-    "no_server": Exit.NO_SERVER,
+    "server_unreachable": Exit.SERVER_UNREACHABLE,
     "unauthorized": Exit.NOT_ALLOWED,
     "forbidden_role": Exit.NOT_ALLOWED,
     "forbidden_origin": Exit.NOT_ALLOWED,
@@ -52,7 +52,7 @@ _BY_CODE = {
 
 
 def code_of(error: HornbillError) -> Exit:
-    """The exit code of an error."""
+    """Exit code of an error."""
     if isinstance(error, errors.NoResponse):
         return Exit.NO_RESPONSE
     if isinstance(error, errors.Refused):
@@ -64,11 +64,11 @@ def code_of(error: HornbillError) -> Exit:
 
 @contextmanager
 def failures() -> Generator[None]:
-    """Whatever hornbill raises becomes a line on standard error and an exit code."""
+    """Turn errors of hornbill into a line on standard error and an exit code."""
     try:
         yield
     except HornbillError as error:
-        # A server's problem has a code to look up; what fails right here is a sentence.
+        # Only problems of the server are printed with their code.
         print(error.detail if error.status is None else f"{error.code}: {error.detail}", file=sys.stderr)
         raise typer.Exit(code_of(error)) from None
     except KeyboardInterrupt:

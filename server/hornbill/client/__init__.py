@@ -1,4 +1,4 @@
-"""A small typed client of a running server, for rigs.
+"""Typed client of a running server, for test rigs.
 
     from hornbill.client import Hornbill
 
@@ -7,17 +7,18 @@
         servo.torque("on")
         servo.move(30)
 
-AsyncHornbill is the same with `await`. Errors are those of hornbill.errors, and NoServer and TookTooLong.
+AsyncHornbill is the asyncio version. Methods raise the errors of hornbill.errors, ServerUnreachable and WaitTimeout.
 """
 
 from hornbill.client.aio.hornbill import AsyncHornbill
 from hornbill.client.aio.lease import AsyncLease
 from hornbill.client.aio.servo import AsyncServo
-from hornbill.client.problems import NoServer, TookTooLong
+from hornbill.client.problems import ServerUnreachable, WaitTimeout
 from hornbill.client.sync.hornbill import Hornbill, unconfirmed
 from hornbill.client.sync.lease import Lease
 from hornbill.client.sync.servo import Servo
 
 __all__ = [
-    "AsyncHornbill", "AsyncLease", "AsyncServo", "Hornbill", "Lease", "NoServer", "Servo", "TookTooLong", "unconfirmed",
+    "AsyncHornbill", "AsyncLease", "AsyncServo", "Hornbill", "Lease", "ServerUnreachable", "Servo", "WaitTimeout",
+    "unconfirmed",
 ]  # fmt: skip

@@ -1,4 +1,4 @@
-"""What a server's problem becomes in a program: the exception of hornbill.errors whose code it carries."""
+"""Mapping of problems to the exceptions of hornbill.errors."""
 
 from collections.abc import Iterator, Mapping
 from typing import Any
@@ -7,33 +7,33 @@ from hornbill import errors
 from hornbill.errors import HornbillError
 
 MEMBERS = frozenset(("type", "title", "status", "code", "detail", "summary", "params"))
-"""What every problem has; whatever else it says are facts."""
+"""Members of every problem; all others are facts."""
 
 
-class NoServer(HornbillError):
-    """Nobody answers at the server's address, or the connection broke before an answer came.
+class ServerUnreachable(HornbillError):
+    """The server does not respond, or the connection was lost before its response.
 
-    With the fact `sent` true nobody knows whether the server did what was asked.
+    If the fact `sent` is true, it is unknown whether the request was carried out.
     """
 
-    code = "no_server"
-    title = "No server"
+    code = "server_unreachable"
+    title = "Server unreachable"
 
 
-class TookTooLong(HornbillError):
-    """What was waited for did not come about in the time given; it may still."""
+class WaitTimeout(HornbillError):
+    """The awaited event did not occur within the timeout. It may still occur."""
 
-    code = "took_too_long"
-    title = "It took too long"
+    code = "wait_timeout"
+    title = "Timeout"
 
 
 def raised(status: int, body: Mapping[str, Any]) -> HornbillError:
-    """The exception for a problem of this HTTP status, with its code, facts and status.
+    """Exception for a problem with this HTTP status, with its code, facts and status.
 
-    A code this version has no class for is a HornbillError, so that a newer server does no harm.
+    A code unknown to this version becomes a HornbillError, for compatibility with newer servers.
     """
     code = str(body.get("code", "internal"))
-    detail = str(body.get("detail", "")) or f"The server answered with status {status} and no reason."
+    detail = str(body.get("detail", "")) or f"The server responded with status {status} and no details."
     facts = {"cause": None, **{key: value for key, value in body.items() if key not in MEMBERS}}
     kind = _BY_CODE.get(code)
     if kind is not None:

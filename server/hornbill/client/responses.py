@@ -1,4 +1,4 @@
-"""The types of what the API answers. Made from its document by `make generate`."""
+"""Types of the API's responses. Generated from the OpenAPI document by `make generate`."""
 
 from __future__ import annotations
 
@@ -6,8 +6,7 @@ from typing import Any, Literal, TypeAlias, TypedDict
 
 
 class About(TypedDict):
-    """What a recording is of. Times in seconds since 1970 UTC; `utc_offset` turns the writer's own clock into
-    them."""
+    """Description of a recording. Times: seconds since 1970 UTC. `utc_offset`: conversion from the writer's clock."""
 
     bus: RecordedBus | None
     """Bus that was connected. Null if none was."""
@@ -38,8 +37,8 @@ class About(TypedDict):
 
 
 class Activity(TypedDict):
-    """What the motor and horn of a servo do now, told from what is received of it: Status and polled rows. At rest
-    means: the angle command has not changed for 0.6 s."""
+    """Present activity of a servo's motor and horn, derived from Status and polled rows. At rest: the angle
+    command has not changed for 0.6 s."""
 
     peak_to_peak_deg: float | None
     """Peak-to-peak angle, °: of the oscillation while hunting, otherwise of the last 0.6 s. Null if unknown."""
@@ -58,25 +57,25 @@ class Activity(TypedDict):
         "brake",
         "unknown",
     ]
-    """holding: output on, angle steady within 0.3° for 0.6 s; moving: output on, angle changes; turning: a speed
-    or torque command other than 0 is in force; hunting: at rest, and the angle has swung to and fro by 0.5°
-    or more for at least a second; saturated: at rest, steady, and torque at 90 % or more of what the servo
-    can give; soft_start: on the way to 0° after a start; released: the servo's own time-out (0x26 off,
-    0x27) took the output; held_after_timeout: it holds its last command though nobody commands it any more
-    (0x26 hold); off: output off for any other reason, see `output`; brake: output off, weak brake; unknown:
-    offline, being identified, saved or restarted, output not known, or no angle for 1 s"""
+    """holding: output on, angle steady within 0.3° for 0.6 s; moving: output on, angle changing; turning: speed or
+    torque command other than 0; hunting: at rest, and the angle has oscillated by 0.5° or more for at least
+    1 s; saturated: at rest, angle steady, and torque at 90 % or more of the available torque; soft_start:
+    moving to 0° after a start; released: switched off by the servo's own timeout (0x26 off, 0x27);
+    held_after_timeout: holds its last command after the timeout (0x26 hold); off: output off for another
+    reason, see `output`; brake: output off, weak brake; unknown: offline, being identified, saved or
+    restarted, output unknown, or no angle for 1 s."""
     torque_limit_pct: float
-    """what the motor can give at rest on that side, %: the lowest of its torque limit (with 0x25 on), the
-    overcurrent limit as a share of its default, and the supply as a share of nominal"""
+    """Available torque at rest in that direction, %: the lowest of the torque limit (with 0x25 on), the
+    overcurrent limit relative to its default, and the supply voltage relative to nominal."""
     torque_pct: float | None
     """Torque as last read from 0x0A, %. Null if never read."""
 
 
 class Adapter(TypedDict):
-    """Something a bus can be opened on. `address` is what `PUT /bus` takes."""
+    """An available CAN adapter. `address`: for `PUT /bus`."""
 
     address: str
-    """INTERFACE:CHANNEL, as `PUT /bus` takes it."""
+    """INTERFACE:CHANNEL, as in `PUT /bus`."""
     baud: int | None
     """Baud rate of the last use of a serial adapter, bit/s. Null if unknown."""
     bitrate: int | None
@@ -97,7 +96,7 @@ class Adapter(TypedDict):
     sample_point: float | None
     """Sample point, 0 to 1. Null if unknown."""
     serial_number: str | None
-    """USB serial number"""
+    """USB serial number. Null if unknown."""
     state: Literal["ready", "connected", "down", "wrong_bitrate", "no_permission", "in_use", "no_driver"]
     """Availability."""
     usable: bool
@@ -105,7 +104,7 @@ class Adapter(TypedDict):
 
 
 class AdapterNote(TypedDict):
-    """Something unusual about an adapter that is used all the same."""
+    """An unusual property of a working adapter."""
 
     code: Literal["adapter_silent", "bit_rate_fixed", "baud_unknown", "adapter_echoes", "line_noise", "latency_timer"]
     """Code for programs. Stable."""
@@ -131,14 +130,14 @@ class Allocation(TypedDict):
 
 
 class AllocationChange(TypedDict):
-    """A row as it is now, or as it was before it was forgotten."""
+    """The changed row, or the deleted row as it was."""
 
     last_seen: float | None
     """Last contact, seconds since 1970 UTC. Null if unknown."""
     node_id: int
     """Node ID, 1 to 127."""
     note: str
-    """Time at which the change takes effect, one sentence."""
+    """When the change takes effect, one sentence."""
     note_code: NoteCode
     """Code of the note."""
     note_params: Params
@@ -151,7 +150,7 @@ class AllocationChange(TypedDict):
 
 
 class Allocations(TypedDict):
-    """The allocation table and who is waiting."""
+    """Allocation table and pending requests."""
 
     allocations: list[Allocation]
     """Rows of the allocation table, one per node."""
@@ -162,7 +161,7 @@ class Allocations(TypedDict):
 
 
 class AllocatorState(TypedDict):
-    """What the node-id allocator is doing."""
+    """State of the node ID allocator."""
 
     competing_node_id: int | None
     """Node ID of a competing allocator on this bus. Null if none."""
@@ -173,46 +172,33 @@ class AllocatorState(TypedDict):
     mode: AllocatorChoice
     """Selected mode. force: responds beside another allocator, too."""
     own_id_shared: bool
-    """another program uses hornbill's node id: unless set to force, hornbill gives no node ids until a minute
-    after its last frame"""
+    """Another program uses hornbill's node ID. Unless the mode is force, hornbill allocates no node IDs until one
+    minute after its last frame."""
     pending: int
     """Number of nodes that request a node ID now."""
     state: Literal["on", "off", "standby"]
     """standby: another allocator responds."""
 
 
-class AskedFor(TypedDict):
-    """Somebody asks the holder for motion control; the lease passes when `expires_in_s` is over, unless refused."""
-
-    by: str
-    """Client that requests motion control."""
-    expires_in_s: float
-    """Time until motion control passes unless refused, s."""
-    id: str
-    """ID with which to refuse the request."""
-    reason: str
-    """Reason for the request."""
-
-
 class AuditRow(TypedDict):
-    """Who did what, with what came of it; values in engineering units."""
+    """One action and its result. Values are in engineering units."""
 
     action: str
     """Action, such as `write` or `save`."""
     after: Any
-    """Value afterwards."""
+    """Value afterwards. Null if none or unknown."""
     at: float
     """Seconds since 1970 UTC."""
     before: Any
-    """Value before."""
+    """Value before. Null if none."""
     by: str
     """Client that did it."""
     detail: str
-    """Its notes as one text, in English."""
+    """Notes as one text, in English."""
     id: int
     """ID, as used in paths."""
     job: str | None
-    """ID of the job it was part of. Null if none."""
+    """ID of the job that it was part of. Null if none."""
     key: str | None
     """Parameter key. Null if the action concerns no row."""
     notes: list[Note]
@@ -220,20 +206,20 @@ class AuditRow(TypedDict):
     outcome: str
     """Result of the action."""
     requested: Any
-    """Requested value."""
+    """Requested value. Null if none."""
     uid: str | None
     """Unique ID of the servo, 32 hex digits. Null if it concerns none."""
 
 
 class BatchOutcome(TypedDict):
-    """What became of one servo of a batch; `problem` says why it was rejected or rolled back."""
+    """Result for one servo."""
 
     changes: list[Change]
     """Changes, row by row."""
     job: str | None
     """ID of the save job, with `save`. Null otherwise."""
     outcome: Literal["applied", "rolled_back", "planned", "rejected", "not_tried"]
-    """rejected: nothing was written; not_tried: an earlier servo ended the batch."""
+    """rejected: nothing was written; not_tried: an earlier servo failed; planned: of a dry run."""
     problem: Problem | None
     """Reason for rejected or rolled_back. Null otherwise."""
     restart: Forecast | None
@@ -241,7 +227,7 @@ class BatchOutcome(TypedDict):
     revision: str | None
     """Revision of the values afterwards. Null if nothing was read."""
     rom_changes: list[RomChange]
-    """Rows that ROM is known to hold differently, and requested rows."""
+    """Rows whose ROM value is known to differ, and requested rows."""
     rom_unknown: list[ParameterKey]
     """Keys of rows that are saved unchanged and whose ROM value is unknown."""
     uid: str
@@ -249,32 +235,32 @@ class BatchOutcome(TypedDict):
 
 
 class BatchPatched(TypedDict):
-    """Outcomes in the order of the request."""
+    """Results in the order of the request."""
 
     servos: list[BatchOutcome]
     """One entry per servo."""
 
 
 class BatchRead(TypedDict):
-    """Parameters × servos."""
+    """Parameters of several servos."""
 
     servos: dict[str, BatchServo]
     """Results by unique ID."""
 
 
 class BatchServo(TypedDict):
-    """One servo's column of the matrix; `problem` instead of readings where there are none."""
+    """Parameters of one servo, or the problem if it is unknown or unreadable."""
 
     parameters: dict[str, Reading]
     """Readings by key."""
     problem: Problem | None
     """Reason why there are none. Null otherwise."""
     revision: str | None
-    """Revision of the values, for If-Match."""
+    """Revision of the values, for If-Match. Null if unknown."""
 
 
 class BurstPart(TypedDict):
-    """What one servo was told: the value it really gets, as a 16-bit float holds it."""
+    """Command sent to one servo."""
 
     clamped: bool
     """A limit of the servo was sent instead of the requested value."""
@@ -285,7 +271,7 @@ class BurstPart(TypedDict):
 
 
 class BurstSent(TypedDict):
-    """A burst that has left. `start_skew_s`: between the first and the last message of it."""
+    """Result of a burst."""
 
     commands: list[BurstPart]
     """Command sent to each servo."""
@@ -300,10 +286,10 @@ class BurstSent(TypedDict):
 
 
 class Bus(TypedDict):
-    """The bus as the adapter and the counters show it."""
+    """State of the bus, from the adapter and its counters."""
 
     address: str | None
-    """INTERFACE:CHANNEL, as `PUT /bus` takes it."""
+    """INTERFACE:CHANNEL, as in `PUT /bus`. Null without a bus."""
     allocator: AllocatorState | None
     """State of the node ID allocator. Null without a bus."""
     bitrate: int | None
@@ -337,7 +323,7 @@ class Bus(TypedDict):
     rx_frames: int
     """Frames received."""
     sample_point: float | None
-    """0..1, null where the adapter does not tell"""
+    """Sample point, 0 to 1. Null if unknown."""
     serial_line: SerialLine | None
     """Serial line. Null unless the adapter is a serial one."""
     state: Literal["disconnected", "connecting", "active", "passive", "bus_off", "lost"]
@@ -356,7 +342,7 @@ class Bus(TypedDict):
 
 
 class Candidate(TypedDict):
-    """A servo that looks new (servo id 0, no label), and the servo id to give it: null when none is free."""
+    """A servo that appears to be new (servo ID 0, no label)."""
 
     servo: Servo
     servo_id: int | None
@@ -364,7 +350,7 @@ class Candidate(TypedDict):
 
 
 class Candidates(TypedDict):
-    """Servos to commission, in the order of their serials, and nodes that still wait for a node id."""
+    """Servos to commission, by serial number, and nodes waiting for a node ID."""
 
     pending: list[PendingAllocation]
     """Nodes that still wait for a node ID."""
@@ -373,7 +359,7 @@ class Candidates(TypedDict):
 
 
 class Caution(TypedDict):
-    """Something to know before a command is sent."""
+    """A caution about a command."""
 
     code: CautionCode
     """Code for programs. Stable."""
@@ -403,7 +389,7 @@ class Change(TypedDict):
 
 
 class Choice(TypedDict):
-    """One named value of a register that is a choice."""
+    """One named value of a choice."""
 
     key: str
     """Value that programs write."""
@@ -414,7 +400,7 @@ class Choice(TypedDict):
 
 
 class Columns(TypedDict):
-    """The samples of one channel: `t` in seconds since 1970 UTC, `v` in its unit, null for a gap."""
+    """Samples of one channel. `t`: seconds since 1970 UTC. `v`: in its unit, null for a gap."""
 
     channel: str
     """Parameter key."""
@@ -427,7 +413,7 @@ class Columns(TypedDict):
 
 
 class Commanded(TypedDict):
-    """Evidence of a command: when it was sent, and with wait=settled, whether and when it came to rest."""
+    """Result of a command: when it was sent and, with `wait` settled, whether and when the horn settled."""
 
     angle_deg: float | None
     """Horn angle, °. Positive is clockwise."""
@@ -446,8 +432,8 @@ class Commanded(TypedDict):
     settled: bool | None
     """The horn settled at the target. Null if not waited for."""
     unmet: Literal["band", "dwell", "samples"] | None
-    """with settled false, what was not met at the end: band: the angle is outside the band; dwell: within it, not
-    yet for dwell_s; samples: the servo did not answer when its angle was read"""
+    """Condition not fulfilled when `settled` is false. band: the angle is outside the band; dwell: within it, but
+    not for `dwell_s`; samples: the servo did not respond to angle reads. Null otherwise."""
     value: float
     """Sent value, in steps of 0.1°, 1 rpm or 1 %."""
     warnings: list[str]
@@ -455,14 +441,14 @@ class Commanded(TypedDict):
 
 
 class CommissionPlan(TypedDict):
-    """What commissioning would do with one servo."""
+    """Effect of commissioning on one servo."""
 
     changes: list[Change]
     """Rows to write."""
     restart: Forecast | None
     """Effect of the save on the horn."""
     rom_changes: list[RomChange]
-    """Rows that ROM is known to hold differently, and requested rows."""
+    """Rows whose ROM value is known to differ, and requested rows."""
     rom_unknown: list[ParameterKey]
     """Keys of rows that are saved unchanged and whose ROM value is unknown."""
     uid: str
@@ -470,7 +456,7 @@ class CommissionPlan(TypedDict):
 
 
 class CommissioningPreview(TypedDict):
-    """What commissioning would do, servo by servo, in the order of the request."""
+    """Effect of commissioning, in the order of the request."""
 
     servos: list[CommissionPlan]
     """One entry per servo."""
@@ -490,8 +476,8 @@ class Comparison(TypedDict):
 
 
 class Condition(TypedDict):
-    """True while `parameter` reads one of `reads`, or while the last command was one of `last_command`. `absent`
-    is what it counts as on a servo whose model or firmware lacks `parameter`."""
+    """Met while `parameter` has one of the values `reads`, or while the last command was one of `last_command`.
+    `absent` is its value on a servo whose model or firmware lacks `parameter`."""
 
     absent: bool
     """Value to assume on a servo without that row, raw."""
@@ -525,7 +511,7 @@ class Difference(TypedDict):
 
 
 class Drift(TypedDict):
-    """What ROM holds otherwise than we last knew. Empty when nothing does."""
+    """Rows whose ROM value changed unexpectedly. Empty if there are none."""
 
     rows: list[DriftRow]
     """Rows that changed."""
@@ -547,9 +533,9 @@ class DriftRow(TypedDict):
 
 
 class EffectRule(TypedDict):
-    """`parameters` have no effect while every condition of `when` holds. `why` completes "No effect now: …";
-    `{last_command}` in it is the last command's kind. `why_absent` replaces it when a condition holds
-    because the servo lacks the row. The rule is void on a servo that has `unless_row`."""
+    """`parameters` have no effect while all conditions of `when` are met. `why` completes "No effect now: …";
+    `{last_command}` in it is the kind of the last command. `why_absent` replaces it if a condition is met
+    because the servo lacks the row. The rule does not apply to servos with `unless_row`."""
 
     code: str
     """Reason by name. It ends in `_absent` where `why_absent` is the reason."""
@@ -605,7 +591,7 @@ class Fault(TypedDict):
 
 
 class FaultBit(TypedDict):
-    """One documented bit of `parameter`. In the overview, `level` is the level the bit sums up."""
+    """One documented bit of `parameter`. In the overview, `level` is the level the bit summarizes."""
 
     advice: str
     """What to do about it."""
@@ -638,7 +624,7 @@ class FaultBit(TypedDict):
 
 
 class FaultWords(TypedDict):
-    """The three fault words 0x19, 0x1A and 0x1B as last read; null while unknown (section 4.12)."""
+    """The fault registers 0x19, 0x1A and 0x1B as last read (section 4.12)."""
 
     failure: int | None
     """Failure register, raw. Null if never read."""
@@ -649,7 +635,7 @@ class FaultWords(TypedDict):
 
 
 class FaultsRead(TypedDict):
-    """The fault bits of several servos."""
+    """Fault bits of several servos."""
 
     servos: dict[str, ServoFaults]
     """Results by unique ID."""
@@ -701,7 +687,7 @@ class Forecast(TypedDict):
 
 
 class ForecastWarning(TypedDict):
-    """A reason to wait with a restart."""
+    """A reason not to restart now."""
 
     code: str
     """Code for programs. Stable."""
@@ -712,7 +698,7 @@ class ForecastWarning(TypedDict):
 
 
 class Group(TypedDict):
-    """A chapter of the parameter list, as the document divides it (tables 3-1 to 3-11)."""
+    """A group of the parameter list, as in the document (tables 3-1 to 3-11)."""
 
     description: str
     """Purpose of its rows."""
@@ -723,7 +709,7 @@ class Group(TypedDict):
 
 
 class Health(TypedDict):
-    """The server serves."""
+    """Health of the server."""
 
     bus: str
     """State of the bus."""
@@ -738,7 +724,7 @@ class Health(TypedDict):
 
 
 class Imported(TypedDict):
-    """The verdict on every line of a file; `profile` is null unless all were ok."""
+    """Result of an import."""
 
     lines: list[LineVerdict]
     """Verdict on each line."""
@@ -747,7 +733,7 @@ class Imported(TypedDict):
 
 
 class IntegerReading(TypedDict):
-    """One parameter as last read from RAM, with its ROM value and this model's limits. Not validated, because
+    """One parameter as last read from RAM, with its ROM value and this model's limits. Not validated, for speed:
     sockets send many."""
 
     address: int
@@ -776,7 +762,7 @@ class IntegerReading(TypedDict):
     rom: Any
     """Value known to be in ROM. Null if unknown."""
     stale: bool
-    """Too old, or the servo is offline: the servo may hold another value."""
+    """The reading is too old or the servo is offline, so the servo may have another value."""
     unit: str
     """Unit of the value. Empty if none."""
     unsaved: bool | None
@@ -790,7 +776,7 @@ class IntegerReading(TypedDict):
 
 
 class Job(TypedDict):
-    """Something that takes time."""
+    """A long-running operation."""
 
     created_at: float
     """Seconds since 1970 UTC."""
@@ -809,7 +795,7 @@ class Job(TypedDict):
     result: dict[str, Any] | None
     """Result, depending on the kind. Null until the job has ended."""
     resumable: bool
-    """POST …/resume goes on with what it has not done"""
+    """The job can be resumed with `POST …/resume`."""
     state: JobState
     """State of the job."""
     step: str | None
@@ -826,7 +812,7 @@ class JobStep(TypedDict):
     ahead: str | None
     """End of `evidence` that describes remaining work. Obsolete once the job has ended. Null if none."""
     code: StepCode
-    """Code of the step; with the kind of the job it says what is done."""
+    """Code of the step, unique together with the kind of the job."""
     ended_at: float | None
     """End, seconds since 1970 UTC. Null until then."""
     evidence: str | None
@@ -848,7 +834,7 @@ class JobStep(TypedDict):
 
 
 class KnownServo(TypedDict):
-    """A servo ever seen, on the bus or not; instants in seconds since 1970 UTC."""
+    """A known servo, on the bus or not."""
 
     drift: list[str]
     """Keys of rows whose ROM value changed unexpectedly."""
@@ -867,7 +853,7 @@ class KnownServo(TypedDict):
     node_id: int | None
     """Last known node ID. Null if none."""
     notes: str
-    """What people wrote down about it. Empty if nothing."""
+    """Notes of users. Empty if none."""
     online: bool
     """Received recently."""
     production_date: str | None
@@ -885,7 +871,7 @@ class KnownServo(TypedDict):
 
 
 class Lease(TypedDict):
-    """The one writer's lease; renew before it ends, or torque goes off on what it commanded."""
+    """Lease, which grants motion control. When it expires, torque goes off on the servos it commanded."""
 
     expires_at: float
     """Expiry, seconds since 1970 UTC."""
@@ -895,7 +881,7 @@ class Lease(TypedDict):
     """Client with motion control."""
     id: str
     """ID, as used in paths."""
-    request: AskedFor | None
+    request: PendingRequest | None
     """Pending request for motion control. Null if none."""
     shown_id: str
     """First digits of `id`, visible to all clients."""
@@ -904,7 +890,7 @@ class Lease(TypedDict):
 
 
 class LeaseView(TypedDict):
-    """A lease as others see it: without the id that lets one use it."""
+    """Lease as visible to other clients, without its secret ID."""
 
     expires_at: float
     """Seconds since 1970 UTC."""
@@ -912,7 +898,7 @@ class LeaseView(TypedDict):
     """Time until it expires unless renewed, s."""
     holder: str
     """Client with motion control."""
-    request: AskedFor | None
+    request: PendingRequest | None
     """Pending request for motion control. Null if none."""
     shown_id: str
     """First digits of its ID, which distinguish leases but do not allow their use."""
@@ -933,16 +919,16 @@ class LeftOut(TypedDict):
 
 
 class Limits(TypedDict):
-    """The two rows that bound a command, or a reading outside which output goes off."""
+    """The two rows that limit a command, or a reading outside which torque turns off."""
 
     confirm: str | None
     """Word that confirms a limit within the tolerance of the reading. Null for a command."""
     lower: str
-    """Parameter that holds the lower limit."""
+    """Parameter with the lower limit."""
     tolerance: int | None
-    """Error of the reading, raw. Null for a command."""
+    """Accuracy of the reading, raw. Null for a command."""
     upper: str
-    """Parameter that holds the upper limit."""
+    """Parameter with the upper limit."""
 
 
 class LineVerdict(TypedDict):
@@ -966,7 +952,7 @@ class LineVerdict(TypedDict):
 
 
 class LogFile(TypedDict):
-    """A log in the data folder."""
+    """Log file in the data folder."""
 
     bytes: int
     """Size, bytes."""
@@ -977,7 +963,7 @@ class LogFile(TypedDict):
 
 
 class LogState(TypedDict):
-    """The log of frames being written, or the last one that was."""
+    """Current or last log."""
 
     bytes: int
     """Size, bytes."""
@@ -1003,7 +989,7 @@ class LogState(TypedDict):
 
 
 class LostValue(TypedDict):
-    """A value that was only in RAM when the servo restarted without a save, and that RAM does not hold since."""
+    """A RAM value that was lost in a restart without a save."""
 
     at: float
     """Time the loss was found, seconds since 1970 UTC."""
@@ -1014,7 +1000,7 @@ class LostValue(TypedDict):
 
 
 class Mark(TypedDict):
-    """A moment for which the recording was written; `at` in seconds since 1970 UTC."""
+    """A trigger of the recording. `at`: seconds since 1970 UTC."""
 
     at: float
     """Seconds since 1970 UTC."""
@@ -1028,14 +1014,13 @@ class Mark(TypedDict):
 
 
 class Node(TypedDict):
-    """Whoever is heard on this bus, servo or not, and this server itself (table 2-17). One that never said
-    NodeStatus has mode `unknown`, health `warning` and uptime 0. Nodes that ask for a node id stand as one,
-    with node id 0."""
+    """A node on the bus, or this server itself (table 2-17). A node that never sent NodeStatus has mode `unknown`,
+    health `warning` and uptime 0. All nodes that request a node ID are listed as one entry with node ID 0."""
 
     age_s: float
     """Time since it was last received, s."""
     hardware_version: str | None
-    """Hardware version from GetNodeInfo."""
+    """Hardware version from GetNodeInfo. Null if unknown."""
     health: HealthCode
     """Health from NodeStatus."""
     kind: Literal["servo", "hornbill", "foreign", "unknown"]
@@ -1058,13 +1043,13 @@ class Node(TypedDict):
     software_version: str | None
     """Software version from GetNodeInfo. Null if unknown."""
     uid: str | None
-    """Unique ID of the servo, 32 hex digits. Null if it concerns none."""
+    """Unique ID from GetNodeInfo, 32 hex digits. Null if unknown."""
     uptime_s: int
     """Time since its start, s."""
 
 
 class Note(TypedDict):
-    """One sentence for people, with its code and the values in it."""
+    """One sentence for users, with its code and its values."""
 
     code: NoteCode
     """Code of `text`."""
@@ -1074,7 +1059,7 @@ class Note(TypedDict):
 
 
 class NumberReading(TypedDict):
-    """One parameter as last read from RAM, with its ROM value and this model's limits. Not validated, because
+    """One parameter as last read from RAM, with its ROM value and this model's limits. Not validated, for speed:
     sockets send many."""
 
     address: int
@@ -1103,7 +1088,7 @@ class NumberReading(TypedDict):
     rom: Any
     """Value known to be in ROM. Null if unknown."""
     stale: bool
-    """Too old, or the servo is offline: the servo may hold another value."""
+    """The reading is too old or the servo is offline, so the servo may have another value."""
     unit: str
     """Unit of the value. Empty if none."""
     unsaved: bool | None
@@ -1117,14 +1102,14 @@ class NumberReading(TypedDict):
 
 
 class Output(TypedDict):
-    """What the motor of a servo gets, and why. Session state: no change of it is an edit of parameter 0x20."""
+    """Output of a servo's motor, and its reason. Session state: switching it does not edit parameter 0x20."""
 
     by: str | None
     """Client that switched it. Null if none or unknown."""
     reason: Literal["configured", "stop", "lease", "command", "timeout", "protection"]
-    """configured: as the servo started, or as 0x20 was written as configuration; stop: Stop; lease: a lease ended
-    or expired; command: a client or another tool switched it; timeout: the servo's own time-out (0x26,
-    0x27); protection: its limits of temperature or voltage, or a motor failure"""
+    """configured: since the start of the servo, or 0x20 was written as configuration; stop: Stop; lease: a lease
+    ended or expired; command: a client or another tool switched it; timeout: the servo's own timeout (0x26,
+    0x27); protection: temperature or voltage limit, or motor failure."""
     since: float | None
     """Time of the switch, seconds since 1970 UTC. Null if unknown."""
     state: Literal["on", "off", "brake", "unknown"]
@@ -1132,7 +1117,7 @@ class Output(TypedDict):
 
 
 class OutputRestorePreview(TypedDict):
-    """What restoring outputs would do."""
+    """Effect of restoring outputs."""
 
     clears_stop: bool
     """Would first clear a latched stop."""
@@ -1146,7 +1131,7 @@ class Parameter(TypedDict):
     access: Literal["rw", "r", "w"]
     """Read and write, read only, or executed by writing."""
     action: bool
-    """Whether it does something when written and means nothing when read (0x10 to 0x12)."""
+    """Whether it is an action, triggered by a write (0x10 to 0x12)."""
     address: int
     """Register address, 0x00 to 0x5F."""
     advice: str
@@ -1176,7 +1161,7 @@ class Parameter(TypedDict):
     label: str
     """Display name."""
     limits: Limits | None
-    """The rows that bound it. Null where none do."""
+    """The rows that limit it. Null if none."""
     live: bool
     """Changes without being written, and is read before a save, restart or reset."""
     maximum: int | None
@@ -1186,33 +1171,33 @@ class Parameter(TypedDict):
     moves_horn: bool
     """A change moves a held horn, so torque must be off."""
     name: str
-    """The four ASCII characters GetSet knows the register by: `0x2A` (table 2-14)."""
+    """Register name in GetSet, four ASCII characters: `0x2A` (table 2-14)."""
     per_unit: int
     """Raw steps per unit."""
     poll_s: float | None
-    """Period at which every servo is asked for it, s. Null: only on request."""
+    """Polling period, s. Null if read only on request."""
     pwm_only: bool
     """Only on models with PWM input."""
     rom: bool
-    """Whether a ROM write keeps it: 0x20 to 0x4F (section 4.11)."""
+    """Whether a ROM write stores it: 0x20 to 0x4F (section 4.11)."""
     section: str
     """Section of the specification."""
     shapes_output: bool
     """No effect while the motor has no output."""
     sided: bool
-    """Its sign is a side: plus is clockwise. Shown with its sign."""
+    """Its sign is a direction, positive is clockwise, and is shown."""
     since: str
     """First firmware with this row."""
     smallest: int | None
     """Smallest usable magnitude other than 0, raw. Null if none is known."""
     soft_start: int | None
-    """Temporary value during soft start, raw. Null: soft start leaves it alone."""
+    """Temporary value during soft start, raw. Null if soft start does not change it."""
     unique: UniqueNumber | None
-    """The number is that of one servo alone. Null where servos may share it."""
+    """Suggested range of a number unique to each servo. Null if servos may share it."""
     unit: str
     """Unit of the engineering value. Empty if none."""
     unit_when: UnitWhen | None
-    """Another unit, in force while another row has a certain value. Null if none."""
+    """Another unit while another row has a certain value. Null if none."""
 
 
 class Parameters(TypedDict):
@@ -1225,7 +1210,7 @@ class Parameters(TypedDict):
 
 
 class ParametersPatched(TypedDict):
-    """The outcome of a PATCH; with save, the job that saves, or what a dry run of it found."""
+    """Result of a change; with `save`, the save job, or the result of its dry run."""
 
     changes: list[Change]
     """Changes, row by row."""
@@ -1242,13 +1227,13 @@ class ParametersPatched(TypedDict):
     revision: str
     """Revision of the values, for If-Match."""
     rom_changes: list[RomChange]
-    """Rows that ROM is known to hold differently, and requested rows."""
+    """Rows whose ROM value is known to differ, and requested rows."""
     rom_unknown: list[ParameterKey]
     """Keys of rows that are saved unchanged and whose ROM value is unknown."""
 
 
 class PendingAllocation(TypedDict):
-    """A node heard asking for an id, and how far it has come."""
+    """A pending node ID request and its progress."""
 
     age_s: float
     """Time since it was last received, s."""
@@ -1268,7 +1253,7 @@ class PendingAllocation(TypedDict):
 
 
 class PendingRecording(TypedDict):
-    """A recording that still takes in what happens."""
+    """A recording in progress."""
 
     marks: list[RecordingMark]
     """Triggers of the recording."""
@@ -1280,8 +1265,21 @@ class PendingRecording(TypedDict):
     """One sentence for users."""
 
 
+class PendingRequest(TypedDict):
+    """Pending request for motion control. It is granted after `expires_in_s` unless refused."""
+
+    by: str
+    """Client that requests motion control."""
+    expires_in_s: float
+    """Time until motion control passes unless refused, s."""
+    id: str
+    """ID with which to refuse the request."""
+    reason: str
+    """Reason for the request."""
+
+
 class PositionUnitState(TypedDict):
-    """What position 1.0 means on a servo, and how that is known."""
+    """Unit of a servo's positions in broadcasts, and how it is known."""
 
     evidence: str
     """Evidence, one sentence for users."""
@@ -1289,28 +1287,29 @@ class PositionUnitState(TypedDict):
     """Code of `evidence`."""
     evidence_params: Params
     state: Literal["assumed", "confirmed", "forced", "conflict"]
-    """assumed: the maker's unit, not checked yet; confirmed: Status and 0x08 agree in it; conflict: they agree in
-    another unit, in none, or in two, and no angle is sent by ArrayCommand; forced: set by a client"""
+    """assumed: Futaba's unit, not checked yet; confirmed: Status and 0x08 agree on it; conflict: they agree on
+    another unit, on none or on several, and ArrayCommand angles are refused; forced: set by a client."""
     unit: PositionUnit
     """Unit of positions in broadcasts."""
 
 
 class Problem(TypedDict):
-    """application/problem+json: what went wrong, the code to branch on, and what to do."""
+    """Problem document (application/problem+json): code for programs, text with remedy, and facts as extra
+    members."""
 
     cause: str | None
-    """Code of what exactly went wrong. Stable. Null where `code` says all."""
+    """More specific code of the cause. Stable. Null if `code` is specific enough."""
     code: str
     """Code for programs. Stable."""
     detail: str
-    """One sentence with the details."""
+    """What happened and what to do, with the request that resolves it, if there is one."""
     params: Params
     status: int
     """HTTP status."""
     summary: str
-    """`detail` without requests for programs."""
+    """`detail` without the request."""
     title: str
-    """Error code as a phrase."""
+    """Short title of the code."""
     type: str
     """URI reference of the problem type."""
 
@@ -1339,7 +1338,7 @@ class Profile(TypedDict):
 
 
 class PwmModeReading(TypedDict):
-    """One parameter as last read from RAM, with its ROM value and this model's limits. Not validated, because
+    """One parameter as last read from RAM, with its ROM value and this model's limits. Not validated, for speed:
     sockets send many."""
 
     address: int
@@ -1368,7 +1367,7 @@ class PwmModeReading(TypedDict):
     rom: PwmModeChoice | Any
     """Value known to be in ROM. Null if unknown."""
     stale: bool
-    """Too old, or the servo is offline: the servo may hold another value."""
+    """The reading is too old or the servo is offline, so the servo may have another value."""
     unit: str
     """Unit of the value. Empty if none."""
     unsaved: bool | None
@@ -1410,7 +1409,7 @@ class Reading(TypedDict):
     rom: bool | int | float | str | None
     """Value known to be in ROM. Null if unknown."""
     stale: bool
-    """Too old, or the servo is offline: the servo may hold another value."""
+    """The reading is too old or the servo is offline, so the servo may have another value."""
     unit: str
     """Unit of the value. Empty if none."""
     unsaved: bool | None
@@ -1424,7 +1423,7 @@ class Reading(TypedDict):
 
 
 class RecordedBus(TypedDict):
-    """The bus that was connected: address as `PUT /bus` takes it, bit/s, our own node id."""
+    """The connected bus: address, bit rate, own node ID."""
 
     address: str
     """INTERFACE:CHANNEL, as `PUT /bus` takes it."""
@@ -1435,7 +1434,7 @@ class RecordedBus(TypedDict):
 
 
 class RecordedReading(TypedDict):
-    """One register as last read before the first mark; `at` in seconds since 1970 UTC."""
+    """One register as last read before the first trigger. `at`: seconds since 1970 UTC."""
 
     at: float | None
     """Time of the read, seconds since 1970 UTC. Null if unknown."""
@@ -1448,7 +1447,7 @@ class RecordedReading(TypedDict):
 
 
 class RecordedServo(TypedDict):
-    """One servo as it was known at the first mark."""
+    """One servo as known at the first trigger."""
 
     firmware: int | None
     """Firmware version as read from 0x52, raw. Null if unknown."""
@@ -1479,7 +1478,7 @@ class RecordedServo(TypedDict):
 
 
 class RecorderState(TypedDict):
-    """The recorder of the last ten minutes; it needs no starting."""
+    """State of the recorder, which continuously buffers up to ten minutes."""
 
     before_s: float
     """Time a recording covers before its first trigger, s."""
@@ -1492,11 +1491,11 @@ class RecorderState(TypedDict):
     reach_s: float
     """Time span recorded, s. Less than 600 after a start or if memory is full."""
     recording: bool
-    """false while a recording is played."""
+    """The recorder is running. false while a recording is played back."""
 
 
 class Recording(TypedDict):
-    """A recording in the data folder. `problem` says why one cannot be read; then little else is known of it."""
+    """A recording in the data folder."""
 
     at: float
     """Time of its first trigger, seconds since 1970 UTC."""
@@ -1520,11 +1519,11 @@ class Recording(TypedDict):
 
 
 class RecordingContent(TypedDict):
-    """What a page shows of a recording. Its frames are played: `PUT /bus` with address `recording:NAME`."""
+    """Content of a recording except its frames. To play it back, `PUT /bus` with address `recording:NAME`."""
 
     about: About
     complete: bool
-    """false if there is more telemetry than that."""
+    """All telemetry is included. false if it was truncated."""
     events: list[dict[str, Any]]
     """Events during the recording."""
     telemetry: list[Columns]
@@ -1534,7 +1533,7 @@ class RecordingContent(TypedDict):
 
 
 class RecordingMark(TypedDict):
-    """A moment for which a recording was, or will be, written."""
+    """A trigger of a recording."""
 
     at: float
     """Time of the trigger, seconds since 1970 UTC."""
@@ -1548,7 +1547,7 @@ class RecordingMark(TypedDict):
 
 
 class Recycled(TypedDict):
-    """Rows that were freed, as they were."""
+    """Result of recycling."""
 
     free: int
     """Number of free node IDs."""
@@ -1568,7 +1567,7 @@ class ResetPreview(TypedDict):
 
 
 class RestorableOutput(TypedDict):
-    """One servo whose output would be switched on."""
+    """A servo whose output would be restored."""
 
     needs_lease: bool
     """The servo's timeout (0x26) would switch it off again. It stays on until the lease ends."""
@@ -1586,7 +1585,7 @@ class RestorableOutput(TypedDict):
 
 
 class Restored(TypedDict):
-    """The outcome of a restore, as of a PATCH, and the rows that were left out of it."""
+    """Result of restoring or copying values."""
 
     changes: list[Change]
     """Changes, row by row."""
@@ -1605,13 +1604,13 @@ class Restored(TypedDict):
     revision: str
     """Revision of the values, for If-Match."""
     rom_changes: list[RomChange]
-    """Rows that ROM is known to hold differently, and requested rows."""
+    """Rows whose ROM value is known to differ, and requested rows."""
     rom_unknown: list[ParameterKey]
     """Keys of rows that are saved unchanged and whose ROM value is unknown."""
 
 
 class RomChange(TypedDict):
-    """A row that ROM will hold differently."""
+    """A row whose ROM value will change."""
 
     after: bool | int | float | str | None
     """Value that the save writes."""
@@ -1622,7 +1621,7 @@ class RomChange(TypedDict):
 
 
 class RowRange(TypedDict):
-    """What one model allows in one row, raw."""
+    """Range of one row in one model, raw."""
 
     default: int | None
     """Default, raw."""
@@ -1633,7 +1632,7 @@ class RowRange(TypedDict):
 
 
 class RunOverlay(TypedDict):
-    """Runs side by side; `differences`: the parameters that are not the same in all of them, in their order."""
+    """Several runs for comparison. `differences`: the rows that differ, in row order."""
 
     differences: dict[str, list[bool | int | float | str | None]]
     """Rows that differ, one value per run."""
@@ -1647,13 +1646,13 @@ class SavePreview(TypedDict):
     restart: Forecast | None
     """Effect of the save on the horn."""
     rom_changes: list[RomChange]
-    """Rows that ROM is known to hold differently, and requested rows."""
+    """Rows whose ROM value is known to differ, and requested rows."""
     rom_unknown: list[ParameterKey]
     """Keys of rows that are saved unchanged and whose ROM value is unknown."""
 
 
 class SchemaDocument(TypedDict):
-    """Every table: rows, models, firmware steps, fault bits, effect rules."""
+    """All tables: rows, models, firmware versions, fault bits, effect rules."""
 
     effects: list[EffectRule]
     """Conditions under which rows have no effect."""
@@ -1662,11 +1661,11 @@ class SchemaDocument(TypedDict):
     firmware: list[str]
     """Known firmware versions."""
     firmware_notes: dict[str, str]
-    """What users of a firmware should know, by version."""
+    """Notes for users of a firmware, by version."""
     groups: list[Group]
     """Groups of the parameter list."""
     models: list[SchemaModel]
-    """Models, each with its own ranges."""
+    """Models with their ranges."""
     overview: list[FaultBit]
     """Bits of the summary register."""
     parameters: list[Parameter]
@@ -1678,7 +1677,7 @@ class SchemaDocument(TypedDict):
 
 
 class SchemaModel(TypedDict):
-    """One servo model and its own numbers; `rows` has every row it offers at its newest firmware."""
+    """One servo model."""
 
     firmware: list[str]
     """Firmware versions of this model."""
@@ -1714,17 +1713,17 @@ class SerialLine(TypedDict):
     load_pct: float | None
     """Share of the line used for receiving, %. Null without a budget."""
     serial_number: str | None
-    """USB serial number of the adapter"""
+    """USB serial number of the adapter. Null if unknown."""
 
 
 class Servo(TypedDict):
-    """One servo, known by its unique id."""
+    """One servo, identified by its unique ID."""
 
     activity: Activity
     age_s: float | None
     """Age of `angle_deg`, s. Null if never received."""
     angle_deg: float | None
-    """Horn angle, °. Positive is clockwise."""
+    """Horn angle, °. Positive is clockwise. Null if unknown."""
     bus: str | None
     """Address of the bus. Null while offline."""
     command_deg: float | None
@@ -1735,7 +1734,7 @@ class Servo(TypedDict):
     firmware: str | None
     """Firmware version, such as `1.300`. Null if unknown."""
     firmware_note: str | None
-    """What users of this firmware should know, in English. Null if nothing."""
+    """Note for users of this firmware, in English. Null if none."""
     hardware_version: int | None
     """Hardware version from GetNodeInfo. Null if unknown."""
     health: HealthCode | None
@@ -1745,8 +1744,8 @@ class Servo(TypedDict):
     label: str
     """Nickname, stored by the server."""
     lost: list[LostValue]
-    """RAM values lost in a restart. A value leaves when RAM holds it again, all of them leave after a successful
-    save and DELETE …/lost"""
+    """RAM values lost in a restart. A value is removed once it is in RAM again; all are removed by a successful
+    save or `DELETE …/lost`."""
     mode: str | None
     """Mode from NodeStatus. Null if unknown."""
     model: str | None
@@ -1762,7 +1761,7 @@ class Servo(TypedDict):
     output: Output
     position_unit: PositionUnitState
     production_date: str | None
-    """YYYY-MM-DDTHH:MM, time zone not stated by the servo"""
+    """Production date, YYYY-MM-DDTHH:MM, time zone unknown. Null if unknown."""
     pwm: bool | None
     """The servo has a PWM input. Null if unknown."""
     serial: str | None
@@ -1785,7 +1784,7 @@ class Servo(TypedDict):
 
 
 class ServoFaults(TypedDict):
-    """The fault bits of one of several servos; `problem` instead of them where there is no such servo."""
+    """Fault bits of one servo, or the problem if it is unknown."""
 
     faults: list[Fault]
     """Failures, then warnings, then notifications. Active before past."""
@@ -1794,14 +1793,14 @@ class ServoFaults(TypedDict):
 
 
 class Snapshot(TypedDict):
-    """What a servo held at one instant, in engineering values."""
+    """Values of a servo at one time."""
 
     at: float
     """Time of the snapshot, seconds since 1970 UTC."""
     automatic: bool
     """Taken automatically before a change."""
     by: str
-    """Client that did it."""
+    """Client that took it."""
     firmware: str | None
     """Firmware version, such as `1.300`. Null if unknown."""
     id: int
@@ -1811,20 +1810,20 @@ class Snapshot(TypedDict):
     reason: str
     """Reason for the snapshot."""
     reason_code: ReasonCode | None
-    """Code of the reason: `manual`, or the operation that it preceded. Null for a user's own words."""
+    """Code of the reason: `manual`, or the operation that it preceded. Null for a user's own text."""
     reason_params: Params
     rom: dict[str, bool | int | float | str | None]
     """Values known to be in ROM, by key."""
     uid: str
     """Unique ID, 32 lower-case hex digits."""
     values: dict[str, bool | int | float | str | None]
-    """RAM, by key"""
+    """Values in RAM, by key."""
 
 
 class StepMetrics(TypedDict):
-    """Metrics of one step; all times ± `sample_s`. Null if the step never got that far. `hunting_hz` is also
-    measured at the end of a step that never settles because the horn oscillates. It is null with fewer than
-    100 samples per second."""
+    """Metrics of one step. All times ± `sample_s`. Null if not reached. `hunting_hz` is also measured at the end
+    of a step that never settles because the horn oscillates. It is null with fewer than 100 samples per
+    second."""
 
     crossing_s: float | None
     """Time until the target is first reached, s."""
@@ -1853,7 +1852,7 @@ class StepMetrics(TypedDict):
 
 
 class StepRun(TypedDict):
-    """A finished step test, with what it was measured under."""
+    """A completed step test with its test conditions."""
 
     achieved_hz: float
     """Samples per second."""
@@ -1886,12 +1885,12 @@ class StepRun(TypedDict):
 
 
 class StepTrace(TypedDict):
-    """One step: samples from the command on."""
+    """One step, with samples from the command on."""
 
     angle_deg: list[float]
     """Angle of each sample, °."""
     direction: Literal["there", "back"]
-    """Towards the target, or back."""
+    """there: to the target. back: to the start angle."""
     from_deg: float
     """Start angle, °."""
     metrics: StepMetrics
@@ -1915,13 +1914,13 @@ class Stop(TypedDict):
     nodes: list[StopNode]
     """Nodes that broadcast actuator status and may be servos."""
     reason: str | None
-    """Reason of the client. Null while not latched."""
+    """Reason: text, or the page's code `stop_button`, `esc_key` or `space_key`. Null while not latched."""
     servos: list[StopServo]
     """One entry per servo."""
 
 
 class StopNode(TypedDict):
-    """How stop went on a node that may be a servo and has not been identified."""
+    """Confirmation of a stop by a node that may be a servo but is not identified."""
 
     confirmed: bool
     """The response to torque off (or brake) was received."""
@@ -1932,7 +1931,7 @@ class StopNode(TypedDict):
 
 
 class StopServo(TypedDict):
-    """How stop went on one servo."""
+    """Confirmation of a stop by one servo."""
 
     confirmed: bool
     """The response to torque off (or brake) was received."""
@@ -1945,14 +1944,14 @@ class StopServo(TypedDict):
 
 
 class Stream(TypedDict):
-    """A stream and how well it keeps time."""
+    """A stream and its timing."""
 
     bus_share: float
     """Share of the bus, 0 to 1."""
     ended: str | None
     """Reason why it ended. Null while it runs."""
     ended_summary: str | None
-    """`ended` without requests for programs. Null while it runs."""
+    """`ended` without the request that resolves it. Null while it runs."""
     holder: str
     """Client with motion control."""
     id: str
@@ -1976,7 +1975,7 @@ class Stream(TypedDict):
 
 
 class SwitchReading(TypedDict):
-    """One parameter as last read from RAM, with its ROM value and this model's limits. Not validated, because
+    """One parameter as last read from RAM, with its ROM value and this model's limits. Not validated, for speed:
     sockets send many."""
 
     address: int
@@ -2005,7 +2004,7 @@ class SwitchReading(TypedDict):
     rom: Any
     """Value known to be in ROM. Null if unknown."""
     stale: bool
-    """Too old, or the servo is offline: the servo may hold another value."""
+    """The reading is too old or the servo is offline, so the servo may have another value."""
     unit: str
     """Unit of the value. Empty if none."""
     unsaved: bool | None
@@ -2019,18 +2018,18 @@ class SwitchReading(TypedDict):
 
 
 class Telemetry(TypedDict):
-    """What is polled of a servo, and for whom."""
+    """Telemetry of a servo."""
 
     budget: float
     """Share of the bus available to polling, 0 to 1."""
     channels: TelemetryChannelByKey
     """Channels by parameter key."""
-    wishes: list[TelemetryGrant]
+    subscriptions: list[TelemetryGrant]
     """Subscriptions and their granted rates."""
 
 
 class TelemetryChannel(TypedDict):
-    """One channel: how often it is to be polled, and how often it really is."""
+    """Rates of one channel."""
 
     age_s: float | None
     """Age of the last sample, s. Null if there is none."""
@@ -2067,16 +2066,17 @@ class TelemetryGrant(TypedDict):
 
 
 class TelemetryMark(TypedDict):
-    """Something to know of a channel at an instant: `t` in seconds on the server's clock."""
+    """Mark in the samples of a channel."""
 
     kind: Literal["wrap", "inactive", "gap", "restart"]
-    """What happened."""
+    """wrap: the angle wrapped at ±180°; inactive: no value (dummy value); gap: samples are missing; restart: the
+    servo restarted."""
     t: float
     """Time on the server's clock, s."""
 
 
 class TimeoutActionReading(TypedDict):
-    """One parameter as last read from RAM, with its ROM value and this model's limits. Not validated, because
+    """One parameter as last read from RAM, with its ROM value and this model's limits. Not validated, for speed:
     sockets send many."""
 
     address: int
@@ -2105,7 +2105,7 @@ class TimeoutActionReading(TypedDict):
     rom: TimeoutActionChoice | Any
     """Value known to be in ROM. Null if unknown."""
     stale: bool
-    """Too old, or the servo is offline: the servo may hold another value."""
+    """The reading is too old or the servo is offline, so the servo may have another value."""
     unit: str
     """Unit of the value. Empty if none."""
     unsaved: bool | None
@@ -2119,7 +2119,7 @@ class TimeoutActionReading(TypedDict):
 
 
 class TorqueModeReading(TypedDict):
-    """One parameter as last read from RAM, with its ROM value and this model's limits. Not validated, because
+    """One parameter as last read from RAM, with its ROM value and this model's limits. Not validated, for speed:
     sockets send many."""
 
     address: int
@@ -2148,7 +2148,7 @@ class TorqueModeReading(TypedDict):
     rom: TorqueModeChoice | Any
     """Value known to be in ROM. Null if unknown."""
     stale: bool
-    """Too old, or the servo is offline: the servo may hold another value."""
+    """The reading is too old or the servo is offline, so the servo may have another value."""
     unit: str
     """Unit of the value. Empty if none."""
     unsaved: bool | None
@@ -2162,7 +2162,7 @@ class TorqueModeReading(TypedDict):
 
 
 class TreatedAs(TypedDict):
-    """The known model and firmware that stand for what the tables do not have."""
+    """Known model and firmware assumed for a servo that the tables do not contain."""
 
     firmware: str | None
     """Firmware to assume. Null if the firmware is known."""
@@ -2171,16 +2171,16 @@ class TreatedAs(TypedDict):
 
 
 class UniqueNumber(TypedDict):
-    """A number that no two servos share, and the range that is proposed (raw). 0 is "none yet" and may be shared."""
+    """A number unique to each servo, and the suggested range (raw). 0 means "none yet" and need not be unique."""
 
     highest: int
-    """Highest number that is proposed."""
+    """Highest suggested number."""
     lowest: int
-    """Lowest number that is proposed."""
+    """Lowest suggested number."""
 
 
 class UnitWhen(TypedDict):
-    """Another unit, in force while `parameter` reads `raw` (0x36 follows 0x37, section 4.30)."""
+    """Another unit while `parameter` is `raw` (0x36 follows 0x37, section 4.30)."""
 
     parameter: str
     """Key of the row that decides."""
@@ -2193,7 +2193,7 @@ class UnitWhen(TypedDict):
 
 
 class Why(TypedDict):
-    """A reason by code, for programs and other languages."""
+    """A reason as a code, for programs and translations."""
 
     code: str
     """Name of the reason."""
@@ -2204,7 +2204,7 @@ class Why(TypedDict):
 Advice: TypeAlias = Literal[
     "connect_adapter",
     "check_adapter",
-    "as_adapter_says",
+    "see_adapter_message",
     "check_timing_and_wiring",
     "find_short",
     "set_bit_timing",
@@ -2214,13 +2214,13 @@ Advice: TypeAlias = Literal[
     "free_serial_line",
     "check_plugs",
     "slow_sender",
-    "free_computer",
+    "reduce_computer_load",
     "none_needed",
     "renumber_node",
     "change_own_node_id",
     "close_program",
-    "give_servo_ids",
-    "silence_commander",
+    "assign_servo_ids",
+    "turn_off_commander",
     "renumber_servos",
     "keep_one_allocator",
     "turn_allocator_on",
@@ -2233,7 +2233,9 @@ Advice: TypeAlias = Literal[
     "check_supply",
 ]
 AllocatorChoice: TypeAlias = Literal["on", "off", "force"]
-CautionCode: TypeAlias = Literal["turns", "turn_count", "endless", "too_small", "held", "pwm", "timeout_too_short"]
+CautionCode: TypeAlias = Literal[
+    "turns", "turn_count", "continuous_rotation", "below_minimum", "timeout_hold", "pwm", "timeout_too_short"
+]
 ChangeOutcome: TypeAlias = Literal["applied", "rolled_back", "planned"]
 CommandKind: TypeAlias = Literal["angle", "speed", "torque"]
 EvidenceCode: TypeAlias = Literal[
@@ -2244,10 +2246,10 @@ EvidenceCode: TypeAlias = Literal[
     "snapshot_known",
     "snapshot_failed",
     "sent",
-    "asked",
+    "requested",
     "silent",
     "restarted",
-    "restarted_when_asked",
+    "restarted_on_request",
     "back_on_node",
     "no_soft_start",
     "soft_start_over",
@@ -2276,10 +2278,10 @@ EvidenceCode: TypeAlias = Literal[
     "saved",
     "save_not_needed",
     "identified",
-    "values_hold",
-    "values_still_hold",
+    "values_verified",
+    "values_still_verified",
     "servo_id_parked",
-    "servo_id_put_back",
+    "servo_id_restored",
     "servo_id_lost",
     "node_id_parked",
     "failed_before",
@@ -2309,8 +2311,8 @@ FindingCode: TypeAlias = Literal[
     "load_over_budget",
     "serial_line_full",
     "silent_node",
-    "answers_lost",
-    "answers_slow",
+    "responses_lost",
+    "responses_slow",
     "servo_offline",
     "foreign_frames",
     "no_bus",
@@ -2334,7 +2336,7 @@ FindingCode: TypeAlias = Literal[
 HealthCode: TypeAlias = Literal["ok", "warning", "error", "critical"]
 JobState: TypeAlias = Literal["queued", "running", "succeeded", "failed", "cancelled"]
 LogFormat: TypeAlias = Literal["candump", "asc", "blf", "csv"]
-"""The four forms of a recording."""
+"""Formats of a log."""
 MarkReason: TypeAlias = Literal["failure", "stop", "lost", "bus_lost", "manual"]
 MotionCode: TypeAlias = Literal["turns", "turn_count"]
 NoteCode: TypeAlias = Literal[
@@ -2346,24 +2348,24 @@ NoteCode: TypeAlias = Literal[
     "torque_row",
     "torque_never_on",
     "too_many_dots",
-    "no_syntax",
+    "invalid_syntax",
     "nested_too_deeply",
-    "no_object",
-    "no_table",
+    "not_an_object",
+    "not_a_table",
     "too_many_entries",
-    "no_value",
+    "values_missing",
     "unknown_field",
-    "no_text",
+    "not_text",
     "too_long",
-    "half_character",
+    "lone_surrogate",
     "other_tables",
-    "unit_no_text",
+    "unit_not_text",
     "unit_without_value",
-    "pin_kept",
-    "pin_at_start",
+    "pin_unchanged",
+    "pin_at_restart",
     "pin_after_fixed",
-    "id_free",
-    "id_kept_until_start",
+    "id_freed",
+    "id_changes_at_restart",
     "no_status",
     "this_server",
     "another_hornbill",
@@ -2456,7 +2458,7 @@ ParameterKey: TypeAlias = Literal[
     "production_minute",
 ]
 Params: TypeAlias = dict[str, str | int | float | bool | list[str | int | float]]
-"""Values in the text, by name with unit, unless unknown. Empty for texts without values."""
+"""Values in the text, by name with unit. Unknown values are omitted."""
 PositionUnit: TypeAlias = Literal["hundred_degrees", "radian", "degree", "tenth_degree"]
 PwmModeChoice: TypeAlias = Literal["angle", "speed"]
 ReadingByKey: TypeAlias = dict[str, Reading]
@@ -2473,7 +2475,7 @@ StepCode: TypeAlias = Literal[
     "back",
     "soft_start",
     "read_back",
-    "ask",
+    "request",
     "torque_off",
     "erase",
     "read",
@@ -2485,11 +2487,11 @@ StepCode: TypeAlias = Literal[
     "wiggle",
     "return",
     "restore",
-    "there",
-    "numbers",
+    "measure",
+    "evaluate",
     "plan",
-    "aside",
-    "away",
+    "park_servo_id",
+    "park_node_id",
     "identify",
     "clear",
 ]

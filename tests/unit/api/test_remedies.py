@@ -18,15 +18,18 @@ def test_a_problem_ends_in_the_request_that_remedies_it() -> None:
     assert detail(TorqueOff("Torque is off.", cause="torque_is_off", uid="00ff")) == (
         'Torque is off. Use: POST /api/v1/servos/00ff/torque {"mode": "on"}.'
     )
-    assert detail(Unknown("unknown_log", "There is no log.", cause="no_such_file")) == "There is no log."
+    assert detail(Unknown("unknown_log", "There is no log.", cause="file_not_found")) == "There is no log."
 
 
 @pytest.mark.parametrize(
     ("facts", "end"),
     [
-        ({"confirm": "turns"}, 'To confirm, send it again with confirm: ["turns"].'),
-        ({"confirm": "turns", "words": ["turns", "far"]}, 'To confirm, send it again with confirm: ["turns", "far"].'),
-        ({"confirm": "off", "choices": ["on", "off"]}, 'Send it again with confirm: ["on"] or ["off"].'),
+        ({"confirm": "turns"}, 'To confirm, repeat the request with confirm: ["turns"].'),
+        (
+            {"confirm": "turns", "words": ["turns", "far"]},
+            'To confirm, repeat the request with confirm: ["turns", "far"].',
+        ),
+        ({"confirm": "off", "choices": ["on", "off"]}, 'Repeat the request with confirm: ["on"] or ["off"].'),
     ],
 )
 def test_what_asks_for_confirmation_names_the_words(facts: dict[str, object], end: str) -> None:

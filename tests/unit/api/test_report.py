@@ -32,7 +32,8 @@ def sheet(uid: Uid = FIRST, label: str = "knee", **more: object) -> ServoRecord:
         "title": label, "label": label, "serial": "61-000123", "model": "BLA21-06U-A0", "firmware": "1.300",
         "hardware_version": 3, "production_date": "2025-03-04T10:20", "servo_id": 1, "node_id": 21, "by": "ann",
         "profile": "bench", "profile_revision": "7", "values": {"angle_limit_ccw": -60.5, "smoothing": False},
-        "units": {"angle_limit_ccw": "°"}, "verified_in": "rom", "verdict": "done", "started_at": 10.0, "ended_at": 12.5,
+        "units": {"angle_limit_ccw": "°"}, "verified_in": "rom", "verdict": "done", "started_at": 10.0,
+        "ended_at": 12.5,
     }  # fmt: skip
     if isinstance(problem := more.get("problem"), str):
         more["problem"] = {"code": "no_response", "detail": problem}

@@ -6,7 +6,7 @@ import pytest
 from starlette.routing import Mount, Route
 
 from hornbill.api.http import create_api, table_of
-from hornbill.api.security.roles import ANYBODY, HERE, Role, RouteTable, needed
+from hornbill.api.security.roles import LOCAL, PUBLIC, Role, RouteTable, needed
 from hornbill.app.view_feed import ViewFeed
 from hornbill.schema.catalog import Catalog
 from hornbill.view.proxy import routes as view_routes
@@ -47,9 +47,9 @@ def test_what_changes_something_takes_more_than_looking() -> None:
 @pytest.mark.parametrize(
     ("method", "path", "role"),
     [
-        ("GET", "/", ANYBODY),
-        ("GET", "/servos/0123/motion", ANYBODY),
-        ("GET", "/assets/index-1.js", ANYBODY),
+        ("GET", "/", PUBLIC),
+        ("GET", "/servos/0123/motion", PUBLIC),
+        ("GET", "/assets/index-1.js", PUBLIC),
         ("HEAD", "/api/v1/servos", Role.VIEW),
         ("GET", "/api/v1/servos/0123/parameters/torque_mode", Role.VIEW),
         ("PUT", "/api/v1/servos/0123/parameters/torque_mode", Role.CONFIGURE),
@@ -59,7 +59,7 @@ def test_what_changes_something_takes_more_than_looking() -> None:
         ("GET", "/viser/0123/nothing", Role.ADMIN),
         ("GET", "/metrics", Role.VIEW),
         ("GET", "/api/v1/tokens", Role.ADMIN),
-        ("POST", "/api/v1/stop", HERE),
+        ("POST", "/api/v1/stop", LOCAL),
         ("GET", "/api/v1/nothing", Role.ADMIN),
         ("POST", "/api/v1/stop\n", Role.ADMIN),
         ("POST", "/api/v1/stop/", Role.ADMIN),

@@ -6,7 +6,7 @@ from types import SimpleNamespace
 import pytest
 import typer
 
-from hornbill.cli.confirm import agree
+from hornbill.cli.confirm import require_confirmation
 
 
 def terminal(monkeypatch: pytest.MonkeyPatch, *, there: bool) -> None:
@@ -15,21 +15,21 @@ def terminal(monkeypatch: pytest.MonkeyPatch, *, there: bool) -> None:
 
 def test_yes_asks_nobody(monkeypatch: pytest.MonkeyPatch) -> None:
     terminal(monkeypatch, there=False)
-    agree("Do it?", True)
-    agree("Do it?", True, as_json=True)
+    require_confirmation("Do it?", True)
+    require_confirmation("Do it?", True, as_json=True)
 
 
 @pytest.mark.parametrize("there", [True, False])
 def test_json_cannot_ask(monkeypatch: pytest.MonkeyPatch, there: bool) -> None:
     terminal(monkeypatch, there=there)
-    with pytest.raises(typer.BadParameter, match="--json cannot ask: add --yes, or --dry-run"):
-        agree("Do it?", False, as_json=True, instead=", or --dry-run")
+    with pytest.raises(typer.BadParameter, match="--json requires --yes, or --dry-run"):
+        require_confirmation("Do it?", False, as_json=True, instead=", or --dry-run")
 
 
 def test_without_a_terminal_it_is_wrong_usage(monkeypatch: pytest.MonkeyPatch) -> None:
     terminal(monkeypatch, there=False)
-    with pytest.raises(typer.BadParameter, match="nobody is there to ask: add --yes"):
-        agree("Do it?", False)
+    with pytest.raises(typer.BadParameter, match=r"without a terminal\. Add --yes"):
+        require_confirmation("Do it?", False)
 
 
 def test_at_a_terminal_the_question_is_asked_beside_the_output_and_a_no_ends_the_command(
@@ -43,5 +43,5 @@ def test_at_a_terminal_the_question_is_asked_beside_the_output_and_a_no_ends_the
         return True
 
     monkeypatch.setattr(typer, "confirm", confirm)
-    agree("Do it?", False)
+    require_confirmation("Do it?", False)
     assert asked == [("Do it?", {"abort": True, "err": True})]

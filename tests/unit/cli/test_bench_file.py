@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hornbill.cli.bench.file import Complaints, check_keys, parse, write
+from hornbill.cli.bench.file import FileErrors, check_keys, parse, write
 from hornbill.errors import InvalidValue
 
 FILE = Path("bench.toml")
@@ -61,17 +61,17 @@ angle_p_gain = [1]
     found = wrong(text)
     assert [line.split(": ")[0] for line in found] == [f"bench.toml:{n}" for n in (1, 2, 8, 9, 11)]
     assert "Did you mean save?" in found[0]
-    assert "by uid, serial or label" in found[1]
+    assert "one of uid, serial and label" in found[1]
 
 
 @pytest.mark.parametrize(
     ("text", "said"),
     [
-        ("", "There is no servo in it"),
-        ('[[servo]]\nuid = "a"\n', "bench.toml:1: Nothing is wanted"),
-        ("[[servo]]\nuid = \n", "bench.toml:2: This is no TOML"),
-        ("servo = 3\n", "bench.toml:1: A servo is a table"),
-        ('[[servo]]\nuid = ""\nprofile = "x"\n', "is named once"),
+        ("", "The file contains no servos"),
+        ('[[servo]]\nuid = "a"\n', "bench.toml:1: The servo has neither values nor a profile"),
+        ("[[servo]]\nuid = \n", "bench.toml:2: Invalid TOML"),
+        ("servo = 3\n", "bench.toml:1: Each servo must be a table"),
+        ('[[servo]]\nuid = ""\nprofile = "x"\n', "exactly one of"),
     ],
 )
 def test_what_cannot_be_meant_is_told(text: str, said: str) -> None:
@@ -80,11 +80,11 @@ def test_what_cannot_be_meant_is_told(text: str, said: str) -> None:
 
 def test_a_key_that_is_none_is_told_with_its_line_and_the_nearest() -> None:
     entries = parse(FILE, '[[servo]]\nuid = "a"\n[servo.values]\nsmoothing = true\nangle_pgain = 4\n')
-    complaints = Complaints("bench.toml")
-    check_keys(entries, ["angle_p_gain", "smoothing"], complaints)
+    errors = FileErrors("bench.toml")
+    check_keys(entries, ["angle_p_gain", "smoothing"], errors)
     with pytest.raises(InvalidValue) as caught:
-        complaints.tell()
-    assert caught.value.detail == "bench.toml:5: 'angle_pgain' is not known here. Did you mean angle_p_gain?"
+        errors.check()
+    assert caught.value.detail == "bench.toml:5: Unknown key 'angle_pgain'. Did you mean angle_p_gain?"
 
 
 @given(st.text(max_size=200))

@@ -34,7 +34,7 @@ def test_auto_takes_a_virtual_one_and_says_why(started: list[tuple[str | None, s
     assert CliRunner().invoke(app, ["demo", "--bus", "auto"]).exit_code == 0
     ((bus, announce),) = started
     assert bus == "socketcan:vcan7"
-    assert announce.endswith("\nbus: socketcan:vcan7, as vcan7 is up")
+    assert announce.endswith("\nbus: socketcan:vcan7, because vcan7 is up")
 
 
 def test_auto_says_why_it_took_the_embedded_one(
@@ -45,7 +45,7 @@ def test_auto_says_why_it_took_the_embedded_one(
     assert CliRunner().invoke(app, ["demo"]).exit_code == 0
     ((bus, announce),) = started
     assert bus is None
-    assert announce.endswith("\nbus: embedded, as there is none")
+    assert announce.endswith("\nbus: embedded, because there is none")
 
 
 @pytest.mark.parametrize("address", ["socketcan:can0", "slcan:/dev/ttyACM0"])

@@ -28,13 +28,13 @@ def doctor(found: list[dict[str, Any]], monkeypatch: pytest.MonkeyPatch, *flags:
         assert (verb, path, body, query) == ("GET", "/bus/doctor", None, {"all": True})
         return found
 
-    monkeypatch.setattr(Connection, "ask", ask)
+    monkeypatch.setattr(Connection, "request", ask)
     result = CliRunner().invoke(app, ["doctor", *flags])
     return result.exit_code, result.stdout
 
 
 def test_a_healthy_bus_is_one_line_and_exit_code_0(monkeypatch: pytest.MonkeyPatch) -> None:
-    assert doctor(OK, monkeypatch) == (0, "Nothing wrong found: 2 checks passed.\n")
+    assert doctor(OK, monkeypatch) == (0, "0 findings, 2 checks passed.\n")
 
 
 @pytest.mark.parametrize(("found", "code"), [([FAILURE], 1), ([WARNING], 1), ([NOTICE], 0), ([WARNING, NOTICE], 1)])
@@ -54,7 +54,7 @@ def test_a_finding_is_told_with_its_evidence_and_remedy(monkeypatch: pytest.Monk
         "Warning: Errors rise",
         "  Errors rise: 3 times.",
         "  → Look at the plugs.",
-        "2 found: 2 checks passed.",
+        "2 findings, 2 checks passed.",
     ]
 
 

@@ -7,7 +7,7 @@ import typer
 
 from hornbill import errors
 from hornbill.cli.failing import Exit, code_of, failures
-from hornbill.client import NoServer
+from hornbill.client import ServerUnreachable
 
 
 def classes(root: type[errors.HornbillError]) -> Iterator[type[errors.HornbillError]]:
@@ -25,7 +25,7 @@ def test_no_failure_is_a_success(kind: type[errors.HornbillError]) -> None:
 @pytest.mark.parametrize(
     ("error", "code"),
     [
-        (NoServer("x", cause=None, sent=False), Exit.NO_SERVER),
+        (ServerUnreachable("x", cause=None, sent=False), Exit.SERVER_UNREACHABLE),
         (errors.NoResponse("x", cause=None), Exit.NO_RESPONSE),
         (errors.Refused("x", cause=None), Exit.REFUSED),
         (errors.Stopped("x", cause=None), Exit.BLOCKED),
@@ -35,7 +35,7 @@ def test_no_failure_is_a_success(kind: type[errors.HornbillError]) -> None:
         (errors.Unauthorized("x", cause=None), Exit.NOT_ALLOWED),
         (errors.ForbiddenRole("x", cause=None), Exit.NOT_ALLOWED),
         (errors.OutOfRange("x", cause=None), Exit.FAILED),
-        (errors.NotAsWanted("x", cause=None), Exit.FAILED),
+        (errors.UnexpectedResult("x", cause=None), Exit.FAILED),
     ],
 )
 def test_every_kind_of_failure_has_its_number(error: errors.HornbillError, code: Exit) -> None:
@@ -46,8 +46,8 @@ def test_every_kind_of_failure_has_its_number(error: errors.HornbillError, code:
 
 def test_the_numbers_are_those_that_scripts_know() -> None:
     assert [(one.name, int(one)) for one in Exit] == [
-        ("DONE", 0), ("FAILED", 1), ("USAGE", 2), ("NO_SERVER", 3), ("NO_RESPONSE", 4), ("REFUSED", 5), ("BLOCKED", 6),
-        ("NOT_ALLOWED", 7), ("INTERRUPTED", 130),
+        ("DONE", 0), ("FAILED", 1), ("USAGE", 2), ("SERVER_UNREACHABLE", 3), ("NO_RESPONSE", 4), ("REFUSED", 5),
+        ("BLOCKED", 6), ("NOT_ALLOWED", 7), ("INTERRUPTED", 130),
     ]  # fmt: skip
 
 

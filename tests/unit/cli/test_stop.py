@@ -47,7 +47,7 @@ def stop(answers: list[Any], asked: list[Any], monkeypatch: pytest.MonkeyPatch, 
         last[0] = next(coming, last[0])
         return last[0]
 
-    monkeypatch.setattr(Connection, "ask", ask)
+    monkeypatch.setattr(Connection, "request", ask)
     result = CliRunner().invoke(app, ["stop", *flags])
     return result.exit_code, result.stdout, result.stderr
 
@@ -56,7 +56,7 @@ def test_it_stops_with_one_request_and_says_how_many_confirmed(
     asked: list[Any], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     code, out, err = stop([state(FRONT)], asked, monkeypatch)
-    assert (code, out, err) == (0, "Stopped: 1 of 1 servos have confirmed torque off.\n", "")
+    assert (code, out, err) == (0, "Stopped: 1 of 1 servos confirmed torque off.\n", "")
     assert asked == [("POST", "/stop", {"mode": "off", "reason": ""}, {"by": "command line"})]
 
 
@@ -75,7 +75,7 @@ def test_a_servo_that_does_not_confirm_within_a_second_is_named_and_the_exit_cod
 def test_a_servo_that_confirms_a_little_later_counts(asked: list[Any], monkeypatch: pytest.MonkeyPatch) -> None:
     late = {**DEAF, "confirmed": True, "ms": 400.0}
     code, out, _ = stop([state(FRONT, DEAF), state(FRONT, DEAF), state(FRONT, late)], asked, monkeypatch)
-    assert (code, out) == (0, "Stopped: 2 of 2 servos have confirmed torque off.\n")
+    assert (code, out) == (0, "Stopped: 2 of 2 servos confirmed torque off.\n")
     assert len(asked) == 3
 
 
@@ -88,7 +88,7 @@ def test_brake_is_asked_for_by_its_flag(asked: list[Any], monkeypatch: pytest.Mo
 
 def test_clear_clears_and_stops_nothing(asked: list[Any], monkeypatch: pytest.MonkeyPatch) -> None:
     code, out, _ = stop([state(mode=None)], asked, monkeypatch, "--clear")
-    assert (code, out) == (0, "Cleared. Torque stays off until it is turned on.\n")
+    assert (code, out) == (0, "Stop cleared. Torque stays off until it is turned on.\n")
     assert [one[:2] for one in asked] == [("DELETE", "/stop")]
 
 

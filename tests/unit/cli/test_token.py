@@ -1,4 +1,4 @@
-"""`hornbill token`, and how far `hornbill serve` and `demo` may be reached."""
+"""`hornbill tokens`, and how far `hornbill serve` and `demo` may be reached."""
 
 import json
 from pathlib import Path
@@ -23,29 +23,30 @@ def run(*words: str, code: int = 0, environment: dict[str, str] | None = None) -
 
 def test_a_token_is_printed_once_and_listed_without_its_secret(tmp_path: Path) -> None:
     folder = ("--data-dir", str(tmp_path))
-    secret, said = run("token", "add", "rig 3", "--role", "operate", *folder)
-    assert "shown this once" in said
-    listed, _ = run("token", "list", *folder)
+    secret, said = run("tokens", "create", "rig 3", "--role", "operate", *folder)
+    assert "not shown again" in said
+    listed, _ = run("tokens", "list", *folder)
     assert "rig 3" in listed
     assert "operate" in listed
     assert secret.strip() not in listed
     with Store(tmp_path) as store:
         assert store.tokens.all()[0].digest == digest(secret.strip())
-    assert json.loads(run("token", "list", "--json", *folder)[0])[0].keys() == {
+    assert json.loads(run("tokens", "list", "--json", *folder)[0])[0].keys() == {
         "name", "role", "created_at", "last_used_at"
     }  # fmt: skip
 
 
 def test_a_token_can_be_revoked_and_what_cannot_be_done_says_why(tmp_path: Path) -> None:
     environment = {"HORNBILL_DATA_DIR": str(tmp_path)}
-    made = json.loads(run("token", "add", "a", "--role", "view", "--json", environment=environment)[0])
+    made = json.loads(run("tokens", "create", "a", "--role", "view", "--json", environment=environment)[0])
     assert made["token"].startswith("hb_")
-    assert "already" in run("token", "add", "a", "--role", "view", code=1, environment=environment)[1]
-    assert "no name for a token" in run("token", "add", "a/b", "--role", "view", code=1, environment=environment)[1]
-    run("token", "add", "b", "--role", "king", code=2, environment=environment)
-    run("token", "revoke", "a", environment=environment)
-    assert "no token 'a'" in run("token", "revoke", "a", code=1, environment=environment)[1]
-    assert run("token", "list", environment=environment)[0].startswith("No token")
+    assert "already" in run("tokens", "create", "a", "--role", "view", code=1, environment=environment)[1]
+    said = run("tokens", "create", "a/b", "--role", "view", code=1, environment=environment)[1]
+    assert "not a valid token name" in said
+    run("tokens", "create", "b", "--role", "king", code=2, environment=environment)
+    run("tokens", "revoke", "a", environment=environment)
+    assert "Unknown token 'a'" in run("tokens", "revoke", "a", code=1, environment=environment)[1]
+    assert run("tokens", "list", environment=environment)[0].startswith("No token")
 
 
 @pytest.mark.parametrize("command", ["serve", "demo"])

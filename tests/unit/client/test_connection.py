@@ -7,7 +7,7 @@ from typing import Any
 import httpx
 import pytest
 
-from hornbill.client import AsyncHornbill, Hornbill, NoServer
+from hornbill.client import AsyncHornbill, Hornbill, ServerUnreachable
 from hornbill.client.aio import connection as aio
 from hornbill.client.sync import connection as sync
 from hornbill.errors import Stopped
@@ -18,13 +18,13 @@ Run = Callable[[Handler, list[tuple[str, str]]], Any]
 
 def run_sync(handler: Handler, asked: list[tuple[str, str]], **options: Any) -> Any:
     with Hornbill("http://rig:1/", transport=httpx.MockTransport(handler)) as hornbill:
-        return [hornbill.ask(verb, path, **options) for verb, path in asked][-1]
+        return [hornbill.request(verb, path, **options) for verb, path in asked][-1]
 
 
 def run_async(handler: Handler, asked: list[tuple[str, str]], **options: Any) -> Any:
     async def scene() -> Any:
         async with AsyncHornbill("http://rig:1/", transport=httpx.MockTransport(handler)) as hornbill:
-            return [await hornbill.ask(verb, path, **options) for verb, path in asked][-1]
+            return [await hornbill.request(verb, path, **options) for verb, path in asked][-1]
 
     return asyncio.run(scene())
 
@@ -74,7 +74,7 @@ def test_two_posts_have_two_keys(run: Any) -> None:
 @pytest.mark.parametrize("verb", ["POST", "PUT", "PATCH", "DELETE"])
 def test_what_may_not_happen_twice_is_asked_once(run: Any, verb: str) -> None:
     server = Flaky(httpx.ReadError)
-    with pytest.raises(NoServer, match="not known whether it was done") as caught:
+    with pytest.raises(ServerUnreachable, match="unknown whether the request was carried out") as caught:
         run(server, [(verb, "/servos/x/command")], once=True)
     assert caught.value.facts == {"sent": True}
     assert len(server.seen) == 1
@@ -83,13 +83,13 @@ def test_what_may_not_happen_twice_is_asked_once(run: Any, verb: str) -> None:
 
 def test_a_timeout_is_never_tried_again(run: Any) -> None:
     server = Flaky(httpx.ReadTimeout)
-    with pytest.raises(NoServer):
+    with pytest.raises(ServerUnreachable):
         run(server, [("GET", "/servos")])
     assert len(server.seen) == 1
 
 
 def test_nobody_there_says_how_to_start_one_and_that_nothing_was_sent(run: Any) -> None:
-    with pytest.raises(NoServer, match="hornbill demo") as caught:
+    with pytest.raises(ServerUnreachable, match="hornbill demo") as caught:
         run(Flaky(*[httpx.ConnectError] * 3), [("GET", "/servos")])
     assert caught.value.facts == {"sent": False}
 
@@ -134,7 +134,7 @@ def test_a_proxy_of_the_environment_is_not_asked_for_a_server_on_this_machine(
 def test_the_token_goes_with_every_request_and_into_no_text(run: Any, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("HORNBILL_TOKEN", "sesame")
     server = Flaky(httpx.ConnectError, httpx.ConnectError, httpx.ConnectError)
-    with pytest.raises(NoServer) as caught:
+    with pytest.raises(ServerUnreachable) as caught:
         run(server, [("GET", "/servos")])
     assert "sesame" not in str(caught.value)
     assert server.seen[0].headers["Authorization"] == "Bearer sesame"
@@ -144,6 +144,6 @@ def test_the_address_is_that_of_the_environment_below_any_path(monkeypatch: pyte
     monkeypatch.setenv("HORNBILL_URL", "https://site.example/bench7/")
     server = Flaky()
     with Hornbill(transport=httpx.MockTransport(server)) as hornbill:
-        hornbill.ask("GET", "/servos", seconds=5, refresh=True, channels=None)
+        hornbill.request("GET", "/servos", seconds=5, refresh=True, channels=None)
         assert hornbill.socket_url == "wss://site.example/bench7/api/v1/ws"
     assert str(server.seen[0].url) == "https://site.example/bench7/api/v1/servos?seconds=5&refresh=true"

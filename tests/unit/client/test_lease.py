@@ -50,8 +50,8 @@ def test_everything_asked_within_it_carries_it_and_nothing_after() -> None:
     server = Server()
     with server.client() as hornbill:
         with hornbill.lease("rig"):
-            hornbill.ask("POST", "/commands", once=True)
-        hornbill.ask("POST", "/commands", once=True)
+            hornbill.request("POST", "/commands", once=True)
+        hornbill.request("POST", "/commands", once=True)
     assert [lease for _, path, lease in server.seen if path == "/commands"] == ["L1", None]
 
 
@@ -101,7 +101,7 @@ def test_a_renewal_that_fails_is_not_the_end_and_the_lease_is_given_back() -> No
 
 def test_without_a_beat_there_is_no_thread_and_the_program_renews_by_hand() -> None:
     server = Server()
-    with server.client() as hornbill, hornbill.lease("rig", beat=False) as lease:
+    with server.client() as hornbill, hornbill.lease("rig", heartbeat=False) as lease:
         assert threads() == 0
         lease.renew()
     assert [one[:2] for one in server.seen] == [("POST", "/leases"), ("PUT", "/leases/L1"), ("DELETE", "/leases/L1")]

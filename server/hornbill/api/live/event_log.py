@@ -1,4 +1,4 @@
-"""Event log: every change packed once as JSON, numbered, and read by WebSockets and event streams with cursors."""
+"""Event log: every change encoded once as JSON, numbered, and read by WebSockets and event streams with cursors."""
 
 import asyncio
 import secrets
@@ -45,13 +45,13 @@ REFRESH_S: Final = 1.0
 EVENTS_KEPT: Final = 200
 SERVOS_A_TIME: Final = 50
 READINGS_A_TIME: Final = 100
-"""Packed in one batch. When many servos change at once, the rest follows in later batches, so that the loop stays
+"""Encoded per batch. When many servos change at once, the rest follows in later batches, so that the event loop stays
 responsive for motion and stop."""
 
 ALWAYS: Final = "always"
 """Topic that every client receives: the stop latch and the lease."""
 REFRESH: Final = "refresh"
-"""Topic of the periodic servos, which only sockets receive."""
+"""Topic of the periodic servo messages, which only sockets receive."""
 TELEMETRY: Final = "telemetry"
 
 
@@ -74,7 +74,7 @@ class LogEntry(NamedTuple):
 
 
 class EventBuffer:
-    """The newest entries by number: all without a key, and of each key the newest. `name` is unique per buffer."""
+    """Recent entries by number: all entries without a key, and the newest of each key. `name` is unique per buffer."""
 
     def __init__(self, entries: int = ENTRIES_KEPT, size: int = BYTES_KEPT) -> None:
         self.name = secrets.token_hex(4)
@@ -82,7 +82,7 @@ class EventBuffer:
         """Number of the next entry."""
         self._first = 0
         self._limits = entries, size
-        self._kept: OrderedDict[int, LogEntry] = OrderedDict()
+        self._entries: OrderedDict[int, LogEntry] = OrderedDict()
         self._newest: dict[str, int] = {}
         self._bytes = 0
 
@@ -91,27 +91,27 @@ class EventBuffer:
         if entry.key is not None:
             older = self._newest.pop(entry.key, None)
             if older is not None:
-                self._bytes -= len(self._kept.pop(older).json)
+                self._bytes -= len(self._entries.pop(older).json)
             self._newest[entry.key] = self.next
-        self._kept[self.next] = entry
+        self._entries[self.next] = entry
         self._bytes += len(entry.json)
         self.next += 1
         entries, size = self._limits
-        while len(self._kept) > entries or self._bytes > size:
-            number, gone = self._kept.popitem(last=False)
+        while len(self._entries) > entries or self._bytes > size:
+            number, gone = self._entries.popitem(last=False)
             self._first = number + 1
             self._bytes -= len(gone.json)
             self._newest.pop(gone.key or "", None)
 
     def since(self, place: int) -> tuple[int, list[tuple[int, LogEntry]]]:
-        """The number of entries lost from `place` on, and those that remain, with their numbers."""
-        kept = list(takewhile(lambda item: item[0] >= place, reversed(self._kept.items())))
-        return max(0, self._first - place), kept[::-1]
+        """Number of entries lost since `place`, and the remaining ones with their numbers."""
+        found = list(takewhile(lambda item: item[0] >= place, reversed(self._entries.items())))
+        return max(0, self._first - place), found[::-1]
 
 
 @dataclass(eq=False)
 class Cursor:
-    """What one client receives, and how far it has read each buffer."""
+    """Subscription of one client, and its position in each buffer."""
 
     topics: set[str]
     uids: set[str] | None = None
@@ -134,14 +134,14 @@ class Cursor:
 
 
 class EventLog:
-    """Listens to the hub for all clients together, from the first one until a while after the last."""
+    """Shared subscription to the hub, from the first client until LINGER_S after the last."""
 
     def __init__(self, host: Host, *, demo: bool) -> None:
         self.host = host
         self.over = False
         self.telemetry = TelemetryBatches(host.hub, host.base.now)
         self.dropped = 0
-        """Samples that any socket was too slow for."""
+        """Samples dropped because a socket was too slow."""
         self._demo = demo
         self._buffers: dict[str, EventBuffer] = {}
         self._left_at = self._sampled_at = 0.0
@@ -151,7 +151,7 @@ class EventLog:
         self._jobs: dict[str, RunningJob] = {}
         self._events: deque[tuple[float, LogEvent]] = deque(maxlen=EVENTS_KEPT)
         self._flags: set[str] = set()
-        self._forget: Callable[[], None] | None = None
+        self._unsubscribe: Callable[[], None] | None = None
         self._batch: asyncio.TimerHandle | None = None
         self._second: asyncio.TimerHandle | None = None
         self._next_at = 0.0
@@ -159,13 +159,13 @@ class EventLog:
     @property
     def listening(self) -> bool:
         """Whether changes are recorded."""
-        return self._forget is not None
+        return self._unsubscribe is not None
 
     def join(self, cursor: Cursor) -> None:
-        """Begin to wake `cursor` when there are entries for it."""
+        """Start waking `cursor` when there are entries for it."""
         self._cursors.add(cursor)
-        if self._forget is None:
-            self._forget = self.host.hub.subscribe(
+        if self._unsubscribe is None:
+            self._unsubscribe = self.host.hub.subscribe(
                 self._on_change,
                 ServoChanged, ReadingChanged, JobChanged, LogEvent, BusChanged, LeaseChanged, StopChanged,
             )  # fmt: skip
@@ -185,11 +185,11 @@ class EventLog:
             cursor.end()
 
     def changes(self) -> EventBuffer:
-        """The buffer of everything but telemetry. Only while a cursor has joined."""
+        """Buffer of everything except telemetry. Exists only while a cursor has joined."""
         return self._buffers[ALWAYS]
 
     def samples(self) -> EventBuffer:
-        """The buffer of telemetry, for event streams; batches are recorded from the first call on."""
+        """Buffer of telemetry, for event streams; recording starts with the first call."""
         self._sampled_at = self._now()
         if TELEMETRY not in self._buffers:
             self._buffers[TELEMETRY] = EventBuffer()
@@ -205,7 +205,7 @@ class EventLog:
         ).model_dump_json()  # fmt: skip
 
     def state(self, topics: Iterable[str], *, recent: bool = True) -> Iterator[LogEntry]:
-        """The current state of `topics`, packed as it is consumed; with `recent`, the latest events, too."""
+        """Current state of `topics`, encoded lazily; with `recent`, also the latest events."""
         host = self.host
         if ALWAYS in topics:
             yield from self._flagged({"stop", "lease"})
@@ -219,12 +219,12 @@ class EventLog:
             yield from (_event(at, event) for at, event in list(host.events))
 
     def readings(self) -> Iterator[LogEntry]:
-        """Every reading of every servo, packed as it is consumed."""
+        """Every reading of every servo, encoded lazily."""
         for one in self.host.fleet.all():
             yield from self._packed_readings((one.uid, key) for key in list(one.registers))
 
     def collect(self) -> None:
-        """Record what has changed, and wake the clients."""
+        """Record changes and wake the clients."""
         if self._batch is not None:
             self._batch.cancel()
             self._batch = None
@@ -254,17 +254,17 @@ class EventLog:
             cursor.waiting.set()
 
     def wants(self, uid: Uid) -> bool:
-        """Telemetry of every servo is recorded."""
+        """True: telemetry of every servo is recorded."""
         return True
 
     def wake(self) -> None:
-        """Collect soon: at most once in BATCH_S."""
-        if self._batch is None and self._forget is not None:
+        """Schedule `collect`, at most once per BATCH_S."""
+        if self._batch is None and self._unsubscribe is not None:
             delay = max(0.0, self._next_at - self._now())
             self._batch = asyncio.get_running_loop().call_later(delay, self.collect)
 
     def missed(self, samples: int) -> None:
-        """Batches are taken as they are made; none is missed."""
+        """Batches are taken immediately, so none is missed."""
 
     def _on_change(self, change: Change) -> None:
         match change:
@@ -290,7 +290,7 @@ class EventLog:
         self.wake()
 
     def _tick(self) -> None:
-        """Each second: refresh the servos of sockets, and stop what has had no client for LINGER_S."""
+        """Every REFRESH_S: refresh the servos of sockets, and stop after LINGER_S without a client."""
         self._second = asyncio.get_running_loop().call_later(REFRESH_S, self._tick)
         for cursor in self._cursors:
             cursor.waiting.set()
@@ -300,17 +300,17 @@ class EventLog:
                 self.changes().put(entry._replace(topic=REFRESH, key=f"refresh {entry.uid}"))
         since = self._now() - LINGER_S
         if not self._cursors and self._left_at < since:
-            self._rest()
+            self._suspend()
         elif self._sampled_at < since:
             self._stop_telemetry()
 
-    def _rest(self) -> None:
+    def _suspend(self) -> None:
         for timer in (self._batch, self._second):
             if timer is not None:
                 timer.cancel()
-        if self._forget is not None:
-            self._forget()
-        self._batch = self._second = self._forget = None
+        if self._unsubscribe is not None:
+            self._unsubscribe()
+        self._batch = self._second = self._unsubscribe = None
         self._stop_telemetry()
         self._buffers.clear()
 
@@ -348,7 +348,7 @@ class EventLog:
 
 
 def log_of(state: Any, host: Host) -> EventLog:
-    """The log of an application; made for its first client, and again when it has another host."""
+    """Event log of an application; created for its first client, and again when the host is replaced."""
     found: EventLog | None = getattr(state, "event_log", None)
     if found is None or found.over or found.host is not host:
         if found is not None:

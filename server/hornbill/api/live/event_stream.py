@@ -1,4 +1,4 @@
-"""The event stream: the messages of the WebSocket as server-sent events."""
+"""Event stream: the WebSocket messages as server-sent events."""
 
 import asyncio
 from collections.abc import AsyncIterator
@@ -19,9 +19,9 @@ routes = Routes("live")
 
 TOPICS: Final = ("servos", "events", "jobs", "bus", "telemetry")
 HEARTBEAT_S: Final = 10.0
-"""A comment is sent after this long without an event, so that both ends notice a lost connection."""
+"""A comment is sent after this time without an event, so that both ends detect a lost connection."""
 RETRY_MS: Final = 2000
-"""How long a browser waits before it reconnects."""
+"""Delay before a browser reconnects."""
 
 _TOPIC = f"({'|'.join(TOPICS)})"
 Topics = Annotated[
@@ -29,7 +29,8 @@ Topics = Annotated[
     Query(
         pattern=f"^{_TOPIC}(,{_TOPIC})*$",
         max_length=100,
-        description="of servos, events, jobs, bus and telemetry, with commas between them; lease and stop always come",
+        description="Any of servos, events, jobs, bus and telemetry, separated by commas. Lease and stop messages are "
+        "always sent.",
     ),
 ]
 Uids = Annotated[
@@ -37,12 +38,12 @@ Uids = Annotated[
     Query(
         pattern="^[0-9a-f]{32}(,[0-9a-f]{32})*$",
         max_length=33 * 127,
-        description="unique ids, with commas between them: servos, parameters and telemetry of these only",
+        description="Unique IDs, separated by commas: limits servos, parameters and telemetry to these. Default: all.",
     ),
 ]
 Last = Annotated[
     str | None,
-    Header(alias="Last-Event-ID", max_length=200, description="the id of the last event that was read, to go on there"),
+    Header(alias="Last-Event-ID", max_length=200, description="ID of the last received event, to resume after it."),
 ]
 
 
@@ -53,7 +54,7 @@ Last = Annotated[
     response_class=StreamingResponse,
     responses={
         200: {
-            "description": "server-sent events; the data of each is a ServerMessage, or a DroppedMessage",
+            "description": "Server-sent events. The data of each is a ServerMessage or a DroppedMessage.",
             "content": {"text/event-stream": {"schema": {"type": "string"}}},
         }
     },
@@ -61,18 +62,18 @@ Last = Annotated[
 async def stream_events(
     request: Request, host: TheHost, topics: Topics = "servos,events,jobs,bus", uids: Uids = None, last: Last = None
 ) -> StreamingResponse:
-    """The current state, then each change as it happens. Sends no request on the bus.
+    """Stream the current state, then every change. Sends no request on the bus.
 
-    A client that reconnects within a minute with the id of its last event resumes there. A client that is late gets of
-    each servo, reading and job the newest change only, and every event. When messages are lost, `dropped` gives their
-    number, and the current state follows.
+    A client that reconnects within one minute with the ID of its last event resumes there. A slow client receives only
+    the newest change of each servo, reading and job, and every event. If messages are lost, a `dropped` message gives
+    their number and the current state follows.
     """
     cursor = Cursor(set(topics.split(",")), None if uids is None else set(uids.split(",")))
     who: Identity | None = request.scope.get(WHO)
     return StreamingResponse(
         _lines(EventStream(log_of(request.app.state, host), cursor, last), request.app.state.access, who),
         media_type="text/event-stream",
-        headers={"X-Accel-Buffering": "no"},  # nginx would collect it
+        headers={"X-Accel-Buffering": "no"},  # prevents buffering by nginx
     )
 
 
@@ -84,10 +85,10 @@ def end_streams(state: Any) -> None:
 
 
 class EventStream:
-    """One client's place in the log, as server-sent events whose ids tell where to resume."""
+    """Position of one client in the log, as server-sent events whose IDs allow resuming."""
 
     def __init__(self, log: EventLog, cursor: Cursor, last: str | None) -> None:
-        """`last`: the id of the last event the client read, null for a new client."""
+        """`last`: ID of the last event the client received; None for a new client."""
         self._log = log
         self._cursor = cursor
         self._resumes = last is not None
@@ -95,7 +96,7 @@ class EventStream:
         self._seq = 0
 
     def join(self) -> bytes:
-        """Begin, or resume. Returns the first lines."""
+        """Start or resume. Returns the first lines."""
         log, cursor = self._log, self._cursor
         log.join(cursor)
         cursor.places = {
@@ -107,7 +108,7 @@ class EventStream:
         return format_sse_event(retry=RETRY_MS) + format_sse_event(event="hello", data_str=log.hello(0))
 
     def take(self) -> bytes:
-        """The events that wait. Lost ones are counted, and followed by the current state."""
+        """Pending events. Lost ones are counted, and the current state follows."""
         cursor = self._cursor
         cursor.waiting.clear()
         out: list[bytes] = []
@@ -121,7 +122,7 @@ class EventStream:
             for number, entry in entries:
                 cursor.places[buffer.name] = number + 1
                 if cursor.wants(entry):
-                    # An id before the state is complete would let an interrupted client resume without the rest of it.
+                    # With an ID before the state is complete, an interrupted client would resume without the rest.
                     out.append(self._event(entry, identified=not restate))
             cursor.places[buffer.name] = buffer.next
             if restate:
@@ -132,20 +133,20 @@ class EventStream:
         return b"".join(out)
 
     def leave(self) -> None:
-        """End."""
+        """Leave the log."""
         self._log.leave(self._cursor)
 
     async def more(self) -> None:
-        """Wait until there may be something to take."""
+        """Wait until there may be pending events."""
         await self._cursor.waiting.wait()
 
     @property
     def over(self) -> bool:
-        """Whether the client or the server ended it."""
+        """Whether the client or the server ended the stream."""
         return self._cursor.over
 
     def end(self) -> None:
-        """End it for the client."""
+        """End the stream."""
         self._cursor.end()
 
     def _buffers(self) -> list[EventBuffer]:
@@ -161,7 +162,7 @@ class EventStream:
 
 
 def places(last: str) -> dict[str, int]:
-    """The places by names of buffers in an event's id; parts of another form are ignored."""
+    """Positions by buffer name in an event ID; malformed parts are ignored."""
     found: dict[str, int] = {}
     for part in last[:200].split("~"):
         name, _, number = part.partition(".")
@@ -186,7 +187,7 @@ async def _lines(stream: EventStream, access: Access, who: Identity | None) -> A
         while not stream.over:
             lines = stream.take()
             if not lines and clock() >= quiet_until:
-                lines = format_sse_event(comment="here")
+                lines = format_sse_event(comment="heartbeat")
             if lines:
                 yield lines
                 quiet_until = clock() + HEARTBEAT_S

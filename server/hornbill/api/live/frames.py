@@ -1,4 +1,4 @@
-"""What one socket sees of the bus: its filter, its counts, and no more than it can take."""
+"""Frames of the bus for one socket: filter, counts and a bounded queue."""
 
 from collections import deque
 from collections.abc import Callable
@@ -7,30 +7,30 @@ from typing import Any
 from hornbill.api.live.messages import FrameFilter
 from hornbill.servo.monitoring.bus_monitor import Batch, BusMonitor, Row, SeenFrame, SeenTransfer
 
-ROWS_KEPT = 600
-"""Rows kept for a socket that does not keep up: twice what a full bus brings between two messages."""
+ROWS_QUEUED = 600
+"""Rows queued for a slow socket: twice what a fully loaded bus yields between two messages."""
 
 
 class FrameWatch:
-    """One subscription to topic `frames`. `wake` is called when rows wait; `take` empties them."""
+    """Subscription to topic `frames`. `wake` is called when rows are pending; `take` returns and clears them."""
 
     def __init__(self, monitor: BusMonitor, wanted: FrameFilter, wake: Callable[[], None]) -> None:
         self._wanted = wanted
-        # A page writes minus signs as they should be, and somebody who types does not.
+        # Summaries contain true minus signs; users type hyphens.
         self._text = None if wanted.text is None else wanted.text.lower().replace("-", "−")
         self._type = None if wanted.type is None else wanted.type.lower()
         self._wake = wake
         self._rows: deque[Row] = deque()
         self._received = self._shown = self._dropped = 0
-        self._told = -1
+        self._reported = -1
         self.close = monitor.watch(self._on_batch)
         """Ends the subscription."""
 
     def take(self) -> dict[str, Any] | None:
-        """What waits, in the form of FramesMessage without `seq`; None when nothing came since the last one."""
-        if self._told == self._received:
+        """Pending rows as a FramesMessage without `seq`; None if nothing was received since the last call."""
+        if self._reported == self._received:
             return None
-        self._told = self._received
+        self._reported = self._received
         rows, self._rows = self._rows, deque()
         self._shown += len(rows)
         return {
@@ -48,7 +48,7 @@ class FrameWatch:
         for row in seen:
             if self._wants(row):
                 self._rows.append(row)
-        while len(self._rows) > ROWS_KEPT:
+        while len(self._rows) > ROWS_QUEUED:
             self._rows.popleft()
             self._dropped += 1
         if self._rows:

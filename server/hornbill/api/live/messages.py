@@ -1,4 +1,4 @@
-"""The WebSocket's messages in both directions, as discriminated unions."""
+"""WebSocket messages in both directions, as discriminated unions."""
 
 from typing import Annotated, Any, Literal
 
@@ -24,12 +24,11 @@ class Message(BaseModel):
 
 
 class FrameFilter(Message):
-    """Which frames and transfers topic `frames` carries; what is not told is not filtered.
+    """Filter of topic `frames`. Frames and transfers must match all given fields."""
 
-    `view` raw: frames as they were; decoded: whole transfers, and frames nothing could be made of.
-    """
-
-    view: Literal["raw", "decoded"] = Field(default="decoded", description="Raw frames or decoded transfers.")
+    view: Literal["raw", "decoded"] = Field(
+        default="decoded", description="Raw frames, or decoded transfers and the frames that match no transfer."
+    )
     node_id: int | None = Field(
         default=None, ge=0, le=127, description="Source or destination node ID. 0 for anonymous. Null for all."
     )
@@ -44,7 +43,7 @@ class FrameFilter(Message):
 
 
 class Subscribe(Message):
-    """Start receiving topics, of all servos or of some. `frames` replaces the filter of topic `frames`."""
+    """Subscribe to topics, for all servos or some. `frames` replaces the filter of topic `frames`."""
 
     type: Literal["subscribe"]
     topics: list[Topic] = Field(description="Topics to subscribe to.")
@@ -56,14 +55,14 @@ class Subscribe(Message):
 
 
 class Unsubscribe(Message):
-    """Stop receiving topics."""
+    """Unsubscribe from topics."""
 
     type: Literal["unsubscribe"]
     topics: list[Topic] = Field(description="Topics to unsubscribe from.")
 
 
 class Heartbeat(Message):
-    """Renews a lease. A lease once renewed over a socket ends when that socket closes."""
+    """Renew a lease. A lease that was renewed over a socket ends when that socket closes."""
 
     type: Literal["heartbeat"]
     lease: str = Field(description="ID of the lease.")
@@ -77,7 +76,7 @@ class SocketCommand(Message):
     value: float = Field(allow_inf_nan=False, description="Angle (°), speed (rpm) or torque (%).")
     confirm: MotionConfirms
     profile: MotionProfile | None = Field(
-        default=None, description="Speed and acceleration of the move. Null: without limits."
+        default=None, description="Speed and acceleration limits of the move. Null: none."
     )
     hold: MotionHold | None = Field(
         default=None, description="Time limit of a speed or torque command. Null: the servo's own timeout applies."
@@ -85,12 +84,12 @@ class SocketCommand(Message):
 
     @property
     def brakes(self) -> bool:
-        """Whether it is a way to stop: 0 rpm and 0 % brake (4.2, 4.3)."""
+        """Whether the command brakes: 0 rpm and 0 % do (4.2, 4.3)."""
         return self.type != "angle" and self.value == 0
 
 
 class CommandMessage(Message):
-    """Motion commands; the newest command of a servo wins when they come faster than the bus."""
+    """Motion commands. If they arrive faster than the bus can carry them, the newest of each servo is sent."""
 
     type: Literal["command"]
     lease: str = Field(description="ID of the lease.")
@@ -98,7 +97,7 @@ class CommandMessage(Message):
 
 
 class StopMessage(Message):
-    """Stop everything now; needs no lease."""
+    """Stop all servos immediately. Needs no lease."""
 
     type: Literal["stop"]
     mode: StopMode = Field(default="off", description="Torque off or brake.")
@@ -109,7 +108,7 @@ class StopMessage(Message):
 
 
 class StreamMessage(Message):
-    """New values of a stream by uid, all or nothing; they leave with the next burst."""
+    """New setpoints of a stream, all or nothing; sent with the next burst."""
 
     type: Literal["stream"]
     lease: str = Field(description="ID of the lease.")
@@ -118,7 +117,7 @@ class StreamMessage(Message):
         min_length=1, max_length=60, description="Setpoints by unique ID: angle (°), speed (rpm) or torque (%)."
     )
     profile: MotionProfile | None = Field(
-        default=None, description="Speed and acceleration of the move. Null: without limits."
+        default=None, description="Speed and acceleration limits of the move. Null: none."
     )
 
 
@@ -128,13 +127,13 @@ ClientMessage = Annotated[
 
 
 class ServerMessageBase(Message):
-    """Every server message carries its place in the stream of this socket."""
+    """Base of server messages."""
 
     seq: int = Field(description="Sequence number on this connection. A gap means lost messages.")
 
 
 class Hello(ServerMessageBase):
-    """First message: who serves, which tables, and how `t` of telemetry relates to UTC."""
+    """First message: version, tables, and the relation of telemetry time to UTC."""
 
     type: Literal["hello"]
     version: str = Field(description="Version of hornbill.")
@@ -143,20 +142,20 @@ class Hello(ServerMessageBase):
     now: float = Field(description="Telemetry time when this message was sent, s.")
     demo: bool = Field(description="Simulated servos on an embedded bus.")
     stale_after_s: dict[str, float] = Field(
-        description="Age in seconds at which a value is stale: `angle` of a servo, and rows by group (command, status, "
-        "faults). Rows of other groups do not age while the servo is heard."
+        description="Age at which a value is stale, s: `angle` of a servo, and rows by group (command, status, "
+        "faults). Rows of other groups do not become stale while the servo is online."
     )
 
 
 class ServosMessage(ServerMessageBase):
-    """Changed servos, whole."""
+    """Changed servos, each complete."""
 
     type: Literal["servos"]
     servos: list[Servo] = Field(description="Changed servos.")
 
 
 class Column(Message):
-    """Samples of one channel: times on the server's monotonic clock, values (null is a gap)."""
+    """Samples of one channel."""
 
     t: list[float] = Field(description="Times on the server's clock, s.")
     v: list[float | None] = Field(description="Values. Null is a gap.")
@@ -183,7 +182,7 @@ class ParameterMessage(ServerMessageBase):
 
 
 class EventMessage(ServerMessageBase):
-    """Something happened, in one plain sentence."""
+    """An entry of the event log."""
 
     type: Literal["event"]
     at: Utc
@@ -197,25 +196,21 @@ class EventMessage(ServerMessageBase):
 
 
 class JobMessage(ServerMessageBase):
-    """A job moved on."""
+    """Progress of a job."""
 
     type: Literal["job"]
     job: Job
 
 
 class BusMessage(ServerMessageBase):
-    """The bus, about once a second."""
+    """State of the bus, about once per second."""
 
     type: Literal["bus"]
     bus: Bus
 
 
 class FramesMessage(ServerMessageBase):
-    """What was on the bus since the last one. Counts are since the subscription.
-
-    `received` frames, or transfers in the decoded view, of which `shown` passed the filter and were sent, and
-    `dropped` passed it but were too many for this socket.
-    """
+    """Bus traffic since the previous message. Counts start with the subscription."""
 
     type: Literal["frames"]
     received: int = Field(description="Frames or transfers received since the subscription.")
@@ -226,24 +221,21 @@ class FramesMessage(ServerMessageBase):
 
 
 class LeaseMessage(ServerMessageBase):
-    """Who holds motion control now; null when nobody does."""
+    """Current holder of motion control."""
 
     type: Literal["lease"]
-    lease: LeaseView | None = Field(description="Current lease. Null if nobody has motion control.")
+    lease: LeaseView | None = Field(description="Current lease. Null if no client has motion control.")
 
 
 class StopStateMessage(ServerMessageBase):
-    """The stop latch changed, or another servo confirmed."""
+    """Change of the stop latch, or confirmation by another servo."""
 
     type: Literal["stop"]
     stop: Stop
 
 
 class DroppedMessage(ServerMessageBase):
-    """Of an event stream only: so many messages, of all topics and servos, are gone for good; null where not known.
-
-    `telemetry`: samples are; else what follows is how everything stands now.
-    """
+    """Lost messages, of all topics and servos. Event streams only."""
 
     type: Literal["dropped"]
     count: int | None = Field(description="Number of lost messages. Null if unknown.")
@@ -251,12 +243,12 @@ class DroppedMessage(ServerMessageBase):
 
 
 class ErrorMessage(ServerMessageBase):
-    """A client message could not be done; the same code and sentence REST would give."""
+    """Failure of a client message, with the code and text of the REST API."""
 
     type: Literal["error"]
     code: str = Field(description="Code for programs. Stable.")
-    detail: str = Field(description="One sentence with the details.")
-    summary: str = Field(description="`detail` without requests for programs.")
+    detail: str = Field(description="What happened and what to do, with the request that resolves it, if there is one.")
+    summary: str = Field(description="`detail` without the request.")
     params: Params = Field(default_factory=dict[str, Param])
     uid: str | None = Field(
         default=None, description="Unique ID of the servo, 32 hex digits. Null if it concerns none."

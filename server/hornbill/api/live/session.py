@@ -1,4 +1,4 @@
-"""What one socket does: subscriptions, the leases it keeps alive, and the commands it sends."""
+"""Client messages of one socket: subscriptions, heartbeats of leases, and commands."""
 
 import asyncio
 import contextlib
@@ -20,12 +20,12 @@ _CLIENT: TypeAdapter[messages.ClientMessage] = TypeAdapter(messages.ClientMessag
 
 
 class SocketSession:
-    """What one socket does: subscriptions, the leases it keeps alive, and the commands it sends."""
+    """Handler of one socket's client messages: subscriptions, heartbeats of leases, and commands."""
 
-    def __init__(self, host: Host, outbox: SocketQueue, who: Identity | None = None) -> None:
-        """`who` came with the socket; None where nobody had to say who they are."""
+    def __init__(self, host: Host, queue: SocketQueue, who: Identity | None = None) -> None:
+        """`who`: identity of the client; None without access control."""
         self._host = host
-        self._outbox = outbox
+        self._queue = queue
         self._who = who
         self._leases: set[str] = set()
         self._newest: dict[Uid, tuple[str, messages.SocketCommand]] = {}
@@ -33,22 +33,20 @@ class SocketSession:
         self._braking: set[Uid] = set()
 
     async def handle(self, text: str) -> None:
-        """Do one client message; what cannot be done is answered, never raised."""
+        """Handle one client message. Failures are sent as `error` messages, never raised."""
         try:
             message = _CLIENT.validate_json(text)
         except ValidationError as error:
-            self._outbox.refuse(
-                InvalidValue(f"Not a message of this socket: {error.errors()[0]['msg']}.", cause="message_invalid")
-            )
+            self._queue.refuse(InvalidValue(f"Invalid message: {error.errors()[0]['msg']}.", cause="message_invalid"))
             return
         try:
             self._allow(message)
             match message:
                 case messages.Subscribe():
-                    uids = message.uids if "uids" in message.model_fields_set else self._outbox.uids
-                    self._outbox.subscribe(message.topics, uids, message.frames)
+                    uids = message.uids if "uids" in message.model_fields_set else self._queue.uids
+                    self._queue.subscribe(message.topics, uids, message.frames)
                 case messages.Unsubscribe():
-                    self._outbox.unsubscribe(message.topics)
+                    self._queue.unsubscribe(message.topics)
                 case messages.Heartbeat():
                     self._host.leases.renew(message.lease, self._host.base.now())
                     self._leases.add(message.lease)
@@ -57,34 +55,34 @@ class SocketSession:
                     for command in message.commands:
                         self._command(message.lease, command)
                 case messages.StreamMessage():
-                    way = message.profile
-                    profile = None if way is None else TrapezoidProfile(way.speed_deg_s, way.accel_deg_s2)
+                    limits = message.profile
+                    profile = None if limits is None else TrapezoidProfile(limits.speed_deg_s, limits.accel_deg_s2)
                     self._host.streams.put(message.id, message.lease, message.values, profile)
                 case messages.StopMessage():
                     self._host.stop.now(message.mode, signed(message.by), message.reason)
         except HornbillError as error:
-            self._outbox.refuse(error)
+            self._queue.refuse(error)
 
     def _allow(self, message: messages.ClientMessage) -> None:
-        """Looking and stopping is for every token; what keeps servos moving is not. Raises ForbiddenRole."""
-        looks = isinstance(message, messages.Subscribe | messages.Unsubscribe | messages.StopMessage)
-        if not looks and self._who is not None and self._who.role < Role.OPERATE:
+        """Subscriptions and stop are open to every role; all else requires operate. Raises ForbiddenRole."""
+        for_all = isinstance(message, messages.Subscribe | messages.Unsubscribe | messages.StopMessage)
+        if not for_all and self._who is not None and self._who.role < Role.OPERATE:
             raise forbidden(self._who, Role.OPERATE)
 
     def close(self) -> None:
-        """The socket is gone: so is whoever kept these leases alive, and torque goes off on what they commanded."""
+        """Release the leases that this socket renewed, so that torque goes off on the servos they command."""
         for uid, task in self._sending.items():
             waiting = self._newest.get(uid)
             if waiting is not None and not waiting[1].brakes:
                 del self._newest[uid]
                 waiting = None
-            if waiting is None and uid not in self._braking:  # a button let go still brakes when its page closes
+            if waiting is None and uid not in self._braking:  # a pending brake is sent even after disconnecting
                 task.cancel()
         for lease_id in self._leases:
-            with contextlib.suppress(Unknown):  # it has ended
+            with contextlib.suppress(Unknown):  # already ended
                 self._host.motion_control.release(lease_id, "page_closed")
         self._host.motion_control.tick()
-        self._outbox.close()
+        self._queue.close()
 
     def _command(self, lease_id: str, command: messages.SocketCommand) -> None:
         uid = Uid(command.uid)
@@ -94,11 +92,11 @@ class SocketSession:
         if task is not None and not task.done():
             if not command.brakes or uid in self._braking:
                 return
-            task.cancel()  # a button let go does not wait for what it was held for, nor is it lost with it
+            task.cancel()  # a brake replaces the running command at once
         self._sending[uid] = asyncio.create_task(self._send(uid))
 
     async def _send(self, uid: Uid) -> None:
-        """One command at a time; while one is on the bus, only the newest of those that follow is kept."""
+        """Send commands one at a time; while one is on the bus, only the newest following command is kept."""
         while uid in self._newest:
             lease_id, command = self._newest.pop(uid)
             if command.brakes:
@@ -109,7 +107,7 @@ class SocketSession:
                 await self._one(self._host.fleet.get(uid), lease_id, command)
             except HornbillError as error:
                 self._newest.pop(uid, None)
-                self._outbox.refuse(error, uid)
+                self._queue.refuse(error, uid)
 
     async def _one(self, servo: Servo, lease_id: str, command: messages.SocketCommand) -> None:
         if command.hold is not None:
@@ -125,7 +123,7 @@ class SocketSession:
             return
         if command.type != "angle":
             raise InvalidValue(
-                f"A profile is for angles; a {command.type} command has no way to go. Leave it out.",
+                f"A profile applies to angle commands only, not to {command.type} commands. Remove it.",
                 cause="profile_angle_only",
             )
         profile = TrapezoidProfile(command.profile.speed_deg_s, command.profile.accel_deg_s2)

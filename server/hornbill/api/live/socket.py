@@ -1,4 +1,4 @@
-"""The WebSocket: one reader and one writer per connection."""
+"""WebSocket endpoint: one reader and one writer per connection."""
 
 import asyncio
 import logging
@@ -22,7 +22,7 @@ routes = Routes("live")
 
 @routes.websocket("/ws", Role.VIEW)
 async def live(socket: WebSocket) -> None:
-    """Serve one page or program. When it disconnects, the leases it renewed end."""
+    """Serve one client. When it disconnects, the leases it renewed end."""
     host: Host = socket.app.state.host
     await socket.accept()
     queue = SocketQueue(log_of(socket.app.state, host))
@@ -49,6 +49,6 @@ async def _write(socket: WebSocket, queue: SocketQueue) -> None:
             await asyncio.sleep(BATCH_S)
     except (WebSocketDisconnect, RuntimeError):
         pass  # disconnected; the reader ends the session
-    except Exception:  # a page without news would show old values as current
-        log.exception("a socket's writer failed")
+    except Exception:  # without updates, the client would show old values as current
+        log.exception("WebSocket writer failed")
         await socket.close(1011)

@@ -1,4 +1,4 @@
-"""Socket queue: what one WebSocket has not received yet. Bounded; the newest value wins."""
+"""Queue of unsent messages of one WebSocket. Bounded; the newest value wins."""
 
 from collections import deque
 from collections.abc import Iterator
@@ -15,14 +15,14 @@ from hornbill.errors import HornbillError
 from hornbill.units import Uid
 
 ENTRIES_A_TIME = 200
-"""Entries of the log in one go. SERVOS_A_TIME limits the servos of one message, and entries of the current state."""
+"""Log entries sent per batch. SERVOS_A_TIME limits the servos per message and the entries of the current state."""
 
 RECALL_S = 30.0
 ANGLE = "current_angle"
 
 
 class SocketQueue:
-    """A cursor in the event log, the current state of newly subscribed topics, telemetry, frames and replies."""
+    """Cursor in the event log, with the current state of new topics, telemetry, frames and replies."""
 
     def __init__(self, log: EventLog) -> None:
         self._log = log
@@ -41,7 +41,7 @@ class SocketQueue:
 
     @property
     def uids(self) -> list[str] | None:
-        """Servos the socket is limited to; null for all."""
+        """Servos the socket is limited to; None for all."""
         return None if self._cursor.uids is None else sorted(self._cursor.uids)
 
     def subscribe(
@@ -66,7 +66,7 @@ class SocketQueue:
         self.waiting.set()
 
     def _recall_angles(self) -> None:
-        """Queue every angle of the last 30 s, for sparklines."""
+        """Queue the angles of the last RECALL_S, for sparklines."""
         host = self._log.host
         since = host.base.now() - RECALL_S
         for one in host.fleet.all():
@@ -94,12 +94,12 @@ class SocketQueue:
         self._log.leave(self._cursor)
 
     def _watch_frames(self, wanted: messages.FrameFilter) -> None:
-        """Begin a new subscription; its counts start at zero."""
+        """Start a new subscription; its counts start at zero."""
         self.unsubscribe(["frames"])
         self._frames = FrameWatch(self._log.host.monitor, wanted, self.waiting.set)
 
     def refuse(self, error: HornbillError, uid: str | None = None) -> None:
-        """Reply that one of this socket's messages failed."""
+        """Queue an `error` reply to a message of this socket."""
         self._replies.append(
             messages.ErrorMessage(
                 type="error", seq=0, code=error.code, detail=remedies.detail(error), summary=error.detail,
@@ -113,22 +113,22 @@ class SocketQueue:
         return self._cursor.uids is None or uid in self._cursor.uids
 
     def wake(self) -> None:
-        """Telemetry waits."""
+        """Telemetry is pending."""
         self.waiting.set()
 
     def missed(self, samples: int) -> None:
-        """Count samples that were lost before they could be sent."""
+        """Count samples that were dropped before they could be sent."""
         self._dropped += samples
         self._log.dropped += samples
 
     def hello(self) -> str:
-        """The first message, repeated after a step of the computer's clock, which moves every telemetry time."""
+        """First message; repeated after a step of the system clock, which shifts every telemetry time."""
         self._offset = self._log.host.base.utc_offset
         self._seq += 1
         return self._log.hello(self._seq)
 
     def take(self) -> list[str]:
-        """The messages that wait; what exceeds one go remains, and `waiting` stays set."""
+        """Pending messages, at most one batch; if more remain, `waiting` stays set."""
         self.waiting.clear()
         stepped = self._offset not in (None, self._log.host.base.utc_offset)
         out = [self.hello()] if stepped else []
@@ -169,7 +169,7 @@ class SocketQueue:
                 yield self._spliced(entry.type, entry.members)
 
     def _telemetry(self) -> list[str]:
-        """Columns as they were packed once for all sockets."""
+        """Columns as encoded once for all sockets."""
         out: list[str] = []
         recalled, self._recalled = self._recalled, {}
         for uid, columns in recalled.items():
@@ -190,6 +190,6 @@ class SocketQueue:
         return [orjson.dumps({**seen, "seq": self._seq}).decode()]
 
     def _spliced(self, kind: str, members: str) -> str:
-        """A message of members that are JSON already."""
+        """Message built from members that are already JSON."""
         self._seq += 1
         return f'{{"type":"{kind}","seq":{self._seq},{members}}}'

@@ -1,4 +1,4 @@
-"""Telemetry collected and packed once for all sockets, at a pace all of them can be served at."""
+"""Telemetry batches, encoded once for all sockets, at a rate that all sockets can be served."""
 
 import asyncio
 from collections import deque
@@ -12,36 +12,35 @@ from hornbill.servo.runtime.hub import Hub, Sampled
 from hornbill.units import Instant, Uid
 
 BATCH_S = 1 / 30
-"""At most so often is anything sent; what comes in between goes out together."""
+"""Minimum time between two batches; changes in between are sent together."""
 
 TELEMETRY_PER_S = 500
-"""Messages of telemetry a second to one socket: when more servos stream, each is told of less often, with more
-samples at a time."""
+"""Telemetry messages per second and socket: with more servos, messages are less frequent and contain more samples."""
 
 ALL_PER_S = 1000
-"""The same to all sockets together. A message costs some 20 µs to send, whatever is in it."""
+"""Telemetry messages per second to all sockets together. Sending one takes about 20 µs, regardless of its size."""
 
 KEPT_S = 20.0
 SAMPLES_KEPT = 50_000
-"""What a socket that takes nothing may still get, in seconds and in samples of all servos; older ones are dropped."""
+"""Samples retained for a slow socket: at most this time and number over all servos; older ones are dropped."""
 
 Column = tuple[list[Instant], list[float | None]]
 Columns = dict[str, Column]
 
 
 class Reader(Protocol):
-    """Who takes batches: a socket's outbox."""
+    """Consumer of batches, such as the queue of a socket."""
 
     def wants(self, uid: Uid) -> bool:
-        """Whether it is told of this servo."""
+        """Whether it receives this servo."""
         ...
 
     def wake(self) -> None:
-        """A batch waits."""
+        """Signal that a batch is pending."""
         ...
 
     def missed(self, samples: int) -> None:
-        """So many samples it wanted are gone before it took them."""
+        """Report the number of samples that were dropped before this reader took them."""
         ...
 
 
@@ -54,8 +53,8 @@ class _Batch:
 
 
 class TelemetryBatches:
-    """Batches of samples. Every reader has a place among them, so a slow one gets several in one, and at last only
-    the newest; what it costs to pack a batch is spent once, however many take it.
+    """Batches of samples. Every reader has its own position, so that a slow reader gets several batches merged, or
+    loses the oldest. Each batch is encoded once for all readers.
     """
 
     def __init__(self, hub: Hub, now: Callable[[], Instant]) -> None:
@@ -69,27 +68,27 @@ class TelemetryBatches:
         self._alarm: asyncio.TimerHandle | None = None
         self._packed: dict[tuple[int, int, Uid], str] = {}
         self._places: dict[Reader, int] = {}
-        self._forget: Callable[[], None] | None = None
+        self._unsubscribe: Callable[[], None] | None = None
 
     def join(self, reader: Reader) -> None:
-        """Give this reader every sample from now on."""
+        """Start delivering samples to this reader."""
         self.flush()
         self._places[reader] = self._next
-        if self._forget is None:
-            self._forget = self._hub.subscribe(self._on_sample, Sampled)
+        if self._unsubscribe is None:
+            self._unsubscribe = self._hub.subscribe(self._on_sample, Sampled)
 
     def leave(self, reader: Reader) -> None:
-        """It takes nothing more. Twice is harmless."""
+        """Stop delivering samples to this reader. Idempotent."""
         self._places.pop(reader, None)
-        if not self._places and self._forget is not None:
-            self._forget()
-            self._forget = None
+        if not self._places and self._unsubscribe is not None:
+            self._unsubscribe()
+            self._unsubscribe = None
             self.flush()
             self._batches.clear()
             self._kept = 0
 
     def take(self, reader: Reader) -> Iterable[tuple[Uid, str]]:
-        """What waits for a reader, as one JSON object of channels a servo."""
+        """Pending samples of a reader, as one JSON object of channels per servo."""
         place = self._places.get(reader, self._next)
         if place == self._next:
             return []
@@ -99,7 +98,7 @@ class TelemetryBatches:
         return [(uid, self._pack(waiting, uid)) for uid in uids]
 
     def flush(self) -> None:
-        """Close the batch that is open, if there is anything in it."""
+        """Close the open batch unless it is empty."""
         if self._alarm is not None:
             self._alarm.cancel()
             self._alarm = None
@@ -113,10 +112,10 @@ class TelemetryBatches:
         self._next += 1
         self._packed.clear()
         self._drop_old(now)
-        asked = [sum(1 for uid in servos if reader.wants(uid)) for reader in self._places]
-        most = max(asked, default=0)
-        self._next_at = now + max(BATCH_S, most / TELEMETRY_PER_S, sum(asked) / ALL_PER_S)
-        for reader, count in zip(self._places, asked, strict=True):
+        counts = [sum(1 for uid in servos if reader.wants(uid)) for reader in self._places]
+        most = max(counts, default=0)
+        self._next_at = now + max(BATCH_S, most / TELEMETRY_PER_S, sum(counts) / ALL_PER_S)
+        for reader, count in zip(self._places, counts, strict=True):
             if count:
                 reader.wake()
 
@@ -144,7 +143,7 @@ class TelemetryBatches:
                     reader.missed(_samples(batch, reader))
         behind = min(self._places.values(), default=self._next)
         while self._batches and self._batches[0].number < behind:
-            self._kept -= self._batches.popleft().samples  # everybody has it
+            self._kept -= self._batches.popleft().samples  # taken by every reader
 
     def _pack(self, waiting: list[_Batch], uid: Uid) -> str:
         key = (waiting[0].number, waiting[-1].number, uid)
@@ -155,7 +154,7 @@ class TelemetryBatches:
 
 
 def packable(columns: Columns) -> dict[str, Any]:
-    """Columns in the form of a TelemetryMessage's channels."""
+    """Columns in the form of `channels` of a TelemetryMessage."""
     return {key: {"t": times, "v": values} for key, (times, values) in columns.items()}
 
 

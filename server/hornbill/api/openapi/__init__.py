@@ -1,1 +1,1 @@
-"""The OpenAPI document: what FastAPI does not say of itself."""
+"""OpenAPI document: additions to the one FastAPI generates."""

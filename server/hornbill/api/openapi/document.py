@@ -1,4 +1,4 @@
-"""The OpenAPI document: FastAPI's own, with the WebSocket's messages added."""
+"""The OpenAPI document of FastAPI, extended by WebSocket messages, typed parameter routes and examples."""
 
 from collections.abc import Sequence
 from typing import Annotated, Any, Literal
@@ -19,19 +19,23 @@ from hornbill.schema.catalog import Catalog
 _REF = "#/components/schemas/{model}"
 
 _SCHEMES = {
-    "token": {"type": "http", "scheme": "bearer", "description": "'hornbill token add NAME --role ROLE' makes one."},
-    "session": {"type": "apiKey", "in": "cookie", "name": COOKIE, "description": "What POST /session sets."},
+    "token": {
+        "type": "http",
+        "scheme": "bearer",
+        "description": "Token created with `hornbill tokens create NAME --role ROLE` or `POST /tokens`.",
+    },
+    "session": {"type": "apiKey", "in": "cookie", "name": COOKIE, "description": "Cookie set by `POST /session`."},
 }
 
 
 def _with_rows(routes: Sequence[BaseRoute], catalog: Catalog) -> list[BaseRoute]:
-    """The routes, with those of each row after those that take any key."""
+    """The routes, with the typed ones of each parameter after the generic `{key}` ones."""
     after = 1 + max(index for index, one in enumerate(routes) if getattr(one, "path", "").endswith("/parameters/{key}"))
     return [*routes[:after], *(row.route for row in rows.declared(catalog).rows), *routes[after:]]
 
 
 def document(app: FastAPI, catalog: Catalog) -> dict[str, Any]:
-    """The document, made once and kept on the application."""
+    """The document, generated once and cached on the application."""
     if app.openapi_schema is None:
         with documented(catalog.readable):
             app.openapi_schema = _made(app, catalog)

@@ -1,4 +1,4 @@
-"""Shared parts of the OpenAPI document: a parameter of several operations is declared once, under components."""
+"""Shared parts of the OpenAPI document: parameters used by several operations become components."""
 
 from collections import Counter
 from collections.abc import Iterator
@@ -7,23 +7,23 @@ from typing import Any, Final
 import orjson
 
 _PROBLEM: Final = "#/components/responses/Problem"
-"""The response whose description an operation gives."""
+"""The response whose description is given by each operation."""
 
 
 def share(made: dict[str, Any]) -> None:
-    """Move what repeats to components, and drop titles that only repeat the name of a field."""
+    """Move repeated parameters to components, and drop titles that only repeat the field name."""
     components: dict[str, Any] = made["components"]
     components["parameters"] = _share_parameters(made["paths"])
     for operation in _operations(made["paths"]):
         for response in operation["responses"].values():
             if response.get("$ref", _PROBLEM) != _PROBLEM:
-                response.pop("description")  # FastAPI's word would hide that of the component
+                response.pop("description")  # FastAPI's text would override that of the component
     for schema in components["schemas"].values():
         _drop_titles(schema)
 
 
 def parameters_of(made: dict[str, Any], operation: dict[str, Any]) -> list[dict[str, Any]]:
-    """The declarations of an operation's parameters, wherever they are."""
+    """Parameters of an operation, with references resolved."""
     shared = made["components"]["parameters"]
     return [shared[one["$ref"].rpartition("/")[2]] if "$ref" in one else one for one in operation.get("parameters", ())]
 
@@ -33,7 +33,7 @@ def _operations(paths: dict[str, Any]) -> Iterator[dict[str, Any]]:
 
 
 def _share_parameters(paths: dict[str, Any]) -> dict[str, Any]:
-    """The declarations of parameters that more than one operation has. A name's most frequent declaration is shared."""
+    """Replace repeated parameters by references. Returns the shared ones: the most frequent declaration by name."""
     times: dict[str, Counter[bytes]] = {}
     for operation in _operations(paths):
         for parameter in operation.get("parameters", ()):

@@ -1,1 +1,1 @@
-"""The page and the documentation, served as files."""
+"""Static files of the page and the documentation."""

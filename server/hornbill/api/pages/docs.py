@@ -1,4 +1,4 @@
-"""The documentation at /docs/, as it was built, under the content security policy of the page and its search form."""
+"""The built documentation at /docs/, with the page's content security policy extended for its search form."""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -10,10 +10,10 @@ from starlette.responses import FileResponse, PlainTextResponse, RedirectRespons
 from hornbill import resources
 from hornbill.api.pages.page import CSP, HEADERS, notice
 from hornbill.api.routing import Routes
-from hornbill.api.security.roles import ANYBODY
+from hornbill.api.security.roles import PUBLIC
 
 POLICY: Final = CSP.replace("form-action 'none'", "form-action 'self'")
-"""The page's, and its search box leads to the page of results."""
+"""Policy of the page, plus the search form."""
 _WORDS: Final = {
     "en": {
         "missing": "Documentation not available",
@@ -37,15 +37,15 @@ _WORDS: Final = {
 
 
 def routes(find: Callable[[], Path | None], find_page: Callable[[], Path | None]) -> Routes:
-    """Serve what `find` says was built. Links in it are relative, so it does not care where a proxy puts it."""
+    """Routes that serve the folder returned by `find`. Links are relative, so any proxy sub-path works."""
 
     made = Routes("page", prefix="")
 
-    @made.get("/docs", ANYBODY, include_in_schema=False)
+    @made.get("/docs", PUBLIC, include_in_schema=False)
     async def to_folder() -> Response:
         return RedirectResponse("docs/")
 
-    @made.get("/docs/{path:path}", ANYBODY, include_in_schema=False)
+    @made.get("/docs/{path:path}", PUBLIC, include_in_schema=False)
     async def documentation(path: str, request: Request) -> Response:
         folder = find()
         if folder is None:
@@ -59,15 +59,15 @@ def routes(find: Callable[[], Path | None], find_page: Callable[[], Path | None]
     return made
 
 
-def _notice(request: Request, page: Path | None, status: int, title: str, line: str, ways: dict[str, str]) -> Response:
-    """In the look of the page where that is built, and in the first language the browser asks for."""
+def _notice(request: Request, page: Path | None, status: int, title: str, line: str, links: dict[str, str]) -> Response:
+    """Notice in the style of the page if it is built, in the browser's preferred language."""
     language = "ja" if request.headers.get("accept-language", "").lower().startswith("ja") else "en"
     words = _WORDS[language]
     if page is None:
         plain = words[line].replace("<code>", "'").replace("</code>", "'")
         return PlainTextResponse(f"{words[title]}. {plain}\n", status, headers=HEADERS)
     root = str(request.scope.get("root_path", ""))
-    links = {words[name]: path for name, path in ways.items()}
-    html = notice(page, root, language, words[title], [words[line]], links)
+    labelled = {words[name]: path for name, path in links.items()}
+    html = notice(page, root, language, words[title], [words[line]], labelled)
     headers = {**HEADERS, "Cache-Control": "no-store", "Vary": "Accept-Language"}
     return Response(html, status, media_type="text/html; charset=utf-8", headers=headers)

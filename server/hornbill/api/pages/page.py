@@ -1,4 +1,4 @@
-"""The page's files: as built, with a strict content security policy, below whatever path a proxy puts them."""
+"""Static files of the built page, with a strict content security policy, below any proxy sub-path."""
 
 import re
 from collections.abc import Callable, Mapping, Sequence
@@ -12,7 +12,7 @@ from starlette.exceptions import HTTPException
 from starlette.responses import FileResponse, PlainTextResponse, Response
 
 from hornbill.api.routing import Routes
-from hornbill.api.security.roles import ANYBODY
+from hornbill.api.security.roles import PUBLIC
 
 CSP = "; ".join(
     (
@@ -28,35 +28,35 @@ CSP = "; ".join(
         "form-action 'none'",
     )
 )
-"""The page loads nothing from anywhere else and runs no inline script."""
+"""The page loads nothing from other origins and runs no inline scripts."""
 
 HEADERS = {"Content-Security-Policy": CSP, "X-Content-Type-Options": "nosniff", "Referrer-Policy": "no-referrer"}
 _RELATIVE: Final = ('="./', '="{root}/')
-"""How the page, as built, names its files; and how it is served, for it is shown under addresses of any depth."""
+"""File references in the built page, and as served: absolute, because page paths have any depth."""
 _ROOT: Final = ('name="hornbill-root" content=""', 'name="hornbill-root" content="{root}"')
 _SCRIPTS: Final = re.compile(r'\s*(?:<script type="module"[^>]*></script>|<link rel="modulepreload"[^>]*>)')
 NOT_BUILT = "The page is not built. Run 'make build' (needs Node 20 or later), then start hornbill again.\n"
 
 
 def routes(find: Callable[[], Path | None]) -> Routes:
-    """Serve the page under every path that is neither an API nor a file: its links are paths of the page."""
+    """Routes that serve the page under every path that is neither API nor file, because links are paths of the page."""
 
     made = Routes("page", prefix="")
 
-    @made.get("/{path:path}", ANYBODY, include_in_schema=False)
+    @made.get("/{path:path}", PUBLIC, include_in_schema=False)
     async def page(path: str, request: Request) -> Response:
         if path.startswith("api/"):
-            raise HTTPException(404, "There is no such path")
+            raise HTTPException(404, "Path not found")
         folder = find()
         if folder is None:
             return PlainTextResponse(NOT_BUILT, 503, headers=HEADERS)
         file = _file(folder, path)
         if file is not None:
-            lasting = path.startswith("assets/")  # their names carry a hash of their content
+            lasting = path.startswith("assets/")  # names contain a hash of the content
             cache = "public, max-age=31536000, immutable" if lasting else "no-cache"
             return FileResponse(file, headers={**HEADERS, "Cache-Control": cache})
         if "." in path.rsplit("/", 1)[-1]:
-            raise HTTPException(404, "There is no such file")
+            raise HTTPException(404, "File not found")
         index = folder / "index.html"
         html = _index(index, index.stat().st_mtime_ns, str(request.scope.get("root_path", "")))
         return Response(html, media_type="text/html; charset=utf-8", headers={**HEADERS, "Cache-Control": "no-cache"})
@@ -64,17 +64,17 @@ def routes(find: Callable[[], Path | None]) -> Routes:
     return made
 
 
-def notice(folder: Path, root: str, language: str, title: str, lines: Sequence[str], ways: Mapping[str, str]) -> str:
-    """A page of its own in the look of the built one, without its scripts: a title, lines of HTML, and ways to go on.
+def notice(folder: Path, root: str, language: str, title: str, lines: Sequence[str], paths: Mapping[str, str]) -> str:
+    """HTML notice in the style of the built page, without its scripts: a title, lines of HTML, and links.
 
-    `ways`: what each link says, and its path below `root`.
+    `paths`: path below `root` by link text.
     """
     index = folder / "index.html"
     html = _index(index, index.stat().st_mtime_ns, root)
     html = _SCRIPTS.sub("", html).replace('<html lang="en"', f'<html lang="{language}"')
     links = "".join(
         f'<a class="button{" primary" if number == 0 else ""}" href="{root}{path}">{escape(text)}</a> '
-        for number, (text, path) in enumerate(ways.items())
+        for number, (text, path) in enumerate(paths.items())
     )
     mark = f'<p class="notice-mark"><img src="{root}/mark.svg" width="32" height="32" alt=""><span>hornbill</span></p>'
     body = (
@@ -85,7 +85,7 @@ def notice(folder: Path, root: str, language: str, title: str, lines: Sequence[s
 
 
 def _file(folder: Path, path: str) -> Path | None:
-    """The file of that path below `folder`, if there is one; no name a disk cannot have is an error of ours."""
+    """File of that path below `folder`; None if there is none or the name is invalid."""
     try:
         file = (folder / path).resolve()
         return file if path and file.is_relative_to(folder.resolve()) and file.is_file() else None
@@ -95,7 +95,7 @@ def _file(folder: Path, path: str) -> Path | None:
 
 @lru_cache(maxsize=4)
 def _index(file: Path, _changed_ns: int, root: str) -> str:
-    """The page with the addresses of its files, and of the API, below `root`."""
+    """Index page with file and API addresses below `root`."""
     html = file.read_text(encoding="utf-8")
     for built, served in (_RELATIVE, _ROOT):
         html = html.replace(built, served.format(root=root))

@@ -1,1 +1,1 @@
-"""Who may send which request: origin, tokens, sessions, roles."""
+"""Access control: origin, tokens, sessions, roles."""

@@ -30,7 +30,7 @@ USED_S: Final = 60.0
 """Interval at which the last use of tokens is stored."""
 MOST_PROVED: Final = 1000
 """Remembered pairs of address and valid token; the least recently used is dropped first."""
-_NOBODY: Final = ""
+_NO_CREDENTIAL: Final = ""
 """Stands for the digest of a credential where there is none."""
 
 
@@ -241,7 +241,7 @@ class Access:
         for gone in before.keys() - known.keys():
             self._end(gone)
         if self._required:
-            self._end(_NOBODY)
+            self._end(_NO_CREDENTIAL)
 
     def _age(self) -> None:
         """Keep sessions with open sockets alive, and close the sockets of expired sessions."""
@@ -260,7 +260,7 @@ class Access:
 
 
 def _credentials(who: Identity | None) -> set[str]:
-    return {_NOBODY} if who is None else {who.token, who.credential}
+    return {_NO_CREDENTIAL} if who is None else {who.token, who.credential}
 
 
 def cookie(connection: HTTPConnection) -> str | None:

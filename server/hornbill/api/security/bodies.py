@@ -1,4 +1,4 @@
-"""What a request may bring: JSON, unless the route takes a file, and no more than it can need."""
+"""Checks of request bodies: JSON unless the route takes a file, and a size limit."""
 
 from typing import Final
 
@@ -7,18 +7,18 @@ from starlette.types import Message, Receive, Scope
 from hornbill.errors import TooLarge, WrongMediaType
 
 LARGEST: Final = 1 << 20
-"""Bytes of the largest body in JSON; a profile for 100 servos has about 100 kB."""
+"""Maximum size of a JSON body, bytes; a request for 100 servos has about 100 kB."""
 LARGEST_FILE: Final = 128 << 20
-"""Bytes of the largest file; the route that takes it knows a lower limit of its own."""
+"""Maximum size of a file, bytes; its route applies a lower limit."""
 
 _FILES: Final = (("/api/v1/profiles/", "/file"), ("/api/v1/recorder/recordings/", ""))
-"""Where a PUT takes a file: how the path begins and ends."""
+"""Start and end of the paths at which PUT takes a file."""
 _FORMS: Final = ("application/x-www-form-urlencoded", "multipart/form-data", "text/plain")
-"""What a form of any site can send without being asked for permission; never what a program of ours sends."""
+"""Media types that a form of any site can send without a CORS preflight."""
 
 
 async def ready(scope: Scope, path: str, receive: Receive) -> Receive:
-    """How the route receives the body, of which all is here if it is JSON. Raises WrongMediaType and TooLarge."""
+    """Receive callable for the route; a JSON body is read completely first. Raises WrongMediaType and TooLarge."""
     headers = {name: value.decode("latin-1") for name, value in scope["headers"]}
     length, chunked = headers.get(b"content-length", "0"), b"transfer-encoding" in headers
     size = int(length) if length.isdecimal() and len(length) < 19 else LARGEST_FILE + 1
@@ -28,7 +28,7 @@ async def ready(scope: Scope, path: str, receive: Receive) -> Receive:
     if takes_file(scope["method"], path):
         if media in _FORMS:
             raise WrongMediaType(
-                f"A file is not of the type {media}. Name its own type in Content-Type.",
+                f"Content-Type {media} is not accepted for a file. Send the file's own media type.",
                 cause="form_media_type",
                 media=media,
             )
@@ -36,7 +36,7 @@ async def ready(scope: Scope, path: str, receive: Receive) -> Receive:
         return receive
     if path.startswith("/api/") and not (media == "application/json" or media.endswith("+json")):
         raise WrongMediaType(
-            f"The body is {media[:60] or 'of no type'}. Send it with 'Content-Type: application/json'.",
+            f"Content-Type is {media[:60] or 'missing'}. Send 'Content-Type: application/json'.",
             cause="media_type_not_json",
             media=media[:60],
         )
@@ -45,14 +45,14 @@ async def ready(scope: Scope, path: str, receive: Receive) -> Receive:
 
 
 def takes_file(method: str, path: str) -> bool:
-    """Whether the route takes a file as it is."""
+    """Whether the route takes a raw file."""
     return method == "PUT" and any(path.startswith(begin) and path.endswith(end) for begin, end in _FILES)
 
 
 def _within(size: int, limit: int) -> None:
     if size > limit:
         raise TooLarge(
-            f"The body has more than {limit // 1024} kB, which is the limit here.",
+            f"The body exceeds the limit of {limit // 1024} kB.",
             cause="body_too_large",
             limit_kb=limit // 1024,
             limit_bytes=limit,
@@ -60,7 +60,7 @@ def _within(size: int, limit: int) -> None:
 
 
 async def whole(receive: Receive) -> tuple[bytes | None, Receive]:
-    """The body, read to its end or to the limit, and how the route receives it; None: the other end has gone.
+    """The complete body, and a receive callable that replays it. The body is None if the client disconnected.
 
     Raises TooLarge.
     """

@@ -1,4 +1,4 @@
-"""The guard: every request and every socket passes it before any route is looked at."""
+"""Guard: checks every request and WebSocket before routing."""
 
 import asyncio
 from ipaddress import ip_address
@@ -8,17 +8,17 @@ from urllib.parse import parse_qsl, urlencode
 from starlette.requests import HTTPConnection
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
-from hornbill.api.problems import answer
+from hornbill.api.problems import problem_response
 from hornbill.api.security.access import WHO, Access, Identity, forbidden
 from hornbill.api.security.bodies import ready
 from hornbill.api.security.origin import LOCAL_NAMES, Policy
-from hornbill.api.security.proxied import as_the_proxy_saw_it
-from hornbill.api.security.roles import ANYBODY, HERE, ROW, Role, RouteTable, needed
+from hornbill.api.security.proxied import apply_forwarded
+from hornbill.api.security.roles import LOCAL, PUBLIC, ROW, Role, RouteTable, needed
 from hornbill.errors import HornbillError, Unauthorized
 from hornbill.servo.runtime.actor import act_as
 
-_GONE: Final = 4401
-"""How a socket is closed whose token was revoked, or whose session was ended."""
+_ENDED: Final = 4401
+"""Close code of a socket whose token was revoked or whose session ended."""
 
 SAFE: Final = (
     (b"x-content-type-options", b"nosniff"),
@@ -27,17 +27,17 @@ SAFE: Final = (
     (b"content-security-policy", b"default-src 'none'; frame-ancestors 'none'"),
     (b"cache-control", b"no-store"),
 )
-"""What every answer carries that says nothing else itself."""
+"""Default headers of every response."""
 
 
 class Guard:
-    """ASGI middleware: host and origin, then who it is and whether they may, then what they bring."""
+    """ASGI middleware that checks host and origin, then identity and role, then the body."""
 
     def __init__(
         self, app: ASGIApp, table: RouteTable, policy: Policy | None, access: Access, *, behind_proxy: bool = False,
         root_path: str = "",
     ) -> None:  # fmt: skip
-        """Without a `policy` any host and origin will do: that is for tests of routes."""
+        """Without a `policy` any host and origin is accepted, for tests."""
         self._app = app
         self._table = table
         self._policy = policy
@@ -46,21 +46,21 @@ class Guard:
         self._root_path = root_path
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
-        """Refuse or pass on."""
+        """Refuse the request or forward it."""
         if scope["type"] not in ("http", "websocket"):
             await self._app(scope, receive, send)
             return
         if self._root_path:
             scope["root_path"] = self._root_path
         if self._behind_proxy:
-            as_the_proxy_saw_it(scope)
+            apply_forwarded(scope)
         scope[ROW] = self._table.find(scope.get("method", "GET"), route_path(scope))
         try:
             who = self._admit(scope)
             if scope["type"] == "http":
-                brought = await ready(scope, route_path(scope), receive)
-                if brought is not receive:  # a body can take for ever to come, and a token be revoked meanwhile
-                    who, receive = self._admit(scope), brought
+                body = await ready(scope, route_path(scope), receive)
+                if body is not receive:  # check again: the token may have been revoked while the body arrived
+                    who, receive = self._admit(scope), body
         except HornbillError as error:
             await _refuse(error, scope, receive, send)
             return
@@ -72,7 +72,7 @@ class Guard:
             await self._socket(self._access, who, scope, receive, send)
 
     def _admit(self, scope: Scope) -> Identity | None:
-        """Who it is. Raises ForbiddenOrigin, Unauthorized, TooManyAttempts or ForbiddenRole."""
+        """Identity of the client. Raises ForbiddenOrigin, Unauthorized, TooManyAttempts or ForbiddenRole."""
         connection = HTTPConnection(scope)
         refusal = None if self._policy is None else self._policy(connection)
         if refusal is not None:
@@ -80,16 +80,16 @@ class Guard:
         method, path = scope.get("method", "GET"), route_path(scope)
         role, stopping = needed(scope[ROW]), (method, path) == ("POST", "/api/v1/stop")
         who = self._access.who(connection, _ticket(scope), stopping=stopping)
-        if role == ANYBODY or not self._access.required:
+        if role == PUBLIC or not self._access.required:
             return who
-        if role == HERE and not self._behind_proxy and _is_here(scope):
+        if role == LOCAL and not self._behind_proxy and _is_local(scope):
             return who
         if who is None and stopping:
             who = self._access.stopper(connection)
         if who is None:
             raise Unauthorized(
-                "This needs a token that is known. Send 'Authorization: Bearer TOKEN', or log in on the page. "
-                "'hornbill token add NAME --role ROLE' makes one.",
+                "This request requires a valid token. Send 'Authorization: Bearer TOKEN', or log in on the page. "
+                "Create a token with 'hornbill tokens create NAME --role ROLE'.",
                 cause="token_required",
             )
         if who.role < role:
@@ -97,7 +97,7 @@ class Guard:
         return who
 
     async def _socket(self, access: Access, who: Identity | None, scope: Scope, receive: Receive, send: Send) -> None:
-        """A socket for as long as what it came with is good."""
+        """Serve a socket until its credential ends."""
         ended = access.watch(who)
         serving = asyncio.ensure_future(self._app(scope, receive, send))
         try:
@@ -105,31 +105,31 @@ class Guard:
             if not serving.done():
                 serving.cancel()
                 await asyncio.gather(serving, return_exceptions=True)
-                await send({"type": "websocket.close", "code": _GONE, "reason": "The token or login has ended."})
+                await send({"type": "websocket.close", "code": _ENDED, "reason": "The token or login has ended."})
                 return
             serving.result()
         finally:
             access.unwatch(who, ended)
-            if not serving.done():  # the server itself ends
+            if not serving.done():  # the server shuts down
                 serving.cancel()
                 await asyncio.gather(serving, return_exceptions=True)
 
 
 def route_path(scope: Scope) -> str:
-    """The path below the sub-path the server was told of, whether or not a proxy has left it there."""
+    """Path below the configured sub-path, whether or not the proxy strips it."""
     path, root = str(scope["path"]), str(scope.get("root_path", ""))
     return path[len(root) :] if root and (path == root or path.startswith(root + "/")) else path
 
 
-def _is_here(scope: Scope) -> bool:
-    """Whether the other end is on this machine. A proxy would be, too: it says so by its headers."""
+def _is_local(scope: Scope) -> bool:
+    """Whether the client is on this machine. A local proxy is recognised by its forwarding headers."""
     client = scope.get("client")
     forwarded = any(name.startswith(b"x-forwarded-") or name == b"forwarded" for name, _ in scope["headers"])
     return client is not None and not forwarded and _is_loopback(client[0])
 
 
 def _is_loopback(address: str) -> bool:
-    """Also 127.0.0.1 as it comes to a server that listens on every address of both kinds: ::ffff:127.0.0.1."""
+    """Includes ::ffff:127.0.0.1, the form of 127.0.0.1 on a dual-stack socket."""
     try:
         known = ip_address(address)
     except ValueError:  # a name
@@ -138,7 +138,7 @@ def _is_loopback(address: str) -> bool:
 
 
 def _ticket(scope: Scope) -> str | None:
-    """The ticket of a socket's address, which is taken out of it: nothing behind us can write it into a log."""
+    """Ticket in the query of a socket. It is removed from the query so that it appears in no log."""
     if scope["type"] != "websocket" or b"ticket=" not in scope["query_string"]:
         return None
     pairs = parse_qsl(scope["query_string"].decode("latin-1"), keep_blank_values=True)
@@ -150,8 +150,8 @@ def _safely(send: Send) -> Send:
     async def sending(message: Message) -> None:
         if message["type"] == "http.response.start":
             headers: list[Any] = list(message.get("headers", ()))
-            there = {bytes(name).lower() for name, _ in headers}
-            message = {**message, "headers": headers + [pair for pair in SAFE if pair[0] not in there]}
+            present = {bytes(name).lower() for name, _ in headers}
+            message = {**message, "headers": headers + [pair for pair in SAFE if pair[0] not in present]}
         await send(message)
 
     return sending
@@ -161,18 +161,18 @@ async def _refuse(error: HornbillError, scope: Scope, receive: Receive, send: Se
     if scope["type"] == "websocket":
         await _refuse_socket(error, scope, send)
         return
-    response = answer(error)
+    response = problem_response(error)
     if isinstance(error, Unauthorized):
         response.headers["WWW-Authenticate"] = "Bearer"
     await response(scope, receive, _safely(send))
 
 
 async def _refuse_socket(error: HornbillError, scope: Scope, send: Send) -> None:
-    """Before it is accepted: as the answer to its request where the server can say so, else as 403."""
+    """Refuse a socket before it is accepted: with an HTTP response if the server supports it, else with 403."""
     if "websocket.http.response" not in scope.get("extensions", {}):
         await send({"type": "websocket.close", "code": 1008, "reason": error.detail[:120]})
         return
-    response = answer(error)
+    response = problem_response(error)
     await send(
         {"type": "websocket.http.response.start", "status": response.status_code, "headers": response.raw_headers}
     )

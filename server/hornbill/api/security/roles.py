@@ -1,4 +1,4 @@
-"""Roles, and the table that finds the route of a request with the least role it takes."""
+"""Roles, and the lookup of a request's route with its minimum role."""
 
 from collections.abc import Iterable
 from enum import IntEnum
@@ -13,57 +13,57 @@ _WORDS: Final[tuple[RoleName, ...]] = get_args(RoleName.__value__)
 
 
 class Role(IntEnum):
-    """What a token is for; each may do all that those before it may."""
+    """Role of a token. Each includes the lower ones."""
 
     VIEW = 1
-    """Look, and stop every servo."""
+    """Read everything, and stop all servos."""
     OPERATE = 2
-    """Move servos under a lease, and choose what is recorded of it."""
+    """Move servos under a lease, subscribe to telemetry and record."""
     CONFIGURE = 3
-    """Write and save parameters, profiles, node ids, and connect the bus."""
+    """Write and save parameters, profiles and node IDs, and connect the bus."""
     ADMIN = 4
-    """Tokens, simulated servos, and deleting what was recorded."""
+    """Manage tokens and simulated servos, and delete records."""
 
     @property
     def word(self) -> RoleName:
-        """How the API calls it."""
+        """Name of the role in the API."""
         return _WORDS[self - 1]
 
 
-ANYBODY: Final = 0
-"""No token at all: the page's files, and the way to log in."""
-HERE: Final = -1
-"""A token of any role; and none at all on the machine itself."""
+PUBLIC: Final = 0
+"""No token required: files of the page, and login."""
+LOCAL: Final = -1
+"""A token of any role; none for clients on the same machine."""
 
 WORDS: Final = {role.word: role for role in Role}
 
 ROW: Final = "hornbill.row"
-"""Where in the scope of a request its Row is; None there: no route is declared for it."""
+"""Key of a request's RouteRole in its ASGI scope; the value is None if no route matches."""
 
 _BEHIND: Final = ("/api/", "/viser", "/metrics")
-"""What begins so is no file of the page."""
+"""Path prefixes that are not files of the page."""
 
 _LONGEST: Final = 200
-"""Characters of the longest path that is remembered: requests for longer ones must not fill the memory."""
+"""Maximum length of cached paths, so that requests cannot fill the memory."""
 
 
 class RouteRole(NamedTuple):
-    """A route and the least role it takes."""
+    """A route and its minimum role."""
 
     route: Route | WebSocketRoute
     least: int
 
 
 class RouteTable:
-    """Every declared route, in the order in which they are matched."""
+    """Every declared route, in matching order."""
 
     def __init__(self, rows: Iterable[RouteRole]) -> None:
         self.rows = tuple(rows)
-        self._remembered = lru_cache(maxsize=4096)(self._look_up)
+        self._cached = lru_cache(maxsize=4096)(self._look_up)
 
     def find(self, method: str, path: str) -> RouteRole | None:
-        """The row of a request, or None where no route is declared."""
-        return self._remembered(method, path) if len(path) <= _LONGEST else self._look_up(method, path)
+        """Route and role of a request, or None if no route matches."""
+        return self._cached(method, path) if len(path) <= _LONGEST else self._look_up(method, path)
 
     def _look_up(self, method: str, path: str) -> RouteRole | None:
         method = "GET" if method in ("HEAD", "OPTIONS") else method
@@ -76,5 +76,5 @@ class RouteTable:
 
 
 def needed(row: RouteRole | None) -> int:
-    """The least role of a row. What is not declared takes the highest."""
+    """Minimum role of a route; the highest role if no route matches."""
     return int(Role.ADMIN) if row is None else row.least

@@ -1,1 +1,1 @@
-"""Commands for a bench file: apply and export."""
+"""Commands for bench files: apply and export."""

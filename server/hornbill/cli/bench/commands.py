@@ -1,12 +1,12 @@
-"""`hornbill apply` and `hornbill export`: a bench as a file, to keep beside the tests it is for."""
+"""`hornbill apply` and `hornbill export`: bench files."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from hornbill.cli.confirm import Yes, agree
-from hornbill.cli.connection import HERE, AsJson, Server, client, complete_servo
+from hornbill.cli.confirm import Yes, require_confirmation
+from hornbill.cli.connection import LOCAL_URL, SERVO_HELP, AsJson, Identity, Server, client, complete_servo
 from hornbill.cli.failing import Exit
 from hornbill.cli.plain_text import text_of
 from hornbill.cli.showing import print_json, progress
@@ -16,21 +16,23 @@ if TYPE_CHECKING:
 
 
 def apply(
-    file: Annotated[Path, typer.Argument(exists=True, dir_okay=False, help="bench file, as 'hornbill export' writes")],
-    check: Annotated[bool, typer.Option("--check", help="only compare: exit code 1 when something differs")] = False,
+    file: Annotated[
+        Path, typer.Argument(exists=True, dir_okay=False, help="Bench file, as written by 'hornbill export'.")
+    ],
+    check: Annotated[bool, typer.Option("--check", help="Only compare. Exit code 1 if there are differences.")] = False,
     yes: Yes = False,
-    server: Server = HERE,
+    server: Server = LOCAL_URL,
     as_json: AsJson = False,
 ) -> None:
-    """Bring servos to what a file says: shows what differs, asks, writes, reads back, saves.
+    """Apply a bench file: show the differences, confirm, write, verify and save.
 
-    Everything is checked before the first write. What is as wanted already is not written, saved or restarted.
+    Everything is checked before the first write. Servos without differences are not written, saved or restarted.
     """
     from hornbill.cli.bench.file import parse
-    from hornbill.cli.bench.plan import carry_out, plan
+    from hornbill.cli.bench.plan import apply_plans, plan
 
     if as_json and not (yes or check):
-        raise typer.BadParameter("--json cannot ask: add --yes or --check")
+        raise typer.BadParameter("--json requires --yes or --check")
     with client(server) as hornbill:
         entries = parse(file, text_of(file))
         plans = plan(hornbill, file.name, entries, saves=not check)
@@ -43,24 +45,22 @@ def apply(
             raise typer.Exit(Exit.FAILED if differing else Exit.DONE)
         if not differing:
             return
-        agree("Do it?", yes, instead=", or --check to compare only")
+        require_confirmation("Apply these changes?", yes, instead=", or --check to compare only")
         with progress() as bar:
-            carry_out(hornbill, file.name, plans, bar)
+            apply_plans(hornbill, file.name, plans, bar)
         if not as_json:
-            print(f"Done: {len(differing)} servos written, read back and found as the file says.")
+            print(f"Done: {len(differing)} servos written and verified.")
 
 
 def export(
     servo: Annotated[
         list[str] | None,
-        typer.Option(
-            help="uid, label or serial; may be repeated; all on the bus unless told", autocompletion=complete_servo
-        ),
+        typer.Option(help=f"{SERVO_HELP} Repeatable. Default: all servos on the bus.", autocompletion=complete_servo),
     ] = None,
-    identity: Annotated[bool, typer.Option("--identity", help="origin, servo id and node id, too")] = False,
-    server: Server = HERE,
+    identity: Identity = False,
+    server: Server = LOCAL_URL,
 ) -> None:
-    """Write a bench file of what servos hold to standard output: hornbill export > bench.toml"""
+    """Export the current values of servos as a bench file: hornbill export > bench.toml"""
     from hornbill.cli.bench.file import LEFT_OUT, configuration, write
 
     with client(server) as hornbill:
@@ -81,7 +81,7 @@ def _show(plans: "list[BenchPlan]") -> None:
 
     for one in plans:
         if not one.differences:
-            print(f"  {one.servo.title}: as wanted")
+            print(f"  {one.servo.title}: no differences")
             continue
         print(f"± {one.servo.title}")
         for row in one.differences:
@@ -90,11 +90,11 @@ def _show(plans: "list[BenchPlan]") -> None:
                 print(f"    - {row.key} = {ram}")
                 print(f"    + {row.key} = {wanted}")
             else:
-                print(f"    ~ {row.key} = {wanted} is in RAM; ROM holds {'?' if row.rom is None else rom}")
+                print(f"    ~ {row.key} = {wanted} in RAM, {'?' if row.rom is None else rom} in ROM")
         if one.save:
-            print("    saved to ROM: it restarts")
+            print("    save to ROM: the servo restarts")
             if one.saved_too:
-                print(f"    saved with it, from RAM: {', '.join(one.saved_too)}")
+                print(f"    also saved from RAM: {', '.join(one.saved_too)}")
             show_rom(one.rom_changes, one.rom_unknown, one.restart, indent="    ")
     differing = sum(bool(one.differences) for one in plans)
-    print(f"{differing} of {len(plans)} servos differ." if differing else "Nothing differs.")
+    print(f"{differing} of {len(plans)} servos differ." if differing else "No differences.")

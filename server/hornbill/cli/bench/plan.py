@@ -1,11 +1,11 @@
-"""What a bench file comes to: what differs on each servo, and bringing it there once all of it is known to go."""
+"""Plan of a bench file: differences of each servo, and applying them once everything is checked."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any, cast
 
-from hornbill.cli.bench.file import BenchEntry, Complaints, Value, check_keys, configuration
-from hornbill.errors import BadRequest, Busy, LeaseHeld, NeedsConfirmation, NotAsWanted, Stopped
+from hornbill.cli.bench.file import BenchEntry, FileErrors, Value, check_keys, configuration
+from hornbill.errors import BadRequest, Busy, LeaseHeld, NeedsConfirmation, Stopped, UnexpectedResult
 
 if TYPE_CHECKING:
     from hornbill.client import Hornbill, Servo
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class BenchDifference:
-    """A row that is not as wanted: RAM, what is known of ROM (None: not known), and what is wanted."""
+    """A row that differs: value in RAM, in ROM (None: unknown), and wanted value."""
 
     key: str
     ram: Any
@@ -25,7 +25,7 @@ class BenchDifference:
 
 @dataclass(frozen=True, slots=True)
 class BenchPlan:
-    """What is to be done with one servo; nothing when `differences` is empty."""
+    """Changes of one servo. None if `differences` is empty."""
 
     entry: BenchEntry
     servo: "Servo"
@@ -33,16 +33,16 @@ class BenchPlan:
     differences: list[BenchDifference]
     save: bool
     saved_too: list[str]
-    """Rows that are only in RAM and in no file: a save takes them along."""
+    """Rows only in RAM and not in the file, which a save includes."""
     rom_changes: list[dict[str, Any]] = field(default_factory=list[dict[str, Any]])
-    """Rows that ROM will hold differently: key, before (None: not known), after."""
+    """Rows whose ROM value changes: key, before (None: unknown), after."""
     rom_unknown: list[str] = field(default_factory=list[str])
-    """Rows that are saved as they are, of which ROM's value is not known."""
+    """Rows that are saved unchanged and whose ROM value is unknown."""
     restart: dict[str, Any] | None = None
-    """What the save does to the horn."""
+    """Effect of the save on the horn."""
 
     def as_json(self) -> dict[str, Any]:
-        """For programs."""
+        """JSON form."""
         return {
             "uid": self.servo.uid, "name": self.servo.title, "save": self.save, "saved_too": self.saved_too,
             "rom_changes": self.rom_changes, "rom_unknown": self.rom_unknown, "restart": self.restart,
@@ -55,22 +55,21 @@ class BenchPlan:
 def plan(
     hornbill: "Hornbill", file: str, entries: Sequence[BenchEntry], *, refresh: bool = True, saves: bool = True
 ) -> list[BenchPlan]:
-    """What differs, servo by servo. Reads every servo and writes nothing.
+    """Compute the differences of every servo. Writes nothing.
 
-    `saves`: the saves are planned, too, with every check the server makes of them.
+    `saves`: also plan the saves, with all checks of the server.
 
-    Raises InvalidValue with a line for whatever in the file is not known or not legal, all of it at once.
+    Raises InvalidValue with the line of every unknown or invalid entry of the file.
     """
-    complaints = Complaints(file)
-    check_keys(entries, [row["key"] for row in configuration(hornbill.schema()["parameters"])], complaints)
-    servos = _servos(hornbill, entries, complaints)
+    errors = FileErrors(file)
+    check_keys(entries, [row["key"] for row in configuration(hornbill.schema()["parameters"])], errors)
+    servos = _servos(hornbill, entries, errors)
     profiles = {one["name"]: one["values"] for one in hornbill.profiles()}
     for entry in entries:
         if entry.profile is not None and entry.profile not in profiles:
-            there = ", ".join(sorted(profiles)) or "none"
-            text = f"There is no profile {entry.profile!r}. There is: {there}."
-            complaints.add(entry.lines.get("profile", entry.lines[""]), text)
-    complaints.tell()
+            text = f"Unknown profile {entry.profile!r}. Known profiles: {', '.join(sorted(profiles)) or 'none'}."
+            errors.add(entry.lines.get("profile", entry.lines[""]), text)
+    errors.check()
     made: list[BenchPlan] = []
     for entry, servo in zip(entries, servos, strict=True):
         assert servo is not None
@@ -85,20 +84,20 @@ def plan(
             if isinstance(error, NeedsConfirmation):
                 words = error.facts.get("choices") or [error.facts.get("confirm")]
                 each = " or ".join(f'confirm = ["{word}"]' for word in cast("list[str]", words))
-                remedy = f" Add {each} to this servo, if that is meant."
+                remedy = f" To confirm, add {each} to this servo."
             line = entry.lines.get(f"values.{key}", entry.lines[""])
-            complaints.add(line, f"{servo.title}{f', {key}' if key else ''}: {error.detail}{remedy}")
-    complaints.tell()
+            errors.add(line, f"{servo.title}{f', {key}' if key else ''}: {error.detail}{remedy}")
+    errors.check()
     return made
 
 
-def carry_out(
+def apply_plans(
     hornbill: "Hornbill", file: str, plans: Sequence[BenchPlan], on_progress: "Progress | None" = None
 ) -> None:
-    """Do it, servo by servo, each all or nothing, and look again.
+    """Apply the plans, servo by servo, each all or nothing, and verify the result.
 
-    Raises StaleRevision when a servo was changed since it was planned, NotAsWanted when one is not as the file says
-    in the end, and whatever a servo answers.
+    Raises StaleRevision if a servo was changed since the plan, UnexpectedResult if differences remain, and errors of
+    the servos.
     """
     changed = [one for one in plans if one.differences]
     for one in changed:
@@ -113,13 +112,13 @@ def carry_out(
         return
     left = [one for one in plan(hornbill, file, [one.entry for one in changed], saves=False) if one.differences]
     if left:
-        told = "; ".join(f"{one.servo.title}: {', '.join(row.key for row in one.differences)}" for one in left)
-        raise NotAsWanted(f"After all was written, this is not as the file says: {told}.", cause=None)
+        rows = "; ".join(f"{one.servo.title}: {', '.join(row.key for row in one.differences)}" for one in left)
+        raise UnexpectedResult(f"After writing, these rows still differ from the file: {rows}.", cause=None)
 
 
-def _servos(hornbill: "Hornbill", entries: Sequence[BenchEntry], complaints: Complaints) -> "list[Servo | None]":
+def _servos(hornbill: "Hornbill", entries: Sequence[BenchEntry], errors: FileErrors) -> "list[Servo | None]":
     every = hornbill.servos()
-    there = ", ".join(sorted(one.title for one in every)) or "nobody"
+    known = ", ".join(sorted(one.title for one in every)) or "none"
     found: list[Servo | None] = []
     seen: dict[str, BenchEntry] = {}
     for entry in entries:
@@ -127,11 +126,11 @@ def _servos(hornbill: "Hornbill", entries: Sequence[BenchEntry], complaints: Com
         fitting = [one for one in every if {**one.known}[entry.by] == entry.name]
         if len(fitting) != 1:
             text = f"{len(fitting)} servos have {entry.title}." if fitting else f"No servo has {entry.title}."
-            complaints.add(line, f"{text} There is: {there}.")
+            errors.add(line, f"{text} Known servos: {known}.")
         elif not fitting[0].known["online"]:
-            complaints.add(line, f"{fitting[0].title} is not on the bus. Look at its supply and its plug.")
+            errors.add(line, f"{fitting[0].title} is off the bus. Check its supply and wiring.")
         elif fitting[0].uid in seen:
-            complaints.add(line, f"{fitting[0].title} is in line {seen[fitting[0].uid].lines['']} already.")
+            errors.add(line, f"{fitting[0].title} is already listed in line {seen[fitting[0].uid].lines['']}.")
         found.append(fitting[0] if len(fitting) == 1 else None)
         if len(fitting) == 1:
             seen.setdefault(fitting[0].uid, entry)
@@ -139,7 +138,7 @@ def _servos(hornbill: "Hornbill", entries: Sequence[BenchEntry], complaints: Com
 
 
 def _culprit(servo: "Servo", entry: BenchEntry) -> str:
-    """The first key of the entry that is refused by itself, too; "" when only all of them together are."""
+    """First key of the entry that is refused on its own; "" if only their combination is."""
     for key, value in entry.values.items():
         try:
             servo.write_many({key: value}, dry_run=True, confirm=entry.confirm)
@@ -150,7 +149,7 @@ def _culprit(servo: "Servo", entry: BenchEntry) -> str:
 
 def _one(servo: "Servo", entry: BenchEntry, given: dict[str, Any], *, refresh: bool, saves: bool) -> BenchPlan:
     readings = servo.read_all(refresh=refresh)["parameters"]
-    # Of a profile, rows a servo does not have are left out; what the file itself says must be there.
+    # Rows of a profile that the servo lacks are skipped; rows of the file itself are required.
     wanted: dict[str, Value] = {key: value for key, value in given.items() if key in readings and value is not None}
     wanted |= entry.values
     if not wanted:

@@ -1,67 +1,71 @@
-"""`hornbill bus` and `hornbill ids`: the server's adapter, who is heard, node ids; and leases and health."""
+"""Commands for the bus: bus and node-ids; and leases and health."""
 
 from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
-from hornbill.cli.confirm import Yes, agree
-from hornbill.cli.connection import HERE, AsJson, Server, client
+from hornbill.cli.confirm import Yes, require_confirmation
+from hornbill.cli.connection import LOCAL_URL, AsJson, Server, client
 from hornbill.cli.showing import cell, instant, print_json, print_table
 
 if TYPE_CHECKING:
-    from hornbill.client import Hornbill, answers
+    from hornbill.client import Hornbill, responses
 
-bus = typer.Typer(no_args_is_help=True, help="The server's adapter, and who is heard on the bus.")
-ids = typer.Typer(no_args_is_help=True, help="Node ids: who has one, who waits for one.")
+bus = typer.Typer(no_args_is_help=True, help="Connect an adapter; show the bus and its nodes.")
+node_ids = typer.Typer(no_args_is_help=True, help="Allocate node IDs.")
 
-Unique = Annotated[str, typer.Argument(metavar="SERVO", help="uid, label or serial; a whole uid of anybody")]
+NodeName = Annotated[
+    str, typer.Argument(metavar="SERVO", help="Label, serial or unique ID of a servo, or unique ID of any node.")
+]
 
 
 @bus.command("show")
-def show(server: Server = HERE, as_json: AsJson = False) -> None:
-    """State, load and errors of the bus."""
+def show(server: Server = LOCAL_URL, as_json: AsJson = False) -> None:
+    """Show state, load and errors of the bus."""
     with client(server) as hornbill:
         _show_bus(hornbill.bus.state(), as_json)
 
 
 @bus.command("adapters")
-def adapters(server: Server = HERE, as_json: AsJson = False) -> None:
-    """What is plugged into the server's machine, and what keeps it from being used."""
+def adapters(server: Server = LOCAL_URL, as_json: AsJson = False) -> None:
+    """List the adapters of the server."""
     with client(server) as hornbill:
         found = hornbill.bus.adapters()
     if as_json:
         print_json(found)
         return
     rows = [(one["address"], one["name"], one["state"], one["remedy"] or one["reason"] or "") for one in found]
-    print_table(("address", "adapter", "state", "what helps"), rows)
+    print_table(("address", "adapter", "state", "remedy"), rows)
 
 
 @bus.command("connect")
 def connect(
-    address: Annotated[str, typer.Argument(help="INTERFACE:CHANNEL, for example socketcan:can0")],
-    bitrate: Annotated[int, typer.Option(help="bit/s")] = 1_000_000,
+    address: Annotated[str, typer.Argument(help="INTERFACE:CHANNEL, for example socketcan:can0.")],
+    bitrate: Annotated[int, typer.Option(help="Bit rate, bit/s.")] = 1_000_000,
     frame_gap_ms: Annotated[
-        float | None, typer.Option(help="pause between the frames of one transfer, ms; none unless given")
+        float | None, typer.Option(help="Pause between the frames of one transfer, ms. Default: none.")
     ] = None,
-    server: Server = HERE,
+    server: Server = LOCAL_URL,
     as_json: AsJson = False,
 ) -> None:
-    """Have the server open an adapter, in place of the present one. Nothing moves by it."""
+    """Connect the server to an adapter, in place of the current one. Moves nothing."""
     with client(server) as hornbill:
         _show_bus(hornbill.bus.connect(address, bitrate=bitrate, frame_gap_ms=frame_gap_ms), as_json)
 
 
 @bus.command("disconnect")
-def disconnect(yes: Yes = False, server: Server = HERE, as_json: AsJson = False) -> None:
-    """Have the server let go of its adapter. Nobody can stop servos through it then: asks first."""
+def disconnect(yes: Yes = False, server: Server = LOCAL_URL, as_json: AsJson = False) -> None:
+    """Disconnect the bus. Servos cannot be stopped afterwards. Prompts for confirmation."""
     with client(server) as hornbill:
-        agree("Let go of the bus? Servos that are on stay on.", yes, as_json=as_json)
+        require_confirmation(
+            "Disconnect the bus? Servos can then no longer be stopped from here.", yes, as_json=as_json
+        )
         _show_bus(hornbill.bus.disconnect(), as_json)
 
 
 @bus.command("nodes")
-def nodes(server: Server = HERE, as_json: AsJson = False) -> None:
-    """Who is heard, servo or not."""
+def nodes(server: Server = LOCAL_URL, as_json: AsJson = False) -> None:
+    """List the nodes on the bus."""
     with client(server) as hornbill:
         found = hornbill.bus.nodes()
     if as_json:
@@ -74,14 +78,14 @@ def nodes(server: Server = HERE, as_json: AsJson = False) -> None:
         )
         for one in found
     ]  # fmt: skip
-    print_table(("node", "kind", "name", "online", "health", "mode", "up", "note"), rows)
+    print_table(("node", "kind", "name", "online", "health", "mode", "uptime", "note"), rows)
 
 
-@ids.command("list")
-def list_(server: Server = HERE, as_json: AsJson = False) -> None:
-    """Node ids given, and who waits for one at which stage."""
+@node_ids.command("list")
+def list_(server: Server = LOCAL_URL, as_json: AsJson = False) -> None:
+    """List allocated node IDs and pending requests."""
     with client(server) as hornbill:
-        found = hornbill.bus.ids()
+        found = hornbill.bus.allocations()
     if as_json:
         print_json(found)
         return
@@ -91,85 +95,87 @@ def list_(server: Server = HERE, as_json: AsJson = False) -> None:
     ]
     print_table(("node", "unique id", "pinned", "last seen"), rows)
     for one in found["pending"]:
-        print(f"{one['uid_part']}… waits for {one['waiting_s']:.0f} s, {one['stage']} of 3 parts heard.")
-    print(f"{found['free']} left.")
+        print(f"{one['uid_part']}… waiting for {one['waiting_s']:.0f} s, {one['stage']} of 3 parts received.")
+    print(f"{found['free']} node IDs free.")
 
 
-@ids.command("pin")
+@node_ids.command("pin")
 def pin(
-    servo: Unique,
-    node_id: Annotated[int, typer.Argument(help="1 to 125", min=1, max=125)],
-    server: Server = HERE,
+    servo: NodeName,
+    node_id: Annotated[int, typer.Argument(help="Node ID, 1 to 125.", min=1, max=125)],
+    server: Server = LOCAL_URL,
     as_json: AsJson = False,
 ) -> None:
-    """Keep a node id for a servo."""
+    """Reserve a node ID for a servo."""
     with client(server) as hornbill:
         _show_change(hornbill.bus.pin(_uid(hornbill, servo), node_id), as_json)
 
 
-@ids.command("forget")
-def forget(servo: Unique, server: Server = HERE, as_json: AsJson = False) -> None:
-    """Free a servo's node id."""
+@node_ids.command("release")
+def release(servo: NodeName, server: Server = LOCAL_URL, as_json: AsJson = False) -> None:
+    """Free the node ID of a servo."""
     with client(server) as hornbill:
-        _show_change(hornbill.bus.forget_id(_uid(hornbill, servo)), as_json)
+        _show_change(hornbill.bus.release_node_id(_uid(hornbill, servo)), as_json)
 
 
-@ids.command("recycle")
+@node_ids.command("recycle")
 def recycle(
-    days: Annotated[float, typer.Argument(help="free those not seen for so many days, unless pinned", min=0)],
+    days: Annotated[float, typer.Argument(help="Minimum time since the servo was last seen, days.", min=0)],
     yes: Yes = False,
-    server: Server = HERE,
+    server: Server = LOCAL_URL,
     as_json: AsJson = False,
 ) -> None:
-    """Free the node ids of servos that were not seen for long. Asks first."""
+    """Free the node IDs of servos not seen for some time, except pinned ones. Prompts for confirmation."""
     with client(server) as hornbill:
-        agree(f"Free every node id not seen for {days:g} days?", yes, as_json=as_json)
-        done = hornbill.bus.recycle_ids(days * 86400)
-    print_json(done) if as_json else print(f"{len(done['freed'])} freed, {done['free']} left.")
+        require_confirmation(f"Free all node IDs not seen for {days:g} days?", yes, as_json=as_json)
+        done = hornbill.bus.recycle_node_ids(days * 86400)
+    print_json(done) if as_json else print(f"{len(done['freed'])} node IDs freed, {done['free']} free in total.")
 
 
-@ids.command("allocator")
-def allocator(
-    mode: Annotated[Literal["on", "off", "force"], typer.Argument(help="force: beside another allocator, too")],
-    server: Server = HERE,
+@node_ids.command("set-allocator")
+def set_allocator(
+    mode: Annotated[
+        Literal["on", "off", "force"], typer.Argument(help="force: allocate even if there is another allocator.")
+    ],
+    server: Server = LOCAL_URL,
     as_json: AsJson = False,
 ) -> None:
-    """Have the server give node ids, or not."""
+    """Turn the server's node ID allocator on or off."""
     with client(server) as hornbill:
         done = hornbill.bus.set_allocator(mode)
-    print_json(done) if as_json else print(f"allocator {done['state']}, {done['free']} node ids left.")
+    print_json(done) if as_json else print(f"Allocator: {done['state']}. {done['free']} node IDs free.")
 
 
-def leases(server: Server = HERE, as_json: AsJson = False) -> None:
-    """Who has motion control, and for how long."""
+def leases(server: Server = LOCAL_URL, as_json: AsJson = False) -> None:
+    """List leases (motion control)."""
     with client(server) as hornbill:
         found = hornbill.leases()
     if as_json:
         print_json(found)
         return
     for one in found:
-        print(cell(f"{one['holder']}: {one['expires_in_s']:.1f} s from now, unless renewed."))
+        print(cell(f"{one['holder']}: expires in {one['expires_in_s']:.1f} s unless renewed."))
     if not found:
-        print("Nobody has motion control.")
+        print("No leases.")
 
 
-def health(server: Server = HERE, as_json: AsJson = False) -> None:
-    """Version and uptime of the server."""
+def health(server: Server = LOCAL_URL, as_json: AsJson = False) -> None:
+    """Show version, uptime and bus state of the server."""
     with client(server) as hornbill:
         found = hornbill.health()
     if as_json:
         print_json(found)
     else:
-        print(f"hornbill {found['version']}, up for {found['uptime_s']:.0f} s, bus {found['bus']}")
+        print(f"hornbill {found['version']}, uptime {found['uptime_s']:.0f} s, bus {found['bus']}")
 
 
 def _uid(hornbill: "Hornbill", name: str) -> str:
-    """A whole unique id may be of a node that is no servo, or not yet."""
-    whole = len(name) == 32 and set(name.lower()) <= set("0123456789abcdef")
-    return name.lower() if whole else hornbill.look_up(name).uid
+    """Unique ID. A complete one may belong to a node that is not a servo."""
+    complete = len(name) == 32 and set(name.lower()) <= set("0123456789abcdef")
+    return name.lower() if complete else hornbill.look_up(name).uid
 
 
-def _show_bus(state: "answers.Bus", as_json: bool) -> None:
+def _show_bus(state: "responses.Bus", as_json: bool) -> None:
     if as_json:
         print_json(state)
         return
@@ -178,18 +184,18 @@ def _show_bus(state: "answers.Bus", as_json: bool) -> None:
     print(f"received {state['rx_frames']}, sent {state['tx_frames']}, errors {state['errors']}")
     line = state["serial_line"]
     if line is not None:
-        print(_line_words(line))
+        print(_line_text(line))
     if state["frame_gap_ms"]:
-        print(f"pause of {state['frame_gap_ms']:g} ms between the frames of a transfer")
+        print(f"pause between the frames of a transfer: {state['frame_gap_ms']:g} ms")
     for note in state["notes"]:
         print(f"note: {note['text']}")
     if state["trouble"]:
         print(state["trouble"])
 
 
-def _line_words(line: "answers.SerialLine") -> str:
+def _line_text(line: "responses.SerialLine") -> str:
     known = "" if line["confirmed"] else ", not confirmed"
-    how = f"found{known}" if line["found"] else f"as given{known}"
+    how = f"detected{known}" if line["found"] else f"as configured{known}"
     number = "" if line["serial_number"] is None else f", adapter {line['serial_number']}"
     if line["budget"] is None:
         return f"serial line: USB, the baud rate has no effect{number}"
@@ -197,5 +203,5 @@ def _line_words(line: "answers.SerialLine") -> str:
     return f"serial line: {line['baud']} baud ({how}), up to {line['budget']} frames/s{load}{number}"
 
 
-def _show_change(done: "answers.AllocationChange", as_json: bool) -> None:
-    print_json(done) if as_json else print(f"node id {done['node_id']}: {done['note']}")
+def _show_change(done: "responses.AllocationChange", as_json: bool) -> None:
+    print_json(done) if as_json else print(f"node ID {done['node_id']}: {done['note']}")

@@ -1,24 +1,26 @@
-"""Commands for the health of the bus: doctor, and log with its subcommands."""
+"""Commands for the health of the bus: doctor and logs."""
 
 from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
-from hornbill.cli.connection import HERE, AsJson, Server, client
+from hornbill.cli.connection import LOCAL_URL, AsJson, Server, client
 from hornbill.cli.failing import Exit
 from hornbill.cli.showing import print_json, print_table
 
 if TYPE_CHECKING:
-    from hornbill.client import answers
+    from hornbill.client import responses
 
-log = typer.Typer(no_args_is_help=True, help="Log every frame on the bus to a file in the server's data folder.")
+logs = typer.Typer(no_args_is_help=True, help="Log all frames on the bus to a file on the server.")
+
+LogName = Annotated[str, typer.Argument(help="Name, as shown by 'hornbill logs list'.")]
 
 
-def doctor(server: Server = HERE, as_json: AsJson = False) -> None:
-    """Say what is wrong with the bus and what helps. The exit code is 1 when there is a warning or a failure."""
+def doctor(server: Server = LOCAL_URL, as_json: AsJson = False) -> None:
+    """Diagnose the bus: problems and remedies. The exit code is 1 if there is a warning or failure."""
     with client(server) as hornbill:
-        examined = hornbill.doctor()
-    found = [one for one in examined if one["severity"] != "ok"]
+        checks = hornbill.doctor()
+    found = [one for one in checks if one["severity"] != "ok"]
     if as_json:
         print_json(found)
     else:
@@ -26,67 +28,64 @@ def doctor(server: Server = HERE, as_json: AsJson = False) -> None:
             print(f"{one['severity'].capitalize()}: {one['text']}\n  {one['evidence']}")
             if one["remedy"]:
                 print(f"  → {one['remedy']}")
-        passed = len(examined) - len(found)
-        print(f"{f'{len(found)} found' if found else 'Nothing wrong found'}: {passed} checks passed.")
+        print(f"{len(found)} findings, {len(checks) - len(found)} checks passed.")
     if any(one["severity"] in ("warning", "failure") for one in found):
         raise typer.Exit(Exit.FAILED)
 
 
-@log.command("start")
+@logs.command("start")
 def start(
-    form: Annotated[Literal["candump", "asc", "blf", "csv"], typer.Option("--format", help="of the file")] = "candump",
-    name: Annotated[
-        str | None, typer.Option(help="file name without ending; the time of the start unless told")
-    ] = None,
-    limit_mb: Annotated[float, typer.Option(help="it ends by itself at so many MB", min=0.001, max=10_000)] = 100.0,
-    server: Server = HERE,
+    form: Annotated[Literal["candump", "asc", "blf", "csv"], typer.Option("--format", help="File format.")] = "candump",
+    name: Annotated[str | None, typer.Option(help="File name without extension. Default: the start time.")] = None,
+    limit_mb: Annotated[float, typer.Option(help="Size at which logging ends, MB.", min=0.001, max=10_000)] = 100.0,
+    server: Server = LOCAL_URL,
     as_json: AsJson = False,
 ) -> None:
-    """Begin to log; it goes on until it is stopped or full."""
+    """Start logging. It continues until stopped or full."""
     with client(server) as hornbill:
         _show(hornbill.bus.start_log(form=form, name=name, limit_mb=limit_mb), as_json)
 
 
-@log.command("stop")
-def stop(server: Server = HERE, as_json: AsJson = False) -> None:
-    """End the log; says so when the file is complete."""
+@logs.command("stop")
+def stop(server: Server = LOCAL_URL, as_json: AsJson = False) -> None:
+    """Stop logging, and wait until the file is complete."""
     with client(server) as hornbill:
         _show(hornbill.bus.stop_log(), as_json)
 
 
-@log.command("status")
-def status(server: Server = HERE, as_json: AsJson = False) -> None:
-    """How far the log is."""
+@logs.command("status")
+def status(server: Server = LOCAL_URL, as_json: AsJson = False) -> None:
+    """Show the state of the current or last log."""
     with client(server) as hornbill:
         _show(hornbill.bus.log(), as_json)
 
 
-@log.command("list")
-def list_(server: Server = HERE, as_json: AsJson = False) -> None:
-    """The logs there are, the newest first."""
+@logs.command("list")
+def list_(server: Server = LOCAL_URL, as_json: AsJson = False) -> None:
+    """List the logs on the server, newest first."""
     with client(server) as hornbill:
-        logs = hornbill.bus.logs()
+        found = hornbill.bus.logs()
     if as_json:
-        print_json(logs)
+        print_json(found)
     else:
-        print_table(("name", "kB"), [(one["name"], f"{one['bytes'] / 1000:.0f}") for one in logs])
+        print_table(("name", "kB"), [(one["name"], f"{one['bytes'] / 1000:.0f}") for one in found])
 
 
-@log.command("get")
-def get(name: Annotated[str, typer.Argument(help="as 'hornbill log list' has it")], server: Server = HERE) -> None:
-    """Write a log to standard output: hornbill log get NAME > bus.log"""
+@logs.command("export")
+def export(name: LogName, server: Server = LOCAL_URL) -> None:
+    """Write a log to standard output: hornbill logs export NAME > bus.log"""
     with client(server) as hornbill:
         typer.echo(hornbill.bus.log_file(name), nl=False)
 
 
-@log.command("delete")
-def delete(name: Annotated[str, typer.Argument(help="as 'hornbill log list' has it")], server: Server = HERE) -> None:
+@logs.command("delete")
+def delete(name: LogName, server: Server = LOCAL_URL) -> None:
     """Delete a log."""
     with client(server) as hornbill:
         hornbill.bus.delete_log(name)
 
 
-def _show(state: "answers.LogState", as_json: bool) -> None:
+def _show(state: "responses.LogState", as_json: bool) -> None:
     if as_json:
         print_json(state)
         return

@@ -1,27 +1,28 @@
-"""`hornbill jobs`: what takes time, waiting for it, and its results as a file."""
+"""`hornbill jobs`."""
 
 from typing import Annotated, Literal
 
 import typer
 
-from hornbill.cli.connection import HERE, AsJson, Server, client, complete_job, complete_servo
+from hornbill.cli.connection import LOCAL_URL, AsJson, Server, client, complete_job, complete_servo
 from hornbill.cli.showing import instant, print_job, print_json, print_table, progress
 
-app = typer.Typer(no_args_is_help=True, help="What takes time, under way and done.")
+app = typer.Typer(no_args_is_help=True, help="List, wait for, cancel and resume jobs; print reports.")
 
-JobId = Annotated[str, typer.Argument(metavar="JOB", help="its id", autocompletion=complete_job)]
+JobId = Annotated[str, typer.Argument(metavar="JOB", help="Job ID.", autocompletion=complete_job)]
 
 
 @app.command("list")
 def list_(
     state: Annotated[
-        Literal["queued", "running", "succeeded", "failed", "cancelled"] | None, typer.Option(help="only these")
+        Literal["queued", "running", "succeeded", "failed", "cancelled"] | None,
+        typer.Option(help="Only jobs in this state."),
     ] = None,
-    servo: Annotated[str | None, typer.Option(help="only of this servo", autocompletion=complete_servo)] = None,
-    server: Server = HERE,
+    servo: Annotated[str | None, typer.Option(help="Only jobs of this servo.", autocompletion=complete_servo)] = None,
+    server: Server = LOCAL_URL,
     as_json: AsJson = False,
 ) -> None:
-    """Jobs under way and the last ones that ended, the oldest first."""
+    """List running and recently ended jobs, oldest first."""
     with client(server) as hornbill:
         found = hornbill.jobs.all(state=state, uid=None if servo is None else hornbill.look_up(servo).uid)
     if as_json:
@@ -31,12 +32,12 @@ def list_(
         (one["id"], one["kind"], one["state"], f"{one['progress']:.0%}", instant(one["created_at"]), one["step"])
         for one in found
     ]
-    print_table(("job", "kind", "state", "done", "began", "step"), rows)
+    print_table(("job", "kind", "state", "progress", "created", "step"), rows)
 
 
 @app.command("show")
-def show(job: JobId, server: Server = HERE, as_json: AsJson = False) -> None:
-    """One job: every step with its evidence, and what went wrong."""
+def show(job: JobId, server: Server = LOCAL_URL, as_json: AsJson = False) -> None:
+    """Show a job: steps with evidence, and its error."""
     with client(server) as hornbill:
         found = hornbill.jobs.get(job)
     if as_json:
@@ -51,11 +52,11 @@ def show(job: JobId, server: Server = HERE, as_json: AsJson = False) -> None:
 @app.command("wait")
 def wait(
     job: JobId,
-    timeout: Annotated[float | None, typer.Option(help="seconds; the job goes on after them", min=0.1)] = None,
-    server: Server = HERE,
+    timeout: Annotated[float | None, typer.Option(help="Timeout, s. The job continues after it.", min=0.1)] = None,
+    server: Server = LOCAL_URL,
     as_json: AsJson = False,
 ) -> None:
-    """Wait until a job has ended. The exit code says how: that of its failure, 1 when it was cancelled."""
+    """Wait for a job. The exit code is that of its failure, or 1 if it was cancelled."""
     with client(server) as hornbill:
         with progress() as bar:
             done = hornbill.wait(job, timeout_s=timeout, on_progress=bar)
@@ -63,16 +64,16 @@ def wait(
 
 
 @app.command("cancel")
-def cancel(job: JobId, server: Server = HERE, as_json: AsJson = False) -> None:
-    """Cancel a job. What it already sent to the servo stays sent."""
+def cancel(job: JobId, server: Server = LOCAL_URL, as_json: AsJson = False) -> None:
+    """Cancel a job. Steps already carried out are not undone."""
     with client(server) as hornbill:
         done = hornbill.jobs.cancel(job)
     print_json(done) if as_json else print(f"{done['kind']}: {done['state']}")
 
 
 @app.command("resume")
-def resume(job: JobId, server: Server = HERE, as_json: AsJson = False) -> None:
-    """Go on with a job that failed, was cancelled or was cut off; steps that are done stay done."""
+def resume(job: JobId, server: Server = LOCAL_URL, as_json: AsJson = False) -> None:
+    """Resume a job that failed, was cancelled or was interrupted. Completed steps are kept."""
     with client(server) as hornbill:
         with progress() as bar:
             done = hornbill.wait(hornbill.jobs.resume(job)["id"], on_progress=bar)
@@ -84,10 +85,12 @@ def report(
     job: JobId,
     form: Annotated[
         Literal["csv", "json", "junit", "html"],
-        typer.Option("--format", help="csv: a row a servo; junit: a test case a servo and step; html: to print"),
+        typer.Option(
+            "--format", help="csv: one row per servo; junit: one test case per servo and step; html: printable page."
+        ),
     ] = "json",
-    server: Server = HERE,
+    server: Server = LOCAL_URL,
 ) -> None:
-    """Write what a job did to standard output: hornbill jobs report JOB --format junit > result.xml"""
+    """Write the report of a job to standard output: hornbill jobs report JOB --format junit > result.xml"""
     with client(server) as hornbill:
         typer.echo(hornbill.jobs.report(job, form), nl=False)

@@ -1,29 +1,29 @@
-"""The commands about what the server keeps: inventory, audit, and recordings of the recorder."""
+"""Commands for records: inventory, audit and recordings."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from hornbill.cli.confirm import Yes, agree
-from hornbill.cli.connection import HERE, AsJson, Server, client, complete_servo
+from hornbill.cli.confirm import Yes, require_confirmation
+from hornbill.cli.connection import LOCAL_URL, SERVO_HELP, AsJson, Server, client, complete_servo
 from hornbill.cli.showing import cell, instant, print_json, print_table, shown
 from hornbill.errors import Unknown
 
 if TYPE_CHECKING:
-    from hornbill.client import Hornbill, answers
+    from hornbill.client import Hornbill, responses
 
-inventory = typer.Typer(no_args_is_help=True, help="Every servo ever met, on the bus or not.")
-recordings = typer.Typer(no_args_is_help=True, help="What the recorder kept around failures, stops and losses.")
+inventory = typer.Typer(no_args_is_help=True, help="All known servos, on the bus or not.")
+recordings = typer.Typer(no_args_is_help=True, help="Recordings of bus and telemetry around failures and stops.")
 
-AsCsv = Annotated[bool, typer.Option("--csv", help="print CSV")]
-Known = Annotated[str, typer.Argument(metavar="SERVO", help="uid (or the start of it), label or serial")]
-RecordingName = Annotated[str, typer.Argument(help="as 'hornbill recordings list' has it")]
+AsCsv = Annotated[bool, typer.Option("--csv", help="Print CSV.")]
+Known = Annotated[str, typer.Argument(metavar="SERVO", help=SERVO_HELP)]
+RecordingName = Annotated[str, typer.Argument(help="Name, as shown by 'hornbill recordings list'.")]
 
 
 @inventory.command("list")
-def list_(as_csv: AsCsv = False, server: Server = HERE, as_json: AsJson = False) -> None:
-    """Every servo ever met, the one seen last first; as CSV with what is known of its ROM."""
+def list_(as_csv: AsCsv = False, server: Server = LOCAL_URL, as_json: AsJson = False) -> None:
+    """List all known servos, most recently seen first. CSV includes the last known ROM values."""
     with client(server) as hornbill:
         if as_csv:
             typer.echo(hornbill.records.servos_csv(), nl=False)
@@ -43,8 +43,8 @@ def list_(as_csv: AsCsv = False, server: Server = HERE, as_json: AsJson = False)
 
 
 @inventory.command("show")
-def show(servo: Known, server: Server = HERE, as_json: AsJson = False) -> None:
-    """A servo, and what its ROM was last known to hold."""
+def show(servo: Known, server: Server = LOCAL_URL, as_json: AsJson = False) -> None:
+    """Show a servo with its last known ROM values."""
     with client(server) as hornbill:
         found = hornbill.records.servo(_known(hornbill, servo)["uid"])
     if as_json:
@@ -56,42 +56,42 @@ def show(servo: Known, server: Server = HERE, as_json: AsJson = False) -> None:
     print_table(("parameter", "ROM"), [(key, shown(value)) for key, value in found["rom"].items()])
 
 
-@inventory.command("note")
-def note(
-    servo: Known, text: Annotated[str, typer.Argument(help="up to 4000 characters")], server: Server = HERE
+@inventory.command("annotate")
+def annotate(
+    servo: Known, text: Annotated[str, typer.Argument(help="Up to 4000 characters.")], server: Server = LOCAL_URL
 ) -> None:
-    """Write something down about a servo. It replaces what was there; "" takes it away."""
+    """Replace the notes on a servo. "" deletes them."""
     with client(server) as hornbill:
-        hornbill.records.write_down(_known(hornbill, servo)["uid"], text)
+        hornbill.records.set_notes(_known(hornbill, servo)["uid"], text)
 
 
 @inventory.command("forget")
 def forget(
     servo: Known,
-    history: Annotated[bool, typer.Option("--history", help="its snapshots and faults, too")] = False,
+    history: Annotated[bool, typer.Option("--history", help="Also delete its snapshots and fault history.")] = False,
     yes: Yes = False,
-    server: Server = HERE,
+    server: Server = LOCAL_URL,
 ) -> None:
-    """Forget a servo that is not on the bus. Asks first."""
+    """Forget a servo that is off the bus. Prompts for confirmation."""
     with client(server) as hornbill:
         known = _known(hornbill, servo)
-        what = " with its snapshots and faults" if history else ""
-        agree(f"Forget {known['label'] or known['serial'] or known['uid']}{what}?", yes)
+        what = " and its snapshots and faults" if history else ""
+        require_confirmation(f"Forget {known['label'] or known['serial'] or known['uid']}{what}?", yes)
         hornbill.records.forget(known["uid"], history=history)
 
 
 def audit(
     servo: Annotated[
-        str | None, typer.Option(help="only what was done to this one", autocompletion=complete_servo)
+        str | None, typer.Option(help="Only actions on this servo.", autocompletion=complete_servo)
     ] = None,
-    key: Annotated[str | None, typer.Option(help="only of this parameter")] = None,
-    action: Annotated[str | None, typer.Option(help="only this, for example write or stop")] = None,
-    limit: Annotated[int, typer.Option(help="so many", min=1, max=1000)] = 50,
+    key: Annotated[str | None, typer.Option(help="Only actions on this parameter.")] = None,
+    action: Annotated[str | None, typer.Option(help="Only this action, for example write or stop.")] = None,
+    limit: Annotated[int, typer.Option(help="Maximum number of rows.", min=1, max=1000)] = 50,
     as_csv: AsCsv = False,
-    server: Server = HERE,
+    server: Server = LOCAL_URL,
     as_json: AsJson = False,
 ) -> None:
-    """Who did what, and what came of it, the newest first; as CSV all of it."""
+    """List audit rows, newest first. --csv prints all rows."""
     with client(server) as hornbill:
         uid = None if servo is None else _known(hornbill, servo)["uid"]
         if as_csv:
@@ -108,12 +108,12 @@ def audit(
         )
         for one in found
     ]  # fmt: skip
-    print_table(("when", "who", "what", "outcome", "uid", "parameter", "after", "detail"), rows)
+    print_table(("time", "client", "action", "result", "uid", "parameter", "new value", "detail"), rows)
 
 
 @recordings.command("list")
-def list_recordings(server: Server = HERE, as_json: AsJson = False) -> None:
-    """The recordings there are, the newest first, and how far the recorder reaches back."""
+def list_recordings(server: Server = LOCAL_URL, as_json: AsJson = False) -> None:
+    """List the recordings on the server, newest first, and the time span of the recorder."""
     with client(server) as hornbill:
         found, state = hornbill.records.recordings(), hornbill.records.recorder()
     if as_json:
@@ -123,33 +123,35 @@ def list_recordings(server: Server = HERE, as_json: AsJson = False) -> None:
         (one["name"], instant(one["at"]), one["reason"], f"{one['bytes'] / 1000:.0f}", one["problem"] or one["text"])
         for one in found
     ]
-    print_table(("name", "written", "reason", "kB", "what happened"), rows)
-    print(f"The recorder reaches back {state['reach_s']:.0f} s.")
+    print_table(("name", "time", "trigger", "kB", "description"), rows)
+    print(f"The recorder covers the last {state['reach_s']:.0f} s.")
 
 
-@recordings.command("take")
-def take(
-    reason: Annotated[str, typer.Option(help="for people; goes into its name")] = "",
-    before: Annotated[float | None, typer.Option(help="seconds before now; as configured unless told", min=1)] = None,
-    server: Server = HERE,
+@recordings.command("create")
+def create(
+    reason: Annotated[str, typer.Option(help="Reason, shown to users and used in the file name.")] = "",
+    before: Annotated[
+        float | None, typer.Option(help="Time to cover before now, s. Default: as configured.", min=1)
+    ] = None,
+    server: Server = LOCAL_URL,
     as_json: AsJson = False,
 ) -> None:
-    """Keep what happened lately, and in the next ten seconds; waits for them."""
+    """Create a recording of recent events and the next ten seconds, and wait for it."""
     with client(server) as hornbill:
         made = hornbill.records.create_recording(reason, before_s=before)
     print_json(made) if as_json else print(made["name"])
 
 
 @recordings.command("show")
-def show_recording(name: RecordingName, server: Server = HERE, as_json: AsJson = False) -> None:
-    """What is in a recording: its events, and what was written."""
+def show_recording(name: RecordingName, server: Server = LOCAL_URL, as_json: AsJson = False) -> None:
+    """Show the events of a recording, and the number of writes and samples."""
     with client(server) as hornbill:
         found = hornbill.records.recording_content(name)
     if as_json:
         print_json(found)
         return
     for one in found["events"]:
-        # What other versions, or other hands, wrote into it may lack anything.
+        # Recordings of other versions may lack any field.
         facts = " ".join(f"{key}={value}" for key, value in one.items() if key not in ("time", "type", "text", "code"))
         at = one.get("time")
         when = instant(at) if isinstance(at, (int, float)) else "?"
@@ -158,38 +160,38 @@ def show_recording(name: RecordingName, server: Server = HERE, as_json: AsJson =
     print(f"{len(found['events'])} events, {len(found['writes'])} writes, {samples} samples.")
 
 
-@recordings.command("get")
-def get(name: RecordingName, server: Server = HERE) -> None:
-    """Write a recording, a ZIP file, to standard output: hornbill recordings get NAME > NAME"""
+@recordings.command("export")
+def export(name: RecordingName, server: Server = LOCAL_URL) -> None:
+    """Write a recording, a ZIP file, to standard output: hornbill recordings export NAME > NAME"""
     with client(server) as hornbill:
         typer.echo(hornbill.records.recording(name), nl=False)
 
 
-@recordings.command("put")
-def put(
-    file: Annotated[Path, typer.Argument(exists=True, dir_okay=False, help="a recording of elsewhere")],
-    server: Server = HERE,
+@recordings.command("import")
+def import_(
+    file: Annotated[Path, typer.Argument(exists=True, dir_okay=False, help="Recording, a ZIP file.")],
+    server: Server = LOCAL_URL,
     as_json: AsJson = False,
 ) -> None:
-    """Have the server keep a recording, to look at it on the page."""
+    """Import a recording, to view it on the page."""
     with client(server) as hornbill:
         made = hornbill.records.import_recording(file.name, file.read_bytes())
     print_json(made) if as_json else print(made["name"])
 
 
 @recordings.command("delete")
-def delete(name: RecordingName, server: Server = HERE) -> None:
+def delete(name: RecordingName, server: Server = LOCAL_URL) -> None:
     """Delete a recording."""
     with client(server) as hornbill:
         hornbill.records.delete_recording(name)
 
 
-def _known(hornbill: "Hornbill", name: str) -> "answers.KnownServo":
-    """The one servo ever met with this label or serial, or whose unique id begins so."""
-    begun = name.lower() or "nobody"
+def _known(hornbill: "Hornbill", name: str) -> "responses.KnownServo":
+    """Known servo with this label, serial or start of its unique ID."""
+    start = name.lower() or "–"
     every = hornbill.records.servos()
-    found = [one for one in every if name in (one["label"], one["serial"]) or one["uid"].startswith(begun)]
+    found = [one for one in every if name in (one["label"], one["serial"]) or one["uid"].startswith(start)]
     if len(found) == 1:
         return found[0]
-    text = f"{len(found)} servos were" if found else "No servo was ever"
-    raise Unknown("unknown_servo", f"{text} known as {name!r}. 'hornbill inventory list' shows them.", cause=None)
+    text = f"{len(found)} known servos match" if found else "No known servo matches"
+    raise Unknown("unknown_servo", f"{text} {name!r}. 'hornbill inventory list' lists them.", cause=None)

@@ -1,4 +1,4 @@
-"""The commands that start something here, without asking a server: demo, serve, sim, decode, openapi."""
+"""Commands that need no running server: demo, serve, sim, decode, openapi."""
 
 import asyncio
 import gc
@@ -15,30 +15,31 @@ from hornbill.cli.showing import print_json
 if TYPE_CHECKING:
     from hornbill.app.settings import Settings
 
-Host = Annotated[str | None, typer.Option(help="address to listen on; 127.0.0.1 unless told", show_default=False)]
-Port = Annotated[int | None, typer.Option(help="port to listen on; 8000 unless told, 0 for any", show_default=False)]
+Host = Annotated[str | None, typer.Option(help="Address to listen on. Default: 127.0.0.1.", show_default=False)]
+Port = Annotated[
+    int | None, typer.Option(help="Port to listen on; 0 for any free one. Default: 8000.", show_default=False)
+]
 Token = Annotated[
     str | None,
     typer.Option(
-        help="a token for admin, of 16 characters or more, beside those of 'hornbill token add'; HORNBILL_TOKEN hides "
-        "it from others"
+        help="Additional admin token, at least 16 characters. Use HORNBILL_TOKEN to keep it out of the process list."
     ),
 ]
-AllowHost = Annotated[list[str] | None, typer.Option(help="a name under which it is reached; may be given again")]
+AllowHost = Annotated[list[str] | None, typer.Option(help="Additional host name of this server. Repeatable.")]
 BehindProxy = Annotated[
-    bool | None, typer.Option("--behind-proxy", help="a reverse proxy is in front: believe its X-Forwarded-… headers")
+    bool | None, typer.Option("--behind-proxy", help="Trust the X-Forwarded-… headers of a reverse proxy.")
 ]
-RootPath = Annotated[str | None, typer.Option(help="where a reverse proxy puts it, for example /hornbill")]
-TlsCert = Annotated[Path | None, typer.Option(help="certificate chain in PEM: serve https")]
-TlsKey = Annotated[Path | None, typer.Option(help="its private key in PEM")]
-Seed = Annotated[int | None, typer.Option(help="seed of everything random in the simulated servos")]
+RootPath = Annotated[str | None, typer.Option(help="Sub-path behind a reverse proxy, for example /hornbill.")]
+TlsCert = Annotated[Path | None, typer.Option(help="Certificate chain, PEM. Enables https.")]
+TlsKey = Annotated[Path | None, typer.Option(help="Private key of the certificate, PEM.")]
+Seed = Annotated[int | None, typer.Option(help="Random seed of the simulated servos.")]
 
 
 def demo(
-    servos: Annotated[int | None, typer.Option(help="number of simulated servos; 6 unless told")] = None,
+    servos: Annotated[int | None, typer.Option(help="Number of simulated servos. Default: 6.")] = None,
     bus: Annotated[
         Literal["embedded", "auto"] | None,
-        typer.Option(help="auto: the kernel's virtual CAN where there is one; embedded unless told"),
+        typer.Option(help="auto: virtual CAN of the kernel if available, else embedded. Default: embedded."),
     ] = None,
     host: Host = None,
     port: Port = None,
@@ -50,7 +51,7 @@ def demo(
     tls_cert: TlsCert = None,
     tls_key: TlsKey = None,
 ) -> None:
-    """Serve simulated servos on an embedded bus with true 1 Mbit/s bit times. No hardware needed."""
+    """Start the server with simulated servos, on an embedded bus with true 1 Mbit/s timing. Needs no hardware."""
     settings = _settings(
         servos=servos, bus=bus, host=host, port=port, seed=seed, token=token, allow_host=allow_host or None,
         behind_proxy=behind_proxy, root_path=root_path, tls_cert=tls_cert, tls_key=tls_key,
@@ -62,30 +63,30 @@ def demo(
 
 def serve(
     bus: Annotated[
-        str | None, typer.Option(help="INTERFACE:CHANNEL, for example socketcan:can0; file:LOG plays a log")
+        str | None, typer.Option(help="INTERFACE:CHANNEL, for example socketcan:can0. file:LOG plays back a log.")
     ] = None,
-    bitrate: Annotated[int | None, typer.Option(help="bit/s; 1000000 unless told")] = None,
+    bitrate: Annotated[int | None, typer.Option(help="Bit rate, bit/s. Default: 1000000.")] = None,
     frame_gap_ms: Annotated[
-        float | None, typer.Option(help="pause between the frames of one transfer, ms; none unless given")
+        float | None, typer.Option(help="Pause between the frames of one transfer, ms. Default: none.")
     ] = None,
     host: Host = None,
     port: Port = None,
-    data_dir: Annotated[Path | None, typer.Option(help="folder of the database and of logs")] = None,
+    data_dir: Annotated[Path | None, typer.Option(help="Data folder: database, logs and recordings.")] = None,
     database: Annotated[
         str | None,
-        typer.Option(help="URL of a database elsewhere, as postgresql://USER@HOST/NAME; or set HORNBILL_DATABASE"),
+        typer.Option(help="Database URL, for example postgresql://USER@HOST/NAME. Also HORNBILL_DATABASE."),
     ] = None,
     allocator: Annotated[
         Literal["on", "off", "force"] | None,
-        typer.Option(help="give node ids; force: beside another allocator, too; as chosen last unless told"),
+        typer.Option(help="Node ID allocator. force: allocate even if there is another. Default: last setting."),
     ] = None,
     position_unit: Annotated[
         Literal["hundred_degrees", "radian", "degree", "tenth_degree"] | None,
-        typer.Option(help="what position 1.0 means on the bus, for every servo; measured unless told"),
+        typer.Option(help="Unit of positions on the bus, for all servos. Default: measured."),
     ] = None,
     sim_api: Annotated[
         bool | None,
-        typer.Option("--sim-api", help="let REST add simulated servos to the bus, or to one of their own"),
+        typer.Option("--sim-api", help="Allow simulated servos to be added over REST."),
     ] = None,
     token: Token = None,
     allow_host: AllowHost = None,
@@ -94,7 +95,7 @@ def serve(
     tls_cert: TlsCert = None,
     tls_key: TlsKey = None,
 ) -> None:
-    """Serve the servos on a real adapter. Without --bus it starts disconnected."""
+    """Start the server for servos on a real bus. Without --bus it starts disconnected."""
     settings = _settings(
         bus=bus, bitrate=bitrate, frame_gap_ms=frame_gap_ms, host=host, port=port, data_dir=data_dir,
         database=database, allocator=allocator,
@@ -105,35 +106,35 @@ def serve(
 
 
 def sim(
-    bus: Annotated[str, typer.Option(help="INTERFACE:CHANNEL the servos live on")],
-    servos: Annotated[int, typer.Option(help="how many")] = 1,
-    model: Annotated[str | None, typer.Option(help="for example BLA21-06U-A0; a mix unless told")] = None,
-    firmware: Annotated[str | None, typer.Option(help="for example 1.300")] = None,
+    bus: Annotated[str, typer.Option(help="INTERFACE:CHANNEL of the bus.")],
+    servos: Annotated[int, typer.Option(help="Number of servos.")] = 1,
+    model: Annotated[str | None, typer.Option(help="Model, for example BLA21-06U-A0. Default: mixed.")] = None,
+    firmware: Annotated[str | None, typer.Option(help="Firmware version, for example 1.300.")] = None,
     node_id: Annotated[
         str,
         typer.Option(
-            help="node ID of the first servo, the others follow; none or 0: all as delivered, without one; auto: as in "
-            "the demo, static from 10 on, and every second of the first eight without one"
+            help="Node ID of the first servo; the others follow. none or 0: no node IDs, as delivered. auto: as in the "
+            "demo, static from 10 on, except every second of the first eight."
         ),
     ] = "auto",
-    seed: Annotated[int, typer.Option(help="seed of everything random")] = 1,
+    seed: Annotated[int, typer.Option(help="Random seed.")] = 1,
     any_firmware: Annotated[
-        bool, typer.Option("--any-firmware", help="allow a firmware the model was never built with, for tests")
+        bool, typer.Option("--any-firmware", help="Allow firmware versions that do not exist for the model.")
     ] = False,
 ) -> None:
-    """Simulated servos alone, on any bus, for other DroneCAN tools to talk to. Ends with Ctrl-C."""
+    """Simulate servos on any bus, without a server, for other DroneCAN tools. Ends with Ctrl-C."""
     from hornbill.app.simulate import simulate
 
     with failures():
-        say = partial(print, flush=True)  # whoever reads a pipe waits for it
+        say = partial(print, flush=True)  # also into a pipe
         asyncio.run(simulate(bus, servos, model, firmware, node_id, seed, say, any_firmware=any_firmware))
 
 
 def decode(
-    log: Annotated[str, typer.Argument(metavar="LOG", help="candump -l, ASC, BLF or CSV file; - is standard input")],
-    as_json: Annotated[bool, typer.Option("--json", help="print one JSON object a line")] = False,
+    log: Annotated[str, typer.Argument(metavar="LOG", help="candump -l, ASC, BLF or CSV file; - for standard input.")],
+    as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object per line.")] = False,
 ) -> None:
-    """Print the DroneCAN transfers of a recording, or live: candump -L can0 | hornbill decode -"""
+    """Print the DroneCAN transfers of a log, or live: candump -L can0 | hornbill decode -"""
     from hornbill.app.decode import decode_log
 
     with failures():
@@ -154,22 +155,22 @@ def _settings(**flags: Any) -> "Settings":
     return Settings(**{name: value for name, value in flags.items() if value is not None})
 
 
-def _demo_bus(asked: str | None) -> tuple[str | None, str]:
-    """Where the demo's servos live, None for the embedded bus, and what is said of it.
+def _demo_bus(requested: str | None) -> tuple[str | None, str]:
+    """Bus address of the demo (None: embedded), and its announcement.
 
-    An adapter that HORNBILL_BUS names is for `serve`: no simulated servo gets onto it.
+    HORNBILL_BUS may name a real adapter for `serve`; simulated servos never use it.
     """
-    if asked != "auto":
+    if requested != "auto":
         return None, ""
     from hornbill.bus.adapters.virtual import find_vcan
 
     address, why = find_vcan()
-    return address, f"\nbus: {address or 'embedded'}, as {why}"
+    return address, f"\nbus: {address or 'embedded'}, because {why}"
 
 
 def _serve(settings: "Settings", *, demo: bool, announce: str) -> None:
-    # Nearly all that starting makes is kept, and looking it through again and again is a sixth of its time.
-    # `serving.serve` sets it apart and switches this on.
+    # Garbage collection takes a sixth of the start-up time and finds hardly anything. `serving.serve` freezes the
+    # objects and enables it again.
     gc.disable()
     from hornbill.app import composition as application
     from hornbill.app import network_policy as exposure

@@ -1,4 +1,4 @@
-"""`hornbill token`: who may come in, kept in the data folder; a running server notices within seconds."""
+"""`hornbill tokens`: access tokens in the data folder. A running server picks up changes within seconds."""
 
 from collections.abc import Generator
 from contextlib import contextmanager
@@ -14,16 +14,16 @@ from hornbill.cli.showing import instant, print_json
 if TYPE_CHECKING:
     from hornbill.store.tokens import Tokens
 
-app = typer.Typer(no_args_is_help=True, help="Make, list and revoke the tokens by which others come in.")
+app = typer.Typer(no_args_is_help=True, help="Create, list and revoke access tokens.")
 
-Name = Annotated[str, typer.Argument(help="what it is called in the audit and as holder of motion control")]
-DataDir = Annotated[Path | None, typer.Option(help="folder of the database, as for 'hornbill serve'")]
-DatabaseUrl = Annotated[str | None, typer.Option(help="URL of a database elsewhere; or set HORNBILL_DATABASE")]
-AsJson = Annotated[bool, typer.Option("--json", help="print JSON")]
+Name = Annotated[str, typer.Argument(help="Name of the token, shown in the audit and as the holder of leases.")]
+DataDir = Annotated[Path | None, typer.Option(help="Data folder, as for 'hornbill serve'.")]
+DatabaseUrl = Annotated[str | None, typer.Option(help="Database URL. Also HORNBILL_DATABASE.")]
+AsJson = Annotated[bool, typer.Option("--json", help="Print JSON.")]
 
 
 class RoleName(StrEnum):
-    """What a token is for; each may do all that those before it may."""
+    """Role of a token. Each includes the lower ones."""
 
     view = "view"
     operate = "operate"
@@ -31,17 +31,17 @@ class RoleName(StrEnum):
     admin = "admin"
 
 
-@app.command()
-def add(
+@app.command("create")
+def create(
     name: Name,
     role: Annotated[
-        RoleName, typer.Option(help="view: look and stop; operate: move; configure: write and save; admin: all")
+        RoleName, typer.Option(help="view: read and stop; operate: move; configure: write and save; admin: everything.")
     ],
     data_dir: DataDir = None,
     database: DatabaseUrl = None,
     as_json: AsJson = False,
 ) -> None:
-    """Make a token and print it. It is not kept, only its digest: nobody can be told it again."""
+    """Create a token and print it. Only its digest is stored, so it cannot be shown again."""
     with _tokens(data_dir, database) as tokens:
         made, secret = tokens.add(name, role.value)
     if as_json:
@@ -49,15 +49,15 @@ def add(
         return
     print(secret)
     typer.echo(
-        f"The token of {made.name!r} for {made.role}; it is shown this once. Programs send it as "
-        "'Authorization: Bearer TOKEN', the command line reads HORNBILL_TOKEN, people log in with it on the page.",
+        f"Token {made.name!r} with role {made.role}. It is not shown again. Use it to log in on the page, in "
+        "HORNBILL_TOKEN for the command line, or as 'Authorization: Bearer TOKEN' in requests.",
         err=True,
     )
 
 
 @app.command("list")
 def list_(data_dir: DataDir = None, database: DatabaseUrl = None, as_json: AsJson = False) -> None:
-    """List the tokens, without their secrets."""
+    """List tokens, without their secrets."""
     with _tokens(data_dir, database) as tokens:
         found = tokens.all()
     if as_json:
@@ -69,30 +69,31 @@ def list_(data_dir: DataDir = None, database: DatabaseUrl = None, as_json: AsJso
         )
         return
     if not found:
-        print("No token: on this machine everybody may do everything, and nobody else gets in.")
+        print("No tokens. Clients on this machine have full access; others have none.")
     for one in found:
-        print(f"{one.name:<32} {one.role:<10} made {instant(one.created_at)}  last used {instant(one.last_used_at)}")
+        created, used = instant(one.created_at), instant(one.last_used_at)
+        print(f"{one.name:<32} {one.role:<10} created {created}  last used {used}")
 
 
 @app.command()
 def revoke(name: Name, data_dir: DataDir = None, database: DatabaseUrl = None) -> None:
-    """Revoke a token: it opens nothing any more, and whoever came in with it is put out."""
+    """Revoke a token. Its sessions and sockets end."""
     with _tokens(data_dir, database) as tokens:
         tokens.drop(name)
-    print(f"{name} is revoked.")
+    print(f"Token {name} revoked.")
 
 
 def first_link(token: str | None, scheme: str, port: int) -> str:
-    """What is said of a token that was made at the first start; nothing without one.
+    """Announcement of a token created at the first start; empty without one.
 
-    It stands behind the #, which browsers send to nobody: it gets into no log of a server or proxy.
+    The token is in the fragment of the link, which browsers do not send, so that it appears in no log.
     """
     if token is None:
         return ""
     return (
-        f"\nThis is the first start, so a token for admin was made. It is shown this once:\n"
+        f"\nFirst start: an admin token was created. It is not shown again:\n"
         f"  {scheme}://localhost:{port}/#token={token}\n"
-        "Open that link, or send the token as 'Authorization: Bearer TOKEN'. 'hornbill token' makes and revokes others."
+        "Open this link, or send the token as 'Authorization: Bearer TOKEN'. Manage tokens with 'hornbill tokens'."
     )
 
 

@@ -1,4 +1,4 @@
-"""`hornbill watch`: what happens, as it happens, over the server's socket."""
+"""`hornbill watch`: live events, states and samples over the server's WebSocket."""
 
 import asyncio
 import json
@@ -9,30 +9,31 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from hornbill.cli.connection import HERE, Server, client, complete_key, complete_servo
+from hornbill.cli.connection import LOCAL_URL, SERVO_HELP, Server, client, complete_key, complete_servo
 
 if TYPE_CHECKING:
     from hornbill.client import Hornbill, Servo
 
-WISH_S = 30.0
-"""What is asked to be polled ends so long after this program did, however it ended."""
+SUBSCRIPTION_S = 30.0
+"""Lifetime of the telemetry subscription, renewed while this program runs."""
 OWNER = "hornbill watch"
 
 
 def watch(
     servos: Annotated[
-        list[str] | None, typer.Argument(metavar="SERVO…", help="all unless given", autocompletion=complete_servo)
+        list[str] | None,
+        typer.Argument(metavar="SERVO…", help=f"{SERVO_HELP} Default: all.", autocompletion=complete_servo),
     ] = None,
     channel: Annotated[
         list[str] | None,
-        typer.Option(help="also show this parameter as it changes; may be repeated", autocompletion=complete_key),
+        typer.Option(help="Parameter to poll and show. Repeatable.", autocompletion=complete_key),
     ] = None,
-    rate: Annotated[float, typer.Option(help="how often a channel is read, in Hz", min=0.1, max=200)] = 10.0,
-    seconds: Annotated[float | None, typer.Option(help="end after so long; else with Ctrl-C", min=0.1)] = None,
-    server: Server = HERE,
-    as_json: Annotated[bool, typer.Option("--json", help="print every message, one JSON object a line")] = False,
+    rate: Annotated[float, typer.Option(help="Polling rate of channels, Hz.", min=0.1, max=200)] = 10.0,
+    seconds: Annotated[float | None, typer.Option(help="Duration, s. Default: until Ctrl-C.", min=0.1)] = None,
+    server: Server = LOCAL_URL,
+    as_json: Annotated[bool, typer.Option("--json", help="Print every message, one JSON object per line.")] = False,
 ) -> None:
-    """Print events and changes of state as they come, and samples of the channels asked for."""
+    """Show events and state changes live, and samples of channels."""
     with client(server) as hornbill:
         chosen = [hornbill.look_up(one) for one in servos] if servos else hornbill.servos()
         messages = _messages(hornbill, chosen, channel or [], rate, seconds, some=bool(servos))
@@ -47,12 +48,12 @@ async def _show(messages: AsyncGenerator[dict[str, Any]], titles: Mapping[str, s
     states: dict[str, str] = {}
     async with aclosing(messages):
         async for message in messages:
-            for line in [json.dumps(message, ensure_ascii=False)] if as_json else told(message, titles, states):
+            for line in [json.dumps(message, ensure_ascii=False)] if as_json else lines_of(message, titles, states):
                 print(line, flush=True)
 
 
-def told(message: dict[str, Any], titles: Mapping[str, str], states: dict[str, str]) -> Iterator[str]:
-    """What to say of a message; `states` by uid are brought up to date. Of servos without a title nothing is said."""
+def lines_of(message: dict[str, Any], titles: Mapping[str, str], states: dict[str, str]) -> Iterator[str]:
+    """Output lines of a message. Updates `states` by uid. Servos without a title are skipped."""
     match message["type"]:
         case "event" if message["uid"] is None or message["uid"] in titles:
             yield f"{_clock(message['at'])}  {message['level']:<8} {message['text']}"
@@ -78,17 +79,16 @@ async def _messages(
     *,
     some: bool,
 ) -> AsyncGenerator[dict[str, Any]]:
-    """What the socket says, for so long. `some`: of the chosen servos only, and not of those that come later."""
-    # Not the client of websockets with threads: over TLS two of them use one connection at once, and now and then it
-    # hangs from its first answer on.
+    """Messages of the socket, for `seconds`. `some`: only of the chosen servos, not of servos that appear later."""
+    # Not the threaded client of websockets: over TLS two threads use one connection, and it sometimes hangs.
     from websockets.asyncio.client import connect
     from websockets.exceptions import WebSocketException
 
-    from hornbill.client import NoServer
+    from hornbill.client import ServerUnreachable
 
     topics = ["events", "servos", *(["telemetry"] if channels else [])]
     now = time.monotonic()
-    ends, wish_at = None if seconds is None else now + seconds, now
+    ends, renew_at = None if seconds is None else now + seconds, now
     try:
         proxy = None if hornbill.local else True
         async with connect(
@@ -101,10 +101,10 @@ async def _messages(
             uids = [one.uid for one in chosen] if some else None
             await socket.send(json.dumps({"type": "subscribe", "topics": topics, "uids": uids}))
             while ends is None or now < ends:
-                if channels and now >= wish_at:
-                    wish_at = now + WISH_S / 2
+                if channels and now >= renew_at:
+                    renew_at = now + SUBSCRIPTION_S / 2
                     for one in chosen:
-                        one.telemetry(channels, rate, ttl_s=WISH_S, owner=OWNER)
+                        one.telemetry(channels, rate, ttl_s=SUBSCRIPTION_S, owner=OWNER)
                 try:
                     async with asyncio.timeout(1.0 if ends is None else min(1.0, ends - now)):
                         message = json.loads(await socket.recv())
@@ -113,7 +113,9 @@ async def _messages(
                     pass
                 now = time.monotonic()
     except (OSError, WebSocketException) as error:
-        raise NoServer(f"The connection to {hornbill.socket_url} ended: {error}.", cause=None, sent=False) from None
+        raise ServerUnreachable(
+            f"The connection to {hornbill.socket_url} was lost: {error}.", cause=None, sent=False
+        ) from None
 
 
 def _clock(at: float) -> str:

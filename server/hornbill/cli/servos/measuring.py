@@ -1,37 +1,37 @@
-"""The commands that measure: step and its runs, samples, position-unit."""
+"""Commands for measuring: step-test, runs, samples, position-unit."""
 
 import sys
 from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
-from hornbill.cli.confirm import Yes, agree
-from hornbill.cli.connection import HERE, AsJson, Server, Which, client, complete_key, complete_servo
+from hornbill.cli.confirm import Yes, require_confirmation
+from hornbill.cli.connection import LOCAL_URL, AsJson, Server, ServoName, client, complete_key, complete_servo
 from hornbill.cli.showing import instant, print_job, print_json, print_table, progress
 
 if TYPE_CHECKING:
-    from hornbill.client import answers
+    from hornbill.client import responses
 
-runs = typer.Typer(no_args_is_help=True, help="Steps that were measured.")
+runs = typer.Typer(no_args_is_help=True, help="Stored runs of step tests.")
 
-RunNumber = Annotated[int, typer.Argument(metavar="RUN", help="its number, as 'hornbill runs list' has it")]
+RunNumber = Annotated[int, typer.Argument(metavar="RUN", help="ID, as shown by 'hornbill runs list'.")]
 
 
-def step(
-    servo: Which,
-    degrees: Annotated[float, typer.Option("--step", help="° there and back", min=-45, max=45)] = 5.0,
-    times: Annotated[int, typer.Option("--runs", help="so often", min=1, max=20)] = 1,
-    dwell: Annotated[float, typer.Option(help="seconds each side is watched", min=0.3, max=10)] = 1.0,
-    note: Annotated[str, typer.Option(help="load, mounting, whatever will matter later")] = "",
+def step_test(
+    servo: ServoName,
+    degrees: Annotated[float, typer.Option("--step", help="Step size, °.", min=-45, max=45)] = 5.0,
+    times: Annotated[int, typer.Option("--runs", help="Number of repetitions.", min=1, max=20)] = 1,
+    dwell: Annotated[float, typer.Option(help="Time measured on each side, s.", min=0.3, max=10)] = 1.0,
+    note: Annotated[str, typer.Option(help="Note on load, mounting or other conditions.")] = "",
     yes: Yes = False,
-    server: Server = HERE,
+    server: Server = LOCAL_URL,
     as_json: AsJson = False,
 ) -> None:
-    """Measure a small step around where the horn stands: turns torque on, moves, and lets go. Asks first."""
+    """Run a step test: turn torque on, step the horn and back, and turn torque off. Prompts for confirmation."""
     with client(server) as hornbill:
         found = hornbill.look_up(servo)
-        agree(
-            f"{found.title} turns torque on and moves its horn by {degrees:g}° and back. Do it?", yes, as_json=as_json
+        require_confirmation(
+            f"Turn torque on and move the horn of {found.title} by {degrees:g}° and back?", yes, as_json=as_json
         )
         with hornbill.lease(hornbill.by):
             found.torque("on")
@@ -42,11 +42,11 @@ def step(
 
 @runs.command("list")
 def list_(
-    servo: Annotated[str | None, typer.Option(help="only of this one", autocompletion=complete_servo)] = None,
-    server: Server = HERE,
+    servo: Annotated[str | None, typer.Option(help="Only runs of this servo.", autocompletion=complete_servo)] = None,
+    server: Server = LOCAL_URL,
     as_json: AsJson = False,
 ) -> None:
-    """Every run, the newest first."""
+    """List runs, newest first."""
     with client(server) as hornbill:
         found = hornbill.records.runs(uid=None if servo is None else hornbill.look_up(servo).uid)
     if as_json:
@@ -56,12 +56,12 @@ def list_(
         (one["id"], instant(one["at"]), one["uid"][:8], one["model"], f"{one['step_deg']:g}°", one["note"])
         for one in found
     ]
-    print_table(("run", "measured", "uid", "model", "step", "note"), rows)
+    print_table(("run", "time", "uid", "model", "step", "note"), rows)
 
 
 @runs.command("show")
-def show(number: RunNumber, server: Server = HERE, as_json: AsJson = False) -> None:
-    """What was measured of each step."""
+def show(number: RunNumber, server: Server = LOCAL_URL, as_json: AsJson = False) -> None:
+    """Show the metrics of a run."""
     with client(server) as hornbill:
         found = hornbill.records.run(number)
     if as_json:
@@ -74,11 +74,11 @@ def show(number: RunNumber, server: Server = HERE, as_json: AsJson = False) -> N
 
 @runs.command("compare")
 def compare(
-    numbers: Annotated[list[int], typer.Argument(metavar="RUN…", help="up to eight")],
-    server: Server = HERE,
+    numbers: Annotated[list[int], typer.Argument(metavar="RUN…", help="Up to eight IDs.")],
+    server: Server = LOCAL_URL,
     as_json: AsJson = False,
 ) -> None:
-    """Several runs, and the parameters in which they differ."""
+    """Compare runs, and show the parameters in which they differ."""
     with client(server) as hornbill:
         found = hornbill.records.overlay(numbers)
     if as_json:
@@ -89,44 +89,44 @@ def compare(
         print(f"{key}: {values}")
 
 
-@runs.command("csv")
-def csv(number: RunNumber, server: Server = HERE) -> None:
-    """Write every sample of a run to standard output."""
+@runs.command("export")
+def export(number: RunNumber, server: Server = LOCAL_URL) -> None:
+    """Write the samples of a run as CSV to standard output."""
     with client(server) as hornbill:
         typer.echo(hornbill.records.run_csv(number), nl=False)
 
 
 @runs.command("delete")
-def delete(number: RunNumber, server: Server = HERE) -> None:
-    """Forget a run."""
+def delete(number: RunNumber, server: Server = LOCAL_URL) -> None:
+    """Delete a run."""
     with client(server) as hornbill:
-        hornbill.records.drop_run(number)
+        hornbill.records.delete_run(number)
 
 
 def samples(
-    servo: Which,
-    seconds: Annotated[float, typer.Option(help="so far back", min=0.1, max=7200)] = 60.0,
+    servo: ServoName,
+    seconds: Annotated[float, typer.Option(help="Time span up to now, s.", min=0.1, max=7200)] = 60.0,
     channel: Annotated[
         list[str] | None,
-        typer.Option(help="only this parameter; may be repeated", autocompletion=complete_key),
+        typer.Option(help="Parameter to include. Repeatable. Default: all.", autocompletion=complete_key),
     ] = None,
-    server: Server = HERE,
+    server: Server = LOCAL_URL,
 ) -> None:
-    """Write a servo's recent samples as CSV. What is polled is sampled: hornbill watch --channel current_angle"""
+    """Write recent samples of a servo as CSV to standard output. Only polled parameters have samples."""
     with client(server) as hornbill:
         typer.echo(hornbill.look_up(servo).samples_csv(seconds, channel), nl=False)
 
 
 def position_unit(
-    servo: Which,
+    servo: ServoName,
     unit: Annotated[
         Literal["measured", "hundred_degrees", "radian", "degree", "tenth_degree"] | None,
-        typer.Argument(help="say it, or have it measured; only shown unless given"),
+        typer.Argument(help="Unit to set, or measured. Default: show the current unit."),
     ] = None,
-    server: Server = HERE,
+    server: Server = LOCAL_URL,
     as_json: AsJson = False,
 ) -> None:
-    """What position 1.0 on the bus means for a servo, and how that is known."""
+    """Show or set the unit of a servo's positions on the bus."""
     with client(server) as hornbill:
         found = hornbill.look_up(servo)
         wanted = None if unit == "measured" else unit
@@ -134,7 +134,7 @@ def position_unit(
     print_json(state) if as_json else print(f"{state['unit']}, {state['state']}: {state['evidence']}")
 
 
-def _show_steps(found: "list[answers.StepRun]") -> None:
+def _show_steps(found: "list[responses.StepRun]") -> None:
     rows = [
         (
             run["id"], f"{one['from_deg']:+.1f}° → {one['to_deg']:+.1f}°", _seconds(one["metrics"]["rise_s"]),
@@ -144,7 +144,7 @@ def _show_steps(found: "list[answers.StepRun]") -> None:
         for run in found
         for one in run["steps"]
     ]  # fmt: skip
-    print_table(("run", "step", "rise", "settled after", "overshoot %", "error °", "hunting"), rows)
+    print_table(("run", "step", "rise time", "settling time", "overshoot %", "error °", "hunting"), rows)
 
 
 def _seconds(value: float | None) -> str | None:

@@ -1,4 +1,4 @@
-"""`hornbill profile`: named sets of values, kept, shown, applied and forgotten."""
+"""`hornbill profiles`."""
 
 from pathlib import Path
 from typing import Annotated
@@ -6,79 +6,82 @@ from urllib.parse import quote
 
 import typer
 
-from hornbill.cli.connection import HERE, AsJson, Confirm, Server, Which, client
+from hornbill.cli.connection import LOCAL_URL, AsJson, Confirm, DryRun, Save, Server, ServoName, client
 from hornbill.cli.plain_text import text_of
 from hornbill.cli.showing import print_job, print_json, print_table, progress
 
-app = typer.Typer(no_args_is_help=True, help="Named sets of values.")
+app = typer.Typer(no_args_is_help=True, help="Create, apply, import and export profiles (named sets of values).")
 
-Name = Annotated[str, typer.Argument(help="of the profile")]
+Name = Annotated[str, typer.Argument(help="Name of the profile.")]
 MEDIA = {".toml": "application/toml", ".json": "application/json"}
 
 
 @app.command("list")
-def list_(server: Server = HERE, as_json: AsJson = False) -> None:
-    """Every profile."""
+def list_(server: Server = LOCAL_URL, as_json: AsJson = False) -> None:
+    """List profiles."""
     with client(server) as hornbill:
-        kept = hornbill.profiles()
+        found = hornbill.profiles()
     if as_json:
-        print_json(kept)
+        print_json(found)
     else:
-        rows = [(one["name"], one["model"] or "any", len(one["values"]), one["description"]) for one in kept]
+        rows = [(one["name"], one["model"] or "any", len(one["values"]), one["description"]) for one in found]
         print_table(("name", "model", "rows", "description"), rows)
 
 
-@app.command("show")
-def show(name: Name, server: Server = HERE, as_json: AsJson = False) -> None:
-    """A profile as the file that `profile put` takes."""
+@app.command("export")
+def export(name: Name, server: Server = LOCAL_URL, as_json: AsJson = False) -> None:
+    """Write a profile as TOML or JSON to standard output: hornbill profiles export NAME > NAME.toml"""
     with client(server) as hornbill:
         form = "json" if as_json else "toml"
         typer.echo(hornbill.download(f"/profiles/{quote(name, safe='')}/file?format={form}"), nl=False)
 
 
-@app.command("take")
-def take(
+@app.command("create")
+def create(
     name: Name,
-    servo: Which,
-    description: Annotated[str, typer.Option(help="what it is for")] = "",
-    server: Server = HERE,
+    servo: ServoName,
+    description: Annotated[str, typer.Option(help="Purpose of the profile.")] = "",
+    server: Server = LOCAL_URL,
     as_json: AsJson = False,
 ) -> None:
-    """Keep what a servo holds, without its identity. A profile of the same name is replaced."""
+    """Create a profile from a servo, without its identity rows. Replaces a profile of the same name."""
     with client(server) as hornbill:
-        kept = hornbill.put_profile(name, hornbill.look_up(servo), description=description)
-    print_json(kept) if as_json else print(f"{kept['name']}: {len(kept['values'])} rows kept.")
+        made = hornbill.store_profile(name, hornbill.look_up(servo), description=description)
+    print_json(made) if as_json else print(f"{made['name']}: {len(made['values'])} rows stored.")
 
 
-@app.command("put")
-def put(
+@app.command("import")
+def import_(
     name: Name,
-    file: Annotated[Path, typer.Argument(exists=True, dir_okay=False, help="TOML or JSON, as `profile show` writes")],
-    server: Server = HERE,
+    file: Annotated[
+        Path,
+        typer.Argument(exists=True, dir_okay=False, help="TOML or JSON, as written by 'hornbill profiles export'."),
+    ],
+    server: Server = LOCAL_URL,
     as_json: AsJson = False,
 ) -> None:
-    """Keep what a file says: all of it, or nothing and why."""
+    """Import a profile from a file. If any line is invalid, nothing is imported."""
     if file.suffix.lower() not in MEDIA:
-        raise typer.BadParameter("a profile is a .toml or a .json file")
+        raise typer.BadParameter("The file must be a .toml or .json file.")
     with client(server) as hornbill:
-        done = hornbill.ask(
+        done = hornbill.request(
             "PUT", f"/profiles/{quote(name, safe='')}/file", content=text_of(file),
             headers={"Content-Type": MEDIA[file.suffix.lower()]},
         )  # fmt: skip
-    print_json(done) if as_json else print(f"{name}: {len(done['profile']['values'])} rows kept.")
+    print_json(done) if as_json else print(f"{name}: {len(done['profile']['values'])} rows stored.")
 
 
 @app.command("apply")
 def apply(
     name: Name,
-    servos: Annotated[list[str], typer.Argument(metavar="SERVO…", help="one after the other, in this order")],
-    save: Annotated[bool, typer.Option(help="save to ROM as well: servos restart and horns may move")] = False,
-    dry_run: Annotated[bool, typer.Option("--dry-run", help="only say what would change")] = False,
+    servos: Annotated[list[str], typer.Argument(metavar="SERVO…", help="Servos, in the order of writing.")],
+    save: Save = False,
+    dry_run: DryRun = False,
     confirm: Confirm = None,
-    server: Server = HERE,
+    server: Server = LOCAL_URL,
     as_json: AsJson = False,
 ) -> None:
-    """Bring servos to a profile, each all or nothing."""
+    """Apply a profile to servos, each all or nothing."""
     with client(server) as hornbill:
         found = [hornbill.look_up(one) for one in servos]
         with progress() as bar:
@@ -89,7 +92,7 @@ def apply(
 
 
 @app.command("delete")
-def delete(name: Name, server: Server = HERE) -> None:
-    """Forget a profile. Servos it was applied to stay as they are."""
+def delete(name: Name, server: Server = LOCAL_URL) -> None:
+    """Delete a profile. Servos that it was applied to stay unchanged."""
     with client(server) as hornbill:
         hornbill.delete_profile(name)

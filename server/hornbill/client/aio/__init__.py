@@ -1,1 +1,1 @@
-"""The client for asyncio; hornbill.client.sync is made from it by `make generate`."""
+"""Client for asyncio. `make generate` generates hornbill.client.sync from it."""

@@ -1,70 +1,70 @@
-"""The server's adapter, who is on the bus, node ids, and the log."""
+"""Bus of the server: adapter, nodes, node IDs and logs."""
 
 from typing import TYPE_CHECKING, Literal
 from urllib.parse import quote
 
-from hornbill.client import answers
+from hornbill.client import responses
 
 if TYPE_CHECKING:
     from hornbill.client.aio.connection import AsyncConnection
 
 
 class AsyncBus:
-    """The bus of the server; `hornbill.bus`. What is wrong with it: `hornbill.doctor()`."""
+    """Bus of the server, as `hornbill.bus`. For a diagnosis see `hornbill.doctor()`."""
 
     def __init__(self, connection: "AsyncConnection") -> None:
         self._connection = connection
-        self._ask = connection.ask
+        self._request = connection.request
 
-    async def state(self) -> answers.Bus:
-        """Adapter, load, rates, errors, and whether it gives node ids."""
-        return await self._ask("GET", "/bus")
+    async def state(self) -> responses.Bus:
+        """State of adapter, counters and node ID allocator."""
+        return await self._request("GET", "/bus")
 
-    async def adapters(self) -> list[answers.Adapter]:
-        """What is plugged in, and what keeps it from being used."""
-        return await self._ask("GET", "/bus/adapters")
+    async def adapters(self) -> list[responses.Adapter]:
+        """Adapters of the server, and why an adapter is unavailable."""
+        return await self._request("GET", "/bus/adapters")
 
     async def connect(
         self, address: str, *, bitrate: int = 1_000_000, frame_gap_ms: float | None = None
-    ) -> answers.Bus:
-        """Open an adapter, INTERFACE:CHANNEL as socketcan:can0, at so many bit/s, in place of the present one.
+    ) -> responses.Bus:
+        """Open an adapter, INTERFACE:CHANNEL such as socketcan:can0, in place of the current one.
 
-        `frame_gap_ms` is the pause between the frames of one transfer; none unless given.
+        `bitrate`: bit/s. `frame_gap_ms`: pause between the frames of one transfer; default none.
         """
         body = {"address": address, "bitrate": bitrate, "frame_gap_ms": frame_gap_ms}
-        return await self._ask("PUT", "/bus", body)
+        return await self._request("PUT", "/bus", body)
 
-    async def disconnect(self) -> answers.Bus:
-        """Let go of the adapter."""
-        return await self._ask("DELETE", "/bus")
+    async def disconnect(self) -> responses.Bus:
+        """Disconnect the bus."""
+        return await self._request("DELETE", "/bus")
 
-    async def nodes(self) -> list[answers.Node]:
-        """Who is heard by its NodeStatus, servo or not."""
-        return await self._ask("GET", "/nodes")
+    async def nodes(self) -> list[responses.Node]:
+        """Nodes on the bus."""
+        return await self._request("GET", "/nodes")
 
-    async def ids(self) -> answers.Allocations:
-        """Node ids given, who waits for one, and how many are left."""
-        return await self._ask("GET", "/allocations")
+    async def allocations(self) -> responses.Allocations:
+        """Allocation table of node IDs, and nodes waiting for one."""
+        return await self._request("GET", "/allocations")
 
-    async def pin(self, uid: str, node_id: int) -> answers.AllocationChange:
-        """Keep a node id (1 to 125) for a unique id; `note` says when it acts."""
-        return await self._ask("PUT", f"/allocations/{uid}", {"node_id": node_id})
+    async def pin(self, uid: str, node_id: int) -> responses.AllocationChange:
+        """Reserve a node ID (1 to 125) for a unique ID. `note` states when the change takes effect."""
+        return await self._request("PUT", f"/allocations/{uid}", {"node_id": node_id})
 
-    async def forget_id(self, uid: str) -> answers.AllocationChange:
-        """Free the node id of a unique id."""
-        return await self._ask("DELETE", f"/allocations/{uid}")
+    async def release_node_id(self, uid: str) -> responses.AllocationChange:
+        """Free the node ID of a unique ID."""
+        return await self._request("DELETE", f"/allocations/{uid}")
 
-    async def recycle_ids(self, idle_longer_than_s: float) -> answers.Recycled:
-        """Free the node ids of all that were not seen for so long, and are not pinned."""
-        return await self._ask("POST", "/allocations/recycle", {"idle_longer_than_s": idle_longer_than_s})
+    async def recycle_node_ids(self, idle_longer_than_s: float) -> responses.Recycled:
+        """Free the node IDs of nodes not seen for this time, except pinned ones."""
+        return await self._request("POST", "/allocations/recycle", {"idle_longer_than_s": idle_longer_than_s})
 
-    async def set_allocator(self, mode: Literal["on", "off", "force"]) -> answers.AllocatorState:
-        """Give node ids, or not; force: beside another allocator, too."""
-        return await self._ask("PUT", "/bus/allocator", {"mode": mode})
+    async def set_allocator(self, mode: Literal["on", "off", "force"]) -> responses.AllocatorState:
+        """Set the mode of the node ID allocator. force: allocate even if there is another allocator."""
+        return await self._request("PUT", "/bus/allocator", {"mode": mode})
 
-    async def log(self) -> answers.LogState:
-        """How far the log is."""
-        return await self._ask("GET", "/bus/log")
+    async def log(self) -> responses.LogState:
+        """State of the current or last log."""
+        return await self._request("GET", "/bus/log")
 
     async def start_log(
         self,
@@ -72,22 +72,22 @@ class AsyncBus:
         form: Literal["candump", "asc", "blf", "csv"] = "candump",
         name: str | None = None,
         limit_mb: float = 100.0,
-    ) -> answers.LogState:
-        """Write every frame to a file of the server; it ends by itself at so many MB."""
-        return await self._ask("POST", "/bus/log", {"format": form, "name": name, "limit_mb": limit_mb})
+    ) -> responses.LogState:
+        """Start logging all frames to a file on the server, up to `limit_mb`."""
+        return await self._request("POST", "/bus/log", {"format": form, "name": name, "limit_mb": limit_mb})
 
-    async def stop_log(self) -> answers.LogState:
-        """End the log; answers when the file is complete."""
-        return await self._ask("DELETE", "/bus/log")
+    async def stop_log(self) -> responses.LogState:
+        """Stop logging. Returns when the file is complete."""
+        return await self._request("DELETE", "/bus/log")
 
-    async def logs(self) -> list[answers.LogFile]:
-        """The logs there are, the newest first."""
-        return await self._ask("GET", "/bus/logs")
+    async def logs(self) -> list[responses.LogFile]:
+        """Logs on the server, newest first."""
+        return await self._request("GET", "/bus/logs")
 
     async def log_file(self, name: str) -> bytes:
-        """A log, byte by byte."""
+        """Content of a log."""
         return await self._connection.download(f"/bus/logs/{quote(name, safe='')}")
 
     async def delete_log(self, name: str) -> None:
         """Delete a log."""
-        await self._ask("DELETE", f"/bus/logs/{quote(name, safe='')}")
+        await self._request("DELETE", f"/bus/logs/{quote(name, safe='')}")

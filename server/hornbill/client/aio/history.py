@@ -1,39 +1,39 @@
-"""What a servo held before, where that differs, and bringing it back."""
+"""Snapshots and drift of one servo."""
 
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Literal, TypeVar
 
-from hornbill.client import answers
+from hornbill.client import responses
 from hornbill.client.problems import raised
 
 if TYPE_CHECKING:
     from hornbill.client.aio.connection import AsyncConnection
 
-Done = TypeVar("Done", answers.Restored, answers.ParametersPatched)
+Done = TypeVar("Done", responses.Restored, responses.ParametersPatched)
 
 
 class AsyncHistory:
-    """Snapshots and drift of one servo; `servo.history`. Identity rows (0x44 to 0x46) stay unless asked for."""
+    """Snapshots and drift of one servo, as `servo.history`. Identity rows (0x44 to 0x46) are excluded by default."""
 
     def __init__(self, connection: "AsyncConnection", uid: str) -> None:
-        self._ask = connection.ask
+        self._request = connection.request
         self._path = f"/servos/{uid}"
 
-    async def snapshots(self) -> list[answers.Snapshot]:
-        """Every snapshot, the newest first. One is taken before every change."""
-        return await self._ask("GET", f"{self._path}/snapshots")
+    async def snapshots(self) -> list[responses.Snapshot]:
+        """All snapshots, newest first. One is taken before every change."""
+        return await self._request("GET", f"{self._path}/snapshots")
 
-    async def snapshot(self, number: int) -> answers.Snapshot:
-        """One of them."""
-        return await self._ask("GET", f"{self._path}/snapshots/{number}")
+    async def snapshot(self, number: int) -> responses.Snapshot:
+        """One snapshot."""
+        return await self._request("GET", f"{self._path}/snapshots/{number}")
 
-    async def take(self, reason: str = "by hand") -> answers.Snapshot:
-        """Keep what the servo holds now, read from it (section 4.11: 0x20 to 0x46), until somebody drops it."""
-        return await self._ask("POST", f"{self._path}/snapshots", {"reason": reason})
+    async def take(self, reason: str = "manual") -> responses.Snapshot:
+        """Take a snapshot, read from the servo (section 4.11: 0x20 to 0x46). It is stored until deleted."""
+        return await self._request("POST", f"{self._path}/snapshots", {"reason": reason})
 
-    async def drop(self, number: int) -> None:
-        """Forget a snapshot."""
-        await self._ask("DELETE", f"{self._path}/snapshots/{number}")
+    async def delete(self, number: int) -> None:
+        """Delete a snapshot."""
+        await self._request("DELETE", f"{self._path}/snapshots/{number}")
 
     async def restore(
         self,
@@ -45,14 +45,14 @@ class AsyncHistory:
         dry_run: bool = False,
         save: bool = False,
         confirm: Sequence[str] = (),
-    ) -> answers.Restored:
-        """Write what a snapshot holds, all or nothing: every row the servo has, or `keys`.
+    ) -> responses.Restored:
+        """Write the values of a snapshot, all rows or `keys`, all or nothing.
 
-        `save` starts the save as a job, `job` in the answer. Raises what it failed of, with the old values back.
+        `save` starts a save job, returned as `job`. On failure the old values are restored and the error is raised.
         """
         body: dict[str, object] = {"source": source, **_rows(keys, identity, dry_run, save, confirm)}
-        done: answers.Restored = await self._ask("POST", f"{self._path}/snapshots/{number}/restore", body)
-        return _whole(done)
+        done: responses.Restored = await self._request("POST", f"{self._path}/snapshots/{number}/restore", body)
+        return _checked(done)
 
     async def copy(
         self,
@@ -63,29 +63,29 @@ class AsyncHistory:
         dry_run: bool = False,
         save: bool = False,
         confirm: Sequence[str] = (),
-    ) -> answers.Restored:
-        """The same of another side: servo:UID, rom:UID, snapshot:ID, profile:NAME, default:MODEL."""
+    ) -> responses.Restored:
+        """Write values from another side: servo:UID, rom:UID, snapshot:ID, profile:NAME, default:MODEL."""
         body: dict[str, object] = {"from": side, **_rows(keys, identity, dry_run, save, confirm)}
-        done: answers.Restored = await self._ask("POST", f"{self._path}/copy", body)
-        return _whole(done)
+        done: responses.Restored = await self._request("POST", f"{self._path}/copy", body)
+        return _checked(done)
 
-    async def drift(self) -> answers.Drift:
-        """Rows that somebody else changed in ROM since the servo was last known."""
-        return await self._ask("GET", f"{self._path}/drift")
+    async def drift(self) -> responses.Drift:
+        """Rows that another tool changed in ROM since the servo was last seen."""
+        return await self._request("GET", f"{self._path}/drift")
 
-    async def restore_drift(self, *, save: bool = False, confirm: Sequence[str] = ()) -> answers.ParametersPatched:
-        """Write back what ROM held, all or nothing, identity rows too; with `save`, into ROM by a job."""
+    async def restore_drift(self, *, save: bool = False, confirm: Sequence[str] = ()) -> responses.ParametersPatched:
+        """Write back the previous ROM values, all or nothing, including identity rows; `save` starts a save job."""
         body = {"save": save, "confirm": list(confirm)}
-        done: answers.ParametersPatched = await self._ask("POST", f"{self._path}/drift/restore", body)
-        return _whole(done)
+        done: responses.ParametersPatched = await self._request("POST", f"{self._path}/drift/restore", body)
+        return _checked(done)
 
     async def accept_drift(self) -> None:
-        """Take what was found for what is wanted."""
-        await self._ask("DELETE", f"{self._path}/drift")
+        """Accept the changed values as intended."""
+        await self._request("DELETE", f"{self._path}/drift")
 
     async def dismiss_lost(self) -> None:
-        """Forget the RAM values that the servo lost in a restart (`servo["lost"]`)."""
-        await self._ask("DELETE", f"{self._path}/lost")
+        """Dismiss the RAM values that the servo lost in a restart (`servo.known["lost"]`)."""
+        await self._request("DELETE", f"{self._path}/lost")
 
 
 def _rows(
@@ -97,7 +97,7 @@ def _rows(
     }  # fmt: skip
 
 
-def _whole(done: Done) -> Done:
+def _checked(done: Done) -> Done:
     problem = done["problem"]
     if problem is not None:
         raise raised(problem["status"], {**problem, "outcome": done["outcome"], "changes": done["changes"]})

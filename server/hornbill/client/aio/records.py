@@ -1,45 +1,45 @@
-"""What the server keeps: servos ever met, the audit, measured runs, the recorder's recordings."""
+"""Records of the server: inventory, audit, step test runs and recordings."""
 
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 from urllib.parse import quote
 
-from hornbill.client import answers
+from hornbill.client import responses
 
 if TYPE_CHECKING:
     from hornbill.client.aio.connection import AsyncConnection
 
 
 class AsyncRecords:
-    """Records of the server; `hornbill.records`."""
+    """Records of the server, as `hornbill.records`."""
 
     def __init__(self, connection: "AsyncConnection") -> None:
-        self._ask = connection.ask
+        self._request = connection.request
         self._download = connection.download
 
-    async def servos(self) -> list[answers.KnownServo]:
-        """Every servo ever met, on the bus or not, the one seen last first."""
-        return await self._ask("GET", "/inventory")
+    async def servos(self) -> list[responses.KnownServo]:
+        """All known servos, on the bus or not, most recently seen first."""
+        return await self._request("GET", "/inventory")
 
-    async def servo(self, uid: str) -> answers.KnownServo:
-        """One of them, with what is known of its ROM."""
-        return await self._ask("GET", f"/inventory/{uid}")
+    async def servo(self, uid: str) -> responses.KnownServo:
+        """One known servo, with its last known ROM values."""
+        return await self._request("GET", f"/inventory/{uid}")
 
     async def servos_csv(self) -> bytes:
-        """The same as a table, with ROM in a column a row."""
+        """Inventory as CSV, with one column per ROM value."""
         return await self._download("/inventory.csv")
 
-    async def label(self, uid: str, label: str) -> answers.KnownServo:
-        """Give a servo a nickname (up to 64 characters), also one that is switched off."""
-        return await self._ask("PATCH", f"/inventory/{uid}", {"label": label})
+    async def label(self, uid: str, label: str) -> responses.KnownServo:
+        """Set the nickname of a servo (up to 64 characters), on the bus or not."""
+        return await self._request("PATCH", f"/inventory/{uid}", {"label": label})
 
-    async def write_down(self, uid: str, notes: str) -> answers.KnownServo:
-        """Replace the notes on a servo (up to 4000 characters), also of one that is switched off."""
-        return await self._ask("PATCH", f"/inventory/{uid}", {"notes": notes})
+    async def set_notes(self, uid: str, notes: str) -> responses.KnownServo:
+        """Replace the notes on a servo (up to 4000 characters), on the bus or not."""
+        return await self._request("PATCH", f"/inventory/{uid}", {"notes": notes})
 
     async def forget(self, uid: str, *, history: bool = False) -> None:
-        """Forget a servo that is not on the bus; with `history` its snapshots and faults, too."""
-        await self._ask("DELETE", f"/inventory/{uid}", history=history)
+        """Forget a servo that is off the bus; with `history` also its snapshots and faults."""
+        await self._request("DELETE", f"/inventory/{uid}", history=history)
 
     async def audit(
         self,
@@ -50,64 +50,64 @@ class AsyncRecords:
         action: str | None = None,
         since: float | None = None,
         before_id: int | None = None,
-    ) -> list[answers.AuditRow]:
-        """Who did what, the newest first; `since` in seconds since 1970 UTC, `before_id` for the next page."""
+    ) -> list[responses.AuditRow]:
+        """Audit rows, newest first. `since`: seconds since 1970 UTC; `before_id`: for the next page."""
         query: dict[str, Any] = {"uid": uid, "key": key, "action": action, "since": since, "before_id": before_id}
-        return await self._ask("GET", "/audit", limit=limit, **query)
+        return await self._request("GET", "/audit", limit=limit, **query)
 
     async def audit_csv(
         self, *, uid: str | None = None, key: str | None = None, action: str | None = None, since: float | None = None
     ) -> bytes:
-        """All of it as a table."""
+        """All matching audit rows as CSV."""
         given = {"uid": uid, "key": key, "action": action, "since": None if since is None else str(since)}
         return await self._download("/audit.csv", **{name: value for name, value in given.items() if value is not None})
 
-    async def runs(self, *, uid: str | None = None, limit: int = 50) -> list[answers.StepRun]:
-        """Step tests, the newest first, without their samples."""
-        return await self._ask("GET", "/runs", uid=uid, limit=limit)
+    async def runs(self, *, uid: str | None = None, limit: int = 50) -> list[responses.StepRun]:
+        """Step test runs, newest first, without samples."""
+        return await self._request("GET", "/runs", uid=uid, limit=limit)
 
-    async def run(self, number: int) -> answers.StepRun:
-        """One step test with every sample and what was measured."""
-        return await self._ask("GET", f"/runs/{number}")
+    async def run(self, number: int) -> responses.StepRun:
+        """One step test run with samples and metrics."""
+        return await self._request("GET", f"/runs/{number}")
 
     async def run_csv(self, number: int) -> bytes:
-        """Its samples as a table."""
+        """Samples of a run as CSV."""
         return await self._download(f"/runs/{number}/csv")
 
-    async def overlay(self, numbers: Sequence[int]) -> answers.RunOverlay:
-        """Several with their samples, and the parameters in which they differ."""
-        return await self._ask("GET", "/runs/overlay", ids=",".join(map(str, numbers)))
+    async def overlay(self, numbers: Sequence[int]) -> responses.RunOverlay:
+        """Several runs with samples, and the parameters in which they differ."""
+        return await self._request("GET", "/runs/overlay", ids=",".join(map(str, numbers)))
 
     async def delete_run(self, number: int) -> None:
-        """Forget a step test."""
-        await self._ask("DELETE", f"/runs/{number}")
+        """Delete a run."""
+        await self._request("DELETE", f"/runs/{number}")
 
-    async def recorder(self) -> answers.RecorderState:
-        """How far the recorder reaches back."""
-        return await self._ask("GET", "/recorder")
+    async def recorder(self) -> responses.RecorderState:
+        """State of the recorder."""
+        return await self._request("GET", "/recorder")
 
-    async def create_recording(self, reason: str = "", *, before_s: float | None = None) -> answers.Recording:
-        """Keep what the recorder holds of the last seconds; answers when the file is there."""
+    async def create_recording(self, reason: str = "", *, before_s: float | None = None) -> responses.Recording:
+        """Create a recording of recent events. Returns when the file is written."""
         body = {"reason": reason, "before_s": before_s}
-        return await self._ask("POST", "/recorder/recordings", body, wait=True, timeout_s=120.0)
+        return await self._request("POST", "/recorder/recordings", body, wait=True, timeout_s=120.0)
 
-    async def recordings(self) -> list[answers.Recording]:
-        """What the recorder kept, the newest first."""
-        return await self._ask("GET", "/recorder/recordings")
+    async def recordings(self) -> list[responses.Recording]:
+        """Recordings on the server, newest first."""
+        return await self._request("GET", "/recorder/recordings")
 
     async def recording(self, name: str) -> bytes:
-        """A recording, a ZIP file."""
+        """Content of a recording, a ZIP file."""
         return await self._download(f"/recorder/recordings/{quote(name, safe='')}")
 
-    async def recording_content(self, name: str) -> answers.RecordingContent:
-        """What is in it, read."""
-        return await self._ask("GET", f"/recorder/recordings/{quote(name, safe='')}/content")
+    async def recording_content(self, name: str) -> responses.RecordingContent:
+        """Metadata, telemetry, events and writes of a recording."""
+        return await self._request("GET", f"/recorder/recordings/{quote(name, safe='')}/content")
 
-    async def import_recording(self, name: str, content: bytes) -> answers.Recording:
-        """Have the server keep a recording of elsewhere."""
+    async def import_recording(self, name: str, content: bytes) -> responses.Recording:
+        """Import a recording."""
         kind = {"Content-Type": "application/zip"}
-        return await self._ask("PUT", f"/recorder/recordings/{quote(name, safe='')}", content=content, headers=kind)
+        return await self._request("PUT", f"/recorder/recordings/{quote(name, safe='')}", content=content, headers=kind)
 
     async def delete_recording(self, name: str) -> None:
         """Delete a recording."""
-        await self._ask("DELETE", f"/recorder/recordings/{quote(name, safe='')}")
+        await self._request("DELETE", f"/recorder/recordings/{quote(name, safe='')}")

@@ -1,9 +1,9 @@
-"""What a program does with one servo."""
+"""Client of one servo."""
 
 from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Literal, TypeAlias
 
-from hornbill.client import answers
+from hornbill.client import responses
 from hornbill.client.aio.history import AsyncHistory
 from hornbill.client.problems import raised
 from hornbill.errors import DidNotMove
@@ -12,22 +12,22 @@ if TYPE_CHECKING:
     from hornbill.client.aio.hornbill import AsyncHornbill
 
 Value: TypeAlias = bool | int | float | str | None
-"""In the unit of the row, a choice's key, or None for "inactive"."""
-Progress: TypeAlias = Callable[[answers.Job], None]
+"""Value in the unit of the row, key of a choice, or None for inactive."""
+Progress: TypeAlias = Callable[[responses.Job], None]
 SLACK_S = 10.0
-"""How much longer than a move we wait for its answer."""
+"""Time added to the duration of a move, for the response timeout."""
 
 
 class AsyncServo:
     """One servo. Keys and units of parameters are those of the parameter manual and of GET /schema.
 
-    Every method raises the errors of hornbill.errors: among them NoResponse (nobody knows whether the servo acted),
-    Refused (it said no), OutOfRange, Busy, Stopped, LeaseHeld, LeaseRequired.
+    Methods raise the errors of hornbill.errors, among them NoResponse (whether the servo acted is unknown), Refused,
+    OutOfRange, Busy, Stopped, LeaseHeld and LeaseRequired.
     """
 
-    def __init__(self, hornbill: "AsyncHornbill", known: answers.Servo) -> None:
+    def __init__(self, hornbill: "AsyncHornbill", known: responses.Servo) -> None:
         self._hornbill = hornbill
-        self._ask = hornbill.ask
+        self._request = hornbill.request
         self._path = f"/servos/{known['uid']}"
         self.uid = known["uid"]
         self.known = known
@@ -35,33 +35,35 @@ class AsyncServo:
 
     @property
     def title(self) -> str:
-        """What people call it: its label, else its serial, else the start of its unique id."""
+        """Display name: label, else serial, else the start of the unique ID."""
         return self.known["label"] or self.known["serial"] or self.uid[:8]
 
-    async def refresh(self) -> answers.Servo:
-        """What the server knows of it now; `known` holds it until the next time."""
-        self.known = await self._ask("GET", self._path)
+    async def refresh(self) -> responses.Servo:
+        """Get the current state from the server, and store it in `known`."""
+        self.known = await self._request("GET", self._path)
         return self.known
 
     async def set_label(self, label: str) -> None:
-        """Give it a nickname (up to 64 characters), which the server keeps."""
-        self.known = await self._ask("PATCH", self._path, {"label": label})
+        """Set the nickname (up to 64 characters), which is stored on the server."""
+        self.known = await self._request("PATCH", self._path, {"label": label})
 
     async def read(self, key: str) -> Value:
-        """The value of one parameter, read from the servo now."""
+        """Read the value of one parameter from the servo."""
         return (await self.reading(key))["value"]
 
-    async def reading(self, key: str) -> answers.Reading:
-        """One parameter, read from the servo now: value, raw, ROM, range, age, whether it has an effect."""
-        return await self._ask("GET", f"{self._path}/parameters/{key}")
+    async def reading(self, key: str) -> responses.Reading:
+        """Read one parameter from the servo, with raw value, ROM value, range, age and effect."""
+        return await self._request("GET", f"{self._path}/parameters/{key}")
 
-    async def read_all(self, *, refresh: bool = True) -> answers.Parameters:
-        """Every parameter and the revision of the set; `refresh=False`: as last read, without asking the servo."""
-        return await self._ask("GET", f"{self._path}/parameters", refresh=refresh)
+    async def read_all(self, *, refresh: bool = True) -> responses.Parameters:
+        """All parameters and their revision; `refresh=False`: as last read, without reading from the servo."""
+        return await self._request("GET", f"{self._path}/parameters", refresh=refresh)
 
-    async def write(self, key: str, value: bool | int | float | str, *, confirm: Sequence[str] = ()) -> answers.Reading:
-        """Write one parameter to RAM and read it back. `confirm`: words of an earlier NeedsConfirmation."""
-        return await self._ask("PUT", f"{self._path}/parameters/{key}", {"value": value, "confirm": list(confirm)})
+    async def write(
+        self, key: str, value: bool | int | float | str, *, confirm: Sequence[str] = ()
+    ) -> responses.Reading:
+        """Write one parameter to RAM and read it back. `confirm`: codes of an earlier NeedsConfirmation."""
+        return await self._request("PUT", f"{self._path}/parameters/{key}", {"value": value, "confirm": list(confirm)})
 
     async def write_many(
         self,
@@ -72,18 +74,18 @@ class AsyncServo:
         if_match: str | None = None,
         confirm: Sequence[str] = (),
         on_progress: Progress | None = None,
-    ) -> answers.ParametersPatched:
-        """Write several, all or nothing: when one fails the old values are back and its error is raised.
+    ) -> responses.ParametersPatched:
+        """Write parameters, all or nothing. On failure the old values are restored and the error is raised.
 
-        `dry_run` writes nothing and answers the plan, with `save` also what ROM will hold.
-
-        `save` writes ROM as well (the servo restarts, and its horn may
-        move) and waits until it is read back. `if_match`: a revision of `read_all`; StaleRevision when somebody else
-        wrote meanwhile.
+        `dry_run` writes nothing and returns the plan, with `save` including the ROM changes. `save` also writes ROM
+        (the servo restarts and its horn may move) and waits until it is read back. `if_match`: a revision of
+        `read_all`; raises StaleRevision if another client has written since.
         """
         body = {"values": dict(values), "dry_run": dry_run, "save": save, "confirm": list(confirm)}
         headers = {} if if_match is None else {"If-Match": f'"{if_match}"'}
-        done: answers.ParametersPatched = await self._ask("PATCH", f"{self._path}/parameters", body, headers=headers)
+        done: responses.ParametersPatched = await self._request(
+            "PATCH", f"{self._path}/parameters", body, headers=headers
+        )
         problem = done["problem"]
         if problem is not None:
             raise raised(problem["status"], {**problem, "outcome": done["outcome"], "changes": done["changes"]})
@@ -91,39 +93,39 @@ class AsyncServo:
             await self._hornbill.wait(done["job"], on_progress=on_progress)
         return done
 
-    async def forecast_restart(self, *, save: bool = False, torque_on: bool = False) -> answers.Forecast:
-        """What a restart, or with `save` a save (with `torque_on`), would do to the horn. Reads, moves nothing."""
-        return await self._ask("GET", f"{self._path}/restart-forecast", save=save, torque_on=torque_on)
+    async def forecast_restart(self, *, save: bool = False, torque_on: bool = False) -> responses.Forecast:
+        """Effect of a restart, or with `save` of a save (with `torque_on`), on the horn. Moves nothing."""
+        return await self._request("GET", f"{self._path}/restart-forecast", save=save, torque_on=torque_on)
 
-    async def preview_factory_reset(self, *, keep_identity: bool = True) -> answers.ResetPreview:
-        """Every row a factory reset would change, what stays, and what its restart does. Changes nothing."""
-        return await self._ask("GET", f"{self._path}/factory-reset", keep_identity=keep_identity)
+    async def preview_factory_reset(self, *, keep_identity: bool = True) -> responses.ResetPreview:
+        """Rows that a factory reset would change or keep, and its effect on the horn. Changes nothing."""
+        return await self._request("GET", f"{self._path}/factory-reset", keep_identity=keep_identity)
 
     async def save(
         self, *, confirm: Sequence[str] = (), torque_on: bool = False, on_progress: Progress | None = None
-    ) -> answers.Job:
-        """Write RAM to ROM, restart, and read it back. With soft start the horn goes slowly to 0°.
+    ) -> responses.Job:
+        """Write RAM to ROM, restart, and read it back. With soft start the horn moves slowly to 0°.
 
-        ROM keeps its torque mode unless another was written as configuration; `torque_on` writes on. `confirm`: words
+        ROM keeps its torque mode unless another was written as configuration; `torque_on` writes on. `confirm`: codes
         of an earlier NeedsConfirmation ("torque_off_in_rom", "torque_on_in_rom").
         """
         return await self._job("save", {"confirm": list(confirm), "torque_on": torque_on}, on_progress)
 
-    async def plan_save(self, *, confirm: Sequence[str] = (), torque_on: bool = False) -> answers.SavePreview:
-        """What `save` would put into ROM and do to the horn, after every check of it. Saves nothing."""
+    async def plan_save(self, *, confirm: Sequence[str] = (), torque_on: bool = False) -> responses.SavePreview:
+        """ROM changes of `save` and its effect on the horn, after all its checks. Saves nothing."""
         body = {"confirm": list(confirm), "torque_on": torque_on, "dry_run": True}
-        return await self._ask("POST", f"{self._path}/save", body)
+        return await self._request("POST", f"{self._path}/save", body)
 
-    async def restart(self, *, on_progress: Progress | None = None) -> answers.Job:
-        """Restart; what is only in RAM is lost. With soft start the horn goes slowly to 0°."""
+    async def restart(self, *, on_progress: Progress | None = None) -> responses.Job:
+        """Restart. Values that are only in RAM are lost. With soft start the horn moves slowly to 0°."""
         return await self._job("restart", None, on_progress)
 
-    async def factory_reset(self, *, keep_identity: bool = True, on_progress: Progress | None = None) -> answers.Job:
-        """The model's defaults, in RAM and ROM. `keep_identity`: servo id, node id and origin stay."""
+    async def factory_reset(self, *, keep_identity: bool = True, on_progress: Progress | None = None) -> responses.Job:
+        """Reset to the defaults of the model, in RAM and ROM. `keep_identity`: keep servo ID, node ID and origin."""
         return await self._job("factory-reset", {"keep_identity": keep_identity}, on_progress)
 
-    async def identify(self, *, on_progress: Progress | None = None) -> answers.Job:
-        """Wiggle the horn a few degrees, so that people see which one it is."""
+    async def identify(self, *, on_progress: Progress | None = None) -> responses.Job:
+        """Wiggle the horn to identify the servo."""
         return await self._job("identify", None, on_progress)
 
     async def command(
@@ -134,11 +136,11 @@ class AsyncServo:
         clamp: bool = False,
         confirm: Sequence[str] = (),
         speed_deg_s: float | None = None,
-    ) -> answers.Commanded:
-        """Command an angle (°), a speed (rpm) or a torque (%), under a lease and with torque on; kept alive with it.
+    ) -> responses.Commanded:
+        """Command an angle (°), speed (rpm) or torque (%). Requires a lease and torque on; kept alive until it ends.
 
-        Sent once, whatever happens. `clamp` goes to the nearest legal value instead of raising OutOfRange;
-        `speed_deg_s` (angles only) goes there at that speed.
+        Sent once, never retried. `clamp` sends the nearest valid value instead of raising OutOfRange. `speed_deg_s`
+        (angles only) limits the speed.
         """
         return await self._command(
             {"type": kind, "value": value, "clamp": clamp, "confirm": list(confirm)}, speed_deg_s, SLACK_S
@@ -154,11 +156,11 @@ class AsyncServo:
         clamp: bool = False,
         confirm: Sequence[str] = (),
         speed_deg_s: float | None = None,
-    ) -> answers.Commanded:
+    ) -> responses.Commanded:
         """Command an angle and wait until the horn has stayed within `band_deg` of it for `dwell_s`.
 
-        Raises DidNotMove when it has not after `timeout_s`, with `unmet` (band, dwell or samples), `target_deg`,
-        `angle_deg` (as read last) and `in_band_s`.
+        Raises DidNotMove after `timeout_s`, with `unmet` (band, dwell or samples), `target_deg`, `angle_deg` (last
+        read) and `in_band_s`.
         """
         body: dict[str, object] = {
             "type": "angle", "value": angle_deg, "wait": "settled", "timeout_s": timeout_s, "band_deg": band_deg,
@@ -173,33 +175,33 @@ class AsyncServo:
             )  # fmt: skip
         return done
 
-    async def torque(self, mode: Literal["on", "off", "brake"]) -> answers.Reading:
-        """Energise the motor where it stands (needs a lease), or take its output away (never does)."""
-        return await self._ask("POST", f"{self._path}/torque", {"mode": mode}, once=mode == "on")
+    async def torque(self, mode: Literal["on", "off", "brake"]) -> responses.Reading:
+        """Set the torque mode. On requires a lease and holds the current angle; off and brake need no lease."""
+        return await self._request("POST", f"{self._path}/torque", {"mode": mode}, once=mode == "on")
 
-    async def cautions(self, kind: Literal["angle", "speed", "torque"], value: float) -> list[answers.Caution]:
-        """What would be said of a command, without sending it."""
-        return await self._ask("GET", f"{self._path}/cautions", type=kind, value=value)
+    async def cautions(self, kind: Literal["angle", "speed", "torque"], value: float) -> list[responses.Caution]:
+        """Cautions about a command. Sends nothing."""
+        return await self._request("GET", f"{self._path}/cautions", type=kind, value=value)
 
-    async def faults(self, *, active: bool = True) -> list[answers.Fault]:
-        """Fault bits that are set; with `active=False` past ones, too. Each with what to do about it."""
-        found: list[answers.Fault] = await self._ask("GET", f"{self._path}/faults")
+    async def faults(self, *, active: bool = True) -> list[responses.Fault]:
+        """Active fault bits, each with advice; with `active=False` also past ones."""
+        found: list[responses.Fault] = await self._request("GET", f"{self._path}/faults")
         return [one for one in found if one["active"] or not active]
 
     async def acknowledge_faults(self, key: str | None = None, *, by: str | None = None) -> None:
-        """Somebody has seen all of them, or the one; the servo is not told."""
+        """Acknowledge all faults, or one. Sends nothing to the servo."""
         one = "" if key is None else f"/{key}"
-        await self._ask("POST", f"{self._path}/faults{one}/acknowledge", by=by)
+        await self._request("POST", f"{self._path}/faults{one}/acknowledge", by=by)
 
-    async def position_unit(self) -> answers.PositionUnitState:
-        """What position 1.0 on the bus means for this servo, and how that is known."""
-        return await self._ask("GET", f"{self._path}/position-unit")
+    async def position_unit(self) -> responses.PositionUnitState:
+        """Unit of positions on the bus, and its evidence."""
+        return await self._request("GET", f"{self._path}/position-unit")
 
     async def set_position_unit(
         self, unit: Literal["hundred_degrees", "radian", "degree", "tenth_degree"] | None
-    ) -> answers.PositionUnitState:
-        """Say what it means, in place of what was measured; None: measure again."""
-        return await self._ask("PUT", f"{self._path}/position-unit", {"unit": unit})
+    ) -> responses.PositionUnitState:
+        """Set the position unit. None: measure it again."""
+        return await self._request("PUT", f"{self._path}/position-unit", {"unit": unit})
 
     async def step_test(
         self,
@@ -209,49 +211,51 @@ class AsyncServo:
         dwell_s: float = 1.0,
         note: str = "",
         on_progress: Progress | None = None,
-    ) -> answers.Job:
-        """Measure a step there and back around where the horn stands, under a lease and with torque on."""
+    ) -> responses.Job:
+        """Measure a step from the current angle and back. Requires a lease and torque on."""
         body = {"step_deg": step_deg, "runs": runs, "dwell_s": dwell_s, "note": note}
         return await self._job("step-test", body, on_progress)
 
-    async def telemetry_state(self) -> answers.Telemetry:
-        """What is polled, and for whom."""
-        return await self._ask("GET", f"{self._path}/telemetry")
+    async def telemetry_state(self) -> responses.Telemetry:
+        """Telemetry subscriptions, and rates of channels."""
+        return await self._request("GET", f"{self._path}/telemetry")
 
     async def telemetry(
         self, channels: Sequence[str], rate_hz: float, *, ttl_s: float | None = None, owner: str = "client"
-    ) -> answers.TelemetryGrant:
-        """Have channels polled at so many Hz, for `ttl_s` or until [] is asked for; answers what the bus allows."""
+    ) -> responses.TelemetryGrant:
+        """Subscribe to channels at `rate_hz`, for `ttl_s` or until replaced ([] ends it). Returns the granted rate."""
         body = {"channels": list(channels), "rate_hz": rate_hz, "ttl_s": ttl_s, "owner": owner}
-        return await self._ask("PUT", f"{self._path}/telemetry", body)
+        return await self._request("PUT", f"{self._path}/telemetry", body)
 
     async def samples_csv(self, seconds: float, channels: Sequence[str] | None = None) -> str:
-        """The samples of the last seconds (up to 7200) as CSV, a line a time and a column a channel."""
+        """Samples of the last `seconds` (up to 7200) as CSV: one line per time, one column per channel."""
         keys = None if channels is None else ",".join(channels)
-        return await self._ask("GET", f"{self._path}/telemetry.csv", seconds=seconds, channels=keys)
+        return await self._request("GET", f"{self._path}/telemetry.csv", seconds=seconds, channels=keys)
 
-    async def _command(self, body: dict[str, object], speed_deg_s: float | None, timeout_s: float) -> answers.Commanded:
+    async def _command(
+        self, body: dict[str, object], speed_deg_s: float | None, timeout_s: float
+    ) -> responses.Commanded:
         if speed_deg_s is not None:
             body["profile"] = {"speed_deg_s": speed_deg_s, "accel_deg_s2": 4 * speed_deg_s}
-        return await self._ask("POST", f"{self._path}/command", body, once=True, timeout_s=timeout_s)
+        return await self._request("POST", f"{self._path}/command", body, once=True, timeout_s=timeout_s)
 
-    async def _job(self, what: str, body: object, on_progress: Progress | None) -> answers.Job:
-        job: answers.Job = await self._ask("POST", f"{self._path}/{what}", body)
+    async def _job(self, what: str, body: object, on_progress: Progress | None) -> responses.Job:
+        job: responses.Job = await self._request("POST", f"{self._path}/{what}", body)
         return await self._hornbill.wait(job["id"], on_progress=on_progress)
 
 
-def _unmet(title: str, done: answers.Commanded, *, timeout_s: float, band_deg: float, dwell_s: float) -> str:
-    """What was not met of a move, and what to do."""
+def _unmet(title: str, done: responses.Commanded, *, timeout_s: float, band_deg: float, dwell_s: float) -> str:
+    """Error text for a move that has not settled."""
     target = f"within {band_deg:g}° of {done['value']:g}°"
     if done["unmet"] == "samples":
         return (
-            f"{title} did not answer when its angle was read, so it is not known whether it is {target} after "
-            f"{timeout_s:g} s. Check its supply and the wiring."
+            f"{title} did not respond to angle reads, so it is unknown whether it is {target} after {timeout_s:g} s. "
+            "Check its supply and wiring."
         )
     if done["unmet"] == "dwell":
         return (
-            f"{title} is {target}, but after {timeout_s:g} s it has stayed there for {done['in_band_s'] or 0.0:.2f} s "
-            f"only, not {dwell_s:g} s. Allow a longer timeout, or a shorter dwell."
+            f"{title} is {target}, but after {timeout_s:g} s it has stayed there for only "
+            f"{done['in_band_s'] or 0.0:.2f} s of {dwell_s:g} s. Use a longer timeout or a shorter dwell."
         )
     where = "" if done["angle_deg"] is None else f" but at {done['angle_deg']:g}°"
     return (

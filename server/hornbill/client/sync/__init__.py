@@ -1,1 +1,1 @@
-"""Client without asyncio. Made from hornbill.client.aio by `make generate`."""
+"""Client without asyncio. Generated from hornbill.client.aio by `make generate`."""

@@ -1,6 +1,6 @@
-"""Requests to one server, with token, lease and problems as exceptions."""
+"""Connection to one server: requests with token and lease, and problems as exceptions."""
 
-# Made from hornbill.client.aio by `make generate`: change it there.
+# Generated from hornbill.client.aio by `make generate`. Edit the source there.
 
 import os
 import ssl
@@ -10,20 +10,20 @@ from typing import Any
 
 import httpx
 
-from hornbill.client.problems import NoServer, raised
+from hornbill.client.problems import ServerUnreachable, raised
 
-HERE = "http://127.0.0.1:8000"
+LOCAL_URL = "http://127.0.0.1:8000"
 PAUSE_S = 0.2
-"""Between two tries."""
+"""Pause before a retry."""
 
 
 class Connection:
-    """Asks one server. `lease_id` goes with everything that changes something, while there is one.
+    """Connection to one server. Changing requests include `lease_id` while it is set.
 
-    A connection that breaks is tried again (`tries` in all) where doing a thing twice does nothing twice: a GET, and
-    a POST, which then carries the same Idempotency-Key. Motion is asked for once. Time-outs are never tried again.
+    After a lost connection, requests that are safe to repeat are retried (`tries` in total): GET, and POST with the
+    same Idempotency-Key. Motion commands are sent once. Timeouts are never retried.
 
-    `trusted`: whose certificates are believed, for connections of another kind; None where there is no TLS.
+    `trusted`: TLS context, also for other kinds of connections; None without TLS.
     """
 
     def __init__(
@@ -36,13 +36,13 @@ class Connection:
         tries: int = 3,
         transport: httpx.BaseTransport | None = None,
     ) -> None:
-        """`url` and `token` are those of HORNBILL_URL and HORNBILL_TOKEN unless given; see HERE for neither.
+        """`url` and `token` default to HORNBILL_URL and HORNBILL_TOKEN, and then to LOCAL_URL without a token.
 
-        The certificate of an https address is believed by the authorities of this machine and of SSL_CERT_FILE.
+        Certificates of https servers are verified with the authorities of this machine and of SSL_CERT_FILE.
 
-        `by`: who stops, for everybody to see. `timeout_s`: for an answer; `tries` in all, where trying again is safe.
+        `by`: name of the client, shown when it stops servos. `timeout_s`: response timeout.
         """
-        self.url = (url or os.environ.get("HORNBILL_URL") or HERE).rstrip("/")
+        self.url = (url or os.environ.get("HORNBILL_URL") or LOCAL_URL).rstrip("/")
         self.by = by
         self.lease_id: str | None = None
         self._tries = tries
@@ -58,10 +58,10 @@ class Connection:
         )
 
     def close(self) -> None:
-        """Close the connection; a lease that is held lapses."""
+        """Close the connection. A current lease expires."""
         self._http.close()
 
-    def ask(
+    def request(
         self,
         verb: str,
         path: str,
@@ -74,11 +74,11 @@ class Connection:
         content: str | bytes | None = None,
         **query: object,
     ) -> Any:
-        """One request below /api/v1; its JSON, its text where it is none, or None for no content.
+        """Send a request below /api/v1. Returns JSON, else text, or None for an empty response.
 
-        `once`: never tried again. `keyed`: a POST carries an Idempotency-Key, the same at every try. `content` is
-        sent as it is, in place of `body` as JSON; `query` leaves out what is None. Raises NoServer, and the error of
-        hornbill.errors that the server's code names.
+        `once`: never retry. `keyed`: send an Idempotency-Key with a POST. `content` is sent unchanged, in place of
+        `body` as JSON. None in `query` is omitted. Raises ServerUnreachable, and the class of hornbill.errors for the
+        problem's code.
         """
         sent = dict(headers or {})
         if self.lease_id is not None and verb != "GET":
@@ -96,23 +96,23 @@ class Connection:
         return response.json() if _is_json(response) else response.text
 
     def download(self, path: str, **query: str) -> bytes:
-        """A file below /api/v1, byte by byte."""
+        """Content of a file below /api/v1."""
         request = self._http.build_request("GET", path, params=query)
         return (self._send(request, self._tries)).content
 
     @property
     def local(self) -> bool:
-        """Whether the server is on this machine: no proxy that HTTP_PROXY names can reach it, nor stop it."""
+        """Whether the server is on this machine, so that HTTP_PROXY is ignored."""
         return httpx.URL(self.url).host in ("127.0.0.1", "localhost", "::1")
 
     @property
     def socket_url(self) -> str:
-        """Where the server's WebSocket is."""
+        """URL of the server's WebSocket."""
         return f"ws{self.url.removeprefix('http')}/api/v1/ws"
 
     @property
     def credentials(self) -> dict[str, str]:
-        """The headers that say who asks, for connections of another kind."""
+        """Authorization header, for other kinds of connections."""
         return {"Authorization": f"Bearer {self._secret}"} if self._secret else {}
 
     def _send(self, request: httpx.Request, tries: int) -> httpx.Response:
@@ -123,31 +123,37 @@ class Connection:
                 break
             except httpx.TransportError as error:
                 if tries == 0 or isinstance(error, httpx.TimeoutException):
-                    raise self._no_server(error) from None
+                    raise self._unreachable(error) from None
             time.sleep(PAUSE_S)
         if response.is_error:
             found = response.json() if _is_json(response) else {"detail": response.text[:200]}
             raise raised(response.status_code, found)
         return response
 
-    def _no_server(self, error: httpx.TransportError) -> NoServer:
+    def _unreachable(self, error: httpx.TransportError) -> ServerUnreachable:
         why = str(error) or type(error).__name__
         if "CERTIFICATE_VERIFY_FAILED" in why:
-            remedy = "Name the file of its certificate, or of who signed it, in SSL_CERT_FILE."
-            return NoServer(
-                f"What answers at {self.url} has a certificate that is not trusted: {why}. {remedy}",
+            remedy = "Set SSL_CERT_FILE to the file of its certificate or of the certificate authority."
+            return ServerUnreachable(
+                f"The certificate of {self.url} is not trusted: {why}. {remedy}",
                 cause=None,
                 sent=False,
             )
         if isinstance(error, (httpx.ConnectError, httpx.ConnectTimeout)):
-            start = "Start one with 'hornbill demo' or 'hornbill serve', or name its address in HORNBILL_URL."
-            return NoServer(f"No hornbill server answers at {self.url}: {why}. {start}", cause=None, sent=False)
-        lost = "The connection ended before the answer came, so that it is not known whether it was done."
-        return NoServer(f"{lost} {self.url}: {why}. Look before you ask again.", cause=None, sent=True)
+            start = "Start it with 'hornbill demo' or 'hornbill serve', or set HORNBILL_URL to its address."
+            return ServerUnreachable(
+                f"No hornbill server responds at {self.url}: {why}. {start}", cause=None, sent=False
+            )
+        lost = f"The connection to {self.url} was lost before the response: {why}."
+        return ServerUnreachable(
+            f"{lost} It is unknown whether the request was carried out. Check before you repeat it.",
+            cause=None,
+            sent=True,
+        )
 
 
 def _authorities() -> ssl.SSLContext:
-    """Those that httpx brings, and those of this machine: a network's own authority is only there."""
+    """TLS context with the authorities of httpx and of this machine, which may include a private one."""
     found = httpx.create_ssl_context()
     found.load_default_certs()
     return found

@@ -1,6 +1,6 @@
-"""The client of one server, and the way to its servos."""
+"""Client of one server, with access to its servos."""
 
-# Made from hornbill.client.aio by `make generate`: change it there.
+# Generated from hornbill.client.aio by `make generate`. Edit the source there.
 
 import time
 from collections.abc import Mapping, Sequence
@@ -8,8 +8,8 @@ from types import TracebackType
 from typing import Any, Literal, Self
 from urllib.parse import quote
 
-from hornbill.client import answers
-from hornbill.client.problems import TookTooLong, raised
+from hornbill.client import responses
+from hornbill.client.problems import WaitTimeout, raised
 from hornbill.client.sync.bus import Bus
 from hornbill.client.sync.connection import Connection
 from hornbill.client.sync.jobs import Jobs
@@ -19,30 +19,30 @@ from hornbill.client.sync.servo import Progress, Servo
 from hornbill.client.sync.stream import Stream
 from hornbill.errors import Conflict, Interrupted, InvalidValue, Unknown
 
-LOOK_S = 0.1
-"""How often something is looked at that is waited for."""
+POLL_S = 0.1
+"""Polling interval while waiting."""
 
 
 class Hornbill(Connection):
-    """One server. Use it in a block; `url` and `token` come from HORNBILL_URL and HORNBILL_TOKEN unless given.
+    """One server, as a context manager. `url` and `token` default to HORNBILL_URL and HORNBILL_TOKEN.
 
-    What it answers are the JSON objects of the API, typed in hornbill.client.answers. Every method raises the errors
-    of hornbill.errors, and NoServer.
+    Methods return the JSON objects of the API, typed in hornbill.client.responses, and raise the errors of
+    hornbill.errors and ServerUnreachable.
     """
 
     @property
     def bus(self) -> Bus:
-        """The adapter, who is on the bus, node ids, the log."""
+        """Adapter, nodes, node IDs and logs."""
         return Bus(self)
 
     @property
     def jobs(self) -> Jobs:
-        """What takes time, and its reports."""
+        """Jobs and their reports."""
         return Jobs(self)
 
     @property
     def records(self) -> Records:
-        """What the server keeps: servos ever met, audit, measured runs, recordings of the recorder."""
+        """Inventory, audit, step test runs and recordings."""
         return Records(self)
 
     def __enter__(self) -> Self:
@@ -54,8 +54,8 @@ class Hornbill(Connection):
         self.close()
 
     def servos(self) -> list[Servo]:
-        """Every servo the server has seen since its start."""
-        return [Servo(self, one) for one in self.ask("GET", "/servos")]
+        """Servos seen since the start of the server."""
+        return [Servo(self, one) for one in self.request("GET", "/servos")]
 
     def find(
         self,
@@ -66,64 +66,64 @@ class Hornbill(Connection):
         uid: str | None = None,
         within_s: float = 10.0,
     ) -> Servo:
-        """The servo with this label, serial, servo id or unique id, once it is on the bus and identified.
+        """Find a servo by label, serial, servo ID or unique ID. Waits until it is on the bus and identified.
 
-        Raises Unknown when it is not after `within_s`, and Conflict when several fit.
+        Raises Unknown if it is not within `within_s`, and Conflict if several match.
         """
         wanted: dict[str, str | int | None] = {"label": label, "serial": serial, "servo_id": servo_id, "uid": uid}
         given = {key: value for key, value in wanted.items() if value is not None}
         if not given:
-            raise InvalidValue("Say which servo: by label, serial, servo_id or uid.", cause=None)
+            raise InvalidValue("No servo given. Specify label, serial, servo_id or uid.", cause=None)
         until = time.monotonic() + within_s
         while True:
-            every: list[answers.Servo] = self.ask("GET", "/servos")
+            every: list[responses.Servo] = self.request("GET", "/servos")
             found = [one for one in every if given.items() <= {**one}.items()]
             if len(found) > 1:
-                raise Conflict(f"{len(found)} servos have {_told(given)}. Name it by serial or uid.", cause=None)
+                raise Conflict(f"{len(found)} servos have {_text(given)}. Specify serial or uid.", cause=None)
             if found and found[0]["online"] and found[0]["state"] != "identifying":
                 return Servo(self, found[0])
             if time.monotonic() > until:
                 raise Unknown("unknown_servo", _missing(given, found, every), cause=None)
-            time.sleep(LOOK_S)
+            time.sleep(POLL_S)
 
     def look_up(self, name: str) -> Servo:
-        """The one servo with this label or serial, or whose unique id begins so, on the bus or not."""
-        every: list[answers.Servo] = self.ask("GET", "/servos")
-        begun = name.lower() or "nobody"
-        found = [one for one in every if name in (one["label"], one["serial"]) or one["uid"].startswith(begun)]
+        """The servo with this label, serial or start of its unique ID, on the bus or not."""
+        every: list[responses.Servo] = self.request("GET", "/servos")
+        start = name.lower() or "–"
+        found = [one for one in every if name in (one["label"], one["serial"]) or one["uid"].startswith(start)]
         if len(found) == 1:
             return Servo(self, found[0])
-        text = f"{len(found)} servos are" if found else "No servo is"
-        raise Unknown("unknown_servo", f"{text} known as {name!r}. 'hornbill list' shows them.", cause=None)
+        text = f"{len(found)} servos match" if found else "No servo matches"
+        raise Unknown("unknown_servo", f"{text} {name!r}. 'hornbill list' lists them.", cause=None)
 
     def lease(
-        self, holder: str, *, ttl_s: float = 3.0, beat: bool = True, force: bool = False, reason: str = ""
+        self, holder: str, *, ttl_s: float = 3.0, heartbeat: bool = True, force: bool = False, reason: str = ""
     ) -> Lease:
-        """Motion control for a block. `force` takes it from whoever has it, with a reason."""
-        return Lease(self, holder, ttl_s, beat=beat, force=force, reason=reason)
+        """Lease (motion control) as a context manager. `force` takes it from its current holder and needs a reason."""
+        return Lease(self, holder, ttl_s, heartbeat=heartbeat, force=force, reason=reason)
 
-    def stop(self, mode: Literal["off", "brake"] = "off", *, reason: str = "", within_s: float = 1.0) -> answers.Stop:
-        """Stop every servo now; needs no lease. Answers when all have confirmed, or after `within_s`.
+    def stop(self, mode: Literal["off", "brake"] = "off", *, reason: str = "", within_s: float = 1.0) -> responses.Stop:
+        """Stop all servos immediately. Needs no lease. Returns when all have confirmed, or after `within_s`.
 
-        The server goes on trying after that. Motion raises Stopped until `clear_stop`.
+        The server continues to retry after that. Motion raises Stopped until `clear_stop`.
         """
         until = time.monotonic() + within_s
-        state: answers.Stop = self.ask("POST", "/stop", {"mode": mode, "reason": reason}, keyed=False, by=self.by)
+        state: responses.Stop = self.request("POST", "/stop", {"mode": mode, "reason": reason}, keyed=False, by=self.by)
         while unconfirmed(state) and time.monotonic() < until:
-            time.sleep(LOOK_S / 2)
+            time.sleep(POLL_S / 2)
             seen = self.stop_state()
-            if not seen["latched"]:  # somebody cleared it meanwhile
+            if not seen["latched"]:  # cleared by another client
                 break
             state = seen
         return state
 
-    def stop_state(self) -> answers.Stop:
-        """The stop latch, and who has confirmed."""
-        return self.ask("GET", "/stop")
+    def stop_state(self) -> responses.Stop:
+        """State of the stop latch, with confirmations."""
+        return self.request("GET", "/stop")
 
-    def clear_stop(self) -> answers.Stop:
-        """Clear the stop. Moves nothing and turns nothing on."""
-        return self.ask("DELETE", "/stop", by=self.by)
+    def clear_stop(self) -> responses.Stop:
+        """Clear the stop. Moves nothing; torque stays off."""
+        return self.request("DELETE", "/stop", by=self.by)
 
     def restore_output(
         self,
@@ -131,20 +131,20 @@ class Hornbill(Connection):
         *,
         confirm: Sequence[str] = (),
         on_progress: Progress | None = None,
-    ) -> answers.Job:
-        """Switch outputs on again, each held where its horn stands, and wait for it; a latched stop is cleared.
+    ) -> responses.Job:
+        """Switch outputs on again, each holding its current angle, and wait. Clears a latched stop.
 
-        `servos`: None for all that a stop, a lease or a command switched off. Under a lease they are on until it ends;
-        LeaseRequired for those that would let go by themselves. `confirm`: words of an earlier NeedsConfirmation
-        ("load").
+        `servos`: None for all that a stop, lease or command switched off. Under a lease they stay on until it ends.
+        Raises LeaseRequired if a servo's timeout would switch it off again. `confirm`: codes of an earlier
+        NeedsConfirmation ("load").
         """
         body = {"uids": _uids(servos), "confirm": list(confirm)}
-        job: answers.Job = self.ask("POST", "/stop/restore", body, once=True, by=self.by)
+        job: responses.Job = self.request("POST", "/stop/restore", body, once=True, by=self.by)
         return self.wait(job["id"], on_progress=on_progress)
 
-    def plan_restore_output(self, servos: Sequence[Servo] | None = None) -> answers.OutputRestorePreview:
-        """What `restore_output` would switch on, who is under load, and who needs a lease. Switches nothing."""
-        return self.ask("POST", "/stop/restore", {"uids": _uids(servos), "dry_run": True}, by=self.by)
+    def plan_restore_output(self, servos: Sequence[Servo] | None = None) -> responses.OutputRestorePreview:
+        """Servos that `restore_output` would switch on, with load and need for a lease. Switches nothing."""
+        return self.request("POST", "/stop/restore", {"uids": _uids(servos), "dry_run": True}, by=self.by)
 
     def command_many(
         self,
@@ -152,11 +152,11 @@ class Hornbill(Connection):
         *,
         clamp: bool = False,
         confirm: Sequence[str] = (),
-    ) -> answers.BurstSent:
-        """Commands that leave together, under a lease: all of them or none. Sent once."""
+    ) -> responses.BurstSent:
+        """Command several servos simultaneously, all or none. Requires a lease. Sent once."""
         shown = [{"uid": servo.uid, "type": kind, "value": value} for servo, kind, value in commands]
         body = {"commands": shown, "clamp": clamp, "confirm": list(confirm)}
-        return self.ask("POST", "/commands", body, once=True)
+        return self.request("POST", "/commands", body, once=True)
 
     def stream(
         self,
@@ -165,20 +165,20 @@ class Hornbill(Connection):
         *,
         rate_hz: float = 50.0,
     ) -> Stream:
-        """Steady bursts to several servos for a block, under a lease."""
+        """Stream of setpoints to several servos, as a context manager. Requires a lease."""
         return Stream(self, list(servos), kind, rate_hz)
 
-    def leases(self) -> list[answers.LeaseView]:
-        """Who has motion control."""
-        return self.ask("GET", "/leases")
+    def leases(self) -> list[responses.LeaseView]:
+        """Current lease, if any."""
+        return self.request("GET", "/leases")
 
-    def wait(self, job: str, *, timeout_s: float | None = None, on_progress: Progress | None = None) -> answers.Job:
-        """Wait for a job by its id. Raises what it failed of, with the fact `job`; Interrupted when it was cancelled;
-        TookTooLong after `timeout_s`. `on_progress` is called with the job whenever it was looked at.
+    def wait(self, job: str, *, timeout_s: float | None = None, on_progress: Progress | None = None) -> responses.Job:
+        """Wait for a job. Raises the error it failed with, including the fact `job`; Interrupted if it was cancelled;
+        WaitTimeout after `timeout_s`. `on_progress` is called with the job at every poll.
         """
         until = None if timeout_s is None else time.monotonic() + timeout_s
         while True:
-            seen: answers.Job = self.ask("GET", f"/jobs/{job}")
+            seen: responses.Job = self.request("GET", f"/jobs/{job}")
             if on_progress is not None:
                 on_progress(seen)
             if seen["state"] == "succeeded":
@@ -189,28 +189,28 @@ class Hornbill(Connection):
                 problem = seen["error"]
                 raise raised(500 if problem is None else problem["status"], {**(problem or {}), "job": seen})
             if until is not None and time.monotonic() > until:
-                raise TookTooLong(f"The {seen['kind']} job is not done after {timeout_s:g} s.", cause=None, job=seen)
-            time.sleep(LOOK_S)
+                raise WaitTimeout(f"The {seen['kind']} job has not ended after {timeout_s:g} s.", cause=None, job=seen)
+            time.sleep(POLL_S)
 
-    def profiles(self) -> list[answers.Profile]:
-        """Every profile, by name."""
-        return self.ask("GET", "/profiles")
+    def profiles(self) -> list[responses.Profile]:
+        """All profiles, by name."""
+        return self.request("GET", "/profiles")
 
-    def profile(self, name: str) -> answers.Profile:
+    def profile(self, name: str) -> responses.Profile:
         """One profile."""
-        return self.ask("GET", f"/profiles/{quote(name, safe='')}")
+        return self.request("GET", f"/profiles/{quote(name, safe='')}")
 
     def delete_profile(self, name: str) -> None:
-        """Forget a profile. Servos it was applied to stay as they are."""
-        self.ask("DELETE", f"/profiles/{quote(name, safe='')}")
+        """Delete a profile. Servos that it was applied to stay unchanged."""
+        self.request("DELETE", f"/profiles/{quote(name, safe='')}")
 
-    def put_profile(
+    def store_profile(
         self, name: str, values: Mapping[str, bool | int | float | str] | Servo, *, description: str = ""
-    ) -> answers.Profile:
-        """Keep values under a name, or those a servo holds (without its identity)."""
+    ) -> responses.Profile:
+        """Store a profile from values, or from a servo (without its identity rows)."""
         body: dict[str, Any] = {"description": description}
         body |= {"from_uid": values.uid} if isinstance(values, Servo) else {"values": dict(values)}
-        return self.ask("PUT", f"/profiles/{quote(name, safe='')}", body)
+        return self.request("PUT", f"/profiles/{quote(name, safe='')}", body)
 
     def apply_profile(
         self,
@@ -221,26 +221,26 @@ class Hornbill(Connection):
         save: bool = False,
         confirm: Sequence[str] = (),
         on_progress: Progress | None = None,
-    ) -> answers.Job:
-        """Bring servos to a profile one by one, each all or nothing, and wait for it."""
+    ) -> responses.Job:
+        """Apply a profile to servos one by one, each all or nothing, and wait."""
         body = {
             "uids": [one.uid for one in servos], "dry_run": dry_run, "save": save, "confirm": list(confirm),
         }  # fmt: skip
-        job: answers.Job = self.ask("POST", f"/profiles/{quote(name, safe='')}/apply", body)
+        job: responses.Job = self.request("POST", f"/profiles/{quote(name, safe='')}/apply", body)
         return self.wait(job["id"], on_progress=on_progress)
 
-    def compare(self, left: str, right: str, *, identity: bool = False) -> answers.Comparison:
-        """Where two sides differ: servo:UID, rom:UID, snapshot:ID, profile:NAME, default:MODEL."""
-        return self.ask("GET", "/compare", left=left, right=right, identity=identity)
+    def compare(self, left: str, right: str, *, identity: bool = False) -> responses.Comparison:
+        """Compare two sides: servo:UID, rom:UID, snapshot:ID, profile:NAME, default:MODEL."""
+        return self.request("GET", "/compare", left=left, right=right, identity=identity)
 
-    def read_many(self, servos: Sequence[Servo], keys: Sequence[str]) -> answers.BatchRead:
-        """Parameters × servos, read now; a servo that cannot be read says why in its `problem`."""
+    def read_many(self, servos: Sequence[Servo], keys: Sequence[str]) -> responses.BatchRead:
+        """Read parameters of several servos. A servo that cannot be read has a `problem` instead."""
         uids = ",".join(one.uid for one in servos)
-        return self.ask("GET", "/parameters", uids=uids, keys=",".join(keys), refresh=True)
+        return self.request("GET", "/parameters", uids=uids, keys=",".join(keys), refresh=True)
 
-    def read_faults(self, servos: Sequence[Servo]) -> answers.FaultsRead:
-        """Fault bits of several servos, past ones, too; a servo that is not known says why in its `problem`."""
-        return self.ask("GET", "/faults", uids=",".join(one.uid for one in servos))
+    def read_faults(self, servos: Sequence[Servo]) -> responses.FaultsRead:
+        """Fault bits of several servos, present and past. An unknown servo has a `problem` instead."""
+        return self.request("GET", "/faults", uids=",".join(one.uid for one in servos))
 
     def write_many(
         self,
@@ -250,17 +250,19 @@ class Hornbill(Connection):
         save: bool = False,
         all_or_none: bool = False,
         confirm: Sequence[str] = (),
-    ) -> answers.BatchPatched:
-        """Values by servo by key, each servo all or nothing; `all_or_none`: one rejected plan keeps all from it."""
+    ) -> responses.BatchPatched:
+        """Write values by servo and key, all or nothing for each servo. `all_or_none`: write to none if any plan is
+        rejected.
+        """
         body = {
             "servos": {servo.uid: dict(rows) for servo, rows in values.items()}, "dry_run": dry_run, "save": save,
             "all_or_none": all_or_none, "confirm": list(confirm),
         }  # fmt: skip
-        return self.ask("PATCH", "/parameters", body)
+        return self.request("PATCH", "/parameters", body)
 
-    def candidates(self) -> answers.Candidates:
-        """Servos that look new, each with a free servo id."""
-        return self.ask("GET", "/commissioning/candidates")
+    def candidates(self) -> responses.Candidates:
+        """Servos that appear to be new, each with the next free servo ID."""
+        return self.request("GET", "/commissioning/candidates")
 
     def commission(
         self,
@@ -272,13 +274,13 @@ class Hornbill(Connection):
         on_anomaly: Literal["stop", "continue"] = "stop",
         confirm: Sequence[str] = (),
         on_progress: Progress | None = None,
-    ) -> answers.Job:
-        """Give servos ({"uid", "servo_id", "node_id", "label"} each) their identity and a profile, and wait for it."""
+    ) -> responses.Job:
+        """Commission servos (each {"uid", "servo_id", "node_id", "label"}), and wait."""
         body = {
             "servos": [dict(one) for one in servos], "profile": profile, "save": save, "identify": identify,
             "on_anomaly": on_anomaly, "confirm": list(confirm),
         }  # fmt: skip
-        job: answers.Job = self.ask("POST", "/commissioning", body)
+        job: responses.Job = self.request("POST", "/commissioning", body)
         return self.wait(job["id"], on_progress=on_progress)
 
     def plan_commission(
@@ -289,29 +291,29 @@ class Hornbill(Connection):
         save: bool = True,
         identify: bool = False,
         confirm: Sequence[str] = (),
-    ) -> answers.CommissioningPreview:
-        """What `commission` would write to each servo and to its ROM, after every check of it. Writes nothing."""
+    ) -> responses.CommissioningPreview:
+        """Writes and ROM changes of `commission` for each servo, after all its checks. Writes nothing."""
         body = {
             "servos": [dict(one) for one in servos], "profile": profile, "save": save, "identify": identify,
             "confirm": list(confirm), "dry_run": True,
         }  # fmt: skip
-        return self.ask("POST", "/commissioning", body)
+        return self.request("POST", "/commissioning", body)
 
-    def health(self) -> answers.Health:
+    def health(self) -> responses.Health:
         """Version, uptime and bus of the server."""
-        return self.ask("GET", "/health")
+        return self.request("GET", "/health")
 
-    def schema(self) -> answers.SchemaDocument:
-        """The parameter tables: every row with its unit, range and meaning, every model, every fault bit."""
-        return self.ask("GET", "/schema")
+    def schema(self) -> responses.SchemaDocument:
+        """Parameter catalogue: all rows, models and fault bits."""
+        return self.request("GET", "/schema")
 
-    def doctor(self) -> list[answers.Finding]:
-        """What was looked at on the bus, severity ok included, worst first."""
-        return self.ask("GET", "/bus/doctor", all=True)
+    def doctor(self) -> list[responses.Finding]:
+        """All checks of the bus, including those without findings, most severe first."""
+        return self.request("GET", "/bus/doctor", all=True)
 
 
-def unconfirmed(state: answers.Stop) -> list[str]:
-    """Who has not confirmed a stop: servos by what they are called, and nodes that may be servos."""
+def unconfirmed(state: responses.Stop) -> list[str]:
+    """Names of servos, and of nodes that may be servos, that have not confirmed a stop."""
     names = [one["label"] or one["uid"][:8] for one in state["servos"] if not one["confirmed"]]
     return names + [f"node {one['node_id']}" for one in state["nodes"] if not one["confirmed"]]
 
@@ -320,12 +322,12 @@ def _uids(servos: Sequence[Servo] | None) -> list[str] | None:
     return None if servos is None else [one.uid for one in servos]
 
 
-def _told(given: Mapping[str, object]) -> str:
+def _text(given: Mapping[str, object]) -> str:
     return ", ".join(f"{key} {value!r}" for key, value in given.items())
 
 
-def _missing(given: Mapping[str, object], found: list[answers.Servo], every: list[answers.Servo]) -> str:
+def _missing(given: Mapping[str, object], found: list[responses.Servo], every: list[responses.Servo]) -> str:
     if found:
-        return f"The servo with {_told(given)} is {found[0]['state']}. Look at its supply and its plug."
-    there = ", ".join(sorted(one["label"] or one["serial"] or one["uid"] for one in every)) or "nobody"
-    return f"No servo with {_told(given)} is on the bus. There is: {there}."
+        return f"The servo with {_text(given)} is {found[0]['state']}. Check its supply and wiring."
+    known = ", ".join(sorted(one["label"] or one["serial"] or one["uid"] for one in every)) or "none"
+    return f"No servo with {_text(given)} is on the bus. Known servos: {known}."

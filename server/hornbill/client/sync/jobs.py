@@ -1,38 +1,38 @@
-"""What takes time, under way and done, and its report."""
+"""Jobs and their reports."""
 
-# Made from hornbill.client.aio by `make generate`: change it there.
+# Generated from hornbill.client.aio by `make generate`. Edit the source there.
 
 from typing import TYPE_CHECKING, Literal
 
-from hornbill.client import answers
+from hornbill.client import responses
 
 if TYPE_CHECKING:
     from hornbill.client.sync.connection import Connection
 
 
 class Jobs:
-    """Jobs of the server; `hornbill.jobs`. To wait for one: `hornbill.wait`."""
+    """Jobs of the server, as `hornbill.jobs`. To wait for a job, use `hornbill.wait`."""
 
     def __init__(self, connection: "Connection") -> None:
         self._connection = connection
-        self._ask = connection.ask
+        self._request = connection.request
 
-    def all(self, *, kind: str | None = None, state: str | None = None, uid: str | None = None) -> list[answers.Job]:
-        """Jobs under way and the last ones that ended, the oldest first."""
-        return self._ask("GET", "/jobs", kind=kind, state=state, uid=uid)
+    def all(self, *, kind: str | None = None, state: str | None = None, uid: str | None = None) -> list[responses.Job]:
+        """Running and recently ended jobs, oldest first."""
+        return self._request("GET", "/jobs", kind=kind, state=state, uid=uid)
 
-    def get(self, job: str) -> answers.Job:
-        """One job by its id."""
-        return self._ask("GET", f"/jobs/{job}")
+    def get(self, job: str) -> responses.Job:
+        """One job."""
+        return self._request("GET", f"/jobs/{job}")
 
-    def cancel(self, job: str) -> answers.Job:
-        """Cancel a job. What it already sent to the servo stays sent."""
-        return self._ask("DELETE", f"/jobs/{job}")
+    def cancel(self, job: str) -> responses.Job:
+        """Cancel a job. Steps already carried out are not undone."""
+        return self._request("DELETE", f"/jobs/{job}")
 
-    def resume(self, job: str) -> answers.Job:
-        """Go on with a job that is `resumable`; answers at once."""
-        return self._ask("POST", f"/jobs/{job}/resume")
+    def resume(self, job: str) -> responses.Job:
+        """Resume a `resumable` job. Returns immediately."""
+        return self._request("POST", f"/jobs/{job}/resume")
 
     def report(self, job: str, form: Literal["csv", "json", "junit", "html"] = "json") -> str:
-        """What it did, servo by servo: csv one row a servo, junit one test case a servo and step, html to print."""
+        """Report of a job. csv: one row per servo; junit: one test case per servo and step; html: printable page."""
         return (self._connection.download(f"/jobs/{job}/report", format=form)).decode()

@@ -1,51 +1,51 @@
-"""Motion control for the length of a block."""
+"""Lease (motion control) as a context manager."""
 
-# Made from hornbill.client.aio by `make generate`: change it there.
+# Generated from hornbill.client.aio by `make generate`. Edit the source there.
 
 from types import TracebackType
 from typing import Self
 
-from hornbill.client import answers
-from hornbill.client.beating import Beat
+from hornbill.client import responses
+from hornbill.client.heartbeat import Heartbeat
 from hornbill.client.sync.connection import Connection
 from hornbill.errors import HornbillError, LeaseRequired, Unknown
 
 
 class Lease:
-    """Motion control from the start of the block to its end, whatever ends it: then torque goes off on what was moved.
+    """Lease for the duration of a block. At its end, torque goes off on the servos that were moved.
 
-    While it lasts, everything its client asks for carries it. `lost` says why it ended early, if it did.
+    All requests of the client include the lease. `lost`: reason why it ended early, None if it did not.
     """
 
     def __init__(
-        self, connection: Connection, holder: str, ttl_s: float, *, beat: bool, force: bool, reason: str
+        self, connection: Connection, holder: str, ttl_s: float, *, heartbeat: bool, force: bool, reason: str
     ) -> None:
-        """`ttl_s`: the server waits so long for a sign of life, 0.2 to 60 s; `beat` gives one every third of that."""
+        """`ttl_s`: time to live from each renewal, 0.2 to 60 s. `heartbeat`: renew it every third of that time."""
         self._connection = connection
         self._ttl_s = ttl_s
         self._wanted = {"holder": holder, "ttl_s": ttl_s, "force": force, "reason": reason}
-        self._beat = Beat(self._renewed, ttl_s / 3) if beat else None
+        self._heartbeat = Heartbeat(self._renewed, ttl_s / 3) if heartbeat else None
         self.id: str | None = None
         self.lost: str | None = None
 
     def __enter__(self) -> Self:
-        """Take it. Raises LeaseHeld, with `holder` and `expires_in_s`, when somebody else has it."""
-        taken: answers.Lease = self._connection.ask("POST", "/leases", self._wanted, once=True)
+        """Take the lease. Raises LeaseHeld, with `holder` and `expires_in_s`, if another client has it."""
+        taken: responses.Lease = self._connection.request("POST", "/leases", self._wanted, once=True)
         self.id = self._connection.lease_id = taken["id"]
-        if self._beat is not None:
-            self._beat.start()
+        if self._heartbeat is not None:
+            self._heartbeat.start()
         return self
 
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        """Give it back. Raises LeaseRequired when it was lost on the way, unless the block failed already."""
-        if self._beat is not None:
-            self._beat.stop()
+        """Release the lease. Raises LeaseRequired if it was lost, unless the block already failed."""
+        if self._heartbeat is not None:
+            self._heartbeat.stop()
         self._connection.lease_id = None
         try:
             if self.lost is None:
-                self._connection.ask("DELETE", f"/leases/{self.id}")
+                self._connection.request("DELETE", f"/leases/{self.id}")
         except Unknown as gone:
             self.lost = gone.detail
         except HornbillError:
@@ -54,9 +54,9 @@ class Lease:
         if self.lost is not None and error is None:
             raise LeaseRequired(f"Motion control was lost before the end of the block. {self.lost}", cause=None)
 
-    def renew(self) -> answers.Lease:
-        """A sign of life by hand. Raises Unknown when it has ended."""
-        return self._connection.ask("PUT", f"/leases/{self.id}", timeout_s=max(1.0, self._ttl_s))
+    def renew(self) -> responses.Lease:
+        """Renew the lease. Raises Unknown if it has ended."""
+        return self._connection.request("PUT", f"/leases/{self.id}", timeout_s=max(1.0, self._ttl_s))
 
     def _renewed(self) -> bool:
         try:
@@ -65,5 +65,5 @@ class Lease:
             self.lost = gone.detail
             return False
         except HornbillError:
-            return True  # no answer, or a server in trouble: it may be back in time
+            return True  # the server may respond again in time
         return True

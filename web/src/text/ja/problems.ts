@@ -1,5 +1,5 @@
 /** What went wrong, in Japanese: by the cause of a problem, else by its code. tests/contract holds it complete. */
-import type { Facts, Saying } from "../../bench/facts";
+import type { Facts, FactsText } from "../../bench/facts";
 import { live } from "../../motion/text.ja";
 import { readable } from "../holder-name";
 
@@ -21,7 +21,7 @@ export const who = (name: string | undefined) => readable(name ?? "別のクラ�
 /** The unit of a value with its space. */
 const u = (p: Facts) => (p.unit ? `\u202f${p.unit}` : "");
 
-export const codes: Readonly<Record<string, Saying>> = {
+export const codes: Readonly<Record<string, FactsText>> = {
   bad_table: () => "パラメータ表に誤りがあります。",
   store_failed: () => "データベースを使用できません。データフォルダとディスクを確認してください。",
   log_failed: () => "ファイルを読み書きできません。データフォルダとディスクを確認してください。",
@@ -87,7 +87,7 @@ export const codes: Readonly<Record<string, Saying>> = {
   unexpected: p => `予期しない応答です（${p.summary}）。`,
 };
 
-export const causes: Readonly<Record<string, Saying>> = {
+export const causes: Readonly<Record<string, FactsText>> = {
   adapter_ambiguous: p =>
     `${p.address}に当てはまるアダプタが複数あります。シリアル番号で指定してください: ${p.others}。`,
   adapter_lost: p => `${p.address}が失われました。アダプタとケーブルを確認してください。`,

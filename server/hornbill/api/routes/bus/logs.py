@@ -1,4 +1,4 @@
-"""Routes of the log of the bus, and of the logs written before."""
+"""Routes of bus logs."""
 
 import asyncio
 from collections.abc import AsyncIterator
@@ -22,7 +22,7 @@ routes = Routes("logs")
 
 
 class LogRequest(Model):
-    """What to log, and when to stop by itself."""
+    """Options of a new log."""
 
     format: LogFormat = Field(default=LogFormat.CANDUMP, description="File format.")
     name: str | None = Field(default=None, description="File name without extension. Default: the start time.")
@@ -32,7 +32,7 @@ class LogRequest(Model):
 
 
 class LogState(Model):
-    """The log of frames being written, or the last one that was."""
+    """Current or last log."""
 
     state: Literal["idle", "running", "stopped", "full", "failed"] = Field(description="State of the log.")
     name: str | None = Field(description="File name. Null if there is no log.")
@@ -48,7 +48,7 @@ class LogState(Model):
 
 
 class LogFile(Model):
-    """A log in the data folder."""
+    """Log file in the data folder."""
 
     name: str = Field(description="File name.")
     bytes: int = Field(description="Size, bytes.")
@@ -62,31 +62,31 @@ LogName = Annotated[str, InPath(description="File name, as in `GET /bus/logs`.")
 
 @routes.post("/bus/log", Role.CONFIGURE, "busy", "invalid_value", "log_failed", status_code=201)
 async def start_log(bus_log: TheBusLog, body: LogRequest) -> LogState:
-    """Write every frame to a file in the data folder, sent ones included, until it is stopped or full.
+    """Start logging all frames, received and sent, to a file in the data folder, until stopped or full.
 
-    The log goes on when the bus is lost and found again. A slow disk never slows the bus: what it cannot take is
-    counted as dropped.
+    Logging continues after the bus is lost and reconnected. Frames that the disk cannot store in time are counted as
+    dropped.
     """
     return _shown(await bus_log.start(body.format, body.name, round(body.limit_mb * 1e6)))
 
 
 @routes.get("/bus/log", Role.VIEW)
 async def get_log(bus_log: TheBusLog) -> LogState:
-    """The log that is written, or the last one."""
+    """Get the state of the current or last log."""
     return _shown(bus_log.status)
 
 
 @routes.delete("/bus/log", Role.CONFIGURE)
 async def stop_log(bus_log: TheBusLog) -> LogState:
-    """End the log; it answers when the file is complete. Without one nothing happens."""
+    """Stop logging. Responds when the file is complete. No effect if no log is running."""
     return _shown(await bus_log.stop())
 
 
 @routes.get("/bus/logs", Role.VIEW)
 async def list_logs(bus_log: TheBusLog) -> list[LogFile]:
-    """The logs in the data folder, the newest first. One can be played: `PUT /bus` with address `file:NAME`."""
-    kept = await asyncio.to_thread(bus_log.folder.all)
-    return [LogFile(name=one.name, bytes=one.size, modified_at=one.modified_at) for one in kept]
+    """List the logs in the data folder, newest first. To play a log back, `PUT /bus` with address `file:NAME`."""
+    files = await asyncio.to_thread(bus_log.folder.all)
+    return [LogFile(name=file.name, bytes=file.size, modified_at=file.modified_at) for file in files]
 
 
 @routes.get(
@@ -97,7 +97,7 @@ async def list_logs(bus_log: TheBusLog) -> list[LogFile]:
     responses={200: {"content": {"application/octet-stream": {}}}},
 )
 async def download_log(bus_log: TheBusLog, name: LogName) -> StreamingResponse:
-    """The file; of the log being written, what is in it now."""
+    """Download a log. For a running log, its current content."""
     path = bus_log.folder.path(name)
     size = path.stat().st_size
     headers = {"Content-Length": str(size), **attachment(path.name)}
@@ -106,12 +106,12 @@ async def download_log(bus_log: TheBusLog, name: LogName) -> StreamingResponse:
 
 @routes.delete("/bus/logs/{name}", Role.ADMIN, "unknown_log", "busy", "log_failed", status_code=204)
 async def delete_log(bus_log: TheBusLog, name: LogName) -> None:
-    """Remove a log from the data folder."""
+    """Delete a log from the data folder."""
     await bus_log.delete(name)
 
 
 async def _content(path: Path, size: int) -> AsyncIterator[bytes]:
-    """The first `size` bytes. A log grows while it is sent; FileResponse would send more than it announced."""
+    """The first `size` bytes. A running log grows while it is sent, beyond the announced length."""
     loop = asyncio.get_running_loop()
     with path.open("rb") as file:
         while size > 0 and (chunk := await loop.run_in_executor(None, file.read, min(size, _CHUNK))):

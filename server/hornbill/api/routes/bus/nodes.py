@@ -1,4 +1,4 @@
-"""Routes of nodes and node ids: who is on the bus, the allocation table, and the allocator's mode."""
+"""Routes of nodes, the allocation table and the node ID allocator."""
 
 from typing import Final, Literal
 
@@ -25,7 +25,7 @@ routes = Routes("bus")
 
 
 class AllocatorMode(Model):
-    """What the allocator shall do."""
+    """Mode of the node ID allocator."""
 
     mode: AllocatorChoice = Field(
         description="on: allocate node IDs; off: do not; force: also beside another allocator."
@@ -33,10 +33,10 @@ class AllocatorMode(Model):
 
 
 class Node(Model):
-    """Whoever is heard on this bus, servo or not, and this server itself (table 2-17).
+    """A node on the bus, or this server itself (table 2-17).
 
-    One that never said NodeStatus has mode `unknown`, health `warning` and uptime 0. Nodes that ask for a node id
-    stand as one, with node id 0.
+    A node that never sent NodeStatus has mode `unknown`, health `warning` and uptime 0. All nodes that request a node
+    ID are listed as one entry with node ID 0.
     """
 
     node_id: int = Field(description="Node ID, 1 to 127. 0 for nodes without one.")
@@ -45,14 +45,14 @@ class Node(Model):
     )
     online: bool = Field(description="Received recently.")
     name: str | None = Field(description="Name from GetNodeInfo. Null if unknown.")
-    uid: str | None = Field(description="Unique ID of the servo, 32 hex digits. Null if it concerns none.")
+    uid: str | None = Field(description="Unique ID from GetNodeInfo, 32 hex digits. Null if unknown.")
     health: HealthCode = Field(description="Health from NodeStatus.")
     mode: str = Field(description="Mode from NodeStatus.")
     uptime_s: int = Field(description="Time since its start, s.")
     age_s: float = Field(description="Time since it was last received, s.")
     restarts: int = Field(description="Number of observed restarts.")
     software_version: str | None = Field(description="Software version from GetNodeInfo. Null if unknown.")
-    hardware_version: str | None = Field(description="Hardware version from GetNodeInfo.")
+    hardware_version: str | None = Field(description="Hardware version from GetNodeInfo. Null if unknown.")
     note: str | None = Field(description="Reason why it is not a servo, or a peculiarity. Null if none.")
     note_code: NoteCode | None = Field(description="Code of the note. Null if none.")
     note_params: Params
@@ -69,7 +69,7 @@ class Allocation(Model):
 
 
 class Allocations(Model):
-    """The allocation table and who is waiting."""
+    """Allocation table and pending requests."""
 
     allocations: list[Allocation] = Field(description="Rows of the allocation table, one per node.")
     pending: list[PendingAllocation] = Field(description="Nodes that request a node ID now.")
@@ -77,15 +77,15 @@ class Allocations(Model):
 
 
 class AllocationChange(Allocation):
-    """A row as it is now, or as it was before it was forgotten."""
+    """The changed row, or the deleted row as it was."""
 
-    note: str = Field(description="Time at which the change takes effect, one sentence.")
+    note: str = Field(description="When the change takes effect, one sentence.")
     note_code: NoteCode = Field(description="Code of the note.")
     note_params: Params
 
 
 class Recycle(Model):
-    """Which ids to free: those of nodes not seen for longer than this. When a node was seen is kept once a minute."""
+    """Criterion for the node IDs to free. Last contacts are stored once per minute."""
 
     idle_longer_than_s: float = Field(
         ge=60, allow_inf_nan=False, description="Minimum time since the node was last seen, s."
@@ -93,14 +93,14 @@ class Recycle(Model):
 
 
 class Recycled(Model):
-    """Rows that were freed, as they were."""
+    """Result of recycling."""
 
     freed: list[Allocation] = Field(description="Removed rows, as they were.")
     free: int = Field(description="Number of free node IDs.")
 
 
 class Pin(Model):
-    """The node id a node shall have."""
+    """Node ID to reserve."""
 
     node_id: int = Field(description="Node ID, 1 to 127.")
 
@@ -115,7 +115,7 @@ _BUSY: Final = {State.SAVING: "is saving", State.RESTARTING: "is restarting"}
 
 @routes.get("/nodes", Role.VIEW)
 async def list_nodes(host: TheHost) -> list[Node]:
-    """Every node heard since the bus was connected, by node id. Empty without a bus."""
+    """List all nodes received since the bus was connected, by node ID. Empty without a bus."""
     connection = host.connection
     if connection is None:
         return []
@@ -128,7 +128,7 @@ async def list_nodes(host: TheHost) -> list[Node]:
 
 @routes.get("/allocations", Role.VIEW)
 async def list_allocations(host: TheHost) -> Allocations:
-    """The allocation table, and which nodes wait for an id."""
+    """Get the allocation table and the nodes waiting for a node ID."""
     return Allocations(
         allocations=[_allocation(host, entry) for entry in host.store.allocations.rows()],
         pending=present.pending(host),
@@ -138,11 +138,11 @@ async def list_allocations(host: TheHost) -> Allocations:
 
 @routes.put("/allocations/{uid}", Role.CONFIGURE, "out_of_range", "invalid_value")
 async def pin_allocation(host: TheHost, uid: UidPath, body: Pin, lease: LeaseHeader = None) -> AllocationChange:
-    """Choose the id, 1 to 125, a node is given when it asks the next time, met before or not. No other may have it."""
+    """Reserve a node ID, 1 to 125, for a node, which receives it with its next request. The node may be unknown."""
     before = host.store.allocations.entries().get(Uid(uid))
     note = await host.allocating.pin(Uid(uid), body.node_id)
     if (fixed := _fixed_id(host, uid)) is not None:
-        text = f"It has the fixed node id {fixed} (0x46) and asks for none. The pin counts once 0x46 is 0."
+        text = f"The node has the fixed node ID {fixed} (0x46) and requests none. The pin applies once 0x46 is 0."
         note = Note(text, "pin_after_fixed", {"node_id": fixed})
     _note(host, lease, "pin", uid, before, body.node_id, note)
     return _change(host, host.store.allocations.get(Uid(uid)), note)
@@ -150,7 +150,7 @@ async def pin_allocation(host: TheHost, uid: UidPath, body: Pin, lease: LeaseHea
 
 @routes.delete("/allocations/{uid}", Role.CONFIGURE, "unknown_uid", "busy", "invalid_value")
 async def forget_allocation(host: TheHost, uid: UidPath, lease: LeaseHeader = None) -> AllocationChange:
-    """Free a node's id, and take its pin away. A node that is online keeps its id until it starts anew."""
+    """Free the node ID of a node and remove its pin. A node that is online keeps its ID until it restarts."""
     entry = host.store.allocations.get(Uid(uid))
     note = await host.allocating.forget(Uid(uid), _why_busy(host, uid))
     _note(host, lease, "forget", uid, entry.node_id, None, note)
@@ -159,7 +159,7 @@ async def forget_allocation(host: TheHost, uid: UidPath, lease: LeaseHeader = No
 
 @routes.post("/allocations/recycle", Role.CONFIGURE, "invalid_value")
 async def recycle_allocations(host: TheHost, body: Recycle, lease: LeaseHeader = None) -> Recycled:
-    """Free the ids of nodes not seen for so long. Pinned ones, and those of nodes online or restarting, stay."""
+    """Free the node IDs of nodes not seen for the given time, except pinned ones and nodes online or restarting."""
     rows = {entry.uid: _allocation(host, entry) for entry in host.store.allocations.rows()}
     spared = {uid for uid, row in rows.items() if row.online or _why_busy(host, uid) is not None}
     freed = await host.allocating.recycle(body.idle_longer_than_s, spared)
@@ -172,9 +172,9 @@ async def recycle_allocations(host: TheHost, body: Recycle, lease: LeaseHeader =
 
 @routes.put("/bus/allocator", Role.CONFIGURE, "invalid_value")
 async def set_allocator(host: TheHost, body: AllocatorMode, lease: LeaseHeader = None) -> AllocatorState:
-    """Give node ids unless somebody else does (on), never (off), or whoever else does (force). It is kept.
+    """Set the allocator's mode: allocate unless another allocator responds (on), never (off), or always (force).
 
-    A mode given on the command line or in the environment counts again at the next start.
+    The mode is stored. A mode given on the command line or in the environment overrides it at the next start.
     """
     before = host.allocating.allocator.mode
     await host.allocating.choose(AllocationMode(body.mode))
@@ -186,7 +186,7 @@ def _note(
     host: Host, lease: str | None, action: str, uid: str | None, before: int | str | None, after: int | str | None,
     *notes: Note,
 ) -> None:  # fmt: skip
-    """Keep in the audit what was decided about node ids."""
+    """Record a decision about node IDs in the audit."""
     by, key = host.leases.who(lease, host.base.now()), "mode" if uid is None else "node_id"
     host.audit.note(
         NewAuditEntry(by, action, "applied", None if uid is None else Uid(uid), key, before, after, after, notes)
@@ -220,43 +220,43 @@ def _why_busy(host: Host, uid: str) -> str | None:
 
 
 def _fixed_id(host: Host, uid: str) -> int | None:
-    """What 0x46 of a servo holds, when it is not 0: then it never asks for an id (section 4.38)."""
+    """Fixed node ID of a servo (0x46), or None: with a fixed ID it never requests one (section 4.38)."""
     return (host.fleet.get(uid).raw("node_id") if host.fleet.knows(uid) else None) or None
 
 
 def _node(host: Host, connection: Connection, node_id: int, now: Instant) -> Node:
     directory = connection.directory
     record = directory.records.get(node_id)
-    heard = directory.last_seen(node_id) or 0.0
+    seen = directory.last_seen(node_id) or 0.0
     if record is None:
-        text = "It sends, but never said NodeStatus, which every node must once a second."
-        return _silent(node_id, "unknown", "warning", heard, now, Note(text, "no_status"))
+        text = "The node sends frames but no NodeStatus, which is required once per second."
+        return _without_status(node_id, "unknown", "warning", seen, now, Note(text, "no_status"))
     kind: Kind = host.fleet.kind(node_id)
     note = host.fleet.note(node_id)
     if kind != "servo" and record.info is not None and record.info.name == connection.participant.info().name:
         kind, note = "hornbill", Note("Another hornbill.", "another_hornbill")
-    return _speaking(node_id, kind, record.status, record.info, heard, now, record.restarts, note)
+    return _with_status(node_id, kind, record.status, record.info, seen, now, record.restarts, note)
 
 
 def _ourselves(connection: Connection, now: Instant) -> Node:
     info = connection.participant.info()
     note = Note("This server.", "this_server")
-    return _speaking(connection.participant.node_id, "hornbill", info.status, info, now, now, 0, note)
+    return _with_status(connection.participant.node_id, "hornbill", info.status, info, now, now, 0, note)
 
 
-def _anonymous(host: Host, heard: Instant, now: Instant) -> Node:
+def _anonymous(host: Host, seen: Instant, now: Instant) -> Node:
     waiting = len(host.allocating.allocator.pending(now))
-    count = "1 node asks" if waiting == 1 else f"{waiting or 'No'} nodes ask"
-    note = Note(f"{count} for a node id now: see the allocations.", "asking_for_id", {"count": waiting})
-    return _silent(0, "initialization", "ok", heard, now, note)
+    count = "1 node requests" if waiting == 1 else f"{waiting or 'No'} nodes request"
+    note = Note(f"{count} a node ID. See the allocations.", "asking_for_id", {"count": waiting})
+    return _without_status(0, "initialization", "ok", seen, now, note)
 
 
-def _speaking(
+def _with_status(
     node_id: int,
     kind: Kind,
     status: NodeStatus,
     info: GetNodeInfoResponse | None,
-    heard: Instant,
+    seen: Instant,
     now: Instant,
     restarts: int,
     note: Note | None,
@@ -264,13 +264,13 @@ def _speaking(
     return Node(
         node_id=node_id,
         kind=kind,
-        online=now - heard < OFFLINE_AFTER_S,
+        online=now - seen < OFFLINE_AFTER_S,
         name=None if info is None else info.name,
         uid=None if info is None else info.hardware_version.unique_id.hex(),
         health=NodeHealth(status.health).name.lower(),  # pyright: ignore[reportArgumentType] - there are four
         mode=mode_name(status.mode),
         uptime_s=status.uptime_sec,
-        age_s=round(now - heard, 3),
+        age_s=round(now - seen, 3),
         restarts=restarts,
         software_version=None if info is None else _software(info.software_version),
         hardware_version=None if info is None else f"{info.hardware_version.major}.{info.hardware_version.minor}",
@@ -280,16 +280,16 @@ def _speaking(
     )
 
 
-def _silent(node_id: int, mode: str, health: HealthCode, heard: Instant, now: Instant, note: Note) -> Node:
-    """A node that has not said NodeStatus."""
+def _without_status(node_id: int, mode: str, health: HealthCode, seen: Instant, now: Instant, note: Note) -> Node:
+    """A node that has not sent NodeStatus."""
     return Node(
-        node_id=node_id, kind="unknown", online=now - heard < OFFLINE_AFTER_S, name=None, uid=None, health=health,
-        mode=mode, uptime_s=0, age_s=round(now - heard, 3), restarts=0, software_version=None, hardware_version=None,
+        node_id=node_id, kind="unknown", online=now - seen < OFFLINE_AFTER_S, name=None, uid=None, health=health,
+        mode=mode, uptime_s=0, age_s=round(now - seen, 3), restarts=0, software_version=None, hardware_version=None,
         note=note.text, note_code=note.code, note_params=note.params,
     )  # fmt: skip
 
 
 def _software(version: SoftwareVersion) -> str:
-    """The commit only where the node says that it means something (errata A9)."""
+    """Version, with the commit only if the node flags it as valid (errata A9)."""
     commit = f"+{version.vcs_commit:08x}" if version.optional_field_flags & _HAS_COMMIT else ""
     return f"{version.major}.{version.minor}{commit}"

@@ -1,11 +1,11 @@
-"""Routes of commissioning: which servos look new, and the job that gives them names, ids and values."""
+"""Routes of commissioning: candidates, and the job that sets labels, IDs and values."""
 
 from pydantic import Field
 from starlette.responses import Response
 
 from hornbill.api import present
 from hornbill.api.dependencies import LeaseHeader, TheHost
-from hornbill.api.routes.server.jobs import Wait, answer, previewed, starts
+from hornbill.api.routes.server.jobs import Wait, job_response, preview_response, starts
 from hornbill.api.routing import Routes
 from hornbill.api.security.roles import Role
 from hornbill.domain.bus import PendingAllocation
@@ -20,21 +20,21 @@ routes = Routes("commissioning")
 
 
 class Candidate(Model):
-    """A servo that looks new (servo id 0, no label), and the servo id to give it: null when none is free."""
+    """A servo that appears to be new (servo ID 0, no label)."""
 
     servo: Servo
     servo_id: int | None = Field(description="Next free servo ID. Null if none is free.")
 
 
 class Candidates(Model):
-    """Servos to commission, in the order of their serials, and nodes that still wait for a node id."""
+    """Servos to commission, by serial number, and nodes waiting for a node ID."""
 
     servos: list[Candidate] = Field(description="One entry per servo.")
     pending: list[PendingAllocation] = Field(description="Nodes that still wait for a node ID.")
 
 
 class CommissionServo(Model):
-    """What one servo is to become; null and "" leave as it is."""
+    """Settings of one servo. Null and "" keep the current value."""
 
     uid: UidField
     servo_id: int | None = Field(default=None, ge=1, le=254, description="Servo ID (0x45), 1 to 254. Null to keep it.")
@@ -45,7 +45,7 @@ class CommissionServo(Model):
 
 
 class Commissioning(Model):
-    """Servos to commission by one job, in this order."""
+    """Servos to commission, in this order."""
 
     servos: list[CommissionServo] = Field(min_length=1, max_length=125, description="Servos to commission.")
     profile: str | None = Field(default=None, description="Name of the profile to apply to all servos. Null for none.")
@@ -53,7 +53,7 @@ class Commissioning(Model):
     identify: bool = Field(default=False, description="Wiggle each horn before the servo gets its identity.")
     on_anomaly: OnAnomaly = Field(
         default="stop",
-        description="After the first servo with an unexpected result: leave the remaining servos unchanged, or "
+        description="After the first servo with an unexpected result: stop, leaving the remaining servos unchanged, or "
         "continue.",
     )
     confirm: SafetyConfirm
@@ -61,14 +61,14 @@ class Commissioning(Model):
 
 
 class CommissionPlan(SavePreview):
-    """What commissioning would do with one servo."""
+    """Effect of commissioning on one servo."""
 
     uid: UidField
     changes: list[Change] = Field(description="Rows to write.")
 
 
 class CommissioningPreview(Model):
-    """What commissioning would do, servo by servo, in the order of the request."""
+    """Effect of commissioning, in the order of the request."""
 
     servos: list[CommissionPlan] = Field(description="One entry per servo.")
 
@@ -82,8 +82,8 @@ PROBLEMS = (
 
 @routes.get("/commissioning/candidates", Role.VIEW)
 async def list_candidates(host: TheHost) -> Candidates:
-    """Servos on the bus that look new (servo id 0, no label), each with the servo id to give it; and those that still
-    wait for a node id.
+    """List servos that appear to be new (servo ID 0, no label), each with the next free servo ID, and nodes waiting for
+    a node ID.
     """
     return Candidates(
         servos=[
@@ -96,14 +96,14 @@ async def list_candidates(host: TheHost) -> Candidates:
 
 @routes.post("/commissioning", Role.CONFIGURE, *PROBLEMS, **starts(CommissioningPreview))
 async def commission(host: TheHost, body: Commissioning, lease: LeaseHeader = None, wait: Wait = False) -> Response:
-    """Give servos their labels, ids and values, one by one, each all or nothing, saved and proved.
+    """Commission servos: set labels, IDs and values one servo at a time, each all or nothing, then save and verify.
 
-    Everything is checked before the first write. With `identify` each horn wiggles a little first; with `save` each
-    servo restarts, and with soft start and torque on in ROM its horn goes slowly to 0 degrees. Asking again for one
-    servo does its part again; what it holds already is not written. The job can be resumed, also by another server.
+    Everything is checked before the first write. With `identify` each horn wiggles first. With `save` each servo
+    restarts; with soft start, and torque on in ROM, its horn moves slowly to 0°. Repeating the request is safe: values
+    that a servo already has are not written. The job can be resumed, also by another server.
 
-    With `dry_run` every check is done, and nothing else: the answer says of each servo what is written, which rows of
-    ROM change and what its horn does.
+    `dry_run` performs all checks and returns, for each servo, the writes, the rows of ROM that would change and the
+    effect on its horn.
     """
     host.connected()
     wanted = [Wanted(Uid(one.uid), one.servo_id, one.node_id, one.label.strip()) for one in body.servos]
@@ -111,9 +111,9 @@ async def commission(host: TheHost, body: Commissioning, lease: LeaseHeader = No
     if body.dry_run:
         planned = await host.commissioning_jobs.plan(wanted, lease, options)
         shown = CommissioningPreview(servos=[_plan(one) for one in planned])
-        return previewed(shown)
+        return preview_response(shown)
     job = host.commissioning_jobs.start(wanted, lease, options)
-    return await answer(host, job, wait)
+    return await job_response(host, job, wait)
 
 
 def _plan(one: Planned) -> CommissionPlan:

@@ -1,4 +1,4 @@
-"""Routes of drift: what ROM holds otherwise than we last knew, putting it back, and accepting it."""
+"""Routes of drift: unexpected changes in ROM, restoring and accepting them."""
 
 from pydantic import Field
 
@@ -15,14 +15,14 @@ routes = Routes("history")
 
 
 class Drift(Model):
-    """What ROM holds otherwise than we last knew. Empty when nothing does."""
+    """Rows whose ROM value changed unexpectedly. Empty if there are none."""
 
     uid: UidField
     rows: list[DriftRow] = Field(description="Rows that changed.")
 
 
 class DriftRestore(Model):
-    """Write back what ROM held; with `save`, into ROM."""
+    """Options of restoring drift."""
 
     save: SaveAfter = False
     confirm: SafetyConfirm
@@ -33,7 +33,7 @@ BEFORE_DRIFT_IS_UNDONE = Reason("before drift is undone", "drift_undone")
 
 @routes.get("/servos/{uid}/drift", Role.VIEW, "unknown_servo")
 async def get_drift(host: TheHost, servo: TheServo) -> Drift:
-    """Rows that somebody else changed in ROM since the servo was last known. Empty when nothing differs."""
+    """Get the rows that another tool changed in ROM since the servo was last seen."""
     rows = host.drift.rows(servo)
     return Drift(uid=servo.uid, rows=rows)
 
@@ -42,11 +42,13 @@ async def get_drift(host: TheHost, servo: TheServo) -> Drift:
 async def restore_drift(
     host: TheHost, servo: TheServo, body: DriftRestore | None = None, lease: LeaseHeader = None
 ) -> ParametersPatched:
-    """Write back what ROM held, all or nothing, identity rows too. The flag goes when ROM is proved to hold it."""
+    """Write back the previous ROM values, all or nothing, including identity rows. The drift clears once ROM is
+    verified to contain them.
+    """
     wanted = body or DriftRestore(confirm=[])
     values = {one.key: one.was for one in host.drift.rows(servo)}
     if not values:
-        wanted = DriftRestore(confirm=[])  # nothing to put back, so nothing is saved
+        wanted = DriftRestore(confirm=[])  # nothing to restore, so nothing is saved
     host.connected()
     options = WriteOptions(lease, save=wanted.save, confirm=wanted.confirm, reason=BEFORE_DRIFT_IS_UNDONE)
     return patched(servo, await host.changes.edit(servo, values, options))
@@ -54,12 +56,12 @@ async def restore_drift(
 
 @routes.delete("/servos/{uid}/drift", Role.CONFIGURE, "unknown_servo", "busy", "lease_held", status_code=204)
 async def accept_drift(host: TheHost, servo: TheServo, lease: LeaseHeader = None) -> None:
-    """Take what was found for what is wanted."""
+    """Accept the changed values as intended."""
     now = host.base.now()
     host.leases.allow_write(lease, now)
     if servo.busy is not None:
         raise Busy(
-            f"{servo.title} is {servo.state.value}. Accept its drift when that has ended.",
+            f"{servo.title} is {servo.state.value.replace('_', ' ')}. Wait until it is ready, then accept its drift.",
             cause="not_ready",
             servo=servo.title,
             state=servo.state.value,

@@ -1,4 +1,4 @@
-"""Routes of the matrix: parameters × servos, read and changed as one."""
+"""Routes of the matrix: parameters of several servos, read and changed together."""
 
 from typing import Annotated, Literal
 
@@ -24,21 +24,21 @@ routes = Routes("parameters")
 
 
 class BatchRead(Model):
-    """Parameters × servos."""
+    """Parameters of several servos."""
 
     servos: dict[str, "BatchServo"] = Field(description="Results by unique ID.")
 
 
 class BatchServo(Model):
-    """One servo's column of the matrix; `problem` instead of readings where there are none."""
+    """Parameters of one servo, or the problem if it is unknown or unreadable."""
 
-    revision: str | None = Field(description="Revision of the values, for If-Match.")
+    revision: str | None = Field(description="Revision of the values, for If-Match. Null if unknown.")
     parameters: dict[str, Reading] = Field(description="Readings by key.")
     problem: Problem | None = Field(default=None, description="Reason why there are none. Null otherwise.")
 
 
 class BatchPatch(Model):
-    """Values by servo by key. All or nothing for each servo; identity rows may be swapped within the batch."""
+    """Values to write, all or nothing for each servo. IDs may be swapped among the servos."""
 
     servos: dict[str, dict[str, bool | int | float | str]] = Field(
         min_length=1, max_length=250, description="Values by unique ID and key."
@@ -48,16 +48,16 @@ class BatchPatch(Model):
     )
     dry_run: DryRun = False
     save: SaveAfter = False
-    all_or_none: bool = Field(default=False, description="If one servo rejects its plan, write to none.")
+    all_or_none: bool = Field(default=False, description="Write to no servo if the plan of any servo is rejected.")
     confirm: SafetyConfirm
 
 
 class BatchOutcome(SavePreview):
-    """What became of one servo of a batch; `problem` says why it was rejected or rolled back."""
+    """Result for one servo."""
 
     uid: UidText
     outcome: Literal["applied", "rolled_back", "planned", "rejected", "not_tried"] = Field(
-        description="rejected: nothing was written; not_tried: an earlier servo ended the batch."
+        description="rejected: nothing was written; not_tried: an earlier servo failed; planned: of a dry run."
     )
     changes: list[Change] = Field(description="Changes, row by row.")
     revision: str | None = Field(description="Revision of the values afterwards. Null if nothing was read.")
@@ -66,7 +66,7 @@ class BatchOutcome(SavePreview):
 
 
 class BatchPatched(Model):
-    """Outcomes in the order of the request."""
+    """Results in the order of the request."""
 
     servos: list[BatchOutcome] = Field(description="One entry per servo.")
 
@@ -81,7 +81,7 @@ async def read_matrix(
     keys: Annotated[Listed, Query(description="Parameter keys, separated by commas. Default: all rows.")] = None,
     refresh: Annotated[bool, Query(description="Read the rows from the bus first.")] = False,
 ) -> BatchRead:
-    """Rows of many servos, as last read or read now. A row a model lacks is absent; a servo with a problem has it."""
+    """Get rows of several servos, as last read or, with `refresh`, from the bus. Rows that a model lacks are absent."""
     chosen = None if keys is None else set(_items(keys))
     for key in chosen or ():
         host.catalog.parameter(key)
@@ -96,10 +96,10 @@ async def read_matrix(
 
 @routes.patch("/parameters", Role.CONFIGURE, "lease_held", "bus_disconnected", "invalid_value")
 async def change_matrix(host: TheHost, body: BatchPatch, lease: LeaseHeader = None) -> BatchPatched:
-    """Rows of many servos. Each servo is planned first and then changed all or nothing; ids may be swapped.
+    """Change rows of several servos. All servos are planned first, then each is changed all or nothing.
 
-    Servos that pass ids to one another stand and fall together. With `save` each servo that was changed is saved,
-    all at once: every one of them restarts, and with soft start and torque on in ROM its horn goes slowly to 0 degrees.
+    IDs may be swapped; servos that exchange IDs succeed or fail together. With `save` all changed servos are saved at
+    the same time: each restarts, and with soft start, and torque on in ROM, its horn moves slowly to 0°.
     """
     host.connected()
     revisions = {uid: one for uid, text in body.revisions.items() if (one := revision_of(text)) is not None}

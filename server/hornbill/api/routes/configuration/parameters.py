@@ -1,4 +1,4 @@
-"""Parameter routes: the GET and the PUT of any row, the whole set, and PATCH."""
+"""Parameter routes: GET and PUT of a row, and GET and PATCH of the whole set."""
 
 from collections.abc import Collection
 from typing import Annotated
@@ -28,14 +28,14 @@ from hornbill.servo.host import Host
 
 
 class Parameters(Model):
-    """Every row this model and firmware has."""
+    """All rows of this model and firmware."""
 
     revision: str = Field(description="Revision of the values, for If-Match.")
     parameters: dict[str, Reading] = Field(description="Readings by key.")
 
 
 class ParametersPatch(Model):
-    """Several rows at once, all or nothing."""
+    """Values to write, all or nothing."""
 
     values: dict[str, bool | int | float | str] = Field(
         min_length=1, description="Values by key, in the units of the parameter manual."
@@ -46,7 +46,7 @@ class ParametersPatch(Model):
 
 
 class ParametersPatched(SavePreview):
-    """The outcome of a PATCH; with save, the job that saves, or what a dry run of it found."""
+    """Result of a change; with `save`, the save job, or the result of its dry run."""
 
     outcome: ChangeOutcome = Field(description="All changes, or none: rolled_back restores the earlier values.")
     changes: list[Change] = Field(description="Changes, row by row.")
@@ -62,7 +62,7 @@ PATCH_PROBLEMS = (*WRITE_PROBLEMS, "stale_revision", "lease_required", "stopped"
 
 
 def routes(catalog: Catalog) -> Routes:
-    """Every parameter route: one GET and one PUT serve all rows; `rows` has what the document says of each."""
+    """All parameter routes. One GET and one PUT serve all rows; `rows` documents each row."""
     made = Routes("parameters")
     _whole_set(made, catalog)
     _any_row(made)
@@ -84,7 +84,7 @@ def _whole_set(made: Routes, catalog: Catalog) -> None:
         servo: TheServo,
         refresh: Annotated[bool, Query(description="Read every row from the bus first.")] = False,
     ) -> Parameters:
-        """Every row this model and firmware has, as last read; `refresh` reads the bus first."""
+        """List all rows of this model and firmware as last read; `refresh` reads them from the bus first."""
         if refresh:
             host.connected()
             await read_rows(host.requests, servo)
@@ -98,7 +98,7 @@ def _whole_set(made: Routes, catalog: Catalog) -> None:
         lease: LeaseHeader = None,
         revision: IfMatch = None,
     ) -> ParametersPatched:
-        """Several rows, all or nothing: validated, written, read back; on any failure undone."""
+        """Change rows, all or nothing: validate, write and read back; roll back on any failure."""
         assert isinstance(body, ParametersPatch)
         host.connected()
         options = WriteOptions(
@@ -108,7 +108,7 @@ def _whole_set(made: Routes, catalog: Catalog) -> None:
 
 
 def patched(servo: Servo, outcome: Outcome) -> ParametersPatched:
-    """The response to a change, with the save that was started, or the plan of a dry run."""
+    """Response to a change, with the started save or the plan of a dry run."""
     return ParametersPatched(
         **dict(outcome.plan or SavePreview()),
         outcome=outcome.outcome,  # pyright: ignore[reportArgumentType]
@@ -121,7 +121,7 @@ def patched(servo: Servo, outcome: Outcome) -> ParametersPatched:
 
 
 def _any_row(made: Routes) -> None:
-    """What every row answers. Keys that are no row, rows that cannot be written: problems, not a bare 404 or 405."""
+    """Generic routes of any row. Unknown keys and read-only rows result in problems, not in a bare 404 or 405."""
 
     async def the_row(
         host: TheHost, servo: TheServo, key: Annotated[ParameterKey, Path(description="Parameter key.")]
@@ -135,7 +135,7 @@ def _any_row(made: Routes) -> None:
         servo: TheServo,
         row: Annotated[Parameter, Depends(the_row)],
     ) -> Reading:
-        """Read one row by its key, for programs that loop; each row has a route of its own, too."""
+        """Read one row by key, for programs that loop over keys. Each row has a typed route, too."""
         host.connected()
         await host.requests.read(servo, row)
         return reading(servo, row.key, host.base)
@@ -148,7 +148,7 @@ def _any_row(made: Routes) -> None:
         body: RowValue,
         lease: LeaseHeader = None,
     ) -> Reading:
-        """Write one row by its key and read it back, for programs that loop; each row has a route of its own, too."""
+        """Write one row by key and read it back, for programs that loop over keys. Each row has a typed route, too."""
         await _write(host, servo, row, body.value, lease, body.confirm)
         return reading(servo, row.key, host.base)
 
@@ -167,7 +167,7 @@ async def _write(
 
 
 def revision_of(header: str | None) -> str | None:
-    """The revision of an If-Match header, quoted as RFC 9110 has it or bare; None for "*", which any one matches."""
+    """Revision in an If-Match header, quoted (RFC 9110) or bare; None for "*", which matches any revision."""
     text = "*" if header is None else header.strip()
     return None if text == "*" else text.removeprefix("W/").strip('"')
 

@@ -1,4 +1,4 @@
-"""Routes of profiles: kept, changed, exported, imported, and applied to servos by one job."""
+"""Routes of profiles: create, change, export, import and apply."""
 
 import re
 from dataclasses import asdict
@@ -10,8 +10,7 @@ from pydantic import Field
 from starlette.responses import Response
 
 from hornbill.api.dependencies import LeaseHeader, TheHost
-from hornbill.api.routes.server.jobs import Wait, starts
-from hornbill.api.routes.server.jobs import answer as job_answer
+from hornbill.api.routes.server.jobs import Wait, job_response, starts
 from hornbill.api.routing import Routes
 from hornbill.api.security.roles import Role
 from hornbill.domain.change import LineVerdict
@@ -29,7 +28,7 @@ routes = Routes("profiles")
 
 
 class ProfilePut(Model):
-    """A profile to keep: its values, or the servo (or snapshot) to take them from."""
+    """Profile to store: its values, or the servo or snapshot to take them from."""
 
     description: str = Field(default="", max_length=1000, description="Purpose of the profile.")
     model: str | None = Field(default=None, description="Model it is made for. Null for any.")
@@ -49,14 +48,14 @@ class ProfilePut(Model):
 
 
 class Imported(Model):
-    """The verdict on every line of a file; `profile` is null unless all were ok."""
+    """Result of an import."""
 
     profile: Profile | None = Field(description="Imported profile. Null unless all lines are ok.")
     lines: list[LineVerdict] = Field(description="Verdict on each line.")
 
 
 class ProfileApply(Model):
-    """Servos to bring to a profile, one by one in this order."""
+    """Servos to apply a profile to, in this order."""
 
     uids: list[UidField] = Field(
         min_length=1, max_length=250, description="Servos in the order of writing, unique IDs."
@@ -70,7 +69,7 @@ class ProfileApply(Model):
 
 
 LARGEST_FILE = 256 * 1024
-"""Bytes of a file that is imported; a profile of all rows has about 3 kB."""
+"""Maximum size of an imported file, bytes; a profile of all rows has about 3 kB."""
 
 MEDIA_TYPES: dict[Form, str] = {"toml": "application/toml", "json": "application/json"}
 VALUE_PROBLEMS = (
@@ -84,20 +83,20 @@ VALUE_PROBLEMS = (
 FILE_BODY = {
     "requestBody": {"required": True, "content": {one: {"schema": {"type": "string"}} for one in MEDIA_TYPES.values()}}
 }
-FILE_ANSWERS = {"content": {one: {"schema": {"type": "string"}} for one in MEDIA_TYPES.values()}}
+FILE_RESPONSES = {"content": {one: {"schema": {"type": "string"}} for one in MEDIA_TYPES.values()}}
 
 ProfileName = Annotated[Name, Path(description="Name of the profile, 1 to 80 characters without slash.")]
 
 
 @routes.get("/profiles", Role.VIEW)
 async def list_profiles(host: TheHost) -> list[Profile]:
-    """Every profile, by name."""
+    """List all profiles, by name."""
     return host.profiles.all()
 
 
 @routes.get("/profiles/{name}", Role.VIEW, "unknown_profile", "invalid_value")
 async def get_profile(host: TheHost, name: ProfileName) -> Profile:
-    """One profile."""
+    """Get a profile."""
     return host.profiles.get(name)
 
 
@@ -111,12 +110,12 @@ async def get_profile(host: TheHost, name: ProfileName) -> Profile:
     "no_response",
     "bus_disconnected",
     "store_failed",
-    responses={201: {"model": Profile, "description": "a new profile"}},
+    responses={201: {"model": Profile, "description": "New profile."}},
 )
 async def put_profile(
     host: TheHost, name: ProfileName, body: ProfilePut, response: Response, lease: LeaseHeader = None
 ) -> Profile:
-    """Keep a profile: the values given, or those a servo or a snapshot holds. One of the same name is replaced."""
+    """Store a profile, from given values, a servo or a snapshot. Replaces a profile of the same name."""
     draft = await _draft(host, body)
     response.status_code = 200 if host.profiles.has(name) else 201
     return await host.profiles.put(name, draft, identity=body.identity, by=_who(host, lease))
@@ -124,7 +123,7 @@ async def put_profile(
 
 @routes.delete("/profiles/{name}", Role.CONFIGURE, "unknown_profile", "invalid_value", status_code=204)
 async def delete_profile(host: TheHost, name: ProfileName, lease: LeaseHeader = None) -> None:
-    """Forget a profile. Servos it was applied to stay as they are."""
+    """Delete a profile. Servos that it was applied to stay unchanged."""
     await host.profiles.drop(name, by=_who(host, lease))
 
 
@@ -134,14 +133,14 @@ async def delete_profile(host: TheHost, name: ProfileName, lease: LeaseHeader = 
     "unknown_profile",
     "invalid_value",
     response_class=Response,
-    responses={200: FILE_ANSWERS},
+    responses={200: FILE_RESPONSES},
 )
 async def export_profile(
     host: TheHost,
     name: ProfileName,
     form: Annotated[Form, Query(alias="format", description="File format.")] = "toml",
 ) -> Response:
-    """The profile as a file for people: TOML with label and unit on every line, or JSON."""
+    """Export a profile as a file: TOML with label and unit on every line, or JSON."""
     one = host.profiles.get(name)
     text = profile_file.to_toml(one, host.catalog) if form == "toml" else profile_file.to_json(one)
     plain = re.sub(r"[^A-Za-z0-9._-]+", "_", name).strip("._") or "profile"
@@ -154,7 +153,7 @@ async def export_profile(
     Role.CONFIGURE,
     "invalid_value",
     openapi_extra=FILE_BODY,
-    responses={201: {"model": Imported, "description": "a new profile"}},
+    responses={201: {"model": Imported, "description": "New profile."}},
 )
 async def import_profile(
     host: TheHost,
@@ -165,24 +164,26 @@ async def import_profile(
     content_type: Annotated[str, Header(include_in_schema=False)] = "",
     lease: LeaseHeader = None,
 ) -> Imported:
-    """Keep a profile from a file, when every line of it is ok; else the problem has a verdict on each in `lines`."""
+    """Import a profile from a file. If any line is invalid, nothing is stored, and `lines` of the problem contains a
+    verdict on each line.
+    """
     form = _form(content_type)
     found = profile_file.read(await _text(request), form, host.profiles, host.catalog, identity=identity)
     lines = list(found.lines)
     if found.draft is None:
         wrong = [one for one in lines if one.verdict != "ok"]
         raise InvalidValue(
-            f"{len(wrong)} of {len(lines)} lines cannot be taken, so nothing was kept. "
+            f"{len(wrong)} of {len(lines)} lines are invalid. Nothing was imported. "
             f"Line {wrong[0].line}{f', {wrong[0].key[:60]}' if wrong[0].key else ''}: {wrong[0].text}",
             lines=[asdict(one) for one in lines],
             cause="lines_invalid",
             count=len(wrong),
-            lines_in_all=len(lines),
+            total_lines=len(lines),
             line=wrong[0].line,
         )
     response.status_code = 200 if host.profiles.has(name) else 201
-    kept = await host.profiles.put(name, found.draft, identity=identity, by=_who(host, lease))
-    return Imported(profile=kept, lines=lines)
+    stored = await host.profiles.put(name, found.draft, identity=identity, by=_who(host, lease))
+    return Imported(profile=stored, lines=lines)
 
 
 @routes.post(
@@ -200,17 +201,18 @@ async def import_profile(
 async def apply_profile(
     host: TheHost, name: ProfileName, body: ProfileApply, lease: LeaseHeader = None, wait: Wait = False
 ) -> Response:
-    """Bring servos to a profile, unit by unit, each all or nothing; rows a servo lacks are left out and told."""
+    """Apply a profile to servos one by one, each all or nothing. Rows that a servo lacks are left out and listed."""
     host.connected()
-    wish = ApplyOptions(body.dry_run, body.save, body.on_anomaly, tuple(body.confirm))
-    return await job_answer(host, host.profile_jobs.start(name, [Uid(one) for one in body.uids], lease, wish), wait)
+    options = ApplyOptions(body.dry_run, body.save, body.on_anomaly, tuple(body.confirm))
+    job = host.profile_jobs.start(name, [Uid(uid) for uid in body.uids], lease, options)
+    return await job_response(host, job, wait)
 
 
 async def _draft(host: Host, body: ProfilePut) -> Draft:
     sources = [one is not None for one in (body.values, body.from_uid, body.from_snapshot)]
     if sum(sources) != 1:
         raise InvalidValue(
-            "A profile comes from one source. Give one of values, from_uid and from_snapshot.",
+            "A profile needs exactly one source. Give one of values, from_uid and from_snapshot.",
             cause="one_source_required",
         )
     if body.values is not None:
@@ -233,19 +235,19 @@ def _form(content_type: str) -> Form:
         if media == known:
             return form
     raise InvalidValue(
-        "A file is TOML or JSON. Send Content-Type: application/toml or application/json.",
+        "The file must be TOML or JSON. Send Content-Type: application/toml or application/json.",
         cause="file_not_toml_or_json",
     )
 
 
 async def _text(request: Request) -> str:
-    """The body as text. Raises InvalidValue when it is too large, before all of it is in memory, or no UTF-8."""
+    """Body as text. Raises InvalidValue if it is too large (before reading all of it) or not UTF-8."""
     body = bytearray()
     async for part in request.stream():
         body += part
         if len(body) > LARGEST_FILE:
             raise InvalidValue(
-                f"The file has more than {LARGEST_FILE // 1024} kB. A profile has a few.",
+                f"The file exceeds the limit of {LARGEST_FILE // 1024} kB. A profile usually has a few kB.",
                 cause="file_too_large",
                 limit_kb=LARGEST_FILE // 1024,
             )
@@ -254,7 +256,7 @@ async def _text(request: Request) -> str:
     except UnicodeDecodeError as error:
         line = body.count(b"\n", 0, error.start) + 1
         raise InvalidValue(
-            f"Line {line} is not UTF-8. Save the file in that encoding.", cause="line_not_utf8", line=line
+            f"Line {line} is not UTF-8. Save the file as UTF-8.", cause="line_not_utf8", line=line
         ) from None
 
 

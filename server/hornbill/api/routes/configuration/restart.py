@@ -1,4 +1,4 @@
-"""Routes of restart and factory reset: what either would do, a dry run with every check, and the job."""
+"""Routes of restart and factory reset: forecast, dry run and job."""
 
 from typing import Annotated
 
@@ -7,7 +7,7 @@ from pydantic import Field
 from starlette.responses import Response
 
 from hornbill.api.dependencies import LeaseHeader, TheHost, TheServo
-from hornbill.api.routes.server.jobs import Wait, answer, previewed, starts
+from hornbill.api.routes.server.jobs import Wait, job_response, preview_response, starts
 from hornbill.api.routing import Routes
 from hornbill.api.security.roles import Role
 from hornbill.domain.change import Change, Forecast, ResetPreview
@@ -29,16 +29,16 @@ class Restart(Model):
 
 
 class RestartPreview(Model):
-    """What a restart would change."""
+    """Effect of a restart."""
 
     lost: list[Change] = Field(description="Rows that are in RAM only. `requested` is the value after the restart.")
     restart: Forecast
 
 
 class FactoryReset(Model):
-    """`keep_identity`: 0x44 to 0x46 stay. The result is saved, which restarts the servo."""
+    """Options of a factory reset."""
 
-    keep_identity: bool = Field(default=True, description="Keep origin, servo ID and node ID.")
+    keep_identity: bool = Field(default=True, description="Keep origin, servo ID and node ID (0x44 to 0x46).")
     dry_run: DryRun = False
 
 
@@ -50,10 +50,12 @@ Keep = Annotated[bool, Query(description="Keep origin, servo ID and node ID (0x4
 async def forecast_restart(
     host: TheHost,
     servo: TheServo,
-    save: Annotated[bool, Query(description="Save RAM first. false: ROM as it is.")] = False,
+    save: Annotated[
+        bool, Query(description="Forecast for a save followed by the restart. false: restart without save.")
+    ] = False,
     torque_on: Annotated[bool, Query(description="Save with `torque_on`.")] = False,
 ) -> Forecast:
-    """What a restart, or with `save` a save, does to the horn, and what speaks against it. Reads, moves nothing."""
+    """Forecast the effect of a restart, or with `save` of a save, on the horn, with warnings. Moves nothing."""
     host.connected()
     await _read(host, servo)
     saved = saved_by(servo, ON if torque_on else servo.configured(KEY)) if save else None
@@ -83,21 +85,21 @@ async def restart_servo(
     lease: LeaseHeader = None,
     wait: Wait = False,
 ) -> Response:
-    """Restart. What is only in RAM is lost; with soft start and torque on in ROM the horn goes slowly to 0 degrees.
+    """Restart a servo. Values that are only in RAM are lost; with soft start, and torque on in ROM, the horn moves
+    slowly to 0°.
 
-    With `dry_run` every check of the restart is done, and nothing else: the answer says which rows are lost and what
-    the horn does.
+    `dry_run` performs all checks and returns the rows that would be lost and the effect on the horn.
     """
     host.connected()
     options = RestartOptions(lease)
     if body is None or not body.dry_run:
-        return await answer(host, host.restarting.start(servo, "restart", options), wait)
+        return await job_response(host, host.restarting.start(servo, "restart", options), wait)
     plan = await host.restarting.plan(servo, "restart", options)
     shown = RestartPreview(
         lost=list(plan.changes),
         restart=plan.restart,
     )
-    return previewed(shown)
+    return preview_response(shown)
 
 
 @routes.get(
@@ -108,7 +110,7 @@ async def restart_servo(
     response_model=ResetPreview,
 )
 async def preview_factory_reset(host: TheHost, servo: TheServo, keep_identity: Keep = True) -> ResetPreview:
-    """Every row a factory reset would change, what stays, and what its restart does to the horn. Changes nothing."""
+    """Preview a factory reset: the rows that would change, those that would stay, and the effect on the horn."""
     host.connected()
     return await host.restarting.preview_reset(servo, keep_identity=keep_identity)
 
@@ -134,14 +136,14 @@ async def factory_reset(
     lease: LeaseHeader = None,
     wait: Wait = False,
 ) -> Response:
-    """Back to the defaults of the model, in RAM and in ROM. Torque goes off, the servo restarts and its horn goes
-    slowly to 0 degrees.
+    """Reset a servo to the defaults of its model, in RAM and ROM. Torque goes off, the servo restarts and its horn
+    moves slowly to 0°.
 
-    With `dry_run` every check of the reset is done, and nothing else: the answer is that of GET.
+    `dry_run` performs all checks and returns the same preview as GET.
     """
     host.connected()
     wanted = body or FactoryReset()
     options = RestartOptions(lease, keep_identity=wanted.keep_identity)
     if wanted.dry_run:
-        return previewed(await host.restarting.plan(servo, "factory_reset", options))
-    return await answer(host, host.restarting.start(servo, "factory_reset", options), wait)
+        return preview_response(await host.restarting.plan(servo, "factory_reset", options))
+    return await job_response(host, host.restarting.start(servo, "factory_reset", options), wait)

@@ -1,4 +1,4 @@
-"""Routes of history: snapshots, comparisons, and bringing a servo to what a side holds."""
+"""Routes of snapshots, comparison, restore and copy."""
 
 from typing import Annotated, Literal, cast
 
@@ -24,37 +24,37 @@ from hornbill.store.snapshots import StoredSnapshot
 routes = Routes("history")
 
 
-BY_HAND = "by hand"
-"""Reason of a snapshot that a user takes without giving one."""
+MANUAL = "manual"
+"""Default reason of a snapshot that a user takes."""
 
 
 class Snapshot(Model):
-    """What a servo held at one instant, in engineering values."""
+    """Values of a servo at one time."""
 
     id: int = Field(description="ID, as used in paths.")
     uid: UidField
     at: float = Field(description="Time of the snapshot, seconds since 1970 UTC.")
     reason: str = Field(description="Reason for the snapshot.")
     reason_code: ReasonCode | None = Field(
-        description="Code of the reason: `manual`, or the operation that it preceded. Null for a user's own words."
+        description="Code of the reason: `manual`, or the operation that it preceded. Null for a user's own text."
     )
     reason_params: Params
-    by: str = Field(description="Client that did it.")
+    by: str = Field(description="Client that took it.")
     automatic: bool = Field(description="Taken automatically before a change.")
     model: str | None = Field(description="Model, such as `BLA21-06U-A0`. Null if unknown.")
     firmware: str | None = Field(description="Firmware version, such as `1.300`. Null if unknown.")
-    values: dict[str, Value] = Field(description="RAM, by key")
+    values: dict[str, Value] = Field(description="Values in RAM, by key.")
     rom: dict[str, Value] = Field(description="Values known to be in ROM, by key.")
 
 
 class NewSnapshot(Model):
-    """A snapshot to take by hand."""
+    """Options of a new snapshot."""
 
-    reason: str = Field(default=BY_HAND, max_length=200, description="Reason, shown to users and written to the audit.")
+    reason: str = Field(default=MANUAL, max_length=200, description="Reason, shown to users and written to the audit.")
 
 
 class RowsToWrite(Model):
-    """Which rows to write; identity rows (0x44 to 0x46) and torque mode only when they are named or asked for."""
+    """Rows to write. Torque mode is included only if named in `keys`."""
 
     keys: list[str] | None = Field(
         default=None, min_length=1, description="Keys of the rows. Null for all rows of the servo."
@@ -66,13 +66,15 @@ class RowsToWrite(Model):
 
 
 class Restore(RowsToWrite):
-    """Write back what a snapshot holds of RAM, or what was known of ROM then."""
+    """Options of restoring a snapshot."""
 
-    source: Literal["ram", "rom"] = Field(default="ram", description="Values to write: RAM, or what was known of ROM.")
+    source: Literal["ram", "rom"] = Field(
+        default="ram", description="Values to write: those in RAM, or those known to be in ROM, at the time."
+    )
 
 
 class Copy(RowsToWrite):
-    """Write what a side of a comparison holds."""
+    """Options of copying values."""
 
     from_: str = Field(
         alias="from",
@@ -83,7 +85,7 @@ class Copy(RowsToWrite):
 
 
 class Restored(ParametersPatched):
-    """The outcome of a restore, as of a PATCH, and the rows that were left out of it."""
+    """Result of restoring or copying values."""
 
     left_out: list[LeftOut] = Field(description="Rows that were not written.")
 
@@ -96,7 +98,7 @@ RESTORE_PROBLEMS = (*PATCH_PROBLEMS, "unknown_snapshot", "unknown_profile")
 
 @routes.get("/servos/{uid}/snapshots", Role.VIEW, "unknown_servo", "invalid_value")
 async def list_snapshots(host: TheHost, uid: UidPath) -> list[Snapshot]:
-    """Every snapshot of a servo, on the bus or only remembered, newest first."""
+    """List the snapshots of a servo, on the bus or not, newest first."""
     return [_shown(host, one) for one in await host.store.run(host.store.snapshots.of, known_uid(host, uid))]
 
 
@@ -116,11 +118,11 @@ async def list_snapshots(host: TheHost, uid: UidPath) -> list[Snapshot]:
 async def take_snapshot(
     host: TheHost, servo: TheServo, body: NewSnapshot | None = None, lease: LeaseHeader = None
 ) -> Snapshot:
-    """Keep what the servo holds now, until somebody drops it. What is not known is read from the bus first."""
+    """Take a snapshot of a servo. It is stored until deleted. Unknown values are read from the bus first."""
     host.connected()
     permission.check_readable(servo)
     text = (body or NewSnapshot()).reason
-    reason = Reason(text, "manual" if text == BY_HAND else None)
+    reason = Reason(text, "manual" if text == MANUAL else None)
     async with servo.changing:
         by = host.leases.who(lease, host.base.now())
         made = await host.history.take(host.requests, servo, reason=reason, by=by, automatic=False)
@@ -129,7 +131,7 @@ async def take_snapshot(
 
 @routes.get("/servos/{uid}/snapshots/{snapshot_id}", Role.VIEW, "unknown_servo", "unknown_snapshot", "invalid_value")
 async def get_snapshot(host: TheHost, uid: UidPath, snapshot_id: SnapshotId) -> Snapshot:
-    """One snapshot."""
+    """Get a snapshot."""
     return _shown(host, await _of(host, uid, snapshot_id))
 
 
@@ -142,7 +144,7 @@ async def get_snapshot(host: TheHost, uid: UidPath, snapshot_id: SnapshotId) -> 
     status_code=204,
 )
 async def delete_snapshot(host: TheHost, uid: UidPath, snapshot_id: SnapshotId, lease: LeaseHeader = None) -> None:
-    """Forget a snapshot; the audit keeps that there was one."""
+    """Delete a snapshot. The deletion is recorded in the audit."""
     await host.history.drop(await _of(host, uid, snapshot_id), by=host.leases.who(lease, host.base.now()))
 
 
@@ -155,7 +157,7 @@ async def restore_snapshot(
     lease: LeaseHeader = None,
     revision: IfMatch = None,
 ) -> Restored:
-    """Write what a snapshot holds, all or nothing: whole, or the rows named."""
+    """Write the values of a snapshot, all rows or the given ones, all or nothing."""
     wanted = body or Restore(confirm=[])
     side = snapshot_side(host.catalog, await _of(host, servo.uid, snapshot_id), wanted.source)
     return await _restore(host, servo, side, wanted, lease, revision)
@@ -169,7 +171,7 @@ async def copy_configuration(
     lease: LeaseHeader = None,
     revision: IfMatch = None,
 ) -> Restored:
-    """Write what another servo, a snapshot of it, a profile or the defaults hold, all or nothing."""
+    """Write the values of another servo, a snapshot, a profile or the defaults, all or nothing."""
     return await _restore(host, servo, await host.sides.get(body.from_), body, lease, revision)
 
 
@@ -189,7 +191,7 @@ async def compare_sides(
     right: SideName,
     identity: Annotated[bool, Query(description="Include the identity rows 0x44 to 0x46.")] = False,
 ) -> Comparison:
-    """Where two sides differ, row by row. What is not known on a side (null) equals nothing."""
+    """Compare two sides row by row. Unknown values (null) count as different."""
     return compare(host.catalog, await host.sides.get(left), await host.sides.get(right), identity=identity)
 
 
@@ -208,7 +210,7 @@ async def _of(host: Host, uid: str, snapshot_id: int) -> StoredSnapshot:
     if found.uid != uid:
         raise Unknown(
             "unknown_snapshot",
-            f"Snapshot {snapshot_id} is of another servo: {found.uid}.",
+            f"Snapshot {snapshot_id} belongs to another servo: {found.uid}.",
             snapshot=snapshot_id,
             cause="snapshot_of_other_servo",
         )

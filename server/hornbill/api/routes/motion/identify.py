@@ -1,9 +1,9 @@
-"""The route that lets a horn wiggle, to show which servo it is."""
+"""Route that wiggles a horn to identify the servo."""
 
 from starlette.responses import Response
 
 from hornbill.api.dependencies import LeaseHeader, TheHost, TheServo
-from hornbill.api.routes.server.jobs import Wait, answer, starts
+from hornbill.api.routes.server.jobs import Wait, job_response, starts
 from hornbill.api.routing import Routes
 from hornbill.api.security.roles import Role
 
@@ -17,9 +17,9 @@ PROBLEMS = (
 
 @routes.post("/servos/{uid}/identify", Role.OPERATE, *PROBLEMS, **starts())
 async def identify_servo(host: TheHost, servo: TheServo, lease: LeaseHeader = None, wait: Wait = False) -> Response:
-    """Turn the horn slowly by 3 degrees to either side, twice, and back. Torque is afterwards what it was before.
+    """Wiggle the horn: turn it slowly 3° to either side, twice, and back. Torque mode is restored afterwards.
 
-    Under the lease of the header, or, while nobody holds one, under one of its own for the time it takes.
+    Uses the given lease or, if no client has one, a lease of its own for the duration.
     """
     host.connected()
-    return await answer(host, host.wiggle.identify(servo, lease), wait)
+    return await job_response(host, host.wiggle.identify(servo, lease), wait)

@@ -1,4 +1,4 @@
-"""Routes of measured motion: step tests, and the runs that are kept of them."""
+"""Routes of step tests and their runs."""
 
 from collections.abc import Iterator
 from typing import Annotated
@@ -9,7 +9,7 @@ from starlette.responses import Response
 
 from hornbill.api.dependencies import LeaseHeader, TheHost, TheServo
 from hornbill.api.downloads import CSV, attachment
-from hornbill.api.routes.server.jobs import Wait, answer, starts
+from hornbill.api.routes.server.jobs import Wait, job_response, starts
 from hornbill.api.routing import Routes
 from hornbill.api.security.roles import Role
 from hornbill.csv_text import csv_text
@@ -25,7 +25,7 @@ routes = Routes("lab")
 
 
 class StepTest(Model):
-    """A small safe step there and back, repeated. Needs a lease and torque on."""
+    """Options of a step test."""
 
     step_deg: float = Field(default=5.0, ge=-45, le=45, description="Step size, °. The sign gives the direction.")
     runs: int = Field(default=1, ge=1, le=20, description="Number of repetitions.")
@@ -51,12 +51,12 @@ async def step_test(
     lease: LeaseHeader = None,
     wait: Wait = False,
 ) -> Response:
-    """A small step there and back where the horn stands, measured. Needs a lease and torque on; writes no parameter."""
+    """Measure a small step from the current angle and back. Requires a lease and torque on. Writes no parameters."""
     wanted = body or StepTest()
     host.connected()
-    wish = StepPlan(wanted.step_deg, wanted.runs, wanted.dwell_s, wanted.band_deg, wanted.note)
+    plan = StepPlan(wanted.step_deg, wanted.runs, wanted.dwell_s, wanted.band_deg, wanted.note)
     tests = StepTests(host.requests, host.motion, host.base, host.jobs, host.store)
-    return await answer(host, tests.begin(servo, lease, wish), wait)
+    return await job_response(host, tests.begin(servo, lease, plan), wait)
 
 
 @routes.get("/runs", Role.VIEW)
@@ -65,7 +65,7 @@ async def list_runs(
     uid: Annotated[UidField | None, Query(description="Servo of the runs.")] = None,
     limit: Annotated[int, Query(ge=1, le=200, description="Maximum number of runs, newest first.")] = 50,
 ) -> list[StepRun]:
-    """Runs of a servo, or of all, newest first, without their samples."""
+    """List runs of one or all servos, newest first, without samples."""
     found = await host.store.run(host.store.runs.of, None if uid is None else Uid(uid), limit=limit)
     return [_shown(host, run, traces=False) for run in found]
 
@@ -74,11 +74,11 @@ async def list_runs(
 async def overlay_runs(
     host: TheHost, ids: Annotated[str, Query(description="IDs of up to eight runs, separated by commas.")]
 ) -> RunOverlay:
-    """Runs to lay over one another, and the parameters in which they differ."""
+    """Get several runs for comparison, and the parameters in which they differ."""
     numbers = [part.strip() for part in ids.split(",")]
     if not 1 <= len(numbers) <= 8 or not all(part.isascii() and part.isdigit() and len(part) < 10 for part in numbers):
         raise InvalidValue(
-            f'"{ids[:60]}" names no runs. Give the numbers of one to eight, with commas between them.',
+            f'Invalid run IDs "{ids[:60]}". Give one to eight IDs, separated by commas.',
             cause="runs_missing",
         )
     runs = [_shown(host, await host.store.run(host.store.runs.get, int(part)), traces=True) for part in numbers]
@@ -89,20 +89,20 @@ async def overlay_runs(
 
 @routes.get("/runs/{run_id}", Role.VIEW, "unknown_run")
 async def get_run(host: TheHost, run_id: RunPath) -> StepRun:
-    """One run with its samples."""
+    """Get a run with its samples."""
     return _shown(host, await host.store.run(host.store.runs.get, run_id), traces=True)
 
 
 @routes.get("/runs/{run_id}/csv", Role.VIEW, "unknown_run")
 async def get_run_csv(host: TheHost, run_id: RunPath) -> Response:
-    """The samples of a run: step, direction, time after the command in s, angle and target in degrees."""
+    """Download the samples of a run as CSV: step, direction, time after the command (s), angle and target (°)."""
     run = _shown(host, await host.store.run(host.store.runs.get, run_id), traces=True)
     return Response(csv_text(_table(run)), media_type=CSV, headers=attachment(f"step-run-{run_id}.csv"))
 
 
 @routes.delete("/runs/{run_id}", Role.ADMIN, "unknown_run", status_code=204)
-async def drop_run(host: TheHost, run_id: RunPath) -> None:
-    """Forget a run."""
+async def delete_run(host: TheHost, run_id: RunPath) -> None:
+    """Delete a run."""
     await host.store.run(host.store.runs.drop, run_id)
 
 

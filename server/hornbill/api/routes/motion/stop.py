@@ -1,4 +1,4 @@
-"""Routes of stop: press it, look at it, clear it, none of which asks for a lease; and restore what it switched off."""
+"""Routes of stop: stop, state and clear, none of which requires a lease; and restoring outputs."""
 
 from typing import Annotated, Literal
 
@@ -8,9 +8,9 @@ from starlette.responses import Response
 
 from hornbill.api import present
 from hornbill.api.dependencies import LeaseHeader, TheHost
-from hornbill.api.routes.server.jobs import Wait, answer, previewed, starts
+from hornbill.api.routes.server.jobs import Wait, job_response, preview_response, starts
 from hornbill.api.routing import Routes
-from hornbill.api.security.roles import HERE, Role
+from hornbill.api.security.roles import LOCAL, Role
 from hornbill.domain.fields import DryRun, Model, Short, UidField
 from hornbill.domain.motion import OutputRestorePreview, Stop, StopMode
 from hornbill.servo.runtime.actor import signed
@@ -20,7 +20,7 @@ routes = Routes("motion")
 
 
 class OutputRestore(Model):
-    """Which outputs to switch on again."""
+    """Outputs to restore."""
 
     uids: list[UidField] | None = Field(
         default=None,
@@ -36,20 +36,20 @@ class OutputRestore(Model):
 
 
 class StopRequest(Model):
-    """Stop everything now."""
+    """Options of a stop."""
 
     mode: StopMode = Field(default="off", description="Torque off or brake.")
-    reason: Short = Field(default="", description="200 characters of it are kept")
+    reason: Short = Field(default="", description="Reason, shown to users. At most 200 characters are stored.")
 
 
 By = Annotated[str, Query(description="Client that stops, shown to all users. At most 80 characters are stored.")]
 WITHIN_S = 0.25
-"""POST /stop answers when every servo has confirmed, or after this long; it goes on repeating all the same."""
+"""POST /stop responds when every servo has confirmed, or after this time. Retries continue in either case."""
 
 
-@routes.post("/stop", HERE, "invalid_value")
+@routes.post("/stop", LOCAL, "invalid_value")
 async def stop(host: TheHost, body: StopRequest | None = None, by: By = "REST") -> Stop:
-    """Stop every servo now: needs no lease, waits for nothing, latches. Pressing again sends again."""
+    """Stop all servos immediately. Needs no lease, and latches. A repeated request is sent again."""
     wanted = body or StopRequest()
     host.stop.now(wanted.mode, signed(by), wanted.reason)
     await host.torque_off.acknowledged(WITHIN_S)
@@ -58,13 +58,13 @@ async def stop(host: TheHost, body: StopRequest | None = None, by: By = "REST") 
 
 @routes.get("/stop", Role.VIEW)
 async def get_stop(host: TheHost) -> Stop:
-    """The stop latch, and which servos have confirmed."""
+    """Get the stop latch and the confirmations of the servos."""
     return present.stop(host)
 
 
 @routes.delete("/stop", Role.OPERATE)
 async def clear_stop(host: TheHost, by: By = "REST") -> Stop:
-    """Unlatch. Moves nothing and turns nothing on: torque stays off until it is turned on."""
+    """Clear a stop. Moves nothing: torque stays off until it is turned on."""
     host.stop.clear(signed(by))
     return present.stop(host)
 
@@ -88,19 +88,21 @@ async def restore_output(
     by: By = "REST",
     wait: Wait = False,
 ) -> Response:
-    """Switch outputs on again, servo by servo, each held where its horn stands; a latched stop is cleared first.
+    """Restore outputs: switch them on again, one servo at a time, each holding its current angle. Clears a latched stop
+    first.
 
-    With a lease the servos are kept on under it, and are off when it ends. Without one only servos whose own timeout
-    holds (0x26) can be restored: the others would let go again. Horns that may carry a load have to be confirmed. A
-    servo that fails stays off and is named in the result; Stop ends the job at once. With `dry_run` every check of the
-    lease, the stop and each servo is done, and nothing else: the answer names who carries a load or needs a lease.
+    With a lease the outputs stay on until it ends. Without one, only servos with timeout action hold (0x26) can be
+    restored, because the others would switch off again. Horns that may be under load require confirmation. A servo that
+    fails stays off and is listed in the result. Stop ends the job immediately.
+
+    `dry_run` performs all checks and returns the servos, with their load and whether they need a lease.
     """
     host.connected()
     wanted = body or OutputRestore()
     uids = None if wanted.uids is None else [Uid(uid) for uid in wanted.uids]
     if wanted.dry_run:
         found = present.output_restore(host, await host.restore_output_jobs.plan(uids, lease))
-        return previewed(found)
+        return preview_response(found)
     who = signed(by) if lease is None else host.leases.who(lease, host.base.now())
     job = await host.restore_output_jobs.start(uids, lease, by=who, confirm=wanted.confirm)
-    return await answer(host, job, wait)
+    return await job_response(host, job, wait)

@@ -1,4 +1,4 @@
-"""Routes of streams: setpoints for many servos at a steady rate."""
+"""Routes of streams: setpoints for several servos at a constant rate."""
 
 from typing import Annotated
 
@@ -18,7 +18,7 @@ routes = Routes("motion")
 
 
 class NewStream(Model):
-    """A stream of angles (degrees), speeds (rpm) or torques (%) to servos that are commanded together."""
+    """Stream to start."""
 
     uids: list[UidField] = Field(
         min_length=1, max_length=60, description="Servos that are commanded together, unique IDs."
@@ -28,19 +28,19 @@ class NewStream(Model):
 
 
 class StreamValues(Model):
-    """The newest values by uid; servos that are not named keep theirs."""
+    """New setpoints. Servos that are not listed keep theirs."""
 
     values: dict[str, Annotated[float, Field(allow_inf_nan=False)]] = Field(
         min_length=1, max_length=60, description="Setpoints by unique ID: angle (°), speed (rpm) or torque (%)."
     )
     profile: MotionProfile | None = Field(
         default=None,
-        description="Speed and acceleration of the move. All servos arrive together. Null: without limits.",
+        description="Speed and acceleration limits of the move. All servos arrive at the same time. Null: none.",
     )
 
 
 class Stream(Model):
-    """A stream and how well it keeps time."""
+    """A stream and its timing."""
 
     id: str = Field(description="ID, as used in paths.")
     holder: str = Field(description="Client with motion control.")
@@ -55,7 +55,7 @@ class Stream(Model):
     moving: bool = Field(description="A servo is still following its profile.")
     ended: str | None = Field(default=None, description="Reason why it ended. Null while it runs.")
     ended_summary: str | None = Field(
-        default=None, description="`ended` without requests for programs. Null while it runs."
+        default=None, description="`ended` without the request that resolves it. Null while it runs."
     )
 
 
@@ -63,8 +63,8 @@ STREAM_PROBLEMS = (*MOTION_PROBLEMS, "conflict", "position_unit_unconfirmed", "b
 
 
 @routes.post("/streams", Role.OPERATE, *STREAM_PROBLEMS, status_code=201)
-async def begin_stream(host: TheHost, body: NewStream, lease: LeaseHeader = None) -> Stream:
-    """Hold the servos where they are, and go on at `rate_hz` from there: one ArrayCommand for up to 15 servos."""
+async def start_stream(host: TheHost, body: NewStream, lease: LeaseHeader = None) -> Stream:
+    """Start a stream of setpoints at `rate_hz`, one ArrayCommand per 15 servos. It first holds the current angles."""
     host.connected()
     servos = [host.fleet.get(uid) for uid in body.uids]
     return shown(await host.streams.begin(lease, servos, body.type, body.rate_hz))
@@ -72,33 +72,33 @@ async def begin_stream(host: TheHost, body: NewStream, lease: LeaseHeader = None
 
 @routes.get("/streams", Role.VIEW)
 async def list_streams(host: TheHost) -> list[Stream]:
-    """Streams that run and the last that ended, oldest first."""
+    """List running and recently ended streams, oldest first."""
     return [shown(one) for one in host.streams.all()]
 
 
 @routes.get("/streams/{stream_id}", Role.VIEW, "unknown_stream")
 async def get_stream(host: TheHost, stream_id: StreamId) -> Stream:
-    """One stream, and how well it keeps time."""
+    """Get a stream and its timing."""
     return shown(host.streams.get(stream_id))
 
 
 @routes.put("/streams/{stream_id}", Role.OPERATE, *STREAM_PROBLEMS, "unknown_stream", "needs_confirmation")
-async def put_stream_values(
+async def set_stream_values(
     host: TheHost, stream_id: StreamId, body: StreamValues, lease: LeaseHeader = None
 ) -> Stream:
-    """New values by uid, all or nothing; they leave with the next burst. So does a `stream` message of the socket."""
+    """Set new setpoints, all or nothing, sent with the next burst. Same as a `stream` WebSocket message."""
     profile = None if body.profile is None else TrapezoidProfile(body.profile.speed_deg_s, body.profile.accel_deg_s2)
     return shown(host.streams.put(stream_id, lease, body.values, profile))
 
 
 @routes.delete("/streams/{stream_id}", Role.OPERATE, "unknown_stream")
 async def end_stream(host: TheHost, stream_id: StreamId) -> Stream:
-    """End it. The servos stay under their last value while the lease lives; POST /stop is what takes torque."""
+    """End a stream. Servos keep their last setpoint until the lease ends. To turn torque off, use `POST /stop`."""
     return shown(await host.streams.end(stream_id, "Ended by request."))
 
 
 def shown(one: SetpointStream) -> Stream:
-    """A stream as JSON has it."""
+    """Stream as a response."""
     return Stream(
         id=one.id,
         holder=one.holder,

@@ -1,4 +1,4 @@
-"""Routes of access: log in and out, who am I, a ticket for a socket, and tokens for an admin."""
+"""Routes of access control: login, session, tickets and tokens."""
 
 import logging
 from typing import Annotated
@@ -9,7 +9,7 @@ from pydantic import Field
 from hornbill.api.dependencies import TheHost
 from hornbill.api.routing import Routes
 from hornbill.api.security.access import COOKIE, WHO, Access, Identity, cookie
-from hornbill.api.security.roles import ANYBODY, Role, RoleName
+from hornbill.api.security.roles import PUBLIC, Role, RoleName
 from hornbill.api.security.sessions import LASTING_S, TICKET_S
 from hornbill.domain.fields import Model
 from hornbill.domain.note import Note
@@ -23,38 +23,38 @@ routes = Routes("access")
 
 
 class Login(Model):
-    """What the login page sends."""
+    """Login with a token."""
 
     token: str = Field(
-        min_length=1, max_length=200, repr=False, description="Token as printed by `hornbill token add`."
+        min_length=1, max_length=200, repr=False, description="Token as printed by `hornbill tokens create`."
     )
 
 
 class SessionState(Model):
-    """Who asks, and whether anybody has to say so. Where nobody has to, everybody is an admin."""
+    """Identity of the client. Without access control, every client has the role admin."""
 
     required: bool = Field(description="A token is required.")
     name: str | None = Field(description="Name of the token. Null without one.")
-    role: RoleName | None = Field(description="Role of the token. Null: login only.")
+    role: RoleName | None = Field(description="Role of the client. Null if it must log in first.")
     expires_in_s: float | None = Field(description="Time until the login expires unless used, s. Null without a login.")
 
 
 class Ticket(Model):
-    """Opens one WebSocket, as `?ticket=`, for who can set no header."""
+    """Opens one WebSocket as `?ticket=`, for clients that cannot set headers."""
 
-    ticket: str = Field(description="Ticket that opens one socket, once.")
+    ticket: str = Field(description="Ticket. Valid for one socket.")
     expires_in_s: float = Field(description="Time until the ticket expires, s.")
 
 
 class TokenDraft(Model):
-    """A token to be made."""
+    """Token to create."""
 
     name: str = Field(min_length=1, max_length=32, description="Name: letters, digits, spaces and . _ @ -")
     role: RoleName = Field(description="Role of the token.")
 
 
 class TokenView(Model):
-    """A token without its secret."""
+    """Token without its secret."""
 
     name: str = Field(description="Name of the token.")
     role: str = Field(description="Role of the token.")
@@ -65,7 +65,7 @@ class TokenView(Model):
 
 
 class TokenMade(TokenView):
-    """A new token: the one time its secret is told."""
+    """New token, with its secret."""
 
     token: str = Field(repr=False, description="Secret of the token, returned only once.")
 
@@ -88,14 +88,14 @@ async def _who(request: Request) -> Identity | None:
 Who = Annotated[Identity | None, Depends(_who)]
 
 
-@routes.post("/session", ANYBODY, "unauthorized", "too_many_attempts", "invalid_value")
+@routes.post("/session", PUBLIC, "unauthorized", "too_many_attempts", "invalid_value")
 async def log_in(request: Request, response: Response, access: TheAccess, host: TheHost, body: Login) -> SessionState:
-    """Log in with a token: the browser gets a cookie that no script can read and no other site can use."""
+    """Log in with a token. Sets a session cookie that scripts cannot read and other sites cannot use."""
     address = request.client.host if request.client else ""
     try:
         who, secret = access.login(body.token.strip(), address)
     except Unauthorized:
-        log.warning("a login from %s failed", address)
+        log.warning("failed login from %s", address)
         raise
     before = cookie(request)
     if before is not None:
@@ -109,9 +109,9 @@ async def log_in(request: Request, response: Response, access: TheAccess, host: 
     return SessionState(required=access.required, name=who.name, role=who.role.word, expires_in_s=LASTING_S)
 
 
-@routes.get("/session", ANYBODY)
+@routes.get("/session", PUBLIC)
 async def get_session(request: Request, access: TheAccess, who: Who) -> SessionState:
-    """Who asks. Without a token it says whether one is needed."""
+    """Get the identity of the client, and whether a token is required."""
     if who is None:
         role = None if access.required else Role.ADMIN.word
         return SessionState(required=access.required, name=None, role=role, expires_in_s=None)
@@ -120,9 +120,9 @@ async def get_session(request: Request, access: TheAccess, who: Who) -> SessionS
     )
 
 
-@routes.delete("/session", ANYBODY, status_code=204)
+@routes.delete("/session", PUBLIC, status_code=204)
 async def log_out(request: Request, response: Response, access: TheAccess) -> None:
-    """Log out: the cookie opens nothing any more, and the sockets that came with it end."""
+    """Log out. Ends the session of the cookie and closes its sockets."""
     secret = cookie(request)
     if secret is not None:
         access.logout(secret)
@@ -130,24 +130,24 @@ async def log_out(request: Request, response: Response, access: TheAccess) -> No
 
 
 @routes.post("/tickets", Role.VIEW, status_code=201)
-async def make_ticket(access: TheAccess, who: Who) -> Ticket:
-    """A ticket for one WebSocket: `/api/v1/ws?ticket=…`, within 30 s. It may stand in a log: it works once."""
+async def create_ticket(access: TheAccess, who: Who) -> Ticket:
+    """Create a ticket for one WebSocket: `/api/v1/ws?ticket=…`. It is valid once, within 30 s."""
     return Ticket(ticket=access.ticket(who), expires_in_s=TICKET_S)
 
 
 @routes.get("/tokens", Role.ADMIN)
 async def list_tokens(access: TheAccess, host: TheHost) -> list[TokenView]:
-    """Who may come in. The tokens themselves are kept nowhere and cannot be told."""
+    """List tokens. Their secrets are not stored and cannot be retrieved."""
     return [_shown(one, access) for one in await host.store.run(host.store.tokens.all)]
 
 
 @routes.post("/tokens", Role.ADMIN, "conflict", "invalid_value", status_code=201)
-async def add_token(access: TheAccess, host: TheHost, body: TokenDraft) -> TokenMade:
-    """Make a token. `token` is told this once. From the first one on, everybody needs one: it is an admin's."""
+async def create_token(access: TheAccess, host: TheHost, body: TokenDraft) -> TokenMade:
+    """Create a token. Its secret is returned once. The first token must be for admin; it enables access control."""
     if not access.required and body.role != "admin":
         raise Conflict(
-            f"The first token must be for admin, not {body.role}: from then on everybody needs one, and nobody could "
-            "make another.", cause="first_token_not_admin", role=body.role,
+            f"The role of the first token must be admin, not {body.role}. From then on every client needs a token, and "
+            "other roles cannot create one.", cause="first_token_not_admin", role=body.role,
         )  # fmt: skip
     made, secret = await host.store.run(host.store.tokens.add, body.name, body.role)
     _note(host, made, "added")
@@ -159,7 +159,7 @@ async def add_token(access: TheAccess, host: TheHost, body: TokenDraft) -> Token
 async def revoke_token(
     access: TheAccess, host: TheHost, name: Annotated[str, Path(description="Name of the token.")]
 ) -> None:
-    """Revoke a token: it opens nothing any more, and every socket and login that came with it ends."""
+    """Revoke a token. Its sessions and sockets end."""
     known = {one.name: one for one in await host.store.run(host.store.tokens.all)}
     await host.store.run(host.store.tokens.drop, name)
     _note(host, known[name], "revoked")
@@ -177,5 +177,5 @@ def _shown(one: Token, access: Access) -> TokenView:
 
 
 def _path(request: Request) -> str:
-    """Where the cookie goes: to us alone, where a proxy has others beside us."""
+    """Path of the cookie: the sub-path of the proxy, which may serve other applications."""
     return str(request.scope.get("root_path", "")) or "/"

@@ -1,4 +1,4 @@
-"""Routes of the audit: who did what, newest first, as JSON and as a file for a spreadsheet."""
+"""Routes of the audit, as JSON and as CSV."""
 
 import asyncio
 import json
@@ -27,7 +27,7 @@ routes = Routes("audit")
 
 
 class AuditRow(Model):
-    """Who did what, with what came of it; values in engineering units."""
+    """One action and its result. Values are in engineering units."""
 
     id: int = Field(description="ID, as used in paths.")
     at: Utc
@@ -36,12 +36,12 @@ class AuditRow(Model):
     outcome: str = Field(description="Result of the action.")
     uid: str | None = Field(description="Unique ID of the servo, 32 hex digits. Null if it concerns none.")
     key: str | None = Field(description="Parameter key. Null if the action concerns no row.")
-    before: Any = Field(default=None, description="Value before.")
-    requested: Any = Field(default=None, description="Requested value.")
-    after: Any = Field(default=None, description="Value afterwards.")
-    detail: str = Field(description="Its notes as one text, in English.")
+    before: Any = Field(default=None, description="Value before. Null if none.")
+    requested: Any = Field(default=None, description="Requested value. Null if none.")
+    after: Any = Field(default=None, description="Value afterwards. Null if none or unknown.")
+    detail: str = Field(description="Notes as one text, in English.")
     notes: list[Note] = Field(description="Details, each with a code for programs.")
-    job: str | None = Field(description="ID of the job it was part of. Null if none.")
+    job: str | None = Field(description="ID of the job that it was part of. Null if none.")
 
 
 PAGE = 1000
@@ -88,7 +88,7 @@ async def list_audit(
     wanted: TheFilter,
     limit: Annotated[int, Query(ge=1, le=PAGE, description="Maximum number of rows, newest first.")] = 200,
 ) -> list[AuditRow]:
-    """Who did what to which servo, with what came of it, newest first. Rows are added, never changed."""
+    """List audit rows, newest first. Rows are never changed."""
     return [_row(one) for one in await wanted.rows(host, limit, wanted.before_id)]
 
 
@@ -97,15 +97,15 @@ async def list_audit(
     Role.VIEW,
     "invalid_value",
     response_class=StreamingResponse,
-    responses={200: {"content": {"text/csv": {}}, "description": "every row, newest first"}},
+    responses={200: {"content": {"text/csv": {}}, "description": "All matching rows, newest first."}},
 )
 async def download_audit(host: TheHost, wanted: TheFilter) -> StreamingResponse:
-    """The same as a file, with every row there is of what is asked for. Times are ISO 8601 in UTC."""
+    """Download all matching audit rows as CSV. Times are ISO 8601 in UTC."""
     return StreamingResponse(_lines(host, wanted), media_type=CSV, headers=attachment("hornbill-audit.csv"))
 
 
 async def _lines(host: Host, wanted: _Filter) -> AsyncIterator[str]:
-    """A page of rows at a time, so that the loop does other things in between."""
+    """CSV, one page of rows at a time, so that the event loop is not blocked."""
     yield csv_text([COLUMNS])
     before_id = wanted.before_id
     while rows := await wanted.rows(host, PAGE, before_id):

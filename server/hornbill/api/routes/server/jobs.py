@@ -1,4 +1,4 @@
-"""Routes of jobs (list, one, cancel, resume), and how a route that starts one answers."""
+"""Routes of jobs, and the responses of routes that start one."""
 
 from typing import Annotated, Any
 
@@ -20,16 +20,16 @@ routes = Routes("jobs")
 
 _PREVIEW: TypeAdapter[Any] = TypeAdapter(Any)
 
-Wait = Annotated[bool, Query(description="Wait until the job has ended: 200 and the finished job.")]
+Wait = Annotated[bool, Query(description="Wait until the job has ended. The response is 200 with the finished job.")]
 
 
 def starts(preview: type[BaseModel | ResetPreview] | None = None) -> dict[str, Any]:
-    """What a route declares that starts a job; `preview`: what its dry run answers. See `answer`."""
-    ended = {"model": Job, "description": "the finished job"}
+    """Declaration of a route that starts a job; `preview`: response of its dry run. See `job_response`."""
+    ended = {"model": Job, "description": "Finished job."}
     if preview is not None:
-        ended = {"model": Job | preview, "description": "the finished job, or the dry run"}
-    under_way = {"model": Job, "description": "the job, under way"}
-    return {"status_code": 202, "response_model": Job, "responses": {200: ended, 202: under_way}}
+        ended = {"model": Job | preview, "description": "Finished job, or result of the dry run."}
+    running = {"model": Job, "description": "Running job."}
+    return {"status_code": 202, "response_model": Job, "responses": {200: ended, 202: running}}
 
 
 @routes.get("/jobs", Role.VIEW, "invalid_value")
@@ -39,7 +39,7 @@ async def list_jobs(
     state: Annotated[JobState | None, Query(description="State of the job.")] = None,
     uid: Annotated[str | None, Query(description="Servo of the job, or of one of its steps.")] = None,
 ) -> list[Job]:
-    """Jobs under way and the last ones that ended, also before the server was started; oldest first."""
+    """List running and recently ended jobs, oldest first, including those before the server was started."""
     found = (
         job
         for job in host.jobs.all()
@@ -52,13 +52,13 @@ async def list_jobs(
 
 @routes.get("/jobs/{job_id}", Role.VIEW, "unknown_job")
 async def get_job(host: TheHost, job_id: JobId) -> Job:
-    """One job."""
+    """Get a job."""
     return present.job(host.jobs.get(job_id))
 
 
 @routes.delete("/jobs/{job_id}", Role.OPERATE, "unknown_job")
 async def cancel_job(host: TheHost, job_id: JobId) -> Job:
-    """Cancel a job. What it already sent to the servo stays sent."""
+    """Cancel a job. Steps already carried out are not undone."""
     return present.job(await host.jobs.cancel(job_id))
 
 
@@ -73,24 +73,24 @@ async def cancel_job(host: TheHost, job_id: JobId) -> Job:
     **starts(),
 )
 async def resume_job(host: TheHost, job_id: JobId, lease: LeaseHeader = None, wait: Wait = False) -> Response:
-    """Go on with a job that failed, was cancelled, or was cut off by the end of the server. Its done steps stay done.
+    """Resume a job that failed, was cancelled or was interrupted by the end of the server. Completed steps are kept.
 
-    Only a job that says `resumable`. Nothing is resumed by itself.
+    Requires `resumable`. Jobs are never resumed automatically.
     """
     job = host.jobs.get(job_id)
     host.connected()
     host.stop.check()
     host.leases.allow_write(lease, host.base.now())
-    return await answer(host, host.jobs.resume(job.id, lease), wait)
+    return await job_response(host, host.jobs.resume(job.id, lease), wait)
 
 
-def previewed(found: BaseModel | ResetPreview) -> Response:
-    """200 and what a dry run found, where the real call answers with a job."""
+def preview_response(found: BaseModel | ResetPreview) -> Response:
+    """200 with the result of a dry run, in place of a job."""
     return Response(orjson.dumps(_PREVIEW.dump_python(found, mode="json")), media_type="application/json")
 
 
-async def answer(host: Host, job: RunningJob, wait: bool) -> Response:
-    """202 and the job as it is now, or, with `wait`, 200 and the job as it ended; its address is in Location."""
+async def job_response(host: Host, job: RunningJob, wait: bool) -> Response:
+    """202 with the running job, or, with `wait`, 200 with the finished job. Location is the address of the job."""
     if wait:
         await host.jobs.wait(job)
     return Response(

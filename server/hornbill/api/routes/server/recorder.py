@@ -1,4 +1,4 @@
-"""Routes of the recorder: the last ten minutes, and the recordings written of them."""
+"""Routes of the recorder and its recordings."""
 
 import asyncio
 from functools import lru_cache
@@ -31,7 +31,7 @@ routes = Routes("recorder")
 
 
 class RecordingMark(Model):
-    """A moment for which a recording was, or will be, written."""
+    """A trigger of a recording."""
 
     at: float = Field(description="Time of the trigger, seconds since 1970 UTC.")
     reason: MarkReason = Field(description="Type of trigger.")
@@ -43,7 +43,7 @@ class RecordingMark(Model):
 
 
 class PendingRecording(Model):
-    """A recording that still takes in what happens."""
+    """A recording in progress."""
 
     reason: MarkReason = Field(description="Type of trigger.")
     text: str = Field(description="One sentence for users.")
@@ -52,9 +52,9 @@ class PendingRecording(Model):
 
 
 class RecorderState(Model):
-    """The recorder of the last ten minutes; it needs no starting."""
+    """State of the recorder, which continuously buffers up to ten minutes."""
 
-    recording: bool = Field(description="false while a recording is played.")
+    recording: bool = Field(description="The recorder is running. false while a recording is played back.")
     reach_s: float = Field(description="Time span recorded, s. Less than 600 after a start or if memory is full.")
     frames: int = Field(description="Number of CAN frames.")
     bytes: int = Field(description="Memory in use, bytes.")
@@ -63,7 +63,7 @@ class RecorderState(Model):
 
 
 class RecordingRequest(Model):
-    """What to write a recording for."""
+    """Options of a new recording."""
 
     reason: Annotated[str, Field(max_length=200)] = Field(
         default="Manual.", description="Reason, shown to users and used in the file name."
@@ -74,7 +74,7 @@ class RecordingRequest(Model):
 
 
 class Recording(Model):
-    """A recording in the data folder. `problem` says why one cannot be read; then little else is known of it."""
+    """A recording in the data folder."""
 
     name: str = Field(description="File name.")
     at: float = Field(description="Time of its first trigger, seconds since 1970 UTC.")
@@ -89,11 +89,11 @@ class Recording(Model):
 
 
 class RecordingContent(Model):
-    """What a page shows of a recording. Its frames are played: `PUT /bus` with address `recording:NAME`."""
+    """Content of a recording except its frames. To play it back, `PUT /bus` with address `recording:NAME`."""
 
     about: About
     telemetry: list[Columns] = Field(description="Telemetry, at most 500,000 samples.")
-    complete: bool = Field(description="false if there is more telemetry than that.")
+    complete: bool = Field(description="All telemetry is included. false if it was truncated.")
     events: list[dict[str, Any]] = Field(description="Events during the recording.")
     writes: list[dict[str, str]] = Field(description="Writes during the recording.")
 
@@ -105,15 +105,15 @@ RecordingName = Annotated[str, InPath(description="File name, as in `GET /record
 
 @routes.get("/recorder", Role.VIEW)
 async def get_recorder(host: TheHost) -> RecorderState:
-    """How far the recorder reaches back, and the recording it is about to write."""
-    box = host.recorder
-    pending = box.pending
+    """Get the state of the recorder and its recording in progress."""
+    recorder = host.recorder
+    pending = recorder.pending
     return RecorderState(
-        recording=box.recording,
-        reach_s=round(box.reach_s, 1),
-        frames=box.ring.frames,
-        bytes=box.ring.size,
-        before_s=box.before_s,
+        recording=recorder.recording,
+        reach_s=round(recorder.reach_s, 1),
+        frames=recorder.ring.frames,
+        bytes=recorder.ring.size,
+        before_s=recorder.before_s,
         pending=None
         if pending is None
         else PendingRecording(
@@ -133,7 +133,7 @@ async def get_recorder(host: TheHost) -> RecorderState:
     "log_failed",
     status_code=202,
     response_model=RecorderState | Recording,
-    responses={201: {"model": Recording, "description": "wait"}},
+    responses={201: {"model": Recording, "description": "Recording, with `wait`."}},
 )
 async def create_recording(
     host: TheHost,
@@ -142,13 +142,13 @@ async def create_recording(
     body: RecordingRequest | None = None,
     wait: Annotated[bool, Query(description="Wait until the file is written.")] = False,
 ) -> RecorderState | Recording:
-    """Write a recording of what happened lately, and of the ten seconds from now on.
+    """Create a recording of recent events and the next ten seconds.
 
-    One that is pending already takes this in as a mark. Without `wait` the answer (202) is the recorder's state, and
-    the recording is in the list once it is written; with it (201) the recording.
+    If a recording is in progress, this adds a mark to it. Without `wait` the response (202) is the state of the
+    recorder; the recording is listed once it is written. With `wait` the response (201) is the recording.
     """
-    asked = body or RecordingRequest()
-    done = host.recorder.trigger(asked.reason, asked.before_s)
+    wanted = body or RecordingRequest()
+    done = host.recorder.trigger(wanted.reason, wanted.before_s)
     if not wait:
         return await get_recorder(host)
     name = await asyncio.shield(done)
@@ -158,7 +158,7 @@ async def create_recording(
 
 @routes.get("/recorder/recordings", Role.VIEW)
 async def list_recordings(recordings: TheRecordings) -> list[Recording]:
-    """The recordings in the data folder, the newest first. One is played with `PUT /bus`, address `recording:NAME`."""
+    """List the recordings in the data folder, newest first."""
     return await asyncio.to_thread(lambda: [_shown(one) for one in recordings.all()])
 
 
@@ -170,14 +170,14 @@ async def list_recordings(recordings: TheRecordings) -> list[Recording]:
     responses={200: {"content": {_ZIP: {}}}},
 )
 async def download_recording(recordings: TheRecordings, name: RecordingName) -> FileResponse:
-    """The file: a .zip that any machine opens, with frames in the form of `candump -l`."""
+    """Download a recording: a ZIP file that contains the frames in `candump -l` format."""
     path = recordings.path(name)
     return FileResponse(path, media_type=_ZIP, filename=path.name)
 
 
 @routes.get("/recorder/recordings/{name}/content", Role.VIEW, "unknown_recording", "log_failed")
 async def get_recording(recordings: TheRecordings, name: RecordingName) -> RecordingContent:
-    """What a page shows of it: what it is of, telemetry in columns, events and writes."""
+    """Get the metadata, telemetry, events and writes of a recording."""
     return await asyncio.to_thread(_read, recordings.path(name))
 
 
@@ -193,19 +193,19 @@ async def get_recording(recordings: TheRecordings, name: RecordingName) -> Recor
     },
 )
 async def import_recording(recordings: TheRecordings, name: RecordingName, request: Request) -> Recording:
-    """Bring a recording of somebody else, at most 100 MB; a file that is none is refused, and nothing is kept of it."""
+    """Import a recording, at most 100 MB. Any other file is rejected and not stored."""
     await recordings.adopt(name, request.stream(), _accept)
     return await asyncio.to_thread(lambda: _shown(StoredFile.of(recordings.path(name))))
 
 
 @routes.delete("/recorder/recordings/{name}", Role.ADMIN, "unknown_recording", "log_failed", status_code=204)
 async def delete_recording(recordings: TheRecordings, name: RecordingName) -> None:
-    """Remove a recording from the data folder."""
+    """Delete a recording from the data folder."""
     await asyncio.to_thread(recordings.delete, name)
 
 
 def _accept(path: Path) -> None:
-    """In a thread. Raises InvalidValue."""
+    """Check an imported file, in a thread. Raises InvalidValue."""
     try:
         with RecordingReader(path) as recording:
             recording.about()
@@ -215,23 +215,23 @@ def _accept(path: Path) -> None:
         raise InvalidValue(error.detail.replace(".part", ""), **facts) from error
 
 
-def _shown(kept: StoredFile) -> Recording:
+def _shown(file: StoredFile) -> Recording:
     try:
-        return _read_summary(kept)
+        return _read_summary(file)
     except LogFailed as error:
         return Recording(
-            name=kept.name, at=kept.modified_at, reason=None, text="", bytes=kept.size,
+            name=file.name, at=file.modified_at, reason=None, text="", bytes=file.size,
             started_at=None, seconds=None, marks=[], problem=error.detail, problem_params=error.note_params,
         )  # fmt: skip
 
 
 @lru_cache(maxsize=64)
-def _read_summary(kept: StoredFile) -> Recording:
-    """Read from the disk once while the file stays as it is. Raises LogFailed."""
-    with RecordingReader(kept.path) as recording:
+def _read_summary(file: StoredFile) -> Recording:
+    """Summary of a recording, cached until the file changes. Raises LogFailed."""
+    with RecordingReader(file.path) as recording:
         about = recording.about()
     return Recording(
-        name=kept.name, at=about.marks[0].at, reason=about.reason, text=about.text, bytes=kept.size,
+        name=file.name, at=about.marks[0].at, reason=about.reason, text=about.text, bytes=file.size,
         started_at=about.started_at, seconds=round(about.ended_at - about.started_at, 1),
         marks=[RecordingMark.model_validate(mark) for mark in about.marks],
     )  # fmt: skip

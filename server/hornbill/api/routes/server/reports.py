@@ -1,4 +1,4 @@
-"""Route of reports: what a job did, servo by servo, as a file or as a page to print."""
+"""Route of job reports, as a file or a printable page."""
 
 from typing import Annotated, Literal
 
@@ -18,13 +18,13 @@ routes = Routes("jobs")
 
 Format = Annotated[
     Literal["csv", "json", "junit", "html"],
-    Query(description="csv: one row per servo; junit: one test case per servo and step; html: page for printing."),
+    Query(description="csv: one row per servo; junit: one test case per servo and step; html: printable page."),
 ]
 
 HTML_POLICY = (
     "default-src 'none'; style-src 'unsafe-inline'; frame-ancestors 'none'; base-uri 'none'; form-action 'none'"
 )
-"""The page needs nothing but its own style, so nothing else is allowed to it."""
+"""The page needs only its inline style."""
 
 
 @routes.get(
@@ -35,13 +35,13 @@ HTML_POLICY = (
     response_class=Response,
     responses={
         200: {
-            "description": "the report",
+            "description": "Report.",
             "content": {"text/csv": {}, "application/json": {}, "application/xml": {}, "text/html": {}},
         }
     },
 )
 async def get_report(host: TheHost, job_id: JobId, format: Format = "json") -> Response:
-    """The report of any job, under way or ended, also before the server was started or of servos that are gone."""
+    """Get the report of a job, running or ended, including jobs before the server was started."""
     made = report(host.jobs.get(job_id), host.store.servos.get)
     if format == "html":
         safe = {"Content-Security-Policy": HTML_POLICY, "X-Content-Type-Options": "nosniff"}

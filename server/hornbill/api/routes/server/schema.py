@@ -1,4 +1,4 @@
-"""GET /schema: the whole catalogue, for forms and programs."""
+"""GET /schema: the complete parameter catalogue."""
 
 from fastapi import Request
 from fastapi.responses import JSONResponse
@@ -14,7 +14,7 @@ from hornbill.schema.parameter import Group, Parameter
 
 
 class RowRange(Model):
-    """What one model allows in one row, raw."""
+    """Range of one row in one model, raw."""
 
     default: int | None = Field(description="Default, raw.")
     minimum: int | None = Field(description="Minimum, raw.")
@@ -22,7 +22,7 @@ class RowRange(Model):
 
 
 class SchemaModel(Model):
-    """One servo model and its own numbers; `rows` has every row it offers at its newest firmware."""
+    """One servo model."""
 
     name: str = Field(description="Model name.")
     series: str = Field(description="BLA15, BLA21 or BLA34.")
@@ -35,22 +35,22 @@ class SchemaModel(Model):
 
 
 class SchemaDocument(Model):
-    """Every table: rows, models, firmware steps, fault bits, effect rules."""
+    """All tables: rows, models, firmware versions, fault bits, effect rules."""
 
     revision: str = Field(description="Revision of the tables.")
     specification: str = Field(description="Document the tables are made from.")
     firmware: list[str] = Field(description="Known firmware versions.")
-    firmware_notes: dict[str, str] = Field(description="What users of a firmware should know, by version.")
+    firmware_notes: dict[str, str] = Field(description="Notes for users of a firmware, by version.")
     groups: list[Group] = Field(description="Groups of the parameter list.")
     parameters: list[Parameter] = Field(description="All rows.")
-    models: list[SchemaModel] = Field(description="Models, each with its own ranges.")
+    models: list[SchemaModel] = Field(description="Models with their ranges.")
     overview: list[FaultBit] = Field(description="Bits of the summary register.")
     faults: list[FaultBit] = Field(description="Bits of the three fault registers.")
     effects: list[EffectRule] = Field(description="Conditions under which rows have no effect.")
 
 
 def document(catalog: Catalog) -> SchemaDocument:
-    """The catalogue as JSON; rows nobody may touch (0x49) and actions are left out."""
+    """Catalogue as JSON, without forbidden rows (0x49) and actions."""
     return SchemaDocument(
         revision=catalog.revision,
         specification=catalog.specification,
@@ -78,13 +78,13 @@ def document(catalog: Catalog) -> SchemaDocument:
 
 
 def routes(catalog: Catalog) -> Routes:
-    """The one route; the document is made once, for it never changes while the server runs."""
+    """Routes of the catalogue, which is built once because it never changes while the server runs."""
     made = Routes("schema")
     whole = document(catalog)
 
     @made.get("/schema", Role.VIEW)
     async def get_schema() -> SchemaDocument:
-        """The whole parameter catalogue."""
+        """Get the complete parameter catalogue."""
         return whole
 
     @made.get("/openapi.json", Role.VIEW, include_in_schema=False)

@@ -1,1 +1,1 @@
-"""Routes of what servos are and report."""
+"""Routes of servos: state, inventory, faults and telemetry."""

@@ -1,4 +1,4 @@
-"""Routes of faults: what a servo's bits tell, now and in the past, and that somebody has seen it."""
+"""Routes of faults, present and past, and their acknowledgement."""
 
 from typing import Annotated
 
@@ -21,13 +21,13 @@ routes = Routes("faults")
 
 
 class FaultsRead(Model):
-    """The fault bits of several servos."""
+    """Fault bits of several servos."""
 
     servos: dict[str, "ServoFaults"] = Field(description="Results by unique ID.")
 
 
 class ServoFaults(Model):
-    """The fault bits of one of several servos; `problem` instead of them where there is no such servo."""
+    """Fault bits of one servo, or the problem if it is unknown."""
 
     faults: list[Fault] = Field(description="Failures, then warnings, then notifications. Active before past.")
     problem: Problem | None = Field(default=None, description="Reason why there are none. Null otherwise.")
@@ -44,22 +44,22 @@ async def read_faults(
     host: TheHost,
     uids: Annotated[str | None, Query(description="Unique IDs, separated by commas. Default: all servos.")] = None,
 ) -> FaultsRead:
-    """The fault bits of several servos, of each as `GET /servos/{uid}/faults` lists them, or why there are none."""
+    """Get the fault bits of several servos, each as in `GET /servos/{uid}/faults`."""
     listed = [one.uid for one in host.fleet.all()] if uids is None else [one.strip() for one in uids.split(",")]
     return FaultsRead(servos={uid: _one(host, uid) for uid in listed if uid})
 
 
 @routes.get("/servos/{uid}/faults", Role.VIEW, "unknown_servo")
 async def list_faults(host: TheHost, uid: ServoUid) -> list[Fault]:
-    """Every bit that is set or ever was, of a servo on the bus or remembered: failures before warnings before
-    notifications, active before past. A bit goes by itself, or when the servo starts again: nothing clears it here.
+    """List all fault bits of a servo that are or were set, also of a servo off the bus. Failures first, then warnings,
+    then notifications; active before past. Bits clear automatically or at a restart and cannot be cleared here.
     """
     return _faults(host, known_uid(host, uid))
 
 
 @routes.post("/servos/{uid}/faults/acknowledge", Role.OPERATE, *ACKNOWLEDGE_PROBLEMS)
 async def acknowledge_faults(host: TheHost, uid: ServoUid, by: By = None, lease: LeaseHeader = None) -> list[Fault]:
-    """Somebody has seen all of them. The servo is not told."""
+    """Acknowledge all faults of a servo. Sends nothing to the servo."""
     known = known_uid(host, uid)
     await host.faults.acknowledge(known, _who(host, by, lease))
     return _faults(host, known)
@@ -74,7 +74,7 @@ async def acknowledge_faults(host: TheHost, uid: ServoUid, by: By = None, lease:
     "store_failed",
 )
 async def acknowledge_fault(host: TheHost, uid: ServoUid, key: Key, by: By = None, lease: LeaseHeader = None) -> Fault:
-    """Somebody has seen this one; who was first stays until the bit comes up again. The servo is not told."""
+    """Acknowledge one fault. The first acknowledgement stays until the bit is set again. Sends nothing to the servo."""
     known = known_uid(host, uid)
     await host.faults.acknowledge(known, _who(host, by, lease), key)
     return next(one for one in _faults(host, known) if one.key == key)

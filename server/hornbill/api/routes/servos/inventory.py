@@ -1,4 +1,4 @@
-"""Routes of the inventory: every servo ever met, on the bus or not, its last configuration, and forgetting."""
+"""Routes of the inventory: all known servos, on the bus or not."""
 
 from collections.abc import Iterator, Sequence
 from datetime import UTC, datetime
@@ -8,7 +8,7 @@ from fastapi import Query
 from pydantic import Field
 from starlette.responses import Response
 
-from hornbill.api.dependencies import LeaseHeader, TheHost, UidPath, never_seen
+from hornbill.api.dependencies import LeaseHeader, TheHost, UidPath, servo_never_seen
 from hornbill.api.downloads import CSV, attachment
 from hornbill.api.routing import Routes
 from hornbill.api.security.roles import Role
@@ -30,7 +30,7 @@ routes = Routes("inventory")
 
 
 class KnownServo(Model):
-    """A servo ever seen, on the bus or not; instants in seconds since 1970 UTC."""
+    """A known servo, on the bus or not."""
 
     uid: UidField
     label: str = Field(description="Nickname. Empty if none.")
@@ -47,14 +47,14 @@ class KnownServo(Model):
     rom: dict[str, Value] = Field(description="Values last known to be in ROM, by key.")
     snapshots: int = Field(description="Number of stored snapshots.")
     drift: list[str] = Field(description="Keys of rows whose ROM value changed unexpectedly.")
-    notes: str = Field(description="What people wrote down about it. Empty if nothing.")
+    notes: str = Field(description="Notes of users. Empty if none.")
 
 
 class KnownServoPatch(Model):
-    """What the server itself keeps about a servo. What is left out stays."""
+    """Data that the server stores about a servo. Omitted fields stay unchanged."""
 
     label: str | None = Field(default=None, max_length=64, description="Nickname.")
-    notes: str | None = Field(default=None, max_length=4000, description="What people are to know about it.")
+    notes: str | None = Field(default=None, max_length=4000, description="Notes of users.")
 
 
 ModelName = Annotated[str | None, Query(description="Model, such as `BLA21-06U-A0`.")]
@@ -71,7 +71,7 @@ FACTS = (
 async def list_inventory(
     host: TheHost, model: ModelName = None, label: Label = None, q: Serial = None
 ) -> list[KnownServo]:
-    """Every servo ever met, the one seen last first."""
+    """List all known servos, most recently seen first."""
     return await _found(host, model, label, q)
 
 
@@ -83,30 +83,30 @@ async def list_inventory(
     responses={200: {"content": {"text/csv": {}}}},
 )
 async def download_inventory(host: TheHost, model: ModelName = None, label: Label = None, q: Serial = None) -> Response:
-    """The same as a table: one servo a line, ROM in a column a row, named with its unit."""
+    """Download the inventory as CSV: one line per servo, with one column per ROM value, named with its unit."""
     found = await _found(host, model, label, q)
     return Response(csv_text(_table(host.catalog, found)), media_type=CSV, headers=attachment("inventory.csv"))
 
 
 @routes.get("/inventory/{uid}", Role.VIEW, "unknown_servo", "invalid_value")
 async def get_known_servo(host: TheHost, uid: UidPath) -> KnownServo:
-    """One servo, whether it is on the bus or not."""
-    return _shown(host, _kept(host, uid), await host.store.run(host.store.snapshots.counts))
+    """Get a known servo, on the bus or not."""
+    return _shown(host, _stored(host, uid), await host.store.run(host.store.snapshots.counts))
 
 
 @routes.patch("/inventory/{uid}", Role.CONFIGURE, "unknown_servo", "invalid_value")
-async def label_known_servo(
+async def update_known_servo(
     host: TheHost, uid: UidPath, body: KnownServoPatch, lease: LeaseHeader = None
 ) -> KnownServo:
-    """Give a servo a nickname, or write something down about it, also of one that is switched off."""
-    kept, by = _kept(host, uid), host.leases.who(lease, host.base.now())
-    servo = host.fleet.find(kept.uid)
-    assert servo is not None, "whatever the store knows the fleet has"
+    """Change the nickname or notes of a known servo, on the bus or not."""
+    stored, by = _stored(host, uid), host.leases.who(lease, host.base.now())
+    servo = host.fleet.find(stored.uid)
+    assert servo is not None, "the fleet contains every stored servo"
     if body.label is not None:
         await host.set_label(servo, body.label, by=by)
     if body.notes is not None:
-        await host.set_notes(kept, body.notes, by=by)
-    return _shown(host, _kept(host, uid), await host.store.run(host.store.snapshots.counts))
+        await host.set_notes(stored, body.notes, by=by)
+    return _shown(host, _stored(host, uid), await host.store.run(host.store.snapshots.counts))
 
 
 @routes.delete("/inventory/{uid}", Role.ADMIN, "unknown_servo", "busy", "invalid_value", status_code=204)
@@ -118,30 +118,30 @@ async def forget_servo(
         bool, Query(description="Also delete its snapshots and fault history. Otherwise they return with the servo.")
     ] = False,
 ) -> None:
-    """Forget a servo that is not on the bus: its facts, nickname and last configuration. The audit keeps what was."""
-    kept = _kept(host, uid)
-    if host.jobs.running(kept.uid) is not None:
+    """Forget a servo that is off the bus: its identity, nickname and last configuration. Audit rows are kept."""
+    stored = _stored(host, uid)
+    if host.jobs.running(stored.uid) is not None:
         raise Busy(
-            f"A job of {kept.label or uid[:8]} is under way. Cancel it, or wait until it has ended.",
+            f"A job of {stored.label or uid[:8]} is running. Cancel it, or wait until it has ended.",
             cause="job_running",
         )
-    host.fleet.forget(kept.uid)
-    await host.store.run(host.store.servos.forget, kept.uid)
-    host.drift.forget(kept.uid)
-    host.lost_values.forget(Uid(kept.uid))
-    dropped = await host.store.run(host.store.snapshots.drop_all, kept.uid) if history else 0
+    host.fleet.forget(stored.uid)
+    await host.store.run(host.store.servos.forget, stored.uid)
+    host.drift.forget(stored.uid)
+    host.lost_values.forget(Uid(stored.uid))
+    deleted = await host.store.run(host.store.snapshots.drop_all, stored.uid) if history else 0
     if history:
-        await host.faults.forget(kept.uid)
-    by, params = host.leases.who(lease, host.base.now()), known(model=kept.facts.model, snapshots=dropped)
-    note = Note(f"{kept.facts.model}, {dropped} snapshots deleted", "servo_forgotten", params)
-    host.audit.note(NewAuditEntry(by, "forget", "succeeded", kept.uid, before=kept.label, notes=(note,)))
+        await host.faults.forget(stored.uid)
+    by, params = host.leases.who(lease, host.base.now()), known(model=stored.facts.model, snapshots=deleted)
+    note = Note(f"{stored.facts.model}, {deleted} snapshots deleted", "servo_forgotten", params)
+    host.audit.note(NewAuditEntry(by, "forget", "succeeded", stored.uid, before=stored.label, notes=(note,)))
 
 
-def _kept(host: Host, uid: str) -> StoredServo:
-    kept = host.store.servos.get(Uid(uid))
-    if kept is None:
-        raise never_seen(uid)
-    return kept
+def _stored(host: Host, uid: str) -> StoredServo:
+    stored = host.store.servos.get(Uid(uid))
+    if stored is None:
+        raise servo_never_seen(uid)
+    return stored
 
 
 def _table(catalog: Catalog, servos: Sequence[KnownServo]) -> Iterator[list[object]]:
@@ -156,7 +156,7 @@ def _table(catalog: Catalog, servos: Sequence[KnownServo]) -> Iterator[list[obje
 
 async def _found(host: Host, model: str | None, label: str | None, q: str | None) -> list[KnownServo]:
     counts = await host.store.run(host.store.snapshots.counts)
-    shown = [_shown(host, kept, counts) for kept in host.store.servos.all()]
+    shown = [_shown(host, stored, counts) for stored in host.store.servos.all()]
     found = [
         one
         for one in shown
@@ -167,16 +167,16 @@ async def _found(host: Host, model: str | None, label: str | None, q: str | None
     return sorted(found, key=lambda one: one.last_seen or 0.0, reverse=True)
 
 
-def _shown(host: Host, kept: StoredServo, snapshots: dict[Uid, int]) -> KnownServo:
-    facts, servo = kept.facts, host.fleet.find(kept.uid)
+def _shown(host: Host, stored: StoredServo, snapshots: dict[Uid, int]) -> KnownServo:
+    facts, servo = stored.facts, host.fleet.find(stored.uid)
     online = servo is not None and servo.online
-    seen = kept.last_seen
+    seen = stored.last_seen
     if servo is not None and servo.status_at is not None:
         seen = max(seen or 0.0, host.base.utc(servo.status_at))
     numbers = facts.model_number, facts.serial
     return KnownServo(
-        uid=kept.uid,
-        label=kept.label,
+        uid=stored.uid,
+        label=stored.label,
         model=facts.model,
         serial=None if None in numbers else f"{numbers[0]}-{numbers[1]:06d}",
         firmware=None if facts.firmware is None else to_text(facts.firmware),
@@ -184,21 +184,21 @@ def _shown(host: Host, kept: StoredServo, snapshots: dict[Uid, int]) -> KnownSer
         production_date=facts.production_date,
         node_id=servo.node_id if servo is not None and online else facts.node_id,
         servo_id=facts.servo_id,
-        first_seen=kept.first_seen,
+        first_seen=stored.first_seen,
         last_seen=seen,
         online=online,
-        rom=_rom(host, kept),
-        snapshots=snapshots.get(kept.uid, 0),
-        drift=sorted(drifted(kept) if servo is None or servo.model_number is None else servo.drift),
-        notes=kept.notes,
+        rom=_rom(host, stored),
+        snapshots=snapshots.get(stored.uid, 0),
+        drift=sorted(drifted(stored) if servo is None or servo.model_number is None else servo.drift),
+        notes=stored.notes,
     )
 
 
-def _rom(host: Host, kept: StoredServo) -> dict[str, Value]:
-    """Engineering values by the servo's model; of an unknown series by what every model has in common."""
-    model = host.catalog.models.get(kept.facts.model or "")
-    rows = host.catalog.readable if model is None else model.rows(kept.facts.firmware)
-    return {key: scale.to_value(row, kept.rom[key], kept.rom) for key, row in rows.items() if key in kept.rom}
+def _rom(host: Host, stored: StoredServo) -> dict[str, Value]:
+    """Engineering values by the servo's model; for an unknown series, by the rows common to all models."""
+    model = host.catalog.models.get(stored.facts.model or "")
+    rows = host.catalog.readable if model is None else model.rows(stored.facts.firmware)
+    return {key: scale.to_value(row, stored.rom[key], stored.rom) for key, row in rows.items() if key in stored.rom}
 
 
 def _instant(at: float | None) -> str:

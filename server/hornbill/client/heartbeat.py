@@ -1,8 +1,7 @@
-"""A lease's signs of life while a program does something else.
+"""Heartbeat: renewal of a lease in the background.
 
-The one thread of the client is here. A program that waits for a power supply, or for a person, cannot renew a lease
-between two of its own lines; whoever would rather have the lease end when the program hangs takes it with
-`beat=False` and renews it by hand.
+The only thread of the client. A program that waits for a power supply or an operator cannot renew a lease itself.
+With `heartbeat=False` it must, so that the lease ends if the program hangs.
 """
 
 import asyncio
@@ -10,8 +9,8 @@ import threading
 from collections.abc import Awaitable, Callable
 
 
-class AsyncBeat:
-    """Calls `renew` every so many seconds in a task, until it answers False or is stopped."""
+class AsyncHeartbeat:
+    """Calls `renew` every `every_s` in a task, until it returns False or is stopped."""
 
     def __init__(self, renew: Callable[[], Awaitable[bool]], every_s: float) -> None:
         self._renew = renew
@@ -19,11 +18,11 @@ class AsyncBeat:
         self._task: asyncio.Task[None] | None = None
 
     def start(self) -> None:
-        """Begin."""
+        """Start."""
         self._task = asyncio.create_task(self._run())
 
     async def stop(self) -> None:
-        """End, and wait for a renewal that is under way."""
+        """Stop, and wait for a renewal in progress."""
         if self._task is not None:
             self._task.cancel()
             await asyncio.wait([self._task])
@@ -35,8 +34,8 @@ class AsyncBeat:
                 return
 
 
-class Beat:
-    """The same in a thread; it dies with the program, and with it the lease."""
+class Heartbeat:
+    """The same in a daemon thread, which ends with the program."""
 
     def __init__(self, renew: Callable[[], bool], every_s: float) -> None:
         self._renew = renew
@@ -45,12 +44,12 @@ class Beat:
         self._thread: threading.Thread | None = None
 
     def start(self) -> None:
-        """Begin."""
+        """Start."""
         self._thread = threading.Thread(target=self._run, name="hornbill lease", daemon=True)
         self._thread.start()
 
     def stop(self) -> None:
-        """End, and wait for a renewal that is under way."""
+        """Stop, and wait for a renewal in progress."""
         self._ended.set()
         if self._thread is not None:
             self._thread.join()
