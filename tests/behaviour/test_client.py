@@ -47,7 +47,7 @@ def test_the_lease_lives_as_long_as_the_block_and_not_longer() -> None:
             await servo.move(10)
             await asyncio.sleep(20)
             assert await servo.read("torque_mode") == "on"
-        assert await hornbill.ask("GET", "/leases") == []
+        assert await hornbill.request("GET", "/leases") == []
 
     with_client(scene)
 
@@ -70,7 +70,7 @@ def test_an_exception_in_the_block_turns_torque_off() -> None:
 def test_without_a_beat_torque_goes_off_when_the_program_hangs() -> None:
     async def scene(rig: Rig, hornbill: AsyncHornbill, servo: AsyncServo) -> None:
         async def hangs() -> None:
-            async with hornbill.lease("rig", ttl_s=1.0, beat=False):
+            async with hornbill.lease("rig", ttl_s=1.0, heartbeat=False):
                 await servo.torque("on")
                 await servo.move(10)
                 await asyncio.sleep(3)

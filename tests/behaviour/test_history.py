@@ -114,8 +114,8 @@ async def test_a_snapshot_of_another_servo_is_unknown_here_and_so_is_a_number_no
 @scene(connect=False)
 async def test_a_servo_that_is_only_remembered_has_its_history_and_its_rom_too(rig: Rig) -> None:
     uid = Uid("ab" * 16)
-    rig.host.store.servos.met(uid, ServoFacts(model="BLA21-06U-A0", firmware=1300))
-    rig.host.store.servos.keep_rom(uid, {"angle_p_gain": 33})
+    rig.host.store.servos.seen(uid, ServoFacts(model="BLA21-06U-A0", firmware=1300))
+    rig.host.store.servos.put_rom(uid, {"angle_p_gain": 33})
     rig.host.store.snapshots.add(
         uid, reason="long ago", by="me", automatic=False, model="BLA21-06U-A0", firmware=1300,
         schema_revision="x", ram={"angle_p_gain": 44}, rom={},

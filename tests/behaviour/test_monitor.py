@@ -69,7 +69,9 @@ async def test_every_transfer_is_seen_with_a_sentence_sent_ones_included_in_the_
     await asyncio.sleep(1.2)
     told = viewer.told
     asked = told.index("GetSet request write 0x38 angle_limit_cw = 600, 60.0°")
-    answered = next(n for n, one in enumerate(told) if one.startswith("GetSet response 0x38 = 600, 60.0°, as asked. "))
+    answered = next(
+        n for n, one in enumerate(told) if one.startswith("GetSet response 0x38 = 600, 60.0°, as requested. ")
+    )
     assert asked < answered
     assert [viewer.transfers[n]["sent"] for n in (asked, answered)] == [True, False]
     assert "Status servo 1, 0.0°" in told

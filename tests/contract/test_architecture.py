@@ -33,7 +33,7 @@ def imported(file: Path) -> set[str]:
 @pytest.mark.parametrize("file", FILES, ids=lambda file: str(file.relative_to(PACKAGE)))
 def test_threads_live_in_bus_and_view_alone(file: Path) -> None:
     """And one in the client, which runs in other people's programs: there no loop could renew a lease."""
-    if layer(file) not in ("bus", "view") and file != PACKAGE / "client" / "beating.py":
+    if layer(file) not in ("bus", "view") and file != PACKAGE / "client" / "heartbeat.py":
         assert "threading" not in imported(file)
 
 

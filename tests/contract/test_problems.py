@@ -90,15 +90,15 @@ def test_no_error_can_be_made_without_a_cause(kind: type[errors.HornbillError]) 
 
 
 def test_a_copy_of_an_error_is_extended_alone() -> None:
-    error = errors.Unknown("unknown_run", "There is none.", cause="no_such_run", run=3)
+    error = errors.Unknown("unknown_run", "There is none.", cause="run_not_found", run=3)
     again = copy(error)
-    again.extend(after=" Nothing was sent.", also="not_done")
+    again.extend(after=" Nothing was sent.", also="steps_incomplete")
     assert (type(again), again.code, again.detail) == (
         errors.Unknown,
         "unknown_run",
         "There is none. Nothing was sent.",
     )
-    assert (error.detail, error.facts) == ("There is none.", {"cause": "no_such_run", "run": 3})
+    assert (error.detail, error.facts) == ("There is none.", {"cause": "run_not_found", "run": 3})
 
 
 def test_a_problem_of_the_server_has_a_cause() -> None:
