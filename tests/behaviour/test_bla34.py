@@ -76,7 +76,7 @@ async def test_it_goes_to_an_angle_and_turns_at_a_speed(rig: Rig, servo: Servo, 
     json(await rig.call("POST", f"{path}/command", moved, lease=lease))
     assert rig.sim(servo).angle_deg == pytest.approx(-75.5, abs=0.5)
     said = json(await rig.call("POST", f"{path}/command", {"type": "speed", "value": 50}, lease=lease))["warnings"]
-    assert any("without end" in one for one in said)
+    assert any("rotates continuously" in one for one in said)
     await asyncio.sleep(1.0)
     assert rig.sim(servo).speed_rpm == pytest.approx(50, abs=2)
 

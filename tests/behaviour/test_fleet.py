@@ -202,7 +202,7 @@ async def test_a_store_that_fails_does_not_keep_a_servo_from_being_stopped_and_w
     def fail(*_args: object) -> None:
         raise OSError("disk full")
 
-    monkeypatch.setattr(rig.host.store.servos, "met", fail)
+    monkeypatch.setattr(rig.host.store.servos, "seen", fail)
     servo = (await rig.ready())[0]
     await asyncio.sleep(3)
     reading = json(await rig.call("GET", f"/servos/{servo.uid}/parameters"))["parameters"]["current_voltage"]

@@ -62,11 +62,11 @@ async def test_it_is_called_forbidden_and_so_are_reserved_registers(rig: Rig, se
 @scene()
 async def test_the_servo_layer_cannot_send_it(rig: Rig, servo: Servo) -> None:
     row = rig.host.catalog.parameters["boot_loader"]
-    for patience in (READ, WRITE, COMMAND, TORQUE, STOP, ONCE):
+    for policy in (READ, WRITE, COMMAND, TORQUE, STOP, ONCE):
         with pytest.raises(ForbiddenParameter):
-            await rig.host.requests.write(servo, row, 1, patience)
+            await rig.host.requests.write(servo, row, 1, policy)
         with pytest.raises(ForbiddenParameter):
-            await rig.host.requests.read(servo, row, patience)
+            await rig.host.requests.read(servo, row, policy)
     await nothing_left(rig)
 
 

@@ -11,7 +11,7 @@ import pytest
 from behaviour.rig import Rig, json, play, problem
 from hornbill.domain.job import Job as JobShape
 from hornbill.servo.device.servo import Servo
-from hornbill.servo.runtime.jobs import NOT_KNOWN
+from hornbill.servo.runtime.jobs import OUTCOME_UNKNOWN
 from hornbill.sim.bench.recipe import Recipe
 
 DOCUMENT = Path(__file__).parents[2] / "docs" / "explanation" / "jobs.md"
@@ -104,7 +104,7 @@ def test_a_job_the_server_ended_amid_is_interrupted_and_can_be_resumed_only_wher
         assert (job["kind"], job["state"], job["error"]["code"]) == (kind, "failed", "interrupted")
         assert job["ended_at"] is not None
         (begun,) = [step for step in job["steps"] if step["state"] == "failed"]
-        assert begun["evidence"] == NOT_KNOWN
+        assert begun["evidence"] == OUTCOME_UNKNOWN
         assert not [step for step in job["steps"] if step["state"] == "running"]
         before = len(rig.writes())
         await asyncio.sleep(30)

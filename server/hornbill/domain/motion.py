@@ -1,4 +1,4 @@
-"""Motion control: leases, take-over, stop, restoring outputs, and what to know before a command."""
+"""Motion control: leases, takeover, stop, restoring outputs, and cautions before a command."""
 
 from typing import Literal
 
@@ -13,7 +13,8 @@ from hornbill.domain.servo import Output
 StopMode = TypeAliasType("StopMode", Literal["off", "brake"])
 
 CautionCode = TypeAliasType(
-    "CautionCode", Literal["turns", "turn_count", "endless", "too_small", "held", "pwm", "timeout_too_short"]
+    "CautionCode",
+    Literal["turns", "turn_count", "continuous_rotation", "below_minimum", "timeout_hold", "pwm", "timeout_too_short"],
 )
 
 
@@ -44,8 +45,8 @@ class MotionHold(Model):
     renew: bool = Field(default=False, description="Only renew a running command. Refused as busy if it was braked.")
 
 
-class AskedFor(Model):
-    """Pending request for motion control. The lease passes after `expires_in_s` unless refused."""
+class PendingRequest(Model):
+    """Pending request for motion control. It is granted after `expires_in_s` unless refused."""
 
     id: str = Field(description="ID with which to refuse the request.")
     by: str = Field(description="Client that requests motion control.")
@@ -62,7 +63,7 @@ class Lease(Model):
     ttl_s: float = Field(description="Time to live after each renewal, s.")
     expires_at: float = Field(description="Expiry, seconds since 1970 UTC.")
     expires_in_s: float = Field(description="Time until it expires unless renewed, s.")
-    request: AskedFor | None = Field(description="Pending request for motion control. Null if none.")
+    request: PendingRequest | None = Field(description="Pending request for motion control. Null if none.")
 
 
 class LeaseView(Model):
@@ -73,7 +74,7 @@ class LeaseView(Model):
     ttl_s: float = Field(description="Time to live after each renewal, s.")
     expires_at: Utc
     expires_in_s: float = Field(description="Time until it expires unless renewed, s.")
-    request: AskedFor | None = Field(description="Pending request for motion control. Null if none.")
+    request: PendingRequest | None = Field(description="Pending request for motion control. Null if none.")
 
 
 class RestorableOutput(Model):

@@ -47,7 +47,7 @@ def test_only_what_turns_is_called_endless_and_no_word_is_asked_for_it(raw: int,
     ("raw", "warned"), [(0, False), (1, True), (-9, True), (10, False), (-10, False), (100, False)]
 )
 def test_what_is_too_small_to_be_usable_is_said(kind: str, raw: int, warned: bool) -> None:
-    said = [one for one in cautions(servo(), kind, raw, [], 0.06) if one.code == "too_small"]
+    said = [one for one in cautions(servo(), kind, raw, [], 0.06) if one.code == "below_minimum"]
     assert bool(said) is warned
     for one in said:
         assert "at least ±10 " in one.text
@@ -71,7 +71,7 @@ def test_with_lost_turns_only_a_short_move_from_a_known_place_needs_no_word() ->
 def test_all_missing_words_are_named_at_once() -> None:
     said = [
         Caution("warning", "turns", "One.", "turns", {"turns": 2.0, "to_deg": 720.0}),
-        Caution("failure", "held", "Two.", None, {}),
+        Caution("failure", "timeout_hold", "Two.", None, {}),
         Caution("warning", "turn_count", "Three.", "turn_count", {"before_deg": 10.5}),
     ]
     one = servo()

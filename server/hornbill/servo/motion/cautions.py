@@ -80,7 +80,7 @@ def _turn_count(servo: Servo, before_deg: float) -> Caution:
 
 def _continuous(servo: Servo, kind: str) -> Caution:
     text = f"{servo.title} rotates continuously under a {kind} command. Angle limits do not apply (4.31)."
-    return Caution("warning", "endless", text, None, {})
+    return Caution("warning", "continuous_rotation", text, None, {})
 
 
 def _too_small(servo: Servo, row: Parameter, raw: Raw) -> Caution:
@@ -90,7 +90,7 @@ def _too_small(servo: Servo, row: Parameter, raw: Raw) -> Caution:
         f"{servo.title} may not follow {scale.to_text(row, raw)}: values between 0 and ±{least} are unreliable, and "
         f"Futaba's own program rejects them. Command 0, or at least ±{least}."
     )
-    return Caution("warning", "too_small", text, None, {"value": raw / row.per_unit, "smallest": row.smallest})
+    return Caution("warning", "below_minimum", text, None, {"value": raw / row.per_unit, "smallest": row.smallest})
 
 
 def _held(servo: Servo, kind: str) -> Caution:
@@ -98,7 +98,7 @@ def _held(servo: Servo, kind: str) -> Caution:
         f"{servo.title} keeps executing its last command without communication (0x26 is hold). If hornbill or its "
         f"cable fails, this {kind} continues indefinitely. Set timeout_action to off or brake first (4.19)."
     )
-    return Caution("failure", "held", text, None, {})
+    return Caution("failure", "timeout_hold", text, None, {})
 
 
 def _pwm(servo: Servo) -> Caution:
