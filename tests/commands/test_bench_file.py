@@ -99,7 +99,7 @@ def test_what_is_in_ram_and_not_in_rom_is_saved_and_not_written_again(bench: Ben
     bench.edit(r"^angle_boost = .*", "angle_boost = 1")
     checked = bench.hornbill("apply", "--check", bench.file)
     assert checked.returncode == 1
-    assert "~ angle_boost = 1.0 is in RAM; ROM holds 0.0" in checked.stdout
+    assert "~ angle_boost = 1.0 in RAM, 0.0 in ROM" in checked.stdout
     assert bench.hornbill("apply", "--yes", bench.file).returncode == 0
     assert bench.reading("angle_boost")["rom"] == 1
 
@@ -167,4 +167,4 @@ def test_a_profile_is_wanted_by_its_name_and_the_files_own_values_come_after_it(
     assert bench.reading("angle_p_gain")["rom"] != 21, "the file does not say save"
     bench.edit('"soft"', '"hard"')
     failed = bench.hornbill("apply", "--check", bench.file)
-    assert "bench.toml:3: There is no profile 'hard'. There is: soft." in failed.stderr
+    assert "bench.toml:3: Unknown profile 'hard'. Known profiles: soft." in failed.stderr

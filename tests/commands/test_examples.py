@@ -52,7 +52,7 @@ def test_the_pytest_rig_passes_on_a_servo_of_a_running_server(rig: Rig) -> None:
 @pytest.mark.parametrize(
     ("options", "said"),
     [
-        (("--hornbill-servo", "nobody"), "No servo on the bus has the label, serial or uid 'nobody'"),
+        (("--hornbill-servo", "nobody"), "No servo on the bus has the label, serial or unique ID 'nobody'"),
         ((), "Say which with --hornbill-servo"),
     ],
 )

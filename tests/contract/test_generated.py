@@ -7,7 +7,7 @@ from typing import is_typeddict
 
 import pytest
 
-from hornbill.client import answers
+from hornbill.client import responses
 from tools.generate import files
 
 ROOT = Path(__file__).parents[2]
@@ -20,7 +20,7 @@ def test_generated_files_are_up_to_date() -> None:
 
 
 def test_no_type_of_the_client_is_empty() -> None:
-    types = {name: one for name, one in vars(answers).items() if is_typeddict(one)}
+    types = {name: one for name, one in vars(responses).items() if is_typeddict(one)}
     assert [name for name, one in types.items() if not one.__annotations__ and name != "TypedDict"] == []
 
 

@@ -12,7 +12,7 @@ import pytest
 
 from contract.source import nodes
 from hornbill.bus.address import parse
-from hornbill.cli.plain_text import speak, text_of
+from hornbill.cli.plain_text import configure_output, text_of
 from hornbill.errors import InvalidValue
 
 TESTS = Path(__file__).parents[1]
@@ -62,7 +62,7 @@ def test_what_is_printed_into_a_pipe_with_a_code_page_is_whole_on_windows_and_ne
     monkeypatch.delenv("PYTHONIOENCODING", raising=False)
     if told:
         monkeypatch.setenv("PYTHONIOENCODING", "cp1252")
-    speak()
+    configure_output()
     print("61-466861: 9,7° → Höhenruder 昇降舵", end="", flush=True)
     assert pipe.getvalue().decode("utf-8" if platform == "win32" and not told else "cp1252") == written
 
@@ -77,7 +77,7 @@ def test_a_file_is_read_as_editors_and_shells_of_windows_write_it(tmp_path: Path
 def test_a_file_in_a_code_page_is_refused_with_the_remedy(tmp_path: Path) -> None:
     file = tmp_path / "bench.toml"
     file.write_bytes('label = "Höhenruder"'.encode("cp1252"))
-    with pytest.raises(InvalidValue, match=r"byte 10 is 0xf6\. Save it as UTF-8"):
+    with pytest.raises(InvalidValue, match=r"byte 10 is 0xf6\. Save the file as UTF-8"):
         text_of(file)
 
 

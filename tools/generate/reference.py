@@ -242,7 +242,7 @@ def _response(response: Mapping[str, Any], schemas: Mapping[str, Any]) -> str:
     shape: Mapping[str, Any] = content.get("application/json", {}).get("schema", {})
     kind = f" ({_type(shape, schemas)})" if shape and not str(shape.get("$ref", "")).endswith("/Problem") else ""
     media = [one for one in content if one not in ("application/json", _PROBLEM)]
-    text = str(response.get("description", "")).replace("Successful Response", "Success.")
+    text = str(response.get("description", ""))
     return _cell(text + kind + "".join(f" `{one}`" for one in media))
 
 

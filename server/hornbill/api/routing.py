@@ -81,6 +81,8 @@ class Routes:
         def add(endpoint: Endpoint) -> Endpoint:
             given: dict[str, Any] = {
                 "operation_id": endpoint.__name__,
+                "summary": _summary(endpoint.__name__),
+                "response_description": "Success.",
                 **more,
                 "tags": [self._tag, *more.get("tags", ())],
             }
@@ -94,6 +96,13 @@ class Routes:
             return endpoint
 
         return add
+
+
+def _summary(name: str) -> str:
+    """Summary of an operation from the name of its function."""
+    words = ("CSV" if word == "csv" else word for word in name.split("_"))
+    text = " ".join(words)
+    return text[0].upper() + text[1:]
 
 
 def _problems(route: APIRoute, codes: Sequence[str], *, keyed: bool) -> dict[int | str, dict[str, Any]]:

@@ -17,7 +17,7 @@ class Settings(BaseSettings):
     host: str = Field(default="127.0.0.1", description="Address to listen on.")
     port: int = Field(default=8000, ge=0, le=65535, description="Port to listen on; 0 for any free one.")
     token: SecretStr | None = Field(
-        default=None, description="a token for admin that is kept nowhere, beside those of 'hornbill tokens create'"
+        default=None, description="Additional admin token, at least 16 characters, which is not stored."
     )
     allow_host: Annotated[tuple[str, ...], NoDecode] = Field(
         default=(), description="Additional host names of this server, separated by commas."

@@ -13,7 +13,7 @@ export interface paths {
         };
         /**
          * List Allocations
-         * @description The allocation table, and which nodes wait for an id.
+         * @description Get the allocation table and the nodes waiting for a node ID.
          */
         get: operations["list_allocations"];
         put?: never;
@@ -35,7 +35,7 @@ export interface paths {
         put?: never;
         /**
          * Recycle Allocations
-         * @description Free the ids of nodes not seen for so long. Pinned ones, and those of nodes online or restarting, stay.
+         * @description Free the node IDs of nodes not seen for the given time, except pinned ones and nodes online or restarting.
          */
         post: operations["recycle_allocations"];
         delete?: never;
@@ -54,13 +54,13 @@ export interface paths {
         get?: never;
         /**
          * Pin Allocation
-         * @description Choose the id, 1 to 125, a node is given when it asks the next time, met before or not. No other may have it.
+         * @description Reserve a node ID, 1 to 125, for a node, which receives it with its next request. The node may be unknown.
          */
         put: operations["pin_allocation"];
         post?: never;
         /**
          * Forget Allocation
-         * @description Free a node's id, and take its pin away. A node that is online keeps its id until it starts anew.
+         * @description Free the node ID of a node and remove its pin. A node that is online keeps its ID until it restarts.
          */
         delete: operations["forget_allocation"];
         options?: never;
@@ -77,7 +77,7 @@ export interface paths {
         };
         /**
          * List Audit
-         * @description Who did what to which servo, with what came of it, newest first. Rows are added, never changed.
+         * @description List audit rows, newest first. Rows are never changed.
          */
         get: operations["list_audit"];
         put?: never;
@@ -97,7 +97,7 @@ export interface paths {
         };
         /**
          * Download Audit
-         * @description The same as a file, with every row there is of what is asked for. Times are ISO 8601 in UTC.
+         * @description Download all matching audit rows as CSV. Times are ISO 8601 in UTC.
          */
         get: operations["download_audit"];
         put?: never;
@@ -117,18 +117,18 @@ export interface paths {
         };
         /**
          * Get Bus
-         * @description The bus as the adapter and the counters show it.
+         * @description Get the state of the bus and its counters.
          */
         get: operations["get_bus"];
         /**
          * Connect Bus
-         * @description Open an adapter. The bus connected before stays until the new one is open; torque goes off on what moves.
+         * @description Connect a bus. The previous bus stays connected until the new one is open. Torque goes off on moving servos.
          */
         put: operations["connect_bus"];
         post?: never;
         /**
          * Disconnect Bus
-         * @description Leave the bus. Torque goes off first on what is under command.
+         * @description Disconnect the bus. Torque goes off first on servos under command.
          */
         delete: operations["disconnect_bus"];
         options?: never;
@@ -145,7 +145,7 @@ export interface paths {
         };
         /**
          * List Adapters
-         * @description What a bus can be opened on, and why it cannot just now. Answers within 2 s, whatever a driver does.
+         * @description List adapters, and why an adapter is unavailable. Responds within 2 s even if a driver hangs.
          */
         get: operations["list_adapters"];
         put?: never;
@@ -166,9 +166,9 @@ export interface paths {
         get?: never;
         /**
          * Set Allocator
-         * @description Give node ids unless somebody else does (on), never (off), or whoever else does (force). It is kept.
+         * @description Set the allocator's mode: allocate unless another allocator responds (on), never (off), or always (force).
          *
-         *     A mode given on the command line or in the environment counts again at the next start.
+         *     The mode is stored. A mode given on the command line or in the environment overrides it at the next start.
          */
         put: operations["set_allocator"];
         post?: never;
@@ -186,10 +186,10 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * Examine Bus
-         * @description What is wrong with the bus, the worst first; empty when nothing is. `all`: also what was found well.
+         * Diagnose Bus
+         * @description Diagnose the bus. Returns findings, most severe first; empty if there are none.
          */
-        get: operations["examine_bus"];
+        get: operations["diagnose_bus"];
         put?: never;
         post?: never;
         delete?: never;
@@ -207,21 +207,21 @@ export interface paths {
         };
         /**
          * Get Log
-         * @description The log that is written, or the last one.
+         * @description Get the state of the current or last log.
          */
         get: operations["get_log"];
         put?: never;
         /**
          * Start Log
-         * @description Write every frame to a file in the data folder, sent ones included, until it is stopped or full.
+         * @description Start logging all frames, received and sent, to a file in the data folder, until stopped or full.
          *
-         *     The log goes on when the bus is lost and found again. A slow disk never slows the bus: what it cannot take is
-         *     counted as dropped.
+         *     Logging continues after the bus is lost and reconnected. Frames that the disk cannot store in time are counted as
+         *     dropped.
          */
         post: operations["start_log"];
         /**
          * Stop Log
-         * @description End the log; it answers when the file is complete. Without one nothing happens.
+         * @description Stop logging. Responds when the file is complete. No effect if no log is running.
          */
         delete: operations["stop_log"];
         options?: never;
@@ -238,7 +238,7 @@ export interface paths {
         };
         /**
          * List Logs
-         * @description The logs in the data folder, the newest first. One can be played: `PUT /bus` with address `file:NAME`.
+         * @description List the logs in the data folder, newest first. To play a log back, `PUT /bus` with address `file:NAME`.
          */
         get: operations["list_logs"];
         put?: never;
@@ -258,14 +258,14 @@ export interface paths {
         };
         /**
          * Download Log
-         * @description The file; of the log being written, what is in it now.
+         * @description Download a log. For a running log, its current content.
          */
         get: operations["download_log"];
         put?: never;
         post?: never;
         /**
          * Delete Log
-         * @description Remove a log from the data folder.
+         * @description Delete a log from the data folder.
          */
         delete: operations["delete_log"];
         options?: never;
@@ -284,9 +284,10 @@ export interface paths {
         put?: never;
         /**
          * Command Servos
-         * @description Command many servos at one instant, up to 15 in a message: all of them, or none and why.
+         * @description Command several servos simultaneously, up to 15 per message, all or none.
          *
-         *     Nobody answers such a message, and it is never repeated; a servo that missed it is told by its keep-alive.
+         *     Servos do not acknowledge these messages, and they are not repeated. A servo that missed its message receives the
+         *     command with the next keep-alive.
          */
         post: operations["command_servos"];
         delete?: never;
@@ -306,14 +307,14 @@ export interface paths {
         put?: never;
         /**
          * Commission
-         * @description Give servos their labels, ids and values, one by one, each all or nothing, saved and proved.
+         * @description Commission servos: set labels, IDs and values one servo at a time, each all or nothing, then save and verify.
          *
-         *     Everything is checked before the first write. With `identify` each horn wiggles a little first; with `save` each
-         *     servo restarts, and with soft start and torque on in ROM its horn goes slowly to 0 degrees. Asking again for one
-         *     servo does its part again; what it holds already is not written. The job can be resumed, also by another server.
+         *     Everything is checked before the first write. With `identify` each horn wiggles first. With `save` each servo
+         *     restarts; with soft start, and torque on in ROM, its horn moves slowly to 0°. Repeating the request is safe: values
+         *     that a servo already has are not written. The job can be resumed, also by another server.
          *
-         *     With `dry_run` every check is done, and nothing else: the answer says of each servo what is written, which rows of
-         *     ROM change and what its horn does.
+         *     `dry_run` performs all checks and returns, for each servo, the writes, the rows of ROM that would change and the
+         *     effect on its horn.
          */
         post: operations["commission"];
         delete?: never;
@@ -331,8 +332,8 @@ export interface paths {
         };
         /**
          * List Candidates
-         * @description Servos on the bus that look new (servo id 0, no label), each with the servo id to give it; and those that still
-         *     wait for a node id.
+         * @description List servos that appear to be new (servo ID 0, no label), each with the next free servo ID, and nodes waiting for
+         *     a node ID.
          */
         get: operations["list_candidates"];
         put?: never;
@@ -352,7 +353,7 @@ export interface paths {
         };
         /**
          * Compare Sides
-         * @description Where two sides differ, row by row. What is not known on a side (null) equals nothing.
+         * @description Compare two sides row by row. Unknown values (null) count as different.
          */
         get: operations["compare"];
         put?: never;
@@ -372,11 +373,11 @@ export interface paths {
         };
         /**
          * Stream Events
-         * @description The current state, then each change as it happens. Sends no request on the bus.
+         * @description Stream the current state, then every change. Sends no request on the bus.
          *
-         *     A client that reconnects within a minute with the id of its last event resumes there. A client that is late gets of
-         *     each servo, reading and job the newest change only, and every event. When messages are lost, `dropped` gives their
-         *     number, and the current state follows.
+         *     A client that reconnects within one minute with the ID of its last event resumes there. A slow client receives only
+         *     the newest change of each servo, reading and job, and every event. If messages are lost, a `dropped` message gives
+         *     their number and the current state follows.
          */
         get: operations["stream_events"];
         put?: never;
@@ -396,7 +397,7 @@ export interface paths {
         };
         /**
          * Read Faults
-         * @description The fault bits of several servos, of each as `GET /servos/{uid}/faults` lists them, or why there are none.
+         * @description Get the fault bits of several servos, each as in `GET /servos/{uid}/faults`.
          */
         get: operations["read_faults"];
         put?: never;
@@ -416,7 +417,7 @@ export interface paths {
         };
         /**
          * Get Health
-         * @description 200 while the server serves.
+         * @description Check that the server is running.
          */
         get: operations["get_health"];
         put?: never;
@@ -436,7 +437,7 @@ export interface paths {
         };
         /**
          * List Inventory
-         * @description Every servo ever met, the one seen last first.
+         * @description List all known servos, most recently seen first.
          */
         get: operations["list_inventory"];
         put?: never;
@@ -456,7 +457,7 @@ export interface paths {
         };
         /**
          * Download Inventory
-         * @description The same as a table: one servo a line, ROM in a column a row, named with its unit.
+         * @description Download the inventory as CSV: one line per servo, with one column per ROM value, named with its unit.
          */
         get: operations["download_inventory"];
         put?: never;
@@ -476,23 +477,23 @@ export interface paths {
         };
         /**
          * Get Known Servo
-         * @description One servo, whether it is on the bus or not.
+         * @description Get a known servo, on the bus or not.
          */
         get: operations["get_known_servo"];
         put?: never;
         post?: never;
         /**
          * Forget Servo
-         * @description Forget a servo that is not on the bus: its facts, nickname and last configuration. The audit keeps what was.
+         * @description Forget a servo that is off the bus: its identity, nickname and last configuration. Audit rows are kept.
          */
         delete: operations["forget_servo"];
         options?: never;
         head?: never;
         /**
-         * Label Known Servo
-         * @description Give a servo a nickname, or write something down about it, also of one that is switched off.
+         * Update Known Servo
+         * @description Change the nickname or notes of a known servo, on the bus or not.
          */
-        patch: operations["label_known_servo"];
+        patch: operations["update_known_servo"];
         trace?: never;
     };
     "/api/v1/jobs": {
@@ -504,7 +505,7 @@ export interface paths {
         };
         /**
          * List Jobs
-         * @description Jobs under way and the last ones that ended, also before the server was started; oldest first.
+         * @description List running and recently ended jobs, oldest first, including those before the server was started.
          */
         get: operations["list_jobs"];
         put?: never;
@@ -524,14 +525,14 @@ export interface paths {
         };
         /**
          * Get Job
-         * @description One job.
+         * @description Get a job.
          */
         get: operations["get_job"];
         put?: never;
         post?: never;
         /**
          * Cancel Job
-         * @description Cancel a job. What it already sent to the servo stays sent.
+         * @description Cancel a job. Steps already carried out are not undone.
          */
         delete: operations["cancel_job"];
         options?: never;
@@ -548,7 +549,7 @@ export interface paths {
         };
         /**
          * Get Report
-         * @description The report of any job, under way or ended, also before the server was started or of servos that are gone.
+         * @description Get the report of a job, running or ended, including jobs before the server was started.
          */
         get: operations["get_report"];
         put?: never;
@@ -570,9 +571,9 @@ export interface paths {
         put?: never;
         /**
          * Resume Job
-         * @description Go on with a job that failed, was cancelled, or was cut off by the end of the server. Its done steps stay done.
+         * @description Resume a job that failed, was cancelled or was interrupted by the end of the server. Completed steps are kept.
          *
-         *     Only a job that says `resumable`. Nothing is resumed by itself.
+         *     Requires `resumable`. Jobs are never resumed automatically.
          */
         post: operations["resume_job"];
         delete?: never;
@@ -590,15 +591,16 @@ export interface paths {
         };
         /**
          * List Leases
-         * @description Who has motion control now: nobody or one.
+         * @description List the current lease. Empty if no client has motion control.
          */
         get: operations["list_leases"];
         put?: never;
         /**
          * Take Lease
-         * @description Become the one writer. Renew well before `ttl_s` is over: when it lapses, torque goes off on what you command.
+         * @description Take the lease, that is, motion control. Only one client can have it.
          *
-         *     `force` takes it from whoever has it: their commands end and torque goes off first, and `reason` is kept.
+         *     Renew it well within `ttl_s`: when it expires, torque goes off on the servos you command. `force` takes it from its
+         *     current holder: their commands end and torque goes off first. `reason` is recorded in the audit.
          */
         post: operations["take_lease"];
         delete?: never;
@@ -617,13 +619,14 @@ export interface paths {
         get?: never;
         put?: never;
         /**
-         * Ask For Lease
-         * @description Ask the holder for motion control. Everybody sees who asks, and a countdown.
+         * Request Lease
+         * @description Request motion control from its current holder. All clients see the request and its countdown.
          *
-         *     When the holder gives it back, or has not refused in `patience_s`, it is yours, after torque is off on what they
-         *     commanded. Look at least every few seconds, or you are believed gone. Keep the `id`: it is your way to the lease.
+         *     It is granted when the holder releases the lease or has not refused within `timeout_s`, after torque is off on the
+         *     servos they commanded. Poll the request every few seconds, otherwise it is withdrawn. Store the `id`: only with it
+         *     you receive the lease.
          */
-        post: operations["ask_for_lease"];
+        post: operations["request_lease"];
         delete?: never;
         options?: never;
         head?: never;
@@ -639,14 +642,14 @@ export interface paths {
         };
         /**
          * Get Lease Request
-         * @description How it went, for whoever asked. Once granted, renew the lease within 5 s.
+         * @description Get the state of a request, for the client that made it. Once granted, renew the lease within 5 s.
          */
         get: operations["get_lease_request"];
         put?: never;
         post?: never;
         /**
          * Withdraw Lease Request
-         * @description Ask no more. A lease that was granted already stays granted.
+         * @description Withdraw a request. A lease that is already granted stays valid.
          */
         delete: operations["withdraw_lease_request"];
         options?: never;
@@ -665,7 +668,7 @@ export interface paths {
         put?: never;
         /**
          * Refuse Lease Request
-         * @description Keep motion control: the holder alone may. The id is the one that is shown with the lease.
+         * @description Refuse a request. Only the holder of the lease can. Use the request's ID as shown with the lease.
          */
         post: operations["refuse_lease_request"];
         delete?: never;
@@ -684,13 +687,13 @@ export interface paths {
         get?: never;
         /**
          * Renew Lease
-         * @description A sign of life: another `ttl_s` from now. The answer also says who asks for motion control.
+         * @description Renew a lease for `ttl_s` from now (heartbeat). The response contains any pending request for motion control.
          */
         put: operations["renew_lease"];
         post?: never;
         /**
          * Release Lease
-         * @description Give motion control back. Torque goes off on what was commanded under it; whoever asked for it gets it then.
+         * @description Release a lease. Torque goes off on the servos commanded under it. A pending request is then granted.
          */
         delete: operations["release_lease"];
         options?: never;
@@ -707,7 +710,7 @@ export interface paths {
         };
         /**
          * List Nodes
-         * @description Every node heard since the bus was connected, by node id. Empty without a bus.
+         * @description List all nodes received since the bus was connected, by node ID. Empty without a bus.
          */
         get: operations["list_nodes"];
         put?: never;
@@ -727,7 +730,7 @@ export interface paths {
         };
         /**
          * Read Matrix
-         * @description Rows of many servos, as last read or read now. A row a model lacks is absent; a servo with a problem has it.
+         * @description Get rows of several servos, as last read or, with `refresh`, from the bus. Rows that a model lacks are absent.
          */
         get: operations["read_matrix"];
         put?: never;
@@ -737,10 +740,10 @@ export interface paths {
         head?: never;
         /**
          * Change Matrix
-         * @description Rows of many servos. Each servo is planned first and then changed all or nothing; ids may be swapped.
+         * @description Change rows of several servos. All servos are planned first, then each is changed all or nothing.
          *
-         *     Servos that pass ids to one another stand and fall together. With `save` each servo that was changed is saved,
-         *     all at once: every one of them restarts, and with soft start and torque on in ROM its horn goes slowly to 0 degrees.
+         *     IDs may be swapped; servos that exchange IDs succeed or fail together. With `save` all changed servos are saved at
+         *     the same time: each restarts, and with soft start, and torque on in ROM, its horn moves slowly to 0°.
          */
         patch: operations["change_matrix"];
         trace?: never;
@@ -754,7 +757,7 @@ export interface paths {
         };
         /**
          * List Profiles
-         * @description Every profile, by name.
+         * @description List all profiles, by name.
          */
         get: operations["list_profiles"];
         put?: never;
@@ -774,18 +777,18 @@ export interface paths {
         };
         /**
          * Get Profile
-         * @description One profile.
+         * @description Get a profile.
          */
         get: operations["get_profile"];
         /**
          * Put Profile
-         * @description Keep a profile: the values given, or those a servo or a snapshot holds. One of the same name is replaced.
+         * @description Store a profile, from given values, a servo or a snapshot. Replaces a profile of the same name.
          */
         put: operations["put_profile"];
         post?: never;
         /**
          * Delete Profile
-         * @description Forget a profile. Servos it was applied to stay as they are.
+         * @description Delete a profile. Servos that it was applied to stay unchanged.
          */
         delete: operations["delete_profile"];
         options?: never;
@@ -804,7 +807,7 @@ export interface paths {
         put?: never;
         /**
          * Apply Profile
-         * @description Bring servos to a profile, unit by unit, each all or nothing; rows a servo lacks are left out and told.
+         * @description Apply a profile to servos one by one, each all or nothing. Rows that a servo lacks are left out and listed.
          */
         post: operations["apply_profile"];
         delete?: never;
@@ -822,12 +825,13 @@ export interface paths {
         };
         /**
          * Export Profile
-         * @description The profile as a file for people: TOML with label and unit on every line, or JSON.
+         * @description Export a profile as a file: TOML with label and unit on every line, or JSON.
          */
         get: operations["export_profile"];
         /**
          * Import Profile
-         * @description Keep a profile from a file, when every line of it is ok; else the problem has a verdict on each in `lines`.
+         * @description Import a profile from a file. If any line is invalid, nothing is stored, and `lines` of the problem contains a
+         *     verdict on each line.
          */
         put: operations["import_profile"];
         post?: never;
@@ -846,7 +850,7 @@ export interface paths {
         };
         /**
          * Get Recorder
-         * @description How far the recorder reaches back, and the recording it is about to write.
+         * @description Get the state of the recorder and its recording in progress.
          */
         get: operations["get_recorder"];
         put?: never;
@@ -866,18 +870,18 @@ export interface paths {
         };
         /**
          * List Recordings
-         * @description The recordings in the data folder, the newest first. One is played with `PUT /bus`, address `recording:NAME`.
+         * @description List the recordings in the data folder, newest first.
          */
         get: operations["list_recordings"];
         put?: never;
         /**
-         * Write Recording
-         * @description Write a recording of what happened lately, and of the ten seconds from now on.
+         * Create Recording
+         * @description Create a recording of recent events and the next ten seconds.
          *
-         *     One that is pending already takes this in as a mark. Without `wait` the answer (202) is the recorder's state, and
-         *     the recording is in the list once it is written; with it (201) the recording.
+         *     If a recording is in progress, this adds a mark to it. Without `wait` the response (202) is the state of the
+         *     recorder; the recording is listed once it is written. With `wait` the response (201) is the recording.
          */
-        post: operations["write_recording"];
+        post: operations["create_recording"];
         delete?: never;
         options?: never;
         head?: never;
@@ -893,18 +897,18 @@ export interface paths {
         };
         /**
          * Download Recording
-         * @description The file: a .zip that any machine opens, with frames in the form of `candump -l`.
+         * @description Download a recording: a ZIP file that contains the frames in `candump -l` format.
          */
         get: operations["download_recording"];
         /**
-         * Add Recording
-         * @description Bring a recording of somebody else, at most 100 MB; a file that is none is refused, and nothing is kept of it.
+         * Import Recording
+         * @description Import a recording, at most 100 MB. Any other file is rejected and not stored.
          */
-        put: operations["add_recording"];
+        put: operations["import_recording"];
         post?: never;
         /**
          * Delete Recording
-         * @description Remove a recording from the data folder.
+         * @description Delete a recording from the data folder.
          */
         delete: operations["delete_recording"];
         options?: never;
@@ -921,7 +925,7 @@ export interface paths {
         };
         /**
          * Get Recording
-         * @description What a page shows of it: what it is of, telemetry in columns, events and writes.
+         * @description Get the metadata, telemetry, events and writes of a recording.
          */
         get: operations["get_recording"];
         put?: never;
@@ -941,7 +945,7 @@ export interface paths {
         };
         /**
          * List Runs
-         * @description Runs of a servo, or of all, newest first, without their samples.
+         * @description List runs of one or all servos, newest first, without samples.
          */
         get: operations["list_runs"];
         put?: never;
@@ -961,7 +965,7 @@ export interface paths {
         };
         /**
          * Overlay Runs
-         * @description Runs to lay over one another, and the parameters in which they differ.
+         * @description Get several runs for comparison, and the parameters in which they differ.
          */
         get: operations["overlay_runs"];
         put?: never;
@@ -981,16 +985,16 @@ export interface paths {
         };
         /**
          * Get Run
-         * @description One run with its samples.
+         * @description Get a run with its samples.
          */
         get: operations["get_run"];
         put?: never;
         post?: never;
         /**
-         * Drop Run
-         * @description Forget a run.
+         * Delete Run
+         * @description Delete a run.
          */
-        delete: operations["drop_run"];
+        delete: operations["delete_run"];
         options?: never;
         head?: never;
         patch?: never;
@@ -1005,7 +1009,7 @@ export interface paths {
         };
         /**
          * Get Run Csv
-         * @description The samples of a run: step, direction, time after the command in s, angle and target in degrees.
+         * @description Download the samples of a run as CSV: step, direction, time after the command (s), angle and target (°).
          */
         get: operations["get_run_csv"];
         put?: never;
@@ -1025,7 +1029,7 @@ export interface paths {
         };
         /**
          * Get Schema
-         * @description The whole parameter catalogue.
+         * @description Get the complete parameter catalogue.
          */
         get: operations["get_schema"];
         put?: never;
@@ -1045,7 +1049,7 @@ export interface paths {
         };
         /**
          * List Servos
-         * @description Every servo seen since the start. Filters are look-ups: the key of a servo is its uid.
+         * @description List the servos seen since the start. Filters are for lookup; a servo is identified by its unique ID.
          */
         get: operations["list_servos"];
         put?: never;
@@ -1065,7 +1069,7 @@ export interface paths {
         };
         /**
          * Get Servo
-         * @description One servo.
+         * @description Get a servo.
          */
         get: operations["get_servo"];
         put?: never;
@@ -1075,7 +1079,7 @@ export interface paths {
         head?: never;
         /**
          * Label Servo
-         * @description Give a servo a nickname; the server keeps it, the servo does not know it.
+         * @description Set the nickname of a servo, which is stored on the server only.
          */
         patch: operations["label_servo"];
         trace?: never;
@@ -1089,7 +1093,7 @@ export interface paths {
         };
         /**
          * Get Cautions
-         * @description What there would be to say before a command, and which words it would need. Reads, and moves nothing.
+         * @description Get cautions for a command, and the confirmation codes it would require. Moves nothing.
          */
         get: operations["get_cautions"];
         put?: never;
@@ -1111,7 +1115,7 @@ export interface paths {
         put?: never;
         /**
          * Command Servo
-         * @description Command an angle (degrees), a speed (rpm) or a torque (%), and keep it alive while the lease lives.
+         * @description Command an angle (°), speed (rpm) or torque (%). It is kept alive until the lease ends.
          */
         post: operations["command_servo"];
         delete?: never;
@@ -1131,7 +1135,7 @@ export interface paths {
         put?: never;
         /**
          * Copy Configuration
-         * @description Write what another servo, a snapshot of it, a profile or the defaults hold, all or nothing.
+         * @description Write the values of another servo, a snapshot, a profile or the defaults, all or nothing.
          */
         post: operations["copy_configuration"];
         delete?: never;
@@ -1149,14 +1153,14 @@ export interface paths {
         };
         /**
          * Get Drift
-         * @description Rows that somebody else changed in ROM since the servo was last known. Empty when nothing differs.
+         * @description Get the rows that another tool changed in ROM since the servo was last seen.
          */
         get: operations["get_drift"];
         put?: never;
         post?: never;
         /**
          * Accept Drift
-         * @description Take what was found for what is wanted.
+         * @description Accept the changed values as intended.
          */
         delete: operations["accept_drift"];
         options?: never;
@@ -1175,7 +1179,8 @@ export interface paths {
         put?: never;
         /**
          * Restore Drift
-         * @description Write back what ROM held, all or nothing, identity rows too. The flag goes when ROM is proved to hold it.
+         * @description Write back the previous ROM values, all or nothing, including identity rows. The drift clears once ROM is
+         *     verified to contain them.
          */
         post: operations["restore_drift"];
         delete?: never;
@@ -1193,16 +1198,16 @@ export interface paths {
         };
         /**
          * Preview Factory Reset
-         * @description Every row a factory reset would change, what stays, and what its restart does to the horn. Changes nothing.
+         * @description Preview a factory reset: the rows that would change, those that would stay, and the effect on the horn.
          */
         get: operations["preview_factory_reset"];
         put?: never;
         /**
          * Factory Reset
-         * @description Back to the defaults of the model, in RAM and in ROM. Torque goes off, the servo restarts and its horn goes
-         *     slowly to 0 degrees.
+         * @description Reset a servo to the defaults of its model, in RAM and ROM. Torque goes off, the servo restarts and its horn
+         *     moves slowly to 0°.
          *
-         *     With `dry_run` every check of the reset is done, and nothing else: the answer is that of GET.
+         *     `dry_run` performs all checks and returns the same preview as GET.
          */
         post: operations["factory_reset"];
         delete?: never;
@@ -1220,8 +1225,8 @@ export interface paths {
         };
         /**
          * List Faults
-         * @description Every bit that is set or ever was, of a servo on the bus or remembered: failures before warnings before
-         *     notifications, active before past. A bit goes by itself, or when the servo starts again: nothing clears it here.
+         * @description List all fault bits of a servo that are or were set, also of a servo off the bus. Failures first, then warnings,
+         *     then notifications; active before past. Bits clear automatically or at a restart and cannot be cleared here.
          */
         get: operations["list_faults"];
         put?: never;
@@ -1243,7 +1248,7 @@ export interface paths {
         put?: never;
         /**
          * Acknowledge Faults
-         * @description Somebody has seen all of them. The servo is not told.
+         * @description Acknowledge all faults of a servo. Sends nothing to the servo.
          */
         post: operations["acknowledge_faults"];
         delete?: never;
@@ -1263,7 +1268,7 @@ export interface paths {
         put?: never;
         /**
          * Acknowledge Fault
-         * @description Somebody has seen this one; who was first stays until the bit comes up again. The servo is not told.
+         * @description Acknowledge one fault. The first acknowledgement stays until the bit is set again. Sends nothing to the servo.
          */
         post: operations["acknowledge_fault"];
         delete?: never;
@@ -1283,9 +1288,9 @@ export interface paths {
         put?: never;
         /**
          * Identify Servo
-         * @description Turn the horn slowly by 3 degrees to either side, twice, and back. Torque is afterwards what it was before.
+         * @description Wiggle the horn: turn it slowly 3° to either side, twice, and back. Torque mode is restored afterwards.
          *
-         *     Under the lease of the header, or, while nobody holds one, under one of its own for the time it takes.
+         *     Uses the given lease or, if no client has one, a lease of its own for the duration.
          */
         post: operations["identify_servo"];
         delete?: never;
@@ -1306,7 +1311,7 @@ export interface paths {
         post?: never;
         /**
          * Dismiss Lost Values
-         * @description Forget the RAM values that the servo lost in a restart. The servo is not told.
+         * @description Dismiss the RAM values that the servo lost in a restart. Sends nothing to the servo.
          */
         delete: operations["dismiss_lost_values"];
         options?: never;
@@ -1323,7 +1328,7 @@ export interface paths {
         };
         /**
          * List Parameters
-         * @description Every row this model and firmware has, as last read; `refresh` reads the bus first.
+         * @description List all rows of this model and firmware as last read; `refresh` reads them from the bus first.
          */
         get: operations["list_parameters"];
         put?: never;
@@ -1333,7 +1338,7 @@ export interface paths {
         head?: never;
         /**
          * Change Parameters
-         * @description Several rows, all or nothing: validated, written, read back; on any failure undone.
+         * @description Change rows, all or nothing: validate, write and read back; roll back on any failure.
          */
         patch: operations["change_parameters"];
         trace?: never;
@@ -1347,12 +1352,12 @@ export interface paths {
         };
         /**
          * Angle boost
-         * @description Motor output added on top while an angle is held. More makes the horn follow small errors against friction, and hunt sooner; less is calmer. Raise it in small steps when small moves stick. Unit: %. Register 0x2F, section 4.24. Since firmware 1.200. Range: 0.0 to 10.0 % at the most; each model has its own. `in_effect` of the answer tells whether it has an effect now. No effect: the last command was a speed or torque; it acts while an angle is held (§ 4.24). No effect: torque (0x20) is not on, so no angle is held (§ 4.13). No effect: the servo's software is being replaced (§ 2.2). No effect: the servo reports a failure (0x1B) that leaves the motor without output (§ 4.12). No effect: output is off while the temperature (0x0B) is outside its limits; it comes back by itself, without the last command (§ 4.7). No effect: output is off while the supply voltage (0x0C) is outside its limits; it comes back by itself, without the last command (§ 4.8).
+         * @description Additional motor output while an angle is held. Higher corrects small errors against friction but is more prone to hunting; lower is more stable. Raise it in small steps if small movements stick. Unit: %. Register 0x2F, section 4.24. Since firmware 1.200. Range: 0.0 to 10.0 % at most, depending on the model. `in_effect` in the response shows whether it has an effect now. No effect: the last command was a speed or torque; this parameter acts only while an angle is held (§ 4.24). No effect: torque (0x20) is not on, so no angle is held (§ 4.13). No effect: the servo's software is being replaced (§ 2.2). No effect: the servo reports a failure (0x1B) that leaves the motor without output (§ 4.12). No effect: output is off while the temperature (0x0B) is outside its limits; it returns automatically, without the last command (§ 4.7). No effect: output is off while the supply voltage (0x0C) is outside its limits; it returns automatically, without the last command (§ 4.8).
          */
         get: operations["get_angle_boost"];
         /**
          * Set angle boost
-         * @description Motor output added on top while an angle is held. More makes the horn follow small errors against friction, and hunt sooner; less is calmer. Raise it in small steps when small moves stick. Unit: %. Register 0x2F, section 4.24. Since firmware 1.200. Range: 0.0 to 10.0 % at the most; each model has its own. `in_effect` of the answer tells whether it has an effect now. No effect: the last command was a speed or torque; it acts while an angle is held (§ 4.24). No effect: torque (0x20) is not on, so no angle is held (§ 4.13). No effect: the servo's software is being replaced (§ 2.2). No effect: the servo reports a failure (0x1B) that leaves the motor without output (§ 4.12). No effect: output is off while the temperature (0x0B) is outside its limits; it comes back by itself, without the last command (§ 4.7). No effect: output is off while the supply voltage (0x0C) is outside its limits; it comes back by itself, without the last command (§ 4.8).
+         * @description Additional motor output while an angle is held. Higher corrects small errors against friction but is more prone to hunting; lower is more stable. Raise it in small steps if small movements stick. Unit: %. Register 0x2F, section 4.24. Since firmware 1.200. Range: 0.0 to 10.0 % at most, depending on the model. `in_effect` in the response shows whether it has an effect now. No effect: the last command was a speed or torque; this parameter acts only while an angle is held (§ 4.24). No effect: torque (0x20) is not on, so no angle is held (§ 4.13). No effect: the servo's software is being replaced (§ 2.2). No effect: the servo reports a failure (0x1B) that leaves the motor without output (§ 4.12). No effect: output is off while the temperature (0x0B) is outside its limits; it returns automatically, without the last command (§ 4.7). No effect: output is off while the supply voltage (0x0C) is outside its limits; it returns automatically, without the last command (§ 4.8).
          */
         put: operations["set_angle_boost"];
         post?: never;
@@ -1371,12 +1376,12 @@ export interface paths {
         };
         /**
          * Angle D gain
-         * @description How early the servo brakes before the target. Higher brakes sooner; lower overshoots and swings back. Raise it when steps overshoot. Register 0x2D, section 4.22. Range: 0 to 100 at the most; each model has its own. `in_effect` of the answer tells whether it has an effect now. No effect: speed and torque control (0x25) is off (§ 4.22). No effect: the last command was a speed or torque; it acts while an angle is held (§ 4.22). No effect: torque (0x20) is not on, so no angle is held (§ 4.13). No effect: the servo's software is being replaced (§ 2.2). No effect: the servo reports a failure (0x1B) that leaves the motor without output (§ 4.12). No effect: output is off while the temperature (0x0B) is outside its limits; it comes back by itself, without the last command (§ 4.7). No effect: output is off while the supply voltage (0x0C) is outside its limits; it comes back by itself, without the last command (§ 4.8).
+         * @description Damping before the target. Higher brakes earlier; lower overshoots more. Raise it if steps overshoot. Register 0x2D, section 4.22. Range: 0 to 100 at most, depending on the model. `in_effect` in the response shows whether it has an effect now. No effect: speed and torque control (0x25) is off (§ 4.22). No effect: the last command was a speed or torque; this parameter acts only while an angle is held (§ 4.22). No effect: torque (0x20) is not on, so no angle is held (§ 4.13). No effect: the servo's software is being replaced (§ 2.2). No effect: the servo reports a failure (0x1B) that leaves the motor without output (§ 4.12). No effect: output is off while the temperature (0x0B) is outside its limits; it returns automatically, without the last command (§ 4.7). No effect: output is off while the supply voltage (0x0C) is outside its limits; it returns automatically, without the last command (§ 4.8).
          */
         get: operations["get_angle_d_gain"];
         /**
          * Set angle d gain
-         * @description How early the servo brakes before the target. Higher brakes sooner; lower overshoots and swings back. Raise it when steps overshoot. Register 0x2D, section 4.22. Range: 0 to 100 at the most; each model has its own. `in_effect` of the answer tells whether it has an effect now. No effect: speed and torque control (0x25) is off (§ 4.22). No effect: the last command was a speed or torque; it acts while an angle is held (§ 4.22). No effect: torque (0x20) is not on, so no angle is held (§ 4.13). No effect: the servo's software is being replaced (§ 2.2). No effect: the servo reports a failure (0x1B) that leaves the motor without output (§ 4.12). No effect: output is off while the temperature (0x0B) is outside its limits; it comes back by itself, without the last command (§ 4.7). No effect: output is off while the supply voltage (0x0C) is outside its limits; it comes back by itself, without the last command (§ 4.8).
+         * @description Damping before the target. Higher brakes earlier; lower overshoots more. Raise it if steps overshoot. Register 0x2D, section 4.22. Range: 0 to 100 at most, depending on the model. `in_effect` in the response shows whether it has an effect now. No effect: speed and torque control (0x25) is off (§ 4.22). No effect: the last command was a speed or torque; this parameter acts only while an angle is held (§ 4.22). No effect: torque (0x20) is not on, so no angle is held (§ 4.13). No effect: the servo's software is being replaced (§ 2.2). No effect: the servo reports a failure (0x1B) that leaves the motor without output (§ 4.12). No effect: output is off while the temperature (0x0B) is outside its limits; it returns automatically, without the last command (§ 4.7). No effect: output is off while the supply voltage (0x0C) is outside its limits; it returns automatically, without the last command (§ 4.8).
          */
         put: operations["set_angle_d_gain"];
         post?: never;
@@ -1394,13 +1399,13 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * Angle dead band
-         * @description Angle error the servo leaves alone. Wider stops hunting from backlash; narrower answers small commands. A few tenths of a degree do for most uses; more than 5° is rarely meant. Unit: °. Register 0x2E, section 4.23. Range: 0.0 to 360.0° at the most; each model has its own. `in_effect` of the answer tells whether it has an effect now. No effect: the last command was a speed or torque; it acts while an angle is held (§ 4.23). No effect: torque (0x20) is not on, so no angle is held (§ 4.13). No effect: the servo's software is being replaced (§ 2.2). No effect: the servo reports a failure (0x1B) that leaves the motor without output (§ 4.12). No effect: output is off while the temperature (0x0B) is outside its limits; it comes back by itself, without the last command (§ 4.7). No effect: output is off while the supply voltage (0x0C) is outside its limits; it comes back by itself, without the last command (§ 4.8).
+         * Angle deadband
+         * @description Angle error that is not corrected. Wider avoids hunting caused by backlash; narrower responds to smaller commands. A few tenths of a degree suit most uses; more than 5° is rarely intended. Unit: °. Register 0x2E, section 4.23. Range: 0.0 to 360.0° at most, depending on the model. `in_effect` in the response shows whether it has an effect now. No effect: the last command was a speed or torque; this parameter acts only while an angle is held (§ 4.23). No effect: torque (0x20) is not on, so no angle is held (§ 4.13). No effect: the servo's software is being replaced (§ 2.2). No effect: the servo reports a failure (0x1B) that leaves the motor without output (§ 4.12). No effect: output is off while the temperature (0x0B) is outside its limits; it returns automatically, without the last command (§ 4.7). No effect: output is off while the supply voltage (0x0C) is outside its limits; it returns automatically, without the last command (§ 4.8).
          */
         get: operations["get_angle_dead_band"];
         /**
-         * Set angle dead band
-         * @description Angle error the servo leaves alone. Wider stops hunting from backlash; narrower answers small commands. A few tenths of a degree do for most uses; more than 5° is rarely meant. Unit: °. Register 0x2E, section 4.23. Range: 0.0 to 360.0° at the most; each model has its own. `in_effect` of the answer tells whether it has an effect now. No effect: the last command was a speed or torque; it acts while an angle is held (§ 4.23). No effect: torque (0x20) is not on, so no angle is held (§ 4.13). No effect: the servo's software is being replaced (§ 2.2). No effect: the servo reports a failure (0x1B) that leaves the motor without output (§ 4.12). No effect: output is off while the temperature (0x0B) is outside its limits; it comes back by itself, without the last command (§ 4.7). No effect: output is off while the supply voltage (0x0C) is outside its limits; it comes back by itself, without the last command (§ 4.8).
+         * Set angle deadband
+         * @description Angle error that is not corrected. Wider avoids hunting caused by backlash; narrower responds to smaller commands. A few tenths of a degree suit most uses; more than 5° is rarely intended. Unit: °. Register 0x2E, section 4.23. Range: 0.0 to 360.0° at most, depending on the model. `in_effect` in the response shows whether it has an effect now. No effect: the last command was a speed or torque; this parameter acts only while an angle is held (§ 4.23). No effect: torque (0x20) is not on, so no angle is held (§ 4.13). No effect: the servo's software is being replaced (§ 2.2). No effect: the servo reports a failure (0x1B) that leaves the motor without output (§ 4.12). No effect: output is off while the temperature (0x0B) is outside its limits; it returns automatically, without the last command (§ 4.7). No effect: output is off while the supply voltage (0x0C) is outside its limits; it returns automatically, without the last command (§ 4.8).
          */
         put: operations["set_angle_dead_band"];
         post?: never;
@@ -1419,12 +1424,12 @@ export interface paths {
         };
         /**
          * Angle limit CCW
-         * @description Furthest counter-clockwise an angle command can go; a command beyond stops here. It is never above 0°, so 0° is always inside. With torque off nothing pulls the horn back inside. Unit: °. Register 0x39, section 4.31. Range: −36000000.0 to 0.0°. `in_effect` of the answer tells whether it has an effect now. No effect: the last command was a speed or torque; angle limits hold for angle commands alone (§ 4.31). No effect: torque (0x20) is not on, so no angle is held (§ 4.13). No effect: the servo's software is being replaced (§ 2.2). No effect: the servo reports a failure (0x1B) that leaves the motor without output (§ 4.12). No effect: output is off while the temperature (0x0B) is outside its limits; it comes back by itself, without the last command (§ 4.7). No effect: output is off while the supply voltage (0x0C) is outside its limits; it comes back by itself, without the last command (§ 4.8).
+         * @description Counter-clockwise limit of angle commands. Commands beyond it stop here. It cannot be above 0°, so 0° is always within the limits. With torque off, the horn can be moved beyond the limits. Unit: °. Register 0x39, section 4.31. Range: −36000000.0 to 0.0°. `in_effect` in the response shows whether it has an effect now. No effect: the last command was a speed or torque; angle limits apply only to angle commands (§ 4.31). No effect: torque (0x20) is not on, so no angle is held (§ 4.13). No effect: the servo's software is being replaced (§ 2.2). No effect: the servo reports a failure (0x1B) that leaves the motor without output (§ 4.12). No effect: output is off while the temperature (0x0B) is outside its limits; it returns automatically, without the last command (§ 4.7). No effect: output is off while the supply voltage (0x0C) is outside its limits; it returns automatically, without the last command (§ 4.8).
          */
         get: operations["get_angle_limit_ccw"];
         /**
          * Set angle limit ccw
-         * @description Furthest counter-clockwise an angle command can go; a command beyond stops here. It is never above 0°, so 0° is always inside. With torque off nothing pulls the horn back inside. Unit: °. Register 0x39, section 4.31. Range: −36000000.0 to 0.0°. `in_effect` of the answer tells whether it has an effect now. No effect: the last command was a speed or torque; angle limits hold for angle commands alone (§ 4.31). No effect: torque (0x20) is not on, so no angle is held (§ 4.13). No effect: the servo's software is being replaced (§ 2.2). No effect: the servo reports a failure (0x1B) that leaves the motor without output (§ 4.12). No effect: output is off while the temperature (0x0B) is outside its limits; it comes back by itself, without the last command (§ 4.7). No effect: output is off while the supply voltage (0x0C) is outside its limits; it comes back by itself, without the last command (§ 4.8).
+         * @description Counter-clockwise limit of angle commands. Commands beyond it stop here. It cannot be above 0°, so 0° is always within the limits. With torque off, the horn can be moved beyond the limits. Unit: °. Register 0x39, section 4.31. Range: −36000000.0 to 0.0°. `in_effect` in the response shows whether it has an effect now. No effect: the last command was a speed or torque; angle limits apply only to angle commands (§ 4.31). No effect: torque (0x20) is not on, so no angle is held (§ 4.13). No effect: the servo's software is being replaced (§ 2.2). No effect: the servo reports a failure (0x1B) that leaves the motor without output (§ 4.12). No effect: output is off while the temperature (0x0B) is outside its limits; it returns automatically, without the last command (§ 4.7). No effect: output is off while the supply voltage (0x0C) is outside its limits; it returns automatically, without the last command (§ 4.8).
          */
         put: operations["set_angle_limit_ccw"];
         post?: never;
@@ -1443,12 +1448,12 @@ export interface paths {
         };
         /**
          * Angle limit CW
-         * @description Furthest clockwise an angle command can go; a command beyond stops here. It is never below 0°, so 0° is always inside. Widen it before commanding turns. Unit: °. Register 0x38, section 4.31. Range: 0.0 to 36000000.0°. `in_effect` of the answer tells whether it has an effect now. No effect: the last command was a speed or torque; angle limits hold for angle commands alone (§ 4.31). No effect: torque (0x20) is not on, so no angle is held (§ 4.13). No effect: the servo's software is being replaced (§ 2.2). No effect: the servo reports a failure (0x1B) that leaves the motor without output (§ 4.12). No effect: output is off while the temperature (0x0B) is outside its limits; it comes back by itself, without the last command (§ 4.7). No effect: output is off while the supply voltage (0x0C) is outside its limits; it comes back by itself, without the last command (§ 4.8).
+         * @description Clockwise limit of angle commands. Commands beyond it stop here. It cannot be below 0°, so 0° is always within the limits. Widen it before commanding full turns. Unit: °. Register 0x38, section 4.31. Range: 0.0 to 36000000.0°. `in_effect` in the response shows whether it has an effect now. No effect: the last command was a speed or torque; angle limits apply only to angle commands (§ 4.31). No effect: torque (0x20) is not on, so no angle is held (§ 4.13). No effect: the servo's software is being replaced (§ 2.2). No effect: the servo reports a failure (0x1B) that leaves the motor without output (§ 4.12). No effect: output is off while the temperature (0x0B) is outside its limits; it returns automatically, without the last command (§ 4.7). No effect: output is off while the supply voltage (0x0C) is outside its limits; it returns automatically, without the last command (§ 4.8).
          */
         get: operations["get_angle_limit_cw"];
         /**
          * Set angle limit cw
-         * @description Furthest clockwise an angle command can go; a command beyond stops here. It is never below 0°, so 0° is always inside. Widen it before commanding turns. Unit: °. Register 0x38, section 4.31. Range: 0.0 to 36000000.0°. `in_effect` of the answer tells whether it has an effect now. No effect: the last command was a speed or torque; angle limits hold for angle commands alone (§ 4.31). No effect: torque (0x20) is not on, so no angle is held (§ 4.13). No effect: the servo's software is being replaced (§ 2.2). No effect: the servo reports a failure (0x1B) that leaves the motor without output (§ 4.12). No effect: output is off while the temperature (0x0B) is outside its limits; it comes back by itself, without the last command (§ 4.7). No effect: output is off while the supply voltage (0x0C) is outside its limits; it comes back by itself, without the last command (§ 4.8).
+         * @description Clockwise limit of angle commands. Commands beyond it stop here. It cannot be below 0°, so 0° is always within the limits. Widen it before commanding full turns. Unit: °. Register 0x38, section 4.31. Range: 0.0 to 36000000.0°. `in_effect` in the response shows whether it has an effect now. No effect: the last command was a speed or torque; angle limits apply only to angle commands (§ 4.31). No effect: torque (0x20) is not on, so no angle is held (§ 4.13). No effect: the servo's software is being replaced (§ 2.2). No effect: the servo reports a failure (0x1B) that leaves the motor without output (§ 4.12). No effect: output is off while the temperature (0x0B) is outside its limits; it returns automatically, without the last command (§ 4.7). No effect: output is off while the supply voltage (0x0C) is outside its limits; it returns automatically, without the last command (§ 4.8).
          */
         put: operations["set_angle_limit_cw"];
         post?: never;
@@ -1467,12 +1472,12 @@ export interface paths {
         };
         /**
          * Angle P gain
-         * @description How hard the servo answers an angle error. Higher holds stiffer and hunts sooner; lower is softer and calmer. Raise it until the horn starts to tremble under its real load, then go back a little. Register 0x2C, section 4.21. Range: 1 to 100 at the most; each model has its own. `in_effect` of the answer tells whether it has an effect now. No effect: the last command was a speed or torque; it acts while an angle is held (§ 4.21). No effect: torque (0x20) is not on, so no angle is held (§ 4.13). No effect: the servo's software is being replaced (§ 2.2). No effect: the servo reports a failure (0x1B) that leaves the motor without output (§ 4.12). No effect: output is off while the temperature (0x0B) is outside its limits; it comes back by itself, without the last command (§ 4.7). No effect: output is off while the supply voltage (0x0C) is outside its limits; it comes back by itself, without the last command (§ 4.8).
+         * @description Response to an angle error. Higher is stiffer but more prone to hunting; lower is softer and more stable. Raise it until the horn starts to vibrate under its actual load, then lower it slightly. Register 0x2C, section 4.21. Range: 1 to 100 at most, depending on the model. `in_effect` in the response shows whether it has an effect now. No effect: the last command was a speed or torque; this parameter acts only while an angle is held (§ 4.21). No effect: torque (0x20) is not on, so no angle is held (§ 4.13). No effect: the servo's software is being replaced (§ 2.2). No effect: the servo reports a failure (0x1B) that leaves the motor without output (§ 4.12). No effect: output is off while the temperature (0x0B) is outside its limits; it returns automatically, without the last command (§ 4.7). No effect: output is off while the supply voltage (0x0C) is outside its limits; it returns automatically, without the last command (§ 4.8).
          */
         get: operations["get_angle_p_gain"];
         /**
          * Set angle p gain
-         * @description How hard the servo answers an angle error. Higher holds stiffer and hunts sooner; lower is softer and calmer. Raise it until the horn starts to tremble under its real load, then go back a little. Register 0x2C, section 4.21. Range: 1 to 100 at the most; each model has its own. `in_effect` of the answer tells whether it has an effect now. No effect: the last command was a speed or torque; it acts while an angle is held (§ 4.21). No effect: torque (0x20) is not on, so no angle is held (§ 4.13). No effect: the servo's software is being replaced (§ 2.2). No effect: the servo reports a failure (0x1B) that leaves the motor without output (§ 4.12). No effect: output is off while the temperature (0x0B) is outside its limits; it comes back by itself, without the last command (§ 4.7). No effect: output is off while the supply voltage (0x0C) is outside its limits; it comes back by itself, without the last command (§ 4.8).
+         * @description Response to an angle error. Higher is stiffer but more prone to hunting; lower is softer and more stable. Raise it until the horn starts to vibrate under its actual load, then lower it slightly. Register 0x2C, section 4.21. Range: 1 to 100 at most, depending on the model. `in_effect` in the response shows whether it has an effect now. No effect: the last command was a speed or torque; this parameter acts only while an angle is held (§ 4.21). No effect: torque (0x20) is not on, so no angle is held (§ 4.13). No effect: the servo's software is being replaced (§ 2.2). No effect: the servo reports a failure (0x1B) that leaves the motor without output (§ 4.12). No effect: output is off while the temperature (0x0B) is outside its limits; it returns automatically, without the last command (§ 4.7). No effect: output is off while the supply voltage (0x0C) is outside its limits; it returns automatically, without the last command (§ 4.8).
          */
         put: operations["set_angle_p_gain"];
         post?: never;
@@ -1491,12 +1496,12 @@ export interface paths {
         };
         /**
          * Command angle
-         * @description Angle the horn moves to and holds; + is clockwise seen from the name plate, 0° is the notch. Beyond the angle limits the horn stops at the limit. Turns past ±180° are counted, not sensed, and are lost when the supply goes off. Unit: °. Register 0x00, section 4.1. Range: −36000000.0 to 36000000.0°. `in_effect` of the answer tells whether it has an effect now. No effect: torque (0x20) is off, and turning it on drops this command (§ 4.13). No effect: the servo brakes (0x20), and turning torque on drops this command (§ 4.13). No effect: the servo's software is being replaced (§ 2.2). No effect: the servo reports a failure (0x1B) that leaves the motor without output (§ 4.12). No effect: output is off while the temperature (0x0B) is outside its limits; it comes back by itself, without the last command (§ 4.7). No effect: output is off while the supply voltage (0x0C) is outside its limits; it comes back by itself, without the last command (§ 4.8). No effect: the saved configuration could not be loaded (0x1A), so hornbill does not move this servo (§ 4.12).
+         * @description Angle to move to and hold. Positive is clockwise, seen from the name plate; 0° is the notch. The horn stops at the angle limits. Turns beyond ±180° are counted, not sensed, and are lost without supply. Unit: °. Register 0x00, section 4.1. Range: −36000000.0 to 36000000.0°. `in_effect` in the response shows whether it has an effect now. No effect: torque (0x20) is off, and turning it on discards this command (§ 4.13). No effect: the servo brakes (0x20), and turning torque on discards this command (§ 4.13). No effect: the servo's software is being replaced (§ 2.2). No effect: the servo reports a failure (0x1B) that leaves the motor without output (§ 4.12). No effect: output is off while the temperature (0x0B) is outside its limits; it returns automatically, without the last command (§ 4.7). No effect: output is off while the supply voltage (0x0C) is outside its limits; it returns automatically, without the last command (§ 4.8). No effect: the saved configuration could not be loaded (0x1A), so motion is refused (§ 4.12).
          */
         get: operations["get_command_angle"];
         /**
          * Set command angle
-         * @description Angle the horn moves to and holds; + is clockwise seen from the name plate, 0° is the notch. Beyond the angle limits the horn stops at the limit. Turns past ±180° are counted, not sensed, and are lost when the supply goes off. Unit: °. Register 0x00, section 4.1. Range: −36000000.0 to 36000000.0°. `in_effect` of the answer tells whether it has an effect now. No effect: torque (0x20) is off, and turning it on drops this command (§ 4.13). No effect: the servo brakes (0x20), and turning torque on drops this command (§ 4.13). No effect: the servo's software is being replaced (§ 2.2). No effect: the servo reports a failure (0x1B) that leaves the motor without output (§ 4.12). No effect: output is off while the temperature (0x0B) is outside its limits; it comes back by itself, without the last command (§ 4.7). No effect: output is off while the supply voltage (0x0C) is outside its limits; it comes back by itself, without the last command (§ 4.8). No effect: the saved configuration could not be loaded (0x1A), so hornbill does not move this servo (§ 4.12).
+         * @description Angle to move to and hold. Positive is clockwise, seen from the name plate; 0° is the notch. The horn stops at the angle limits. Turns beyond ±180° are counted, not sensed, and are lost without supply. Unit: °. Register 0x00, section 4.1. Range: −36000000.0 to 36000000.0°. `in_effect` in the response shows whether it has an effect now. No effect: torque (0x20) is off, and turning it on discards this command (§ 4.13). No effect: the servo brakes (0x20), and turning torque on discards this command (§ 4.13). No effect: the servo's software is being replaced (§ 2.2). No effect: the servo reports a failure (0x1B) that leaves the motor without output (§ 4.12). No effect: output is off while the temperature (0x0B) is outside its limits; it returns automatically, without the last command (§ 4.7). No effect: output is off while the supply voltage (0x0C) is outside its limits; it returns automatically, without the last command (§ 4.8). No effect: the saved configuration could not be loaded (0x1A), so motion is refused (§ 4.12).
          */
         put: operations["set_command_angle"];
         post?: never;
@@ -1515,12 +1520,12 @@ export interface paths {
         };
         /**
          * Command speed
-         * @description Speed the horn turns at without end; 0 brakes, and ±1 to ±9 rpm are not usable. Without load a BLA21 reaches about 150 rpm at nominal supply. Angle limits do not stop it. Unit: rpm. Register 0x01, section 4.2. Range: −300 to 300 rpm at the most; each model has its own. `in_effect` of the answer tells whether it has an effect now. No effect: torque (0x20) is off, and turning it on drops this command (§ 4.13). No effect: the servo brakes (0x20), and turning torque on drops this command (§ 4.13). No effect: speed and torque control (0x25) is off (§ 4.18). No effect: the servo's software is being replaced (§ 2.2). No effect: the servo reports a failure (0x1B) that leaves the motor without output (§ 4.12). No effect: output is off while the temperature (0x0B) is outside its limits; it comes back by itself, without the last command (§ 4.7). No effect: output is off while the supply voltage (0x0C) is outside its limits; it comes back by itself, without the last command (§ 4.8). No effect: the saved configuration could not be loaded (0x1A), so hornbill does not move this servo (§ 4.12).
+         * @description Speed of continuous rotation. 0 brakes; ±1 to ±9 rpm are not usable. Without load, a BLA21 reaches about 150 rpm at nominal voltage. Angle limits do not apply. Unit: rpm. Register 0x01, section 4.2. Range: −300 to 300 rpm at most, depending on the model. `in_effect` in the response shows whether it has an effect now. No effect: torque (0x20) is off, and turning it on discards this command (§ 4.13). No effect: the servo brakes (0x20), and turning torque on discards this command (§ 4.13). No effect: speed and torque control (0x25) is off (§ 4.18). No effect: the servo's software is being replaced (§ 2.2). No effect: the servo reports a failure (0x1B) that leaves the motor without output (§ 4.12). No effect: output is off while the temperature (0x0B) is outside its limits; it returns automatically, without the last command (§ 4.7). No effect: output is off while the supply voltage (0x0C) is outside its limits; it returns automatically, without the last command (§ 4.8). No effect: the saved configuration could not be loaded (0x1A), so motion is refused (§ 4.12).
          */
         get: operations["get_command_speed"];
         /**
          * Set command speed
-         * @description Speed the horn turns at without end; 0 brakes, and ±1 to ±9 rpm are not usable. Without load a BLA21 reaches about 150 rpm at nominal supply. Angle limits do not stop it. Unit: rpm. Register 0x01, section 4.2. Range: −300 to 300 rpm at the most; each model has its own. `in_effect` of the answer tells whether it has an effect now. No effect: torque (0x20) is off, and turning it on drops this command (§ 4.13). No effect: the servo brakes (0x20), and turning torque on drops this command (§ 4.13). No effect: speed and torque control (0x25) is off (§ 4.18). No effect: the servo's software is being replaced (§ 2.2). No effect: the servo reports a failure (0x1B) that leaves the motor without output (§ 4.12). No effect: output is off while the temperature (0x0B) is outside its limits; it comes back by itself, without the last command (§ 4.7). No effect: output is off while the supply voltage (0x0C) is outside its limits; it comes back by itself, without the last command (§ 4.8). No effect: the saved configuration could not be loaded (0x1A), so hornbill does not move this servo (§ 4.12).
+         * @description Speed of continuous rotation. 0 brakes; ±1 to ±9 rpm are not usable. Without load, a BLA21 reaches about 150 rpm at nominal voltage. Angle limits do not apply. Unit: rpm. Register 0x01, section 4.2. Range: −300 to 300 rpm at most, depending on the model. `in_effect` in the response shows whether it has an effect now. No effect: torque (0x20) is off, and turning it on discards this command (§ 4.13). No effect: the servo brakes (0x20), and turning torque on discards this command (§ 4.13). No effect: speed and torque control (0x25) is off (§ 4.18). No effect: the servo's software is being replaced (§ 2.2). No effect: the servo reports a failure (0x1B) that leaves the motor without output (§ 4.12). No effect: output is off while the temperature (0x0B) is outside its limits; it returns automatically, without the last command (§ 4.7). No effect: output is off while the supply voltage (0x0C) is outside its limits; it returns automatically, without the last command (§ 4.8). No effect: the saved configuration could not be loaded (0x1A), so motion is refused (§ 4.12).
          */
         put: operations["set_command_speed"];
         post?: never;
@@ -1539,12 +1544,12 @@ export interface paths {
         };
         /**
          * Command torque
-         * @description About how hard the horn pushes, in percent of the most this servo can; 0 brakes, and ±1 to ±9 % are not usable. It is made from motor current, so take it as a rough figure. Angle and speed limits do not hold it back. Unit: %. Register 0x02, section 4.3. Range: −100 to 100 %. `in_effect` of the answer tells whether it has an effect now. No effect: torque (0x20) is off, and turning it on drops this command (§ 4.13). No effect: the servo brakes (0x20), and turning torque on drops this command (§ 4.13). No effect: speed and torque control (0x25) is off (§ 4.18). No effect: the servo's software is being replaced (§ 2.2). No effect: the servo reports a failure (0x1B) that leaves the motor without output (§ 4.12). No effect: output is off while the temperature (0x0B) is outside its limits; it comes back by itself, without the last command (§ 4.7). No effect: output is off while the supply voltage (0x0C) is outside its limits; it comes back by itself, without the last command (§ 4.8). No effect: the saved configuration could not be loaded (0x1A), so hornbill does not move this servo (§ 4.12).
+         * @description Torque in percent of this servo's maximum. 0 brakes; ±1 to ±9 % are not usable. It is derived from motor current and only approximate. Angle and speed limits do not apply. Unit: %. Register 0x02, section 4.3. Range: −100 to 100 %. `in_effect` in the response shows whether it has an effect now. No effect: torque (0x20) is off, and turning it on discards this command (§ 4.13). No effect: the servo brakes (0x20), and turning torque on discards this command (§ 4.13). No effect: speed and torque control (0x25) is off (§ 4.18). No effect: the servo's software is being replaced (§ 2.2). No effect: the servo reports a failure (0x1B) that leaves the motor without output (§ 4.12). No effect: output is off while the temperature (0x0B) is outside its limits; it returns automatically, without the last command (§ 4.7). No effect: output is off while the supply voltage (0x0C) is outside its limits; it returns automatically, without the last command (§ 4.8). No effect: the saved configuration could not be loaded (0x1A), so motion is refused (§ 4.12).
          */
         get: operations["get_command_torque"];
         /**
          * Set command torque
-         * @description About how hard the horn pushes, in percent of the most this servo can; 0 brakes, and ±1 to ±9 % are not usable. It is made from motor current, so take it as a rough figure. Angle and speed limits do not hold it back. Unit: %. Register 0x02, section 4.3. Range: −100 to 100 %. `in_effect` of the answer tells whether it has an effect now. No effect: torque (0x20) is off, and turning it on drops this command (§ 4.13). No effect: the servo brakes (0x20), and turning torque on drops this command (§ 4.13). No effect: speed and torque control (0x25) is off (§ 4.18). No effect: the servo's software is being replaced (§ 2.2). No effect: the servo reports a failure (0x1B) that leaves the motor without output (§ 4.12). No effect: output is off while the temperature (0x0B) is outside its limits; it comes back by itself, without the last command (§ 4.7). No effect: output is off while the supply voltage (0x0C) is outside its limits; it comes back by itself, without the last command (§ 4.8). No effect: the saved configuration could not be loaded (0x1A), so hornbill does not move this servo (§ 4.12).
+         * @description Torque in percent of this servo's maximum. 0 brakes; ±1 to ±9 % are not usable. It is derived from motor current and only approximate. Angle and speed limits do not apply. Unit: %. Register 0x02, section 4.3. Range: −100 to 100 %. `in_effect` in the response shows whether it has an effect now. No effect: torque (0x20) is off, and turning it on discards this command (§ 4.13). No effect: the servo brakes (0x20), and turning torque on discards this command (§ 4.13). No effect: speed and torque control (0x25) is off (§ 4.18). No effect: the servo's software is being replaced (§ 2.2). No effect: the servo reports a failure (0x1B) that leaves the motor without output (§ 4.12). No effect: output is off while the temperature (0x0B) is outside its limits; it returns automatically, without the last command (§ 4.7). No effect: output is off while the supply voltage (0x0C) is outside its limits; it returns automatically, without the last command (§ 4.8). No effect: the saved configuration could not be loaded (0x1A), so motion is refused (§ 4.12).
          */
         put: operations["set_command_torque"];
         post?: never;
@@ -1563,7 +1568,7 @@ export interface paths {
         };
         /**
          * Angle
-         * @description Where the horn is. Within ±180° it is sensed; beyond, turns are added by counting. After a speed or torque command the extended angle switch (0x24) decides which of the two is shown. Unit: °. Register 0x08, section 4.4. Range: −36000000.0 to 36000000.0°. It is only read, and acts on nothing.
+         * @description Present angle of the horn. It is sensed within ±180°; turns beyond that are counted. After a speed or torque command, extended angle (0x24) selects whether turns are included. Unit: °. Register 0x08, section 4.4. Range: −36000000.0 to 36000000.0°. Read-only.
          */
         get: operations["get_current_angle"];
         put?: never;
@@ -1583,7 +1588,7 @@ export interface paths {
         };
         /**
          * Speed
-         * @description How fast the horn turns now. It is measured under every kind of command, whatever 0x25 says. Unit: rpm. Register 0x09, section 4.5. Range: −300 to 300 rpm. It is only read, and acts on nothing.
+         * @description Present speed of the horn. Measured for all kinds of command, regardless of 0x25. Unit: rpm. Register 0x09, section 4.5. Range: −300 to 300 rpm. Read-only.
          */
         get: operations["get_current_speed"];
         put?: never;
@@ -1603,7 +1608,7 @@ export interface paths {
         };
         /**
          * Temperature
-         * @description Temperature of the servo's board, ±5 °C. Outside the temperature limits the output goes off, and comes back by itself once inside. Unit: °C. Register 0x0B, section 4.7. Range: −40 to 120 °C. It is only read, and acts on nothing.
+         * @description Temperature of the circuit board, ±5 °C. Torque turns off outside the temperature limits and automatically on again inside them. Unit: °C. Register 0x0B, section 4.7. Range: −40 to 120 °C. Read-only.
          */
         get: operations["get_current_temperature"];
         put?: never;
@@ -1623,7 +1628,7 @@ export interface paths {
         };
         /**
          * Torque
-         * @description About how hard the horn pushes now, worked out from motor current. Short peaks can pass 100 %. Unit: %. Register 0x0A, section 4.6. Range: −150 to 150 %. It is only read, and acts on nothing.
+         * @description Approximate present torque, derived from motor current. Short peaks can exceed 100 %. Unit: %. Register 0x0A, section 4.6. Range: −150 to 150 %. Read-only.
          */
         get: operations["get_current_torque"];
         put?: never;
@@ -1643,7 +1648,7 @@ export interface paths {
         };
         /**
          * Voltage
-         * @description Supply at the servo, ±0.5 V. Outside the voltage limits the output goes off, and comes back by itself once inside. Below about 3 V the servo does not answer at all. Unit: V. Register 0x0C, section 4.8. Range: 0.0 to 50.0 V. It is only read, and acts on nothing.
+         * @description Supply voltage at the servo, ±0.5 V. Torque turns off outside the voltage limits and automatically on again inside them. Below about 3 V the servo does not respond. Unit: V. Register 0x0C, section 4.8. Range: 0.0 to 50.0 V. Read-only.
          */
         get: operations["get_current_voltage"];
         put?: never;
@@ -1663,12 +1668,12 @@ export interface paths {
         };
         /**
          * Extended angle
-         * @description On counts whole turns while a speed or torque command runs; off wraps the angle at ±180°. With it on, a command of 0° after ten turns turns back ten times. Register 0x24, section 4.17. Range: true or false. `in_effect` of the answer tells whether it has an effect now. No effect: speed and torque control (0x25) is off, and angle commands always count turns (inferred from § 4.17). No effect: the last command was an angle, and angle commands always count turns (§ 4.17). No effect: the servo's software is being replaced (§ 2.2).
+         * @description On counts full turns during speed and torque commands; off wraps the angle at ±180°. When on, a command of 0° after ten turns moves back ten turns. Register 0x24, section 4.17. Range: true or false. `in_effect` in the response shows whether it has an effect now. No effect: speed and torque control (0x25) is off, and angle commands always count turns (inferred from § 4.17). No effect: the last command was an angle, and angle commands always count turns (§ 4.17). No effect: the servo's software is being replaced (§ 2.2).
          */
         get: operations["get_extended_angle"];
         /**
          * Set extended angle
-         * @description On counts whole turns while a speed or torque command runs; off wraps the angle at ±180°. With it on, a command of 0° after ten turns turns back ten times. Register 0x24, section 4.17. Range: true or false. `in_effect` of the answer tells whether it has an effect now. No effect: speed and torque control (0x25) is off, and angle commands always count turns (inferred from § 4.17). No effect: the last command was an angle, and angle commands always count turns (§ 4.17). No effect: the servo's software is being replaced (§ 2.2).
+         * @description On counts full turns during speed and torque commands; off wraps the angle at ±180°. When on, a command of 0° after ten turns moves back ten turns. Register 0x24, section 4.17. Range: true or false. `in_effect` in the response shows whether it has an effect now. No effect: speed and torque control (0x25) is off, and angle commands always count turns (inferred from § 4.17). No effect: the last command was an angle, and angle commands always count turns (§ 4.17). No effect: the servo's software is being replaced (§ 2.2).
          */
         put: operations["set_extended_angle"];
         post?: never;
@@ -1687,7 +1692,7 @@ export interface paths {
         };
         /**
          * Failures
-         * @description Bits for functions that are lost. Take the servo out of use when a hardware bit is set. Register 0x1B, section 4.12. Range: 0 to 4294967295. It is only read, and acts on nothing.
+         * @description Loss of functions. Take the servo out of use if a hardware bit is set. Register 0x1B, section 4.12. Range: 0 to 4294967295. Read-only.
          */
         get: operations["get_fault_failure"];
         put?: never;
@@ -1707,7 +1712,7 @@ export interface paths {
         };
         /**
          * Notifications
-         * @description Bits for things that happen in normal use, such as a limit being reached. They do not change the health the servo reports. Register 0x19, section 4.12. Range: 0 to 4294967295. It is only read, and acts on nothing.
+         * @description Events of normal operation, such as a limit being reached. They do not affect the reported health. Register 0x19, section 4.12. Range: 0 to 4294967295. Read-only.
          */
         get: operations["get_fault_notification"];
         put?: never;
@@ -1727,7 +1732,7 @@ export interface paths {
         };
         /**
          * Fault overview
-         * @description One bit for each level in each of four groups. While it reads 0 the three rows below need not be read. Register 0x18, section 4.12. Range: 0 to 4294967295. It is only read, and acts on nothing.
+         * @description One bit per level in each of four groups. While it is 0, the three rows below need not be read. Register 0x18, section 4.12. Range: 0 to 4294967295. Read-only.
          */
         get: operations["get_fault_overview"];
         put?: never;
@@ -1747,7 +1752,7 @@ export interface paths {
         };
         /**
          * Warnings
-         * @description Bits for states in which the servo protects itself or works less well. Change how it is used, then look again. Register 0x1A, section 4.12. Range: 0 to 4294967295. It is only read, and acts on nothing.
+         * @description Conditions in which the servo protects itself or performs less well. Change the operating conditions, then check again. Register 0x1A, section 4.12. Range: 0 to 4294967295. Read-only.
          */
         get: operations["get_fault_warning"];
         put?: never;
@@ -1767,7 +1772,7 @@ export interface paths {
         };
         /**
          * Firmware version
-         * @description Version of the servo's software in thousandths: 1300 is 1.300. It decides which rows the servo has. Register 0x52, section 4.42. Range: not stated. It is only read, and acts on nothing.
+         * @description Firmware version in thousandths: 1300 is 1.300. It determines which parameters the servo has. Register 0x52, section 4.42. Range: not specified. Read-only.
          */
         get: operations["get_firmware_version"];
         put?: never;
@@ -1787,7 +1792,7 @@ export interface paths {
         };
         /**
          * Hardware version
-         * @description Names the voltage class and whether there is a PWM input. With the model number it tells the model. Register 0x53, section 4.43. Range: not stated. It is only read, and acts on nothing.
+         * @description Voltage class and presence of a PWM input. Together with the model number it identifies the model. Register 0x53, section 4.43. Range: not specified. Read-only.
          */
         get: operations["get_hardware_version"];
         put?: never;
@@ -1807,7 +1812,7 @@ export interface paths {
         };
         /**
          * Model number
-         * @description Which series the servo belongs to: 61 is BLA21, 62 is BLA15, 86 is BLA34. Register 0x50, section 4.40. Range: not stated. It is only read, and acts on nothing.
+         * @description Series of the servo: 61 is BLA21, 62 is BLA15, 86 is BLA34. Register 0x50, section 4.40. Range: not specified. Read-only.
          */
         get: operations["get_model_number"];
         put?: never;
@@ -1827,12 +1832,12 @@ export interface paths {
         };
         /**
          * Node ID
-         * @description Number of the servo on the bus. 0 asks for a free one at each start; any other is fixed and must be used by no other node. 126 and 127 are for tools. Register 0x46, section 4.38. Range: 0 to 127. `in_effect` of the answer tells whether it has an effect now. No other row decides that. It acts after it is saved and the servo has restarted. No effect: the servo's software is being replaced (§ 2.2).
+         * @description ID of the servo on the bus. With 0 the servo requests a free ID at each start; any other value is fixed and must be unique on the bus. 126 and 127 are reserved for tools. Register 0x46, section 4.38. Range: 0 to 127. `in_effect` in the response shows whether it has an effect now. This depends on no other row. Takes effect after a save and restart. No effect: the servo's software is being replaced (§ 2.2).
          */
         get: operations["get_node_id"];
         /**
          * Set node id
-         * @description Number of the servo on the bus. 0 asks for a free one at each start; any other is fixed and must be used by no other node. 126 and 127 are for tools. Register 0x46, section 4.38. Range: 0 to 127. `in_effect` of the answer tells whether it has an effect now. No other row decides that. It acts after it is saved and the servo has restarted. No effect: the servo's software is being replaced (§ 2.2).
+         * @description ID of the servo on the bus. With 0 the servo requests a free ID at each start; any other value is fixed and must be unique on the bus. 126 and 127 are reserved for tools. Register 0x46, section 4.38. Range: 0 to 127. `in_effect` in the response shows whether it has an effect now. This depends on no other row. Takes effect after a save and restart. No effect: the servo's software is being replaced (§ 2.2).
          */
         put: operations["set_node_id"];
         post?: never;
@@ -1851,12 +1856,12 @@ export interface paths {
         };
         /**
          * Origin
-         * @description Moves 0° away from the notch of the horn. Soft start goes to the new 0°. Look at the angle limits after a change: whether they move with it is not known. Unit: °. Register 0x44, section 4.36. Range: −180.0 to 179.9°. `in_effect` of the answer tells whether it has an effect now. No other row decides that. No effect: the servo's software is being replaced (§ 2.2).
+         * @description Offset of 0° from the notch. Soft start moves to the new 0°. Check the angle limits after a change: whether they move with the origin is unknown. Unit: °. Register 0x44, section 4.36. Range: −180.0 to 179.9°. `in_effect` in the response shows whether it has an effect now. This depends on no other row. No effect: the servo's software is being replaced (§ 2.2).
          */
         get: operations["get_origin"];
         /**
          * Set origin
-         * @description Moves 0° away from the notch of the horn. Soft start goes to the new 0°. Look at the angle limits after a change: whether they move with it is not known. Unit: °. Register 0x44, section 4.36. Range: −180.0 to 179.9°. `in_effect` of the answer tells whether it has an effect now. No other row decides that. No effect: the servo's software is being replaced (§ 2.2).
+         * @description Offset of 0° from the notch. Soft start moves to the new 0°. Check the angle limits after a change: whether they move with the origin is unknown. Unit: °. Register 0x44, section 4.36. Range: −180.0 to 179.9°. `in_effect` in the response shows whether it has an effect now. This depends on no other row. No effect: the servo's software is being replaced (§ 2.2).
          */
         put: operations["set_origin"];
         post?: never;
@@ -1874,13 +1879,13 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * Motor current limit
-         * @description Most current the motor may draw. Lower spares the supply and its voltage dips less; higher gives more peak torque. Lower it when the supply sags. It acts whether 0x25 is on or off. Unit: A. Register 0x2A, section 4.20. Since firmware 1.100. Range: 0.7 to 12.0 A at the most; each model has its own. `in_effect` of the answer tells whether it has an effect now. No other row decides that. No effect: the servo's software is being replaced (§ 2.2). No effect: the servo reports a failure (0x1B) that leaves the motor without output (§ 4.12). No effect: output is off while the temperature (0x0B) is outside its limits; it comes back by itself, without the last command (§ 4.7). No effect: output is off while the supply voltage (0x0C) is outside its limits; it comes back by itself, without the last command (§ 4.8).
+         * Overcurrent limit
+         * @description Maximum motor current. Lower reduces the load and voltage dips of the supply; higher gives more peak torque. Lower it if the supply voltage drops under load. It applies regardless of 0x25. Unit: A. Register 0x2A, section 4.20. Since firmware 1.100. Range: 0.7 to 12.0 A at most, depending on the model. `in_effect` in the response shows whether it has an effect now. This depends on no other row. No effect: the servo's software is being replaced (§ 2.2). No effect: the servo reports a failure (0x1B) that leaves the motor without output (§ 4.12). No effect: output is off while the temperature (0x0B) is outside its limits; it returns automatically, without the last command (§ 4.7). No effect: output is off while the supply voltage (0x0C) is outside its limits; it returns automatically, without the last command (§ 4.8).
          */
         get: operations["get_overcurrent_limit"];
         /**
-         * Set motor current limit
-         * @description Most current the motor may draw. Lower spares the supply and its voltage dips less; higher gives more peak torque. Lower it when the supply sags. It acts whether 0x25 is on or off. Unit: A. Register 0x2A, section 4.20. Since firmware 1.100. Range: 0.7 to 12.0 A at the most; each model has its own. `in_effect` of the answer tells whether it has an effect now. No other row decides that. No effect: the servo's software is being replaced (§ 2.2). No effect: the servo reports a failure (0x1B) that leaves the motor without output (§ 4.12). No effect: output is off while the temperature (0x0B) is outside its limits; it comes back by itself, without the last command (§ 4.7). No effect: output is off while the supply voltage (0x0C) is outside its limits; it comes back by itself, without the last command (§ 4.8).
+         * Set overcurrent limit
+         * @description Maximum motor current. Lower reduces the load and voltage dips of the supply; higher gives more peak torque. Lower it if the supply voltage drops under load. It applies regardless of 0x25. Unit: A. Register 0x2A, section 4.20. Since firmware 1.100. Range: 0.7 to 12.0 A at most, depending on the model. `in_effect` in the response shows whether it has an effect now. This depends on no other row. No effect: the servo's software is being replaced (§ 2.2). No effect: the servo reports a failure (0x1B) that leaves the motor without output (§ 4.12). No effect: output is off while the temperature (0x0B) is outside its limits; it returns automatically, without the last command (§ 4.7). No effect: output is off while the supply voltage (0x0C) is outside its limits; it returns automatically, without the last command (§ 4.8).
          */
         put: operations["set_overcurrent_limit"];
         post?: never;
@@ -1899,7 +1904,7 @@ export interface paths {
         };
         /**
          * Product number
-         * @description Number of this one servo; no two of a model share it. With the model it is the serial number. Register 0x51, section 4.41. Range: not stated. It is only read, and acts on nothing.
+         * @description Unique number of the servo within its model. Together with the model it is the serial number. Register 0x51, section 4.41. Range: not specified. Read-only.
          */
         get: operations["get_product_number"];
         put?: never;
@@ -1919,7 +1924,7 @@ export interface paths {
         };
         /**
          * Production day
-         * @description Day of the month the servo was made. Register 0x5A, section 4.44. Range: not stated. It is only read, and acts on nothing.
+         * @description Day of the month of production. Register 0x5A, section 4.44. Range: not specified. Read-only.
          */
         get: operations["get_production_day"];
         put?: never;
@@ -1939,7 +1944,7 @@ export interface paths {
         };
         /**
          * Production hour
-         * @description Hour of the day the servo was made, 0 to 23. Register 0x5B, section 4.44. Range: not stated. It is only read, and acts on nothing.
+         * @description Hour of production, 0 to 23. Register 0x5B, section 4.44. Range: not specified. Read-only.
          */
         get: operations["get_production_hour"];
         put?: never;
@@ -1959,7 +1964,7 @@ export interface paths {
         };
         /**
          * Production minute
-         * @description Minute of the hour the servo was made. Register 0x5C, section 4.44. Range: not stated. It is only read, and acts on nothing.
+         * @description Minute of production. Register 0x5C, section 4.44. Range: not specified. Read-only.
          */
         get: operations["get_production_minute"];
         put?: never;
@@ -1979,7 +1984,7 @@ export interface paths {
         };
         /**
          * Production month
-         * @description Month the servo was made, 1 to 12. Register 0x59, section 4.44. Range: not stated. It is only read, and acts on nothing.
+         * @description Month of production, 1 to 12. Register 0x59, section 4.44. Range: not specified. Read-only.
          */
         get: operations["get_production_month"];
         put?: never;
@@ -1999,7 +2004,7 @@ export interface paths {
         };
         /**
          * Production year
-         * @description Year the servo was made. Register 0x58, section 4.44. Range: not stated. It is only read, and acts on nothing.
+         * @description Year of production. Register 0x58, section 4.44. Range: not specified. Read-only.
          */
         get: operations["get_production_year"];
         put?: never;
@@ -2019,12 +2024,12 @@ export interface paths {
         };
         /**
          * PWM mode
-         * @description Whether a pulse asks for an angle or for a speed. A speed needs speed and torque control (0x25) on, and the angle limits do not stop it. Register 0x37, section 4.30. Since firmware 1.100. Only in models with PWM input. Range: `angle`, `speed`. `in_effect` of the answer tells whether it has an effect now. No other row decides that. No effect: the servo's software is being replaced (§ 2.2).
+         * @description Whether a pulse commands an angle or a speed. Speed requires speed and torque control (0x25), and angle limits do not apply to it. Register 0x37, section 4.30. Since firmware 1.100. Only in models with PWM input. Range: `angle`, `speed`. `in_effect` in the response shows whether it has an effect now. This depends on no other row. No effect: the servo's software is being replaced (§ 2.2).
          */
         get: operations["get_pwm_mode"];
         /**
          * Set pwm mode
-         * @description Whether a pulse asks for an angle or for a speed. A speed needs speed and torque control (0x25) on, and the angle limits do not stop it. Register 0x37, section 4.30. Since firmware 1.100. Only in models with PWM input. Range: `angle`, `speed`. `in_effect` of the answer tells whether it has an effect now. No other row decides that. No effect: the servo's software is being replaced (§ 2.2).
+         * @description Whether a pulse commands an angle or a speed. Speed requires speed and torque control (0x25), and angle limits do not apply to it. Register 0x37, section 4.30. Since firmware 1.100. Only in models with PWM input. Range: `angle`, `speed`. `in_effect` in the response shows whether it has an effect now. This depends on no other row. No effect: the servo's software is being replaced (§ 2.2).
          */
         put: operations["set_pwm_mode"];
         post?: never;
@@ -2043,12 +2048,12 @@ export interface paths {
         };
         /**
          * Neutral pulse
-         * @description Pulse width that means 0. Wider pulses turn clockwise, narrower ones counter-clockwise. Match it to the centre of the transmitter. Unit: µs. Register 0x34, section 4.29. Since firmware 1.100. Only in models with PWM input. Range: 100 to 10000 µs at the most; each model has its own. `in_effect` of the answer tells whether it has an effect now. No effect: PWM asks for a speed (0x37), and speed and torque control (0x25) is off (inferred from § 4.30). No effect: the servo's software is being replaced (§ 2.2).
+         * @description Pulse width for 0. Wider pulses are clockwise, narrower pulses counter-clockwise. Match it to the centre position of the transmitter. Unit: µs. Register 0x34, section 4.29. Since firmware 1.100. Only in models with PWM input. Range: 100 to 10000 µs at most, depending on the model. `in_effect` in the response shows whether it has an effect now. No effect: PWM commands a speed (0x37), and speed and torque control (0x25) is off (inferred from § 4.30). No effect: the servo's software is being replaced (§ 2.2).
          */
         get: operations["get_pwm_neutral"];
         /**
          * Set neutral pulse
-         * @description Pulse width that means 0. Wider pulses turn clockwise, narrower ones counter-clockwise. Match it to the centre of the transmitter. Unit: µs. Register 0x34, section 4.29. Since firmware 1.100. Only in models with PWM input. Range: 100 to 10000 µs at the most; each model has its own. `in_effect` of the answer tells whether it has an effect now. No effect: PWM asks for a speed (0x37), and speed and torque control (0x25) is off (inferred from § 4.30). No effect: the servo's software is being replaced (§ 2.2).
+         * @description Pulse width for 0. Wider pulses are clockwise, narrower pulses counter-clockwise. Match it to the centre position of the transmitter. Unit: µs. Register 0x34, section 4.29. Since firmware 1.100. Only in models with PWM input. Range: 100 to 10000 µs at most, depending on the model. `in_effect` in the response shows whether it has an effect now. No effect: PWM commands a speed (0x37), and speed and torque control (0x25) is off (inferred from § 4.30). No effect: the servo's software is being replaced (§ 2.2).
          */
         put: operations["set_pwm_neutral"];
         post?: never;
@@ -2067,12 +2072,12 @@ export interface paths {
         };
         /**
          * Output at full pulse
-         * @description Angle or speed that a pulse at the end of its range asks for. Larger moves more for the same stick and is less fine. Enter it again after changing the PWM mode: its unit changes with it. Unit: °, or rpm by `pwm_mode`. Register 0x36, section 4.30. Since firmware 1.100. Only in models with PWM input. Range: 0.0 to 360.0° at the most; each model has its own. `in_effect` of the answer tells whether it has an effect now. No effect: PWM asks for a speed (0x37), and speed and torque control (0x25) is off (inferred from § 4.30). No effect: the servo's software is being replaced (§ 2.2).
+         * @description Angle or speed for a pulse at the end of its range. Larger moves further for the same stick travel, with less precision. Enter it again after changing the PWM mode, because its unit changes. Unit: °, or rpm depending on `pwm_mode`. Register 0x36, section 4.30. Since firmware 1.100. Only in models with PWM input. Range: 0.0 to 360.0° at most, depending on the model. `in_effect` in the response shows whether it has an effect now. No effect: PWM commands a speed (0x37), and speed and torque control (0x25) is off (inferred from § 4.30). No effect: the servo's software is being replaced (§ 2.2).
          */
         get: operations["get_pwm_output_range"];
         /**
          * Set output at full pulse
-         * @description Angle or speed that a pulse at the end of its range asks for. Larger moves more for the same stick and is less fine. Enter it again after changing the PWM mode: its unit changes with it. Unit: °, or rpm by `pwm_mode`. Register 0x36, section 4.30. Since firmware 1.100. Only in models with PWM input. Range: 0.0 to 360.0° at the most; each model has its own. `in_effect` of the answer tells whether it has an effect now. No effect: PWM asks for a speed (0x37), and speed and torque control (0x25) is off (inferred from § 4.30). No effect: the servo's software is being replaced (§ 2.2).
+         * @description Angle or speed for a pulse at the end of its range. Larger moves further for the same stick travel, with less precision. Enter it again after changing the PWM mode, because its unit changes. Unit: °, or rpm depending on `pwm_mode`. Register 0x36, section 4.30. Since firmware 1.100. Only in models with PWM input. Range: 0.0 to 360.0° at most, depending on the model. `in_effect` in the response shows whether it has an effect now. No effect: PWM commands a speed (0x37), and speed and torque control (0x25) is off (inferred from § 4.30). No effect: the servo's software is being replaced (§ 2.2).
          */
         put: operations["set_pwm_output_range"];
         post?: never;
@@ -2091,12 +2096,12 @@ export interface paths {
         };
         /**
          * Pulse range
-         * @description How far the pulse may go from neutral to each side. Wider needs more stick for the same move; pulses at or past its ends raise a notification. Unit: µs. Register 0x35, section 4.29. Since firmware 1.100. Only in models with PWM input. Range: 10 to 10000 µs at the most; each model has its own. `in_effect` of the answer tells whether it has an effect now. No effect: PWM asks for a speed (0x37), and speed and torque control (0x25) is off (inferred from § 4.30). No effect: the servo's software is being replaced (§ 2.2).
+         * @description Maximum deviation of the pulse from neutral, to each side. Wider requires more stick travel for the same movement. Pulses at or beyond its ends set a notification. Unit: µs. Register 0x35, section 4.29. Since firmware 1.100. Only in models with PWM input. Range: 10 to 10000 µs at most, depending on the model. `in_effect` in the response shows whether it has an effect now. No effect: PWM commands a speed (0x37), and speed and torque control (0x25) is off (inferred from § 4.30). No effect: the servo's software is being replaced (§ 2.2).
          */
         get: operations["get_pwm_range"];
         /**
          * Set pulse range
-         * @description How far the pulse may go from neutral to each side. Wider needs more stick for the same move; pulses at or past its ends raise a notification. Unit: µs. Register 0x35, section 4.29. Since firmware 1.100. Only in models with PWM input. Range: 10 to 10000 µs at the most; each model has its own. `in_effect` of the answer tells whether it has an effect now. No effect: PWM asks for a speed (0x37), and speed and torque control (0x25) is off (inferred from § 4.30). No effect: the servo's software is being replaced (§ 2.2).
+         * @description Maximum deviation of the pulse from neutral, to each side. Wider requires more stick travel for the same movement. Pulses at or beyond its ends set a notification. Unit: µs. Register 0x35, section 4.29. Since firmware 1.100. Only in models with PWM input. Range: 10 to 10000 µs at most, depending on the model. `in_effect` in the response shows whether it has an effect now. No effect: PWM commands a speed (0x37), and speed and torque control (0x25) is off (inferred from § 4.30). No effect: the servo's software is being replaced (§ 2.2).
          */
         put: operations["set_pwm_range"];
         post?: never;
@@ -2115,12 +2120,12 @@ export interface paths {
         };
         /**
          * Reverse
-         * @description Swaps the direction of commands and of readings: clockwise becomes −. Turn torque off before changing it and look at the limits afterwards. Register 0x23, section 4.16. Range: true or false. `in_effect` of the answer tells whether it has an effect now. No other row decides that. No effect: the servo's software is being replaced (§ 2.2).
+         * @description Reverses the direction of commands and readings: clockwise becomes negative. Turn torque off before a change and check the limits afterwards. Register 0x23, section 4.16. Range: true or false. `in_effect` in the response shows whether it has an effect now. This depends on no other row. No effect: the servo's software is being replaced (§ 2.2).
          */
         get: operations["get_reverse"];
         /**
          * Set reverse
-         * @description Swaps the direction of commands and of readings: clockwise becomes −. Turn torque off before changing it and look at the limits afterwards. Register 0x23, section 4.16. Range: true or false. `in_effect` of the answer tells whether it has an effect now. No other row decides that. No effect: the servo's software is being replaced (§ 2.2).
+         * @description Reverses the direction of commands and readings: clockwise becomes negative. Turn torque off before a change and check the limits afterwards. Register 0x23, section 4.16. Range: true or false. `in_effect` in the response shows whether it has an effect now. This depends on no other row. No effect: the servo's software is being replaced (§ 2.2).
          */
         put: operations["set_reverse"];
         post?: never;
@@ -2139,12 +2144,12 @@ export interface paths {
         };
         /**
          * Servo ID
-         * @description Number that commands for several servos go by; give each servo its own. 0, the default, cannot be commanded that way. Register 0x45, section 4.37. Range: 0 to 254. `in_effect` of the answer tells whether it has an effect now. No other row decides that. No effect: the servo's software is being replaced (§ 2.2).
+         * @description ID that commands for several servos use as the address. Give each servo its own. 0, the default, cannot be addressed this way. Register 0x45, section 4.37. Range: 0 to 254. `in_effect` in the response shows whether it has an effect now. This depends on no other row. No effect: the servo's software is being replaced (§ 2.2).
          */
         get: operations["get_servo_id"];
         /**
          * Set servo id
-         * @description Number that commands for several servos go by; give each servo its own. 0, the default, cannot be commanded that way. Register 0x45, section 4.37. Range: 0 to 254. `in_effect` of the answer tells whether it has an effect now. No other row decides that. No effect: the servo's software is being replaced (§ 2.2).
+         * @description ID that commands for several servos use as the address. Give each servo its own. 0, the default, cannot be addressed this way. Register 0x45, section 4.37. Range: 0 to 254. `in_effect` in the response shows whether it has an effect now. This depends on no other row. No effect: the servo's software is being replaced (§ 2.2).
          */
         put: operations["set_servo_id"];
         post?: never;
@@ -2163,12 +2168,12 @@ export interface paths {
         };
         /**
          * Smoothing
-         * @description On rounds off jumps in the command; off follows every step at once and can look jerky. Leave it on for control by hand, and note it with each step test: with it on the test measures the smoothing. Register 0x22, section 4.15. Range: true or false. `in_effect` of the answer tells whether it has an effect now. No other row decides that. No effect: the servo's software is being replaced (§ 2.2). No effect: the servo reports a failure (0x1B) that leaves the motor without output (§ 4.12). No effect: output is off while the temperature (0x0B) is outside its limits; it comes back by itself, without the last command (§ 4.7). No effect: output is off while the supply voltage (0x0C) is outside its limits; it comes back by itself, without the last command (§ 4.8).
+         * @description On smooths steps of the command; off follows every step at once and can look jerky. Leave it on for manual control. A step test with smoothing on measures the smoothing. Register 0x22, section 4.15. Range: true or false. `in_effect` in the response shows whether it has an effect now. This depends on no other row. No effect: the servo's software is being replaced (§ 2.2). No effect: the servo reports a failure (0x1B) that leaves the motor without output (§ 4.12). No effect: output is off while the temperature (0x0B) is outside its limits; it returns automatically, without the last command (§ 4.7). No effect: output is off while the supply voltage (0x0C) is outside its limits; it returns automatically, without the last command (§ 4.8).
          */
         get: operations["get_smoothing"];
         /**
          * Set smoothing
-         * @description On rounds off jumps in the command; off follows every step at once and can look jerky. Leave it on for control by hand, and note it with each step test: with it on the test measures the smoothing. Register 0x22, section 4.15. Range: true or false. `in_effect` of the answer tells whether it has an effect now. No other row decides that. No effect: the servo's software is being replaced (§ 2.2). No effect: the servo reports a failure (0x1B) that leaves the motor without output (§ 4.12). No effect: output is off while the temperature (0x0B) is outside its limits; it comes back by itself, without the last command (§ 4.7). No effect: output is off while the supply voltage (0x0C) is outside its limits; it comes back by itself, without the last command (§ 4.8).
+         * @description On smooths steps of the command; off follows every step at once and can look jerky. Leave it on for manual control. A step test with smoothing on measures the smoothing. Register 0x22, section 4.15. Range: true or false. `in_effect` in the response shows whether it has an effect now. This depends on no other row. No effect: the servo's software is being replaced (§ 2.2). No effect: the servo reports a failure (0x1B) that leaves the motor without output (§ 4.12). No effect: output is off while the temperature (0x0B) is outside its limits; it returns automatically, without the last command (§ 4.7). No effect: output is off while the supply voltage (0x0C) is outside its limits; it returns automatically, without the last command (§ 4.8).
          */
         put: operations["set_smoothing"];
         post?: never;
@@ -2187,12 +2192,12 @@ export interface paths {
         };
         /**
          * Soft start
-         * @description On: after a start the horn goes to 0° at no more than 30 rpm and 30 % torque. Off: it takes hold where it is, at once and with full torque. Leave it on where a hard jerk could do harm; turn it off where 0° is a bad place to go. Register 0x21, section 4.14. Range: true or false. `in_effect` of the answer tells whether it has an effect now. No other row decides that. It acts after it is saved and the servo has restarted. No effect: the servo's software is being replaced (§ 2.2).
+         * @description On: after a start the horn moves to 0° with at most 30 rpm and 30 % torque. Off: it holds its present angle at once, with full torque. Leave it on if a sudden jerk could cause damage; turn it off if moving to 0° could. Register 0x21, section 4.14. Range: true or false. `in_effect` in the response shows whether it has an effect now. This depends on no other row. Takes effect after a save and restart. No effect: the servo's software is being replaced (§ 2.2).
          */
         get: operations["get_soft_start"];
         /**
          * Set soft start
-         * @description On: after a start the horn goes to 0° at no more than 30 rpm and 30 % torque. Off: it takes hold where it is, at once and with full torque. Leave it on where a hard jerk could do harm; turn it off where 0° is a bad place to go. Register 0x21, section 4.14. Range: true or false. `in_effect` of the answer tells whether it has an effect now. No other row decides that. It acts after it is saved and the servo has restarted. No effect: the servo's software is being replaced (§ 2.2).
+         * @description On: after a start the horn moves to 0° with at most 30 rpm and 30 % torque. Off: it holds its present angle at once, with full torque. Leave it on if a sudden jerk could cause damage; turn it off if moving to 0° could. Register 0x21, section 4.14. Range: true or false. `in_effect` in the response shows whether it has an effect now. This depends on no other row. Takes effect after a save and restart. No effect: the servo's software is being replaced (§ 2.2).
          */
         put: operations["set_soft_start"];
         post?: never;
@@ -2210,13 +2215,13 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * Speed dead band
-         * @description Speed error the speed loop leaves alone. Wider is calmer near standstill; narrower answers smaller errors. The document gives no unit. Register 0x32, section 4.27. Range: 0 to 2000 at the most; each model has its own. `in_effect` of the answer tells whether it has an effect now. No effect: speed and torque control (0x25) is off, so there is no speed loop (inferred from § 4.18). No effect: the last command was a torque; the speed loop acts under angle and speed commands (§ 4.25). No effect: torque (0x20) is not on, so there is no motion to shape (inferred from § 4.13). No effect: the servo's software is being replaced (§ 2.2). No effect: the servo reports a failure (0x1B) that leaves the motor without output (§ 4.12). No effect: output is off while the temperature (0x0B) is outside its limits; it comes back by itself, without the last command (§ 4.7). No effect: output is off while the supply voltage (0x0C) is outside its limits; it comes back by itself, without the last command (§ 4.8).
+         * Speed deadband
+         * @description Speed error that is not corrected. Wider is steadier near standstill; narrower corrects smaller errors. The unit is not documented. Register 0x32, section 4.27. Range: 0 to 2000 at most, depending on the model. `in_effect` in the response shows whether it has an effect now. No effect: speed and torque control (0x25) is off, so there is no speed loop (inferred from § 4.18). No effect: the last command was a torque; the speed loop is active only for angle and speed commands (§ 4.25). No effect: torque (0x20) is not on, so there is no motion to control (inferred from § 4.13). No effect: the servo's software is being replaced (§ 2.2). No effect: the servo reports a failure (0x1B) that leaves the motor without output (§ 4.12). No effect: output is off while the temperature (0x0B) is outside its limits; it returns automatically, without the last command (§ 4.7). No effect: output is off while the supply voltage (0x0C) is outside its limits; it returns automatically, without the last command (§ 4.8).
          */
         get: operations["get_speed_dead_band"];
         /**
-         * Set speed dead band
-         * @description Speed error the speed loop leaves alone. Wider is calmer near standstill; narrower answers smaller errors. The document gives no unit. Register 0x32, section 4.27. Range: 0 to 2000 at the most; each model has its own. `in_effect` of the answer tells whether it has an effect now. No effect: speed and torque control (0x25) is off, so there is no speed loop (inferred from § 4.18). No effect: the last command was a torque; the speed loop acts under angle and speed commands (§ 4.25). No effect: torque (0x20) is not on, so there is no motion to shape (inferred from § 4.13). No effect: the servo's software is being replaced (§ 2.2). No effect: the servo reports a failure (0x1B) that leaves the motor without output (§ 4.12). No effect: output is off while the temperature (0x0B) is outside its limits; it comes back by itself, without the last command (§ 4.7). No effect: output is off while the supply voltage (0x0C) is outside its limits; it comes back by itself, without the last command (§ 4.8).
+         * Set speed deadband
+         * @description Speed error that is not corrected. Wider is steadier near standstill; narrower corrects smaller errors. The unit is not documented. Register 0x32, section 4.27. Range: 0 to 2000 at most, depending on the model. `in_effect` in the response shows whether it has an effect now. No effect: speed and torque control (0x25) is off, so there is no speed loop (inferred from § 4.18). No effect: the last command was a torque; the speed loop is active only for angle and speed commands (§ 4.25). No effect: torque (0x20) is not on, so there is no motion to control (inferred from § 4.13). No effect: the servo's software is being replaced (§ 2.2). No effect: the servo reports a failure (0x1B) that leaves the motor without output (§ 4.12). No effect: output is off while the temperature (0x0B) is outside its limits; it returns automatically, without the last command (§ 4.7). No effect: output is off while the supply voltage (0x0C) is outside its limits; it returns automatically, without the last command (§ 4.8).
          */
         put: operations["set_speed_dead_band"];
         post?: never;
@@ -2235,12 +2240,12 @@ export interface paths {
         };
         /**
          * Speed I gain
-         * @description How fast the speed loop adds output while a speed error lasts. Higher removes the error sooner and can swing; lower leaves it longer. Register 0x31, section 4.26. Range: 0 to 100 at the most; each model has its own. `in_effect` of the answer tells whether it has an effect now. No effect: speed and torque control (0x25) is off, so there is no speed loop (inferred from § 4.18). No effect: the last command was a torque; the speed loop acts under angle and speed commands (§ 4.25). No effect: torque (0x20) is not on, so there is no motion to shape (inferred from § 4.13). No effect: the servo's software is being replaced (§ 2.2). No effect: the servo reports a failure (0x1B) that leaves the motor without output (§ 4.12). No effect: output is off while the temperature (0x0B) is outside its limits; it comes back by itself, without the last command (§ 4.7). No effect: output is off while the supply voltage (0x0C) is outside its limits; it comes back by itself, without the last command (§ 4.8).
+         * @description How fast the speed loop increases output while a speed error remains. Higher removes the error sooner but can oscillate; lower takes longer. Register 0x31, section 4.26. Range: 0 to 100 at most, depending on the model. `in_effect` in the response shows whether it has an effect now. No effect: speed and torque control (0x25) is off, so there is no speed loop (inferred from § 4.18). No effect: the last command was a torque; the speed loop is active only for angle and speed commands (§ 4.25). No effect: torque (0x20) is not on, so there is no motion to control (inferred from § 4.13). No effect: the servo's software is being replaced (§ 2.2). No effect: the servo reports a failure (0x1B) that leaves the motor without output (§ 4.12). No effect: output is off while the temperature (0x0B) is outside its limits; it returns automatically, without the last command (§ 4.7). No effect: output is off while the supply voltage (0x0C) is outside its limits; it returns automatically, without the last command (§ 4.8).
          */
         get: operations["get_speed_i_gain"];
         /**
          * Set speed i gain
-         * @description How fast the speed loop adds output while a speed error lasts. Higher removes the error sooner and can swing; lower leaves it longer. Register 0x31, section 4.26. Range: 0 to 100 at the most; each model has its own. `in_effect` of the answer tells whether it has an effect now. No effect: speed and torque control (0x25) is off, so there is no speed loop (inferred from § 4.18). No effect: the last command was a torque; the speed loop acts under angle and speed commands (§ 4.25). No effect: torque (0x20) is not on, so there is no motion to shape (inferred from § 4.13). No effect: the servo's software is being replaced (§ 2.2). No effect: the servo reports a failure (0x1B) that leaves the motor without output (§ 4.12). No effect: output is off while the temperature (0x0B) is outside its limits; it comes back by itself, without the last command (§ 4.7). No effect: output is off while the supply voltage (0x0C) is outside its limits; it comes back by itself, without the last command (§ 4.8).
+         * @description How fast the speed loop increases output while a speed error remains. Higher removes the error sooner but can oscillate; lower takes longer. Register 0x31, section 4.26. Range: 0 to 100 at most, depending on the model. `in_effect` in the response shows whether it has an effect now. No effect: speed and torque control (0x25) is off, so there is no speed loop (inferred from § 4.18). No effect: the last command was a torque; the speed loop is active only for angle and speed commands (§ 4.25). No effect: torque (0x20) is not on, so there is no motion to control (inferred from § 4.13). No effect: the servo's software is being replaced (§ 2.2). No effect: the servo reports a failure (0x1B) that leaves the motor without output (§ 4.12). No effect: output is off while the temperature (0x0B) is outside its limits; it returns automatically, without the last command (§ 4.7). No effect: output is off while the supply voltage (0x0C) is outside its limits; it returns automatically, without the last command (§ 4.8).
          */
         put: operations["set_speed_i_gain"];
         post?: never;
@@ -2259,12 +2264,12 @@ export interface paths {
         };
         /**
          * Speed I limit
-         * @description Most output the I part of the speed loop may add. Higher overcomes more load and takes longer to unwind; lower stops it from winding up. Register 0x33, section 4.28. Range: 1 to 500000 at the most; each model has its own. `in_effect` of the answer tells whether it has an effect now. No effect: speed and torque control (0x25) is off, so there is no speed loop (inferred from § 4.18). No effect: the last command was a torque; the speed loop acts under angle and speed commands (§ 4.25). No effect: the speed I gain (0x31) is 0, so there is nothing to limit (inferred from § 4.28). No effect: torque (0x20) is not on, so there is no motion to shape (inferred from § 4.13). No effect: the servo's software is being replaced (§ 2.2). No effect: the servo reports a failure (0x1B) that leaves the motor without output (§ 4.12). No effect: output is off while the temperature (0x0B) is outside its limits; it comes back by itself, without the last command (§ 4.7). No effect: output is off while the supply voltage (0x0C) is outside its limits; it comes back by itself, without the last command (§ 4.8).
+         * @description Maximum output of the integral term of the speed loop. Higher overcomes more load but takes longer to unwind; lower prevents wind-up. Register 0x33, section 4.28. Range: 1 to 500000 at most, depending on the model. `in_effect` in the response shows whether it has an effect now. No effect: speed and torque control (0x25) is off, so there is no speed loop (inferred from § 4.18). No effect: the last command was a torque; the speed loop is active only for angle and speed commands (§ 4.25). No effect: the speed I gain (0x31) is 0, so there is nothing to limit (inferred from § 4.28). No effect: torque (0x20) is not on, so there is no motion to control (inferred from § 4.13). No effect: the servo's software is being replaced (§ 2.2). No effect: the servo reports a failure (0x1B) that leaves the motor without output (§ 4.12). No effect: output is off while the temperature (0x0B) is outside its limits; it returns automatically, without the last command (§ 4.7). No effect: output is off while the supply voltage (0x0C) is outside its limits; it returns automatically, without the last command (§ 4.8).
          */
         get: operations["get_speed_i_limit"];
         /**
          * Set speed i limit
-         * @description Most output the I part of the speed loop may add. Higher overcomes more load and takes longer to unwind; lower stops it from winding up. Register 0x33, section 4.28. Range: 1 to 500000 at the most; each model has its own. `in_effect` of the answer tells whether it has an effect now. No effect: speed and torque control (0x25) is off, so there is no speed loop (inferred from § 4.18). No effect: the last command was a torque; the speed loop acts under angle and speed commands (§ 4.25). No effect: the speed I gain (0x31) is 0, so there is nothing to limit (inferred from § 4.28). No effect: torque (0x20) is not on, so there is no motion to shape (inferred from § 4.13). No effect: the servo's software is being replaced (§ 2.2). No effect: the servo reports a failure (0x1B) that leaves the motor without output (§ 4.12). No effect: output is off while the temperature (0x0B) is outside its limits; it comes back by itself, without the last command (§ 4.7). No effect: output is off while the supply voltage (0x0C) is outside its limits; it comes back by itself, without the last command (§ 4.8).
+         * @description Maximum output of the integral term of the speed loop. Higher overcomes more load but takes longer to unwind; lower prevents wind-up. Register 0x33, section 4.28. Range: 1 to 500000 at most, depending on the model. `in_effect` in the response shows whether it has an effect now. No effect: speed and torque control (0x25) is off, so there is no speed loop (inferred from § 4.18). No effect: the last command was a torque; the speed loop is active only for angle and speed commands (§ 4.25). No effect: the speed I gain (0x31) is 0, so there is nothing to limit (inferred from § 4.28). No effect: torque (0x20) is not on, so there is no motion to control (inferred from § 4.13). No effect: the servo's software is being replaced (§ 2.2). No effect: the servo reports a failure (0x1B) that leaves the motor without output (§ 4.12). No effect: output is off while the temperature (0x0B) is outside its limits; it returns automatically, without the last command (§ 4.7). No effect: output is off while the supply voltage (0x0C) is outside its limits; it returns automatically, without the last command (§ 4.8).
          */
         put: operations["set_speed_i_limit"];
         post?: never;
@@ -2283,12 +2288,12 @@ export interface paths {
         };
         /**
          * Speed limit CCW
-         * @description Fastest the horn turns counter-clockwise under an angle or speed command, as a negative speed. Nearer to 0 is gentler on the load, and nearer than −10 rpm it is not usable. Unit: rpm. Register 0x3B, section 4.32. Range: −300 to 0 rpm at the most; each model has its own. `in_effect` of the answer tells whether it has an effect now. No effect: speed and torque control (0x25) is off (§ 4.32). No effect: the last command was a torque; speed limits hold for angle and speed commands (§ 4.32). No effect: torque (0x20) is not on, so there is no motion to shape (inferred from § 4.13). No effect: the servo's software is being replaced (§ 2.2). No effect: the servo reports a failure (0x1B) that leaves the motor without output (§ 4.12). No effect: output is off while the temperature (0x0B) is outside its limits; it comes back by itself, without the last command (§ 4.7). No effect: output is off while the supply voltage (0x0C) is outside its limits; it comes back by itself, without the last command (§ 4.8). No effect: soft start (0x21) uses a value of its own until the horn is at 0° (§ 4.14).
+         * @description Maximum counter-clockwise speed for angle and speed commands, as a negative number. Closer to 0 is gentler on the load; closer than −10 rpm is not usable. Unit: rpm. Register 0x3B, section 4.32. Range: −300 to 0 rpm at most, depending on the model. `in_effect` in the response shows whether it has an effect now. No effect: speed and torque control (0x25) is off (§ 4.32). No effect: the last command was a torque; speed limits apply only to angle and speed commands (§ 4.32). No effect: torque (0x20) is not on, so there is no motion to control (inferred from § 4.13). No effect: the servo's software is being replaced (§ 2.2). No effect: the servo reports a failure (0x1B) that leaves the motor without output (§ 4.12). No effect: output is off while the temperature (0x0B) is outside its limits; it returns automatically, without the last command (§ 4.7). No effect: output is off while the supply voltage (0x0C) is outside its limits; it returns automatically, without the last command (§ 4.8). No effect: soft start (0x21) overrides it until the horn is at 0° (§ 4.14).
          */
         get: operations["get_speed_limit_ccw"];
         /**
          * Set speed limit ccw
-         * @description Fastest the horn turns counter-clockwise under an angle or speed command, as a negative speed. Nearer to 0 is gentler on the load, and nearer than −10 rpm it is not usable. Unit: rpm. Register 0x3B, section 4.32. Range: −300 to 0 rpm at the most; each model has its own. `in_effect` of the answer tells whether it has an effect now. No effect: speed and torque control (0x25) is off (§ 4.32). No effect: the last command was a torque; speed limits hold for angle and speed commands (§ 4.32). No effect: torque (0x20) is not on, so there is no motion to shape (inferred from § 4.13). No effect: the servo's software is being replaced (§ 2.2). No effect: the servo reports a failure (0x1B) that leaves the motor without output (§ 4.12). No effect: output is off while the temperature (0x0B) is outside its limits; it comes back by itself, without the last command (§ 4.7). No effect: output is off while the supply voltage (0x0C) is outside its limits; it comes back by itself, without the last command (§ 4.8). No effect: soft start (0x21) uses a value of its own until the horn is at 0° (§ 4.14).
+         * @description Maximum counter-clockwise speed for angle and speed commands, as a negative number. Closer to 0 is gentler on the load; closer than −10 rpm is not usable. Unit: rpm. Register 0x3B, section 4.32. Range: −300 to 0 rpm at most, depending on the model. `in_effect` in the response shows whether it has an effect now. No effect: speed and torque control (0x25) is off (§ 4.32). No effect: the last command was a torque; speed limits apply only to angle and speed commands (§ 4.32). No effect: torque (0x20) is not on, so there is no motion to control (inferred from § 4.13). No effect: the servo's software is being replaced (§ 2.2). No effect: the servo reports a failure (0x1B) that leaves the motor without output (§ 4.12). No effect: output is off while the temperature (0x0B) is outside its limits; it returns automatically, without the last command (§ 4.7). No effect: output is off while the supply voltage (0x0C) is outside its limits; it returns automatically, without the last command (§ 4.8). No effect: soft start (0x21) overrides it until the horn is at 0° (§ 4.14).
          */
         put: operations["set_speed_limit_ccw"];
         post?: never;
@@ -2307,12 +2312,12 @@ export interface paths {
         };
         /**
          * Speed limit CW
-         * @description Fastest the horn turns clockwise under an angle or speed command. Lower is gentler on the load, and below 10 rpm it is not usable; higher leaves the speed to the supply and the load. Unit: rpm. Register 0x3A, section 4.32. Range: 0 to 300 rpm at the most; each model has its own. `in_effect` of the answer tells whether it has an effect now. No effect: speed and torque control (0x25) is off (§ 4.32). No effect: the last command was a torque; speed limits hold for angle and speed commands (§ 4.32). No effect: torque (0x20) is not on, so there is no motion to shape (inferred from § 4.13). No effect: the servo's software is being replaced (§ 2.2). No effect: the servo reports a failure (0x1B) that leaves the motor without output (§ 4.12). No effect: output is off while the temperature (0x0B) is outside its limits; it comes back by itself, without the last command (§ 4.7). No effect: output is off while the supply voltage (0x0C) is outside its limits; it comes back by itself, without the last command (§ 4.8). No effect: soft start (0x21) uses a value of its own until the horn is at 0° (§ 4.14).
+         * @description Maximum clockwise speed for angle and speed commands. Lower is gentler on the load; below 10 rpm it is not usable. If higher, the speed depends on the supply and the load. Unit: rpm. Register 0x3A, section 4.32. Range: 0 to 300 rpm at most, depending on the model. `in_effect` in the response shows whether it has an effect now. No effect: speed and torque control (0x25) is off (§ 4.32). No effect: the last command was a torque; speed limits apply only to angle and speed commands (§ 4.32). No effect: torque (0x20) is not on, so there is no motion to control (inferred from § 4.13). No effect: the servo's software is being replaced (§ 2.2). No effect: the servo reports a failure (0x1B) that leaves the motor without output (§ 4.12). No effect: output is off while the temperature (0x0B) is outside its limits; it returns automatically, without the last command (§ 4.7). No effect: output is off while the supply voltage (0x0C) is outside its limits; it returns automatically, without the last command (§ 4.8). No effect: soft start (0x21) overrides it until the horn is at 0° (§ 4.14).
          */
         get: operations["get_speed_limit_cw"];
         /**
          * Set speed limit cw
-         * @description Fastest the horn turns clockwise under an angle or speed command. Lower is gentler on the load, and below 10 rpm it is not usable; higher leaves the speed to the supply and the load. Unit: rpm. Register 0x3A, section 4.32. Range: 0 to 300 rpm at the most; each model has its own. `in_effect` of the answer tells whether it has an effect now. No effect: speed and torque control (0x25) is off (§ 4.32). No effect: the last command was a torque; speed limits hold for angle and speed commands (§ 4.32). No effect: torque (0x20) is not on, so there is no motion to shape (inferred from § 4.13). No effect: the servo's software is being replaced (§ 2.2). No effect: the servo reports a failure (0x1B) that leaves the motor without output (§ 4.12). No effect: output is off while the temperature (0x0B) is outside its limits; it comes back by itself, without the last command (§ 4.7). No effect: output is off while the supply voltage (0x0C) is outside its limits; it comes back by itself, without the last command (§ 4.8). No effect: soft start (0x21) uses a value of its own until the horn is at 0° (§ 4.14).
+         * @description Maximum clockwise speed for angle and speed commands. Lower is gentler on the load; below 10 rpm it is not usable. If higher, the speed depends on the supply and the load. Unit: rpm. Register 0x3A, section 4.32. Range: 0 to 300 rpm at most, depending on the model. `in_effect` in the response shows whether it has an effect now. No effect: speed and torque control (0x25) is off (§ 4.32). No effect: the last command was a torque; speed limits apply only to angle and speed commands (§ 4.32). No effect: torque (0x20) is not on, so there is no motion to control (inferred from § 4.13). No effect: the servo's software is being replaced (§ 2.2). No effect: the servo reports a failure (0x1B) that leaves the motor without output (§ 4.12). No effect: output is off while the temperature (0x0B) is outside its limits; it returns automatically, without the last command (§ 4.7). No effect: output is off while the supply voltage (0x0C) is outside its limits; it returns automatically, without the last command (§ 4.8). No effect: soft start (0x21) overrides it until the horn is at 0° (§ 4.14).
          */
         put: operations["set_speed_limit_cw"];
         post?: never;
@@ -2331,12 +2336,12 @@ export interface paths {
         };
         /**
          * Speed P gain
-         * @description How hard the speed loop answers a speed error. Higher follows more closely and can vibrate; lower gives way under load. Register 0x30, section 4.25. Range: 1 to 100 at the most; each model has its own. `in_effect` of the answer tells whether it has an effect now. No effect: speed and torque control (0x25) is off, so there is no speed loop (inferred from § 4.18). No effect: the last command was a torque; the speed loop acts under angle and speed commands (§ 4.25). No effect: torque (0x20) is not on, so there is no motion to shape (inferred from § 4.13). No effect: the servo's software is being replaced (§ 2.2). No effect: the servo reports a failure (0x1B) that leaves the motor without output (§ 4.12). No effect: output is off while the temperature (0x0B) is outside its limits; it comes back by itself, without the last command (§ 4.7). No effect: output is off while the supply voltage (0x0C) is outside its limits; it comes back by itself, without the last command (§ 4.8).
+         * @description Response of the speed loop to a speed error. Higher follows more closely but can vibrate; lower yields under load. Register 0x30, section 4.25. Range: 1 to 100 at most, depending on the model. `in_effect` in the response shows whether it has an effect now. No effect: speed and torque control (0x25) is off, so there is no speed loop (inferred from § 4.18). No effect: the last command was a torque; the speed loop is active only for angle and speed commands (§ 4.25). No effect: torque (0x20) is not on, so there is no motion to control (inferred from § 4.13). No effect: the servo's software is being replaced (§ 2.2). No effect: the servo reports a failure (0x1B) that leaves the motor without output (§ 4.12). No effect: output is off while the temperature (0x0B) is outside its limits; it returns automatically, without the last command (§ 4.7). No effect: output is off while the supply voltage (0x0C) is outside its limits; it returns automatically, without the last command (§ 4.8).
          */
         get: operations["get_speed_p_gain"];
         /**
          * Set speed p gain
-         * @description How hard the speed loop answers a speed error. Higher follows more closely and can vibrate; lower gives way under load. Register 0x30, section 4.25. Range: 1 to 100 at the most; each model has its own. `in_effect` of the answer tells whether it has an effect now. No effect: speed and torque control (0x25) is off, so there is no speed loop (inferred from § 4.18). No effect: the last command was a torque; the speed loop acts under angle and speed commands (§ 4.25). No effect: torque (0x20) is not on, so there is no motion to shape (inferred from § 4.13). No effect: the servo's software is being replaced (§ 2.2). No effect: the servo reports a failure (0x1B) that leaves the motor without output (§ 4.12). No effect: output is off while the temperature (0x0B) is outside its limits; it comes back by itself, without the last command (§ 4.7). No effect: output is off while the supply voltage (0x0C) is outside its limits; it comes back by itself, without the last command (§ 4.8).
+         * @description Response of the speed loop to a speed error. Higher follows more closely but can vibrate; lower yields under load. Register 0x30, section 4.25. Range: 1 to 100 at most, depending on the model. `in_effect` in the response shows whether it has an effect now. No effect: speed and torque control (0x25) is off, so there is no speed loop (inferred from § 4.18). No effect: the last command was a torque; the speed loop is active only for angle and speed commands (§ 4.25). No effect: torque (0x20) is not on, so there is no motion to control (inferred from § 4.13). No effect: the servo's software is being replaced (§ 2.2). No effect: the servo reports a failure (0x1B) that leaves the motor without output (§ 4.12). No effect: output is off while the temperature (0x0B) is outside its limits; it returns automatically, without the last command (§ 4.7). No effect: output is off while the supply voltage (0x0C) is outside its limits; it returns automatically, without the last command (§ 4.8).
          */
         put: operations["set_speed_p_gain"];
         post?: never;
@@ -2355,12 +2360,12 @@ export interface paths {
         };
         /**
          * Speed and torque control
-         * @description On: angle, speed and torque loops run one inside the other, and speed and torque can be commanded and limited. Off: the angle loop drives the motor directly, which moves more smoothly but knows no speed or torque. Register 0x25, section 4.18. Since firmware 1.100. Range: true or false. `in_effect` of the answer tells whether it has an effect now. No other row decides that. No effect: the servo's software is being replaced (§ 2.2). No effect: soft start (0x21) uses a value of its own until the horn is at 0° (§ 4.14).
+         * @description On: cascaded angle, speed and torque loops; speed and torque can be commanded and limited. Off: the angle loop drives the motor directly, which is smoother, but without control of speed or torque. Register 0x25, section 4.18. Since firmware 1.100. Range: true or false. `in_effect` in the response shows whether it has an effect now. This depends on no other row. No effect: the servo's software is being replaced (§ 2.2). No effect: soft start (0x21) overrides it until the horn is at 0° (§ 4.14).
          */
         get: operations["get_speed_torque_control"];
         /**
          * Set speed and torque control
-         * @description On: angle, speed and torque loops run one inside the other, and speed and torque can be commanded and limited. Off: the angle loop drives the motor directly, which moves more smoothly but knows no speed or torque. Register 0x25, section 4.18. Since firmware 1.100. Range: true or false. `in_effect` of the answer tells whether it has an effect now. No other row decides that. No effect: the servo's software is being replaced (§ 2.2). No effect: soft start (0x21) uses a value of its own until the horn is at 0° (§ 4.14).
+         * @description On: cascaded angle, speed and torque loops; speed and torque can be commanded and limited. Off: the angle loop drives the motor directly, which is smoother, but without control of speed or torque. Register 0x25, section 4.18. Since firmware 1.100. Range: true or false. `in_effect` in the response shows whether it has an effect now. This depends on no other row. No effect: the servo's software is being replaced (§ 2.2). No effect: soft start (0x21) overrides it until the horn is at 0° (§ 4.14).
          */
         put: operations["set_speed_torque_control"];
         post?: never;
@@ -2379,12 +2384,12 @@ export interface paths {
         };
         /**
          * Temperature limit, lower
-         * @description Below it the output goes off until the board is warmer. Higher protects a cold mechanism and may refuse to start in the cold. The reading is ±5 °C. Unit: °C. Register 0x3F, section 4.34. Range: −40 to 20 °C. `in_effect` of the answer tells whether it has an effect now. No other row decides that. No effect: the servo's software is being replaced (§ 2.2).
+         * @description Torque turns off below this temperature until the board warms up. Higher protects a cold mechanism, but the servo may not move in the cold. Accuracy ±5 °C. Unit: °C. Register 0x3F, section 4.34. Range: −40 to 20 °C. `in_effect` in the response shows whether it has an effect now. This depends on no other row. No effect: the servo's software is being replaced (§ 2.2).
          */
         get: operations["get_temperature_limit_lower"];
         /**
          * Set temperature limit, lower
-         * @description Below it the output goes off until the board is warmer. Higher protects a cold mechanism and may refuse to start in the cold. The reading is ±5 °C. Unit: °C. Register 0x3F, section 4.34. Range: −40 to 20 °C. `in_effect` of the answer tells whether it has an effect now. No other row decides that. No effect: the servo's software is being replaced (§ 2.2).
+         * @description Torque turns off below this temperature until the board warms up. Higher protects a cold mechanism, but the servo may not move in the cold. Accuracy ±5 °C. Unit: °C. Register 0x3F, section 4.34. Range: −40 to 20 °C. `in_effect` in the response shows whether it has an effect now. This depends on no other row. No effect: the servo's software is being replaced (§ 2.2).
          */
         put: operations["set_temperature_limit_lower"];
         post?: never;
@@ -2403,12 +2408,12 @@ export interface paths {
         };
         /**
          * Temperature limit, upper
-         * @description Above it the output goes off until the board is cooler. Lower protects sooner and may drop the load sooner. The reading is ±5 °C. Unit: °C. Register 0x3E, section 4.34. Range: 20 to 80 °C. `in_effect` of the answer tells whether it has an effect now. No other row decides that. No effect: the servo's software is being replaced (§ 2.2).
+         * @description Torque turns off above this temperature until the board cools down. Lower protects sooner, but can also drop the load sooner. Accuracy ±5 °C. Unit: °C. Register 0x3E, section 4.34. Range: 20 to 80 °C. `in_effect` in the response shows whether it has an effect now. This depends on no other row. No effect: the servo's software is being replaced (§ 2.2).
          */
         get: operations["get_temperature_limit_upper"];
         /**
          * Set temperature limit, upper
-         * @description Above it the output goes off until the board is cooler. Lower protects sooner and may drop the load sooner. The reading is ±5 °C. Unit: °C. Register 0x3E, section 4.34. Range: 20 to 80 °C. `in_effect` of the answer tells whether it has an effect now. No other row decides that. No effect: the servo's software is being replaced (§ 2.2).
+         * @description Torque turns off above this temperature until the board cools down. Lower protects sooner, but can also drop the load sooner. Accuracy ±5 °C. Unit: °C. Register 0x3E, section 4.34. Range: 20 to 80 °C. `in_effect` in the response shows whether it has an effect now. This depends on no other row. No effect: the servo's software is being replaced (§ 2.2).
          */
         put: operations["set_temperature_limit_upper"];
         post?: never;
@@ -2426,13 +2431,13 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * Time-out action
-         * @description What happens when no command arrives for the time-out time. Hold keeps the last command for ever, so a speed keeps turning; off and brake let go until the next command. Register 0x26, section 4.19. Range: `hold`, `off`, `brake`. `in_effect` of the answer tells whether it has an effect now. No other row decides that. No effect: the servo's software is being replaced (§ 2.2).
+         * Timeout action
+         * @description Action if no command arrives within the timeout. Hold keeps the last command active indefinitely, so a speed command keeps turning; off frees the horn and brake brakes it until the next command. Register 0x26, section 4.19. Range: `hold`, `off`, `brake`. `in_effect` in the response shows whether it has an effect now. This depends on no other row. No effect: the servo's software is being replaced (§ 2.2).
          */
         get: operations["get_timeout_action"];
         /**
-         * Set time-out action
-         * @description What happens when no command arrives for the time-out time. Hold keeps the last command for ever, so a speed keeps turning; off and brake let go until the next command. Register 0x26, section 4.19. Range: `hold`, `off`, `brake`. `in_effect` of the answer tells whether it has an effect now. No other row decides that. No effect: the servo's software is being replaced (§ 2.2).
+         * Set timeout action
+         * @description Action if no command arrives within the timeout. Hold keeps the last command active indefinitely, so a speed command keeps turning; off frees the horn and brake brakes it until the next command. Register 0x26, section 4.19. Range: `hold`, `off`, `brake`. `in_effect` in the response shows whether it has an effect now. This depends on no other row. No effect: the servo's software is being replaced (§ 2.2).
          */
         put: operations["set_timeout_action"];
         post?: never;
@@ -2450,13 +2455,13 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * Time-out time
-         * @description How long the servo waits for a command (0x00 to 0x02 or 0x20) before the time-out action. Shorter lets go sooner when the link fails; send commands at least three times within it. On models with PWM input the pulse takes over after it. Unit: ms. Register 0x27, section 4.19. Range: 1 to 60000 ms. `in_effect` of the answer tells whether it has an effect now. No effect: the time-out action (0x26) is hold, on a servo without 0x34 (§ 4.19). No effect: the servo's software is being replaced (§ 2.2).
+         * Timeout
+         * @description Time without a command (0x00 to 0x02 or 0x20) until the timeout action. A shorter timeout disables torque sooner if the link fails; send at least three commands within it. On models with PWM input, the pulse takes over afterwards. Unit: ms. Register 0x27, section 4.19. Range: 1 to 60000 ms. `in_effect` in the response shows whether it has an effect now. No effect: the timeout action (0x26) is hold, on a servo without 0x34 (§ 4.19). No effect: the servo's software is being replaced (§ 2.2).
          */
         get: operations["get_timeout_time"];
         /**
-         * Set time-out time
-         * @description How long the servo waits for a command (0x00 to 0x02 or 0x20) before the time-out action. Shorter lets go sooner when the link fails; send commands at least three times within it. On models with PWM input the pulse takes over after it. Unit: ms. Register 0x27, section 4.19. Range: 1 to 60000 ms. `in_effect` of the answer tells whether it has an effect now. No effect: the time-out action (0x26) is hold, on a servo without 0x34 (§ 4.19). No effect: the servo's software is being replaced (§ 2.2).
+         * Set timeout
+         * @description Time without a command (0x00 to 0x02 or 0x20) until the timeout action. A shorter timeout disables torque sooner if the link fails; send at least three commands within it. On models with PWM input, the pulse takes over afterwards. Unit: ms. Register 0x27, section 4.19. Range: 1 to 60000 ms. `in_effect` in the response shows whether it has an effect now. No effect: the timeout action (0x26) is hold, on a servo without 0x34 (§ 4.19). No effect: the servo's software is being replaced (§ 2.2).
          */
         put: operations["set_timeout_time"];
         post?: never;
@@ -2475,12 +2480,12 @@ export interface paths {
         };
         /**
          * Torque limit CCW
-         * @description About the most torque the servo uses counter-clockwise, as a negative percentage, under every kind of command. Nearer to 0 protects more and holds less. Unit: %. Register 0x3D, section 4.33. Range: −100 to 0 %. `in_effect` of the answer tells whether it has an effect now. No effect: speed and torque control (0x25) is off (§ 4.33). No effect: torque (0x20) is not on, so there is no motion to shape (inferred from § 4.13). No effect: the servo's software is being replaced (§ 2.2). No effect: the servo reports a failure (0x1B) that leaves the motor without output (§ 4.12). No effect: output is off while the temperature (0x0B) is outside its limits; it comes back by itself, without the last command (§ 4.7). No effect: output is off while the supply voltage (0x0C) is outside its limits; it comes back by itself, without the last command (§ 4.8). No effect: soft start (0x21) uses a value of its own until the horn is at 0° (§ 4.14).
+         * @description Approximate maximum counter-clockwise torque, for all kinds of command, as a negative percentage. Closer to 0 protects more but holds less load. Unit: %. Register 0x3D, section 4.33. Range: −100 to 0 %. `in_effect` in the response shows whether it has an effect now. No effect: speed and torque control (0x25) is off (§ 4.33). No effect: torque (0x20) is not on, so there is no motion to control (inferred from § 4.13). No effect: the servo's software is being replaced (§ 2.2). No effect: the servo reports a failure (0x1B) that leaves the motor without output (§ 4.12). No effect: output is off while the temperature (0x0B) is outside its limits; it returns automatically, without the last command (§ 4.7). No effect: output is off while the supply voltage (0x0C) is outside its limits; it returns automatically, without the last command (§ 4.8). No effect: soft start (0x21) overrides it until the horn is at 0° (§ 4.14).
          */
         get: operations["get_torque_limit_ccw"];
         /**
          * Set torque limit ccw
-         * @description About the most torque the servo uses counter-clockwise, as a negative percentage, under every kind of command. Nearer to 0 protects more and holds less. Unit: %. Register 0x3D, section 4.33. Range: −100 to 0 %. `in_effect` of the answer tells whether it has an effect now. No effect: speed and torque control (0x25) is off (§ 4.33). No effect: torque (0x20) is not on, so there is no motion to shape (inferred from § 4.13). No effect: the servo's software is being replaced (§ 2.2). No effect: the servo reports a failure (0x1B) that leaves the motor without output (§ 4.12). No effect: output is off while the temperature (0x0B) is outside its limits; it comes back by itself, without the last command (§ 4.7). No effect: output is off while the supply voltage (0x0C) is outside its limits; it comes back by itself, without the last command (§ 4.8). No effect: soft start (0x21) uses a value of its own until the horn is at 0° (§ 4.14).
+         * @description Approximate maximum counter-clockwise torque, for all kinds of command, as a negative percentage. Closer to 0 protects more but holds less load. Unit: %. Register 0x3D, section 4.33. Range: −100 to 0 %. `in_effect` in the response shows whether it has an effect now. No effect: speed and torque control (0x25) is off (§ 4.33). No effect: torque (0x20) is not on, so there is no motion to control (inferred from § 4.13). No effect: the servo's software is being replaced (§ 2.2). No effect: the servo reports a failure (0x1B) that leaves the motor without output (§ 4.12). No effect: output is off while the temperature (0x0B) is outside its limits; it returns automatically, without the last command (§ 4.7). No effect: output is off while the supply voltage (0x0C) is outside its limits; it returns automatically, without the last command (§ 4.8). No effect: soft start (0x21) overrides it until the horn is at 0° (§ 4.14).
          */
         put: operations["set_torque_limit_ccw"];
         post?: never;
@@ -2499,12 +2504,12 @@ export interface paths {
         };
         /**
          * Torque limit CW
-         * @description About the most torque the servo uses clockwise, under every kind of command. Lower protects what the horn can run into; too low, and it no longer holds its load. Unit: %. Register 0x3C, section 4.33. Range: 0 to 100 %. `in_effect` of the answer tells whether it has an effect now. No effect: speed and torque control (0x25) is off (§ 4.33). No effect: torque (0x20) is not on, so there is no motion to shape (inferred from § 4.13). No effect: the servo's software is being replaced (§ 2.2). No effect: the servo reports a failure (0x1B) that leaves the motor without output (§ 4.12). No effect: output is off while the temperature (0x0B) is outside its limits; it comes back by itself, without the last command (§ 4.7). No effect: output is off while the supply voltage (0x0C) is outside its limits; it comes back by itself, without the last command (§ 4.8). No effect: soft start (0x21) uses a value of its own until the horn is at 0° (§ 4.14).
+         * @description Approximate maximum clockwise torque, for all kinds of command. Lower protects the mechanism in case of a collision; if too low, the servo cannot hold its load. Unit: %. Register 0x3C, section 4.33. Range: 0 to 100 %. `in_effect` in the response shows whether it has an effect now. No effect: speed and torque control (0x25) is off (§ 4.33). No effect: torque (0x20) is not on, so there is no motion to control (inferred from § 4.13). No effect: the servo's software is being replaced (§ 2.2). No effect: the servo reports a failure (0x1B) that leaves the motor without output (§ 4.12). No effect: output is off while the temperature (0x0B) is outside its limits; it returns automatically, without the last command (§ 4.7). No effect: output is off while the supply voltage (0x0C) is outside its limits; it returns automatically, without the last command (§ 4.8). No effect: soft start (0x21) overrides it until the horn is at 0° (§ 4.14).
          */
         get: operations["get_torque_limit_cw"];
         /**
          * Set torque limit cw
-         * @description About the most torque the servo uses clockwise, under every kind of command. Lower protects what the horn can run into; too low, and it no longer holds its load. Unit: %. Register 0x3C, section 4.33. Range: 0 to 100 %. `in_effect` of the answer tells whether it has an effect now. No effect: speed and torque control (0x25) is off (§ 4.33). No effect: torque (0x20) is not on, so there is no motion to shape (inferred from § 4.13). No effect: the servo's software is being replaced (§ 2.2). No effect: the servo reports a failure (0x1B) that leaves the motor without output (§ 4.12). No effect: output is off while the temperature (0x0B) is outside its limits; it comes back by itself, without the last command (§ 4.7). No effect: output is off while the supply voltage (0x0C) is outside its limits; it comes back by itself, without the last command (§ 4.8). No effect: soft start (0x21) uses a value of its own until the horn is at 0° (§ 4.14).
+         * @description Approximate maximum clockwise torque, for all kinds of command. Lower protects the mechanism in case of a collision; if too low, the servo cannot hold its load. Unit: %. Register 0x3C, section 4.33. Range: 0 to 100 %. `in_effect` in the response shows whether it has an effect now. No effect: speed and torque control (0x25) is off (§ 4.33). No effect: torque (0x20) is not on, so there is no motion to control (inferred from § 4.13). No effect: the servo's software is being replaced (§ 2.2). No effect: the servo reports a failure (0x1B) that leaves the motor without output (§ 4.12). No effect: output is off while the temperature (0x0B) is outside its limits; it returns automatically, without the last command (§ 4.7). No effect: output is off while the supply voltage (0x0C) is outside its limits; it returns automatically, without the last command (§ 4.8). No effect: soft start (0x21) overrides it until the horn is at 0° (§ 4.14).
          */
         put: operations["set_torque_limit_cw"];
         post?: never;
@@ -2523,12 +2528,12 @@ export interface paths {
         };
         /**
          * Torque
-         * @description Whether the motor drives, is free, or brakes weakly. Turning torque on drops the previous command: the horn holds where it is, and speed and torque become 0. Saved as off, the servo starts without torque. Register 0x20, section 4.13. Range: `on`, `off`, `brake`. `in_effect` of the answer tells whether it has an effect now. No other row decides that. No effect: the servo's software is being replaced (§ 2.2).
+         * @description Motor output: driven, free, or weak brake. Turning torque on discards the previous command: the horn holds its present angle, and speed and torque become 0. If saved as off, the servo starts without torque. Register 0x20, section 4.13. Range: `on`, `off`, `brake`. `in_effect` in the response shows whether it has an effect now. This depends on no other row. No effect: the servo's software is being replaced (§ 2.2).
          */
         get: operations["get_torque_mode"];
         /**
          * Set torque
-         * @description Whether the motor drives, is free, or brakes weakly. Turning torque on drops the previous command: the horn holds where it is, and speed and torque become 0. Saved as off, the servo starts without torque. Register 0x20, section 4.13. Range: `on`, `off`, `brake`. `in_effect` of the answer tells whether it has an effect now. No other row decides that. No effect: the servo's software is being replaced (§ 2.2).
+         * @description Motor output: driven, free, or weak brake. Turning torque on discards the previous command: the horn holds its present angle, and speed and torque become 0. If saved as off, the servo starts without torque. Register 0x20, section 4.13. Range: `on`, `off`, `brake`. `in_effect` in the response shows whether it has an effect now. This depends on no other row. No effect: the servo's software is being replaced (§ 2.2).
          */
         put: operations["set_torque_mode"];
         post?: never;
@@ -2547,12 +2552,12 @@ export interface paths {
         };
         /**
          * Voltage limit, lower
-         * @description Below it the output goes off until the supply is higher. Higher spares a battery and lets go earlier when the supply dips; keep room for the reading, which is ±0.5 V. Unit: V. Register 0x41, section 4.35. Range: 3.5 to 28.0 V at the most; each model has its own. `in_effect` of the answer tells whether it has an effect now. No other row decides that. No effect: the servo's software is being replaced (§ 2.2).
+         * @description Torque turns off below this voltage until the supply rises. Higher protects a battery, but turns torque off sooner if the supply dips. Allow for the accuracy of ±0.5 V. Unit: V. Register 0x41, section 4.35. Range: 3.5 to 28.0 V at most, depending on the model. `in_effect` in the response shows whether it has an effect now. This depends on no other row. No effect: the servo's software is being replaced (§ 2.2).
          */
         get: operations["get_voltage_limit_lower"];
         /**
          * Set voltage limit, lower
-         * @description Below it the output goes off until the supply is higher. Higher spares a battery and lets go earlier when the supply dips; keep room for the reading, which is ±0.5 V. Unit: V. Register 0x41, section 4.35. Range: 3.5 to 28.0 V at the most; each model has its own. `in_effect` of the answer tells whether it has an effect now. No other row decides that. No effect: the servo's software is being replaced (§ 2.2).
+         * @description Torque turns off below this voltage until the supply rises. Higher protects a battery, but turns torque off sooner if the supply dips. Allow for the accuracy of ±0.5 V. Unit: V. Register 0x41, section 4.35. Range: 3.5 to 28.0 V at most, depending on the model. `in_effect` in the response shows whether it has an effect now. This depends on no other row. No effect: the servo's software is being replaced (§ 2.2).
          */
         put: operations["set_voltage_limit_lower"];
         post?: never;
@@ -2571,12 +2576,12 @@ export interface paths {
         };
         /**
          * Voltage limit, upper
-         * @description Above it the output goes off until the supply is lower. Keep it well above the supply: the reading is ±0.5 V, and braking loads push the supply up. Unit: V. Register 0x40, section 4.35. Range: 7.4 to 50.0 V at the most; each model has its own. `in_effect` of the answer tells whether it has an effect now. No other row decides that. No effect: the servo's software is being replaced (§ 2.2).
+         * @description Torque turns off above this voltage until the supply drops. Keep it well above the supply voltage: accuracy is ±0.5 V, and braking a load raises the supply voltage. Unit: V. Register 0x40, section 4.35. Range: 7.4 to 50.0 V at most, depending on the model. `in_effect` in the response shows whether it has an effect now. This depends on no other row. No effect: the servo's software is being replaced (§ 2.2).
          */
         get: operations["get_voltage_limit_upper"];
         /**
          * Set voltage limit, upper
-         * @description Above it the output goes off until the supply is lower. Keep it well above the supply: the reading is ±0.5 V, and braking loads push the supply up. Unit: V. Register 0x40, section 4.35. Range: 7.4 to 50.0 V at the most; each model has its own. `in_effect` of the answer tells whether it has an effect now. No other row decides that. No effect: the servo's software is being replaced (§ 2.2).
+         * @description Torque turns off above this voltage until the supply drops. Keep it well above the supply voltage: accuracy is ±0.5 V, and braking a load raises the supply voltage. Unit: V. Register 0x40, section 4.35. Range: 7.4 to 50.0 V at most, depending on the model. `in_effect` in the response shows whether it has an effect now. This depends on no other row. No effect: the servo's software is being replaced (§ 2.2).
          */
         put: operations["set_voltage_limit_upper"];
         post?: never;
@@ -2595,12 +2600,12 @@ export interface paths {
         };
         /**
          * Get Parameter
-         * @description Read one row by its key, for programs that loop; each row has a route of its own, too.
+         * @description Read one row by key, for programs that loop over keys. Each row has a typed route, too.
          */
         get: operations["get_parameter"];
         /**
          * Set Parameter
-         * @description Write one row by its key and read it back, for programs that loop; each row has a route of its own, too.
+         * @description Write one row by key and read it back, for programs that loop over keys. Each row has a typed route, too.
          */
         put: operations["set_parameter"];
         post?: never;
@@ -2619,12 +2624,12 @@ export interface paths {
         };
         /**
          * Get Position Unit
-         * @description What position 1.0 of Status and ArrayCommand means on this servo, and how that is known.
+         * @description Get the unit of positions in Status and ArrayCommand, and its evidence.
          */
         get: operations["get_position_unit"];
         /**
          * Set Position Unit
-         * @description Take its positions for this unit; null measures it, anew if it was before. Nothing is written to the servo.
+         * @description Set the position unit, or measure it again (null). Nothing is written to the servo.
          */
         put: operations["set_position_unit"];
         post?: never;
@@ -2645,10 +2650,10 @@ export interface paths {
         put?: never;
         /**
          * Restart Servo
-         * @description Restart. What is only in RAM is lost; with soft start and torque on in ROM the horn goes slowly to 0 degrees.
+         * @description Restart a servo. Values that are only in RAM are lost; with soft start, and torque on in ROM, the horn moves
+         *     slowly to 0°.
          *
-         *     With `dry_run` every check of the restart is done, and nothing else: the answer says which rows are lost and what
-         *     the horn does.
+         *     `dry_run` performs all checks and returns the rows that would be lost and the effect on the horn.
          */
         post: operations["restart_servo"];
         delete?: never;
@@ -2666,7 +2671,7 @@ export interface paths {
         };
         /**
          * Forecast Restart
-         * @description What a restart, or with `save` a save, does to the horn, and what speaks against it. Reads, moves nothing.
+         * @description Forecast the effect of a restart, or with `save` of a save, on the horn, with warnings. Moves nothing.
          */
         get: operations["forecast_restart"];
         put?: never;
@@ -2688,14 +2693,15 @@ export interface paths {
         put?: never;
         /**
          * Save Servo
-         * @description Write RAM to ROM. The servo restarts; with soft start and torque on in ROM its horn goes slowly to 0 degrees.
+         * @description Write RAM to ROM. The servo restarts; with soft start, and torque on in ROM, its horn moves slowly to 0°.
          *
-         *     Torque mode (0x20) is the exception: RAM's is session state, so ROM keeps the one it holds, unless another was
-         *     written as configuration. Where that is on and the output is off, it comes on right before the write, and the horn
-         *     is held where it stands until the restart. Where nobody knows what ROM holds it has to be said, by `confirm`.
+         *     Torque mode (0x20) is an exception: its RAM value is session state, so ROM keeps its value unless another was
+         *     written as configuration. If that value is on and the output is off, the output is switched on right before the
+         *     write, and the horn is held at its current angle until the restart. If the ROM value is unknown, choose one with
+         *     `confirm`.
          *
-         *     A second save joins the one under way. With `dry_run` every check of the save is done, and nothing else: the answer
-         *     says which rows of ROM change and what the horn does.
+         *     A second save joins the running one. `dry_run` performs all checks and returns the rows of ROM that would change and
+         *     the effect on the horn.
          */
         post: operations["save_servo"];
         delete?: never;
@@ -2713,13 +2719,13 @@ export interface paths {
         };
         /**
          * List Snapshots
-         * @description Every snapshot of a servo, on the bus or only remembered, newest first.
+         * @description List the snapshots of a servo, on the bus or not, newest first.
          */
         get: operations["list_snapshots"];
         put?: never;
         /**
          * Take Snapshot
-         * @description Keep what the servo holds now, until somebody drops it. What is not known is read from the bus first.
+         * @description Take a snapshot of a servo. It is stored until deleted. Unknown values are read from the bus first.
          */
         post: operations["take_snapshot"];
         delete?: never;
@@ -2737,16 +2743,16 @@ export interface paths {
         };
         /**
          * Get Snapshot
-         * @description One snapshot.
+         * @description Get a snapshot.
          */
         get: operations["get_snapshot"];
         put?: never;
         post?: never;
         /**
-         * Drop Snapshot
-         * @description Forget a snapshot; the audit keeps that there was one.
+         * Delete Snapshot
+         * @description Delete a snapshot. The deletion is recorded in the audit.
          */
-        delete: operations["drop_snapshot"];
+        delete: operations["delete_snapshot"];
         options?: never;
         head?: never;
         patch?: never;
@@ -2763,7 +2769,7 @@ export interface paths {
         put?: never;
         /**
          * Restore Snapshot
-         * @description Write what a snapshot holds, all or nothing: whole, or the rows named.
+         * @description Write the values of a snapshot, all rows or the given ones, all or nothing.
          */
         post: operations["restore_snapshot"];
         delete?: never;
@@ -2783,7 +2789,7 @@ export interface paths {
         put?: never;
         /**
          * Step Test
-         * @description A small step there and back where the horn stands, measured. Needs a lease and torque on; writes no parameter.
+         * @description Measure a small step from the current angle and back. Requires a lease and torque on. Writes no parameters.
          */
         post: operations["step_test"];
         delete?: never;
@@ -2801,16 +2807,16 @@ export interface paths {
         };
         /**
          * Get Telemetry
-         * @description Who wishes what, what is granted, and what really comes: rate over the last five seconds and age a channel.
+         * @description Get the subscriptions of a servo, and the granted and measured rates of its channels.
          */
         get: operations["get_telemetry"];
         /**
          * Set Telemetry
-         * @description What to poll of this servo, and how often; the answer says what the bus budget allows. [] ends it.
+         * @description Set the telemetry subscription of one owner. The response contains the rate that the bus budget allows.
          *
-         *     Every `owner` has one wish a servo; together they get every row at the highest rate wished. With `ttl_s` the
-         *     wish ends by itself unless it is said again. Of a servo of an unknown model nothing can be polled: the grant is
-         *     empty then, and its `note` says why.
+         *     Each `owner` has one subscription per servo; every row is polled at the highest requested rate. With `ttl_s` the
+         *     subscription expires unless renewed. Servos of unknown models cannot be polled: the granted rate is 0, and `note`
+         *     gives the reason.
          */
         put: operations["set_telemetry"];
         post?: never;
@@ -2829,8 +2835,8 @@ export interface paths {
         };
         /**
          * Export Csv
-         * @description The last samples, a line a sample time and a column a channel. A cell is empty where a channel has no sample
-         *     at that time, was silent, or was inactive; nothing is interpolated.
+         * @description Download recent samples as CSV: one line per sample time, one column per channel. A cell is empty if the channel
+         *     has no sample at that time, did not respond or was inactive. Nothing is interpolated.
          */
         get: operations["export_telemetry_csv"];
         put?: never;
@@ -2850,8 +2856,8 @@ export interface paths {
         };
         /**
          * Export Parquet
-         * @description The same as rows of `channel`, `t` and `value` (null is a gap, or inactive), channel by channel; `utc_offset`
-         *     in the file's metadata.
+         * @description Download recent samples as Parquet: rows of `channel`, `t` and `value` (null for gap or inactive), sorted by
+         *     channel. The metadata contain `utc_offset`.
          */
         get: operations["export_telemetry_parquet"];
         put?: never;
@@ -2873,7 +2879,7 @@ export interface paths {
         put?: never;
         /**
          * Set Torque
-         * @description Energise the motor where it stands (needs a lease), or take its output away (never does).
+         * @description Set the torque mode. On requires a lease and holds the horn at its current angle; off and brake need no lease.
          */
         post: operations["set_torque"];
         delete?: never;
@@ -2891,18 +2897,18 @@ export interface paths {
         };
         /**
          * Get Session
-         * @description Who asks. Without a token it says whether one is needed.
+         * @description Get the identity of the client, and whether a token is required.
          */
         get: operations["get_session"];
         put?: never;
         /**
          * Log In
-         * @description Log in with a token: the browser gets a cookie that no script can read and no other site can use.
+         * @description Log in with a token. Sets a session cookie that scripts cannot read and other sites cannot use.
          */
         post: operations["log_in"];
         /**
          * Log Out
-         * @description Log out: the cookie opens nothing any more, and the sockets that came with it end.
+         * @description Log out. Ends the session of the cookie and closes its sockets.
          */
         delete: operations["log_out"];
         options?: never;
@@ -2919,13 +2925,13 @@ export interface paths {
         };
         /**
          * List Sim Servos
-         * @description Every servo on the bench.
+         * @description List the simulated servos.
          */
         get: operations["list_sim_servos"];
         put?: never;
         /**
          * Add Sim Servo
-         * @description Put one more servo on the bench and switch it on.
+         * @description Add a simulated servo and switch it on.
          */
         post: operations["add_sim_servo"];
         delete?: never;
@@ -2943,21 +2949,21 @@ export interface paths {
         };
         /**
          * Get Sim Servo
-         * @description One servo on the bench.
+         * @description Get a simulated servo.
          */
         get: operations["get_sim_servo"];
         put?: never;
         post?: never;
         /**
          * Remove Sim Servo
-         * @description Take a servo off the bus, as if its cable were pulled.
+         * @description Remove a simulated servo from the bus, as if it were unplugged.
          */
         delete: operations["remove_sim_servo"];
         options?: never;
         head?: never;
         /**
          * Change Sim Servo
-         * @description Do to a servo what a bench could do to a real one. All or nothing.
+         * @description Change the conditions of a simulated servo, all or nothing.
          */
         patch: operations["change_sim_servo"];
         trace?: never;
@@ -2971,18 +2977,18 @@ export interface paths {
         };
         /**
          * Get Stop
-         * @description The stop latch, and which servos have confirmed.
+         * @description Get the stop latch and the confirmations of the servos.
          */
         get: operations["get_stop"];
         put?: never;
         /**
          * Stop
-         * @description Stop every servo now: needs no lease, waits for nothing, latches. Pressing again sends again.
+         * @description Stop all servos immediately. Needs no lease, and latches. A repeated request is sent again.
          */
         post: operations["stop"];
         /**
          * Clear Stop
-         * @description Unlatch. Moves nothing and turns nothing on: torque stays off until it is turned on.
+         * @description Clear a stop. Moves nothing: torque stays off until it is turned on.
          */
         delete: operations["clear_stop"];
         options?: never;
@@ -3001,12 +3007,14 @@ export interface paths {
         put?: never;
         /**
          * Restore Output
-         * @description Switch outputs on again, servo by servo, each held where its horn stands; a latched stop is cleared first.
+         * @description Restore outputs: switch them on again, one servo at a time, each holding its current angle. Clears a latched stop
+         *     first.
          *
-         *     With a lease the servos are kept on under it, and are off when it ends. Without one only servos whose own timeout
-         *     holds (0x26) can be restored: the others would let go again. Horns that may carry a load have to be confirmed. A
-         *     servo that fails stays off and is named in the result; Stop ends the job at once. With `dry_run` every check of the
-         *     lease, the stop and each servo is done, and nothing else: the answer names who carries a load or needs a lease.
+         *     With a lease the outputs stay on until it ends. Without one, only servos with timeout action hold (0x26) can be
+         *     restored, because the others would switch off again. Horns that may be under load require confirmation. A servo that
+         *     fails stays off and is listed in the result. Stop ends the job immediately.
+         *
+         *     `dry_run` performs all checks and returns the servos, with their load and whether they need a lease.
          */
         post: operations["restore_output"];
         delete?: never;
@@ -3024,15 +3032,15 @@ export interface paths {
         };
         /**
          * List Streams
-         * @description Streams that run and the last that ended, oldest first.
+         * @description List running and recently ended streams, oldest first.
          */
         get: operations["list_streams"];
         put?: never;
         /**
-         * Begin Stream
-         * @description Hold the servos where they are, and go on at `rate_hz` from there: one ArrayCommand for up to 15 servos.
+         * Start Stream
+         * @description Start a stream of setpoints at `rate_hz`, one ArrayCommand per 15 servos. It first holds the current angles.
          */
-        post: operations["begin_stream"];
+        post: operations["start_stream"];
         delete?: never;
         options?: never;
         head?: never;
@@ -3048,18 +3056,18 @@ export interface paths {
         };
         /**
          * Get Stream
-         * @description One stream, and how well it keeps time.
+         * @description Get a stream and its timing.
          */
         get: operations["get_stream"];
         /**
-         * Put Stream Values
-         * @description New values by uid, all or nothing; they leave with the next burst. So does a `stream` message of the socket.
+         * Set Stream Values
+         * @description Set new setpoints, all or nothing, sent with the next burst. Same as a `stream` WebSocket message.
          */
-        put: operations["put_stream_values"];
+        put: operations["set_stream_values"];
         post?: never;
         /**
          * End Stream
-         * @description End it. The servos stay under their last value while the lease lives; POST /stop is what takes torque.
+         * @description End a stream. Servos keep their last setpoint until the lease ends. To turn torque off, use `POST /stop`.
          */
         delete: operations["end_stream"];
         options?: never;
@@ -3077,10 +3085,10 @@ export interface paths {
         get?: never;
         put?: never;
         /**
-         * Make Ticket
-         * @description A ticket for one WebSocket: `/api/v1/ws?ticket=…`, within 30 s. It may stand in a log: it works once.
+         * Create Ticket
+         * @description Create a ticket for one WebSocket: `/api/v1/ws?ticket=…`. It is valid once, within 30 s.
          */
-        post: operations["make_ticket"];
+        post: operations["create_ticket"];
         delete?: never;
         options?: never;
         head?: never;
@@ -3096,15 +3104,15 @@ export interface paths {
         };
         /**
          * List Tokens
-         * @description Who may come in. The tokens themselves are kept nowhere and cannot be told.
+         * @description List tokens. Their secrets are not stored and cannot be retrieved.
          */
         get: operations["list_tokens"];
         put?: never;
         /**
-         * Add Token
-         * @description Make a token. `token` is told this once. From the first one on, everybody needs one: it is an admin's.
+         * Create Token
+         * @description Create a token. Its secret is returned once. The first token must be for admin; it enables access control.
          */
-        post: operations["add_token"];
+        post: operations["create_token"];
         delete?: never;
         options?: never;
         head?: never;
@@ -3123,7 +3131,7 @@ export interface paths {
         post?: never;
         /**
          * Revoke Token
-         * @description Revoke a token: it opens nothing any more, and every socket and login that came with it ends.
+         * @description Revoke a token. Its sessions and sockets end.
          */
         delete: operations["revoke_token"];
         options?: never;
@@ -3137,7 +3145,7 @@ export interface components {
     schemas: {
         /**
          * About
-         * @description What a recording is of. Times in seconds since 1970 UTC; `utc_offset` turns the writer's own clock into them.
+         * @description Description of a recording. Times: seconds since 1970 UTC. `utc_offset`: conversion from the writer's clock.
          */
         About: {
             /** @description Bus that was connected. Null if none was. */
@@ -3175,9 +3183,9 @@ export interface components {
         };
         /**
          * Activity
-         * @description What the motor and horn of a servo do now, told from what is received of it: Status and polled rows.
+         * @description Present activity of a servo's motor and horn, derived from Status and polled rows.
          *
-         *     At rest means: the angle command has not changed for 0.6 s.
+         *     At rest: the angle command has not changed for 0.6 s.
          */
         Activity: {
             /** @description Peak-to-peak angle, °: of the oscillation while hunting, otherwise of the last 0.6 s. Null if unknown. */
@@ -3185,21 +3193,21 @@ export interface components {
             /** @description Start of this state, seconds since 1970 UTC. */
             since: number;
             /**
-             * @description holding: output on, angle steady within 0.3° for 0.6 s; moving: output on, angle changes; turning: a speed or torque command other than 0 is in force; hunting: at rest, and the angle has swung to and fro by 0.5° or more for at least a second; saturated: at rest, steady, and torque at 90 % or more of what the servo can give; soft_start: on the way to 0° after a start; released: the servo's own time-out (0x26 off, 0x27) took the output; held_after_timeout: it holds its last command though nobody commands it any more (0x26 hold); off: output off for any other reason, see `output`; brake: output off, weak brake; unknown: offline, being identified, saved or restarted, output not known, or no angle for 1 s
+             * @description holding: output on, angle steady within 0.3° for 0.6 s; moving: output on, angle changing; turning: speed or torque command other than 0; hunting: at rest, and the angle has oscillated by 0.5° or more for at least 1 s; saturated: at rest, angle steady, and torque at 90 % or more of the available torque; soft_start: moving to 0° after a start; released: switched off by the servo's own timeout (0x26 off, 0x27); held_after_timeout: holds its last command after the timeout (0x26 hold); off: output off for another reason, see `output`; brake: output off, weak brake; unknown: offline, being identified, saved or restarted, output unknown, or no angle for 1 s.
              * @enum {string}
              */
             state: "holding" | "moving" | "turning" | "hunting" | "saturated" | "soft_start" | "released" | "held_after_timeout" | "off" | "brake" | "unknown";
-            /** @description what the motor can give at rest on that side, %: the lowest of its torque limit (with 0x25 on), the overcurrent limit as a share of its default, and the supply as a share of nominal */
+            /** @description Available torque at rest in that direction, %: the lowest of the torque limit (with 0x25 on), the overcurrent limit relative to its default, and the supply voltage relative to nominal. */
             torque_limit_pct: number;
             /** @description Torque as last read from 0x0A, %. Null if never read. */
             torque_pct: number | null;
         };
         /**
          * Adapter
-         * @description Something a bus can be opened on. `address` is what `PUT /bus` takes.
+         * @description An available CAN adapter. `address`: for `PUT /bus`.
          */
         Adapter: {
-            /** @description INTERFACE:CHANNEL, as `PUT /bus` takes it. */
+            /** @description INTERFACE:CHANNEL, as in `PUT /bus`. */
             address: string;
             /** @description Baud rate of the last use of a serial adapter, bit/s. Null if unknown. */
             baud: number | null;
@@ -3220,7 +3228,7 @@ export interface components {
             remedy: string | null;
             /** @description Sample point, 0 to 1. Null if unknown. */
             sample_point: number | null;
-            /** @description USB serial number */
+            /** @description USB serial number. Null if unknown. */
             serial_number: string | null;
             /**
              * @description Availability.
@@ -3232,7 +3240,7 @@ export interface components {
         };
         /**
          * AdapterNote
-         * @description Something unusual about an adapter that is used all the same.
+         * @description An unusual property of a working adapter.
          */
         AdapterNote: {
             /**
@@ -3248,7 +3256,7 @@ export interface components {
             text: string;
         };
         /** @enum {string} */
-        Advice: "connect_adapter" | "check_adapter" | "as_adapter_says" | "check_timing_and_wiring" | "find_short" | "set_bit_timing" | "set_bit_rate" | "check_wires" | "check_wires_and_baud" | "free_serial_line" | "check_plugs" | "slow_sender" | "free_computer" | "none_needed" | "renumber_node" | "change_own_node_id" | "close_program" | "give_servo_ids" | "silence_commander" | "renumber_servos" | "keep_one_allocator" | "turn_allocator_on" | "free_node_id" | "check_node_and_restart" | "check_node" | "check_cable_and_restart" | "check_worst_cable" | "check_computer" | "check_supply";
+        Advice: "connect_adapter" | "check_adapter" | "see_adapter_message" | "check_timing_and_wiring" | "find_short" | "set_bit_timing" | "set_bit_rate" | "check_wires" | "check_wires_and_baud" | "free_serial_line" | "check_plugs" | "slow_sender" | "reduce_computer_load" | "none_needed" | "renumber_node" | "change_own_node_id" | "close_program" | "assign_servo_ids" | "turn_off_commander" | "renumber_servos" | "keep_one_allocator" | "turn_allocator_on" | "free_node_id" | "check_node_and_restart" | "check_node" | "check_cable_and_restart" | "check_worst_cable" | "check_computer" | "check_supply";
         /**
          * Allocation
          * @description One row of the allocation table.
@@ -3267,14 +3275,14 @@ export interface components {
         };
         /**
          * AllocationChange
-         * @description A row as it is now, or as it was before it was forgotten.
+         * @description The changed row, or the deleted row as it was.
          */
         AllocationChange: {
             /** @description Last contact, seconds since 1970 UTC. Null if unknown. */
             last_seen: number | null;
             /** @description Node ID, 1 to 127. */
             node_id: number;
-            /** @description Time at which the change takes effect, one sentence. */
+            /** @description When the change takes effect, one sentence. */
             note: string;
             /** @description Code of the note. */
             note_code: components["schemas"]["NoteCode"];
@@ -3288,7 +3296,7 @@ export interface components {
         };
         /**
          * Allocations
-         * @description The allocation table and who is waiting.
+         * @description Allocation table and pending requests.
          */
         Allocations: {
             /** @description Rows of the allocation table, one per node. */
@@ -3302,7 +3310,7 @@ export interface components {
         AllocatorChoice: "on" | "off" | "force";
         /**
          * AllocatorMode
-         * @description What the allocator shall do.
+         * @description Mode of the node ID allocator.
          */
         AllocatorMode: {
             /** @description on: allocate node IDs; off: do not; force: also beside another allocator. */
@@ -3310,7 +3318,7 @@ export interface components {
         };
         /**
          * AllocatorState
-         * @description What the node-id allocator is doing.
+         * @description State of the node ID allocator.
          */
         AllocatorState: {
             /** @description Node ID of a competing allocator on this bus. Null if none. */
@@ -3321,7 +3329,7 @@ export interface components {
             granted: number;
             /** @description Selected mode. force: responds beside another allocator, too. */
             mode: components["schemas"]["AllocatorChoice"];
-            /** @description another program uses hornbill's node id: unless set to force, hornbill gives no node ids until a minute after its last frame */
+            /** @description Another program uses hornbill's node ID. Unless the mode is force, hornbill allocates no node IDs until one minute after its last frame. */
             own_id_shared: boolean;
             /** @description Number of nodes that request a node ID now. */
             pending: number;
@@ -3340,7 +3348,7 @@ export interface components {
             confirm?: components["schemas"]["ConfirmCode"][];
             /**
              * Angle boost
-             * @description Motor output added on top while an angle is held. More makes the horn follow small errors against friction, and hunt sooner; less is calmer. Raise it in small steps when small moves stick. Unit: %. Register 0x2F, section 4.24. Since firmware 1.200.
+             * @description Additional motor output while an angle is held. Higher corrects small errors against friction but is more prone to hunting; lower is more stable. Raise it in small steps if small movements stick. Unit: %. Register 0x2F, section 4.24. Since firmware 1.200.
              */
             value: number;
         };
@@ -3353,7 +3361,7 @@ export interface components {
             confirm?: components["schemas"]["ConfirmCode"][];
             /**
              * Angle D gain
-             * @description How early the servo brakes before the target. Higher brakes sooner; lower overshoots and swings back. Raise it when steps overshoot. Register 0x2D, section 4.22.
+             * @description Damping before the target. Higher brakes earlier; lower overshoots more. Raise it if steps overshoot. Register 0x2D, section 4.22.
              */
             value: number;
         };
@@ -3365,8 +3373,8 @@ export interface components {
              */
             confirm?: components["schemas"]["ConfirmCode"][];
             /**
-             * Angle dead band
-             * @description Angle error the servo leaves alone. Wider stops hunting from backlash; narrower answers small commands. A few tenths of a degree do for most uses; more than 5° is rarely meant. Unit: °. Register 0x2E, section 4.23.
+             * Angle deadband
+             * @description Angle error that is not corrected. Wider avoids hunting caused by backlash; narrower responds to smaller commands. A few tenths of a degree suit most uses; more than 5° is rarely intended. Unit: °. Register 0x2E, section 4.23.
              */
             value: number;
         };
@@ -3379,7 +3387,7 @@ export interface components {
             confirm?: components["schemas"]["ConfirmCode"][];
             /**
              * Angle limit CCW
-             * @description Furthest counter-clockwise an angle command can go; a command beyond stops here. It is never above 0°, so 0° is always inside. With torque off nothing pulls the horn back inside. Unit: °. Register 0x39, section 4.31.
+             * @description Counter-clockwise limit of angle commands. Commands beyond it stop here. It cannot be above 0°, so 0° is always within the limits. With torque off, the horn can be moved beyond the limits. Unit: °. Register 0x39, section 4.31.
              */
             value: number;
         };
@@ -3392,7 +3400,7 @@ export interface components {
             confirm?: components["schemas"]["ConfirmCode"][];
             /**
              * Angle limit CW
-             * @description Furthest clockwise an angle command can go; a command beyond stops here. It is never below 0°, so 0° is always inside. Widen it before commanding turns. Unit: °. Register 0x38, section 4.31.
+             * @description Clockwise limit of angle commands. Commands beyond it stop here. It cannot be below 0°, so 0° is always within the limits. Widen it before commanding full turns. Unit: °. Register 0x38, section 4.31.
              */
             value: number;
         };
@@ -3405,44 +3413,30 @@ export interface components {
             confirm?: components["schemas"]["ConfirmCode"][];
             /**
              * Angle P gain
-             * @description How hard the servo answers an angle error. Higher holds stiffer and hunts sooner; lower is softer and calmer. Raise it until the horn starts to tremble under its real load, then go back a little. Register 0x2C, section 4.21.
+             * @description Response to an angle error. Higher is stiffer but more prone to hunting; lower is softer and more stable. Raise it until the horn starts to vibrate under its actual load, then lower it slightly. Register 0x2C, section 4.21.
              */
             value: number;
         };
         /**
-         * AskedFor
-         * @description Somebody asks the holder for motion control; the lease passes when `expires_in_s` is over, unless refused.
-         */
-        AskedFor: {
-            /** @description Client that requests motion control. */
-            by: string;
-            /** @description Time until motion control passes unless refused, s. */
-            expires_in_s: number;
-            /** @description ID with which to refuse the request. */
-            id: string;
-            /** @description Reason for the request. */
-            reason: string;
-        };
-        /**
          * AuditRow
-         * @description Who did what, with what came of it; values in engineering units.
+         * @description One action and its result. Values are in engineering units.
          */
         AuditRow: {
             /** @description Action, such as `write` or `save`. */
             action: string;
-            /** @description Value afterwards. */
+            /** @description Value afterwards. Null if none or unknown. */
             after: unknown;
             /** @description Seconds since 1970 UTC. */
             at: number;
-            /** @description Value before. */
+            /** @description Value before. Null if none. */
             before: unknown;
             /** @description Client that did it. */
             by: string;
-            /** @description Its notes as one text, in English. */
+            /** @description Notes as one text, in English. */
             detail: string;
             /** @description ID, as used in paths. */
             id: number;
-            /** @description ID of the job it was part of. Null if none. */
+            /** @description ID of the job that it was part of. Null if none. */
             job: string | null;
             /** @description Parameter key. Null if the action concerns no row. */
             key: string | null;
@@ -3450,14 +3444,14 @@ export interface components {
             notes: components["schemas"]["Note"][];
             /** @description Result of the action. */
             outcome: string;
-            /** @description Requested value. */
+            /** @description Requested value. Null if none. */
             requested: unknown;
             /** @description Unique ID of the servo, 32 hex digits. Null if it concerns none. */
             uid: string | null;
         };
         /**
          * BatchOutcome
-         * @description What became of one servo of a batch; `problem` says why it was rejected or rolled back.
+         * @description Result for one servo.
          */
         BatchOutcome: {
             /** @description Changes, row by row. */
@@ -3465,7 +3459,7 @@ export interface components {
             /** @description ID of the save job, with `save`. Null otherwise. */
             job: string | null;
             /**
-             * @description rejected: nothing was written; not_tried: an earlier servo ended the batch.
+             * @description rejected: nothing was written; not_tried: an earlier servo failed; planned: of a dry run.
              * @enum {string}
              */
             outcome: "applied" | "rolled_back" | "planned" | "rejected" | "not_tried";
@@ -3475,7 +3469,7 @@ export interface components {
             restart: components["schemas"]["Forecast"] | null;
             /** @description Revision of the values afterwards. Null if nothing was read. */
             revision: string | null;
-            /** @description Rows that ROM is known to hold differently, and requested rows. */
+            /** @description Rows whose ROM value is known to differ, and requested rows. */
             rom_changes: components["schemas"]["RomChange"][];
             /** @description Keys of rows that are saved unchanged and whose ROM value is unknown. */
             rom_unknown: components["schemas"]["ParameterKey"][];
@@ -3484,11 +3478,11 @@ export interface components {
         };
         /**
          * BatchPatch
-         * @description Values by servo by key. All or nothing for each servo; identity rows may be swapped within the batch.
+         * @description Values to write, all or nothing for each servo. IDs may be swapped among the servos.
          */
         BatchPatch: {
             /**
-             * @description If one servo rejects its plan, write to none.
+             * @description Write to no servo if the plan of any servo is rejected.
              * @default false
              */
             all_or_none?: boolean;
@@ -3517,7 +3511,7 @@ export interface components {
         };
         /**
          * BatchPatched
-         * @description Outcomes in the order of the request.
+         * @description Results in the order of the request.
          */
         BatchPatched: {
             /** @description One entry per servo. */
@@ -3525,7 +3519,7 @@ export interface components {
         };
         /**
          * BatchRead
-         * @description Parameters × servos.
+         * @description Parameters of several servos.
          */
         BatchRead: {
             /** @description Results by unique ID. */
@@ -3535,7 +3529,7 @@ export interface components {
         };
         /**
          * BatchServo
-         * @description One servo's column of the matrix; `problem` instead of readings where there are none.
+         * @description Parameters of one servo, or the problem if it is unknown or unreadable.
          */
         BatchServo: {
             /** @description Readings by key. */
@@ -3544,16 +3538,16 @@ export interface components {
             };
             /** @description Reason why there are none. Null otherwise. */
             problem: components["schemas"]["Problem"] | null;
-            /** @description Revision of the values, for If-Match. */
+            /** @description Revision of the values, for If-Match. Null if unknown. */
             revision: string | null;
         };
         /**
          * Burst
-         * @description Commands that leave together, in one ArrayCommand for up to 15 servos. Needs a lease.
+         * @description Commands sent together, in one ArrayCommand per 15 servos.
          */
         Burst: {
             /**
-             * @description Move to the nearest legal value instead of refusing.
+             * @description Send the nearest valid values instead of refusing.
              * @default false
              */
             clamp?: boolean;
@@ -3564,7 +3558,7 @@ export interface components {
         };
         /**
          * BurstCommand
-         * @description One servo's part of a burst.
+         * @description Command of one servo in a burst.
          */
         BurstCommand: {
             /** @description Type of the value: angle (°), speed (rpm) or torque (%). */
@@ -3576,7 +3570,7 @@ export interface components {
         };
         /**
          * BurstPart
-         * @description What one servo was told: the value it really gets, as a 16-bit float holds it.
+         * @description Command sent to one servo.
          */
         BurstPart: {
             /** @description A limit of the servo was sent instead of the requested value. */
@@ -3588,7 +3582,7 @@ export interface components {
         };
         /**
          * BurstSent
-         * @description A burst that has left. `start_skew_s`: between the first and the last message of it.
+         * @description Result of a burst.
          */
         BurstSent: {
             /** @description Command sent to each servo. */
@@ -3604,10 +3598,10 @@ export interface components {
         };
         /**
          * Bus
-         * @description The bus as the adapter and the counters show it.
+         * @description State of the bus, from the adapter and its counters.
          */
         Bus: {
-            /** @description INTERFACE:CHANNEL, as `PUT /bus` takes it. */
+            /** @description INTERFACE:CHANNEL, as in `PUT /bus`. Null without a bus. */
             address: string | null;
             /** @description State of the node ID allocator. Null without a bus. */
             allocator: components["schemas"]["AllocatorState"] | null;
@@ -3641,7 +3635,7 @@ export interface components {
             rx_fps: number;
             /** @description Frames received. */
             rx_frames: number;
-            /** @description 0..1, null where the adapter does not tell */
+            /** @description Sample point, 0 to 1. Null if unknown. */
             sample_point: number | null;
             /** @description Serial line. Null unless the adapter is a serial one. */
             serial_line: components["schemas"]["SerialLine"] | null;
@@ -3664,11 +3658,11 @@ export interface components {
         };
         /**
          * BusAddress
-         * @description Which adapter to open, in python-can's words.
+         * @description Adapter to open.
          */
         BusAddress: {
             /**
-             * @description INTERFACE:CHANNEL, such as `socketcan:can0`. `GET /bus/adapters` lists connected adapters.
+             * @description INTERFACE:CHANNEL as in python-can, such as `socketcan:can0`. `GET /bus/adapters` lists adapters.
              * @example socketcan:can0
              * @example slcan:/dev/ttyACM0
              * @example file:recording.log
@@ -3676,16 +3670,16 @@ export interface components {
              */
             address: string;
             /**
-             * @description Bit rate, bit/s. Servos are delivered with 1000000.
+             * @description Bit rate, bit/s. Factory setting of the servos: 1000000.
              * @default 1000000
              */
             bitrate?: number;
-            /** @description Pause between frames of one transfer, ms. Default 0, or the address's ?frame_gap_ms=3. */
+            /** @description Pause between frames of one transfer, ms. Default: `?frame_gap_ms=` of the address, otherwise 0. */
             frame_gap_ms?: number | null;
         };
         /**
          * BusMessage
-         * @description The bus, about once a second.
+         * @description State of the bus, about once per second.
          */
         BusMessage: {
             bus: components["schemas"]["Bus"];
@@ -3699,7 +3693,7 @@ export interface components {
         };
         /**
          * Candidate
-         * @description A servo that looks new (servo id 0, no label), and the servo id to give it: null when none is free.
+         * @description A servo that appears to be new (servo ID 0, no label).
          */
         Candidate: {
             servo: components["schemas"]["Servo"];
@@ -3708,7 +3702,7 @@ export interface components {
         };
         /**
          * Candidates
-         * @description Servos to commission, in the order of their serials, and nodes that still wait for a node id.
+         * @description Servos to commission, by serial number, and nodes waiting for a node ID.
          */
         Candidates: {
             /** @description Nodes that still wait for a node ID. */
@@ -3718,7 +3712,7 @@ export interface components {
         };
         /**
          * Caution
-         * @description Something to know before a command is sent.
+         * @description A caution about a command.
          */
         Caution: {
             /** @description Code for programs. Stable. */
@@ -3738,7 +3732,7 @@ export interface components {
             text: string;
         };
         /** @enum {string} */
-        CautionCode: "turns" | "turn_count" | "endless" | "too_small" | "held" | "pwm" | "timeout_too_short";
+        CautionCode: "turns" | "turn_count" | "continuous_rotation" | "below_minimum" | "timeout_hold" | "pwm" | "timeout_too_short";
         /**
          * Change
          * @description Result of one key. For torque_mode, `before` and `after` are configured values.
@@ -3762,7 +3756,7 @@ export interface components {
         ChangeOutcome: "applied" | "rolled_back" | "planned";
         /**
          * Choice
-         * @description One named value of a register that is a choice.
+         * @description One named value of a choice.
          */
         Choice: {
             /** @description Value that programs write. */
@@ -3775,7 +3769,7 @@ export interface components {
         ClientMessage: components["schemas"]["Subscribe"] | components["schemas"]["Unsubscribe"] | components["schemas"]["Heartbeat"] | components["schemas"]["CommandMessage"] | components["schemas"]["StreamMessage"] | components["schemas"]["StopMessage"];
         /**
          * Column
-         * @description Samples of one channel: times on the server's monotonic clock, values (null is a gap).
+         * @description Samples of one channel.
          */
         Column: {
             /** @description Times on the server's clock, s. */
@@ -3842,7 +3836,7 @@ export interface components {
         };
         /**
          * Columns
-         * @description The samples of one channel: `t` in seconds since 1970 UTC, `v` in its unit, null for a gap.
+         * @description Samples of one channel. `t`: seconds since 1970 UTC. `v`: in its unit, null for a gap.
          */
         Columns: {
             /** @description Parameter key. */
@@ -3856,7 +3850,7 @@ export interface components {
         };
         /**
          * Command
-         * @description A motion command for one servo. Needs a lease.
+         * @description Motion command for one servo.
          */
         Command: {
             /**
@@ -3865,7 +3859,7 @@ export interface components {
              */
             band_deg?: number;
             /**
-             * @description Move to the nearest legal value instead of refusing.
+             * @description Send the nearest valid value instead of refusing.
              * @default false
              */
             clamp?: boolean;
@@ -3878,7 +3872,7 @@ export interface components {
             dwell_s?: number;
             /** @description Time limit for use with a held button, for speed and torque only. Null: none. */
             hold?: components["schemas"]["MotionHold"] | null;
-            /** @description Speed and acceleration of the move, for angles only. Null: without limits. */
+            /** @description Speed and acceleration limits of the move, for angles only. Null: none. */
             profile?: components["schemas"]["MotionProfile"] | null;
             /**
              * @description Timeout for settling, s.
@@ -3905,7 +3899,7 @@ export interface components {
             confirm?: components["schemas"]["ConfirmCode"][];
             /**
              * Command angle
-             * @description Angle the horn moves to and holds; + is clockwise seen from the name plate, 0° is the notch. Beyond the angle limits the horn stops at the limit. Turns past ±180° are counted, not sensed, and are lost when the supply goes off. Unit: °. Register 0x00, section 4.1.
+             * @description Angle to move to and hold. Positive is clockwise, seen from the name plate; 0° is the notch. The horn stops at the angle limits. Turns beyond ±180° are counted, not sensed, and are lost without supply. Unit: °. Register 0x00, section 4.1.
              */
             value: number;
         };
@@ -3913,7 +3907,7 @@ export interface components {
         CommandKind: "angle" | "speed" | "torque";
         /**
          * CommandMessage
-         * @description Motion commands; the newest command of a servo wins when they come faster than the bus.
+         * @description Motion commands. If they arrive faster than the bus can carry them, the newest of each servo is sent.
          */
         CommandMessage: {
             /** @description Commands, one per servo. */
@@ -3935,7 +3929,7 @@ export interface components {
             confirm?: components["schemas"]["ConfirmCode"][];
             /**
              * Command speed
-             * @description Speed the horn turns at without end; 0 brakes, and ±1 to ±9 rpm are not usable. Without load a BLA21 reaches about 150 rpm at nominal supply. Angle limits do not stop it. Unit: rpm. Register 0x01, section 4.2.
+             * @description Speed of continuous rotation. 0 brakes; ±1 to ±9 rpm are not usable. Without load, a BLA21 reaches about 150 rpm at nominal voltage. Angle limits do not apply. Unit: rpm. Register 0x01, section 4.2.
              */
             value: number;
         };
@@ -3948,13 +3942,13 @@ export interface components {
             confirm?: components["schemas"]["ConfirmCode"][];
             /**
              * Command torque
-             * @description About how hard the horn pushes, in percent of the most this servo can; 0 brakes, and ±1 to ±9 % are not usable. It is made from motor current, so take it as a rough figure. Angle and speed limits do not hold it back. Unit: %. Register 0x02, section 4.3.
+             * @description Torque in percent of this servo's maximum. 0 brakes; ±1 to ±9 % are not usable. It is derived from motor current and only approximate. Angle and speed limits do not apply. Unit: %. Register 0x02, section 4.3.
              */
             value: number;
         };
         /**
          * Commanded
-         * @description Evidence of a command: when it was sent, and with wait=settled, whether and when it came to rest.
+         * @description Result of a command: when it was sent and, with `wait` settled, whether and when the horn settled.
          */
         Commanded: {
             /** @description Horn angle, °. Positive is clockwise. */
@@ -3973,7 +3967,7 @@ export interface components {
             settle_time_s: number | null;
             /** @description The horn settled at the target. Null if not waited for. */
             settled: boolean | null;
-            /** @description with settled false, what was not met at the end: band: the angle is outside the band; dwell: within it, not yet for dwell_s; samples: the servo did not answer when its angle was read */
+            /** @description Condition not fulfilled when `settled` is false. band: the angle is outside the band; dwell: within it, but not for `dwell_s`; samples: the servo did not respond to angle reads. Null otherwise. */
             unmet: ("band" | "dwell" | "samples") | null;
             /** @description Sent value, in steps of 0.1°, 1 rpm or 1 %. */
             value: number;
@@ -3982,14 +3976,14 @@ export interface components {
         };
         /**
          * CommissionPlan
-         * @description What commissioning would do with one servo.
+         * @description Effect of commissioning on one servo.
          */
         CommissionPlan: {
             /** @description Rows to write. */
             changes: components["schemas"]["Change"][];
             /** @description Effect of the save on the horn. */
             restart: components["schemas"]["Forecast"] | null;
-            /** @description Rows that ROM is known to hold differently, and requested rows. */
+            /** @description Rows whose ROM value is known to differ, and requested rows. */
             rom_changes: components["schemas"]["RomChange"][];
             /** @description Keys of rows that are saved unchanged and whose ROM value is unknown. */
             rom_unknown: components["schemas"]["ParameterKey"][];
@@ -3998,7 +3992,7 @@ export interface components {
         };
         /**
          * CommissionServo
-         * @description What one servo is to become; null and "" leave as it is.
+         * @description Settings of one servo. Null and "" keep the current value.
          */
         CommissionServo: {
             /**
@@ -4015,7 +4009,7 @@ export interface components {
         };
         /**
          * Commissioning
-         * @description Servos to commission by one job, in this order.
+         * @description Servos to commission, in this order.
          */
         Commissioning: {
             /** @description Confirmation codes of earlier `needs_confirmation` problems. */
@@ -4031,7 +4025,7 @@ export interface components {
              */
             identify?: boolean;
             /**
-             * @description After the first servo with an unexpected result: leave the remaining servos unchanged, or continue.
+             * @description After the first servo with an unexpected result: stop, leaving the remaining servos unchanged, or continue.
              * @default stop
              */
             on_anomaly?: components["schemas"]["OnAnomaly"];
@@ -4047,7 +4041,7 @@ export interface components {
         };
         /**
          * CommissioningPreview
-         * @description What commissioning would do, servo by servo, in the order of the request.
+         * @description Effect of commissioning, in the order of the request.
          */
         CommissioningPreview: {
             /** @description One entry per servo. */
@@ -4069,9 +4063,9 @@ export interface components {
         };
         /**
          * Condition
-         * @description True while `parameter` reads one of `reads`, or while the last command was one of `last_command`.
+         * @description Met while `parameter` has one of the values `reads`, or while the last command was one of `last_command`.
          *
-         *     `absent` is what it counts as on a servo whose model or firmware lacks `parameter`.
+         *     `absent` is its value on a servo whose model or firmware lacks `parameter`.
          */
         Condition: {
             /**
@@ -4096,7 +4090,7 @@ export interface components {
         ConfirmCode: "supply" | "temperature" | "torque_off_in_rom" | "torque_on_in_rom" | "multi_turn" | "turns" | "turn_count";
         /**
          * Copy
-         * @description Write what a side of a comparison holds.
+         * @description Options of copying values.
          */
         Copy: {
             /** @description Confirmation codes of earlier `needs_confirmation` problems. */
@@ -4123,10 +4117,10 @@ export interface components {
         };
         /**
          * DecodedTransfer
-         * @description One transfer, in the form of `hornbill decode`, and a sentence on it for people.
+         * @description One transfer in the format of `hornbill decode`, with a summary.
          */
         DecodedTransfer: {
-            /** @description 8 hex digits */
+            /** @description CAN identifier of the first frame, 8 hex digits. */
             can_id: string;
             /** @description DSDL data type ID. */
             data_type_id: number;
@@ -4181,7 +4175,7 @@ export interface components {
         };
         /**
          * Drift
-         * @description What ROM holds otherwise than we last knew. Empty when nothing does.
+         * @description Rows whose ROM value changed unexpectedly. Empty if there are none.
          */
         Drift: {
             /** @description Rows that changed. */
@@ -4191,7 +4185,7 @@ export interface components {
         };
         /**
          * DriftRestore
-         * @description Write back what ROM held; with `save`, into ROM.
+         * @description Options of restoring drift.
          */
         DriftRestore: {
             /** @description Confirmation codes of earlier `needs_confirmation` problems. */
@@ -4218,9 +4212,7 @@ export interface components {
         };
         /**
          * DroppedMessage
-         * @description Of an event stream only: so many messages, of all topics and servos, are gone for good; null where not known.
-         *
-         *     `telemetry`: samples are; else what follows is how everything stands now.
+         * @description Lost messages, of all topics and servos. Event streams only.
          */
         DroppedMessage: {
             /** @description Number of lost messages. Null if unknown. */
@@ -4234,11 +4226,10 @@ export interface components {
         };
         /**
          * EffectRule
-         * @description `parameters` have no effect while every condition of `when` holds.
+         * @description `parameters` have no effect while all conditions of `when` are met.
          *
-         *     `why` completes "No effect now: …"; `{last_command}` in it is the last command's kind. `why_absent`
-         *     replaces it when a condition holds because the servo lacks the row. The rule is void on a servo that has
-         *     `unless_row`.
+         *     `why` completes "No effect now: …"; `{last_command}` in it is the kind of the last command. `why_absent` replaces
+         *     it if a condition is met because the servo lacks the row. The rule does not apply to servos with `unless_row`.
          */
         EffectRule: {
             /** @description Reason by name. It ends in `_absent` where `why_absent` is the reason. */
@@ -4266,17 +4257,17 @@ export interface components {
         };
         /**
          * ErrorMessage
-         * @description A client message could not be done; the same code and sentence REST would give.
+         * @description Failure of a client message, with the code and text of the REST API.
          */
         ErrorMessage: {
             /** @description Code for programs. Stable. */
             code: string;
-            /** @description One sentence with the details. */
+            /** @description What happened and what to do, with the request that resolves it, if there is one. */
             detail: string;
             params: components["schemas"]["Params"];
             /** @description Sequence number on this connection. A gap means lost messages. */
             seq: number;
-            /** @description `detail` without requests for programs. */
+            /** @description `detail` without the request. */
             summary: string;
             /**
              * @description discriminator enum property added by openapi-typescript
@@ -4290,10 +4281,10 @@ export interface components {
             uid: string | null;
         };
         /** @enum {string} */
-        EventCode: "connected" | "disconnected" | "bus_lost" | "bus_trouble" | "bus_back" | "sample_point" | "allocator_mode" | "allocated" | "node_ids_freed" | "node_id_recycled" | "no_node_id" | "second_allocator" | "second_allocator_gone" | "own_node_id" | "own_node_id_alone" | "ready" | "offline" | "restarted" | "fault" | "fault_cleared" | "hunting" | "hunting_ended" | "saturated" | "saturated_ended" | "turns_lost" | "drift" | "ram_values_lost" | "position_unit" | "not_rolled_back" | "not_restored" | "lease_asked" | "lease_withdrawn" | "lease_refused" | "lease_passed" | "lease_forced" | "lease_ended" | "hold_ended" | "move_ended" | "stream_ended" | "let_go" | "stopped" | "stopped_late" | "stop_cleared" | "no_response" | "torque_off" | "recording_written" | "recording_failed" | "recordings_deleted" | "log_started" | "log_stopped" | "log_full" | "log_failed" | "store_failed";
+        EventCode: "connected" | "disconnected" | "bus_lost" | "bus_trouble" | "bus_back" | "sample_point" | "allocator_mode" | "allocated" | "node_ids_freed" | "node_id_recycled" | "no_node_id" | "second_allocator" | "second_allocator_gone" | "own_node_id" | "own_node_id_alone" | "ready" | "offline" | "restarted" | "fault" | "fault_cleared" | "hunting" | "hunting_ended" | "saturated" | "saturated_ended" | "turns_lost" | "drift" | "ram_values_lost" | "position_unit" | "not_rolled_back" | "not_restored" | "lease_requested" | "lease_withdrawn" | "lease_refused" | "lease_passed" | "lease_forced" | "lease_ended" | "hold_ended" | "move_ended" | "stream_ended" | "command_ended" | "stopped" | "stopped_late" | "stop_cleared" | "no_response" | "torque_off" | "recording_written" | "recording_failed" | "recordings_deleted" | "log_started" | "log_stopped" | "log_full" | "log_failed" | "store_failed";
         /**
          * EventMessage
-         * @description Something happened, in one plain sentence.
+         * @description An entry of the event log.
          */
         EventMessage: {
             /** @description Seconds since 1970 UTC. */
@@ -4322,7 +4313,7 @@ export interface components {
             uid: string | null;
         };
         /** @enum {string} */
-        EvidenceCode: "problem" | "interrupted" | "rows_read" | "snapshot_taken" | "snapshot_known" | "snapshot_failed" | "sent" | "asked" | "silent" | "restarted" | "restarted_when_asked" | "back_on_node" | "no_soft_start" | "soft_start_over" | "soft_start_aborted" | "read_back" | "all_rows_read" | "torque_off" | "erased" | "rows_differ" | "nothing_differs" | "rows_written" | "saved_by_job" | "rows_verified" | "at_rest" | "not_limited" | "limited" | "wiggled" | "angle_unknown" | "returned" | "restored" | "test_conditions" | "samples" | "run_stored" | "planned" | "written" | "saved" | "save_not_needed" | "identified" | "values_hold" | "values_still_hold" | "servo_id_parked" | "servo_id_put_back" | "servo_id_lost" | "node_id_parked" | "failed_before" | "job_ended" | "values_refused" | "other_refused" | "other_failed" | "latch_cleared" | "not_latched" | "held";
+        EvidenceCode: "problem" | "interrupted" | "rows_read" | "snapshot_taken" | "snapshot_known" | "snapshot_failed" | "sent" | "requested" | "silent" | "restarted" | "restarted_on_request" | "back_on_node" | "no_soft_start" | "soft_start_over" | "soft_start_aborted" | "read_back" | "all_rows_read" | "torque_off" | "erased" | "rows_differ" | "nothing_differs" | "rows_written" | "saved_by_job" | "rows_verified" | "at_rest" | "not_limited" | "limited" | "wiggled" | "angle_unknown" | "returned" | "restored" | "test_conditions" | "samples" | "run_stored" | "planned" | "written" | "saved" | "save_not_needed" | "identified" | "values_verified" | "values_still_verified" | "servo_id_parked" | "servo_id_restored" | "servo_id_lost" | "node_id_parked" | "failed_before" | "job_ended" | "values_refused" | "other_refused" | "other_failed" | "latch_cleared" | "not_latched" | "held";
         /** ExtendedAngleValue */
         ExtendedAngleValue: {
             /**
@@ -4332,13 +4323,13 @@ export interface components {
             confirm?: components["schemas"]["ConfirmCode"][];
             /**
              * Extended angle
-             * @description On counts whole turns while a speed or torque command runs; off wraps the angle at ±180°. With it on, a command of 0° after ten turns turns back ten times. Register 0x24, section 4.17.
+             * @description On counts full turns during speed and torque commands; off wraps the angle at ±180°. When on, a command of 0° after ten turns moves back ten turns. Register 0x24, section 4.17.
              */
             value: boolean;
         };
         /**
          * FactoryReset
-         * @description `keep_identity`: 0x44 to 0x46 stay. The result is saved, which restarts the servo.
+         * @description Options of a factory reset.
          */
         FactoryReset: {
             /**
@@ -4347,7 +4338,7 @@ export interface components {
              */
             dry_run?: boolean;
             /**
-             * @description Keep origin, servo ID and node ID.
+             * @description Keep origin, servo ID and node ID (0x44 to 0x46).
              * @default true
              */
             keep_identity?: boolean;
@@ -4390,7 +4381,7 @@ export interface components {
         };
         /**
          * FaultBit
-         * @description One documented bit of `parameter`. In the overview, `level` is the level the bit sums up.
+         * @description One documented bit of `parameter`. In the overview, `level` is the level the bit summarizes.
          */
         FaultBit: {
             /** @description What to do about it. */
@@ -4444,7 +4435,7 @@ export interface components {
         FaultLevel: "notification" | "warning" | "failure";
         /**
          * FaultWords
-         * @description The three fault words 0x19, 0x1A and 0x1B as last read; null while unknown (section 4.12).
+         * @description The fault registers 0x19, 0x1A and 0x1B as last read (section 4.12).
          */
         FaultWords: {
             /** @description Failure register, raw. Null if never read. */
@@ -4456,7 +4447,7 @@ export interface components {
         };
         /**
          * FaultsRead
-         * @description The fault bits of several servos.
+         * @description Fault bits of several servos.
          */
         FaultsRead: {
             /** @description Results by unique ID. */
@@ -4491,7 +4482,7 @@ export interface components {
             uids: string[];
         };
         /** @enum {string} */
-        FindingCode: "adapter" | "bus_off" | "bit_rate" | "no_traffic" | "own_node_id" | "duplicate_node_id" | "duplicate_servo_id" | "servos_without_id" | "other_commands" | "second_allocator" | "allocation_stuck" | "frames_dropped" | "errors_rising" | "load_over_budget" | "serial_line_full" | "silent_node" | "answers_lost" | "answers_slow" | "servo_offline" | "foreign_frames" | "no_bus" | "adapter_failed" | "adapter_lost" | "interface_down" | "sample_point" | "only_errors" | "unacknowledged" | "nothing_received" | "makers_program" | "allocator_off" | "allocation_refused" | "adapter_silent" | "bit_rate_fixed" | "baud_unknown" | "adapter_echoes" | "line_noise" | "latency_timer";
+        FindingCode: "adapter" | "bus_off" | "bit_rate" | "no_traffic" | "own_node_id" | "duplicate_node_id" | "duplicate_servo_id" | "servos_without_id" | "other_commands" | "second_allocator" | "allocation_stuck" | "frames_dropped" | "errors_rising" | "load_over_budget" | "serial_line_full" | "silent_node" | "responses_lost" | "responses_slow" | "servo_offline" | "foreign_frames" | "no_bus" | "adapter_failed" | "adapter_lost" | "interface_down" | "sample_point" | "only_errors" | "unacknowledged" | "nothing_received" | "makers_program" | "allocator_off" | "allocation_refused" | "adapter_silent" | "bit_rate_fixed" | "baud_unknown" | "adapter_echoes" | "line_noise" | "latency_timer";
         /**
          * Forecast
          * @description Effect of a restart on the horn, and its risks.
@@ -4521,7 +4512,7 @@ export interface components {
         };
         /**
          * ForecastWarning
-         * @description A reason to wait with a restart.
+         * @description A reason not to restart now.
          */
         ForecastWarning: {
             /** @description Code for programs. Stable. */
@@ -4535,9 +4526,7 @@ export interface components {
         };
         /**
          * FrameFilter
-         * @description Which frames and transfers topic `frames` carries; what is not told is not filtered.
-         *
-         *     `view` raw: frames as they were; decoded: whole transfers, and frames nothing could be made of.
+         * @description Filter of topic `frames`. Frames and transfers must match all given fields.
          */
         FrameFilter: {
             /**
@@ -4566,7 +4555,7 @@ export interface components {
              */
             type?: string | null;
             /**
-             * @description Raw frames or decoded transfers.
+             * @description Raw frames, or decoded transfers and the frames that match no transfer.
              * @default decoded
              * @enum {string}
              */
@@ -4574,10 +4563,7 @@ export interface components {
         };
         /**
          * FramesMessage
-         * @description What was on the bus since the last one. Counts are since the subscription.
-         *
-         *     `received` frames, or transfers in the decoded view, of which `shown` passed the filter and were sent, and
-         *     `dropped` passed it but were too many for this socket.
+         * @description Bus traffic since the previous message. Counts start with the subscription.
          */
         FramesMessage: {
             /** @description Frames or transfers that matched but exceeded this socket's rate. */
@@ -4600,7 +4586,7 @@ export interface components {
         };
         /**
          * Group
-         * @description A chapter of the parameter list, as the document divides it (tables 3-1 to 3-11).
+         * @description A group of the parameter list, as in the document (tables 3-1 to 3-11).
          */
         Group: {
             /** @description Purpose of its rows. */
@@ -4612,7 +4598,7 @@ export interface components {
         };
         /**
          * Health
-         * @description The server serves.
+         * @description Health of the server.
          */
         Health: {
             /** @description State of the bus. */
@@ -4633,7 +4619,7 @@ export interface components {
         HealthCode: "ok" | "warning" | "error" | "critical";
         /**
          * Heartbeat
-         * @description Renews a lease. A lease once renewed over a socket ends when that socket closes.
+         * @description Renew a lease. A lease that was renewed over a socket ends when that socket closes.
          */
         Heartbeat: {
             /** @description ID of the lease. */
@@ -4646,7 +4632,7 @@ export interface components {
         };
         /**
          * Hello
-         * @description First message: who serves, which tables, and how `t` of telemetry relates to UTC.
+         * @description First message: version, tables, and the relation of telemetry time to UTC.
          */
         Hello: {
             /** @description Simulated servos on an embedded bus. */
@@ -4657,7 +4643,7 @@ export interface components {
             schema_revision: string;
             /** @description Sequence number on this connection. A gap means lost messages. */
             seq: number;
-            /** @description Age in seconds at which a value is stale: `angle` of a servo, and rows by group (command, status, faults). Rows of other groups do not age while the servo is heard. */
+            /** @description Age at which a value is stale, s: `angle` of a servo, and rows by group (command, status, faults). Rows of other groups do not become stale while the servo is online. */
             stale_after_s: {
                 [key: string]: number;
             };
@@ -4673,7 +4659,7 @@ export interface components {
         };
         /**
          * Imported
-         * @description The verdict on every line of a file; `profile` is null unless all were ok.
+         * @description Result of an import.
          */
         Imported: {
             /** @description Verdict on each line. */
@@ -4685,166 +4671,166 @@ export interface components {
         InputByKey: {
             /**
              * Angle boost
-             * @description Motor output added on top while an angle is held. More makes the horn follow small errors against friction, and hunt sooner; less is calmer. Raise it in small steps when small moves stick. Unit: %. Register 0x2F, section 4.24. Since firmware 1.200.
+             * @description Additional motor output while an angle is held. Higher corrects small errors against friction but is more prone to hunting; lower is more stable. Raise it in small steps if small movements stick. Unit: %. Register 0x2F, section 4.24. Since firmware 1.200.
              */
             angle_boost?: number;
             /**
              * Angle D gain
-             * @description How early the servo brakes before the target. Higher brakes sooner; lower overshoots and swings back. Raise it when steps overshoot. Register 0x2D, section 4.22.
+             * @description Damping before the target. Higher brakes earlier; lower overshoots more. Raise it if steps overshoot. Register 0x2D, section 4.22.
              */
             angle_d_gain?: number;
             /**
-             * Angle dead band
-             * @description Angle error the servo leaves alone. Wider stops hunting from backlash; narrower answers small commands. A few tenths of a degree do for most uses; more than 5° is rarely meant. Unit: °. Register 0x2E, section 4.23.
+             * Angle deadband
+             * @description Angle error that is not corrected. Wider avoids hunting caused by backlash; narrower responds to smaller commands. A few tenths of a degree suit most uses; more than 5° is rarely intended. Unit: °. Register 0x2E, section 4.23.
              */
             angle_dead_band?: number;
             /**
              * Angle limit CCW
-             * @description Furthest counter-clockwise an angle command can go; a command beyond stops here. It is never above 0°, so 0° is always inside. With torque off nothing pulls the horn back inside. Unit: °. Register 0x39, section 4.31.
+             * @description Counter-clockwise limit of angle commands. Commands beyond it stop here. It cannot be above 0°, so 0° is always within the limits. With torque off, the horn can be moved beyond the limits. Unit: °. Register 0x39, section 4.31.
              */
             angle_limit_ccw?: number;
             /**
              * Angle limit CW
-             * @description Furthest clockwise an angle command can go; a command beyond stops here. It is never below 0°, so 0° is always inside. Widen it before commanding turns. Unit: °. Register 0x38, section 4.31.
+             * @description Clockwise limit of angle commands. Commands beyond it stop here. It cannot be below 0°, so 0° is always within the limits. Widen it before commanding full turns. Unit: °. Register 0x38, section 4.31.
              */
             angle_limit_cw?: number;
             /**
              * Angle P gain
-             * @description How hard the servo answers an angle error. Higher holds stiffer and hunts sooner; lower is softer and calmer. Raise it until the horn starts to tremble under its real load, then go back a little. Register 0x2C, section 4.21.
+             * @description Response to an angle error. Higher is stiffer but more prone to hunting; lower is softer and more stable. Raise it until the horn starts to vibrate under its actual load, then lower it slightly. Register 0x2C, section 4.21.
              */
             angle_p_gain?: number;
             /**
              * Extended angle
-             * @description On counts whole turns while a speed or torque command runs; off wraps the angle at ±180°. With it on, a command of 0° after ten turns turns back ten times. Register 0x24, section 4.17.
+             * @description On counts full turns during speed and torque commands; off wraps the angle at ±180°. When on, a command of 0° after ten turns moves back ten turns. Register 0x24, section 4.17.
              */
             extended_angle?: boolean;
             /**
              * Node ID
-             * @description Number of the servo on the bus. 0 asks for a free one at each start; any other is fixed and must be used by no other node. 126 and 127 are for tools. Register 0x46, section 4.38.
+             * @description ID of the servo on the bus. With 0 the servo requests a free ID at each start; any other value is fixed and must be unique on the bus. 126 and 127 are reserved for tools. Register 0x46, section 4.38.
              */
             node_id?: number;
-            /** @description Moves 0° away from the notch of the horn. Soft start goes to the new 0°. Look at the angle limits after a change: whether they move with it is not known. Unit: °. Register 0x44, section 4.36. */
+            /** @description Offset of 0° from the notch. Soft start moves to the new 0°. Check the angle limits after a change: whether they move with the origin is unknown. Unit: °. Register 0x44, section 4.36. */
             origin?: number;
             /**
-             * Motor current limit
-             * @description Most current the motor may draw. Lower spares the supply and its voltage dips less; higher gives more peak torque. Lower it when the supply sags. It acts whether 0x25 is on or off. Unit: A. Register 0x2A, section 4.20. Since firmware 1.100.
+             * Overcurrent limit
+             * @description Maximum motor current. Lower reduces the load and voltage dips of the supply; higher gives more peak torque. Lower it if the supply voltage drops under load. It applies regardless of 0x25. Unit: A. Register 0x2A, section 4.20. Since firmware 1.100.
              */
             overcurrent_limit?: number;
             /**
              * PWM mode
-             * @description Whether a pulse asks for an angle or for a speed. A speed needs speed and torque control (0x25) on, and the angle limits do not stop it. Register 0x37, section 4.30. Since firmware 1.100. Only in models with PWM input.
+             * @description Whether a pulse commands an angle or a speed. Speed requires speed and torque control (0x25), and angle limits do not apply to it. Register 0x37, section 4.30. Since firmware 1.100. Only in models with PWM input.
              * @enum {string}
              */
             pwm_mode?: "angle" | "speed";
             /**
              * Neutral pulse
-             * @description Pulse width that means 0. Wider pulses turn clockwise, narrower ones counter-clockwise. Match it to the centre of the transmitter. Unit: µs. Register 0x34, section 4.29. Since firmware 1.100. Only in models with PWM input.
+             * @description Pulse width for 0. Wider pulses are clockwise, narrower pulses counter-clockwise. Match it to the centre position of the transmitter. Unit: µs. Register 0x34, section 4.29. Since firmware 1.100. Only in models with PWM input.
              */
             pwm_neutral?: number;
             /**
              * Output at full pulse
-             * @description Angle or speed that a pulse at the end of its range asks for. Larger moves more for the same stick and is less fine. Enter it again after changing the PWM mode: its unit changes with it. Unit: °, or rpm by `pwm_mode`. Register 0x36, section 4.30. Since firmware 1.100. Only in models with PWM input.
+             * @description Angle or speed for a pulse at the end of its range. Larger moves further for the same stick travel, with less precision. Enter it again after changing the PWM mode, because its unit changes. Unit: °, or rpm depending on `pwm_mode`. Register 0x36, section 4.30. Since firmware 1.100. Only in models with PWM input.
              */
             pwm_output_range?: number;
             /**
              * Pulse range
-             * @description How far the pulse may go from neutral to each side. Wider needs more stick for the same move; pulses at or past its ends raise a notification. Unit: µs. Register 0x35, section 4.29. Since firmware 1.100. Only in models with PWM input.
+             * @description Maximum deviation of the pulse from neutral, to each side. Wider requires more stick travel for the same movement. Pulses at or beyond its ends set a notification. Unit: µs. Register 0x35, section 4.29. Since firmware 1.100. Only in models with PWM input.
              */
             pwm_range?: number;
-            /** @description Swaps the direction of commands and of readings: clockwise becomes −. Turn torque off before changing it and look at the limits afterwards. Register 0x23, section 4.16. */
+            /** @description Reverses the direction of commands and readings: clockwise becomes negative. Turn torque off before a change and check the limits afterwards. Register 0x23, section 4.16. */
             reverse?: boolean;
             /**
              * Servo ID
-             * @description Number that commands for several servos go by; give each servo its own. 0, the default, cannot be commanded that way. Register 0x45, section 4.37.
+             * @description ID that commands for several servos use as the address. Give each servo its own. 0, the default, cannot be addressed this way. Register 0x45, section 4.37.
              */
             servo_id?: number;
-            /** @description On rounds off jumps in the command; off follows every step at once and can look jerky. Leave it on for control by hand, and note it with each step test: with it on the test measures the smoothing. Register 0x22, section 4.15. */
+            /** @description On smooths steps of the command; off follows every step at once and can look jerky. Leave it on for manual control. A step test with smoothing on measures the smoothing. Register 0x22, section 4.15. */
             smoothing?: boolean;
             /**
              * Soft start
-             * @description On: after a start the horn goes to 0° at no more than 30 rpm and 30 % torque. Off: it takes hold where it is, at once and with full torque. Leave it on where a hard jerk could do harm; turn it off where 0° is a bad place to go. Register 0x21, section 4.14.
+             * @description On: after a start the horn moves to 0° with at most 30 rpm and 30 % torque. Off: it holds its present angle at once, with full torque. Leave it on if a sudden jerk could cause damage; turn it off if moving to 0° could. Register 0x21, section 4.14.
              */
             soft_start?: boolean;
             /**
-             * Speed dead band
-             * @description Speed error the speed loop leaves alone. Wider is calmer near standstill; narrower answers smaller errors. The document gives no unit. Register 0x32, section 4.27.
+             * Speed deadband
+             * @description Speed error that is not corrected. Wider is steadier near standstill; narrower corrects smaller errors. The unit is not documented. Register 0x32, section 4.27.
              */
             speed_dead_band?: number;
             /**
              * Speed I gain
-             * @description How fast the speed loop adds output while a speed error lasts. Higher removes the error sooner and can swing; lower leaves it longer. Register 0x31, section 4.26.
+             * @description How fast the speed loop increases output while a speed error remains. Higher removes the error sooner but can oscillate; lower takes longer. Register 0x31, section 4.26.
              */
             speed_i_gain?: number;
             /**
              * Speed I limit
-             * @description Most output the I part of the speed loop may add. Higher overcomes more load and takes longer to unwind; lower stops it from winding up. Register 0x33, section 4.28.
+             * @description Maximum output of the integral term of the speed loop. Higher overcomes more load but takes longer to unwind; lower prevents wind-up. Register 0x33, section 4.28.
              */
             speed_i_limit?: number;
             /**
              * Speed limit CCW
-             * @description Fastest the horn turns counter-clockwise under an angle or speed command, as a negative speed. Nearer to 0 is gentler on the load, and nearer than −10 rpm it is not usable. Unit: rpm. Register 0x3B, section 4.32.
+             * @description Maximum counter-clockwise speed for angle and speed commands, as a negative number. Closer to 0 is gentler on the load; closer than −10 rpm is not usable. Unit: rpm. Register 0x3B, section 4.32.
              */
             speed_limit_ccw?: number;
             /**
              * Speed limit CW
-             * @description Fastest the horn turns clockwise under an angle or speed command. Lower is gentler on the load, and below 10 rpm it is not usable; higher leaves the speed to the supply and the load. Unit: rpm. Register 0x3A, section 4.32.
+             * @description Maximum clockwise speed for angle and speed commands. Lower is gentler on the load; below 10 rpm it is not usable. If higher, the speed depends on the supply and the load. Unit: rpm. Register 0x3A, section 4.32.
              */
             speed_limit_cw?: number;
             /**
              * Speed P gain
-             * @description How hard the speed loop answers a speed error. Higher follows more closely and can vibrate; lower gives way under load. Register 0x30, section 4.25.
+             * @description Response of the speed loop to a speed error. Higher follows more closely but can vibrate; lower yields under load. Register 0x30, section 4.25.
              */
             speed_p_gain?: number;
             /**
              * Speed and torque control
-             * @description On: angle, speed and torque loops run one inside the other, and speed and torque can be commanded and limited. Off: the angle loop drives the motor directly, which moves more smoothly but knows no speed or torque. Register 0x25, section 4.18. Since firmware 1.100.
+             * @description On: cascaded angle, speed and torque loops; speed and torque can be commanded and limited. Off: the angle loop drives the motor directly, which is smoother, but without control of speed or torque. Register 0x25, section 4.18. Since firmware 1.100.
              */
             speed_torque_control?: boolean;
             /**
              * Temperature limit, lower
-             * @description Below it the output goes off until the board is warmer. Higher protects a cold mechanism and may refuse to start in the cold. The reading is ±5 °C. Unit: °C. Register 0x3F, section 4.34.
+             * @description Torque turns off below this temperature until the board warms up. Higher protects a cold mechanism, but the servo may not move in the cold. Accuracy ±5 °C. Unit: °C. Register 0x3F, section 4.34.
              */
             temperature_limit_lower?: number;
             /**
              * Temperature limit, upper
-             * @description Above it the output goes off until the board is cooler. Lower protects sooner and may drop the load sooner. The reading is ±5 °C. Unit: °C. Register 0x3E, section 4.34.
+             * @description Torque turns off above this temperature until the board cools down. Lower protects sooner, but can also drop the load sooner. Accuracy ±5 °C. Unit: °C. Register 0x3E, section 4.34.
              */
             temperature_limit_upper?: number;
             /**
-             * Time-out action
-             * @description What happens when no command arrives for the time-out time. Hold keeps the last command for ever, so a speed keeps turning; off and brake let go until the next command. Register 0x26, section 4.19.
+             * Timeout action
+             * @description Action if no command arrives within the timeout. Hold keeps the last command active indefinitely, so a speed command keeps turning; off frees the horn and brake brakes it until the next command. Register 0x26, section 4.19.
              * @enum {string}
              */
             timeout_action?: "hold" | "off" | "brake";
             /**
-             * Time-out time
-             * @description How long the servo waits for a command (0x00 to 0x02 or 0x20) before the time-out action. Shorter lets go sooner when the link fails; send commands at least three times within it. On models with PWM input the pulse takes over after it. Unit: ms. Register 0x27, section 4.19.
+             * Timeout
+             * @description Time without a command (0x00 to 0x02 or 0x20) until the timeout action. A shorter timeout disables torque sooner if the link fails; send at least three commands within it. On models with PWM input, the pulse takes over afterwards. Unit: ms. Register 0x27, section 4.19.
              */
             timeout_time?: number;
             /**
              * Torque limit CCW
-             * @description About the most torque the servo uses counter-clockwise, as a negative percentage, under every kind of command. Nearer to 0 protects more and holds less. Unit: %. Register 0x3D, section 4.33.
+             * @description Approximate maximum counter-clockwise torque, for all kinds of command, as a negative percentage. Closer to 0 protects more but holds less load. Unit: %. Register 0x3D, section 4.33.
              */
             torque_limit_ccw?: number;
             /**
              * Torque limit CW
-             * @description About the most torque the servo uses clockwise, under every kind of command. Lower protects what the horn can run into; too low, and it no longer holds its load. Unit: %. Register 0x3C, section 4.33.
+             * @description Approximate maximum clockwise torque, for all kinds of command. Lower protects the mechanism in case of a collision; if too low, the servo cannot hold its load. Unit: %. Register 0x3C, section 4.33.
              */
             torque_limit_cw?: number;
             /**
              * Torque
-             * @description Whether the motor drives, is free, or brakes weakly. Turning torque on drops the previous command: the horn holds where it is, and speed and torque become 0. Saved as off, the servo starts without torque. Register 0x20, section 4.13.
+             * @description Motor output: driven, free, or weak brake. Turning torque on discards the previous command: the horn holds its present angle, and speed and torque become 0. If saved as off, the servo starts without torque. Register 0x20, section 4.13.
              * @enum {string}
              */
             torque_mode?: "on" | "off" | "brake";
             /**
              * Voltage limit, lower
-             * @description Below it the output goes off until the supply is higher. Higher spares a battery and lets go earlier when the supply dips; keep room for the reading, which is ±0.5 V. Unit: V. Register 0x41, section 4.35.
+             * @description Torque turns off below this voltage until the supply rises. Higher protects a battery, but turns torque off sooner if the supply dips. Allow for the accuracy of ±0.5 V. Unit: V. Register 0x41, section 4.35.
              */
             voltage_limit_lower?: number;
             /**
              * Voltage limit, upper
-             * @description Above it the output goes off until the supply is lower. Keep it well above the supply: the reading is ±0.5 V, and braking loads push the supply up. Unit: V. Register 0x40, section 4.35.
+             * @description Torque turns off above this voltage until the supply drops. Keep it well above the supply voltage: accuracy is ±0.5 V, and braking a load raises the supply voltage. Unit: V. Register 0x40, section 4.35.
              */
             voltage_limit_upper?: number;
         };
@@ -4852,7 +4838,7 @@ export interface components {
          * IntegerReading
          * @description One parameter as last read from RAM, with its ROM value and this model's limits.
          *
-         *     Not validated, because sockets send many.
+         *     Not validated, for speed: sockets send many.
          */
         IntegerReading: {
             /** @description Register address. */
@@ -4879,7 +4865,7 @@ export interface components {
             raw: number | null;
             /** @description Value known to be in ROM. Null if unknown. */
             rom: number | null;
-            /** @description Too old, or the servo is offline: the servo may hold another value. */
+            /** @description The reading is too old or the servo is offline, so the servo may have another value. */
             stale: boolean;
             /** @description Unit of the value. Empty if none. */
             unit: string;
@@ -4894,7 +4880,7 @@ export interface components {
         };
         /**
          * Job
-         * @description Something that takes time.
+         * @description A long-running operation.
          */
         Job: {
             /** @description Seconds since 1970 UTC. */
@@ -4917,7 +4903,7 @@ export interface components {
                 [key: string]: unknown;
             } | null;
             /**
-             * @description POST …/resume goes on with what it has not done
+             * @description The job can be resumed with `POST …/resume`.
              * @default false
              */
             resumable: boolean;
@@ -4932,7 +4918,7 @@ export interface components {
         };
         /**
          * JobMessage
-         * @description A job moved on.
+         * @description Progress of a job.
          */
         JobMessage: {
             job: components["schemas"]["Job"];
@@ -4953,7 +4939,7 @@ export interface components {
         JobStep: {
             /** @description End of `evidence` that describes remaining work. Obsolete once the job has ended. Null if none. */
             ahead: string | null;
-            /** @description Code of the step; with the kind of the job it says what is done. */
+            /** @description Code of the step, unique together with the kind of the job. */
             code: components["schemas"]["StepCode"];
             /** @description End, seconds since 1970 UTC. Null until then. */
             ended_at: number | null;
@@ -4979,7 +4965,7 @@ export interface components {
         };
         /**
          * KnownServo
-         * @description A servo ever seen, on the bus or not; instants in seconds since 1970 UTC.
+         * @description A known servo, on the bus or not.
          */
         KnownServo: {
             /** @description Keys of rows whose ROM value changed unexpectedly. */
@@ -4998,7 +4984,7 @@ export interface components {
             model: string | null;
             /** @description Last known node ID. Null if none. */
             node_id: number | null;
-            /** @description What people wrote down about it. Empty if nothing. */
+            /** @description Notes of users. Empty if none. */
             notes: string;
             /** @description Received recently. */
             online: boolean;
@@ -5019,17 +5005,17 @@ export interface components {
         };
         /**
          * KnownServoPatch
-         * @description What the server itself keeps about a servo. What is left out stays.
+         * @description Data that the server stores about a servo. Omitted fields stay unchanged.
          */
         KnownServoPatch: {
             /** @description Nickname. */
             label?: string | null;
-            /** @description What people are to know about it. */
+            /** @description Notes of users. */
             notes?: string | null;
         };
         /**
          * Lease
-         * @description The one writer's lease; renew before it ends, or torque goes off on what it commanded.
+         * @description Lease, which grants motion control. When it expires, torque goes off on the servos it commanded.
          */
         Lease: {
             /** @description Expiry, seconds since 1970 UTC. */
@@ -5041,7 +5027,7 @@ export interface components {
             /** @description ID, as used in paths. */
             id: string;
             /** @description Pending request for motion control. Null if none. */
-            request: components["schemas"]["AskedFor"] | null;
+            request: components["schemas"]["PendingRequest"] | null;
             /** @description First digits of `id`, visible to all clients. */
             shown_id: string;
             /** @description Time to live after each renewal, s. */
@@ -5049,10 +5035,10 @@ export interface components {
         };
         /**
          * LeaseMessage
-         * @description Who holds motion control now; null when nobody does.
+         * @description Current holder of motion control.
          */
         LeaseMessage: {
-            /** @description Current lease. Null if nobody has motion control. */
+            /** @description Current lease. Null if no client has motion control. */
             lease: components["schemas"]["LeaseView"] | null;
             /** @description Sequence number on this connection. A gap means lost messages. */
             seq: number;
@@ -5064,7 +5050,7 @@ export interface components {
         };
         /**
          * LeaseRequest
-         * @description Ask to be the one writer.
+         * @description Lease to take.
          */
         LeaseRequest: {
             /**
@@ -5072,7 +5058,7 @@ export interface components {
              * @default false
              */
             force?: boolean;
-            /** @description Name of the client, shown to other users. With access control, the token's name replaces it. */
+            /** @description Name of the client, shown to other users. With access control, the token's name is used instead. */
             holder: string;
             /**
              * @description Reason, shown to users and written to the audit.
@@ -5080,14 +5066,14 @@ export interface components {
              */
             reason?: string;
             /**
-             * @description Time to live after each renewal, s.
+             * @description Time to live from each renewal, s.
              * @default 3
              */
             ttl_s?: number;
         };
         /**
          * LeaseView
-         * @description A lease as others see it: without the id that lets one use it.
+         * @description Lease as visible to other clients, without its secret ID.
          */
         LeaseView: {
             /** @description Seconds since 1970 UTC. */
@@ -5097,7 +5083,7 @@ export interface components {
             /** @description Client with motion control. */
             holder: string;
             /** @description Pending request for motion control. Null if none. */
-            request: components["schemas"]["AskedFor"] | null;
+            request: components["schemas"]["PendingRequest"] | null;
             /** @description First digits of its ID, which distinguish leases but do not allow their use. */
             shown_id: string;
             /** @description Time to live after each renewal, s. */
@@ -5118,16 +5104,16 @@ export interface components {
         };
         /**
          * Limits
-         * @description The two rows that bound a command, or a reading outside which output goes off.
+         * @description The two rows that limit a command, or a reading outside which torque turns off.
          */
         Limits: {
             /** @description Word that confirms a limit within the tolerance of the reading. Null for a command. */
             confirm: string | null;
-            /** @description Parameter that holds the lower limit. */
+            /** @description Parameter with the lower limit. */
             lower: string;
-            /** @description Error of the reading, raw. Null for a command. */
+            /** @description Accuracy of the reading, raw. Null for a command. */
             tolerance: number | null;
-            /** @description Parameter that holds the upper limit. */
+            /** @description Parameter with the upper limit. */
             upper: string;
         };
         /**
@@ -5154,7 +5140,7 @@ export interface components {
         };
         /**
          * LogFile
-         * @description A log in the data folder.
+         * @description Log file in the data folder.
          */
         LogFile: {
             /** @description Size, bytes. */
@@ -5166,13 +5152,13 @@ export interface components {
         };
         /**
          * LogFormat
-         * @description The four forms of a recording.
+         * @description Formats of a log.
          * @enum {string}
          */
         LogFormat: "candump" | "asc" | "blf" | "csv";
         /**
          * LogRequest
-         * @description What to log, and when to stop by itself.
+         * @description Options of a new log.
          */
         LogRequest: {
             /**
@@ -5190,7 +5176,7 @@ export interface components {
         };
         /**
          * LogState
-         * @description The log of frames being written, or the last one that was.
+         * @description Current or last log.
          */
         LogState: {
             /** @description Size, bytes. */
@@ -5220,15 +5206,15 @@ export interface components {
         };
         /**
          * Login
-         * @description What the login page sends.
+         * @description Login with a token.
          */
         Login: {
-            /** @description Token as printed by `hornbill token add`. */
+            /** @description Token as printed by `hornbill tokens create`. */
             token: string;
         };
         /**
          * LostValue
-         * @description A value that was only in RAM when the servo restarted without a save, and that RAM does not hold since.
+         * @description A RAM value that was lost in a restart without a save.
          */
         LostValue: {
             /** @description Time the loss was found, seconds since 1970 UTC. */
@@ -5240,7 +5226,7 @@ export interface components {
         };
         /**
          * Mark
-         * @description A moment for which the recording was written; `at` in seconds since 1970 UTC.
+         * @description A trigger of the recording. `at`: seconds since 1970 UTC.
          */
         Mark: {
             /** @description Seconds since 1970 UTC. */
@@ -5259,7 +5245,7 @@ export interface components {
         MotionCode: "turns" | "turn_count";
         /**
          * MotionHold
-         * @description A speed or torque that lasts only while it is asked for again: for a button that is held.
+         * @description Time limit of a speed or torque command, renewed while a button is held.
          */
         MotionHold: {
             /**
@@ -5275,7 +5261,7 @@ export interface components {
         };
         /**
          * MotionProfile
-         * @description How a rate-limited move goes: a trapezoid of speed, sent as 50 angles a second.
+         * @description Trapezoidal speed profile of a move, sent as 50 angles per second.
          */
         MotionProfile: {
             /**
@@ -5291,7 +5277,7 @@ export interface components {
         };
         /**
          * NewSimServo
-         * @description A servo to put on the bench; what is not told is a new servo's.
+         * @description A simulated servo to add. Omitted fields are those of a new servo.
          */
         NewSimServo: {
             /**
@@ -5300,7 +5286,7 @@ export interface components {
              */
             angle_deg?: number;
             /**
-             * @description Allow a firmware that this model never had, for tests.
+             * @description Allow a firmware version that does not exist for this model.
              * @default false
              */
             any_firmware?: boolean;
@@ -5316,11 +5302,11 @@ export interface components {
              */
             model: string;
             /**
-             * @description 0: it asks for one
+             * @description Fixed node ID. 0: it requests one.
              * @default 0
              */
             node_id?: number;
-            /** @description Values that model_number, firmware_version or hardware_version read instead, to simulate an unknown servo. */
+            /** @description Values reported for model_number, firmware_version or hardware_version, to simulate an unknown servo. */
             reads?: {
                 [key: string]: number;
             };
@@ -5329,7 +5315,7 @@ export interface components {
                 [key: string]: number;
             };
             /**
-             * @description 0: as delivered
+             * @description Servo ID. 0: factory setting.
              * @default 0
              */
             servo_id?: number;
@@ -5338,18 +5324,18 @@ export interface components {
         };
         /**
          * NewSnapshot
-         * @description A snapshot to take by hand.
+         * @description Options of a new snapshot.
          */
         NewSnapshot: {
             /**
              * @description Reason, shown to users and written to the audit.
-             * @default by hand
+             * @default manual
              */
             reason?: string;
         };
         /**
          * NewStream
-         * @description A stream of angles (degrees), speeds (rpm) or torques (%) to servos that are commanded together.
+         * @description Stream to start.
          */
         NewStream: {
             /**
@@ -5367,15 +5353,15 @@ export interface components {
         };
         /**
          * Node
-         * @description Whoever is heard on this bus, servo or not, and this server itself (table 2-17).
+         * @description A node on the bus, or this server itself (table 2-17).
          *
-         *     One that never said NodeStatus has mode `unknown`, health `warning` and uptime 0. Nodes that ask for a node id
-         *     stand as one, with node id 0.
+         *     A node that never sent NodeStatus has mode `unknown`, health `warning` and uptime 0. All nodes that request a node
+         *     ID are listed as one entry with node ID 0.
          */
         Node: {
             /** @description Time since it was last received, s. */
             age_s: number;
-            /** @description Hardware version from GetNodeInfo. */
+            /** @description Hardware version from GetNodeInfo. Null if unknown. */
             hardware_version: string | null;
             /** @description Health from NodeStatus. */
             health: components["schemas"]["HealthCode"];
@@ -5401,7 +5387,7 @@ export interface components {
             restarts: number;
             /** @description Software version from GetNodeInfo. Null if unknown. */
             software_version: string | null;
-            /** @description Unique ID of the servo, 32 hex digits. Null if it concerns none. */
+            /** @description Unique ID from GetNodeInfo, 32 hex digits. Null if unknown. */
             uid: string | null;
             /** @description Time since its start, s. */
             uptime_s: number;
@@ -5415,13 +5401,13 @@ export interface components {
             confirm?: components["schemas"]["ConfirmCode"][];
             /**
              * Node ID
-             * @description Number of the servo on the bus. 0 asks for a free one at each start; any other is fixed and must be used by no other node. 126 and 127 are for tools. Register 0x46, section 4.38.
+             * @description ID of the servo on the bus. With 0 the servo requests a free ID at each start; any other value is fixed and must be unique on the bus. 126 and 127 are reserved for tools. Register 0x46, section 4.38.
              */
             value: number;
         };
         /**
          * Note
-         * @description One sentence for people, with its code and the values in it.
+         * @description One sentence for users, with its code and its values.
          */
         Note: {
             /** @description Code of `text`. */
@@ -5431,12 +5417,12 @@ export interface components {
             text: string;
         };
         /** @enum {string} */
-        NoteCode: "problem" | "text" | "not_in_servo" | "side_unknown" | "identity_row" | "torque_row" | "torque_never_on" | "too_many_dots" | "no_syntax" | "nested_too_deeply" | "no_object" | "no_table" | "too_many_entries" | "no_value" | "unknown_field" | "no_text" | "too_long" | "half_character" | "other_tables" | "unit_no_text" | "unit_without_value" | "pin_kept" | "pin_at_start" | "pin_after_fixed" | "id_free" | "id_kept_until_start" | "no_status" | "this_server" | "another_hornbill" | "asking_for_id" | "no_model_number" | "no_parameters" | "no_info" | "not_pollable_yet" | "polled_when_ready" | "log_limit" | "disk_slow" | "disk_full" | "write_failed" | "unit_unchecked" | "unit_agreed" | "unit_changed" | "unit_none_fits" | "unit_forced" | "reason" | "stop_reason" | "stop_of" | "stop_confirmed" | "lease_taken" | "lease_ended" | "profile_stored" | "profile_replaced" | "profile_deleted" | "ram_only" | "servo_id_zero" | "login_from" | "servo_forgotten" | "not_seen_for" | "commissioned";
+        NoteCode: "problem" | "text" | "not_in_servo" | "side_unknown" | "identity_row" | "torque_row" | "torque_never_on" | "too_many_dots" | "invalid_syntax" | "nested_too_deeply" | "not_an_object" | "not_a_table" | "too_many_entries" | "values_missing" | "unknown_field" | "not_text" | "too_long" | "lone_surrogate" | "other_tables" | "unit_not_text" | "unit_without_value" | "pin_unchanged" | "pin_at_restart" | "pin_after_fixed" | "id_freed" | "id_changes_at_restart" | "no_status" | "this_server" | "another_hornbill" | "asking_for_id" | "no_model_number" | "no_parameters" | "no_info" | "not_pollable_yet" | "polled_when_ready" | "log_limit" | "disk_slow" | "disk_full" | "write_failed" | "unit_unchecked" | "unit_agreed" | "unit_changed" | "unit_none_fits" | "unit_forced" | "reason" | "stop_reason" | "stop_of" | "stop_confirmed" | "lease_taken" | "lease_ended" | "profile_stored" | "profile_replaced" | "profile_deleted" | "ram_only" | "servo_id_zero" | "login_from" | "servo_forgotten" | "not_seen_for" | "commissioned";
         /**
          * NumberReading
          * @description One parameter as last read from RAM, with its ROM value and this model's limits.
          *
-         *     Not validated, because sockets send many.
+         *     Not validated, for speed: sockets send many.
          */
         NumberReading: {
             /** @description Register address. */
@@ -5463,7 +5449,7 @@ export interface components {
             raw: number | null;
             /** @description Value known to be in ROM. Null if unknown. */
             rom: number | null;
-            /** @description Too old, or the servo is offline: the servo may hold another value. */
+            /** @description The reading is too old or the servo is offline, so the servo may have another value. */
             stale: boolean;
             /** @description Unit of the value. Empty if none. */
             unit: string;
@@ -5487,19 +5473,19 @@ export interface components {
             confirm?: components["schemas"]["ConfirmCode"][];
             /**
              * Origin
-             * @description Moves 0° away from the notch of the horn. Soft start goes to the new 0°. Look at the angle limits after a change: whether they move with it is not known. Unit: °. Register 0x44, section 4.36.
+             * @description Offset of 0° from the notch. Soft start moves to the new 0°. Check the angle limits after a change: whether they move with the origin is unknown. Unit: °. Register 0x44, section 4.36.
              */
             value: number;
         };
         /**
          * Output
-         * @description What the motor of a servo gets, and why. Session state: no change of it is an edit of parameter 0x20.
+         * @description Output of a servo's motor, and its reason. Session state: switching it does not edit parameter 0x20.
          */
         Output: {
             /** @description Client that switched it. Null if none or unknown. */
             by: string | null;
             /**
-             * @description configured: as the servo started, or as 0x20 was written as configuration; stop: Stop; lease: a lease ended or expired; command: a client or another tool switched it; timeout: the servo's own time-out (0x26, 0x27); protection: its limits of temperature or voltage, or a motor failure
+             * @description configured: since the start of the servo, or 0x20 was written as configuration; stop: Stop; lease: a lease ended or expired; command: a client or another tool switched it; timeout: the servo's own timeout (0x26, 0x27); protection: temperature or voltage limit, or motor failure.
              * @enum {string}
              */
             reason: "configured" | "stop" | "lease" | "command" | "timeout" | "protection";
@@ -5513,7 +5499,7 @@ export interface components {
         };
         /**
          * OutputRestore
-         * @description Which outputs to switch on again.
+         * @description Outputs to restore.
          */
         OutputRestore: {
             /** @description Confirmation codes of earlier `needs_confirmation` problems. */
@@ -5528,7 +5514,7 @@ export interface components {
         };
         /**
          * OutputRestorePreview
-         * @description What restoring outputs would do.
+         * @description Effect of restoring outputs.
          */
         OutputRestorePreview: {
             /** @description Would first clear a latched stop. */
@@ -5544,8 +5530,8 @@ export interface components {
              */
             confirm?: components["schemas"]["ConfirmCode"][];
             /**
-             * Motor current limit
-             * @description Most current the motor may draw. Lower spares the supply and its voltage dips less; higher gives more peak torque. Lower it when the supply sags. It acts whether 0x25 is on or off. Unit: A. Register 0x2A, section 4.20. Since firmware 1.100.
+             * Overcurrent limit
+             * @description Maximum motor current. Lower reduces the load and voltage dips of the supply; higher gives more peak torque. Lower it if the supply voltage drops under load. It applies regardless of 0x25. Unit: A. Register 0x2A, section 4.20. Since firmware 1.100.
              */
             value: number;
         };
@@ -5559,7 +5545,7 @@ export interface components {
              * @enum {string}
              */
             access: "rw" | "r" | "w";
-            /** @description Whether it does something when written and means nothing when read (0x10 to 0x12). */
+            /** @description Whether it is an action, triggered by a write (0x10 to 0x12). */
             readonly action: boolean;
             /** @description Register address, 0x00 to 0x5F. */
             address: number;
@@ -5614,7 +5600,7 @@ export interface components {
             kind: "number" | "choice" | "switch" | "bits";
             /** @description Display name. */
             label: string;
-            /** @description The rows that bound it. Null where none do. */
+            /** @description The rows that limit it. Null if none. */
             limits: components["schemas"]["Limits"] | null;
             /**
              * @description Changes without being written, and is read before a save, restart or reset.
@@ -5630,21 +5616,21 @@ export interface components {
              * @default false
              */
             moves_horn: boolean;
-            /** @description The four ASCII characters GetSet knows the register by: `0x2A` (table 2-14). */
+            /** @description Register name in GetSet, four ASCII characters: `0x2A` (table 2-14). */
             readonly name: string;
             /**
              * @description Raw steps per unit.
              * @default 1
              */
             per_unit: number;
-            /** @description Period at which every servo is asked for it, s. Null: only on request. */
+            /** @description Polling period, s. Null if read only on request. */
             poll_s: number | null;
             /**
              * @description Only on models with PWM input.
              * @default false
              */
             pwm_only: boolean;
-            /** @description Whether a ROM write keeps it: 0x20 to 0x4F (section 4.11). */
+            /** @description Whether a ROM write stores it: 0x20 to 0x4F (section 4.11). */
             readonly rom: boolean;
             /** @description Section of the specification. */
             section: string;
@@ -5654,7 +5640,7 @@ export interface components {
              */
             shapes_output: boolean;
             /**
-             * @description Its sign is a side: plus is clockwise. Shown with its sign.
+             * @description Its sign is a direction, positive is clockwise, and is shown.
              * @default false
              */
             sided: boolean;
@@ -5665,16 +5651,16 @@ export interface components {
             since: string;
             /** @description Smallest usable magnitude other than 0, raw. Null if none is known. */
             smallest: number | null;
-            /** @description Temporary value during soft start, raw. Null: soft start leaves it alone. */
+            /** @description Temporary value during soft start, raw. Null if soft start does not change it. */
             soft_start: number | null;
-            /** @description The number is that of one servo alone. Null where servos may share it. */
+            /** @description Suggested range of a number unique to each servo. Null if servos may share it. */
             unique: components["schemas"]["UniqueNumber"] | null;
             /**
              * @description Unit of the engineering value. Empty if none.
              * @default
              */
             unit: string;
-            /** @description Another unit, in force while another row has a certain value. Null if none. */
+            /** @description Another unit while another row has a certain value. Null if none. */
             unit_when: components["schemas"]["UnitWhen"] | null;
         };
         /** @enum {string} */
@@ -5723,7 +5709,7 @@ export interface components {
         };
         /**
          * ParametersPatched
-         * @description The outcome of a PATCH; with save, the job that saves, or what a dry run of it found.
+         * @description Result of a change; with `save`, the save job, or the result of its dry run.
          */
         ParametersPatched: {
             /** @description Changes, row by row. */
@@ -5740,18 +5726,18 @@ export interface components {
             restart: components["schemas"]["Forecast"] | null;
             /** @description Revision of the values, for If-Match. */
             revision: string;
-            /** @description Rows that ROM is known to hold differently, and requested rows. */
+            /** @description Rows whose ROM value is known to differ, and requested rows. */
             rom_changes: components["schemas"]["RomChange"][];
             /** @description Keys of rows that are saved unchanged and whose ROM value is unknown. */
             rom_unknown: components["schemas"]["ParameterKey"][];
         };
-        /** @description Values in the text, by name with unit, unless unknown. Empty for texts without values. */
+        /** @description Values in the text, by name with unit. Unknown values are omitted. */
         Params: {
             [key: string]: string | number | boolean | (string | number)[];
         };
         /**
          * PendingAllocation
-         * @description A node heard asking for an id, and how far it has come.
+         * @description A pending node ID request and its progress.
          */
         PendingAllocation: {
             /** @description Time since it was last received, s. */
@@ -5772,7 +5758,7 @@ export interface components {
         };
         /**
          * PendingRecording
-         * @description A recording that still takes in what happens.
+         * @description A recording in progress.
          */
         PendingRecording: {
             /** @description Triggers of the recording. */
@@ -5785,8 +5771,22 @@ export interface components {
             text: string;
         };
         /**
+         * PendingRequest
+         * @description Pending request for motion control. It is granted after `expires_in_s` unless refused.
+         */
+        PendingRequest: {
+            /** @description Client that requests motion control. */
+            by: string;
+            /** @description Time until motion control passes unless refused, s. */
+            expires_in_s: number;
+            /** @description ID with which to refuse the request. */
+            id: string;
+            /** @description Reason for the request. */
+            reason: string;
+        };
+        /**
          * Pin
-         * @description The node id a node shall have.
+         * @description Node ID to reserve.
          */
         Pin: {
             /** @description Node ID, 1 to 127. */
@@ -5796,15 +5796,15 @@ export interface components {
         PositionUnit: "hundred_degrees" | "radian" | "degree" | "tenth_degree";
         /**
          * PositionUnitPut
-         * @description Force a unit, or (null) measure it.
+         * @description Position unit to use.
          */
         PositionUnitPut: {
-            /** @description Unit of position 1.0. Null: measure it. */
+            /** @description Unit of position 1.0. Null to measure it. */
             unit: components["schemas"]["PositionUnit"] | null;
         };
         /**
          * PositionUnitState
-         * @description What position 1.0 means on a servo, and how that is known.
+         * @description Unit of a servo's positions in broadcasts, and how it is known.
          */
         PositionUnitState: {
             /** @description Evidence, one sentence for users. */
@@ -5813,7 +5813,7 @@ export interface components {
             evidence_code: components["schemas"]["NoteCode"];
             evidence_params: components["schemas"]["Params"];
             /**
-             * @description assumed: the maker's unit, not checked yet; confirmed: Status and 0x08 agree in it; conflict: they agree in another unit, in none, or in two, and no angle is sent by ArrayCommand; forced: set by a client
+             * @description assumed: Futaba's unit, not checked yet; confirmed: Status and 0x08 agree on it; conflict: they agree on another unit, on none or on several, and ArrayCommand angles are refused; forced: set by a client.
              * @enum {string}
              */
             state: "assumed" | "confirmed" | "forced" | "conflict";
@@ -5822,21 +5822,21 @@ export interface components {
         };
         /**
          * Problem
-         * @description application/problem+json: what went wrong, the code to branch on, and what to do.
+         * @description Problem document (application/problem+json): code for programs, text with remedy, and facts as extra members.
          */
         Problem: {
-            /** @description Code of what exactly went wrong. Stable. Null where `code` says all. */
+            /** @description More specific code of the cause. Stable. Null if `code` is specific enough. */
             cause: string | null;
             /** @description Code for programs. Stable. */
             code: string;
-            /** @description One sentence with the details. */
+            /** @description What happened and what to do, with the request that resolves it, if there is one. */
             detail: string;
             params: components["schemas"]["Params"];
             /** @description HTTP status. */
             status: number;
-            /** @description `detail` without requests for programs. */
+            /** @description `detail` without the request. */
             summary: string;
-            /** @description Error code as a phrase. */
+            /** @description Short title of the code. */
             title: string;
             /** @description URI reference of the problem type. */
             type: string;
@@ -5876,7 +5876,7 @@ export interface components {
         };
         /**
          * ProfileApply
-         * @description Servos to bring to a profile, one by one in this order.
+         * @description Servos to apply a profile to, in this order.
          */
         ProfileApply: {
             /** @description Confirmation codes of earlier `needs_confirmation` problems. */
@@ -5901,7 +5901,7 @@ export interface components {
         };
         /**
          * ProfilePut
-         * @description A profile to keep: its values, or the servo (or snapshot) to take them from.
+         * @description Profile to store: its values, or the servo or snapshot to take them from.
          */
         ProfilePut: {
             /**
@@ -5939,7 +5939,7 @@ export interface components {
          * PwmModeReading
          * @description One parameter as last read from RAM, with its ROM value and this model's limits.
          *
-         *     Not validated, because sockets send many.
+         *     Not validated, for speed: sockets send many.
          */
         PwmModeReading: {
             /** @description Register address. */
@@ -5966,7 +5966,7 @@ export interface components {
             raw: number | null;
             /** @description Value known to be in ROM. Null if unknown. */
             rom: components["schemas"]["PwmModeChoice"] | (number | null);
-            /** @description Too old, or the servo is offline: the servo may hold another value. */
+            /** @description The reading is too old or the servo is offline, so the servo may have another value. */
             stale: boolean;
             /** @description Unit of the value. Empty if none. */
             unit: string;
@@ -5988,7 +5988,7 @@ export interface components {
             confirm?: components["schemas"]["ConfirmCode"][];
             /**
              * PWM mode
-             * @description Whether a pulse asks for an angle or for a speed. A speed needs speed and torque control (0x25) on, and the angle limits do not stop it. Register 0x37, section 4.30. Since firmware 1.100. Only in models with PWM input.
+             * @description Whether a pulse commands an angle or a speed. Speed requires speed and torque control (0x25), and angle limits do not apply to it. Register 0x37, section 4.30. Since firmware 1.100. Only in models with PWM input.
              * @enum {string}
              */
             value: "angle" | "speed";
@@ -6002,7 +6002,7 @@ export interface components {
             confirm?: components["schemas"]["ConfirmCode"][];
             /**
              * Neutral pulse
-             * @description Pulse width that means 0. Wider pulses turn clockwise, narrower ones counter-clockwise. Match it to the centre of the transmitter. Unit: µs. Register 0x34, section 4.29. Since firmware 1.100. Only in models with PWM input.
+             * @description Pulse width for 0. Wider pulses are clockwise, narrower pulses counter-clockwise. Match it to the centre position of the transmitter. Unit: µs. Register 0x34, section 4.29. Since firmware 1.100. Only in models with PWM input.
              */
             value: number;
         };
@@ -6015,7 +6015,7 @@ export interface components {
             confirm?: components["schemas"]["ConfirmCode"][];
             /**
              * Output at full pulse
-             * @description Angle or speed that a pulse at the end of its range asks for. Larger moves more for the same stick and is less fine. Enter it again after changing the PWM mode: its unit changes with it. Unit: °, or rpm by `pwm_mode`. Register 0x36, section 4.30. Since firmware 1.100. Only in models with PWM input.
+             * @description Angle or speed for a pulse at the end of its range. Larger moves further for the same stick travel, with less precision. Enter it again after changing the PWM mode, because its unit changes. Unit: °, or rpm depending on `pwm_mode`. Register 0x36, section 4.30. Since firmware 1.100. Only in models with PWM input.
              */
             value: number;
         };
@@ -6028,13 +6028,13 @@ export interface components {
             confirm?: components["schemas"]["ConfirmCode"][];
             /**
              * Pulse range
-             * @description How far the pulse may go from neutral to each side. Wider needs more stick for the same move; pulses at or past its ends raise a notification. Unit: µs. Register 0x35, section 4.29. Since firmware 1.100. Only in models with PWM input.
+             * @description Maximum deviation of the pulse from neutral, to each side. Wider requires more stick travel for the same movement. Pulses at or beyond its ends set a notification. Unit: µs. Register 0x35, section 4.29. Since firmware 1.100. Only in models with PWM input.
              */
             value: number;
         };
         /**
          * RawFrame
-         * @description One frame as it was on the bus; `problem` says why nothing could be made of it.
+         * @description One frame on the bus.
          */
         RawFrame: {
             /** @description CAN identifier, 8 hex digits. */
@@ -6077,7 +6077,7 @@ export interface components {
             raw: number | null;
             /** @description Value known to be in ROM. Null if unknown. */
             rom: boolean | number | string | null;
-            /** @description Too old, or the servo is offline: the servo may hold another value. */
+            /** @description The reading is too old or the servo is offline, so the servo may have another value. */
             stale: boolean;
             /** @description Unit of the value. Empty if none. */
             unit: string;
@@ -6152,7 +6152,7 @@ export interface components {
         ReasonCode: "manual" | "saving" | "factory_reset" | "drift_undone" | "change" | "commissioning" | "matrix" | "profile" | "restore";
         /**
          * RecordedBus
-         * @description The bus that was connected: address as `PUT /bus` takes it, bit/s, our own node id.
+         * @description The connected bus: address, bit rate, own node ID.
          */
         RecordedBus: {
             /** @description INTERFACE:CHANNEL, as `PUT /bus` takes it. */
@@ -6164,7 +6164,7 @@ export interface components {
         };
         /**
          * RecordedReading
-         * @description One register as last read before the first mark; `at` in seconds since 1970 UTC.
+         * @description One register as last read before the first trigger. `at`: seconds since 1970 UTC.
          */
         RecordedReading: {
             /** @description Time of the read, seconds since 1970 UTC. Null if unknown. */
@@ -6178,7 +6178,7 @@ export interface components {
         };
         /**
          * RecordedServo
-         * @description One servo as it was known at the first mark.
+         * @description One servo as known at the first trigger.
          */
         RecordedServo: {
             /** @description Firmware version as read from 0x52, raw. Null if unknown. */
@@ -6217,7 +6217,7 @@ export interface components {
         };
         /**
          * RecorderState
-         * @description The recorder of the last ten minutes; it needs no starting.
+         * @description State of the recorder, which continuously buffers up to ten minutes.
          */
         RecorderState: {
             /** @description Time a recording covers before its first trigger, s. */
@@ -6230,12 +6230,12 @@ export interface components {
             pending: components["schemas"]["PendingRecording"] | null;
             /** @description Time span recorded, s. Less than 600 after a start or if memory is full. */
             reach_s: number;
-            /** @description false while a recording is played. */
+            /** @description The recorder is running. false while a recording is played back. */
             recording: boolean;
         };
         /**
          * Recording
-         * @description A recording in the data folder. `problem` says why one cannot be read; then little else is known of it.
+         * @description A recording in the data folder.
          */
         Recording: {
             /** @description Time of its first trigger, seconds since 1970 UTC. */
@@ -6260,11 +6260,11 @@ export interface components {
         };
         /**
          * RecordingContent
-         * @description What a page shows of a recording. Its frames are played: `PUT /bus` with address `recording:NAME`.
+         * @description Content of a recording except its frames. To play it back, `PUT /bus` with address `recording:NAME`.
          */
         RecordingContent: {
             about: components["schemas"]["About"];
-            /** @description false if there is more telemetry than that. */
+            /** @description All telemetry is included. false if it was truncated. */
             complete: boolean;
             /** @description Events during the recording. */
             events: {
@@ -6279,7 +6279,7 @@ export interface components {
         };
         /**
          * RecordingMark
-         * @description A moment for which a recording was, or will be, written.
+         * @description A trigger of a recording.
          */
         RecordingMark: {
             /** @description Time of the trigger, seconds since 1970 UTC. */
@@ -6294,7 +6294,7 @@ export interface components {
         };
         /**
          * RecordingRequest
-         * @description What to write a recording for.
+         * @description Options of a new recording.
          */
         RecordingRequest: {
             /** @description Time to cover before now, s. Null for the configured time. */
@@ -6307,7 +6307,7 @@ export interface components {
         };
         /**
          * Recycle
-         * @description Which ids to free: those of nodes not seen for longer than this. When a node was seen is kept once a minute.
+         * @description Criterion for the node IDs to free. Last contacts are stored once per minute.
          */
         Recycle: {
             /** @description Minimum time since the node was last seen, s. */
@@ -6315,7 +6315,7 @@ export interface components {
         };
         /**
          * Recycled
-         * @description Rows that were freed, as they were.
+         * @description Result of recycling.
          */
         Recycled: {
             /** @description Number of free node IDs. */
@@ -6352,7 +6352,7 @@ export interface components {
         };
         /**
          * RestartPreview
-         * @description What a restart would change.
+         * @description Effect of a restart.
          */
         RestartPreview: {
             /** @description Rows that are in RAM only. `requested` is the value after the restart. */
@@ -6361,7 +6361,7 @@ export interface components {
         };
         /**
          * RestorableOutput
-         * @description One servo whose output would be switched on.
+         * @description A servo whose output would be restored.
          */
         RestorableOutput: {
             /** @description The servo's timeout (0x26) would switch it off again. It stays on until the lease ends. */
@@ -6380,7 +6380,7 @@ export interface components {
         };
         /**
          * Restore
-         * @description Write back what a snapshot holds of RAM, or what was known of ROM then.
+         * @description Options of restoring a snapshot.
          */
         Restore: {
             /** @description Confirmation codes of earlier `needs_confirmation` problems. */
@@ -6403,7 +6403,7 @@ export interface components {
              */
             save?: boolean;
             /**
-             * @description Values to write: RAM, or what was known of ROM.
+             * @description Values to write: those in RAM, or those known to be in ROM, at the time.
              * @default ram
              * @enum {string}
              */
@@ -6411,7 +6411,7 @@ export interface components {
         };
         /**
          * Restored
-         * @description The outcome of a restore, as of a PATCH, and the rows that were left out of it.
+         * @description Result of restoring or copying values.
          */
         Restored: {
             /** @description Changes, row by row. */
@@ -6430,7 +6430,7 @@ export interface components {
             restart: components["schemas"]["Forecast"] | null;
             /** @description Revision of the values, for If-Match. */
             revision: string;
-            /** @description Rows that ROM is known to hold differently, and requested rows. */
+            /** @description Rows whose ROM value is known to differ, and requested rows. */
             rom_changes: components["schemas"]["RomChange"][];
             /** @description Keys of rows that are saved unchanged and whose ROM value is unknown. */
             rom_unknown: components["schemas"]["ParameterKey"][];
@@ -6444,7 +6444,7 @@ export interface components {
             confirm?: components["schemas"]["ConfirmCode"][];
             /**
              * Reverse
-             * @description Swaps the direction of commands and of readings: clockwise becomes −. Turn torque off before changing it and look at the limits afterwards. Register 0x23, section 4.16.
+             * @description Reverses the direction of commands and readings: clockwise becomes negative. Turn torque off before a change and check the limits afterwards. Register 0x23, section 4.16.
              */
             value: boolean;
         };
@@ -6452,7 +6452,7 @@ export interface components {
         RoleName: "view" | "operate" | "configure" | "admin";
         /**
          * RomChange
-         * @description A row that ROM will hold differently.
+         * @description A row whose ROM value will change.
          */
         RomChange: {
             /** @description Value that the save writes. */
@@ -6464,7 +6464,7 @@ export interface components {
         };
         /**
          * RowRange
-         * @description What one model allows in one row, raw.
+         * @description Range of one row in one model, raw.
          */
         RowRange: {
             /** @description Default, raw. */
@@ -6476,7 +6476,7 @@ export interface components {
         };
         /**
          * RowValue
-         * @description The value of one row; each row has a class of its own that says what it may be.
+         * @description Value of one row. Each row has its own subclass with its type and range.
          */
         RowValue: {
             /**
@@ -6488,7 +6488,7 @@ export interface components {
         };
         /**
          * RunOverlay
-         * @description Runs side by side; `differences`: the parameters that are not the same in all of them, in their order.
+         * @description Several runs for comparison. `differences`: the rows that differ, in row order.
          */
         RunOverlay: {
             /** @description Rows that differ, one value per run. */
@@ -6502,7 +6502,7 @@ export interface components {
         SafetyCode: "supply" | "temperature" | "torque_off_in_rom" | "torque_on_in_rom" | "multi_turn";
         /**
          * Save
-         * @description What a save is asked for with.
+         * @description Options of a save.
          */
         Save: {
             /**
@@ -6516,7 +6516,7 @@ export interface components {
              */
             dry_run?: boolean;
             /**
-             * @description ROM is to have torque on, whatever it holds now. Without it, ROM keeps the torque mode it holds.
+             * @description Write torque on to ROM. Otherwise ROM keeps its torque mode.
              * @default false
              */
             torque_on?: boolean;
@@ -6528,14 +6528,14 @@ export interface components {
         SavePreview: {
             /** @description Effect of the save on the horn. */
             restart: components["schemas"]["Forecast"] | null;
-            /** @description Rows that ROM is known to hold differently, and requested rows. */
+            /** @description Rows whose ROM value is known to differ, and requested rows. */
             rom_changes: components["schemas"]["RomChange"][];
             /** @description Keys of rows that are saved unchanged and whose ROM value is unknown. */
             rom_unknown: components["schemas"]["ParameterKey"][];
         };
         /**
          * SchemaDocument
-         * @description Every table: rows, models, firmware steps, fault bits, effect rules.
+         * @description All tables: rows, models, firmware versions, fault bits, effect rules.
          */
         SchemaDocument: {
             /** @description Conditions under which rows have no effect. */
@@ -6544,13 +6544,13 @@ export interface components {
             faults: components["schemas"]["FaultBit"][];
             /** @description Known firmware versions. */
             firmware: string[];
-            /** @description What users of a firmware should know, by version. */
+            /** @description Notes for users of a firmware, by version. */
             firmware_notes: {
                 [key: string]: string;
             };
             /** @description Groups of the parameter list. */
             groups: components["schemas"]["Group"][];
-            /** @description Models, each with its own ranges. */
+            /** @description Models with their ranges. */
             models: components["schemas"]["SchemaModel"][];
             /** @description Bits of the summary register. */
             overview: components["schemas"]["FaultBit"][];
@@ -6563,7 +6563,7 @@ export interface components {
         };
         /**
          * SchemaModel
-         * @description One servo model and its own numbers; `rows` has every row it offers at its newest firmware.
+         * @description One servo model.
          */
         SchemaModel: {
             /** @description Firmware versions of this model. */
@@ -6602,19 +6602,19 @@ export interface components {
             latency_ms: number | null;
             /** @description Share of the line used for receiving, %. Null without a budget. */
             load_pct: number | null;
-            /** @description USB serial number of the adapter */
+            /** @description USB serial number of the adapter. Null if unknown. */
             serial_number: string | null;
         };
         ServerMessage: components["schemas"]["Hello"] | components["schemas"]["ServosMessage"] | components["schemas"]["TelemetryMessage"] | components["schemas"]["ParameterMessage"] | components["schemas"]["EventMessage"] | components["schemas"]["JobMessage"] | components["schemas"]["BusMessage"] | components["schemas"]["FramesMessage"] | components["schemas"]["LeaseMessage"] | components["schemas"]["StopStateMessage"] | components["schemas"]["ErrorMessage"];
         /**
          * Servo
-         * @description One servo, known by its unique id.
+         * @description One servo, identified by its unique ID.
          */
         Servo: {
             activity: components["schemas"]["Activity"];
             /** @description Age of `angle_deg`, s. Null if never received. */
             age_s: number | null;
-            /** @description Horn angle, °. Positive is clockwise. */
+            /** @description Horn angle, °. Positive is clockwise. Null if unknown. */
             angle_deg: number | null;
             /** @description Address of the bus. Null while offline. */
             bus: string | null;
@@ -6625,7 +6625,7 @@ export interface components {
             faults: components["schemas"]["FaultWords"];
             /** @description Firmware version, such as `1.300`. Null if unknown. */
             firmware: string | null;
-            /** @description What users of this firmware should know, in English. Null if nothing. */
+            /** @description Note for users of this firmware, in English. Null if none. */
             firmware_note: string | null;
             /** @description Hardware version from GetNodeInfo. Null if unknown. */
             hardware_version: number | null;
@@ -6635,7 +6635,7 @@ export interface components {
             known_model: boolean;
             /** @description Nickname, stored by the server. */
             label: string;
-            /** @description RAM values lost in a restart. A value leaves when RAM holds it again, all of them leave after a successful save and DELETE …/lost */
+            /** @description RAM values lost in a restart. A value is removed once it is in RAM again; all are removed by a successful save or `DELETE …/lost`. */
             lost: components["schemas"]["LostValue"][];
             /** @description Mode from NodeStatus. Null if unknown. */
             mode: string | null;
@@ -6651,7 +6651,7 @@ export interface components {
             online: boolean;
             output: components["schemas"]["Output"];
             position_unit: components["schemas"]["PositionUnitState"];
-            /** @description YYYY-MM-DDTHH:MM, time zone not stated by the servo */
+            /** @description Production date, YYYY-MM-DDTHH:MM, time zone unknown. Null if unknown. */
             production_date: string | null;
             /** @description The servo has a PWM input. Null if unknown. */
             pwm: boolean | null;
@@ -6681,7 +6681,7 @@ export interface components {
         };
         /**
          * ServoFaults
-         * @description The fault bits of one of several servos; `problem` instead of them where there is no such servo.
+         * @description Fault bits of one servo, or the problem if it is unknown.
          */
         ServoFaults: {
             /** @description Failures, then warnings, then notifications. Active before past. */
@@ -6698,13 +6698,13 @@ export interface components {
             confirm?: components["schemas"]["ConfirmCode"][];
             /**
              * Servo ID
-             * @description Number that commands for several servos go by; give each servo its own. 0, the default, cannot be commanded that way. Register 0x45, section 4.37.
+             * @description ID that commands for several servos use as the address. Give each servo its own. 0, the default, cannot be addressed this way. Register 0x45, section 4.37.
              */
             value: number;
         };
         /**
          * ServoPatch
-         * @description The only thing about a servo that the server itself keeps.
+         * @description Changes to a servo entry of the server.
          */
         ServoPatch: {
             /** @description Nickname. */
@@ -6712,7 +6712,7 @@ export interface components {
         };
         /**
          * ServosMessage
-         * @description Changed servos, whole.
+         * @description Changed servos, each complete.
          */
         ServosMessage: {
             /** @description Sequence number on this connection. A gap means lost messages. */
@@ -6727,7 +6727,7 @@ export interface components {
         };
         /**
          * SessionState
-         * @description Who asks, and whether anybody has to say so. Where nobody has to, everybody is an admin.
+         * @description Identity of the client. Without access control, every client has the role admin.
          */
         SessionState: {
             /** @description Time until the login expires unless used, s. Null without a login. */
@@ -6736,23 +6736,21 @@ export interface components {
             name: string | null;
             /** @description A token is required. */
             required: boolean;
-            /** @description Role of the token. Null: login only. */
+            /** @description Role of the client. Null if it must log in first. */
             role: components["schemas"]["RoleName"] | null;
         };
         /**
          * SimChange
-         * @description What the bench shall do to a servo; what is not told stays. All or nothing.
+         * @description Changes to a simulated servo, all or nothing. Omitted fields stay unchanged.
          */
         SimChange: {
-            /** @description Delay of every response, s. */
-            answer_delay_s?: number | null;
             /** @description Choices to make, by name. */
             behaviour?: {
                 [key: string]: unknown;
             } | null;
             /** @description Share of responses that are lost, %. */
             drop_responses_pct?: number | null;
-            /** @description Turn the horn manually until 0x08 reads this angle, °. Requires a motor without output. */
+            /** @description Turn the horn manually until 0x08 reads this angle, °. Requires torque off. */
             external_angle_deg?: number | null;
             /** @description Fault bits to set or clear, by key. Bits that report a restart cause one. */
             faults?: {
@@ -6772,6 +6770,8 @@ export interface components {
             pwm_us?: number | null;
             /** @description Keys of parameters whose writes the servo refuses. */
             refuse_keys?: string[] | null;
+            /** @description Delay of every response, s. */
+            response_delay_s?: number | null;
             /** @description Time a restart takes, s. */
             restart_delay_s?: number | null;
             /** @description Error of the temperature and supply sensors, -1 to 1 of ±5 °C and ±0.5 V. */
@@ -6787,13 +6787,11 @@ export interface components {
         SimPower: "off" | "on";
         /**
          * SimServo
-         * @description One simulated servo and everything the bench does to it.
+         * @description A simulated servo and its conditions.
          */
         SimServo: {
             /** @description Horn angle from its notch with all turns counted, °. Positive is clockwise. */
             angle_deg: number;
-            /** @description Delay of every response, s. */
-            answer_delay_s: number;
             /** @description Choices where the specification is silent, by name. */
             behaviour: {
                 [key: string]: boolean | string;
@@ -6827,9 +6825,11 @@ export interface components {
             pwm_us: number | null;
             /** @description Keys of rows the servo refuses to write. */
             refuse_keys: string[];
+            /** @description Delay of every response, s. */
+            response_delay_s: number;
             /** @description Time a restart takes, s. */
             restart_delay_s: number;
-            /** @description -1..1 of the ±5 °C and ±0.5 V of the sensors */
+            /** @description Error of the temperature and supply sensors, -1 to 1 of ±5 °C and ±0.5 V. */
             sensor_error: number;
             /** @description Product number. */
             serial: number;
@@ -6866,20 +6866,20 @@ export interface components {
             confirm?: components["schemas"]["ConfirmCode"][];
             /**
              * Smoothing
-             * @description On rounds off jumps in the command; off follows every step at once and can look jerky. Leave it on for control by hand, and note it with each step test: with it on the test measures the smoothing. Register 0x22, section 4.15.
+             * @description On smooths steps of the command; off follows every step at once and can look jerky. Leave it on for manual control. A step test with smoothing on measures the smoothing. Register 0x22, section 4.15.
              */
             value: boolean;
         };
         /**
          * Snapshot
-         * @description What a servo held at one instant, in engineering values.
+         * @description Values of a servo at one time.
          */
         Snapshot: {
             /** @description Time of the snapshot, seconds since 1970 UTC. */
             at: number;
             /** @description Taken automatically before a change. */
             automatic: boolean;
-            /** @description Client that did it. */
+            /** @description Client that took it. */
             by: string;
             /** @description Firmware version, such as `1.300`. Null if unknown. */
             firmware: string | null;
@@ -6889,7 +6889,7 @@ export interface components {
             model: string | null;
             /** @description Reason for the snapshot. */
             reason: string;
-            /** @description Code of the reason: `manual`, or the operation that it preceded. Null for a user's own words. */
+            /** @description Code of the reason: `manual`, or the operation that it preceded. Null for a user's own text. */
             reason_code: components["schemas"]["ReasonCode"] | null;
             reason_params: components["schemas"]["Params"];
             /** @description Values known to be in ROM, by key. */
@@ -6898,7 +6898,7 @@ export interface components {
             };
             /** @description Unique ID, 32 lower-case hex digits. */
             uid: string;
-            /** @description RAM, by key */
+            /** @description Values in RAM, by key. */
             values: {
                 [key: string]: boolean | number | string | null;
             };
@@ -6916,7 +6916,7 @@ export interface components {
              */
             hold?: components["schemas"]["MotionHold"] | null;
             /**
-             * @description Speed and acceleration of the move. Null: without limits.
+             * @description Speed and acceleration limits of the move. Null: none.
              * @default null
              */
             profile?: components["schemas"]["MotionProfile"] | null;
@@ -6936,7 +6936,7 @@ export interface components {
             confirm?: components["schemas"]["ConfirmCode"][];
             /**
              * Soft start
-             * @description On: after a start the horn goes to 0° at no more than 30 rpm and 30 % torque. Off: it takes hold where it is, at once and with full torque. Leave it on where a hard jerk could do harm; turn it off where 0° is a bad place to go. Register 0x21, section 4.14.
+             * @description On: after a start the horn moves to 0° with at most 30 rpm and 30 % torque. Off: it holds its present angle at once, with full torque. Leave it on if a sudden jerk could cause damage; turn it off if moving to 0° could. Register 0x21, section 4.14.
              */
             value: boolean;
         };
@@ -6948,8 +6948,8 @@ export interface components {
              */
             confirm?: components["schemas"]["ConfirmCode"][];
             /**
-             * Speed dead band
-             * @description Speed error the speed loop leaves alone. Wider is calmer near standstill; narrower answers smaller errors. The document gives no unit. Register 0x32, section 4.27.
+             * Speed deadband
+             * @description Speed error that is not corrected. Wider is steadier near standstill; narrower corrects smaller errors. The unit is not documented. Register 0x32, section 4.27.
              */
             value: number;
         };
@@ -6962,7 +6962,7 @@ export interface components {
             confirm?: components["schemas"]["ConfirmCode"][];
             /**
              * Speed I gain
-             * @description How fast the speed loop adds output while a speed error lasts. Higher removes the error sooner and can swing; lower leaves it longer. Register 0x31, section 4.26.
+             * @description How fast the speed loop increases output while a speed error remains. Higher removes the error sooner but can oscillate; lower takes longer. Register 0x31, section 4.26.
              */
             value: number;
         };
@@ -6975,7 +6975,7 @@ export interface components {
             confirm?: components["schemas"]["ConfirmCode"][];
             /**
              * Speed I limit
-             * @description Most output the I part of the speed loop may add. Higher overcomes more load and takes longer to unwind; lower stops it from winding up. Register 0x33, section 4.28.
+             * @description Maximum output of the integral term of the speed loop. Higher overcomes more load but takes longer to unwind; lower prevents wind-up. Register 0x33, section 4.28.
              */
             value: number;
         };
@@ -6988,7 +6988,7 @@ export interface components {
             confirm?: components["schemas"]["ConfirmCode"][];
             /**
              * Speed limit CCW
-             * @description Fastest the horn turns counter-clockwise under an angle or speed command, as a negative speed. Nearer to 0 is gentler on the load, and nearer than −10 rpm it is not usable. Unit: rpm. Register 0x3B, section 4.32.
+             * @description Maximum counter-clockwise speed for angle and speed commands, as a negative number. Closer to 0 is gentler on the load; closer than −10 rpm is not usable. Unit: rpm. Register 0x3B, section 4.32.
              */
             value: number;
         };
@@ -7001,7 +7001,7 @@ export interface components {
             confirm?: components["schemas"]["ConfirmCode"][];
             /**
              * Speed limit CW
-             * @description Fastest the horn turns clockwise under an angle or speed command. Lower is gentler on the load, and below 10 rpm it is not usable; higher leaves the speed to the supply and the load. Unit: rpm. Register 0x3A, section 4.32.
+             * @description Maximum clockwise speed for angle and speed commands. Lower is gentler on the load; below 10 rpm it is not usable. If higher, the speed depends on the supply and the load. Unit: rpm. Register 0x3A, section 4.32.
              */
             value: number;
         };
@@ -7014,7 +7014,7 @@ export interface components {
             confirm?: components["schemas"]["ConfirmCode"][];
             /**
              * Speed P gain
-             * @description How hard the speed loop answers a speed error. Higher follows more closely and can vibrate; lower gives way under load. Register 0x30, section 4.25.
+             * @description Response of the speed loop to a speed error. Higher follows more closely but can vibrate; lower yields under load. Register 0x30, section 4.25.
              */
             value: number;
         };
@@ -7027,15 +7027,15 @@ export interface components {
             confirm?: components["schemas"]["ConfirmCode"][];
             /**
              * Speed and torque control
-             * @description On: angle, speed and torque loops run one inside the other, and speed and torque can be commanded and limited. Off: the angle loop drives the motor directly, which moves more smoothly but knows no speed or torque. Register 0x25, section 4.18. Since firmware 1.100.
+             * @description On: cascaded angle, speed and torque loops; speed and torque can be commanded and limited. Off: the angle loop drives the motor directly, which is smoother, but without control of speed or torque. Register 0x25, section 4.18. Since firmware 1.100.
              */
             value: boolean;
         };
         /** @enum {string} */
-        StepCode: "check" | "snapshot" | "write" | "silence" | "restart" | "back" | "soft_start" | "read_back" | "ask" | "torque_off" | "erase" | "read" | "identity" | "rows" | "save" | "verify" | "limit" | "wiggle" | "return" | "restore" | "there" | "numbers" | "plan" | "aside" | "away" | "identify" | "clear";
+        StepCode: "check" | "snapshot" | "write" | "silence" | "restart" | "back" | "soft_start" | "read_back" | "request" | "torque_off" | "erase" | "read" | "identity" | "rows" | "save" | "verify" | "limit" | "wiggle" | "return" | "restore" | "measure" | "evaluate" | "plan" | "park_servo_id" | "park_node_id" | "identify" | "clear";
         /**
          * StepMetrics
-         * @description Metrics of one step; all times ± `sample_s`. Null if the step never got that far.
+         * @description Metrics of one step. All times ± `sample_s`. Null if not reached.
          *
          *     `hunting_hz` is also measured at the end of a step that never settles because the horn oscillates. It is null with
          *     fewer than 100 samples per second.
@@ -7071,7 +7071,7 @@ export interface components {
         };
         /**
          * StepRun
-         * @description A finished step test, with what it was measured under.
+         * @description A completed step test with its test conditions.
          */
         StepRun: {
             /** @description Samples per second. */
@@ -7107,7 +7107,7 @@ export interface components {
         };
         /**
          * StepTest
-         * @description A small safe step there and back, repeated. Needs a lease and torque on.
+         * @description Options of a step test.
          */
         StepTest: {
             /** @description Settling band, °. Null for 0.5° or the deadband, whichever is larger. */
@@ -7135,13 +7135,13 @@ export interface components {
         };
         /**
          * StepTrace
-         * @description One step: samples from the command on.
+         * @description One step, with samples from the command on.
          */
         StepTrace: {
             /** @description Angle of each sample, °. */
             angle_deg: number[];
             /**
-             * @description Towards the target, or back.
+             * @description there: to the target. back: to the start angle.
              * @enum {string}
              */
             direction: "there" | "back";
@@ -7168,14 +7168,14 @@ export interface components {
             mode: components["schemas"]["StopMode"] | null;
             /** @description Nodes that broadcast actuator status and may be servos. */
             nodes: components["schemas"]["StopNode"][];
-            /** @description Reason of the client. Null while not latched. */
+            /** @description Reason: text, or the page's code `stop_button`, `esc_key` or `space_key`. Null while not latched. */
             reason: string | null;
             /** @description One entry per servo. */
             servos: components["schemas"]["StopServo"][];
         };
         /**
          * StopMessage
-         * @description Stop everything now; needs no lease.
+         * @description Stop all servos immediately. Needs no lease.
          */
         StopMessage: {
             /**
@@ -7203,7 +7203,7 @@ export interface components {
         StopMode: "off" | "brake";
         /**
          * StopNode
-         * @description How stop went on a node that may be a servo and has not been identified.
+         * @description Confirmation of a stop by a node that may be a servo but is not identified.
          */
         StopNode: {
             /** @description The response to torque off (or brake) was received. */
@@ -7215,7 +7215,7 @@ export interface components {
         };
         /**
          * StopRequest
-         * @description Stop everything now.
+         * @description Options of a stop.
          */
         StopRequest: {
             /**
@@ -7224,14 +7224,14 @@ export interface components {
              */
             mode?: components["schemas"]["StopMode"];
             /**
-             * @description 200 characters of it are kept
+             * @description Reason, shown to users. At most 200 characters are stored.
              * @default
              */
             reason?: string;
         };
         /**
          * StopServo
-         * @description How stop went on one servo.
+         * @description Confirmation of a stop by one servo.
          */
         StopServo: {
             /** @description The response to torque off (or brake) was received. */
@@ -7245,7 +7245,7 @@ export interface components {
         };
         /**
          * StopStateMessage
-         * @description The stop latch changed, or another servo confirmed.
+         * @description Change of the stop latch, or confirmation by another servo.
          */
         StopStateMessage: {
             /** @description Sequence number on this connection. A gap means lost messages. */
@@ -7259,14 +7259,14 @@ export interface components {
         };
         /**
          * Stream
-         * @description A stream and how well it keeps time.
+         * @description A stream and its timing.
          */
         Stream: {
             /** @description Share of the bus, 0 to 1. */
             bus_share: number;
             /** @description Reason why it ended. Null while it runs. */
             ended: string | null;
-            /** @description `ended` without requests for programs. Null while it runs. */
+            /** @description `ended` without the request that resolves it. Null while it runs. */
             ended_summary: string | null;
             /** @description Client with motion control. */
             holder: string;
@@ -7291,7 +7291,7 @@ export interface components {
         };
         /**
          * StreamMessage
-         * @description New values of a stream by uid, all or nothing; they leave with the next burst.
+         * @description New setpoints of a stream, all or nothing; sent with the next burst.
          */
         StreamMessage: {
             /** @description ID of the stream. */
@@ -7299,7 +7299,7 @@ export interface components {
             /** @description ID of the lease. */
             lease: string;
             /**
-             * @description Speed and acceleration of the move. Null: without limits.
+             * @description Speed and acceleration limits of the move. Null: none.
              * @default null
              */
             profile?: components["schemas"]["MotionProfile"] | null;
@@ -7315,10 +7315,10 @@ export interface components {
         };
         /**
          * StreamValues
-         * @description The newest values by uid; servos that are not named keep theirs.
+         * @description New setpoints. Servos that are not listed keep theirs.
          */
         StreamValues: {
-            /** @description Speed and acceleration of the move. All servos arrive together. Null: without limits. */
+            /** @description Speed and acceleration limits of the move. All servos arrive at the same time. Null: none. */
             profile?: components["schemas"]["MotionProfile"] | null;
             /** @description Setpoints by unique ID: angle (°), speed (rpm) or torque (%). */
             values: {
@@ -7327,7 +7327,7 @@ export interface components {
         };
         /**
          * Subscribe
-         * @description Start receiving topics, of all servos or of some. `frames` replaces the filter of topic `frames`.
+         * @description Subscribe to topics, for all servos or some. `frames` replaces the filter of topic `frames`.
          */
         Subscribe: {
             /**
@@ -7352,7 +7352,7 @@ export interface components {
          * SwitchReading
          * @description One parameter as last read from RAM, with its ROM value and this model's limits.
          *
-         *     Not validated, because sockets send many.
+         *     Not validated, for speed: sockets send many.
          */
         SwitchReading: {
             /** @description Register address. */
@@ -7379,7 +7379,7 @@ export interface components {
             raw: number | null;
             /** @description Value known to be in ROM. Null if unknown. */
             rom: boolean | number | null;
-            /** @description Too old, or the servo is offline: the servo may hold another value. */
+            /** @description The reading is too old or the servo is offline, so the servo may have another value. */
             stale: boolean;
             /** @description Unit of the value. Empty if none. */
             unit: string;
@@ -7394,37 +7394,37 @@ export interface components {
         };
         /**
          * TakeOver
-         * @description Asking the holder for motion control.
+         * @description Request to the current holder for motion control.
          */
         TakeOver: {
             /** @description Client that requests motion control, shown to the holder. */
             holder: string;
-            /**
-             * @description Time after which the lease passes unless refused, s.
-             * @default 10
-             */
-            patience_s?: number;
             /**
              * @description Reason, shown to users and written to the audit.
              * @default
              */
             reason?: string;
             /**
-             * @description Time to live after each renewal, s.
+             * @description Time after which the lease passes unless refused, s.
+             * @default 10
+             */
+            timeout_s?: number;
+            /**
+             * @description Time to live from each renewal, s.
              * @default 2
              */
             ttl_s?: number;
         };
         /**
          * TakeOverState
-         * @description How the asking went. `lease_id` is there once, for whoever asked, when it was granted.
+         * @description State of a request for motion control.
          */
         TakeOverState: {
             /** @description Client that requests motion control. */
             by: string;
             /** @description Time until it is granted unless refused, s. */
             expires_in_s: number;
-            /** @description Current lease. Null if nobody else has motion control. */
+            /** @description Current lease of another client. Null if none. */
             holder: components["schemas"]["LeaseView"] | null;
             /** @description ID, as used in paths. */
             id: string;
@@ -7440,7 +7440,7 @@ export interface components {
         };
         /**
          * Telemetry
-         * @description What is polled of a servo, and for whom.
+         * @description Telemetry of a servo.
          */
         Telemetry: {
             /** @description Share of the bus available to polling, 0 to 1. */
@@ -7448,11 +7448,11 @@ export interface components {
             /** @description Channels by parameter key. */
             channels: components["schemas"]["TelemetryChannelByKey"];
             /** @description Subscriptions and their granted rates. */
-            wishes: components["schemas"]["TelemetryGrant"][];
+            subscriptions: components["schemas"]["TelemetryGrant"][];
         };
         /**
          * TelemetryChannel
-         * @description One channel: how often it is to be polled, and how often it really is.
+         * @description Rates of one channel.
          */
         TelemetryChannel: {
             /** @description Age of the last sample, s. Null if there is none. */
@@ -7551,11 +7551,11 @@ export interface components {
         };
         /**
          * TelemetryMark
-         * @description Something to know of a channel at an instant: `t` in seconds on the server's clock.
+         * @description Mark in the samples of a channel.
          */
         TelemetryMark: {
             /**
-             * @description What happened.
+             * @description wrap: the angle wrapped at ±180°; inactive: no value (dummy value); gap: samples are missing; restart: the servo restarted.
              * @enum {string}
              */
             kind: "wrap" | "inactive" | "gap" | "restart";
@@ -7585,11 +7585,11 @@ export interface components {
             uid: string;
         };
         /**
-         * TelemetryWish
-         * @description Rows to poll, and how often.
+         * TelemetryRequest
+         * @description Telemetry subscription: rows to poll, and their rate.
          */
-        TelemetryWish: {
-            /** @description Keys of readable parameters. */
+        TelemetryRequest: {
+            /** @description Keys of readable parameters. Empty to end the subscription. */
             channels: components["schemas"]["ParameterKey"][];
             /**
              * @description Owner of the subscription. Each owner has one per servo.
@@ -7610,7 +7610,7 @@ export interface components {
             confirm?: components["schemas"]["ConfirmCode"][];
             /**
              * Temperature limit, lower
-             * @description Below it the output goes off until the board is warmer. Higher protects a cold mechanism and may refuse to start in the cold. The reading is ±5 °C. Unit: °C. Register 0x3F, section 4.34.
+             * @description Torque turns off below this temperature until the board warms up. Higher protects a cold mechanism, but the servo may not move in the cold. Accuracy ±5 °C. Unit: °C. Register 0x3F, section 4.34.
              */
             value: number;
         };
@@ -7623,18 +7623,18 @@ export interface components {
             confirm?: components["schemas"]["ConfirmCode"][];
             /**
              * Temperature limit, upper
-             * @description Above it the output goes off until the board is cooler. Lower protects sooner and may drop the load sooner. The reading is ±5 °C. Unit: °C. Register 0x3E, section 4.34.
+             * @description Torque turns off above this temperature until the board cools down. Lower protects sooner, but can also drop the load sooner. Accuracy ±5 °C. Unit: °C. Register 0x3E, section 4.34.
              */
             value: number;
         };
         /**
          * Ticket
-         * @description Opens one WebSocket, as `?ticket=`, for who can set no header.
+         * @description Opens one WebSocket as `?ticket=`, for clients that cannot set headers.
          */
         Ticket: {
             /** @description Time until the ticket expires, s. */
             expires_in_s: number;
-            /** @description Ticket that opens one socket, once. */
+            /** @description Ticket. Valid for one socket. */
             ticket: string;
         };
         /** @enum {string} */
@@ -7643,7 +7643,7 @@ export interface components {
          * TimeoutActionReading
          * @description One parameter as last read from RAM, with its ROM value and this model's limits.
          *
-         *     Not validated, because sockets send many.
+         *     Not validated, for speed: sockets send many.
          */
         TimeoutActionReading: {
             /** @description Register address. */
@@ -7670,7 +7670,7 @@ export interface components {
             raw: number | null;
             /** @description Value known to be in ROM. Null if unknown. */
             rom: components["schemas"]["TimeoutActionChoice"] | (number | null);
-            /** @description Too old, or the servo is offline: the servo may hold another value. */
+            /** @description The reading is too old or the servo is offline, so the servo may have another value. */
             stale: boolean;
             /** @description Unit of the value. Empty if none. */
             unit: string;
@@ -7691,8 +7691,8 @@ export interface components {
              */
             confirm?: components["schemas"]["ConfirmCode"][];
             /**
-             * Time-out action
-             * @description What happens when no command arrives for the time-out time. Hold keeps the last command for ever, so a speed keeps turning; off and brake let go until the next command. Register 0x26, section 4.19.
+             * Timeout action
+             * @description Action if no command arrives within the timeout. Hold keeps the last command active indefinitely, so a speed command keeps turning; off frees the horn and brake brakes it until the next command. Register 0x26, section 4.19.
              * @enum {string}
              */
             value: "hold" | "off" | "brake";
@@ -7705,14 +7705,14 @@ export interface components {
              */
             confirm?: components["schemas"]["ConfirmCode"][];
             /**
-             * Time-out time
-             * @description How long the servo waits for a command (0x00 to 0x02 or 0x20) before the time-out action. Shorter lets go sooner when the link fails; send commands at least three times within it. On models with PWM input the pulse takes over after it. Unit: ms. Register 0x27, section 4.19.
+             * Timeout
+             * @description Time without a command (0x00 to 0x02 or 0x20) until the timeout action. A shorter timeout disables torque sooner if the link fails; send at least three commands within it. On models with PWM input, the pulse takes over afterwards. Unit: ms. Register 0x27, section 4.19.
              */
             value: number;
         };
         /**
          * TokenDraft
-         * @description A token to be made.
+         * @description Token to create.
          */
         TokenDraft: {
             /** @description Name: letters, digits, spaces and . _ @ - */
@@ -7722,7 +7722,7 @@ export interface components {
         };
         /**
          * TokenMade
-         * @description A new token: the one time its secret is told.
+         * @description New token, with its secret.
          */
         TokenMade: {
             /** @description Time of creation, seconds since 1970 UTC. */
@@ -7738,7 +7738,7 @@ export interface components {
         };
         /**
          * TokenView
-         * @description A token without its secret.
+         * @description Token without its secret.
          */
         TokenView: {
             /** @description Time of creation, seconds since 1970 UTC. */
@@ -7761,7 +7761,7 @@ export interface components {
             confirm?: components["schemas"]["ConfirmCode"][];
             /**
              * Torque limit CCW
-             * @description About the most torque the servo uses counter-clockwise, as a negative percentage, under every kind of command. Nearer to 0 protects more and holds less. Unit: %. Register 0x3D, section 4.33.
+             * @description Approximate maximum counter-clockwise torque, for all kinds of command, as a negative percentage. Closer to 0 protects more but holds less load. Unit: %. Register 0x3D, section 4.33.
              */
             value: number;
         };
@@ -7774,13 +7774,13 @@ export interface components {
             confirm?: components["schemas"]["ConfirmCode"][];
             /**
              * Torque limit CW
-             * @description About the most torque the servo uses clockwise, under every kind of command. Lower protects what the horn can run into; too low, and it no longer holds its load. Unit: %. Register 0x3C, section 4.33.
+             * @description Approximate maximum clockwise torque, for all kinds of command. Lower protects the mechanism in case of a collision; if too low, the servo cannot hold its load. Unit: %. Register 0x3C, section 4.33.
              */
             value: number;
         };
         /**
          * TorqueMode
-         * @description Output of the motor; an enum, never a boolean (section 4.13: on 0, off 1, brake 2).
+         * @description Torque mode to set (section 4.13: on 0, off 1, brake 2).
          */
         TorqueMode: {
             /**
@@ -7795,7 +7795,7 @@ export interface components {
          * TorqueModeReading
          * @description One parameter as last read from RAM, with its ROM value and this model's limits.
          *
-         *     Not validated, because sockets send many.
+         *     Not validated, for speed: sockets send many.
          */
         TorqueModeReading: {
             /** @description Register address. */
@@ -7822,7 +7822,7 @@ export interface components {
             raw: number | null;
             /** @description Value known to be in ROM. Null if unknown. */
             rom: components["schemas"]["TorqueModeChoice"] | (number | null);
-            /** @description Too old, or the servo is offline: the servo may hold another value. */
+            /** @description The reading is too old or the servo is offline, so the servo may have another value. */
             stale: boolean;
             /** @description Unit of the value. Empty if none. */
             unit: string;
@@ -7844,7 +7844,7 @@ export interface components {
             confirm?: components["schemas"]["ConfirmCode"][];
             /**
              * Torque
-             * @description Whether the motor drives, is free, or brakes weakly. Turning torque on drops the previous command: the horn holds where it is, and speed and torque become 0. Saved as off, the servo starts without torque. Register 0x20, section 4.13.
+             * @description Motor output: driven, free, or weak brake. Turning torque on discards the previous command: the horn holds its present angle, and speed and torque become 0. If saved as off, the servo starts without torque. Register 0x20, section 4.13.
              * @enum {string}
              */
             value: "on" | "off" | "brake";
@@ -7853,7 +7853,7 @@ export interface components {
         TransferKind: "message" | "request" | "response";
         /**
          * TreatedAs
-         * @description The known model and firmware that stand for what the tables do not have.
+         * @description Known model and firmware assumed for a servo that the tables do not contain.
          */
         TreatedAs: {
             /** @description Firmware to assume. Null if the firmware is known. */
@@ -7863,17 +7863,17 @@ export interface components {
         };
         /**
          * UniqueNumber
-         * @description A number that no two servos share, and the range that is proposed (raw). 0 is "none yet" and may be shared.
+         * @description A number unique to each servo, and the suggested range (raw). 0 means "none yet" and need not be unique.
          */
         UniqueNumber: {
-            /** @description Highest number that is proposed. */
+            /** @description Highest suggested number. */
             highest: number;
-            /** @description Lowest number that is proposed. */
+            /** @description Lowest suggested number. */
             lowest: number;
         };
         /**
          * UnitWhen
-         * @description Another unit, in force while `parameter` reads `raw` (0x36 follows 0x37, section 4.30).
+         * @description Another unit while `parameter` is `raw` (0x36 follows 0x37, section 4.30).
          */
         UnitWhen: {
             /** @description Key of the row that decides. */
@@ -7887,7 +7887,7 @@ export interface components {
         };
         /**
          * Unsubscribe
-         * @description Stop receiving topics.
+         * @description Unsubscribe from topics.
          */
         Unsubscribe: {
             /** @description Topics to unsubscribe from. */
@@ -7907,7 +7907,7 @@ export interface components {
             confirm?: components["schemas"]["ConfirmCode"][];
             /**
              * Voltage limit, lower
-             * @description Below it the output goes off until the supply is higher. Higher spares a battery and lets go earlier when the supply dips; keep room for the reading, which is ±0.5 V. Unit: V. Register 0x41, section 4.35.
+             * @description Torque turns off below this voltage until the supply rises. Higher protects a battery, but turns torque off sooner if the supply dips. Allow for the accuracy of ±0.5 V. Unit: V. Register 0x41, section 4.35.
              */
             value: number;
         };
@@ -7920,13 +7920,13 @@ export interface components {
             confirm?: components["schemas"]["ConfirmCode"][];
             /**
              * Voltage limit, upper
-             * @description Above it the output goes off until the supply is lower. Keep it well above the supply: the reading is ±0.5 V, and braking loads push the supply up. Unit: V. Register 0x40, section 4.35.
+             * @description Torque turns off above this voltage until the supply drops. Keep it well above the supply voltage: accuracy is ±0.5 V, and braking a load raises the supply voltage. Unit: V. Register 0x40, section 4.35.
              */
             value: number;
         };
         /**
          * Why
-         * @description A reason by code, for programs and other languages.
+         * @description A reason as a code, for programs and translations.
          */
         Why: {
             /** @description Name of the reason. */
@@ -7938,7 +7938,7 @@ export interface components {
         };
     };
     responses: {
-        /** @description Refused before it reached its operation: `unauthorized` (401), `forbidden_role` (403), `forbidden_origin` (403), `too_large` (413), `unsupported_media_type` (415), `too_many_attempts` (429), `internal` (500). */
+        /** @description Refused before the operation: `unauthorized` (401), `forbidden_role` (403), `forbidden_origin` (403), `too_large` (413), `unsupported_media_type` (415), `too_many_attempts` (429), `internal` (500). */
         CommonProblem: {
             headers: {
                 /** @description With 429: time to wait before the next attempt, s. */
@@ -7949,7 +7949,7 @@ export interface components {
                 "application/problem+json": components["schemas"]["Problem"];
             };
         };
-        /** @description What went wrong, and what to do. */
+        /** @description Problem and remedy. */
         Problem: {
             headers: {
                 [name: string]: unknown;
@@ -7958,7 +7958,7 @@ export interface components {
                 "application/problem+json": components["schemas"]["Problem"];
             };
         };
-        /** @description Refused before it reached its operation: `unauthorized` (401), `forbidden_role` (403), `forbidden_origin` (403), `too_large` (413), `unsupported_media_type` (415), `internal` (500). */
+        /** @description Refused before the operation: `unauthorized` (401), `forbidden_role` (403), `forbidden_origin` (403), `too_large` (413), `unsupported_media_type` (415), `internal` (500). */
         StopProblem: {
             headers: {
                 [name: string]: unknown;
@@ -8060,13 +8060,13 @@ export interface components {
     };
     parameters: {
         /**
-         * @description Sent again with the same key it is done once, and answered as at first. Kept for 24 h at least.
+         * @description A repeated request with the same key is carried out once and returns the first response. Responses are stored for at least 24 h.
          * @example rig-7-run-2031
          */
         "Idempotency-Key": string;
         /** @description `revision` of the last read. If values have changed: `stale_revision`. */
         "If-Match": string | null;
-        /** @description ID of a valid lease. */
+        /** @description ID of a valid lease, which grants motion control. */
         Lease: string | null;
         /** @description Action of the rows. */
         action: string | null;
@@ -8104,7 +8104,7 @@ export interface components {
         stream_id: string;
         /** @description Unique ID, 32 lower-case hex digits. */
         uid: string;
-        /** @description Wait until the job has ended: 200 and the finished job. */
+        /** @description Wait until the job has ended. The response is 200 with the finished job. */
         wait: boolean;
     };
     requestBodies: never;
@@ -8138,10 +8138,10 @@ export interface operations {
         parameters: {
             query?: never;
             header?: {
-                /** @description ID of a valid lease. */
+                /** @description ID of a valid lease, which grants motion control. */
                 Lease?: components["parameters"]["Lease"];
                 /**
-                 * @description Sent again with the same key it is done once, and answered as at first. Kept for 24 h at least.
+                 * @description A repeated request with the same key is carried out once and returns the first response. Responses are stored for at least 24 h.
                  * @example rig-7-run-2031
                  */
                 "Idempotency-Key"?: components["parameters"]["Idempotency-Key"];
@@ -8175,7 +8175,7 @@ export interface operations {
         parameters: {
             query?: never;
             header?: {
-                /** @description ID of a valid lease. */
+                /** @description ID of a valid lease, which grants motion control. */
                 Lease?: components["parameters"]["Lease"];
             };
             path: {
@@ -8208,7 +8208,7 @@ export interface operations {
         parameters: {
             query?: never;
             header?: {
-                /** @description ID of a valid lease. */
+                /** @description ID of a valid lease, which grants motion control. */
                 Lease?: components["parameters"]["Lease"];
             };
             path: {
@@ -8291,7 +8291,7 @@ export interface operations {
         };
         requestBody?: never;
         responses: {
-            /** @description every row, newest first */
+            /** @description All matching rows, newest first. */
             200: {
                 headers: {
                     [name: string]: unknown;
@@ -8399,7 +8399,7 @@ export interface operations {
         parameters: {
             query?: never;
             header?: {
-                /** @description ID of a valid lease. */
+                /** @description ID of a valid lease, which grants motion control. */
                 Lease?: components["parameters"]["Lease"];
             };
             path?: never;
@@ -8424,7 +8424,7 @@ export interface operations {
             default: components["responses"]["CommonProblem"];
         };
     };
-    examine_bus: {
+    diagnose_bus: {
         parameters: {
             query?: {
                 /** @description Include checks without findings. */
@@ -8475,7 +8475,7 @@ export interface operations {
             query?: never;
             header?: {
                 /**
-                 * @description Sent again with the same key it is done once, and answered as at first. Kept for 24 h at least.
+                 * @description A repeated request with the same key is carried out once and returns the first response. Responses are stored for at least 24 h.
                  * @example rig-7-run-2031
                  */
                 "Idempotency-Key"?: components["parameters"]["Idempotency-Key"];
@@ -8609,10 +8609,10 @@ export interface operations {
         parameters: {
             query?: never;
             header?: {
-                /** @description ID of a valid lease. */
+                /** @description ID of a valid lease, which grants motion control. */
                 Lease?: components["parameters"]["Lease"];
                 /**
-                 * @description Sent again with the same key it is done once, and answered as at first. Kept for 24 h at least.
+                 * @description A repeated request with the same key is carried out once and returns the first response. Responses are stored for at least 24 h.
                  * @example rig-7-run-2031
                  */
                 "Idempotency-Key"?: components["parameters"]["Idempotency-Key"];
@@ -8653,14 +8653,14 @@ export interface operations {
     commission: {
         parameters: {
             query?: {
-                /** @description Wait until the job has ended: 200 and the finished job. */
+                /** @description Wait until the job has ended. The response is 200 with the finished job. */
                 wait?: components["parameters"]["wait"];
             };
             header?: {
-                /** @description ID of a valid lease. */
+                /** @description ID of a valid lease, which grants motion control. */
                 Lease?: components["parameters"]["Lease"];
                 /**
-                 * @description Sent again with the same key it is done once, and answered as at first. Kept for 24 h at least.
+                 * @description A repeated request with the same key is carried out once and returns the first response. Responses are stored for at least 24 h.
                  * @example rig-7-run-2031
                  */
                 "Idempotency-Key"?: components["parameters"]["Idempotency-Key"];
@@ -8674,7 +8674,7 @@ export interface operations {
             };
         };
         responses: {
-            /** @description the finished job, or the dry run */
+            /** @description Finished job, or result of the dry run. */
             200: {
                 headers: {
                     [name: string]: unknown;
@@ -8683,7 +8683,7 @@ export interface operations {
                     "application/json": components["schemas"]["Job"] | components["schemas"]["CommissioningPreview"];
                 };
             };
-            /** @description the job, under way */
+            /** @description Running job. */
             202: {
                 headers: {
                     [name: string]: unknown;
@@ -8762,13 +8762,13 @@ export interface operations {
     stream_events: {
         parameters: {
             query?: {
-                /** @description of servos, events, jobs, bus and telemetry, with commas between them; lease and stop always come */
+                /** @description Any of servos, events, jobs, bus and telemetry, separated by commas. Lease and stop messages are always sent. */
                 topics?: string;
-                /** @description unique ids, with commas between them: servos, parameters and telemetry of these only */
+                /** @description Unique IDs, separated by commas: limits servos, parameters and telemetry to these. Default: all. */
                 uids?: string | null;
             };
             header?: {
-                /** @description the id of the last event that was read, to go on there */
+                /** @description ID of the last received event, to resume after it. */
                 "Last-Event-ID"?: string | null;
             };
             path?: never;
@@ -8776,7 +8776,7 @@ export interface operations {
         };
         requestBody?: never;
         responses: {
-            /** @description server-sent events; the data of each is a ServerMessage, or a DroppedMessage */
+            /** @description Server-sent events. The data of each is a ServerMessage or a DroppedMessage. */
             200: {
                 headers: {
                     [name: string]: unknown;
@@ -8926,7 +8926,7 @@ export interface operations {
                 history?: boolean;
             };
             header?: {
-                /** @description ID of a valid lease. */
+                /** @description ID of a valid lease, which grants motion control. */
                 Lease?: components["parameters"]["Lease"];
             };
             path: {
@@ -8951,11 +8951,11 @@ export interface operations {
             default: components["responses"]["CommonProblem"];
         };
     };
-    label_known_servo: {
+    update_known_servo: {
         parameters: {
             query?: never;
             header?: {
-                /** @description ID of a valid lease. */
+                /** @description ID of a valid lease, which grants motion control. */
                 Lease?: components["parameters"]["Lease"];
             };
             path: {
@@ -9070,7 +9070,7 @@ export interface operations {
     get_report: {
         parameters: {
             query?: {
-                /** @description csv: one row per servo; junit: one test case per servo and step; html: page for printing. */
+                /** @description csv: one row per servo; junit: one test case per servo and step; html: printable page. */
                 format?: "csv" | "json" | "junit" | "html";
             };
             header?: never;
@@ -9082,7 +9082,7 @@ export interface operations {
         };
         requestBody?: never;
         responses: {
-            /** @description the report */
+            /** @description Report. */
             200: {
                 headers: {
                     [name: string]: unknown;
@@ -9103,14 +9103,14 @@ export interface operations {
     resume_job: {
         parameters: {
             query?: {
-                /** @description Wait until the job has ended: 200 and the finished job. */
+                /** @description Wait until the job has ended. The response is 200 with the finished job. */
                 wait?: components["parameters"]["wait"];
             };
             header?: {
-                /** @description ID of a valid lease. */
+                /** @description ID of a valid lease, which grants motion control. */
                 Lease?: components["parameters"]["Lease"];
                 /**
-                 * @description Sent again with the same key it is done once, and answered as at first. Kept for 24 h at least.
+                 * @description A repeated request with the same key is carried out once and returns the first response. Responses are stored for at least 24 h.
                  * @example rig-7-run-2031
                  */
                 "Idempotency-Key"?: components["parameters"]["Idempotency-Key"];
@@ -9123,7 +9123,7 @@ export interface operations {
         };
         requestBody?: never;
         responses: {
-            /** @description the finished job */
+            /** @description Finished job. */
             200: {
                 headers: {
                     [name: string]: unknown;
@@ -9132,7 +9132,7 @@ export interface operations {
                     "application/json": components["schemas"]["Job"];
                 };
             };
-            /** @description the job, under way */
+            /** @description Running job. */
             202: {
                 headers: {
                     [name: string]: unknown;
@@ -9180,7 +9180,7 @@ export interface operations {
             query?: never;
             header?: {
                 /**
-                 * @description Sent again with the same key it is done once, and answered as at first. Kept for 24 h at least.
+                 * @description A repeated request with the same key is carried out once and returns the first response. Responses are stored for at least 24 h.
                  * @example rig-7-run-2031
                  */
                 "Idempotency-Key"?: components["parameters"]["Idempotency-Key"];
@@ -9212,12 +9212,12 @@ export interface operations {
             default: components["responses"]["CommonProblem"];
         };
     };
-    ask_for_lease: {
+    request_lease: {
         parameters: {
             query?: never;
             header?: {
                 /**
-                 * @description Sent again with the same key it is done once, and answered as at first. Kept for 24 h at least.
+                 * @description A repeated request with the same key is carried out once and returns the first response. Responses are stored for at least 24 h.
                  * @example rig-7-run-2031
                  */
                 "Idempotency-Key"?: components["parameters"]["Idempotency-Key"];
@@ -9307,10 +9307,10 @@ export interface operations {
         parameters: {
             query?: never;
             header?: {
-                /** @description ID of a valid lease. */
+                /** @description ID of a valid lease, which grants motion control. */
                 Lease?: components["parameters"]["Lease"];
                 /**
-                 * @description Sent again with the same key it is done once, and answered as at first. Kept for 24 h at least.
+                 * @description A repeated request with the same key is carried out once and returns the first response. Responses are stored for at least 24 h.
                  * @example rig-7-run-2031
                  */
                 "Idempotency-Key"?: components["parameters"]["Idempotency-Key"];
@@ -9453,7 +9453,7 @@ export interface operations {
         parameters: {
             query?: never;
             header?: {
-                /** @description ID of a valid lease. */
+                /** @description ID of a valid lease, which grants motion control. */
                 Lease?: components["parameters"]["Lease"];
             };
             path?: never;
@@ -9533,7 +9533,7 @@ export interface operations {
         parameters: {
             query?: never;
             header?: {
-                /** @description ID of a valid lease. */
+                /** @description ID of a valid lease, which grants motion control. */
                 Lease?: components["parameters"]["Lease"];
             };
             path: {
@@ -9557,7 +9557,7 @@ export interface operations {
                     "application/json": components["schemas"]["Profile"];
                 };
             };
-            /** @description a new profile */
+            /** @description New profile. */
             201: {
                 headers: {
                     [name: string]: unknown;
@@ -9583,7 +9583,7 @@ export interface operations {
         parameters: {
             query?: never;
             header?: {
-                /** @description ID of a valid lease. */
+                /** @description ID of a valid lease, which grants motion control. */
                 Lease?: components["parameters"]["Lease"];
             };
             path: {
@@ -9610,14 +9610,14 @@ export interface operations {
     apply_profile: {
         parameters: {
             query?: {
-                /** @description Wait until the job has ended: 200 and the finished job. */
+                /** @description Wait until the job has ended. The response is 200 with the finished job. */
                 wait?: components["parameters"]["wait"];
             };
             header?: {
-                /** @description ID of a valid lease. */
+                /** @description ID of a valid lease, which grants motion control. */
                 Lease?: components["parameters"]["Lease"];
                 /**
-                 * @description Sent again with the same key it is done once, and answered as at first. Kept for 24 h at least.
+                 * @description A repeated request with the same key is carried out once and returns the first response. Responses are stored for at least 24 h.
                  * @example rig-7-run-2031
                  */
                 "Idempotency-Key"?: components["parameters"]["Idempotency-Key"];
@@ -9634,7 +9634,7 @@ export interface operations {
             };
         };
         responses: {
-            /** @description the finished job */
+            /** @description Finished job. */
             200: {
                 headers: {
                     [name: string]: unknown;
@@ -9643,7 +9643,7 @@ export interface operations {
                     "application/json": components["schemas"]["Job"];
                 };
             };
-            /** @description the job, under way */
+            /** @description Running job. */
             202: {
                 headers: {
                     [name: string]: unknown;
@@ -9702,7 +9702,7 @@ export interface operations {
                 identity?: boolean;
             };
             header?: {
-                /** @description ID of a valid lease. */
+                /** @description ID of a valid lease, which grants motion control. */
                 Lease?: components["parameters"]["Lease"];
             };
             path: {
@@ -9727,7 +9727,7 @@ export interface operations {
                     "application/json": components["schemas"]["Imported"];
                 };
             };
-            /** @description a new profile */
+            /** @description New profile. */
             201: {
                 headers: {
                     [name: string]: unknown;
@@ -9782,7 +9782,7 @@ export interface operations {
             default: components["responses"]["CommonProblem"];
         };
     };
-    write_recording: {
+    create_recording: {
         parameters: {
             query?: {
                 /** @description Wait until the file is written. */
@@ -9790,7 +9790,7 @@ export interface operations {
             };
             header?: {
                 /**
-                 * @description Sent again with the same key it is done once, and answered as at first. Kept for 24 h at least.
+                 * @description A repeated request with the same key is carried out once and returns the first response. Responses are stored for at least 24 h.
                  * @example rig-7-run-2031
                  */
                 "Idempotency-Key"?: components["parameters"]["Idempotency-Key"];
@@ -9804,7 +9804,7 @@ export interface operations {
             };
         };
         responses: {
-            /** @description wait */
+            /** @description Recording, with `wait`. */
             201: {
                 headers: {
                     [name: string]: unknown;
@@ -9858,7 +9858,7 @@ export interface operations {
             default: components["responses"]["CommonProblem"];
         };
     };
-    add_recording: {
+    import_recording: {
         parameters: {
             query?: never;
             header?: never;
@@ -10027,7 +10027,7 @@ export interface operations {
             default: components["responses"]["CommonProblem"];
         };
     };
-    drop_run: {
+    delete_run: {
         parameters: {
             query?: never;
             header?: never;
@@ -10161,7 +10161,7 @@ export interface operations {
         parameters: {
             query?: never;
             header?: {
-                /** @description ID of a valid lease. */
+                /** @description ID of a valid lease, which grants motion control. */
                 Lease?: components["parameters"]["Lease"];
             };
             path: {
@@ -10230,10 +10230,10 @@ export interface operations {
         parameters: {
             query?: never;
             header?: {
-                /** @description ID of a valid lease. */
+                /** @description ID of a valid lease, which grants motion control. */
                 Lease?: components["parameters"]["Lease"];
                 /**
-                 * @description Sent again with the same key it is done once, and answered as at first. Kept for 24 h at least.
+                 * @description A repeated request with the same key is carried out once and returns the first response. Responses are stored for at least 24 h.
                  * @example rig-7-run-2031
                  */
                 "Idempotency-Key"?: components["parameters"]["Idempotency-Key"];
@@ -10278,12 +10278,12 @@ export interface operations {
         parameters: {
             query?: never;
             header?: {
-                /** @description ID of a valid lease. */
+                /** @description ID of a valid lease, which grants motion control. */
                 Lease?: components["parameters"]["Lease"];
                 /** @description `revision` of the last read. If values have changed: `stale_revision`. */
                 "If-Match"?: components["parameters"]["If-Match"];
                 /**
-                 * @description Sent again with the same key it is done once, and answered as at first. Kept for 24 h at least.
+                 * @description A repeated request with the same key is carried out once and returns the first response. Responses are stored for at least 24 h.
                  * @example rig-7-run-2031
                  */
                 "Idempotency-Key"?: components["parameters"]["Idempotency-Key"];
@@ -10322,7 +10322,7 @@ export interface operations {
             428: components["responses"]["lease_required"];
             /** @description `store_failed`, `interrupted` */
             500: components["responses"]["Problem"];
-            /** @description `refused_by_servo`, `not_as_wanted` */
+            /** @description `refused_by_servo`, `unexpected_result` */
             502: components["responses"]["Problem"];
             503: components["responses"]["bus_disconnected"];
             504: components["responses"]["no_response"];
@@ -10359,7 +10359,7 @@ export interface operations {
         parameters: {
             query?: never;
             header?: {
-                /** @description ID of a valid lease. */
+                /** @description ID of a valid lease, which grants motion control. */
                 Lease?: components["parameters"]["Lease"];
             };
             path: {
@@ -10388,10 +10388,10 @@ export interface operations {
         parameters: {
             query?: never;
             header?: {
-                /** @description ID of a valid lease. */
+                /** @description ID of a valid lease, which grants motion control. */
                 Lease?: components["parameters"]["Lease"];
                 /**
-                 * @description Sent again with the same key it is done once, and answered as at first. Kept for 24 h at least.
+                 * @description A repeated request with the same key is carried out once and returns the first response. Responses are stored for at least 24 h.
                  * @example rig-7-run-2031
                  */
                 "Idempotency-Key"?: components["parameters"]["Idempotency-Key"];
@@ -10430,7 +10430,7 @@ export interface operations {
             428: components["responses"]["lease_required"];
             /** @description `store_failed`, `interrupted` */
             500: components["responses"]["Problem"];
-            /** @description `refused_by_servo`, `not_as_wanted` */
+            /** @description `refused_by_servo`, `unexpected_result` */
             502: components["responses"]["Problem"];
             503: components["responses"]["bus_disconnected"];
             504: components["responses"]["no_response"];
@@ -10472,14 +10472,14 @@ export interface operations {
     factory_reset: {
         parameters: {
             query?: {
-                /** @description Wait until the job has ended: 200 and the finished job. */
+                /** @description Wait until the job has ended. The response is 200 with the finished job. */
                 wait?: components["parameters"]["wait"];
             };
             header?: {
-                /** @description ID of a valid lease. */
+                /** @description ID of a valid lease, which grants motion control. */
                 Lease?: components["parameters"]["Lease"];
                 /**
-                 * @description Sent again with the same key it is done once, and answered as at first. Kept for 24 h at least.
+                 * @description A repeated request with the same key is carried out once and returns the first response. Responses are stored for at least 24 h.
                  * @example rig-7-run-2031
                  */
                 "Idempotency-Key"?: components["parameters"]["Idempotency-Key"];
@@ -10496,7 +10496,7 @@ export interface operations {
             };
         };
         responses: {
-            /** @description the finished job, or the dry run */
+            /** @description Finished job, or result of the dry run. */
             200: {
                 headers: {
                     [name: string]: unknown;
@@ -10505,7 +10505,7 @@ export interface operations {
                     "application/json": components["schemas"]["Job"] | components["schemas"]["ResetPreview"];
                 };
             };
-            /** @description the job, under way */
+            /** @description Running job. */
             202: {
                 headers: {
                     [name: string]: unknown;
@@ -10560,10 +10560,10 @@ export interface operations {
                 by?: string | null;
             };
             header?: {
-                /** @description ID of a valid lease. */
+                /** @description ID of a valid lease, which grants motion control. */
                 Lease?: components["parameters"]["Lease"];
                 /**
-                 * @description Sent again with the same key it is done once, and answered as at first. Kept for 24 h at least.
+                 * @description A repeated request with the same key is carried out once and returns the first response. Responses are stored for at least 24 h.
                  * @example rig-7-run-2031
                  */
                 "Idempotency-Key"?: components["parameters"]["Idempotency-Key"];
@@ -10600,10 +10600,10 @@ export interface operations {
                 by?: string | null;
             };
             header?: {
-                /** @description ID of a valid lease. */
+                /** @description ID of a valid lease, which grants motion control. */
                 Lease?: components["parameters"]["Lease"];
                 /**
-                 * @description Sent again with the same key it is done once, and answered as at first. Kept for 24 h at least.
+                 * @description A repeated request with the same key is carried out once and returns the first response. Responses are stored for at least 24 h.
                  * @example rig-7-run-2031
                  */
                 "Idempotency-Key"?: components["parameters"]["Idempotency-Key"];
@@ -10639,14 +10639,14 @@ export interface operations {
     identify_servo: {
         parameters: {
             query?: {
-                /** @description Wait until the job has ended: 200 and the finished job. */
+                /** @description Wait until the job has ended. The response is 200 with the finished job. */
                 wait?: components["parameters"]["wait"];
             };
             header?: {
-                /** @description ID of a valid lease. */
+                /** @description ID of a valid lease, which grants motion control. */
                 Lease?: components["parameters"]["Lease"];
                 /**
-                 * @description Sent again with the same key it is done once, and answered as at first. Kept for 24 h at least.
+                 * @description A repeated request with the same key is carried out once and returns the first response. Responses are stored for at least 24 h.
                  * @example rig-7-run-2031
                  */
                 "Idempotency-Key"?: components["parameters"]["Idempotency-Key"];
@@ -10659,7 +10659,7 @@ export interface operations {
         };
         requestBody?: never;
         responses: {
-            /** @description the finished job */
+            /** @description Finished job. */
             200: {
                 headers: {
                     [name: string]: unknown;
@@ -10668,7 +10668,7 @@ export interface operations {
                     "application/json": components["schemas"]["Job"];
                 };
             };
-            /** @description the job, under way */
+            /** @description Running job. */
             202: {
                 headers: {
                     [name: string]: unknown;
@@ -10695,7 +10695,7 @@ export interface operations {
         parameters: {
             query?: never;
             header?: {
-                /** @description ID of a valid lease. */
+                /** @description ID of a valid lease, which grants motion control. */
                 Lease?: components["parameters"]["Lease"];
             };
             path: {
@@ -10757,7 +10757,7 @@ export interface operations {
         parameters: {
             query?: never;
             header?: {
-                /** @description ID of a valid lease. */
+                /** @description ID of a valid lease, which grants motion control. */
                 Lease?: components["parameters"]["Lease"];
                 /** @description `revision` of the last read. If values have changed: `stale_revision`. */
                 "If-Match"?: components["parameters"]["If-Match"];
@@ -10795,7 +10795,7 @@ export interface operations {
             423: components["responses"]["stopped"];
             428: components["responses"]["lease_required"];
             500: components["responses"]["store_failed"];
-            /** @description `refused_by_servo`, `not_as_wanted` */
+            /** @description `refused_by_servo`, `unexpected_result` */
             502: components["responses"]["Problem"];
             503: components["responses"]["bus_disconnected"];
             504: components["responses"]["no_response"];
@@ -10836,7 +10836,7 @@ export interface operations {
         parameters: {
             query?: never;
             header?: {
-                /** @description ID of a valid lease. */
+                /** @description ID of a valid lease, which grants motion control. */
                 Lease?: components["parameters"]["Lease"];
             };
             path: {
@@ -10870,7 +10870,7 @@ export interface operations {
             423: components["responses"]["stopped"];
             428: components["responses"]["lease_required"];
             500: components["responses"]["store_failed"];
-            /** @description `refused_by_servo`, `not_as_wanted` */
+            /** @description `refused_by_servo`, `unexpected_result` */
             502: components["responses"]["Problem"];
             503: components["responses"]["bus_disconnected"];
             504: components["responses"]["no_response"];
@@ -10911,7 +10911,7 @@ export interface operations {
         parameters: {
             query?: never;
             header?: {
-                /** @description ID of a valid lease. */
+                /** @description ID of a valid lease, which grants motion control. */
                 Lease?: components["parameters"]["Lease"];
             };
             path: {
@@ -10945,7 +10945,7 @@ export interface operations {
             423: components["responses"]["stopped"];
             428: components["responses"]["lease_required"];
             500: components["responses"]["store_failed"];
-            /** @description `refused_by_servo`, `not_as_wanted` */
+            /** @description `refused_by_servo`, `unexpected_result` */
             502: components["responses"]["Problem"];
             503: components["responses"]["bus_disconnected"];
             504: components["responses"]["no_response"];
@@ -10986,7 +10986,7 @@ export interface operations {
         parameters: {
             query?: never;
             header?: {
-                /** @description ID of a valid lease. */
+                /** @description ID of a valid lease, which grants motion control. */
                 Lease?: components["parameters"]["Lease"];
             };
             path: {
@@ -11020,7 +11020,7 @@ export interface operations {
             423: components["responses"]["stopped"];
             428: components["responses"]["lease_required"];
             500: components["responses"]["store_failed"];
-            /** @description `refused_by_servo`, `not_as_wanted` */
+            /** @description `refused_by_servo`, `unexpected_result` */
             502: components["responses"]["Problem"];
             503: components["responses"]["bus_disconnected"];
             504: components["responses"]["no_response"];
@@ -11061,7 +11061,7 @@ export interface operations {
         parameters: {
             query?: never;
             header?: {
-                /** @description ID of a valid lease. */
+                /** @description ID of a valid lease, which grants motion control. */
                 Lease?: components["parameters"]["Lease"];
             };
             path: {
@@ -11095,7 +11095,7 @@ export interface operations {
             423: components["responses"]["stopped"];
             428: components["responses"]["lease_required"];
             500: components["responses"]["store_failed"];
-            /** @description `refused_by_servo`, `not_as_wanted` */
+            /** @description `refused_by_servo`, `unexpected_result` */
             502: components["responses"]["Problem"];
             503: components["responses"]["bus_disconnected"];
             504: components["responses"]["no_response"];
@@ -11136,7 +11136,7 @@ export interface operations {
         parameters: {
             query?: never;
             header?: {
-                /** @description ID of a valid lease. */
+                /** @description ID of a valid lease, which grants motion control. */
                 Lease?: components["parameters"]["Lease"];
             };
             path: {
@@ -11170,7 +11170,7 @@ export interface operations {
             423: components["responses"]["stopped"];
             428: components["responses"]["lease_required"];
             500: components["responses"]["store_failed"];
-            /** @description `refused_by_servo`, `not_as_wanted` */
+            /** @description `refused_by_servo`, `unexpected_result` */
             502: components["responses"]["Problem"];
             503: components["responses"]["bus_disconnected"];
             504: components["responses"]["no_response"];
@@ -11211,7 +11211,7 @@ export interface operations {
         parameters: {
             query?: never;
             header?: {
-                /** @description ID of a valid lease. */
+                /** @description ID of a valid lease, which grants motion control. */
                 Lease?: components["parameters"]["Lease"];
             };
             path: {
@@ -11245,7 +11245,7 @@ export interface operations {
             423: components["responses"]["stopped"];
             428: components["responses"]["lease_required"];
             500: components["responses"]["store_failed"];
-            /** @description `refused_by_servo`, `not_as_wanted` */
+            /** @description `refused_by_servo`, `unexpected_result` */
             502: components["responses"]["Problem"];
             503: components["responses"]["bus_disconnected"];
             504: components["responses"]["no_response"];
@@ -11286,7 +11286,7 @@ export interface operations {
         parameters: {
             query?: never;
             header?: {
-                /** @description ID of a valid lease. */
+                /** @description ID of a valid lease, which grants motion control. */
                 Lease?: components["parameters"]["Lease"];
             };
             path: {
@@ -11320,7 +11320,7 @@ export interface operations {
             423: components["responses"]["stopped"];
             428: components["responses"]["lease_required"];
             500: components["responses"]["store_failed"];
-            /** @description `refused_by_servo`, `not_as_wanted` */
+            /** @description `refused_by_servo`, `unexpected_result` */
             502: components["responses"]["Problem"];
             503: components["responses"]["bus_disconnected"];
             504: components["responses"]["no_response"];
@@ -11361,7 +11361,7 @@ export interface operations {
         parameters: {
             query?: never;
             header?: {
-                /** @description ID of a valid lease. */
+                /** @description ID of a valid lease, which grants motion control. */
                 Lease?: components["parameters"]["Lease"];
             };
             path: {
@@ -11395,7 +11395,7 @@ export interface operations {
             423: components["responses"]["stopped"];
             428: components["responses"]["lease_required"];
             500: components["responses"]["store_failed"];
-            /** @description `refused_by_servo`, `not_as_wanted` */
+            /** @description `refused_by_servo`, `unexpected_result` */
             502: components["responses"]["Problem"];
             503: components["responses"]["bus_disconnected"];
             504: components["responses"]["no_response"];
@@ -11436,7 +11436,7 @@ export interface operations {
         parameters: {
             query?: never;
             header?: {
-                /** @description ID of a valid lease. */
+                /** @description ID of a valid lease, which grants motion control. */
                 Lease?: components["parameters"]["Lease"];
             };
             path: {
@@ -11470,7 +11470,7 @@ export interface operations {
             423: components["responses"]["stopped"];
             428: components["responses"]["lease_required"];
             500: components["responses"]["store_failed"];
-            /** @description `refused_by_servo`, `not_as_wanted` */
+            /** @description `refused_by_servo`, `unexpected_result` */
             502: components["responses"]["Problem"];
             503: components["responses"]["bus_disconnected"];
             504: components["responses"]["no_response"];
@@ -11661,7 +11661,7 @@ export interface operations {
         parameters: {
             query?: never;
             header?: {
-                /** @description ID of a valid lease. */
+                /** @description ID of a valid lease, which grants motion control. */
                 Lease?: components["parameters"]["Lease"];
             };
             path: {
@@ -11695,7 +11695,7 @@ export interface operations {
             423: components["responses"]["stopped"];
             428: components["responses"]["lease_required"];
             500: components["responses"]["store_failed"];
-            /** @description `refused_by_servo`, `not_as_wanted` */
+            /** @description `refused_by_servo`, `unexpected_result` */
             502: components["responses"]["Problem"];
             503: components["responses"]["bus_disconnected"];
             504: components["responses"]["no_response"];
@@ -11946,7 +11946,7 @@ export interface operations {
         parameters: {
             query?: never;
             header?: {
-                /** @description ID of a valid lease. */
+                /** @description ID of a valid lease, which grants motion control. */
                 Lease?: components["parameters"]["Lease"];
             };
             path: {
@@ -11980,7 +11980,7 @@ export interface operations {
             423: components["responses"]["stopped"];
             428: components["responses"]["lease_required"];
             500: components["responses"]["store_failed"];
-            /** @description `refused_by_servo`, `not_as_wanted` */
+            /** @description `refused_by_servo`, `unexpected_result` */
             502: components["responses"]["Problem"];
             503: components["responses"]["bus_disconnected"];
             504: components["responses"]["no_response"];
@@ -12021,7 +12021,7 @@ export interface operations {
         parameters: {
             query?: never;
             header?: {
-                /** @description ID of a valid lease. */
+                /** @description ID of a valid lease, which grants motion control. */
                 Lease?: components["parameters"]["Lease"];
             };
             path: {
@@ -12055,7 +12055,7 @@ export interface operations {
             423: components["responses"]["stopped"];
             428: components["responses"]["lease_required"];
             500: components["responses"]["store_failed"];
-            /** @description `refused_by_servo`, `not_as_wanted` */
+            /** @description `refused_by_servo`, `unexpected_result` */
             502: components["responses"]["Problem"];
             503: components["responses"]["bus_disconnected"];
             504: components["responses"]["no_response"];
@@ -12096,7 +12096,7 @@ export interface operations {
         parameters: {
             query?: never;
             header?: {
-                /** @description ID of a valid lease. */
+                /** @description ID of a valid lease, which grants motion control. */
                 Lease?: components["parameters"]["Lease"];
             };
             path: {
@@ -12130,7 +12130,7 @@ export interface operations {
             423: components["responses"]["stopped"];
             428: components["responses"]["lease_required"];
             500: components["responses"]["store_failed"];
-            /** @description `refused_by_servo`, `not_as_wanted` */
+            /** @description `refused_by_servo`, `unexpected_result` */
             502: components["responses"]["Problem"];
             503: components["responses"]["bus_disconnected"];
             504: components["responses"]["no_response"];
@@ -12351,7 +12351,7 @@ export interface operations {
         parameters: {
             query?: never;
             header?: {
-                /** @description ID of a valid lease. */
+                /** @description ID of a valid lease, which grants motion control. */
                 Lease?: components["parameters"]["Lease"];
             };
             path: {
@@ -12385,7 +12385,7 @@ export interface operations {
             423: components["responses"]["stopped"];
             428: components["responses"]["lease_required"];
             500: components["responses"]["store_failed"];
-            /** @description `refused_by_servo`, `not_as_wanted` */
+            /** @description `refused_by_servo`, `unexpected_result` */
             502: components["responses"]["Problem"];
             503: components["responses"]["bus_disconnected"];
             504: components["responses"]["no_response"];
@@ -12426,7 +12426,7 @@ export interface operations {
         parameters: {
             query?: never;
             header?: {
-                /** @description ID of a valid lease. */
+                /** @description ID of a valid lease, which grants motion control. */
                 Lease?: components["parameters"]["Lease"];
             };
             path: {
@@ -12460,7 +12460,7 @@ export interface operations {
             423: components["responses"]["stopped"];
             428: components["responses"]["lease_required"];
             500: components["responses"]["store_failed"];
-            /** @description `refused_by_servo`, `not_as_wanted` */
+            /** @description `refused_by_servo`, `unexpected_result` */
             502: components["responses"]["Problem"];
             503: components["responses"]["bus_disconnected"];
             504: components["responses"]["no_response"];
@@ -12501,7 +12501,7 @@ export interface operations {
         parameters: {
             query?: never;
             header?: {
-                /** @description ID of a valid lease. */
+                /** @description ID of a valid lease, which grants motion control. */
                 Lease?: components["parameters"]["Lease"];
             };
             path: {
@@ -12535,7 +12535,7 @@ export interface operations {
             423: components["responses"]["stopped"];
             428: components["responses"]["lease_required"];
             500: components["responses"]["store_failed"];
-            /** @description `refused_by_servo`, `not_as_wanted` */
+            /** @description `refused_by_servo`, `unexpected_result` */
             502: components["responses"]["Problem"];
             503: components["responses"]["bus_disconnected"];
             504: components["responses"]["no_response"];
@@ -12576,7 +12576,7 @@ export interface operations {
         parameters: {
             query?: never;
             header?: {
-                /** @description ID of a valid lease. */
+                /** @description ID of a valid lease, which grants motion control. */
                 Lease?: components["parameters"]["Lease"];
             };
             path: {
@@ -12610,7 +12610,7 @@ export interface operations {
             423: components["responses"]["stopped"];
             428: components["responses"]["lease_required"];
             500: components["responses"]["store_failed"];
-            /** @description `refused_by_servo`, `not_as_wanted` */
+            /** @description `refused_by_servo`, `unexpected_result` */
             502: components["responses"]["Problem"];
             503: components["responses"]["bus_disconnected"];
             504: components["responses"]["no_response"];
@@ -12651,7 +12651,7 @@ export interface operations {
         parameters: {
             query?: never;
             header?: {
-                /** @description ID of a valid lease. */
+                /** @description ID of a valid lease, which grants motion control. */
                 Lease?: components["parameters"]["Lease"];
             };
             path: {
@@ -12685,7 +12685,7 @@ export interface operations {
             423: components["responses"]["stopped"];
             428: components["responses"]["lease_required"];
             500: components["responses"]["store_failed"];
-            /** @description `refused_by_servo`, `not_as_wanted` */
+            /** @description `refused_by_servo`, `unexpected_result` */
             502: components["responses"]["Problem"];
             503: components["responses"]["bus_disconnected"];
             504: components["responses"]["no_response"];
@@ -12726,7 +12726,7 @@ export interface operations {
         parameters: {
             query?: never;
             header?: {
-                /** @description ID of a valid lease. */
+                /** @description ID of a valid lease, which grants motion control. */
                 Lease?: components["parameters"]["Lease"];
             };
             path: {
@@ -12760,7 +12760,7 @@ export interface operations {
             423: components["responses"]["stopped"];
             428: components["responses"]["lease_required"];
             500: components["responses"]["store_failed"];
-            /** @description `refused_by_servo`, `not_as_wanted` */
+            /** @description `refused_by_servo`, `unexpected_result` */
             502: components["responses"]["Problem"];
             503: components["responses"]["bus_disconnected"];
             504: components["responses"]["no_response"];
@@ -12801,7 +12801,7 @@ export interface operations {
         parameters: {
             query?: never;
             header?: {
-                /** @description ID of a valid lease. */
+                /** @description ID of a valid lease, which grants motion control. */
                 Lease?: components["parameters"]["Lease"];
             };
             path: {
@@ -12835,7 +12835,7 @@ export interface operations {
             423: components["responses"]["stopped"];
             428: components["responses"]["lease_required"];
             500: components["responses"]["store_failed"];
-            /** @description `refused_by_servo`, `not_as_wanted` */
+            /** @description `refused_by_servo`, `unexpected_result` */
             502: components["responses"]["Problem"];
             503: components["responses"]["bus_disconnected"];
             504: components["responses"]["no_response"];
@@ -12876,7 +12876,7 @@ export interface operations {
         parameters: {
             query?: never;
             header?: {
-                /** @description ID of a valid lease. */
+                /** @description ID of a valid lease, which grants motion control. */
                 Lease?: components["parameters"]["Lease"];
             };
             path: {
@@ -12910,7 +12910,7 @@ export interface operations {
             423: components["responses"]["stopped"];
             428: components["responses"]["lease_required"];
             500: components["responses"]["store_failed"];
-            /** @description `refused_by_servo`, `not_as_wanted` */
+            /** @description `refused_by_servo`, `unexpected_result` */
             502: components["responses"]["Problem"];
             503: components["responses"]["bus_disconnected"];
             504: components["responses"]["no_response"];
@@ -12951,7 +12951,7 @@ export interface operations {
         parameters: {
             query?: never;
             header?: {
-                /** @description ID of a valid lease. */
+                /** @description ID of a valid lease, which grants motion control. */
                 Lease?: components["parameters"]["Lease"];
             };
             path: {
@@ -12985,7 +12985,7 @@ export interface operations {
             423: components["responses"]["stopped"];
             428: components["responses"]["lease_required"];
             500: components["responses"]["store_failed"];
-            /** @description `refused_by_servo`, `not_as_wanted` */
+            /** @description `refused_by_servo`, `unexpected_result` */
             502: components["responses"]["Problem"];
             503: components["responses"]["bus_disconnected"];
             504: components["responses"]["no_response"];
@@ -13026,7 +13026,7 @@ export interface operations {
         parameters: {
             query?: never;
             header?: {
-                /** @description ID of a valid lease. */
+                /** @description ID of a valid lease, which grants motion control. */
                 Lease?: components["parameters"]["Lease"];
             };
             path: {
@@ -13060,7 +13060,7 @@ export interface operations {
             423: components["responses"]["stopped"];
             428: components["responses"]["lease_required"];
             500: components["responses"]["store_failed"];
-            /** @description `refused_by_servo`, `not_as_wanted` */
+            /** @description `refused_by_servo`, `unexpected_result` */
             502: components["responses"]["Problem"];
             503: components["responses"]["bus_disconnected"];
             504: components["responses"]["no_response"];
@@ -13101,7 +13101,7 @@ export interface operations {
         parameters: {
             query?: never;
             header?: {
-                /** @description ID of a valid lease. */
+                /** @description ID of a valid lease, which grants motion control. */
                 Lease?: components["parameters"]["Lease"];
             };
             path: {
@@ -13135,7 +13135,7 @@ export interface operations {
             423: components["responses"]["stopped"];
             428: components["responses"]["lease_required"];
             500: components["responses"]["store_failed"];
-            /** @description `refused_by_servo`, `not_as_wanted` */
+            /** @description `refused_by_servo`, `unexpected_result` */
             502: components["responses"]["Problem"];
             503: components["responses"]["bus_disconnected"];
             504: components["responses"]["no_response"];
@@ -13176,7 +13176,7 @@ export interface operations {
         parameters: {
             query?: never;
             header?: {
-                /** @description ID of a valid lease. */
+                /** @description ID of a valid lease, which grants motion control. */
                 Lease?: components["parameters"]["Lease"];
             };
             path: {
@@ -13210,7 +13210,7 @@ export interface operations {
             423: components["responses"]["stopped"];
             428: components["responses"]["lease_required"];
             500: components["responses"]["store_failed"];
-            /** @description `refused_by_servo`, `not_as_wanted` */
+            /** @description `refused_by_servo`, `unexpected_result` */
             502: components["responses"]["Problem"];
             503: components["responses"]["bus_disconnected"];
             504: components["responses"]["no_response"];
@@ -13251,7 +13251,7 @@ export interface operations {
         parameters: {
             query?: never;
             header?: {
-                /** @description ID of a valid lease. */
+                /** @description ID of a valid lease, which grants motion control. */
                 Lease?: components["parameters"]["Lease"];
             };
             path: {
@@ -13285,7 +13285,7 @@ export interface operations {
             423: components["responses"]["stopped"];
             428: components["responses"]["lease_required"];
             500: components["responses"]["store_failed"];
-            /** @description `refused_by_servo`, `not_as_wanted` */
+            /** @description `refused_by_servo`, `unexpected_result` */
             502: components["responses"]["Problem"];
             503: components["responses"]["bus_disconnected"];
             504: components["responses"]["no_response"];
@@ -13326,7 +13326,7 @@ export interface operations {
         parameters: {
             query?: never;
             header?: {
-                /** @description ID of a valid lease. */
+                /** @description ID of a valid lease, which grants motion control. */
                 Lease?: components["parameters"]["Lease"];
             };
             path: {
@@ -13360,7 +13360,7 @@ export interface operations {
             423: components["responses"]["stopped"];
             428: components["responses"]["lease_required"];
             500: components["responses"]["store_failed"];
-            /** @description `refused_by_servo`, `not_as_wanted` */
+            /** @description `refused_by_servo`, `unexpected_result` */
             502: components["responses"]["Problem"];
             503: components["responses"]["bus_disconnected"];
             504: components["responses"]["no_response"];
@@ -13401,7 +13401,7 @@ export interface operations {
         parameters: {
             query?: never;
             header?: {
-                /** @description ID of a valid lease. */
+                /** @description ID of a valid lease, which grants motion control. */
                 Lease?: components["parameters"]["Lease"];
             };
             path: {
@@ -13435,7 +13435,7 @@ export interface operations {
             423: components["responses"]["stopped"];
             428: components["responses"]["lease_required"];
             500: components["responses"]["store_failed"];
-            /** @description `refused_by_servo`, `not_as_wanted` */
+            /** @description `refused_by_servo`, `unexpected_result` */
             502: components["responses"]["Problem"];
             503: components["responses"]["bus_disconnected"];
             504: components["responses"]["no_response"];
@@ -13476,7 +13476,7 @@ export interface operations {
         parameters: {
             query?: never;
             header?: {
-                /** @description ID of a valid lease. */
+                /** @description ID of a valid lease, which grants motion control. */
                 Lease?: components["parameters"]["Lease"];
             };
             path: {
@@ -13510,7 +13510,7 @@ export interface operations {
             423: components["responses"]["stopped"];
             428: components["responses"]["lease_required"];
             500: components["responses"]["store_failed"];
-            /** @description `refused_by_servo`, `not_as_wanted` */
+            /** @description `refused_by_servo`, `unexpected_result` */
             502: components["responses"]["Problem"];
             503: components["responses"]["bus_disconnected"];
             504: components["responses"]["no_response"];
@@ -13551,7 +13551,7 @@ export interface operations {
         parameters: {
             query?: never;
             header?: {
-                /** @description ID of a valid lease. */
+                /** @description ID of a valid lease, which grants motion control. */
                 Lease?: components["parameters"]["Lease"];
             };
             path: {
@@ -13585,7 +13585,7 @@ export interface operations {
             423: components["responses"]["stopped"];
             428: components["responses"]["lease_required"];
             500: components["responses"]["store_failed"];
-            /** @description `refused_by_servo`, `not_as_wanted` */
+            /** @description `refused_by_servo`, `unexpected_result` */
             502: components["responses"]["Problem"];
             503: components["responses"]["bus_disconnected"];
             504: components["responses"]["no_response"];
@@ -13626,7 +13626,7 @@ export interface operations {
         parameters: {
             query?: never;
             header?: {
-                /** @description ID of a valid lease. */
+                /** @description ID of a valid lease, which grants motion control. */
                 Lease?: components["parameters"]["Lease"];
             };
             path: {
@@ -13660,7 +13660,7 @@ export interface operations {
             423: components["responses"]["stopped"];
             428: components["responses"]["lease_required"];
             500: components["responses"]["store_failed"];
-            /** @description `refused_by_servo`, `not_as_wanted` */
+            /** @description `refused_by_servo`, `unexpected_result` */
             502: components["responses"]["Problem"];
             503: components["responses"]["bus_disconnected"];
             504: components["responses"]["no_response"];
@@ -13701,7 +13701,7 @@ export interface operations {
         parameters: {
             query?: never;
             header?: {
-                /** @description ID of a valid lease. */
+                /** @description ID of a valid lease, which grants motion control. */
                 Lease?: components["parameters"]["Lease"];
             };
             path: {
@@ -13735,7 +13735,7 @@ export interface operations {
             423: components["responses"]["stopped"];
             428: components["responses"]["lease_required"];
             500: components["responses"]["store_failed"];
-            /** @description `refused_by_servo`, `not_as_wanted` */
+            /** @description `refused_by_servo`, `unexpected_result` */
             502: components["responses"]["Problem"];
             503: components["responses"]["bus_disconnected"];
             504: components["responses"]["no_response"];
@@ -13776,7 +13776,7 @@ export interface operations {
         parameters: {
             query?: never;
             header?: {
-                /** @description ID of a valid lease. */
+                /** @description ID of a valid lease, which grants motion control. */
                 Lease?: components["parameters"]["Lease"];
             };
             path: {
@@ -13810,7 +13810,7 @@ export interface operations {
             423: components["responses"]["stopped"];
             428: components["responses"]["lease_required"];
             500: components["responses"]["store_failed"];
-            /** @description `refused_by_servo`, `not_as_wanted` */
+            /** @description `refused_by_servo`, `unexpected_result` */
             502: components["responses"]["Problem"];
             503: components["responses"]["bus_disconnected"];
             504: components["responses"]["no_response"];
@@ -13851,7 +13851,7 @@ export interface operations {
         parameters: {
             query?: never;
             header?: {
-                /** @description ID of a valid lease. */
+                /** @description ID of a valid lease, which grants motion control. */
                 Lease?: components["parameters"]["Lease"];
             };
             path: {
@@ -13885,7 +13885,7 @@ export interface operations {
             423: components["responses"]["stopped"];
             428: components["responses"]["lease_required"];
             500: components["responses"]["store_failed"];
-            /** @description `refused_by_servo`, `not_as_wanted` */
+            /** @description `refused_by_servo`, `unexpected_result` */
             502: components["responses"]["Problem"];
             503: components["responses"]["bus_disconnected"];
             504: components["responses"]["no_response"];
@@ -13926,7 +13926,7 @@ export interface operations {
         parameters: {
             query?: never;
             header?: {
-                /** @description ID of a valid lease. */
+                /** @description ID of a valid lease, which grants motion control. */
                 Lease?: components["parameters"]["Lease"];
             };
             path: {
@@ -13960,7 +13960,7 @@ export interface operations {
             423: components["responses"]["stopped"];
             428: components["responses"]["lease_required"];
             500: components["responses"]["store_failed"];
-            /** @description `refused_by_servo`, `not_as_wanted` */
+            /** @description `refused_by_servo`, `unexpected_result` */
             502: components["responses"]["Problem"];
             503: components["responses"]["bus_disconnected"];
             504: components["responses"]["no_response"];
@@ -14001,7 +14001,7 @@ export interface operations {
         parameters: {
             query?: never;
             header?: {
-                /** @description ID of a valid lease. */
+                /** @description ID of a valid lease, which grants motion control. */
                 Lease?: components["parameters"]["Lease"];
             };
             path: {
@@ -14035,7 +14035,7 @@ export interface operations {
             423: components["responses"]["stopped"];
             428: components["responses"]["lease_required"];
             500: components["responses"]["store_failed"];
-            /** @description `refused_by_servo`, `not_as_wanted` */
+            /** @description `refused_by_servo`, `unexpected_result` */
             502: components["responses"]["Problem"];
             503: components["responses"]["bus_disconnected"];
             504: components["responses"]["no_response"];
@@ -14076,7 +14076,7 @@ export interface operations {
         parameters: {
             query?: never;
             header?: {
-                /** @description ID of a valid lease. */
+                /** @description ID of a valid lease, which grants motion control. */
                 Lease?: components["parameters"]["Lease"];
             };
             path: {
@@ -14110,7 +14110,7 @@ export interface operations {
             423: components["responses"]["stopped"];
             428: components["responses"]["lease_required"];
             500: components["responses"]["store_failed"];
-            /** @description `refused_by_servo`, `not_as_wanted` */
+            /** @description `refused_by_servo`, `unexpected_result` */
             502: components["responses"]["Problem"];
             503: components["responses"]["bus_disconnected"];
             504: components["responses"]["no_response"];
@@ -14155,7 +14155,7 @@ export interface operations {
         parameters: {
             query?: never;
             header?: {
-                /** @description ID of a valid lease. */
+                /** @description ID of a valid lease, which grants motion control. */
                 Lease?: components["parameters"]["Lease"];
             };
             path: {
@@ -14191,7 +14191,7 @@ export interface operations {
             423: components["responses"]["stopped"];
             428: components["responses"]["lease_required"];
             500: components["responses"]["store_failed"];
-            /** @description `refused_by_servo`, `not_as_wanted` */
+            /** @description `refused_by_servo`, `unexpected_result` */
             502: components["responses"]["Problem"];
             503: components["responses"]["bus_disconnected"];
             504: components["responses"]["no_response"];
@@ -14228,7 +14228,7 @@ export interface operations {
         parameters: {
             query?: never;
             header?: {
-                /** @description ID of a valid lease. */
+                /** @description ID of a valid lease, which grants motion control. */
                 Lease?: components["parameters"]["Lease"];
             };
             path: {
@@ -14262,14 +14262,14 @@ export interface operations {
     restart_servo: {
         parameters: {
             query?: {
-                /** @description Wait until the job has ended: 200 and the finished job. */
+                /** @description Wait until the job has ended. The response is 200 with the finished job. */
                 wait?: components["parameters"]["wait"];
             };
             header?: {
-                /** @description ID of a valid lease. */
+                /** @description ID of a valid lease, which grants motion control. */
                 Lease?: components["parameters"]["Lease"];
                 /**
-                 * @description Sent again with the same key it is done once, and answered as at first. Kept for 24 h at least.
+                 * @description A repeated request with the same key is carried out once and returns the first response. Responses are stored for at least 24 h.
                  * @example rig-7-run-2031
                  */
                 "Idempotency-Key"?: components["parameters"]["Idempotency-Key"];
@@ -14286,7 +14286,7 @@ export interface operations {
             };
         };
         responses: {
-            /** @description the finished job, or the dry run */
+            /** @description Finished job, or result of the dry run. */
             200: {
                 headers: {
                     [name: string]: unknown;
@@ -14295,7 +14295,7 @@ export interface operations {
                     "application/json": components["schemas"]["Job"] | components["schemas"]["RestartPreview"];
                 };
             };
-            /** @description the job, under way */
+            /** @description Running job. */
             202: {
                 headers: {
                     [name: string]: unknown;
@@ -14320,7 +14320,7 @@ export interface operations {
     forecast_restart: {
         parameters: {
             query?: {
-                /** @description Save RAM first. false: ROM as it is. */
+                /** @description Forecast for a save followed by the restart. false: restart without save. */
                 save?: boolean;
                 /** @description Save with `torque_on`. */
                 torque_on?: boolean;
@@ -14353,14 +14353,14 @@ export interface operations {
     save_servo: {
         parameters: {
             query?: {
-                /** @description Wait until the job has ended: 200 and the finished job. */
+                /** @description Wait until the job has ended. The response is 200 with the finished job. */
                 wait?: components["parameters"]["wait"];
             };
             header?: {
-                /** @description ID of a valid lease. */
+                /** @description ID of a valid lease, which grants motion control. */
                 Lease?: components["parameters"]["Lease"];
                 /**
-                 * @description Sent again with the same key it is done once, and answered as at first. Kept for 24 h at least.
+                 * @description A repeated request with the same key is carried out once and returns the first response. Responses are stored for at least 24 h.
                  * @example rig-7-run-2031
                  */
                 "Idempotency-Key"?: components["parameters"]["Idempotency-Key"];
@@ -14377,7 +14377,7 @@ export interface operations {
             };
         };
         responses: {
-            /** @description the finished job, or the dry run */
+            /** @description Finished job, or result of the dry run. */
             200: {
                 headers: {
                     [name: string]: unknown;
@@ -14386,7 +14386,7 @@ export interface operations {
                     "application/json": components["schemas"]["Job"] | components["schemas"]["SavePreview"];
                 };
             };
-            /** @description the job, under way */
+            /** @description Running job. */
             202: {
                 headers: {
                     [name: string]: unknown;
@@ -14438,10 +14438,10 @@ export interface operations {
         parameters: {
             query?: never;
             header?: {
-                /** @description ID of a valid lease. */
+                /** @description ID of a valid lease, which grants motion control. */
                 Lease?: components["parameters"]["Lease"];
                 /**
-                 * @description Sent again with the same key it is done once, and answered as at first. Kept for 24 h at least.
+                 * @description A repeated request with the same key is carried out once and returns the first response. Responses are stored for at least 24 h.
                  * @example rig-7-run-2031
                  */
                 "Idempotency-Key"?: components["parameters"]["Idempotency-Key"];
@@ -14509,11 +14509,11 @@ export interface operations {
             default: components["responses"]["CommonProblem"];
         };
     };
-    drop_snapshot: {
+    delete_snapshot: {
         parameters: {
             query?: never;
             header?: {
-                /** @description ID of a valid lease. */
+                /** @description ID of a valid lease, which grants motion control. */
                 Lease?: components["parameters"]["Lease"];
             };
             path: {
@@ -14543,12 +14543,12 @@ export interface operations {
         parameters: {
             query?: never;
             header?: {
-                /** @description ID of a valid lease. */
+                /** @description ID of a valid lease, which grants motion control. */
                 Lease?: components["parameters"]["Lease"];
                 /** @description `revision` of the last read. If values have changed: `stale_revision`. */
                 "If-Match"?: components["parameters"]["If-Match"];
                 /**
-                 * @description Sent again with the same key it is done once, and answered as at first. Kept for 24 h at least.
+                 * @description A repeated request with the same key is carried out once and returns the first response. Responses are stored for at least 24 h.
                  * @example rig-7-run-2031
                  */
                 "Idempotency-Key"?: components["parameters"]["Idempotency-Key"];
@@ -14589,7 +14589,7 @@ export interface operations {
             428: components["responses"]["lease_required"];
             /** @description `store_failed`, `interrupted` */
             500: components["responses"]["Problem"];
-            /** @description `refused_by_servo`, `not_as_wanted` */
+            /** @description `refused_by_servo`, `unexpected_result` */
             502: components["responses"]["Problem"];
             503: components["responses"]["bus_disconnected"];
             504: components["responses"]["no_response"];
@@ -14599,14 +14599,14 @@ export interface operations {
     step_test: {
         parameters: {
             query?: {
-                /** @description Wait until the job has ended: 200 and the finished job. */
+                /** @description Wait until the job has ended. The response is 200 with the finished job. */
                 wait?: components["parameters"]["wait"];
             };
             header?: {
-                /** @description ID of a valid lease. */
+                /** @description ID of a valid lease, which grants motion control. */
                 Lease?: components["parameters"]["Lease"];
                 /**
-                 * @description Sent again with the same key it is done once, and answered as at first. Kept for 24 h at least.
+                 * @description A repeated request with the same key is carried out once and returns the first response. Responses are stored for at least 24 h.
                  * @example rig-7-run-2031
                  */
                 "Idempotency-Key"?: components["parameters"]["Idempotency-Key"];
@@ -14623,7 +14623,7 @@ export interface operations {
             };
         };
         responses: {
-            /** @description the finished job */
+            /** @description Finished job. */
             200: {
                 headers: {
                     [name: string]: unknown;
@@ -14632,7 +14632,7 @@ export interface operations {
                     "application/json": components["schemas"]["Job"];
                 };
             };
-            /** @description the job, under way */
+            /** @description Running job. */
             202: {
                 headers: {
                     [name: string]: unknown;
@@ -14693,7 +14693,7 @@ export interface operations {
         };
         requestBody: {
             content: {
-                "application/json": components["schemas"]["TelemetryWish"];
+                "application/json": components["schemas"]["TelemetryRequest"];
             };
         };
         responses: {
@@ -14783,10 +14783,10 @@ export interface operations {
         parameters: {
             query?: never;
             header?: {
-                /** @description ID of a valid lease. */
+                /** @description ID of a valid lease, which grants motion control. */
                 Lease?: components["parameters"]["Lease"];
                 /**
-                 * @description Sent again with the same key it is done once, and answered as at first. Kept for 24 h at least.
+                 * @description A repeated request with the same key is carried out once and returns the first response. Responses are stored for at least 24 h.
                  * @example rig-7-run-2031
                  */
                 "Idempotency-Key"?: components["parameters"]["Idempotency-Key"];
@@ -14925,7 +14925,7 @@ export interface operations {
             query?: never;
             header?: {
                 /**
-                 * @description Sent again with the same key it is done once, and answered as at first. Kept for 24 h at least.
+                 * @description A repeated request with the same key is carried out once and returns the first response. Responses are stored for at least 24 h.
                  * @example rig-7-run-2031
                  */
                 "Idempotency-Key"?: components["parameters"]["Idempotency-Key"];
@@ -15122,14 +15122,14 @@ export interface operations {
             query?: {
                 /** @description Client that stops, shown to all users. At most 80 characters are stored. */
                 by?: components["parameters"]["by"];
-                /** @description Wait until the job has ended: 200 and the finished job. */
+                /** @description Wait until the job has ended. The response is 200 with the finished job. */
                 wait?: components["parameters"]["wait"];
             };
             header?: {
-                /** @description ID of a valid lease. */
+                /** @description ID of a valid lease, which grants motion control. */
                 Lease?: components["parameters"]["Lease"];
                 /**
-                 * @description Sent again with the same key it is done once, and answered as at first. Kept for 24 h at least.
+                 * @description A repeated request with the same key is carried out once and returns the first response. Responses are stored for at least 24 h.
                  * @example rig-7-run-2031
                  */
                 "Idempotency-Key"?: components["parameters"]["Idempotency-Key"];
@@ -15143,7 +15143,7 @@ export interface operations {
             };
         };
         responses: {
-            /** @description the finished job, or the dry run */
+            /** @description Finished job, or result of the dry run. */
             200: {
                 headers: {
                     [name: string]: unknown;
@@ -15152,7 +15152,7 @@ export interface operations {
                     "application/json": components["schemas"]["Job"] | components["schemas"]["OutputRestorePreview"];
                 };
             };
-            /** @description the job, under way */
+            /** @description Running job. */
             202: {
                 headers: {
                     [name: string]: unknown;
@@ -15194,14 +15194,14 @@ export interface operations {
             default: components["responses"]["CommonProblem"];
         };
     };
-    begin_stream: {
+    start_stream: {
         parameters: {
             query?: never;
             header?: {
-                /** @description ID of a valid lease. */
+                /** @description ID of a valid lease, which grants motion control. */
                 Lease?: components["parameters"]["Lease"];
                 /**
-                 * @description Sent again with the same key it is done once, and answered as at first. Kept for 24 h at least.
+                 * @description A repeated request with the same key is carried out once and returns the first response. Responses are stored for at least 24 h.
                  * @example rig-7-run-2031
                  */
                 "Idempotency-Key"?: components["parameters"]["Idempotency-Key"];
@@ -15266,11 +15266,11 @@ export interface operations {
             default: components["responses"]["CommonProblem"];
         };
     };
-    put_stream_values: {
+    set_stream_values: {
         parameters: {
             query?: never;
             header?: {
-                /** @description ID of a valid lease. */
+                /** @description ID of a valid lease, which grants motion control. */
                 Lease?: components["parameters"]["Lease"];
             };
             path: {
@@ -15335,7 +15335,7 @@ export interface operations {
             default: components["responses"]["CommonProblem"];
         };
     };
-    make_ticket: {
+    create_ticket: {
         parameters: {
             query?: never;
             header?: never;
@@ -15377,7 +15377,7 @@ export interface operations {
             default: components["responses"]["CommonProblem"];
         };
     };
-    add_token: {
+    create_token: {
         parameters: {
             query?: never;
             header?: never;

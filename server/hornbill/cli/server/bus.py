@@ -58,7 +58,9 @@ def disconnect(yes: Yes = False, server: Server = LOCAL_URL, as_json: AsJson = F
     """Disconnect the bus. Servos cannot be stopped afterwards. Prompts for confirmation."""
     with client(server) as hornbill:
         require_confirmation(
-            "Disconnect the bus? Servos can then no longer be stopped from here.", yes, as_json=as_json
+            "Disconnect the bus? Servos that are on stay on and can no longer be stopped from here.",
+            yes,
+            as_json=as_json,
         )
         _show_bus(hornbill.bus.disconnect(), as_json)
 

@@ -115,7 +115,7 @@ _BUSY: Final = {State.SAVING: "is saving", State.RESTARTING: "is restarting"}
 
 @routes.get("/nodes", Role.VIEW)
 async def list_nodes(host: TheHost) -> list[Node]:
-    """List all nodes received since the bus was connected, by node ID. Empty without a bus."""
+    """List all nodes seen since the bus was connected, by node ID. Empty without a bus."""
     connection = host.connection
     if connection is None:
         return []

@@ -22,9 +22,9 @@ from hornbill.servo.device.reading import CIRCUMSTANCES
 
 
 class RowValue(Model):
-    """Value of one row. Each row has its own subclass with its type and range."""
+    """Value to write to a row. Typed routes have a type and range for each row."""
 
-    value: Any
+    value: Any = Field(description="Value, in the unit of the row.")
     confirm: Confirmed = Field(default=[])
 
 
@@ -82,7 +82,7 @@ def _declare(made: Routes, catalog: Catalog, row: Parameter) -> None:
 
     shown = {"default": {"summary": "default", "value": {"value": example(catalog, row)}}}
     extra |= {"requestBody": {"content": {"application/json": {"examples": shown}}}}
-    summary = {"operation_id": f"set_{row.key}", "summary": f"Set {row.label.lower()}"}
+    summary = {"operation_id": f"set_{row.key}", "summary": f"Set {_within_sentence(row.label)}"}
     make = made.put(path, Role.CONFIGURE, *WRITE_PROBLEMS, *COMMAND_PROBLEMS, **both, **summary, openapi_extra=extra)
     make(put)  # pyright: ignore[reportUnknownArgumentType]
 
@@ -126,7 +126,7 @@ def _reading_type(row: Parameter) -> type[Model]:
         one.name: (_typed(row, one) if one.name in _TYPED else one.type, ... if one.default is MISSING else one.default)
         for one in dataclasses.fields(Reading)
     }
-    return create_model(_reading(row), __base__=Model, __doc__=Reading.__doc__, **fields)  # pyright: ignore[reportCallIssue, reportArgumentType, reportUnknownVariableType]
+    return create_model(_reading(row), __base__=Model, __doc__=(Reading.__doc__ or "").partition("\n")[0], **fields)  # pyright: ignore[reportCallIssue, reportArgumentType, reportUnknownVariableType]
 
 
 def _typed(row: Parameter, one: dataclasses.Field[Any]) -> Any:
@@ -156,6 +156,11 @@ def choice_type(row: Parameter) -> Any:
 @cache
 def _choice_alias(name: str, keys: tuple[str, ...]) -> Any:
     return _Alias(name, _Literal[keys])
+
+
+def _within_sentence(label: str) -> str:
+    """Label with a lower-case first letter, unless it begins with an abbreviation."""
+    return label if label[:2].isupper() else label[0].lower() + label[1:]
 
 
 def _reading(row: Parameter) -> str:

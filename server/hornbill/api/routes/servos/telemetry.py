@@ -143,7 +143,7 @@ async def export_parquet(
     host: TheHost, servo: TheServo, seconds: Seconds = 600.0, channels: Channels = None
 ) -> StreamingResponse:
     """Download recent samples as Parquet: rows of `channel`, `t` and `value` (null for gap or inactive), sorted by
-    channel. The metadata contain `utc_offset`.
+    channel. The metadata contains `utc_offset`.
     """
     telemetry_files.need_parquet()
     content = telemetry_files.parquet(_window(host, servo, seconds, channels), host.base.utc_offset)
