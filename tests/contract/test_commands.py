@@ -79,7 +79,7 @@ def test_every_command_and_every_flag_that_is_shown_exists(guide: Path) -> None:
 
 def test_the_guides_show_commands_and_the_check_sees_them() -> None:
     seen = {named(words) for guide in guides() for words in said(guide.read_text(encoding="utf-8"))}
-    assert {"list", "undo", "snapshots take", "factory-reset", "jobs report", "tokens create", "serve"} <= seen
+    assert {"list", "undo", "snapshots create", "factory-reset", "jobs report", "tokens create", "serve"} <= seen
     assert named(["snapshots"]) is None
     assert named(["nonsense", "list"]) is None
 

@@ -44,7 +44,7 @@ def test_the_reference_names_every_operation_and_every_command(reference: dict[s
         for method in operations:
             assert (method.upper(), short) in told or row.match(short), f"{method} {path}"
     for command in ("demo", "serve", "probe", "token add", "profile apply", "log start"):
-        assert f"\n## hornbill {command}\n" in reference["command-line.md"]
+        assert f"\n### hornbill {command}\n" in reference["command-line.md"]
 
 
 def test_every_setting_is_told_as_an_environment_variable(reference: dict[str, str]) -> None:

@@ -71,7 +71,7 @@ COMMANDS: dict[str, str] = {
     "import_profile": "profiles import x FILE.toml",
     "update_known_servo": "label S front",
     "list_adapters": "bus adapters",
-    "list_allocations": "node-node-ids list",
+    "list_allocations": "node-ids list",
     "list_audit": "audit",
     "list_recordings": "recordings list",
     "list_candidates": "commission",
@@ -87,10 +87,10 @@ COMMANDS: dict[str, str] = {
     "list_servos": "list",
     "list_snapshots": "snapshots list S",
     "overlay_runs": "runs compare 7 8",
-    "pin_allocation": "node-node-ids pin S 7",
+    "pin_allocation": "node-ids pin S 7",
     "preview_factory_reset": "factory-reset S --dry-run",
     "put_profile": "profiles create x S",
-    "recycle_allocations": "node-node-ids recycle 30 --yes",
+    "recycle_allocations": "node-ids recycle 30 --yes",
     "release_lease": "move S 5",
     "restart_servo": "restart S --yes",
     "restore_drift": "drift restore S --yes",
@@ -289,7 +289,7 @@ NOT_TYPED: dict[str, str] = {
 
 ASKING = (
     "restart S", "factory-reset S", "undo S", "snapshots restore S 7", "copy S profile:x", "drift restore S",
-    "bus disconnect", "node-node-ids recycle 3", "stop --restore", "inventory forget S", "step-test S",
+    "bus disconnect", "node-ids recycle 3", "stop --restore", "inventory forget S", "step-test S",
 )  # fmt: skip
 """What asks before it does it."""
 
