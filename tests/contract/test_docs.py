@@ -43,7 +43,7 @@ def test_the_reference_names_every_operation_and_every_command(reference: dict[s
         short = path.removeprefix("/api/v1")
         for method in operations:
             assert (method.upper(), short) in told or row.match(short), f"{method} {path}"
-    for command in ("demo", "serve", "probe", "token add", "profile apply", "log start"):
+    for command in ("demo", "serve", "probe", "tokens create", "profiles apply", "logs start"):
         assert f"\n### hornbill {command}\n" in reference["command-line.md"]
 
 
