@@ -733,8 +733,7 @@ class Imported(TypedDict):
 
 
 class IntegerReading(TypedDict):
-    """One parameter as last read from RAM, with its ROM value and this model's limits. Not validated, for speed:
-    sockets send many."""
+    """One parameter as last read from RAM, with its ROM value and this model's limits."""
 
     address: int
     """Register address."""
@@ -1059,8 +1058,7 @@ class Note(TypedDict):
 
 
 class NumberReading(TypedDict):
-    """One parameter as last read from RAM, with its ROM value and this model's limits. Not validated, for speed:
-    sockets send many."""
+    """One parameter as last read from RAM, with its ROM value and this model's limits."""
 
     address: int
     """Register address."""
@@ -1338,8 +1336,7 @@ class Profile(TypedDict):
 
 
 class PwmModeReading(TypedDict):
-    """One parameter as last read from RAM, with its ROM value and this model's limits. Not validated, for speed:
-    sockets send many."""
+    """One parameter as last read from RAM, with its ROM value and this model's limits."""
 
     address: int
     """Register address."""
@@ -1975,8 +1972,7 @@ class Stream(TypedDict):
 
 
 class SwitchReading(TypedDict):
-    """One parameter as last read from RAM, with its ROM value and this model's limits. Not validated, for speed:
-    sockets send many."""
+    """One parameter as last read from RAM, with its ROM value and this model's limits."""
 
     address: int
     """Register address."""
@@ -2076,8 +2072,7 @@ class TelemetryMark(TypedDict):
 
 
 class TimeoutActionReading(TypedDict):
-    """One parameter as last read from RAM, with its ROM value and this model's limits. Not validated, for speed:
-    sockets send many."""
+    """One parameter as last read from RAM, with its ROM value and this model's limits."""
 
     address: int
     """Register address."""
@@ -2119,8 +2114,7 @@ class TimeoutActionReading(TypedDict):
 
 
 class TorqueModeReading(TypedDict):
-    """One parameter as last read from RAM, with its ROM value and this model's limits. Not validated, for speed:
-    sockets send many."""
+    """One parameter as last read from RAM, with its ROM value and this model's limits."""
 
     address: int
     """Register address."""

@@ -12,7 +12,7 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * List Allocations
+         * List allocations
          * @description Get the allocation table and the nodes waiting for a node ID.
          */
         get: operations["list_allocations"];
@@ -34,7 +34,7 @@ export interface paths {
         get?: never;
         put?: never;
         /**
-         * Recycle Allocations
+         * Recycle allocations
          * @description Free the node IDs of nodes not seen for the given time, except pinned ones and nodes online or restarting.
          */
         post: operations["recycle_allocations"];
@@ -53,13 +53,13 @@ export interface paths {
         };
         get?: never;
         /**
-         * Pin Allocation
+         * Pin allocation
          * @description Reserve a node ID, 1 to 125, for a node, which receives it with its next request. The node may be unknown.
          */
         put: operations["pin_allocation"];
         post?: never;
         /**
-         * Forget Allocation
+         * Forget allocation
          * @description Free the node ID of a node and remove its pin. A node that is online keeps its ID until it restarts.
          */
         delete: operations["forget_allocation"];
@@ -76,7 +76,7 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * List Audit
+         * List audit
          * @description List audit rows, newest first. Rows are never changed.
          */
         get: operations["list_audit"];
@@ -96,7 +96,7 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * Download Audit
+         * Download audit
          * @description Download all matching audit rows as CSV. Times are ISO 8601 in UTC.
          */
         get: operations["download_audit"];
@@ -116,18 +116,18 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * Get Bus
+         * Get bus
          * @description Get the state of the bus and its counters.
          */
         get: operations["get_bus"];
         /**
-         * Connect Bus
+         * Connect bus
          * @description Connect a bus. The previous bus stays connected until the new one is open. Torque goes off on moving servos.
          */
         put: operations["connect_bus"];
         post?: never;
         /**
-         * Disconnect Bus
+         * Disconnect bus
          * @description Disconnect the bus. Torque goes off first on servos under command.
          */
         delete: operations["disconnect_bus"];
@@ -144,7 +144,7 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * List Adapters
+         * List adapters
          * @description List adapters, and why an adapter is unavailable. Responds within 2 s even if a driver hangs.
          */
         get: operations["list_adapters"];
@@ -165,7 +165,7 @@ export interface paths {
         };
         get?: never;
         /**
-         * Set Allocator
+         * Set allocator
          * @description Set the allocator's mode: allocate unless another allocator responds (on), never (off), or always (force).
          *
          *     The mode is stored. A mode given on the command line or in the environment overrides it at the next start.
@@ -186,7 +186,7 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * Diagnose Bus
+         * Diagnose bus
          * @description Diagnose the bus. Returns findings, most severe first; empty if there are none.
          */
         get: operations["diagnose_bus"];
@@ -206,13 +206,13 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * Get Log
+         * Get log
          * @description Get the state of the current or last log.
          */
         get: operations["get_log"];
         put?: never;
         /**
-         * Start Log
+         * Start log
          * @description Start logging all frames, received and sent, to a file in the data folder, until stopped or full.
          *
          *     Logging continues after the bus is lost and reconnected. Frames that the disk cannot store in time are counted as
@@ -220,7 +220,7 @@ export interface paths {
          */
         post: operations["start_log"];
         /**
-         * Stop Log
+         * Stop log
          * @description Stop logging. Responds when the file is complete. No effect if no log is running.
          */
         delete: operations["stop_log"];
@@ -237,7 +237,7 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * List Logs
+         * List logs
          * @description List the logs in the data folder, newest first. To play a log back, `PUT /bus` with address `file:NAME`.
          */
         get: operations["list_logs"];
@@ -257,14 +257,14 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * Download Log
+         * Download log
          * @description Download a log. For a running log, its current content.
          */
         get: operations["download_log"];
         put?: never;
         post?: never;
         /**
-         * Delete Log
+         * Delete log
          * @description Delete a log from the data folder.
          */
         delete: operations["delete_log"];
@@ -283,7 +283,7 @@ export interface paths {
         get?: never;
         put?: never;
         /**
-         * Command Servos
+         * Command servos
          * @description Command several servos simultaneously, up to 15 per message, all or none.
          *
          *     Servos do not acknowledge these messages, and they are not repeated. A servo that missed its message receives the
@@ -331,7 +331,7 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * List Candidates
+         * List candidates
          * @description List servos that appear to be new (servo ID 0, no label), each with the next free servo ID, and nodes waiting for
          *     a node ID.
          */
@@ -352,7 +352,7 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * Compare Sides
+         * Compare sides
          * @description Compare two sides row by row. Unknown values (null) count as different.
          */
         get: operations["compare"];
@@ -372,7 +372,7 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * Stream Events
+         * Stream events
          * @description Stream the current state, then every change. Sends no request on the bus.
          *
          *     A client that reconnects within one minute with the ID of its last event resumes there. A slow client receives only
@@ -396,7 +396,7 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * Read Faults
+         * Read faults
          * @description Get the fault bits of several servos, each as in `GET /servos/{uid}/faults`.
          */
         get: operations["read_faults"];
@@ -416,7 +416,7 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * Get Health
+         * Get health
          * @description Check that the server is running.
          */
         get: operations["get_health"];
@@ -436,7 +436,7 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * List Inventory
+         * List inventory
          * @description List all known servos, most recently seen first.
          */
         get: operations["list_inventory"];
@@ -456,7 +456,7 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * Download Inventory
+         * Download inventory
          * @description Download the inventory as CSV: one line per servo, with one column per ROM value, named with its unit.
          */
         get: operations["download_inventory"];
@@ -476,21 +476,21 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * Get Known Servo
+         * Get known servo
          * @description Get a known servo, on the bus or not.
          */
         get: operations["get_known_servo"];
         put?: never;
         post?: never;
         /**
-         * Forget Servo
+         * Forget servo
          * @description Forget a servo that is off the bus: its identity, nickname and last configuration. Audit rows are kept.
          */
         delete: operations["forget_servo"];
         options?: never;
         head?: never;
         /**
-         * Update Known Servo
+         * Update known servo
          * @description Change the nickname or notes of a known servo, on the bus or not.
          */
         patch: operations["update_known_servo"];
@@ -504,7 +504,7 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * List Jobs
+         * List jobs
          * @description List running and recently ended jobs, oldest first, including those before the server was started.
          */
         get: operations["list_jobs"];
@@ -524,14 +524,14 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * Get Job
+         * Get job
          * @description Get a job.
          */
         get: operations["get_job"];
         put?: never;
         post?: never;
         /**
-         * Cancel Job
+         * Cancel job
          * @description Cancel a job. Steps already carried out are not undone.
          */
         delete: operations["cancel_job"];
@@ -548,7 +548,7 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * Get Report
+         * Get report
          * @description Get the report of a job, running or ended, including jobs before the server was started.
          */
         get: operations["get_report"];
@@ -570,7 +570,7 @@ export interface paths {
         get?: never;
         put?: never;
         /**
-         * Resume Job
+         * Resume job
          * @description Resume a job that failed, was cancelled or was interrupted by the end of the server. Completed steps are kept.
          *
          *     Requires `resumable`. Jobs are never resumed automatically.
@@ -590,13 +590,13 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * List Leases
+         * List leases
          * @description List the current lease. Empty if no client has motion control.
          */
         get: operations["list_leases"];
         put?: never;
         /**
-         * Take Lease
+         * Take lease
          * @description Take the lease, that is, motion control. Only one client can have it.
          *
          *     Renew it well within `ttl_s`: when it expires, torque goes off on the servos you command. `force` takes it from its
@@ -619,7 +619,7 @@ export interface paths {
         get?: never;
         put?: never;
         /**
-         * Request Lease
+         * Request lease
          * @description Request motion control from its current holder. All clients see the request and its countdown.
          *
          *     It is granted when the holder releases the lease or has not refused within `timeout_s`, after torque is off on the
@@ -641,14 +641,14 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * Get Lease Request
+         * Get lease request
          * @description Get the state of a request, for the client that made it. Once granted, renew the lease within 5 s.
          */
         get: operations["get_lease_request"];
         put?: never;
         post?: never;
         /**
-         * Withdraw Lease Request
+         * Withdraw lease request
          * @description Withdraw a request. A lease that is already granted stays valid.
          */
         delete: operations["withdraw_lease_request"];
@@ -667,7 +667,7 @@ export interface paths {
         get?: never;
         put?: never;
         /**
-         * Refuse Lease Request
+         * Refuse lease request
          * @description Refuse a request. Only the holder of the lease can. Use the request's ID as shown with the lease.
          */
         post: operations["refuse_lease_request"];
@@ -686,13 +686,13 @@ export interface paths {
         };
         get?: never;
         /**
-         * Renew Lease
+         * Renew lease
          * @description Renew a lease for `ttl_s` from now (heartbeat). The response contains any pending request for motion control.
          */
         put: operations["renew_lease"];
         post?: never;
         /**
-         * Release Lease
+         * Release lease
          * @description Release a lease. Torque goes off on the servos commanded under it. A pending request is then granted.
          */
         delete: operations["release_lease"];
@@ -709,8 +709,8 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * List Nodes
-         * @description List all nodes received since the bus was connected, by node ID. Empty without a bus.
+         * List nodes
+         * @description List all nodes seen since the bus was connected, by node ID. Empty without a bus.
          */
         get: operations["list_nodes"];
         put?: never;
@@ -729,7 +729,7 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * Read Matrix
+         * Read matrix
          * @description Get rows of several servos, as last read or, with `refresh`, from the bus. Rows that a model lacks are absent.
          */
         get: operations["read_matrix"];
@@ -739,7 +739,7 @@ export interface paths {
         options?: never;
         head?: never;
         /**
-         * Change Matrix
+         * Change matrix
          * @description Change rows of several servos. All servos are planned first, then each is changed all or nothing.
          *
          *     IDs may be swapped; servos that exchange IDs succeed or fail together. With `save` all changed servos are saved at
@@ -756,7 +756,7 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * List Profiles
+         * List profiles
          * @description List all profiles, by name.
          */
         get: operations["list_profiles"];
@@ -776,18 +776,18 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * Get Profile
+         * Get profile
          * @description Get a profile.
          */
         get: operations["get_profile"];
         /**
-         * Put Profile
+         * Put profile
          * @description Store a profile, from given values, a servo or a snapshot. Replaces a profile of the same name.
          */
         put: operations["put_profile"];
         post?: never;
         /**
-         * Delete Profile
+         * Delete profile
          * @description Delete a profile. Servos that it was applied to stay unchanged.
          */
         delete: operations["delete_profile"];
@@ -806,7 +806,7 @@ export interface paths {
         get?: never;
         put?: never;
         /**
-         * Apply Profile
+         * Apply profile
          * @description Apply a profile to servos one by one, each all or nothing. Rows that a servo lacks are left out and listed.
          */
         post: operations["apply_profile"];
@@ -824,12 +824,12 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * Export Profile
+         * Export profile
          * @description Export a profile as a file: TOML with label and unit on every line, or JSON.
          */
         get: operations["export_profile"];
         /**
-         * Import Profile
+         * Import profile
          * @description Import a profile from a file. If any line is invalid, nothing is stored, and `lines` of the problem contains a
          *     verdict on each line.
          */
@@ -849,7 +849,7 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * Get Recorder
+         * Get recorder
          * @description Get the state of the recorder and its recording in progress.
          */
         get: operations["get_recorder"];
@@ -869,13 +869,13 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * List Recordings
+         * List recordings
          * @description List the recordings in the data folder, newest first.
          */
         get: operations["list_recordings"];
         put?: never;
         /**
-         * Create Recording
+         * Create recording
          * @description Create a recording of recent events and the next ten seconds.
          *
          *     If a recording is in progress, this adds a mark to it. Without `wait` the response (202) is the state of the
@@ -896,18 +896,18 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * Download Recording
+         * Download recording
          * @description Download a recording: a ZIP file that contains the frames in `candump -l` format.
          */
         get: operations["download_recording"];
         /**
-         * Import Recording
+         * Import recording
          * @description Import a recording, at most 100 MB. Any other file is rejected and not stored.
          */
         put: operations["import_recording"];
         post?: never;
         /**
-         * Delete Recording
+         * Delete recording
          * @description Delete a recording from the data folder.
          */
         delete: operations["delete_recording"];
@@ -924,7 +924,7 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * Get Recording
+         * Get recording
          * @description Get the metadata, telemetry, events and writes of a recording.
          */
         get: operations["get_recording"];
@@ -944,7 +944,7 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * List Runs
+         * List runs
          * @description List runs of one or all servos, newest first, without samples.
          */
         get: operations["list_runs"];
@@ -964,7 +964,7 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * Overlay Runs
+         * Overlay runs
          * @description Get several runs for comparison, and the parameters in which they differ.
          */
         get: operations["overlay_runs"];
@@ -984,14 +984,14 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * Get Run
+         * Get run
          * @description Get a run with its samples.
          */
         get: operations["get_run"];
         put?: never;
         post?: never;
         /**
-         * Delete Run
+         * Delete run
          * @description Delete a run.
          */
         delete: operations["delete_run"];
@@ -1008,7 +1008,7 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * Get Run Csv
+         * Get run CSV
          * @description Download the samples of a run as CSV: step, direction, time after the command (s), angle and target (°).
          */
         get: operations["get_run_csv"];
@@ -1028,7 +1028,7 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * Get Schema
+         * Get schema
          * @description Get the complete parameter catalogue.
          */
         get: operations["get_schema"];
@@ -1048,7 +1048,7 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * List Servos
+         * List servos
          * @description List the servos seen since the start. Filters are for lookup; a servo is identified by its unique ID.
          */
         get: operations["list_servos"];
@@ -1068,7 +1068,7 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * Get Servo
+         * Get servo
          * @description Get a servo.
          */
         get: operations["get_servo"];
@@ -1078,7 +1078,7 @@ export interface paths {
         options?: never;
         head?: never;
         /**
-         * Label Servo
+         * Label servo
          * @description Set the nickname of a servo, which is stored on the server only.
          */
         patch: operations["label_servo"];
@@ -1092,7 +1092,7 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * Get Cautions
+         * Get cautions
          * @description Get cautions for a command, and the confirmation codes it would require. Moves nothing.
          */
         get: operations["get_cautions"];
@@ -1114,7 +1114,7 @@ export interface paths {
         get?: never;
         put?: never;
         /**
-         * Command Servo
+         * Command servo
          * @description Command an angle (°), speed (rpm) or torque (%). It is kept alive until the lease ends.
          */
         post: operations["command_servo"];
@@ -1134,7 +1134,7 @@ export interface paths {
         get?: never;
         put?: never;
         /**
-         * Copy Configuration
+         * Copy configuration
          * @description Write the values of another servo, a snapshot, a profile or the defaults, all or nothing.
          */
         post: operations["copy_configuration"];
@@ -1152,14 +1152,14 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * Get Drift
+         * Get drift
          * @description Get the rows that another tool changed in ROM since the servo was last seen.
          */
         get: operations["get_drift"];
         put?: never;
         post?: never;
         /**
-         * Accept Drift
+         * Accept drift
          * @description Accept the changed values as intended.
          */
         delete: operations["accept_drift"];
@@ -1178,7 +1178,7 @@ export interface paths {
         get?: never;
         put?: never;
         /**
-         * Restore Drift
+         * Restore drift
          * @description Write back the previous ROM values, all or nothing, including identity rows. The drift clears once ROM is
          *     verified to contain them.
          */
@@ -1197,13 +1197,13 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * Preview Factory Reset
+         * Preview factory reset
          * @description Preview a factory reset: the rows that would change, those that would stay, and the effect on the horn.
          */
         get: operations["preview_factory_reset"];
         put?: never;
         /**
-         * Factory Reset
+         * Factory reset
          * @description Reset a servo to the defaults of its model, in RAM and ROM. Torque goes off, the servo restarts and its horn
          *     moves slowly to 0°.
          *
@@ -1224,7 +1224,7 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * List Faults
+         * List faults
          * @description List all fault bits of a servo that are or were set, also of a servo off the bus. Failures first, then warnings,
          *     then notifications; active before past. Bits clear automatically or at a restart and cannot be cleared here.
          */
@@ -1247,7 +1247,7 @@ export interface paths {
         get?: never;
         put?: never;
         /**
-         * Acknowledge Faults
+         * Acknowledge faults
          * @description Acknowledge all faults of a servo. Sends nothing to the servo.
          */
         post: operations["acknowledge_faults"];
@@ -1267,7 +1267,7 @@ export interface paths {
         get?: never;
         put?: never;
         /**
-         * Acknowledge Fault
+         * Acknowledge fault
          * @description Acknowledge one fault. The first acknowledgement stays until the bit is set again. Sends nothing to the servo.
          */
         post: operations["acknowledge_fault"];
@@ -1287,7 +1287,7 @@ export interface paths {
         get?: never;
         put?: never;
         /**
-         * Identify Servo
+         * Identify servo
          * @description Wiggle the horn: turn it slowly 3° to either side, twice, and back. Torque mode is restored afterwards.
          *
          *     Uses the given lease or, if no client has one, a lease of its own for the duration.
@@ -1310,7 +1310,7 @@ export interface paths {
         put?: never;
         post?: never;
         /**
-         * Dismiss Lost Values
+         * Dismiss lost values
          * @description Dismiss the RAM values that the servo lost in a restart. Sends nothing to the servo.
          */
         delete: operations["dismiss_lost_values"];
@@ -1327,7 +1327,7 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * List Parameters
+         * List parameters
          * @description List all rows of this model and firmware as last read; `refresh` reads them from the bus first.
          */
         get: operations["list_parameters"];
@@ -1337,7 +1337,7 @@ export interface paths {
         options?: never;
         head?: never;
         /**
-         * Change Parameters
+         * Change parameters
          * @description Change rows, all or nothing: validate, write and read back; roll back on any failure.
          */
         patch: operations["change_parameters"];
@@ -1380,7 +1380,7 @@ export interface paths {
          */
         get: operations["get_angle_d_gain"];
         /**
-         * Set angle d gain
+         * Set angle D gain
          * @description Damping before the target. Higher brakes earlier; lower overshoots more. Raise it if steps overshoot. Register 0x2D, section 4.22. Range: 0 to 100 at most, depending on the model. `in_effect` in the response shows whether it has an effect now. No effect: speed and torque control (0x25) is off (§ 4.22). No effect: the last command was a speed or torque; this parameter acts only while an angle is held (§ 4.22). No effect: torque (0x20) is not on, so no angle is held (§ 4.13). No effect: the servo's software is being replaced (§ 2.2). No effect: the servo reports a failure (0x1B) that leaves the motor without output (§ 4.12). No effect: output is off while the temperature (0x0B) is outside its limits; it returns automatically, without the last command (§ 4.7). No effect: output is off while the supply voltage (0x0C) is outside its limits; it returns automatically, without the last command (§ 4.8).
          */
         put: operations["set_angle_d_gain"];
@@ -1428,7 +1428,7 @@ export interface paths {
          */
         get: operations["get_angle_limit_ccw"];
         /**
-         * Set angle limit ccw
+         * Set angle limit CCW
          * @description Counter-clockwise limit of angle commands. Commands beyond it stop here. It cannot be above 0°, so 0° is always within the limits. With torque off, the horn can be moved beyond the limits. Unit: °. Register 0x39, section 4.31. Range: −36000000.0 to 0.0°. `in_effect` in the response shows whether it has an effect now. No effect: the last command was a speed or torque; angle limits apply only to angle commands (§ 4.31). No effect: torque (0x20) is not on, so no angle is held (§ 4.13). No effect: the servo's software is being replaced (§ 2.2). No effect: the servo reports a failure (0x1B) that leaves the motor without output (§ 4.12). No effect: output is off while the temperature (0x0B) is outside its limits; it returns automatically, without the last command (§ 4.7). No effect: output is off while the supply voltage (0x0C) is outside its limits; it returns automatically, without the last command (§ 4.8).
          */
         put: operations["set_angle_limit_ccw"];
@@ -1452,7 +1452,7 @@ export interface paths {
          */
         get: operations["get_angle_limit_cw"];
         /**
-         * Set angle limit cw
+         * Set angle limit CW
          * @description Clockwise limit of angle commands. Commands beyond it stop here. It cannot be below 0°, so 0° is always within the limits. Widen it before commanding full turns. Unit: °. Register 0x38, section 4.31. Range: 0.0 to 36000000.0°. `in_effect` in the response shows whether it has an effect now. No effect: the last command was a speed or torque; angle limits apply only to angle commands (§ 4.31). No effect: torque (0x20) is not on, so no angle is held (§ 4.13). No effect: the servo's software is being replaced (§ 2.2). No effect: the servo reports a failure (0x1B) that leaves the motor without output (§ 4.12). No effect: output is off while the temperature (0x0B) is outside its limits; it returns automatically, without the last command (§ 4.7). No effect: output is off while the supply voltage (0x0C) is outside its limits; it returns automatically, without the last command (§ 4.8).
          */
         put: operations["set_angle_limit_cw"];
@@ -1476,7 +1476,7 @@ export interface paths {
          */
         get: operations["get_angle_p_gain"];
         /**
-         * Set angle p gain
+         * Set angle P gain
          * @description Response to an angle error. Higher is stiffer but more prone to hunting; lower is softer and more stable. Raise it until the horn starts to vibrate under its actual load, then lower it slightly. Register 0x2C, section 4.21. Range: 1 to 100 at most, depending on the model. `in_effect` in the response shows whether it has an effect now. No effect: the last command was a speed or torque; this parameter acts only while an angle is held (§ 4.21). No effect: torque (0x20) is not on, so no angle is held (§ 4.13). No effect: the servo's software is being replaced (§ 2.2). No effect: the servo reports a failure (0x1B) that leaves the motor without output (§ 4.12). No effect: output is off while the temperature (0x0B) is outside its limits; it returns automatically, without the last command (§ 4.7). No effect: output is off while the supply voltage (0x0C) is outside its limits; it returns automatically, without the last command (§ 4.8).
          */
         put: operations["set_angle_p_gain"];
@@ -1836,7 +1836,7 @@ export interface paths {
          */
         get: operations["get_node_id"];
         /**
-         * Set node id
+         * Set node ID
          * @description ID of the servo on the bus. With 0 the servo requests a free ID at each start; any other value is fixed and must be unique on the bus. 126 and 127 are reserved for tools. Register 0x46, section 4.38. Range: 0 to 127. `in_effect` in the response shows whether it has an effect now. This depends on no other row. Takes effect after a save and restart. No effect: the servo's software is being replaced (§ 2.2).
          */
         put: operations["set_node_id"];
@@ -2028,7 +2028,7 @@ export interface paths {
          */
         get: operations["get_pwm_mode"];
         /**
-         * Set pwm mode
+         * Set PWM mode
          * @description Whether a pulse commands an angle or a speed. Speed requires speed and torque control (0x25), and angle limits do not apply to it. Register 0x37, section 4.30. Since firmware 1.100. Only in models with PWM input. Range: `angle`, `speed`. `in_effect` in the response shows whether it has an effect now. This depends on no other row. No effect: the servo's software is being replaced (§ 2.2).
          */
         put: operations["set_pwm_mode"];
@@ -2148,7 +2148,7 @@ export interface paths {
          */
         get: operations["get_servo_id"];
         /**
-         * Set servo id
+         * Set servo ID
          * @description ID that commands for several servos use as the address. Give each servo its own. 0, the default, cannot be addressed this way. Register 0x45, section 4.37. Range: 0 to 254. `in_effect` in the response shows whether it has an effect now. This depends on no other row. No effect: the servo's software is being replaced (§ 2.2).
          */
         put: operations["set_servo_id"];
@@ -2244,7 +2244,7 @@ export interface paths {
          */
         get: operations["get_speed_i_gain"];
         /**
-         * Set speed i gain
+         * Set speed I gain
          * @description How fast the speed loop increases output while a speed error remains. Higher removes the error sooner but can oscillate; lower takes longer. Register 0x31, section 4.26. Range: 0 to 100 at most, depending on the model. `in_effect` in the response shows whether it has an effect now. No effect: speed and torque control (0x25) is off, so there is no speed loop (inferred from § 4.18). No effect: the last command was a torque; the speed loop is active only for angle and speed commands (§ 4.25). No effect: torque (0x20) is not on, so there is no motion to control (inferred from § 4.13). No effect: the servo's software is being replaced (§ 2.2). No effect: the servo reports a failure (0x1B) that leaves the motor without output (§ 4.12). No effect: output is off while the temperature (0x0B) is outside its limits; it returns automatically, without the last command (§ 4.7). No effect: output is off while the supply voltage (0x0C) is outside its limits; it returns automatically, without the last command (§ 4.8).
          */
         put: operations["set_speed_i_gain"];
@@ -2268,7 +2268,7 @@ export interface paths {
          */
         get: operations["get_speed_i_limit"];
         /**
-         * Set speed i limit
+         * Set speed I limit
          * @description Maximum output of the integral term of the speed loop. Higher overcomes more load but takes longer to unwind; lower prevents wind-up. Register 0x33, section 4.28. Range: 1 to 500000 at most, depending on the model. `in_effect` in the response shows whether it has an effect now. No effect: speed and torque control (0x25) is off, so there is no speed loop (inferred from § 4.18). No effect: the last command was a torque; the speed loop is active only for angle and speed commands (§ 4.25). No effect: the speed I gain (0x31) is 0, so there is nothing to limit (inferred from § 4.28). No effect: torque (0x20) is not on, so there is no motion to control (inferred from § 4.13). No effect: the servo's software is being replaced (§ 2.2). No effect: the servo reports a failure (0x1B) that leaves the motor without output (§ 4.12). No effect: output is off while the temperature (0x0B) is outside its limits; it returns automatically, without the last command (§ 4.7). No effect: output is off while the supply voltage (0x0C) is outside its limits; it returns automatically, without the last command (§ 4.8).
          */
         put: operations["set_speed_i_limit"];
@@ -2292,7 +2292,7 @@ export interface paths {
          */
         get: operations["get_speed_limit_ccw"];
         /**
-         * Set speed limit ccw
+         * Set speed limit CCW
          * @description Maximum counter-clockwise speed for angle and speed commands, as a negative number. Closer to 0 is gentler on the load; closer than −10 rpm is not usable. Unit: rpm. Register 0x3B, section 4.32. Range: −300 to 0 rpm at most, depending on the model. `in_effect` in the response shows whether it has an effect now. No effect: speed and torque control (0x25) is off (§ 4.32). No effect: the last command was a torque; speed limits apply only to angle and speed commands (§ 4.32). No effect: torque (0x20) is not on, so there is no motion to control (inferred from § 4.13). No effect: the servo's software is being replaced (§ 2.2). No effect: the servo reports a failure (0x1B) that leaves the motor without output (§ 4.12). No effect: output is off while the temperature (0x0B) is outside its limits; it returns automatically, without the last command (§ 4.7). No effect: output is off while the supply voltage (0x0C) is outside its limits; it returns automatically, without the last command (§ 4.8). No effect: soft start (0x21) overrides it until the horn is at 0° (§ 4.14).
          */
         put: operations["set_speed_limit_ccw"];
@@ -2316,7 +2316,7 @@ export interface paths {
          */
         get: operations["get_speed_limit_cw"];
         /**
-         * Set speed limit cw
+         * Set speed limit CW
          * @description Maximum clockwise speed for angle and speed commands. Lower is gentler on the load; below 10 rpm it is not usable. If higher, the speed depends on the supply and the load. Unit: rpm. Register 0x3A, section 4.32. Range: 0 to 300 rpm at most, depending on the model. `in_effect` in the response shows whether it has an effect now. No effect: speed and torque control (0x25) is off (§ 4.32). No effect: the last command was a torque; speed limits apply only to angle and speed commands (§ 4.32). No effect: torque (0x20) is not on, so there is no motion to control (inferred from § 4.13). No effect: the servo's software is being replaced (§ 2.2). No effect: the servo reports a failure (0x1B) that leaves the motor without output (§ 4.12). No effect: output is off while the temperature (0x0B) is outside its limits; it returns automatically, without the last command (§ 4.7). No effect: output is off while the supply voltage (0x0C) is outside its limits; it returns automatically, without the last command (§ 4.8). No effect: soft start (0x21) overrides it until the horn is at 0° (§ 4.14).
          */
         put: operations["set_speed_limit_cw"];
@@ -2340,7 +2340,7 @@ export interface paths {
          */
         get: operations["get_speed_p_gain"];
         /**
-         * Set speed p gain
+         * Set speed P gain
          * @description Response of the speed loop to a speed error. Higher follows more closely but can vibrate; lower yields under load. Register 0x30, section 4.25. Range: 1 to 100 at most, depending on the model. `in_effect` in the response shows whether it has an effect now. No effect: speed and torque control (0x25) is off, so there is no speed loop (inferred from § 4.18). No effect: the last command was a torque; the speed loop is active only for angle and speed commands (§ 4.25). No effect: torque (0x20) is not on, so there is no motion to control (inferred from § 4.13). No effect: the servo's software is being replaced (§ 2.2). No effect: the servo reports a failure (0x1B) that leaves the motor without output (§ 4.12). No effect: output is off while the temperature (0x0B) is outside its limits; it returns automatically, without the last command (§ 4.7). No effect: output is off while the supply voltage (0x0C) is outside its limits; it returns automatically, without the last command (§ 4.8).
          */
         put: operations["set_speed_p_gain"];
@@ -2484,7 +2484,7 @@ export interface paths {
          */
         get: operations["get_torque_limit_ccw"];
         /**
-         * Set torque limit ccw
+         * Set torque limit CCW
          * @description Approximate maximum counter-clockwise torque, for all kinds of command, as a negative percentage. Closer to 0 protects more but holds less load. Unit: %. Register 0x3D, section 4.33. Range: −100 to 0 %. `in_effect` in the response shows whether it has an effect now. No effect: speed and torque control (0x25) is off (§ 4.33). No effect: torque (0x20) is not on, so there is no motion to control (inferred from § 4.13). No effect: the servo's software is being replaced (§ 2.2). No effect: the servo reports a failure (0x1B) that leaves the motor without output (§ 4.12). No effect: output is off while the temperature (0x0B) is outside its limits; it returns automatically, without the last command (§ 4.7). No effect: output is off while the supply voltage (0x0C) is outside its limits; it returns automatically, without the last command (§ 4.8). No effect: soft start (0x21) overrides it until the horn is at 0° (§ 4.14).
          */
         put: operations["set_torque_limit_ccw"];
@@ -2508,7 +2508,7 @@ export interface paths {
          */
         get: operations["get_torque_limit_cw"];
         /**
-         * Set torque limit cw
+         * Set torque limit CW
          * @description Approximate maximum clockwise torque, for all kinds of command. Lower protects the mechanism in case of a collision; if too low, the servo cannot hold its load. Unit: %. Register 0x3C, section 4.33. Range: 0 to 100 %. `in_effect` in the response shows whether it has an effect now. No effect: speed and torque control (0x25) is off (§ 4.33). No effect: torque (0x20) is not on, so there is no motion to control (inferred from § 4.13). No effect: the servo's software is being replaced (§ 2.2). No effect: the servo reports a failure (0x1B) that leaves the motor without output (§ 4.12). No effect: output is off while the temperature (0x0B) is outside its limits; it returns automatically, without the last command (§ 4.7). No effect: output is off while the supply voltage (0x0C) is outside its limits; it returns automatically, without the last command (§ 4.8). No effect: soft start (0x21) overrides it until the horn is at 0° (§ 4.14).
          */
         put: operations["set_torque_limit_cw"];
@@ -2599,12 +2599,12 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * Get Parameter
+         * Get parameter
          * @description Read one row by key, for programs that loop over keys. Each row has a typed route, too.
          */
         get: operations["get_parameter"];
         /**
-         * Set Parameter
+         * Set parameter
          * @description Write one row by key and read it back, for programs that loop over keys. Each row has a typed route, too.
          */
         put: operations["set_parameter"];
@@ -2623,12 +2623,12 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * Get Position Unit
+         * Get position unit
          * @description Get the unit of positions in Status and ArrayCommand, and its evidence.
          */
         get: operations["get_position_unit"];
         /**
-         * Set Position Unit
+         * Set position unit
          * @description Set the position unit, or measure it again (null). Nothing is written to the servo.
          */
         put: operations["set_position_unit"];
@@ -2649,7 +2649,7 @@ export interface paths {
         get?: never;
         put?: never;
         /**
-         * Restart Servo
+         * Restart servo
          * @description Restart a servo. Values that are only in RAM are lost; with soft start, and torque on in ROM, the horn moves
          *     slowly to 0°.
          *
@@ -2670,7 +2670,7 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * Forecast Restart
+         * Forecast restart
          * @description Forecast the effect of a restart, or with `save` of a save, on the horn, with warnings. Moves nothing.
          */
         get: operations["forecast_restart"];
@@ -2692,7 +2692,7 @@ export interface paths {
         get?: never;
         put?: never;
         /**
-         * Save Servo
+         * Save servo
          * @description Write RAM to ROM. The servo restarts; with soft start, and torque on in ROM, its horn moves slowly to 0°.
          *
          *     Torque mode (0x20) is an exception: its RAM value is session state, so ROM keeps its value unless another was
@@ -2718,13 +2718,13 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * List Snapshots
+         * List snapshots
          * @description List the snapshots of a servo, on the bus or not, newest first.
          */
         get: operations["list_snapshots"];
         put?: never;
         /**
-         * Take Snapshot
+         * Take snapshot
          * @description Take a snapshot of a servo. It is stored until deleted. Unknown values are read from the bus first.
          */
         post: operations["take_snapshot"];
@@ -2742,14 +2742,14 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * Get Snapshot
+         * Get snapshot
          * @description Get a snapshot.
          */
         get: operations["get_snapshot"];
         put?: never;
         post?: never;
         /**
-         * Delete Snapshot
+         * Delete snapshot
          * @description Delete a snapshot. The deletion is recorded in the audit.
          */
         delete: operations["delete_snapshot"];
@@ -2768,7 +2768,7 @@ export interface paths {
         get?: never;
         put?: never;
         /**
-         * Restore Snapshot
+         * Restore snapshot
          * @description Write the values of a snapshot, all rows or the given ones, all or nothing.
          */
         post: operations["restore_snapshot"];
@@ -2788,7 +2788,7 @@ export interface paths {
         get?: never;
         put?: never;
         /**
-         * Step Test
+         * Step test
          * @description Measure a small step from the current angle and back. Requires a lease and torque on. Writes no parameters.
          */
         post: operations["step_test"];
@@ -2806,12 +2806,12 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * Get Telemetry
+         * Get telemetry
          * @description Get the subscriptions of a servo, and the granted and measured rates of its channels.
          */
         get: operations["get_telemetry"];
         /**
-         * Set Telemetry
+         * Set telemetry
          * @description Set the telemetry subscription of one owner. The response contains the rate that the bus budget allows.
          *
          *     Each `owner` has one subscription per servo; every row is polled at the highest requested rate. With `ttl_s` the
@@ -2834,7 +2834,7 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * Export Csv
+         * Export CSV
          * @description Download recent samples as CSV: one line per sample time, one column per channel. A cell is empty if the channel
          *     has no sample at that time, did not respond or was inactive. Nothing is interpolated.
          */
@@ -2855,9 +2855,9 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * Export Parquet
+         * Export parquet
          * @description Download recent samples as Parquet: rows of `channel`, `t` and `value` (null for gap or inactive), sorted by
-         *     channel. The metadata contain `utc_offset`.
+         *     channel. The metadata contains `utc_offset`.
          */
         get: operations["export_telemetry_parquet"];
         put?: never;
@@ -2878,7 +2878,7 @@ export interface paths {
         get?: never;
         put?: never;
         /**
-         * Set Torque
+         * Set torque
          * @description Set the torque mode. On requires a lease and holds the horn at its current angle; off and brake need no lease.
          */
         post: operations["set_torque"];
@@ -2896,18 +2896,18 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * Get Session
+         * Get session
          * @description Get the identity of the client, and whether a token is required.
          */
         get: operations["get_session"];
         put?: never;
         /**
-         * Log In
+         * Log in
          * @description Log in with a token. Sets a session cookie that scripts cannot read and other sites cannot use.
          */
         post: operations["log_in"];
         /**
-         * Log Out
+         * Log out
          * @description Log out. Ends the session of the cookie and closes its sockets.
          */
         delete: operations["log_out"];
@@ -2924,13 +2924,13 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * List Sim Servos
+         * List sim servos
          * @description List the simulated servos.
          */
         get: operations["list_sim_servos"];
         put?: never;
         /**
-         * Add Sim Servo
+         * Add sim servo
          * @description Add a simulated servo and switch it on.
          */
         post: operations["add_sim_servo"];
@@ -2948,21 +2948,21 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * Get Sim Servo
+         * Get sim servo
          * @description Get a simulated servo.
          */
         get: operations["get_sim_servo"];
         put?: never;
         post?: never;
         /**
-         * Remove Sim Servo
+         * Remove sim servo
          * @description Remove a simulated servo from the bus, as if it were unplugged.
          */
         delete: operations["remove_sim_servo"];
         options?: never;
         head?: never;
         /**
-         * Change Sim Servo
+         * Change sim servo
          * @description Change the conditions of a simulated servo, all or nothing.
          */
         patch: operations["change_sim_servo"];
@@ -2976,7 +2976,7 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * Get Stop
+         * Get stop
          * @description Get the stop latch and the confirmations of the servos.
          */
         get: operations["get_stop"];
@@ -2987,7 +2987,7 @@ export interface paths {
          */
         post: operations["stop"];
         /**
-         * Clear Stop
+         * Clear stop
          * @description Clear a stop. Moves nothing: torque stays off until it is turned on.
          */
         delete: operations["clear_stop"];
@@ -3006,7 +3006,7 @@ export interface paths {
         get?: never;
         put?: never;
         /**
-         * Restore Output
+         * Restore output
          * @description Restore outputs: switch them on again, one servo at a time, each holding its current angle. Clears a latched stop
          *     first.
          *
@@ -3031,13 +3031,13 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * List Streams
+         * List streams
          * @description List running and recently ended streams, oldest first.
          */
         get: operations["list_streams"];
         put?: never;
         /**
-         * Start Stream
+         * Start stream
          * @description Start a stream of setpoints at `rate_hz`, one ArrayCommand per 15 servos. It first holds the current angles.
          */
         post: operations["start_stream"];
@@ -3055,18 +3055,18 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * Get Stream
+         * Get stream
          * @description Get a stream and its timing.
          */
         get: operations["get_stream"];
         /**
-         * Set Stream Values
+         * Set stream values
          * @description Set new setpoints, all or nothing, sent with the next burst. Same as a `stream` WebSocket message.
          */
         put: operations["set_stream_values"];
         post?: never;
         /**
-         * End Stream
+         * End stream
          * @description End a stream. Servos keep their last setpoint until the lease ends. To turn torque off, use `POST /stop`.
          */
         delete: operations["end_stream"];
@@ -3085,7 +3085,7 @@ export interface paths {
         get?: never;
         put?: never;
         /**
-         * Create Ticket
+         * Create ticket
          * @description Create a ticket for one WebSocket: `/api/v1/ws?ticket=…`. It is valid once, within 30 s.
          */
         post: operations["create_ticket"];
@@ -3103,13 +3103,13 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * List Tokens
+         * List tokens
          * @description List tokens. Their secrets are not stored and cannot be retrieved.
          */
         get: operations["list_tokens"];
         put?: never;
         /**
-         * Create Token
+         * Create token
          * @description Create a token. Its secret is returned once. The first token must be for admin; it enables access control.
          */
         post: operations["create_token"];
@@ -3130,7 +3130,7 @@ export interface paths {
         put?: never;
         post?: never;
         /**
-         * Revoke Token
+         * Revoke token
          * @description Revoke a token. Its sessions and sockets end.
          */
         delete: operations["revoke_token"];
@@ -4837,8 +4837,6 @@ export interface components {
         /**
          * IntegerReading
          * @description One parameter as last read from RAM, with its ROM value and this model's limits.
-         *
-         *     Not validated, for speed: sockets send many.
          */
         IntegerReading: {
             /** @description Register address. */
@@ -5421,8 +5419,6 @@ export interface components {
         /**
          * NumberReading
          * @description One parameter as last read from RAM, with its ROM value and this model's limits.
-         *
-         *     Not validated, for speed: sockets send many.
          */
         NumberReading: {
             /** @description Register address. */
@@ -5938,8 +5934,6 @@ export interface components {
         /**
          * PwmModeReading
          * @description One parameter as last read from RAM, with its ROM value and this model's limits.
-         *
-         *     Not validated, for speed: sockets send many.
          */
         PwmModeReading: {
             /** @description Register address. */
@@ -6476,7 +6470,7 @@ export interface components {
         };
         /**
          * RowValue
-         * @description Value of one row. Each row has its own subclass with its type and range.
+         * @description Value to write to a row. Typed routes have a type and range for each row.
          */
         RowValue: {
             /**
@@ -6484,6 +6478,7 @@ export interface components {
              * @default []
              */
             confirm?: components["schemas"]["ConfirmCode"][];
+            /** @description Value, in the unit of the row. */
             value: unknown;
         };
         /**
@@ -7351,8 +7346,6 @@ export interface components {
         /**
          * SwitchReading
          * @description One parameter as last read from RAM, with its ROM value and this model's limits.
-         *
-         *     Not validated, for speed: sockets send many.
          */
         SwitchReading: {
             /** @description Register address. */
@@ -7642,8 +7635,6 @@ export interface components {
         /**
          * TimeoutActionReading
          * @description One parameter as last read from RAM, with its ROM value and this model's limits.
-         *
-         *     Not validated, for speed: sockets send many.
          */
         TimeoutActionReading: {
             /** @description Register address. */
@@ -7794,8 +7785,6 @@ export interface components {
         /**
          * TorqueModeReading
          * @description One parameter as last read from RAM, with its ROM value and this model's limits.
-         *
-         *     Not validated, for speed: sockets send many.
          */
         TorqueModeReading: {
             /** @description Register address. */
@@ -8122,7 +8111,7 @@ export interface operations {
         };
         requestBody?: never;
         responses: {
-            /** @description Successful Response */
+            /** @description Success. */
             200: {
                 headers: {
                     [name: string]: unknown;
@@ -8155,7 +8144,7 @@ export interface operations {
             };
         };
         responses: {
-            /** @description Successful Response */
+            /** @description Success. */
             200: {
                 headers: {
                     [name: string]: unknown;
@@ -8190,7 +8179,7 @@ export interface operations {
             };
         };
         responses: {
-            /** @description Successful Response */
+            /** @description Success. */
             200: {
                 headers: {
                     [name: string]: unknown;
@@ -8219,7 +8208,7 @@ export interface operations {
         };
         requestBody?: never;
         responses: {
-            /** @description Successful Response */
+            /** @description Success. */
             200: {
                 headers: {
                     [name: string]: unknown;
@@ -8258,7 +8247,7 @@ export interface operations {
         };
         requestBody?: never;
         responses: {
-            /** @description Successful Response */
+            /** @description Success. */
             200: {
                 headers: {
                     [name: string]: unknown;
@@ -8313,7 +8302,7 @@ export interface operations {
         };
         requestBody?: never;
         responses: {
-            /** @description Successful Response */
+            /** @description Success. */
             200: {
                 headers: {
                     [name: string]: unknown;
@@ -8338,7 +8327,7 @@ export interface operations {
             };
         };
         responses: {
-            /** @description Successful Response */
+            /** @description Success. */
             200: {
                 headers: {
                     [name: string]: unknown;
@@ -8362,7 +8351,7 @@ export interface operations {
         };
         requestBody?: never;
         responses: {
-            /** @description Successful Response */
+            /** @description Success. */
             200: {
                 headers: {
                     [name: string]: unknown;
@@ -8383,7 +8372,7 @@ export interface operations {
         };
         requestBody?: never;
         responses: {
-            /** @description Successful Response */
+            /** @description Success. */
             200: {
                 headers: {
                     [name: string]: unknown;
@@ -8411,7 +8400,7 @@ export interface operations {
             };
         };
         responses: {
-            /** @description Successful Response */
+            /** @description Success. */
             200: {
                 headers: {
                     [name: string]: unknown;
@@ -8436,7 +8425,7 @@ export interface operations {
         };
         requestBody?: never;
         responses: {
-            /** @description Successful Response */
+            /** @description Success. */
             200: {
                 headers: {
                     [name: string]: unknown;
@@ -8458,7 +8447,7 @@ export interface operations {
         };
         requestBody?: never;
         responses: {
-            /** @description Successful Response */
+            /** @description Success. */
             200: {
                 headers: {
                     [name: string]: unknown;
@@ -8489,7 +8478,7 @@ export interface operations {
             };
         };
         responses: {
-            /** @description Successful Response */
+            /** @description Success. */
             201: {
                 headers: {
                     [name: string]: unknown;
@@ -8516,7 +8505,7 @@ export interface operations {
         };
         requestBody?: never;
         responses: {
-            /** @description Successful Response */
+            /** @description Success. */
             200: {
                 headers: {
                     [name: string]: unknown;
@@ -8537,7 +8526,7 @@ export interface operations {
         };
         requestBody?: never;
         responses: {
-            /** @description Successful Response */
+            /** @description Success. */
             200: {
                 headers: {
                     [name: string]: unknown;
@@ -8561,7 +8550,7 @@ export interface operations {
         };
         requestBody?: never;
         responses: {
-            /** @description Successful Response */
+            /** @description Success. */
             200: {
                 headers: {
                     [name: string]: unknown;
@@ -8588,7 +8577,7 @@ export interface operations {
         };
         requestBody?: never;
         responses: {
-            /** @description Successful Response */
+            /** @description Success. */
             204: {
                 headers: {
                     [name: string]: unknown;
@@ -8626,7 +8615,7 @@ export interface operations {
             };
         };
         responses: {
-            /** @description Successful Response */
+            /** @description Success. */
             200: {
                 headers: {
                     [name: string]: unknown;
@@ -8715,7 +8704,7 @@ export interface operations {
         };
         requestBody?: never;
         responses: {
-            /** @description Successful Response */
+            /** @description Success. */
             200: {
                 headers: {
                     [name: string]: unknown;
@@ -8743,7 +8732,7 @@ export interface operations {
         };
         requestBody?: never;
         responses: {
-            /** @description Successful Response */
+            /** @description Success. */
             200: {
                 headers: {
                     [name: string]: unknown;
@@ -8801,7 +8790,7 @@ export interface operations {
         };
         requestBody?: never;
         responses: {
-            /** @description Successful Response */
+            /** @description Success. */
             200: {
                 headers: {
                     [name: string]: unknown;
@@ -8823,7 +8812,7 @@ export interface operations {
         };
         requestBody?: never;
         responses: {
-            /** @description Successful Response */
+            /** @description Success. */
             200: {
                 headers: {
                     [name: string]: unknown;
@@ -8851,7 +8840,7 @@ export interface operations {
         };
         requestBody?: never;
         responses: {
-            /** @description Successful Response */
+            /** @description Success. */
             200: {
                 headers: {
                     [name: string]: unknown;
@@ -8880,7 +8869,7 @@ export interface operations {
         };
         requestBody?: never;
         responses: {
-            /** @description Successful Response */
+            /** @description Success. */
             200: {
                 headers: {
                     [name: string]: unknown;
@@ -8905,7 +8894,7 @@ export interface operations {
         };
         requestBody?: never;
         responses: {
-            /** @description Successful Response */
+            /** @description Success. */
             200: {
                 headers: {
                     [name: string]: unknown;
@@ -8937,7 +8926,7 @@ export interface operations {
         };
         requestBody?: never;
         responses: {
-            /** @description Successful Response */
+            /** @description Success. */
             204: {
                 headers: {
                     [name: string]: unknown;
@@ -8970,7 +8959,7 @@ export interface operations {
             };
         };
         responses: {
-            /** @description Successful Response */
+            /** @description Success. */
             200: {
                 headers: {
                     [name: string]: unknown;
@@ -9000,7 +8989,7 @@ export interface operations {
         };
         requestBody?: never;
         responses: {
-            /** @description Successful Response */
+            /** @description Success. */
             200: {
                 headers: {
                     [name: string]: unknown;
@@ -9025,7 +9014,7 @@ export interface operations {
         };
         requestBody?: never;
         responses: {
-            /** @description Successful Response */
+            /** @description Success. */
             200: {
                 headers: {
                     [name: string]: unknown;
@@ -9052,7 +9041,7 @@ export interface operations {
         };
         requestBody?: never;
         responses: {
-            /** @description Successful Response */
+            /** @description Success. */
             200: {
                 headers: {
                     [name: string]: unknown;
@@ -9163,7 +9152,7 @@ export interface operations {
         };
         requestBody?: never;
         responses: {
-            /** @description Successful Response */
+            /** @description Success. */
             200: {
                 headers: {
                     [name: string]: unknown;
@@ -9194,7 +9183,7 @@ export interface operations {
             };
         };
         responses: {
-            /** @description Successful Response */
+            /** @description Success. */
             201: {
                 headers: {
                     [name: string]: unknown;
@@ -9231,7 +9220,7 @@ export interface operations {
             };
         };
         responses: {
-            /** @description Successful Response */
+            /** @description Success. */
             202: {
                 headers: {
                     [name: string]: unknown;
@@ -9261,7 +9250,7 @@ export interface operations {
         };
         requestBody?: never;
         responses: {
-            /** @description Successful Response */
+            /** @description Success. */
             200: {
                 headers: {
                     [name: string]: unknown;
@@ -9288,7 +9277,7 @@ export interface operations {
         };
         requestBody?: never;
         responses: {
-            /** @description Successful Response */
+            /** @description Success. */
             200: {
                 headers: {
                     [name: string]: unknown;
@@ -9323,7 +9312,7 @@ export interface operations {
         };
         requestBody?: never;
         responses: {
-            /** @description Successful Response */
+            /** @description Success. */
             204: {
                 headers: {
                     [name: string]: unknown;
@@ -9354,7 +9343,7 @@ export interface operations {
         };
         requestBody?: never;
         responses: {
-            /** @description Successful Response */
+            /** @description Success. */
             200: {
                 headers: {
                     [name: string]: unknown;
@@ -9381,7 +9370,7 @@ export interface operations {
         };
         requestBody?: never;
         responses: {
-            /** @description Successful Response */
+            /** @description Success. */
             200: {
                 headers: {
                     [name: string]: unknown;
@@ -9405,7 +9394,7 @@ export interface operations {
         };
         requestBody?: never;
         responses: {
-            /** @description Successful Response */
+            /** @description Success. */
             200: {
                 headers: {
                     [name: string]: unknown;
@@ -9433,7 +9422,7 @@ export interface operations {
         };
         requestBody?: never;
         responses: {
-            /** @description Successful Response */
+            /** @description Success. */
             200: {
                 headers: {
                     [name: string]: unknown;
@@ -9465,7 +9454,7 @@ export interface operations {
             };
         };
         responses: {
-            /** @description Successful Response */
+            /** @description Success. */
             200: {
                 headers: {
                     [name: string]: unknown;
@@ -9490,7 +9479,7 @@ export interface operations {
         };
         requestBody?: never;
         responses: {
-            /** @description Successful Response */
+            /** @description Success. */
             200: {
                 headers: {
                     [name: string]: unknown;
@@ -9514,7 +9503,7 @@ export interface operations {
         };
         requestBody?: never;
         responses: {
-            /** @description Successful Response */
+            /** @description Success. */
             200: {
                 headers: {
                     [name: string]: unknown;
@@ -9548,7 +9537,7 @@ export interface operations {
             };
         };
         responses: {
-            /** @description Successful Response */
+            /** @description Success. */
             200: {
                 headers: {
                     [name: string]: unknown;
@@ -9594,7 +9583,7 @@ export interface operations {
         };
         requestBody?: never;
         responses: {
-            /** @description Successful Response */
+            /** @description Success. */
             204: {
                 headers: {
                     [name: string]: unknown;
@@ -9679,7 +9668,7 @@ export interface operations {
         };
         requestBody?: never;
         responses: {
-            /** @description Successful Response */
+            /** @description Success. */
             200: {
                 headers: {
                     [name: string]: unknown;
@@ -9718,7 +9707,7 @@ export interface operations {
             };
         };
         responses: {
-            /** @description Successful Response */
+            /** @description Success. */
             200: {
                 headers: {
                     [name: string]: unknown;
@@ -9749,7 +9738,7 @@ export interface operations {
         };
         requestBody?: never;
         responses: {
-            /** @description Successful Response */
+            /** @description Success. */
             200: {
                 headers: {
                     [name: string]: unknown;
@@ -9770,7 +9759,7 @@ export interface operations {
         };
         requestBody?: never;
         responses: {
-            /** @description Successful Response */
+            /** @description Success. */
             200: {
                 headers: {
                     [name: string]: unknown;
@@ -9813,7 +9802,7 @@ export interface operations {
                     "application/json": components["schemas"]["Recording"];
                 };
             };
-            /** @description Successful Response */
+            /** @description Success. */
             202: {
                 headers: {
                     [name: string]: unknown;
@@ -9843,7 +9832,7 @@ export interface operations {
         };
         requestBody?: never;
         responses: {
-            /** @description Successful Response */
+            /** @description Success. */
             200: {
                 headers: {
                     [name: string]: unknown;
@@ -9874,7 +9863,7 @@ export interface operations {
             };
         };
         responses: {
-            /** @description Successful Response */
+            /** @description Success. */
             201: {
                 headers: {
                     [name: string]: unknown;
@@ -9902,7 +9891,7 @@ export interface operations {
         };
         requestBody?: never;
         responses: {
-            /** @description Successful Response */
+            /** @description Success. */
             204: {
                 headers: {
                     [name: string]: unknown;
@@ -9929,7 +9918,7 @@ export interface operations {
         };
         requestBody?: never;
         responses: {
-            /** @description Successful Response */
+            /** @description Success. */
             200: {
                 headers: {
                     [name: string]: unknown;
@@ -9960,7 +9949,7 @@ export interface operations {
         };
         requestBody?: never;
         responses: {
-            /** @description Successful Response */
+            /** @description Success. */
             200: {
                 headers: {
                     [name: string]: unknown;
@@ -9985,7 +9974,7 @@ export interface operations {
         };
         requestBody?: never;
         responses: {
-            /** @description Successful Response */
+            /** @description Success. */
             200: {
                 headers: {
                     [name: string]: unknown;
@@ -10012,7 +10001,7 @@ export interface operations {
         };
         requestBody?: never;
         responses: {
-            /** @description Successful Response */
+            /** @description Success. */
             200: {
                 headers: {
                     [name: string]: unknown;
@@ -10039,7 +10028,7 @@ export interface operations {
         };
         requestBody?: never;
         responses: {
-            /** @description Successful Response */
+            /** @description Success. */
             204: {
                 headers: {
                     [name: string]: unknown;
@@ -10064,7 +10053,7 @@ export interface operations {
         };
         requestBody?: never;
         responses: {
-            /** @description Successful Response */
+            /** @description Success. */
             200: {
                 headers: {
                     [name: string]: unknown;
@@ -10088,7 +10077,7 @@ export interface operations {
         };
         requestBody?: never;
         responses: {
-            /** @description Successful Response */
+            /** @description Success. */
             200: {
                 headers: {
                     [name: string]: unknown;
@@ -10118,7 +10107,7 @@ export interface operations {
         };
         requestBody?: never;
         responses: {
-            /** @description Successful Response */
+            /** @description Success. */
             200: {
                 headers: {
                     [name: string]: unknown;
@@ -10143,7 +10132,7 @@ export interface operations {
         };
         requestBody?: never;
         responses: {
-            /** @description Successful Response */
+            /** @description Success. */
             200: {
                 headers: {
                     [name: string]: unknown;
@@ -10176,7 +10165,7 @@ export interface operations {
             };
         };
         responses: {
-            /** @description Successful Response */
+            /** @description Success. */
             200: {
                 headers: {
                     [name: string]: unknown;
@@ -10207,7 +10196,7 @@ export interface operations {
         };
         requestBody?: never;
         responses: {
-            /** @description Successful Response */
+            /** @description Success. */
             200: {
                 headers: {
                     [name: string]: unknown;
@@ -10250,7 +10239,7 @@ export interface operations {
             };
         };
         responses: {
-            /** @description Successful Response */
+            /** @description Success. */
             200: {
                 headers: {
                     [name: string]: unknown;
@@ -10300,7 +10289,7 @@ export interface operations {
             };
         };
         responses: {
-            /** @description Successful Response */
+            /** @description Success. */
             200: {
                 headers: {
                     [name: string]: unknown;
@@ -10341,7 +10330,7 @@ export interface operations {
         };
         requestBody?: never;
         responses: {
-            /** @description Successful Response */
+            /** @description Success. */
             200: {
                 headers: {
                     [name: string]: unknown;
@@ -10370,7 +10359,7 @@ export interface operations {
         };
         requestBody?: never;
         responses: {
-            /** @description Successful Response */
+            /** @description Success. */
             204: {
                 headers: {
                     [name: string]: unknown;
@@ -10408,7 +10397,7 @@ export interface operations {
             };
         };
         responses: {
-            /** @description Successful Response */
+            /** @description Success. */
             200: {
                 headers: {
                     [name: string]: unknown;
@@ -10452,7 +10441,7 @@ export interface operations {
         };
         requestBody?: never;
         responses: {
-            /** @description Successful Response */
+            /** @description Success. */
             200: {
                 headers: {
                     [name: string]: unknown;
@@ -10539,7 +10528,7 @@ export interface operations {
         };
         requestBody?: never;
         responses: {
-            /** @description Successful Response */
+            /** @description Success. */
             200: {
                 headers: {
                     [name: string]: unknown;
@@ -10576,7 +10565,7 @@ export interface operations {
         };
         requestBody?: never;
         responses: {
-            /** @description Successful Response */
+            /** @description Success. */
             200: {
                 headers: {
                     [name: string]: unknown;
@@ -10618,7 +10607,7 @@ export interface operations {
         };
         requestBody?: never;
         responses: {
-            /** @description Successful Response */
+            /** @description Success. */
             200: {
                 headers: {
                     [name: string]: unknown;
@@ -10706,7 +10695,7 @@ export interface operations {
         };
         requestBody?: never;
         responses: {
-            /** @description Successful Response */
+            /** @description Success. */
             204: {
                 headers: {
                     [name: string]: unknown;
@@ -10735,7 +10724,7 @@ export interface operations {
         };
         requestBody?: never;
         responses: {
-            /** @description Successful Response */
+            /** @description Success. */
             200: {
                 headers: {
                     [name: string]: unknown;
@@ -10774,7 +10763,7 @@ export interface operations {
             };
         };
         responses: {
-            /** @description Successful Response */
+            /** @description Success. */
             200: {
                 headers: {
                     [name: string]: unknown;
@@ -10814,7 +10803,7 @@ export interface operations {
         };
         requestBody?: never;
         responses: {
-            /** @description Successful Response */
+            /** @description Success. */
             200: {
                 headers: {
                     [name: string]: unknown;
@@ -10851,7 +10840,7 @@ export interface operations {
             };
         };
         responses: {
-            /** @description Successful Response */
+            /** @description Success. */
             200: {
                 headers: {
                     [name: string]: unknown;
@@ -10889,7 +10878,7 @@ export interface operations {
         };
         requestBody?: never;
         responses: {
-            /** @description Successful Response */
+            /** @description Success. */
             200: {
                 headers: {
                     [name: string]: unknown;
@@ -10926,7 +10915,7 @@ export interface operations {
             };
         };
         responses: {
-            /** @description Successful Response */
+            /** @description Success. */
             200: {
                 headers: {
                     [name: string]: unknown;
@@ -10964,7 +10953,7 @@ export interface operations {
         };
         requestBody?: never;
         responses: {
-            /** @description Successful Response */
+            /** @description Success. */
             200: {
                 headers: {
                     [name: string]: unknown;
@@ -11001,7 +10990,7 @@ export interface operations {
             };
         };
         responses: {
-            /** @description Successful Response */
+            /** @description Success. */
             200: {
                 headers: {
                     [name: string]: unknown;
@@ -11039,7 +11028,7 @@ export interface operations {
         };
         requestBody?: never;
         responses: {
-            /** @description Successful Response */
+            /** @description Success. */
             200: {
                 headers: {
                     [name: string]: unknown;
@@ -11076,7 +11065,7 @@ export interface operations {
             };
         };
         responses: {
-            /** @description Successful Response */
+            /** @description Success. */
             200: {
                 headers: {
                     [name: string]: unknown;
@@ -11114,7 +11103,7 @@ export interface operations {
         };
         requestBody?: never;
         responses: {
-            /** @description Successful Response */
+            /** @description Success. */
             200: {
                 headers: {
                     [name: string]: unknown;
@@ -11151,7 +11140,7 @@ export interface operations {
             };
         };
         responses: {
-            /** @description Successful Response */
+            /** @description Success. */
             200: {
                 headers: {
                     [name: string]: unknown;
@@ -11189,7 +11178,7 @@ export interface operations {
         };
         requestBody?: never;
         responses: {
-            /** @description Successful Response */
+            /** @description Success. */
             200: {
                 headers: {
                     [name: string]: unknown;
@@ -11226,7 +11215,7 @@ export interface operations {
             };
         };
         responses: {
-            /** @description Successful Response */
+            /** @description Success. */
             200: {
                 headers: {
                     [name: string]: unknown;
@@ -11264,7 +11253,7 @@ export interface operations {
         };
         requestBody?: never;
         responses: {
-            /** @description Successful Response */
+            /** @description Success. */
             200: {
                 headers: {
                     [name: string]: unknown;
@@ -11301,7 +11290,7 @@ export interface operations {
             };
         };
         responses: {
-            /** @description Successful Response */
+            /** @description Success. */
             200: {
                 headers: {
                     [name: string]: unknown;
@@ -11339,7 +11328,7 @@ export interface operations {
         };
         requestBody?: never;
         responses: {
-            /** @description Successful Response */
+            /** @description Success. */
             200: {
                 headers: {
                     [name: string]: unknown;
@@ -11376,7 +11365,7 @@ export interface operations {
             };
         };
         responses: {
-            /** @description Successful Response */
+            /** @description Success. */
             200: {
                 headers: {
                     [name: string]: unknown;
@@ -11414,7 +11403,7 @@ export interface operations {
         };
         requestBody?: never;
         responses: {
-            /** @description Successful Response */
+            /** @description Success. */
             200: {
                 headers: {
                     [name: string]: unknown;
@@ -11451,7 +11440,7 @@ export interface operations {
             };
         };
         responses: {
-            /** @description Successful Response */
+            /** @description Success. */
             200: {
                 headers: {
                     [name: string]: unknown;
@@ -11489,7 +11478,7 @@ export interface operations {
         };
         requestBody?: never;
         responses: {
-            /** @description Successful Response */
+            /** @description Success. */
             200: {
                 headers: {
                     [name: string]: unknown;
@@ -11519,7 +11508,7 @@ export interface operations {
         };
         requestBody?: never;
         responses: {
-            /** @description Successful Response */
+            /** @description Success. */
             200: {
                 headers: {
                     [name: string]: unknown;
@@ -11549,7 +11538,7 @@ export interface operations {
         };
         requestBody?: never;
         responses: {
-            /** @description Successful Response */
+            /** @description Success. */
             200: {
                 headers: {
                     [name: string]: unknown;
@@ -11579,7 +11568,7 @@ export interface operations {
         };
         requestBody?: never;
         responses: {
-            /** @description Successful Response */
+            /** @description Success. */
             200: {
                 headers: {
                     [name: string]: unknown;
@@ -11609,7 +11598,7 @@ export interface operations {
         };
         requestBody?: never;
         responses: {
-            /** @description Successful Response */
+            /** @description Success. */
             200: {
                 headers: {
                     [name: string]: unknown;
@@ -11639,7 +11628,7 @@ export interface operations {
         };
         requestBody?: never;
         responses: {
-            /** @description Successful Response */
+            /** @description Success. */
             200: {
                 headers: {
                     [name: string]: unknown;
@@ -11676,7 +11665,7 @@ export interface operations {
             };
         };
         responses: {
-            /** @description Successful Response */
+            /** @description Success. */
             200: {
                 headers: {
                     [name: string]: unknown;
@@ -11714,7 +11703,7 @@ export interface operations {
         };
         requestBody?: never;
         responses: {
-            /** @description Successful Response */
+            /** @description Success. */
             200: {
                 headers: {
                     [name: string]: unknown;
@@ -11744,7 +11733,7 @@ export interface operations {
         };
         requestBody?: never;
         responses: {
-            /** @description Successful Response */
+            /** @description Success. */
             200: {
                 headers: {
                     [name: string]: unknown;
@@ -11774,7 +11763,7 @@ export interface operations {
         };
         requestBody?: never;
         responses: {
-            /** @description Successful Response */
+            /** @description Success. */
             200: {
                 headers: {
                     [name: string]: unknown;
@@ -11804,7 +11793,7 @@ export interface operations {
         };
         requestBody?: never;
         responses: {
-            /** @description Successful Response */
+            /** @description Success. */
             200: {
                 headers: {
                     [name: string]: unknown;
@@ -11834,7 +11823,7 @@ export interface operations {
         };
         requestBody?: never;
         responses: {
-            /** @description Successful Response */
+            /** @description Success. */
             200: {
                 headers: {
                     [name: string]: unknown;
@@ -11864,7 +11853,7 @@ export interface operations {
         };
         requestBody?: never;
         responses: {
-            /** @description Successful Response */
+            /** @description Success. */
             200: {
                 headers: {
                     [name: string]: unknown;
@@ -11894,7 +11883,7 @@ export interface operations {
         };
         requestBody?: never;
         responses: {
-            /** @description Successful Response */
+            /** @description Success. */
             200: {
                 headers: {
                     [name: string]: unknown;
@@ -11924,7 +11913,7 @@ export interface operations {
         };
         requestBody?: never;
         responses: {
-            /** @description Successful Response */
+            /** @description Success. */
             200: {
                 headers: {
                     [name: string]: unknown;
@@ -11961,7 +11950,7 @@ export interface operations {
             };
         };
         responses: {
-            /** @description Successful Response */
+            /** @description Success. */
             200: {
                 headers: {
                     [name: string]: unknown;
@@ -11999,7 +11988,7 @@ export interface operations {
         };
         requestBody?: never;
         responses: {
-            /** @description Successful Response */
+            /** @description Success. */
             200: {
                 headers: {
                     [name: string]: unknown;
@@ -12036,7 +12025,7 @@ export interface operations {
             };
         };
         responses: {
-            /** @description Successful Response */
+            /** @description Success. */
             200: {
                 headers: {
                     [name: string]: unknown;
@@ -12074,7 +12063,7 @@ export interface operations {
         };
         requestBody?: never;
         responses: {
-            /** @description Successful Response */
+            /** @description Success. */
             200: {
                 headers: {
                     [name: string]: unknown;
@@ -12111,7 +12100,7 @@ export interface operations {
             };
         };
         responses: {
-            /** @description Successful Response */
+            /** @description Success. */
             200: {
                 headers: {
                     [name: string]: unknown;
@@ -12149,7 +12138,7 @@ export interface operations {
         };
         requestBody?: never;
         responses: {
-            /** @description Successful Response */
+            /** @description Success. */
             200: {
                 headers: {
                     [name: string]: unknown;
@@ -12179,7 +12168,7 @@ export interface operations {
         };
         requestBody?: never;
         responses: {
-            /** @description Successful Response */
+            /** @description Success. */
             200: {
                 headers: {
                     [name: string]: unknown;
@@ -12209,7 +12198,7 @@ export interface operations {
         };
         requestBody?: never;
         responses: {
-            /** @description Successful Response */
+            /** @description Success. */
             200: {
                 headers: {
                     [name: string]: unknown;
@@ -12239,7 +12228,7 @@ export interface operations {
         };
         requestBody?: never;
         responses: {
-            /** @description Successful Response */
+            /** @description Success. */
             200: {
                 headers: {
                     [name: string]: unknown;
@@ -12269,7 +12258,7 @@ export interface operations {
         };
         requestBody?: never;
         responses: {
-            /** @description Successful Response */
+            /** @description Success. */
             200: {
                 headers: {
                     [name: string]: unknown;
@@ -12299,7 +12288,7 @@ export interface operations {
         };
         requestBody?: never;
         responses: {
-            /** @description Successful Response */
+            /** @description Success. */
             200: {
                 headers: {
                     [name: string]: unknown;
@@ -12329,7 +12318,7 @@ export interface operations {
         };
         requestBody?: never;
         responses: {
-            /** @description Successful Response */
+            /** @description Success. */
             200: {
                 headers: {
                     [name: string]: unknown;
@@ -12366,7 +12355,7 @@ export interface operations {
             };
         };
         responses: {
-            /** @description Successful Response */
+            /** @description Success. */
             200: {
                 headers: {
                     [name: string]: unknown;
@@ -12404,7 +12393,7 @@ export interface operations {
         };
         requestBody?: never;
         responses: {
-            /** @description Successful Response */
+            /** @description Success. */
             200: {
                 headers: {
                     [name: string]: unknown;
@@ -12441,7 +12430,7 @@ export interface operations {
             };
         };
         responses: {
-            /** @description Successful Response */
+            /** @description Success. */
             200: {
                 headers: {
                     [name: string]: unknown;
@@ -12479,7 +12468,7 @@ export interface operations {
         };
         requestBody?: never;
         responses: {
-            /** @description Successful Response */
+            /** @description Success. */
             200: {
                 headers: {
                     [name: string]: unknown;
@@ -12516,7 +12505,7 @@ export interface operations {
             };
         };
         responses: {
-            /** @description Successful Response */
+            /** @description Success. */
             200: {
                 headers: {
                     [name: string]: unknown;
@@ -12554,7 +12543,7 @@ export interface operations {
         };
         requestBody?: never;
         responses: {
-            /** @description Successful Response */
+            /** @description Success. */
             200: {
                 headers: {
                     [name: string]: unknown;
@@ -12591,7 +12580,7 @@ export interface operations {
             };
         };
         responses: {
-            /** @description Successful Response */
+            /** @description Success. */
             200: {
                 headers: {
                     [name: string]: unknown;
@@ -12629,7 +12618,7 @@ export interface operations {
         };
         requestBody?: never;
         responses: {
-            /** @description Successful Response */
+            /** @description Success. */
             200: {
                 headers: {
                     [name: string]: unknown;
@@ -12666,7 +12655,7 @@ export interface operations {
             };
         };
         responses: {
-            /** @description Successful Response */
+            /** @description Success. */
             200: {
                 headers: {
                     [name: string]: unknown;
@@ -12704,7 +12693,7 @@ export interface operations {
         };
         requestBody?: never;
         responses: {
-            /** @description Successful Response */
+            /** @description Success. */
             200: {
                 headers: {
                     [name: string]: unknown;
@@ -12741,7 +12730,7 @@ export interface operations {
             };
         };
         responses: {
-            /** @description Successful Response */
+            /** @description Success. */
             200: {
                 headers: {
                     [name: string]: unknown;
@@ -12779,7 +12768,7 @@ export interface operations {
         };
         requestBody?: never;
         responses: {
-            /** @description Successful Response */
+            /** @description Success. */
             200: {
                 headers: {
                     [name: string]: unknown;
@@ -12816,7 +12805,7 @@ export interface operations {
             };
         };
         responses: {
-            /** @description Successful Response */
+            /** @description Success. */
             200: {
                 headers: {
                     [name: string]: unknown;
@@ -12854,7 +12843,7 @@ export interface operations {
         };
         requestBody?: never;
         responses: {
-            /** @description Successful Response */
+            /** @description Success. */
             200: {
                 headers: {
                     [name: string]: unknown;
@@ -12891,7 +12880,7 @@ export interface operations {
             };
         };
         responses: {
-            /** @description Successful Response */
+            /** @description Success. */
             200: {
                 headers: {
                     [name: string]: unknown;
@@ -12929,7 +12918,7 @@ export interface operations {
         };
         requestBody?: never;
         responses: {
-            /** @description Successful Response */
+            /** @description Success. */
             200: {
                 headers: {
                     [name: string]: unknown;
@@ -12966,7 +12955,7 @@ export interface operations {
             };
         };
         responses: {
-            /** @description Successful Response */
+            /** @description Success. */
             200: {
                 headers: {
                     [name: string]: unknown;
@@ -13004,7 +12993,7 @@ export interface operations {
         };
         requestBody?: never;
         responses: {
-            /** @description Successful Response */
+            /** @description Success. */
             200: {
                 headers: {
                     [name: string]: unknown;
@@ -13041,7 +13030,7 @@ export interface operations {
             };
         };
         responses: {
-            /** @description Successful Response */
+            /** @description Success. */
             200: {
                 headers: {
                     [name: string]: unknown;
@@ -13079,7 +13068,7 @@ export interface operations {
         };
         requestBody?: never;
         responses: {
-            /** @description Successful Response */
+            /** @description Success. */
             200: {
                 headers: {
                     [name: string]: unknown;
@@ -13116,7 +13105,7 @@ export interface operations {
             };
         };
         responses: {
-            /** @description Successful Response */
+            /** @description Success. */
             200: {
                 headers: {
                     [name: string]: unknown;
@@ -13154,7 +13143,7 @@ export interface operations {
         };
         requestBody?: never;
         responses: {
-            /** @description Successful Response */
+            /** @description Success. */
             200: {
                 headers: {
                     [name: string]: unknown;
@@ -13191,7 +13180,7 @@ export interface operations {
             };
         };
         responses: {
-            /** @description Successful Response */
+            /** @description Success. */
             200: {
                 headers: {
                     [name: string]: unknown;
@@ -13229,7 +13218,7 @@ export interface operations {
         };
         requestBody?: never;
         responses: {
-            /** @description Successful Response */
+            /** @description Success. */
             200: {
                 headers: {
                     [name: string]: unknown;
@@ -13266,7 +13255,7 @@ export interface operations {
             };
         };
         responses: {
-            /** @description Successful Response */
+            /** @description Success. */
             200: {
                 headers: {
                     [name: string]: unknown;
@@ -13304,7 +13293,7 @@ export interface operations {
         };
         requestBody?: never;
         responses: {
-            /** @description Successful Response */
+            /** @description Success. */
             200: {
                 headers: {
                     [name: string]: unknown;
@@ -13341,7 +13330,7 @@ export interface operations {
             };
         };
         responses: {
-            /** @description Successful Response */
+            /** @description Success. */
             200: {
                 headers: {
                     [name: string]: unknown;
@@ -13379,7 +13368,7 @@ export interface operations {
         };
         requestBody?: never;
         responses: {
-            /** @description Successful Response */
+            /** @description Success. */
             200: {
                 headers: {
                     [name: string]: unknown;
@@ -13416,7 +13405,7 @@ export interface operations {
             };
         };
         responses: {
-            /** @description Successful Response */
+            /** @description Success. */
             200: {
                 headers: {
                     [name: string]: unknown;
@@ -13454,7 +13443,7 @@ export interface operations {
         };
         requestBody?: never;
         responses: {
-            /** @description Successful Response */
+            /** @description Success. */
             200: {
                 headers: {
                     [name: string]: unknown;
@@ -13491,7 +13480,7 @@ export interface operations {
             };
         };
         responses: {
-            /** @description Successful Response */
+            /** @description Success. */
             200: {
                 headers: {
                     [name: string]: unknown;
@@ -13529,7 +13518,7 @@ export interface operations {
         };
         requestBody?: never;
         responses: {
-            /** @description Successful Response */
+            /** @description Success. */
             200: {
                 headers: {
                     [name: string]: unknown;
@@ -13566,7 +13555,7 @@ export interface operations {
             };
         };
         responses: {
-            /** @description Successful Response */
+            /** @description Success. */
             200: {
                 headers: {
                     [name: string]: unknown;
@@ -13604,7 +13593,7 @@ export interface operations {
         };
         requestBody?: never;
         responses: {
-            /** @description Successful Response */
+            /** @description Success. */
             200: {
                 headers: {
                     [name: string]: unknown;
@@ -13641,7 +13630,7 @@ export interface operations {
             };
         };
         responses: {
-            /** @description Successful Response */
+            /** @description Success. */
             200: {
                 headers: {
                     [name: string]: unknown;
@@ -13679,7 +13668,7 @@ export interface operations {
         };
         requestBody?: never;
         responses: {
-            /** @description Successful Response */
+            /** @description Success. */
             200: {
                 headers: {
                     [name: string]: unknown;
@@ -13716,7 +13705,7 @@ export interface operations {
             };
         };
         responses: {
-            /** @description Successful Response */
+            /** @description Success. */
             200: {
                 headers: {
                     [name: string]: unknown;
@@ -13754,7 +13743,7 @@ export interface operations {
         };
         requestBody?: never;
         responses: {
-            /** @description Successful Response */
+            /** @description Success. */
             200: {
                 headers: {
                     [name: string]: unknown;
@@ -13791,7 +13780,7 @@ export interface operations {
             };
         };
         responses: {
-            /** @description Successful Response */
+            /** @description Success. */
             200: {
                 headers: {
                     [name: string]: unknown;
@@ -13829,7 +13818,7 @@ export interface operations {
         };
         requestBody?: never;
         responses: {
-            /** @description Successful Response */
+            /** @description Success. */
             200: {
                 headers: {
                     [name: string]: unknown;
@@ -13866,7 +13855,7 @@ export interface operations {
             };
         };
         responses: {
-            /** @description Successful Response */
+            /** @description Success. */
             200: {
                 headers: {
                     [name: string]: unknown;
@@ -13904,7 +13893,7 @@ export interface operations {
         };
         requestBody?: never;
         responses: {
-            /** @description Successful Response */
+            /** @description Success. */
             200: {
                 headers: {
                     [name: string]: unknown;
@@ -13941,7 +13930,7 @@ export interface operations {
             };
         };
         responses: {
-            /** @description Successful Response */
+            /** @description Success. */
             200: {
                 headers: {
                     [name: string]: unknown;
@@ -13979,7 +13968,7 @@ export interface operations {
         };
         requestBody?: never;
         responses: {
-            /** @description Successful Response */
+            /** @description Success. */
             200: {
                 headers: {
                     [name: string]: unknown;
@@ -14016,7 +14005,7 @@ export interface operations {
             };
         };
         responses: {
-            /** @description Successful Response */
+            /** @description Success. */
             200: {
                 headers: {
                     [name: string]: unknown;
@@ -14054,7 +14043,7 @@ export interface operations {
         };
         requestBody?: never;
         responses: {
-            /** @description Successful Response */
+            /** @description Success. */
             200: {
                 headers: {
                     [name: string]: unknown;
@@ -14091,7 +14080,7 @@ export interface operations {
             };
         };
         responses: {
-            /** @description Successful Response */
+            /** @description Success. */
             200: {
                 headers: {
                     [name: string]: unknown;
@@ -14131,7 +14120,7 @@ export interface operations {
         };
         requestBody?: never;
         responses: {
-            /** @description Successful Response */
+            /** @description Success. */
             200: {
                 headers: {
                     [name: string]: unknown;
@@ -14172,7 +14161,7 @@ export interface operations {
             };
         };
         responses: {
-            /** @description Successful Response */
+            /** @description Success. */
             200: {
                 headers: {
                     [name: string]: unknown;
@@ -14210,7 +14199,7 @@ export interface operations {
         };
         requestBody?: never;
         responses: {
-            /** @description Successful Response */
+            /** @description Success. */
             200: {
                 headers: {
                     [name: string]: unknown;
@@ -14243,7 +14232,7 @@ export interface operations {
             };
         };
         responses: {
-            /** @description Successful Response */
+            /** @description Success. */
             200: {
                 headers: {
                     [name: string]: unknown;
@@ -14334,7 +14323,7 @@ export interface operations {
         };
         requestBody?: never;
         responses: {
-            /** @description Successful Response */
+            /** @description Success. */
             200: {
                 headers: {
                     [name: string]: unknown;
@@ -14420,7 +14409,7 @@ export interface operations {
         };
         requestBody?: never;
         responses: {
-            /** @description Successful Response */
+            /** @description Success. */
             200: {
                 headers: {
                     [name: string]: unknown;
@@ -14458,7 +14447,7 @@ export interface operations {
             };
         };
         responses: {
-            /** @description Successful Response */
+            /** @description Success. */
             201: {
                 headers: {
                     [name: string]: unknown;
@@ -14494,7 +14483,7 @@ export interface operations {
         };
         requestBody?: never;
         responses: {
-            /** @description Successful Response */
+            /** @description Success. */
             200: {
                 headers: {
                     [name: string]: unknown;
@@ -14526,7 +14515,7 @@ export interface operations {
         };
         requestBody?: never;
         responses: {
-            /** @description Successful Response */
+            /** @description Success. */
             204: {
                 headers: {
                     [name: string]: unknown;
@@ -14567,7 +14556,7 @@ export interface operations {
             };
         };
         responses: {
-            /** @description Successful Response */
+            /** @description Success. */
             200: {
                 headers: {
                     [name: string]: unknown;
@@ -14667,7 +14656,7 @@ export interface operations {
         };
         requestBody?: never;
         responses: {
-            /** @description Successful Response */
+            /** @description Success. */
             200: {
                 headers: {
                     [name: string]: unknown;
@@ -14697,7 +14686,7 @@ export interface operations {
             };
         };
         responses: {
-            /** @description Successful Response */
+            /** @description Success. */
             200: {
                 headers: {
                     [name: string]: unknown;
@@ -14730,7 +14719,7 @@ export interface operations {
         };
         requestBody?: never;
         responses: {
-            /** @description Successful Response */
+            /** @description Success. */
             200: {
                 headers: {
                     [name: string]: unknown;
@@ -14762,7 +14751,7 @@ export interface operations {
         };
         requestBody?: never;
         responses: {
-            /** @description Successful Response */
+            /** @description Success. */
             200: {
                 headers: {
                     [name: string]: unknown;
@@ -14803,7 +14792,7 @@ export interface operations {
             };
         };
         responses: {
-            /** @description Successful Response */
+            /** @description Success. */
             200: {
                 headers: {
                     [name: string]: unknown;
@@ -14836,7 +14825,7 @@ export interface operations {
         };
         requestBody?: never;
         responses: {
-            /** @description Successful Response */
+            /** @description Success. */
             200: {
                 headers: {
                     [name: string]: unknown;
@@ -14861,7 +14850,7 @@ export interface operations {
             };
         };
         responses: {
-            /** @description Successful Response */
+            /** @description Success. */
             200: {
                 headers: {
                     [name: string]: unknown;
@@ -14887,7 +14876,7 @@ export interface operations {
         };
         requestBody?: never;
         responses: {
-            /** @description Successful Response */
+            /** @description Success. */
             204: {
                 headers: {
                     [name: string]: unknown;
@@ -14906,7 +14895,7 @@ export interface operations {
         };
         requestBody?: never;
         responses: {
-            /** @description Successful Response */
+            /** @description Success. */
             200: {
                 headers: {
                     [name: string]: unknown;
@@ -14939,7 +14928,7 @@ export interface operations {
             };
         };
         responses: {
-            /** @description Successful Response */
+            /** @description Success. */
             201: {
                 headers: {
                     [name: string]: unknown;
@@ -14969,7 +14958,7 @@ export interface operations {
         };
         requestBody?: never;
         responses: {
-            /** @description Successful Response */
+            /** @description Success. */
             200: {
                 headers: {
                     [name: string]: unknown;
@@ -14996,7 +14985,7 @@ export interface operations {
         };
         requestBody?: never;
         responses: {
-            /** @description Successful Response */
+            /** @description Success. */
             204: {
                 headers: {
                     [name: string]: unknown;
@@ -15025,7 +15014,7 @@ export interface operations {
             };
         };
         responses: {
-            /** @description Successful Response */
+            /** @description Success. */
             200: {
                 headers: {
                     [name: string]: unknown;
@@ -15051,7 +15040,7 @@ export interface operations {
         };
         requestBody?: never;
         responses: {
-            /** @description Successful Response */
+            /** @description Success. */
             200: {
                 headers: {
                     [name: string]: unknown;
@@ -15079,7 +15068,7 @@ export interface operations {
             };
         };
         responses: {
-            /** @description Successful Response */
+            /** @description Success. */
             200: {
                 headers: {
                     [name: string]: unknown;
@@ -15104,7 +15093,7 @@ export interface operations {
         };
         requestBody?: never;
         responses: {
-            /** @description Successful Response */
+            /** @description Success. */
             200: {
                 headers: {
                     [name: string]: unknown;
@@ -15182,7 +15171,7 @@ export interface operations {
         };
         requestBody?: never;
         responses: {
-            /** @description Successful Response */
+            /** @description Success. */
             200: {
                 headers: {
                     [name: string]: unknown;
@@ -15215,7 +15204,7 @@ export interface operations {
             };
         };
         responses: {
-            /** @description Successful Response */
+            /** @description Success. */
             201: {
                 headers: {
                     [name: string]: unknown;
@@ -15251,7 +15240,7 @@ export interface operations {
         };
         requestBody?: never;
         responses: {
-            /** @description Successful Response */
+            /** @description Success. */
             200: {
                 headers: {
                     [name: string]: unknown;
@@ -15285,7 +15274,7 @@ export interface operations {
             };
         };
         responses: {
-            /** @description Successful Response */
+            /** @description Success. */
             200: {
                 headers: {
                     [name: string]: unknown;
@@ -15320,7 +15309,7 @@ export interface operations {
         };
         requestBody?: never;
         responses: {
-            /** @description Successful Response */
+            /** @description Success. */
             200: {
                 headers: {
                     [name: string]: unknown;
@@ -15344,7 +15333,7 @@ export interface operations {
         };
         requestBody?: never;
         responses: {
-            /** @description Successful Response */
+            /** @description Success. */
             201: {
                 headers: {
                     [name: string]: unknown;
@@ -15365,7 +15354,7 @@ export interface operations {
         };
         requestBody?: never;
         responses: {
-            /** @description Successful Response */
+            /** @description Success. */
             200: {
                 headers: {
                     [name: string]: unknown;
@@ -15390,7 +15379,7 @@ export interface operations {
             };
         };
         responses: {
-            /** @description Successful Response */
+            /** @description Success. */
             201: {
                 headers: {
                     [name: string]: unknown;
@@ -15417,7 +15406,7 @@ export interface operations {
         };
         requestBody?: never;
         responses: {
-            /** @description Successful Response */
+            /** @description Success. */
             204: {
                 headers: {
                     [name: string]: unknown;
