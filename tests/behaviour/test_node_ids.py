@@ -289,7 +289,7 @@ async def test_a_full_table_is_said_aloud_with_the_unique_id_and_room_can_be_mad
     assert "taken" in event.text
     (waiting,) = (await table(rig))["pending"]
     assert (waiting["uid_part"], waiting["stage"]) == (sim.uid.hex(), 3)
-    assert "Forget allocations" in waiting["refusal"]
+    assert "Remove allocations" in waiting["refusal"]
     json(await rig.call("DELETE", f"/allocations/{7:032x}"))
     await rig.ready(2)
     assert sim.node_id == 7

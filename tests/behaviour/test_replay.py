@@ -88,7 +88,7 @@ def test_no_question_of_today_is_answered_by_a_recording(recorded: Path) -> None
         assert rig.host.connection is not None
         counters = rig.host.connection.participant.request_counters
         await asyncio.sleep(60)
-        assert counters.answers == 0
+        assert counters.responses == 0
         assert counters.late > 100, "the answers of then came by"
         assert rig.host.connection.port.statistics.tx_frames == 0
         assert rig.host.fleet.all() == []

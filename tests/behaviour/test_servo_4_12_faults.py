@@ -157,7 +157,7 @@ def test_bits_of_every_level_and_group_add_up() -> None:
 @pytest.mark.parametrize("key", ["pwm_missing", "pwm_low", "pwm_high"])
 def test_a_model_without_pwm_has_no_pwm_bits(key: str) -> None:
     desk = Desk("BLA21-06U-A0")
-    with pytest.raises(ValueError, match="no fault bit of this model"):
+    with pytest.raises(ValueError, match="not a fault bit of this model"):
         desk.servo.faults.inject(key, True)
     desk.wait(1.0)
     assert desk.read("0x19") == 0

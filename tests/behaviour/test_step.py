@@ -105,7 +105,7 @@ async def test_a_horn_that_never_comes_to_rest_hunts_with_its_frequency_and_size
     job = json(await rig.call("POST", ran(path), {"step_deg": 5}, lease=lease))
     witness.end()
     assert job["state"] == "succeeded", job["error"]
-    assert "hunts at" in job["steps"][-1]["evidence"]
+    assert "hunting at" in job["steps"][-1]["evidence"]
     late = [deg for at, deg in witness.seen if witness.seen[-1][0] - at < 0.4]
     middle = (max(late) + min(late)) / 2
     turns = sum(one < middle <= other for one, other in pairwise(late))
