@@ -11,9 +11,9 @@ from hypothesis import strategies as st
 from behaviour.rig import Answer, Rig, json, play, problem
 from behaviour.scene import scene
 from behaviour.test_access import Door, through
-from hornbill.api.routing import EVERY_TIME
+from hornbill.api.routing import WITHOUT_KEY
 from hornbill.servo.host import Host
-from hornbill.store.answers import Answers
+from hornbill.store.responses import Responses
 
 KEY = {"Idempotency-Key": "8e03978e-40d5-43dd-bc93-6894a57f9324"}
 
@@ -114,7 +114,7 @@ async def test_a_lease_is_answered_as_it_is_now_and_never_as_live_when_it_has_en
 @scene()
 async def test_a_request_for_the_lease_is_answered_as_it_stands_now(rig: Rig) -> None:
     lease = await rig.lease()
-    ask = {"holder": "other", "ttl_s": 5.0, "reason": "", "patience_s": 3.0}
+    ask = {"holder": "other", "ttl_s": 5.0, "reason": "", "timeout_s": 3.0}
     first = json(await post(rig, "/leases/requests", ask), 202)
     assert first["state"] == "waiting"
     shown = json(await rig.call("GET", "/leases"))[0]["request"]["id"]
@@ -161,7 +161,7 @@ def test_what_a_server_did_not_live_to_answer_is_not_done_again_and_not_called_d
     async def die(rig: Rig) -> None:
         [servo] = await rig.ready()
         with monkeypatch.context() as patch:
-            patch.setattr(Answers, "end", nothing)
+            patch.setattr(Responses, "end", nothing)
             json(await post(rig, f"/servos/{servo.uid}/restart"), 202)
 
     async def ask(rig: Rig) -> None:
@@ -213,9 +213,9 @@ def test_a_key_cannot_be_read_from_what_is_kept(tmp_path: Path) -> None:
         assert KEY["Idempotency-Key"].encode() not in file.read_bytes(), file
 
 
-@pytest.mark.parametrize("path", sorted(EVERY_TIME.keys() - {"/api/v1/stop"}))
+@pytest.mark.parametrize("path", sorted(WITHOUT_KEY.keys() - {"/api/v1/stop"}))
 def test_what_answers_with_a_secret_keeps_nothing(path: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(Answers, "begin", kept)
+    monkeypatch.setattr(Responses, "begin", kept)
 
     async def scene(rig: Rig) -> None:
         await post(rig, path.removeprefix("/api/v1"), {})
@@ -247,12 +247,12 @@ def test_a_store_that_cannot_keep_the_key_does_nothing_and_says_so(monkeypatch: 
 
     async def scene(rig: Rig) -> None:
         with monkeypatch.context() as patch:
-            patch.setattr(Answers, "begin", full)
+            patch.setattr(Responses, "begin", full)
             problem(await post(rig, "/leases", {"holder": "a", "ttl_s": 5}), "store_failed", 500)
         assert json(await rig.call("GET", "/leases")) == []
 
         with monkeypatch.context() as patch:
-            patch.setattr(Answers, "end", full)
+            patch.setattr(Responses, "end", full)
             json(await post(rig, "/leases", {"holder": "a", "ttl_s": 5}), 201)
         problem(await post(rig, "/leases", {"holder": "a", "ttl_s": 5}), "interrupted", 500)
 

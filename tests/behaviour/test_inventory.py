@@ -152,7 +152,7 @@ async def test_its_history_goes_with_it_when_asked_for(rig: Rig, servo: Servo) -
 
 @scene(ONE)
 async def test_of_an_unknown_model_there_is_what_every_model_has_in_common(rig: Rig, servo: Servo) -> None:
-    rig.host.store.servos.met(servo.uid, ServoFacts(model="BLA99-99U-Z9"))
+    rig.host.store.servos.seen(servo.uid, ServoFacts(model="BLA99-99U-Z9"))
     one = json(await rig.call("GET", f"/inventory/{servo.uid}"))
     assert one["rom"]["angle_p_gain"] == 40
     assert one["serial"] == "61-000123"

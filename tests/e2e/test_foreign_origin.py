@@ -51,7 +51,7 @@ ATTACK = """async ({ url, ws, uid, viser }) => {
   await tries("socket", socket(ws + "api/v1/ws", null, [stop]));
   await tries("viser socket", socket(ws + "viser", viser, []));
   await tries("viser socket with a key", socket(ws + "viser/" + "0".repeat(32), viser, []));
-  await tries("wish socket", socket(ws + "viser/" + "0".repeat(32) + "/wish", null, ['{"select":"' + uid + '"}']));
+  await tries("settings socket", socket(ws + "viser/" + "0".repeat(32) + "/settings", null, ['{"select":"' + uid + '"}']));
   const element = (tag, source) => () => new Promise(done => {
     const made = document.createElement(tag);
     made.onload = () => done("loaded");

@@ -17,8 +17,8 @@ from e2e.conftest import DRIVER
 from e2e.contexts import page_in
 from e2e.servers import Demo
 from hornbill.view.proxy import routes, same_origin
+from hornbill.view.view_settings import ViewSettings
 from hornbill.view.viewer import Viewer
-from hornbill.view.wish import ViewSettings
 from unit.view.servos import Servos, pose
 from unit.view.site import serving
 

@@ -1,1 +1,1 @@
-"""Facts that hornbill responds with or publishes: each once, described on its fields."""
+"""Data models that hornbill returns or publishes, described on their fields."""

@@ -1,4 +1,4 @@
-"""The bus: its state, adapters, findings of the doctor, allocation, and what was on it."""
+"""The bus: state, adapters, findings of the doctor, allocation, transfers and frames."""
 
 from typing import Any, Literal
 
@@ -34,7 +34,7 @@ Check = Literal[
     "servo_offline",
     "foreign_frames",
 ]
-"""Code of a check that may be without finding."""
+"""Code of a check that may have no finding."""
 
 FindingCode = TypeAliasType(
     "FindingCode",
@@ -94,7 +94,7 @@ Advice = TypeAliasType(
         "check_supply",
     ],
 )
-"""Code of a remedy. see_adapter_message: what the adapter itself says is in the values, as a problem."""
+"""Code of a remedy. see_adapter_message: the message of the adapter is in the params, as a problem."""
 
 
 AllocatorChoice = TypeAliasType("AllocatorChoice", Literal["on", "off", "force"])
@@ -105,7 +105,7 @@ HealthCode = TypeAliasType("HealthCode", Literal["ok", "warning", "error", "crit
 """Health of a node, from NodeStatus."""
 
 RefusalCode = TypeAliasType("RefusalCode", Literal["table_failed", "pinned_id_in_use", "all_taken"])
-"""Why a node gets no node ID."""
+"""Reason why a node gets no node ID."""
 
 
 @dataclass(frozen=True, slots=True, config=STRICT)
@@ -124,7 +124,7 @@ class Finding:
 
 
 class AllocatorState(Model):
-    """What the node-id allocator is doing."""
+    """State of the node ID allocator."""
 
     state: Literal["on", "off", "standby"] = Field(description="standby: another allocator responds.")
     mode: AllocatorChoice = Field(description="Selected mode. force: responds beside another allocator, too.")
@@ -155,7 +155,7 @@ class SerialLine(Model):
 
 
 class AdapterNote(Model):
-    """Something unusual about an adapter that is used all the same."""
+    """An unusual property of a working adapter."""
 
     code: Literal[
         "adapter_silent", "bit_rate_fixed", "baud_unknown", "adapter_echoes", "line_noise", "latency_timer"
@@ -165,7 +165,7 @@ class AdapterNote(Model):
 
 
 class Bus(Model):
-    """The bus as the adapter and the counters show it."""
+    """State of the bus, from the adapter and its counters."""
 
     state: Literal["disconnected", "connecting", "active", "passive", "bus_off", "lost"] = Field(
         description="State of the adapter."
@@ -206,7 +206,7 @@ class Bus(Model):
 
 
 class Adapter(Model):
-    """Something a bus can be opened on. `address` is what `PUT /bus` takes."""
+    """An available CAN adapter. `address`: for `PUT /bus`."""
 
     address: str = Field(description="INTERFACE:CHANNEL, as in `PUT /bus`.")
     interface: str = Field(description="python-can interface, such as `socketcan`.")
@@ -227,7 +227,7 @@ class Adapter(Model):
 
 
 class PendingAllocation(Model):
-    """A node heard asking for an id, and how far it has come."""
+    """A pending node ID request and its progress."""
 
     uid_part: str = Field(description="Known part of the unique ID, hex.")
     stage: int = Field(ge=0, le=3, description="Number of parts received, 0 to 3.")
@@ -240,7 +240,7 @@ class PendingAllocation(Model):
 
 
 class DecodedTransfer(Model):
-    """One transfer, in the form of `hornbill decode`, and a sentence on it for people."""
+    """One transfer in the format of `hornbill decode`, with a summary."""
 
     timestamp: float = Field(description="Time, seconds since 1970 UTC.")
     type: str | None = Field(description="Full DSDL name. Null if the type is unknown.")
@@ -261,7 +261,7 @@ class DecodedTransfer(Model):
 
 
 class RawFrame(Model):
-    """One frame as it was on the bus; `problem` says why nothing could be made of it."""
+    """One frame on the bus."""
 
     timestamp: Utc
     sent: bool = Field(description="Sent by this server.")

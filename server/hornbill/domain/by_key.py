@@ -1,6 +1,6 @@
-"""Parameter keys, and sets by key: the document names every row of the catalogue that is served.
+"""Parameter keys, and dictionaries by key. The OpenAPI document lists all rows of the served catalogue.
 
-Keys are checked where rows are found (`Catalog.parameter`), so that an unknown one is a problem of its own.
+Keys are checked when a row is looked up (`Catalog.parameter`), so that an unknown one has its own problem.
 """
 
 from collections.abc import Generator, Iterable
@@ -17,7 +17,7 @@ _KEYS: Final[ContextVar[tuple[str, ...]]] = ContextVar("keys", default=())
 
 @contextmanager
 def documented(keys: Iterable[str]) -> Generator[None]:
-    """Schemas that are made meanwhile name these keys."""
+    """Schemas generated in this context list these keys."""
     token = _KEYS.set(tuple(keys))
     try:
         yield
@@ -26,14 +26,14 @@ def documented(keys: Iterable[str]) -> Generator[None]:
 
 
 class _Key:
-    """Schema of a key: an enumeration of all."""
+    """Schema of a key: an enumeration of all keys."""
 
     def __get_pydantic_json_schema__(self, core: Any, handler: GetJsonSchemaHandler) -> JsonSchemaValue:
         return {**handler(core), "enum": list(_KEYS.get())}
 
 
 class ByKey:
-    """Schema of a dictionary by key: a property per row, so that generated clients type each."""
+    """Schema of a dictionary by key: one property per row, so that generated clients type each."""
 
     def __get_pydantic_json_schema__(self, core: Any, handler: GetJsonSchemaHandler) -> JsonSchemaValue:
         each = handler(core)["additionalProperties"]
@@ -41,4 +41,4 @@ class ByKey:
 
 
 ParameterKey = TypeAliasType("ParameterKey", Annotated[str, _Key()])
-"""Key of a row that can be read."""
+"""Key of a readable row."""

@@ -1,4 +1,4 @@
-"""Changes of configuration: rows written, forecasts of restarts, comparisons, and what ROM holds unexpectedly."""
+"""Configuration changes: written rows, forecasts of restarts, comparisons and drift."""
 
 from typing import Literal
 
@@ -25,12 +25,12 @@ ReasonCode = TypeAliasType(
         "manual", "saving", "factory_reset", "drift_undone", "change", "commissioning", "matrix", "profile", "restore"
     ],
 )
-"""Why a snapshot is taken: of its own accord, or before what follows."""
+"""Reason why a snapshot was taken: manually, or before another operation."""
 
 
 @dataclass(frozen=True, slots=True)
 class Reason:
-    """Why a snapshot is taken and rows are written; without a code in the words of a user."""
+    """Reason for a snapshot or a write. Without a code: a user's text."""
 
     text: str
     code: ReasonCode | None = None
@@ -38,7 +38,7 @@ class Reason:
 
     @property
     def notes(self) -> tuple[Note, ...]:
-        """It as the audit has it."""
+        """The reason as notes of the audit."""
         if self.code is None:
             return Note.words(self.text)
         return (Note(self.text, "reason", {"reason": self.code, **self.params}),)

@@ -1,4 +1,4 @@
-"""The base of every shape, and field types with their descriptions."""
+"""Base of all data models, and field types with their descriptions."""
 
 from typing import Annotated, ClassVar, Literal, TypeAlias
 
@@ -6,7 +6,7 @@ from pydantic import AfterValidator, BaseModel, ConfigDict, Field
 from typing_extensions import TypeAliasType
 
 Short = Annotated[str, AfterValidator(lambda text: text[:200])]
-"""Text cut to 200 characters, so that a long reason cannot delay a stop."""
+"""Text truncated to 200 characters, so that a long reason cannot delay a stop."""
 
 UidField = Annotated[str, Field(pattern="^[0-9a-f]{32}$", description="Unique ID, 32 lower-case hex digits.")]
 UidText = Annotated[str, Field(description="Unique ID of the servo, 32 hex digits.")]
@@ -27,12 +27,12 @@ Params = TypeAliasType(
         Field(description="Values in the text, by name with unit. Unknown values are omitted."),
     ],
 )
-"""Values in a text for users, so that programs and other languages need not parse it; a type of its own in the
+"""Values in a text for users, so that programs and other languages need not parse it. A separate type in the OpenAPI
 document."""
 
 
 def known(**params: Param | None) -> dict[str, Param]:
-    """Those of the values that are known."""
+    """The values that are not None."""
     return {name: value for name, value in params.items() if value is not None}
 
 
@@ -40,24 +40,24 @@ _CONFIRM = "Confirmation codes of earlier `needs_confirmation` problems."
 
 _Safety = Literal["supply", "temperature", "torque_off_in_rom", "torque_on_in_rom", "multi_turn"]
 SafetyCode = TypeAliasType("SafetyCode", _Safety)
-"""Confirmation codes of values that may leave a servo unusable."""
+"""Confirmation codes for values that may make a servo unusable."""
 SafetyConfirm = Annotated[list[SafetyCode], Field(default_factory=list[SafetyCode], description=_CONFIRM)]
 
 _Motion = Literal["turns", "turn_count"]
 MotionCode = TypeAliasType("MotionCode", _Motion)
-"""Confirmation codes of motion: a move of more than 360°, and a first move after a restart that lost the turn count
+"""Confirmation codes for motion: a move of more than 360°, and the first move after a restart that lost the turn count
 (B34, B71)."""
 MotionConfirms = Annotated[list[MotionCode], Field(default_factory=list[MotionCode], description=_CONFIRM)]
 
 ConfirmCode = TypeAliasType("ConfirmCode", Literal[_Safety, _Motion])
-"""Every confirmation code; a type of its own in the document."""
+"""All confirmation codes. A separate type in the OpenAPI document."""
 Confirmed = Annotated[list[ConfirmCode], Field(description=_CONFIRM)]
 
 STRICT = ConfigDict(extra="forbid", json_schema_serialization_defaults_required=True)
-"""Configuration of dataclasses: no undeclared fields, in the schema either; what is answered has every field."""
+"""Configuration of dataclasses: no undeclared fields, in the schema either; responses contain all fields."""
 
 
 class Model(BaseModel):
-    """Base of every fact and request: unknown fields are refused, objects are readable by attribute."""
+    """Base of all data models and requests. Refuses unknown fields; reads objects by attribute."""
 
     model_config: ClassVar[ConfigDict] = {**STRICT, "from_attributes": True}

@@ -21,7 +21,7 @@ StepCode = TypeAliasType(
     "StepCode",
     Literal[SaveStep, RestartStep, ResetStep, IdentifyStep, StepTestStep, ProfileStep, CommissionStep, OutputStep],
 )
-"""Code of a step; with the kind of its job it names what is done."""
+"""Code of a step. Unique only together with the kind of its job."""
 
 EvidenceCode = TypeAliasType(
     "EvidenceCode",
@@ -87,7 +87,7 @@ EvidenceCode = TypeAliasType(
         "held",
     ],
 )
-"""Code of what a step observed, or of why it was skipped or failed."""
+"""Code of a step's observation, or of the reason why it was skipped or failed."""
 
 
 class JobStep(Model):
@@ -117,7 +117,7 @@ JobState = TypeAliasType("JobState", Literal["queued", "running", "succeeded", "
 
 
 class Job(Model):
-    """Something that takes time."""
+    """A long-running operation."""
 
     id: str = Field(description="ID, as used in paths.")
     kind: Literal[

@@ -1,4 +1,4 @@
-"""Profiles: named sets of values. The unit of 0x36 decides what its number means (section 4.30)."""
+"""Profiles: named sets of values. The unit of 0x36 determines its meaning (section 4.30)."""
 
 from typing import Annotated
 

@@ -1,4 +1,4 @@
-"""What a recording of the recorder says: when and why it was made, the servos and the bus, telemetry and writes."""
+"""Contents of a recording: time, triggers, servos, bus, telemetry and writes."""
 
 from typing import Annotated, Final, Literal, NamedTuple, TypeAlias
 
@@ -18,7 +18,7 @@ MARKS_MOST: Final = 1000
 
 
 class _Form(BaseModel):
-    """A field that a newer hornbill writes is passed over; NaN and the infinite are refused."""
+    """Ignores fields of a newer hornbill. Refuses NaN and infinity."""
 
     model_config = ConfigDict(
         frozen=True, extra="ignore", allow_inf_nan=False, json_schema_serialization_defaults_required=True
@@ -26,7 +26,7 @@ class _Form(BaseModel):
 
 
 class Mark(_Form):
-    """A moment for which the recording was written; `at` in seconds since 1970 UTC."""
+    """A trigger of the recording. `at`: seconds since 1970 UTC."""
 
     at: Utc
     reason: MarkReason = Field(description="Type of trigger.")
@@ -38,7 +38,7 @@ class Mark(_Form):
 
 
 class RecordedBus(_Form):
-    """The bus that was connected: address as `PUT /bus` takes it, bit/s, our own node id."""
+    """The connected bus: address, bit rate, own node ID."""
 
     address: Annotated[str, Field(max_length=1000)] = Field(description="INTERFACE:CHANNEL, as `PUT /bus` takes it.")
     bitrate: Annotated[int, Field(gt=0, le=10_000_000)] = Field(description="Bit rate, bit/s.")
@@ -46,7 +46,7 @@ class RecordedBus(_Form):
 
 
 class RecordedReading(_Form):
-    """One register as last read before the first mark; `at` in seconds since 1970 UTC."""
+    """One register as last read before the first trigger. `at`: seconds since 1970 UTC."""
 
     raw: Int64 = Field(description="Integer on the wire.")
     value: bool | int | float | Word | None = Field(description="Engineering value or choice key.")
@@ -55,7 +55,7 @@ class RecordedReading(_Form):
 
 
 class RecordedServo(_Form):
-    """One servo as it was known at the first mark."""
+    """One servo as known at the first trigger."""
 
     uid: Uid32 = Field(description="Unique ID of the servo, 32 hex digits.")
     node_id: Annotated[int, Field(ge=1, le=127)] | None = Field(description="Node ID, 1 to 127. Null if none.")
@@ -77,7 +77,7 @@ class RecordedServo(_Form):
 
 
 class About(_Form):
-    """What a recording is of. Times in seconds since 1970 UTC; `utc_offset` turns the writer's own clock into them."""
+    """Description of a recording. Times: seconds since 1970 UTC. `utc_offset`: conversion from the writer's clock."""
 
     format: Literal[1] = Field(description="Format version of the recording.")
     version: Word = Field(description="Version of hornbill.")
@@ -99,7 +99,7 @@ class About(_Form):
 
 
 class Columns(BaseModel):
-    """The samples of one channel: `t` in seconds since 1970 UTC, `v` in its unit, null for a gap."""
+    """Samples of one channel. `t`: seconds since 1970 UTC. `v`: in its unit, null for a gap."""
 
     uid: UidText
     channel: str = Field(description="Parameter key.")
@@ -108,10 +108,10 @@ class Columns(BaseModel):
 
 
 class RecordedWrite(NamedTuple):
-    """What could change a servo: a parameter written, an opcode, a restart, an entry of an array command.
+    """A write: a parameter, an opcode, a restart, or an entry of an ArrayCommand.
 
-    `time` in seconds since 1970 UTC; `node_id` None for all nodes, `uid` "" if unknown; `name` and `raw` are as sent,
-    `key` and `value` as the tables have them.
+    `time`: seconds since 1970 UTC. `node_id`: None for all nodes. `uid`: "" if unknown. `name` and `raw`: as sent.
+    `key` and `value`: according to the tables.
     """
 
     time: float

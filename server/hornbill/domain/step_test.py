@@ -1,4 +1,4 @@
-"""Step tests: the metrics of a step, its samples, and runs as they are kept."""
+"""Step tests: metrics, samples and stored runs."""
 
 from typing import Literal
 
@@ -10,7 +10,7 @@ from hornbill.domain.fields import STRICT, Model, UidField
 
 @dataclass(frozen=True, slots=True, config=STRICT)
 class StepMetrics:
-    """Metrics of one step; all times ± `sample_s`. Null if the step never got that far.
+    """Metrics of one step. All times ± `sample_s`. Null if not reached.
 
     `hunting_hz` is also measured at the end of a step that never settles because the horn oscillates. It is null with
     fewer than 100 samples per second.
@@ -31,9 +31,9 @@ class StepMetrics:
 
 
 class StepTrace(Model):
-    """One step: samples from the command on."""
+    """One step, with samples from the command on."""
 
-    direction: Literal["there", "back"] = Field(description="Towards the target, or back.")
+    direction: Literal["there", "back"] = Field(description="there: to the target. back: to the start angle.")
     from_deg: float = Field(description="Start angle, °.")
     to_deg: float = Field(description="Target angle, °.")
     t: list[float] = Field(description="Time of each sample after the command, s.")
@@ -42,7 +42,7 @@ class StepTrace(Model):
 
 
 class StepRun(Model):
-    """A finished step test, with what it was measured under."""
+    """A completed step test with its test conditions."""
 
     id: int = Field(description="ID, as used in paths.")
     uid: UidField
@@ -63,7 +63,7 @@ class StepRun(Model):
 
 
 class RunOverlay(Model):
-    """Runs side by side; `differences`: the parameters that are not the same in all of them, in their order."""
+    """Several runs for comparison. `differences`: the rows that differ, in row order."""
 
     runs: list[StepRun] = Field(description="Runs in the requested order.")
     differences: dict[str, list[bool | int | float | str | None]] = Field(

@@ -1,1 +1,1 @@
-"""State that must last: allocation table, inventory, labels, in one database."""
+"""Persistent state in one database: node IDs, inventory, snapshots, profiles, jobs, audit and more."""

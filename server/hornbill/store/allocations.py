@@ -1,4 +1,4 @@
-"""Node IDs by unique ID, kept for good."""
+"""Persistent node IDs by unique ID."""
 
 from collections.abc import Callable, Collection
 from dataclasses import dataclass
@@ -16,7 +16,7 @@ LOWEST, HIGHEST = 1, 125
 
 @dataclass(frozen=True, slots=True)
 class AllocationEntry:
-    """One row; instants in seconds since 1970 (UTC), None for a pinned id its node has not asked for yet."""
+    """One row. Instants: seconds since 1970 UTC, None for a pinned ID that its node has not requested yet."""
 
     uid: Uid
     node_id: NodeId
@@ -26,34 +26,34 @@ class AllocationEntry:
 
 
 class AllocationStore(Repository[AllocationRow, AllocationEntry]):
-    """The allocation table, by unique id; a node that was dropped is new when it asks again."""
+    """The allocation table, by unique ID. A node that was dropped counts as new at its next request."""
 
     def __init__(self, database: Database, wall: Callable[[], float]) -> None:
         super().__init__(database, wall, AllocationRow, AllocationEntry)
 
     def rows(self) -> list[AllocationEntry]:
-        """The whole table, by node id."""
+        """All rows, by node ID."""
         return self._facts(select(AllocationRow).order_by(AllocationRow.node_id))
 
     def entries(self) -> dict[Uid, NodeId]:
-        """Node ids by unique id."""
+        """Node IDs by unique ID."""
         with self._database.reading() as session:
             found = session.execute(select(AllocationRow.uid, AllocationRow.node_id))
             return {Uid(uid): NodeId(node_id) for uid, node_id in found}
 
     def pinned(self, uid: Uid) -> bool:
-        """Whether a person chose this node's id."""
+        """Whether a user pinned this node's ID."""
         with self._database.reading() as session:
             return bool(session.scalar(select(AllocationRow.pinned).where(AllocationRow.uid == uid)))
 
     def record(self, uid: Uid, node_id: NodeId) -> None:
-        """Keep that a node was given an id now; a pin of the same id stays, one of another id ends.
+        """Record an allocation. A pin of the same ID stays; a pin of another ID ends.
 
-        Raises InvalidValue when the id belongs to another node.
+        Raises InvalidValue if the ID belongs to another node.
         """
         now = self._wall()
         with self._database.transaction() as session:
-            self._demand_free(session.scalar(_owner(node_id)), uid, node_id)
+            self._check_free(session.scalar(_owner(node_id)), uid, node_id)
             row = session.get(AllocationRow, uid)
             if row is None:
                 session.add(AllocationRow(uid=uid, node_id=node_id, pinned=False, first_seen=now, last_seen=now))
@@ -64,13 +64,13 @@ class AllocationStore(Repository[AllocationRow, AllocationEntry]):
             row.last_seen = now
 
     def seen(self, uids: Collection[Uid]) -> None:
-        """Keep that these nodes are there now; those without a row are passed over."""
+        """Record that these nodes are online now. Nodes without a row are ignored."""
         if uids:
             with self._database.transaction() as session:
                 session.execute(update(AllocationRow).where(AllocationRow.uid.in_(uids)).values(last_seen=self._wall()))
 
     def idle(self, longer_than_s: float) -> list[Uid]:
-        """Nodes without a pin that were last seen longer than so many seconds ago, the longest unseen first."""
+        """Unpinned nodes not seen for more than `longer_than_s`, longest unseen first."""
         before = self._wall() - longer_than_s
         with self._database.reading() as session:
             found = session.scalars(
@@ -81,13 +81,13 @@ class AllocationStore(Repository[AllocationRow, AllocationEntry]):
             return [Uid(uid) for uid in found]
 
     def pin(self, uid: Uid, node_id: NodeId) -> None:
-        """Choose a node's id, 1..125; it takes effect when the node asks the next time.
+        """Pin a node's ID, 1 to 125. It takes effect at the node's next request.
 
-        Raises OutOfRange, and InvalidValue when the id belongs to another node.
+        Raises OutOfRange, and InvalidValue if the ID belongs to another node.
         """
         if not LOWEST <= node_id <= HIGHEST:
             raise OutOfRange(
-                f"Node id {node_id} is outside what can be given. Enter {LOWEST} to {HIGHEST}.",
+                f"Node ID {node_id} cannot be allocated. Enter {LOWEST} to {HIGHEST}.",
                 minimum=LOWEST,
                 maximum=HIGHEST,
                 unit="",
@@ -95,7 +95,7 @@ class AllocationStore(Repository[AllocationRow, AllocationEntry]):
                 cause="node_id_out_of_range",
             )
         with self._database.transaction() as session:
-            self._demand_free(session.scalar(_owner(node_id)), uid, node_id)
+            self._check_free(session.scalar(_owner(node_id)), uid, node_id)
             row = session.get(AllocationRow, uid)
             if row is None:
                 session.add(AllocationRow(uid=uid, node_id=node_id, pinned=True, first_seen=None, last_seen=None))
@@ -103,21 +103,21 @@ class AllocationStore(Repository[AllocationRow, AllocationEntry]):
                 row.node_id, row.pinned = node_id, True
 
     @staticmethod
-    def _demand_free(owner: str | None, uid: Uid, node_id: NodeId) -> None:
+    def _check_free(owner: str | None, uid: Uid, node_id: NodeId) -> None:
         if owner not in (None, uid):
             raise InvalidValue(
-                f"Node id {node_id} belongs to {owner}. Choose another, or forget that allocation first.",
+                f"Node ID {node_id} is allocated to {owner}. Choose another, or forget that allocation first.",
                 node_id=node_id,
                 owner=owner,
-                cause="node_id_of_another",
+                cause="node_id_reserved",
             )
 
     def _unknown(self, key: Uid) -> Unknown:
         return Unknown(
             "unknown_uid",
-            f"No node id is kept for {key}. See the list of allocations.",
+            f"No node ID is allocated to {key}. See the list of allocations.",
             uid=key,
-            cause="no_such_allocation",
+            cause="allocation_not_found",
         )
 
 

@@ -1,4 +1,4 @@
-"""Who did what to which servo, with what came of it. Rows are added, never changed."""
+"""Audit of operations: client, action, servo and outcome. Entries are added, never changed."""
 
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
@@ -14,7 +14,7 @@ from hornbill.units import Uid
 
 @dataclass(frozen=True, slots=True)
 class NewAuditEntry:
-    """What is to be kept. `before`, `requested`, `after` are engineering values, None where there is none or unknown.
+    """An entry to store. `before`, `requested`, `after`: engineering values, None if none or unknown.
 
     `action`: write, torque, save, restart, factory_reset, identify, label, notes, pin, forget, profile, drift, stop, …
     `outcome`: applied, unchanged, clamped, refused, no_response, rolled_back, succeeded, failed, …
@@ -39,7 +39,7 @@ class NewAuditEntry:
 
 @dataclass(frozen=True, slots=True)
 class AuditEntry:
-    """A row: an entry with its number and its instant in seconds since 1970 (UTC)."""
+    """A stored entry with its ID and its time, seconds since 1970 UTC."""
 
     id: int
     at: float
@@ -50,15 +50,15 @@ _ADD: Final = insert(AuditRecord)
 
 
 class AuditLog:
-    """The audit. Every method has been committed when it returns."""
+    """The audit. Each method commits before it returns."""
 
     def __init__(self, database: Database, wall: Callable[[], float]) -> None:
-        """`wall` gives seconds since 1970 (UTC)."""
+        """`wall` returns seconds since 1970 UTC."""
         self._database = database
         self._wall = wall
 
     def add(self, entries: Iterable[NewAuditEntry]) -> None:
-        """Keep entries of one deed, all in one transaction."""
+        """Store the entries of one operation in one transaction."""
         now = self._wall()
         rows = [
             {
@@ -83,20 +83,20 @@ class AuditLog:
         since: float | None = None,
         limit: int = 200,
     ) -> list[AuditEntry]:
-        """Rows, newest first; `before_id` goes on where an earlier answer ended."""
-        asked = select(AuditRecord).order_by(AuditRecord.id.desc()).limit(limit)
+        """Entries, newest first. `before_id` continues an earlier list."""
+        query = select(AuditRecord).order_by(AuditRecord.id.desc()).limit(limit)
         if uid is not None:
-            asked = asked.where(AuditRecord.uid == uid)
+            query = query.where(AuditRecord.uid == uid)
         if key is not None:
-            asked = asked.where(AuditRecord.key == key)
+            query = query.where(AuditRecord.key == key)
         if action is not None:
-            asked = asked.where(AuditRecord.action == action)
+            query = query.where(AuditRecord.action == action)
         if before_id is not None:
-            asked = asked.where(AuditRecord.id < min(before_id, HIGHEST_ID))
+            query = query.where(AuditRecord.id < min(before_id, HIGHEST_ID))
         if since is not None:
-            asked = asked.where(AuditRecord.at >= since)
+            query = query.where(AuditRecord.at >= since)
         with self._database.reading() as session:
-            return [_entry(row) for row in session.scalars(asked)]
+            return [_entry(row) for row in session.scalars(query)]
 
 
 def _entry(row: AuditRecord) -> AuditEntry:

@@ -1,4 +1,4 @@
-"""One engine, who may write when, and transactions that are whole or not at all."""
+"""Database engine, exclusive writing, and atomic transactions."""
 
 import sqlite3
 import time
@@ -16,20 +16,20 @@ from hornbill.store.migrate import UnknownRevision, migrate
 
 FILE_NAME: Final = "hornbill.sqlite3"
 
-OPENING_S: Final = 10.0
-"""How long opening waits for another process, which may be migrating."""
+OPEN_TIMEOUT_S: Final = 10.0
+"""Timeout for opening while another process may be migrating, s."""
 
-PATIENCE_S: Final = 1.5
-"""How long a write waits for the write of another process."""
+LOCK_TIMEOUT_S: Final = 1.5
+"""Timeout for the write lock held by another process, s."""
 
-IMPATIENT_S: Final = 5.0
-"""For so long after a wait in vain nothing is waited for: a database that hangs must not stop us again and again."""
+BACKOFF_S: Final = 5.0
+"""Time after a timeout during which calls fail without waiting, so that a hanging database blocks us only once, s."""
 
-ANSWER_S: Final = 2
-"""How long a database server may take to be reached, and to answer one statement (it takes whole seconds)."""
+SERVER_TIMEOUT_S: Final = 2
+"""Timeout for connecting to a database server and for each statement, in whole seconds."""
 
 _WRITE_LOCK: Final = 0x686F726E
-"""Our number among the advisory locks of a PostgreSQL database."""
+"""Number of our advisory lock in a PostgreSQL database."""
 
 _PRAGMAS: Final = ("journal_mode = WAL", "synchronous = NORMAL", "foreign_keys = ON")
 
@@ -37,35 +37,35 @@ _READS: Final = "hornbill_reads"
 
 
 class Database:
-    """A database that has the tables of today for as long as it is open.
+    """An open database with the current tables.
 
-    On SQLite: write-ahead log, and a commit is on its way to the disk when it returns. It survives the death of the
-    process at any moment; a power cut may undo the last few commits but damages nothing.
+    On SQLite: write-ahead log; a commit is on its way to the disk when it returns. It survives the death of the process
+    at any moment. A power cut may undo the last few commits, but damages nothing.
 
-    Several processes may share one: a writing transaction takes the write lock at its beginning (BEGIN IMMEDIATE; on
-    PostgreSQL an advisory lock), so what it reads is what it changes. It waits at most `PATIENCE_S` for another's.
-    Reading waits for nobody.
+    Several processes may share a database: a writing transaction takes the write lock at its start (BEGIN IMMEDIATE; on
+    PostgreSQL an advisory lock), so it changes exactly what it has read. It waits at most `LOCK_TIMEOUT_S` for the
+    lock. Reading never waits.
 
-    Calls block: while a server runs they are made in a thread of their own, see `Store.begin`. A file answers in well
-    under a millisecond; to a database server every transaction is three to five round trips.
+    Calls block; while a server runs they are made in a separate thread, see `Store.begin`. A file takes well under a
+    millisecond per call; a database server takes three to five round trips per transaction.
     """
 
     def __init__(self, place: str | Path) -> None:
-        """Open or create. `place` is a folder, or a database URL of SQLAlchemy. Raises StoreFailed."""
+        """Open or create. `place`: a folder, or a database URL of SQLAlchemy. Raises StoreFailed."""
         url = _url(place)
         self.address = url.render_as_string(hide_password=True)
         self._is_file = url.get_backend_name() == "sqlite"
-        self._patience_s = OPENING_S
-        self._impatient_until = 0.0
+        self._lock_timeout_s = OPEN_TIMEOUT_S
+        self._backoff_until = 0.0
         try:
-            # A server may have closed a connection since it was used; a file cannot.
+            # A server may have closed an idle connection; a file cannot.
             self._engine: Engine | None = create_engine(
                 url, pool_pre_ping=not self._is_file, connect_args=_connecting(url)
             )
         except (SQLAlchemyError, ImportError) as error:
             raise StoreFailed(
-                f"{self.address} is no database that can be used here: {error}. "
-                "Correct the address, install its driver, or give a folder.",
+                f"{self.address} is not a usable database: {error}. "
+                "Correct the address, install its driver, or specify a folder.",
                 cause="store_unusable",
             ) from error
         if self._is_file:
@@ -80,33 +80,33 @@ class Database:
             self.close()
             raise StoreFailed(
                 f"{self.address} was written by a newer hornbill (tables {error}). "
-                "Install that one, or choose another data folder.",
+                "Install that version, or choose another data folder.",
                 cause="store_newer",
             ) from None
         except (SQLAlchemyError, sqlite3.Error, OSError) as error:
             self.close()
             text = f"{self.address} cannot be opened: {_cause(error)}. {self._remedy}"
             raise StoreFailed(text, cause="store_unusable") from error
-        self._patience_s = PATIENCE_S
+        self._lock_timeout_s = LOCK_TIMEOUT_S
 
     @contextmanager
     def transaction(self) -> Generator[Session]:
-        """A session that alone writes; its changes are committed at the end, or rolled back when the block raises.
+        """An exclusive writing session. Commits at the end, rolls back if the block raises.
 
-        Raises StoreFailed, and RuntimeError when the database is closed.
+        Raises StoreFailed, and RuntimeError if the database is closed.
         """
         with self._session() as session:
             yield session
 
     @contextmanager
     def reading(self) -> Generator[Session]:
-        """A session that sees one state of the database and writes nothing. Raises as `transaction`."""
+        """A read-only session with a consistent view. Raises the errors of `transaction`."""
         with self._session(**{_READS: True}) as session:
             yield session
 
     @contextmanager
     def writing(self) -> Generator[Connection]:
-        """As `transaction`, with rows in place of objects, at a third of the cost: for what every change keeps."""
+        """Like `transaction`, but with rows instead of objects, at a third of the cost. For frequent changes."""
         with self._usable() as engine, engine.begin() as connection:
             yield connection
 
@@ -118,50 +118,51 @@ class Database:
 
     @contextmanager
     def _usable(self) -> Generator[Engine]:
-        """The engine, whose errors are ours. Raises StoreFailed, and RuntimeError when the database is closed."""
+        """The engine, with errors translated. Raises StoreFailed, and RuntimeError if the database is closed."""
         if self._engine is None:
             raise RuntimeError("the store is closed")
-        if self._impatient and not self._is_file:
+        if self._backing_off and not self._is_file:
             raise StoreFailed(
-                f"{self.address} did not answer a moment ago. Try again in {IMPATIENT_S:.0f} s.", cause="store_slow"
+                f"{self.address} did not respond recently. Try again in {BACKOFF_S:.0f} s.", cause="store_timeout"
             )
         try:
             yield self._engine
         except SQLAlchemyError as error:
             if isinstance(error, OperationalError):
-                self._impatient_until = time.monotonic() + IMPATIENT_S
+                self._backoff_until = time.monotonic() + BACKOFF_S
             raise StoreFailed(
                 f"{self.address} cannot be used: {_cause(error)}. {self._remedy}", cause="store_unusable"
             ) from error
 
     def close(self) -> None:
-        """Give every connection back. Closing twice is harmless."""
+        """Close all connections. Idempotent."""
         engine, self._engine = self._engine, None
         if engine is not None:
             engine.dispose()
 
     @property
-    def _impatient(self) -> bool:
-        return time.monotonic() < self._impatient_until
+    def _backing_off(self) -> bool:
+        return time.monotonic() < self._backoff_until
 
     @property
     def _remedy(self) -> str:
         if self._is_file:
-            return "Check that the data folder can be written, has room and is not damaged, or choose another."
-        return "Check that the database server runs and lets us in, or give a folder."
+            return "Check that the data folder is writable, has free space and is not damaged, or choose another."
+        return "Check that the database server runs and permits access, or specify a folder."
 
     def _begin_sqlite(self, connection: Connection) -> None:
-        patience_s = 0.0 if self._impatient else self._patience_s
-        connection.exec_driver_sql(f"PRAGMA busy_timeout = {patience_s * 1000:.0f}")
+        lock_timeout_s = 0.0 if self._backing_off else self._lock_timeout_s
+        connection.exec_driver_sql(f"PRAGMA busy_timeout = {lock_timeout_s * 1000:.0f}")
         connection.exec_driver_sql("BEGIN" if _READS in connection.get_execution_options() else "BEGIN IMMEDIATE")
 
     def _begin_postgresql(self, connection: Connection) -> None:
-        answer_s = 0 if self._patience_s == OPENING_S else ANSWER_S  # a migration takes as long as it takes
+        timeout_s = 0 if self._lock_timeout_s == OPEN_TIMEOUT_S else SERVER_TIMEOUT_S  # a migration has no timeout
         if _READS in connection.get_execution_options():
-            connection.exec_driver_sql(f"SET LOCAL statement_timeout = '{answer_s}s'")
+            connection.exec_driver_sql(f"SET LOCAL statement_timeout = '{timeout_s}s'")
             return
+        lock_timeout_ms = round(self._lock_timeout_s * 1000)
         connection.exec_driver_sql(
-            f"SET LOCAL statement_timeout = '{answer_s}s'; SET LOCAL lock_timeout = '{self._patience_s * 1000:.0f}ms'; "
+            f"SET LOCAL statement_timeout = '{timeout_s}s'; SET LOCAL lock_timeout = '{lock_timeout_ms}ms'; "
             f"SELECT pg_advisory_xact_lock({_WRITE_LOCK})"
         )
 
@@ -171,16 +172,16 @@ def _url(place: str | Path) -> URL:
         try:
             url = make_url(place)
         except (SQLAlchemyError, ValueError) as error:
-            # The address may hold a password: it is not repeated.
-            text = "The database address cannot be read. Give a folder, or a URL."
+            # The address may contain a password, so it is not repeated.
+            text = "The database address is invalid. Specify a folder or a URL."
             raise StoreFailed(text, cause="store_unusable") from error
-        # Without a driver's name SQLAlchemy would take psycopg2; "postgres" is how many hosters spell it.
+        # Without a driver name SQLAlchemy would use psycopg2. Many hosting providers write "postgres".
         return url.set(drivername="postgresql+psycopg") if url.drivername in ("postgresql", "postgres") else url
     folder = Path(place)
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
-        text = f"{folder} cannot be made: {error.strerror}. Choose another data folder."
+        text = f"{folder} cannot be created: {error.strerror}. Choose another data folder."
         raise StoreFailed(text, cause="store_unusable") from error
     return URL.create("sqlite", database=str(folder / FILE_NAME))
 
@@ -188,7 +189,7 @@ def _url(place: str | Path) -> URL:
 def _connecting(url: URL) -> dict[str, Any]:
     if url.get_backend_name() != "postgresql":
         return {}
-    ours = {"connect_timeout": ANSWER_S, "tcp_user_timeout": ANSWER_S * 1000}
+    ours = {"connect_timeout": SERVER_TIMEOUT_S, "tcp_user_timeout": SERVER_TIMEOUT_S * 1000}
     return {key: value for key, value in ours.items() if key not in url.query}
 
 
@@ -197,11 +198,11 @@ def _cause(error: Exception) -> str:
 
 
 def _prepare_sqlite(connection: sqlite3.Connection, _record: object) -> None:
-    # Without this, Python's own idea of transactions would commit in the middle of a migration.
+    # Otherwise Python's implicit transactions would commit in the middle of a migration.
     connection.isolation_level = None
     try:
-        for pragma in (f"busy_timeout = {OPENING_S * 1000:.0f}", *_PRAGMAS):
+        for pragma in (f"busy_timeout = {OPEN_TIMEOUT_S * 1000:.0f}", *_PRAGMAS):
             connection.execute(f"PRAGMA {pragma}").close()
     except sqlite3.Error:
-        connection.close()  # nobody else knows of it yet
+        connection.close()  # not yet known to the engine
         raise

@@ -1,4 +1,4 @@
-"""Which fault bits each servo has ever shown, when first and last, how often, and who has seen it."""
+"""History of fault bits: first and last time, count and acknowledgement."""
 
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import asdict, dataclass, replace
@@ -14,10 +14,9 @@ from hornbill.units import Uid
 
 @dataclass(frozen=True, slots=True)
 class FaultEntry:
-    """One bit of one servo; instants in seconds since 1970 (UTC).
+    """One bit of one servo. Instants: seconds since 1970 UTC.
 
-    `count`: how often it came up. `active`: it was set when its word was read last. `acknowledged_…`: since it came
-    up last.
+    `count`: number of times it was set. `active`: set in the last reading. `acknowledged_…`: since it was last set.
     """
 
     uid: Uid
@@ -30,14 +29,14 @@ class FaultEntry:
     acknowledged_by: str | None = None
 
     def acknowledged(self, by: str, at: float) -> "FaultEntry":
-        """Somebody has seen it; whoever was first stays."""
+        """Acknowledge. An earlier acknowledgement stays."""
         return self if self.acknowledged_at is not None else replace(self, acknowledged_at=at, acknowledged_by=by[:80])
 
 
 @dataclass(frozen=True, slots=True)
-class Sight:
-    """What one look at a servo's fault words showed, as bits by key: those that came up, those that were set until
-    `at` (seconds since 1970, UTC), and those that are not set any more."""
+class FaultReading:
+    """One reading of a servo's fault words, as bits by key: newly set, set until `at` (seconds since 1970 UTC), and
+    cleared."""
 
     uid: Uid
     at: float
@@ -46,7 +45,7 @@ class Sight:
     gone: frozenset[str] = frozenset()
 
     def changes(self, before: Mapping[str, FaultEntry]) -> dict[str, FaultEntry]:
-        """What becomes of the entries it is about. One that appears again is not acknowledged any more."""
+        """Updated entries. An entry that is set again loses its acknowledgement."""
         after: dict[str, FaultEntry] = {}
         for key in (self.seen | self.gone) & before.keys():
             was = before[key]
@@ -65,24 +64,24 @@ class FaultLog(Repository[FaultRow, FaultEntry]):
         super().__init__(database, wall, FaultRow, FaultEntry)
 
     def of(self, uid: Uid) -> dict[str, FaultEntry]:
-        """Every bit a servo has shown, by key, the one first seen first."""
+        """All bits that a servo has ever had set, by key, in order of first occurrence."""
         with self._database.reading() as session:
             return {key: self._fact(row) for key, row in _rows(session, uid).items()}
 
-    def keep(self, sight: Sight) -> dict[str, FaultEntry]:
-        """Keep what was seen, all of it or nothing; answers every bit the servo has shown, as `of`."""
+    def record(self, reading: FaultReading) -> dict[str, FaultEntry]:
+        """Store a reading atomically. Returns the same as `of`."""
         with self._database.transaction() as session:
-            return self._changed(session, sight.uid, sight.changes)
+            return self._changed(session, reading.uid, reading.changes)
 
     def acknowledge(self, uid: Uid, keys: Iterable[str], by: str, at: float) -> dict[str, FaultEntry]:
-        """Keep that somebody has seen these; answers every bit the servo has shown, as `of`. Others are passed over."""
+        """Acknowledge these bits, ignoring unknown ones. Returns the same as `of`."""
         with self._database.transaction() as session:
             return self._changed(
                 session, uid, lambda known: {key: known[key].acknowledged(by, at) for key in keys if key in known}
             )
 
     def forget(self, uid: Uid) -> None:
-        """Drop a servo's history. An unknown one is no error."""
+        """Delete a servo's history. Idempotent."""
         with self._database.transaction() as session:
             session.execute(delete(FaultRow).where(FaultRow.uid == uid))
 
@@ -98,5 +97,5 @@ class FaultLog(Repository[FaultRow, FaultEntry]):
 
 
 def _rows(session: Session, uid: Uid) -> dict[str, FaultRow]:
-    asked = select(FaultRow).where(FaultRow.uid == uid).order_by(FaultRow.first_seen, FaultRow.key)
-    return {row.key: row for row in session.scalars(asked)}
+    query = select(FaultRow).where(FaultRow.uid == uid).order_by(FaultRow.first_seen, FaultRow.key)
+    return {row.key: row for row in session.scalars(query)}

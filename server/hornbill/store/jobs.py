@@ -1,4 +1,4 @@
-"""Jobs and how far they came, so that a restart of the server forgets none."""
+"""Jobs and their progress, which survive a restart of the server."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -10,15 +10,15 @@ from hornbill.store.repository import Repository
 from hornbill.store.tables import JobRow, Json
 from hornbill.units import Uid
 
-KEPT = 500
-"""Jobs kept, the newest; older ones that have ended are dropped."""
+MAX_ROWS = 500
+"""Maximum number of stored jobs. Older ended jobs are deleted."""
 
 
 @dataclass(frozen=True, slots=True)
 class StoredJob:
-    """One job; instants in seconds since 1970 (UTC). `request` is what it takes to go on with it, None if nobody can.
+    """One job. Instants: seconds since 1970 UTC. `request`: data to resume it, None if it cannot be resumed.
 
-    `document` has its steps, result and problem; what they mean is the servo layer's business.
+    `document`: its steps, result and problem, interpreted by the servo layer.
     """
 
     id: str
@@ -32,21 +32,21 @@ class StoredJob:
 
 
 class StoredJobs(Repository[JobRow, StoredJob]):
-    """Jobs by id."""
+    """Jobs by ID."""
 
     def __init__(self, database: Database, wall: Callable[[], float]) -> None:
         super().__init__(database, wall, JobRow, StoredJob)
 
     def all(self) -> list[StoredJob]:
-        """Every job, oldest first."""
+        """All jobs, oldest first."""
         return self._facts(select(JobRow).order_by(JobRow.created_at, JobRow.id))
 
     def put(self, job: StoredJob) -> None:
-        """Keep a job as it is now."""
+        """Store the present state of a job."""
         with self._database.transaction() as session:
             row = session.get(JobRow, job.id)
             if row is None:
-                self._prune(session, KEPT, JobRow.created_at, JobRow.ended_at.is_not(None))
+                self._prune(session, MAX_ROWS, JobRow.created_at, JobRow.ended_at.is_not(None))
                 row = JobRow(id=job.id, kind=job.kind, uid=job.uid, created_at=job.created_at)
                 session.add(row)
             row.state, row.ended_at = job.state, job.ended_at

@@ -1,4 +1,4 @@
-"""Bring a database to the tables of today: made at once in a new one, by migrations in an older one."""
+"""Creation of the current tables in a new database, or migration of an older one."""
 
 from pathlib import Path
 from typing import Final
@@ -7,28 +7,28 @@ from sqlalchemy import Connection, inspect, text
 
 from hornbill.store.tables import Table
 
-NEWEST: Final = "0008"
+NEWEST: Final = "0009"
 """The last revision in migrations/versions."""
 
 _FOLDER: Final = Path(__file__).resolve().parent / "migrations"
 
 
 class UnknownRevision(Exception):
-    """The database was made by a newer hornbill than this one."""
+    """The database was written by a newer hornbill."""
 
 
 def migrate(connection: Connection) -> None:
-    """Make the tables in a new database, or run the migrations one still lacks, inside the caller's transaction.
+    """Create the tables in a new database, or run missing migrations, inside the caller's transaction.
 
-    Raises UnknownRevision when it is newer than this program.
+    Raises UnknownRevision if it is newer than this program.
     """
     if not inspect(connection).has_table("alembic_version"):
-        _make(connection)
+        _create(connection)
         return
     found = connection.execute(text("SELECT version_num FROM alembic_version")).scalar_one_or_none()
     if found == NEWEST:
         return
-    # Imported here: it takes longer than everything else about opening a database that is new or up to date.
+    # Imported here because the import takes longer than opening a database that is new or up to date.
     from alembic import command
     from alembic.config import Config
     from alembic.script import ScriptDirectory
@@ -42,9 +42,9 @@ def migrate(connection: Connection) -> None:
     command.upgrade(config, "head")
 
 
-def _make(connection: Connection) -> None:
-    """The tables as they are now, marked as such. A test holds them equal to what all migrations lead to."""
-    Table.metadata.create_all(connection, checkfirst=False)  # a table that is there already is not ours: an error
+def _create(connection: Connection) -> None:
+    """Create the current tables and their revision. A test checks that they equal the result of all migrations."""
+    Table.metadata.create_all(connection, checkfirst=False)  # an existing table is foreign: an error
     connection.execute(
         text(
             "CREATE TABLE alembic_version (version_num VARCHAR(32) NOT NULL,"

@@ -1,4 +1,4 @@
-"""Named sets of values, kept as the document their file would have."""
+"""Stored profiles, as JSON documents."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -13,7 +13,7 @@ from hornbill.store.tables import Json, ProfileRow
 
 @dataclass(frozen=True, slots=True)
 class StoredProfile:
-    """One profile; instants in seconds since 1970 (UTC). What `document` means is the servo layer's business."""
+    """One profile. Instants: seconds since 1970 UTC. The servo layer interprets `document`."""
 
     name: str
     document: Mapping[str, Json]
@@ -22,18 +22,18 @@ class StoredProfile:
 
 
 class ProfileTable(Repository[ProfileRow, StoredProfile]):
-    """Profiles by name, 1..80 characters."""
+    """Profiles by name, 1 to 80 characters."""
 
     def __init__(self, database: Database, wall: Callable[[], float]) -> None:
         super().__init__(database, wall, ProfileRow, StoredProfile)
 
     def all(self) -> list[StoredProfile]:
-        """Every profile, by name."""
-        # sorted here: every database has its own idea of the order of words
+        """All profiles, sorted by name."""
+        # sorted here because the collation depends on the database
         return sorted(self._facts(select(ProfileRow)), key=lambda one: one.name)
 
     def put(self, name: str, document: Mapping[str, Json]) -> StoredProfile:
-        """Keep a profile; one of the same name is replaced."""
+        """Store a profile. Replaces one with the same name."""
         now = self._wall()
         with self._database.transaction() as session:
             row = session.get(ProfileRow, name)
@@ -47,7 +47,7 @@ class ProfileTable(Repository[ProfileRow, StoredProfile]):
     def _unknown(self, key: str) -> Unknown:
         return Unknown(
             "unknown_profile",
-            f'There is no profile "{key[:80]}".',
-            cause="no_such_profile",
+            f'Unknown profile "{key[:80]}".',
+            cause="profile_not_found",
             name=key[:80],
         )

@@ -1,4 +1,4 @@
-"""Repository: the facts of one table, by key."""
+"""Common access to one table, by key."""
 
 from collections.abc import Callable
 from dataclasses import fields
@@ -16,17 +16,17 @@ R = TypeVar("R", bound=Table)
 F = TypeVar("F")
 
 _AT_ONCE = 1000
-"""Rows dropped in one go at most."""
+"""Maximum number of rows deleted at once."""
 
 
 class Repository(Generic[R, F]):
-    """Rows of one table as facts: frozen dataclasses whose fields are columns of the same names.
+    """Rows of one table as frozen dataclasses whose fields are columns of the same names.
 
-    Every method of a repository has been committed when it returns, and raises StoreFailed.
+    Each method commits before it returns, and may raise StoreFailed.
     """
 
     def __init__(self, database: Database, wall: Callable[[], float], row: type[R], fact: type[F]) -> None:
-        """`wall` gives seconds since 1970 (UTC)."""
+        """`wall` returns seconds since 1970 UTC."""
         self._database = database
         self._wall = wall
         self._table = row
@@ -35,39 +35,39 @@ class Repository(Generic[R, F]):
         self._values = attrgetter(*(one.name for one in fields(fact)))  # pyright: ignore[reportArgumentType]
 
     def get(self, key: Any) -> F:
-        """The fact of a key. Raises Unknown."""
+        """The row with this key, as a dataclass. Raises Unknown."""
         with self._database.reading() as session:
             return self._fact(self._row(session, key))
 
     def drop(self, key: Any) -> None:
-        """Forget the fact of a key. Raises Unknown."""
+        """Delete the row with this key. Raises Unknown."""
         with self._database.transaction() as session:
             session.delete(self._row(session, key))
 
     def _unknown(self, key: Any) -> Unknown:
-        """What is raised for a key without a row."""
+        """The error for a key without a row."""
         raise NotImplementedError
 
     def _row(self, session: Session, key: Any) -> R:
-        """The row of a key. Raises Unknown."""
+        """The row with this key. Raises Unknown."""
         in_range = not isinstance(key, int) or 0 < key <= HIGHEST_ID
         row = session.get(self._table, key) if in_range else None
         if row is None:
             raise self._unknown(key)
         return row
 
-    def _facts(self, asked: Select[R]) -> list[F]:
+    def _facts(self, query: Select[R]) -> list[F]:
         with self._database.reading() as session:
-            return [self._fact(row) for row in session.scalars(asked)]
+            return [self._fact(row) for row in session.scalars(query)]
 
     def _fact(self, row: R | Row[Any]) -> F:
         return self._make(*self._values(row))
 
     def _prune(
-        self, session: Session | Connection, kept: int, newest: InstrumentedAttribute[Any], *of: ColumnElement[bool]
+        self, session: Session | Connection, retain: int, newest: InstrumentedAttribute[Any], *of: ColumnElement[bool]
     ) -> None:
-        """Drop the rows `of` which there are more than `kept`, the newest first."""
-        beyond = select(self._key).where(*of).order_by(newest.desc()).offset(kept).limit(_AT_ONCE)
+        """Delete the rows `of` beyond the newest `retain`."""
+        beyond = select(self._key).where(*of).order_by(newest.desc()).offset(retain).limit(_AT_ONCE)
         old = session.scalars(beyond).all()
         if old:
             session.execute(delete(self._table).where(self._key.in_(old)))

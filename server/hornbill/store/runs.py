@@ -1,4 +1,4 @@
-"""Measured motions, with what they were measured under, until somebody drops them."""
+"""Stored step tests with their test conditions."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -11,13 +11,13 @@ from hornbill.store.repository import Repository
 from hornbill.store.tables import Json, RunRow
 from hornbill.units import Uid
 
-KEPT = 200
-"""Runs kept of one servo, the newest: a run of two traces takes some 100 kB."""
+MAX_ROWS = 200
+"""Maximum number of runs per servo. A run with two traces takes about 100 kB."""
 
 
 @dataclass(frozen=True, slots=True)
 class Run:
-    """One run; `at` in seconds since 1970 (UTC). What `document` means is the business of whoever measured."""
+    """One run. `at`: seconds since 1970 UTC. The lab layer interprets `document`."""
 
     id: int
     uid: Uid
@@ -27,31 +27,31 @@ class Run:
 
 
 class Runs(Repository[RunRow, Run]):
-    """Runs by number."""
+    """Runs by ID."""
 
     def __init__(self, database: Database, wall: Callable[[], float]) -> None:
         super().__init__(database, wall, RunRow, Run)
 
     def add(self, uid: Uid, note: str, document: Mapping[str, Json]) -> Run:
-        """Keep one. The oldest of the servo beyond `KEPT` are dropped."""
+        """Store a run. Deletes the servo's oldest runs beyond `MAX_ROWS`."""
         with self._database.transaction() as session:
             row = RunRow(uid=uid, at=self._wall(), note=note[:200], document=dict(document))
             session.add(row)
             session.flush()
-            self._prune(session, KEPT, RunRow.id, RunRow.uid == uid)
+            self._prune(session, MAX_ROWS, RunRow.id, RunRow.uid == uid)
             return self._fact(row)
 
-    def of(self, uid: Uid | None = None, *, limit: int = KEPT) -> list[Run]:
-        """Runs of a servo, or of all, newest first."""
-        asked = select(RunRow).order_by(RunRow.id.desc()).limit(limit)
+    def of(self, uid: Uid | None = None, *, limit: int = MAX_ROWS) -> list[Run]:
+        """Runs of one or all servos, newest first."""
+        query = select(RunRow).order_by(RunRow.id.desc()).limit(limit)
         if uid is not None:
-            asked = asked.where(RunRow.uid == uid)
-        return self._facts(asked)
+            query = query.where(RunRow.uid == uid)
+        return self._facts(query)
 
     def _unknown(self, key: int) -> Unknown:
         return Unknown(
             "unknown_run",
-            f"There is no run {key}.",
+            f"Unknown run {key}.",
             run=key,
-            cause="no_such_run",
+            cause="run_not_found",
         )

@@ -1,4 +1,4 @@
-"""Every servo ever met, so that one that is switched off still has a name and its values."""
+"""Inventory of all known servos: names and values, also of servos that are offline."""
 
 from collections.abc import Callable, Collection, Mapping
 from dataclasses import asdict, dataclass, field
@@ -13,10 +13,10 @@ from hornbill.units import Uid
 
 @dataclass(frozen=True, slots=True)
 class ServoFacts:
-    """What a servo said of itself; None is "not asked yet".
+    """Data reported by a servo. None: not read yet.
 
-    `firmware`, `model_number`, `hardware_version` and `serial` are raw integers of 0x52, 0x50, 0x53 and 0x51;
-    `production_date` is ISO 8601; `bus` is the address it was met on; `node_id` and `servo_id` may change.
+    `firmware`, `model_number`, `hardware_version` and `serial`: raw integers of 0x52, 0x50, 0x53 and 0x51.
+    `production_date`: ISO 8601. `bus`: address of the bus on which it was seen. `node_id` and `servo_id` may change.
     """
 
     name: str | None = None
@@ -33,11 +33,10 @@ class ServoFacts:
 
 @dataclass(frozen=True, slots=True)
 class StoredServo:
-    """One servo; instants in seconds since 1970 (UTC). `rom` has raw values by parameter key, as last known. `notes`
-    is what people wrote down about it.
+    """One servo. Instants: seconds since 1970 UTC. `rom`: last known ROM values, raw by key. `notes`: users' notes.
 
-    `drift`: what ROM held last, by key, of rows not known to hold it still: something else was found that we did not
-    save, or (where `rom` has the same value) the row was not learned yet after a start.
+    `drift`: previous ROM values, by key, of rows that may have changed: another value was found that we did not save,
+    or (if `rom` has the same value) the row has not been read yet after a start.
     """
 
     uid: Uid
@@ -51,31 +50,31 @@ class StoredServo:
 
 
 class Servos:
-    """The inventory. Every method has been committed when it returns.
+    """The inventory. Each method commits before it returns.
 
-    A commit costs a fraction of a millisecond: call `met` when a servo was identified or went away, not for
-    each of its messages.
+    A commit costs a fraction of a millisecond, so call `seen` when a servo was identified or went offline, not for each
+    of its messages.
     """
 
     def __init__(self, database: Database, wall: Callable[[], float]) -> None:
-        """`wall` gives seconds since 1970 (UTC)."""
+        """`wall` returns seconds since 1970 UTC."""
         self._database = database
         self._wall = wall
 
     def all(self, *, but: Collection[Uid] = ()) -> list[StoredServo]:
-        """Every servo, by unique id; a row takes 0.1 ms, so leave out (`but`) those that are not needed."""
-        asked = select(ServoRow).where(ServoRow.uid.not_in(but)).order_by(ServoRow.uid)
+        """All servos, by unique ID. Exclude (`but`) those that are not needed: a row takes 0.1 ms."""
+        query = select(ServoRow).where(ServoRow.uid.not_in(but)).order_by(ServoRow.uid)
         with self._database.reading() as session:
-            return [_stored(row) for row in session.scalars(asked)]
+            return [_stored(row) for row in session.scalars(query)]
 
     def get(self, uid: Uid) -> StoredServo | None:
-        """One servo, or None when it was never met."""
+        """One servo, or None if it has never been seen."""
         with self._database.reading() as session:
             row = session.get(ServoRow, uid)
             return None if row is None else _stored(row)
 
-    def met(self, uid: Uid, facts: ServoFacts | None = None) -> None:
-        """Keep that a servo is there now, and what it said; facts that are None change nothing."""
+    def seen(self, uid: Uid, facts: ServoFacts | None = None) -> None:
+        """Record that a servo is online now, with its data. Data that is None changes nothing."""
         now = self._wall()
         with self._database.transaction() as session:
             row = _row(session, uid)
@@ -85,30 +84,30 @@ class Servos:
                 if value is not None:
                     setattr(row, fact, value)
 
-    def label(self, uid: Uid, label: str) -> None:
-        """Give a servo a nickname of at most 200 characters; empty takes it away. Raises ValueError."""
+    def set_label(self, uid: Uid, label: str) -> None:
+        """Set the nickname, at most 200 characters. Empty removes it. Raises ValueError."""
         if len(label) > 200:
-            raise ValueError(f"The label has {len(label)} characters. Give at most 200.")
+            raise ValueError(f"The label has {len(label)} characters. Enter at most 200.")
         with self._database.transaction() as session:
             _row(session, uid).label = label
 
-    def write_down(self, uid: Uid, notes: str) -> None:
-        """Replace what people wrote down about a servo; empty takes it away."""
+    def set_notes(self, uid: Uid, notes: str) -> None:
+        """Replace the users' notes. Empty removes them."""
         with self._database.transaction() as session:
             _row(session, uid).notes = notes or None
 
-    def keep_rom(self, uid: Uid, values: Mapping[str, int]) -> None:
-        """Replace what is known to be in a servo's ROM: raw values by parameter key."""
+    def put_rom(self, uid: Uid, values: Mapping[str, int]) -> None:
+        """Replace the known ROM values, raw by key."""
         with self._database.transaction() as session:
             _row(session, uid).rom = dict(values)
 
-    def keep_drift(self, uid: Uid, was: Mapping[str, int]) -> None:
-        """Replace what a servo's ROM held before it changed under us: raw by key, empty when nothing did."""
+    def put_drift(self, uid: Uid, was: Mapping[str, int]) -> None:
+        """Replace the ROM values before an unexpected change, raw by key. Empty if there is none."""
         with self._database.transaction() as session:
             _row(session, uid).drift = dict(was) or None
 
     def forget(self, uid: Uid) -> None:
-        """Drop everything about a servo. An unknown one is no error."""
+        """Delete a servo. Idempotent."""
         with self._database.transaction() as session:
             row = session.get(ServoRow, uid)
             if row is not None:

@@ -1,4 +1,4 @@
-"""Small values of ours that outlive the process, by name."""
+"""Persistent settings of the server, by name."""
 
 import secrets
 
@@ -9,19 +9,19 @@ _UNIQUE_ID = "unique_id"
 
 
 class SettingTable:
-    """JSON values by name. Every method has been committed when it returns."""
+    """JSON values by name. Each method commits before it returns."""
 
     def __init__(self, database: Database) -> None:
         self._database = database
 
     def get(self, key: str, default: Json = None) -> Json:
-        """The value kept under a name, or `default`."""
+        """The value with this name, or `default`."""
         with self._database.reading() as session:
             row = session.get(SettingRow, key)
             return default if row is None else row.value
 
     def put(self, key: str, value: Json) -> None:
-        """Keep a value under a name of at most 100 characters."""
+        """Store a value under a name of at most 100 characters."""
         with self._database.transaction() as session:
             row = session.get(SettingRow, key)
             if row is None:
@@ -30,14 +30,14 @@ class SettingTable:
                 row.value = value
 
     def drop(self, key: str) -> None:
-        """Keep nothing under a name any more."""
+        """Delete the value with this name. Idempotent."""
         with self._database.transaction() as session:
             row = session.get(SettingRow, key)
             if row is not None:
                 session.delete(row)
 
     def own_unique_id(self) -> bytes:
-        """The 16 bytes by which other nodes know this installation; made at random once, then the same."""
+        """The 16-byte unique ID of this installation as a node, generated once."""
         with self._database.transaction() as session:
             row = session.get(SettingRow, _UNIQUE_ID)
             if row is None:

@@ -1,4 +1,4 @@
-"""What each servo held at which instant, for as long as there is room."""
+"""Stored snapshots of each servo."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass, field, replace
@@ -12,15 +12,15 @@ from hornbill.store.repository import Repository
 from hornbill.store.tables import Json, SnapshotRow
 from hornbill.units import Uid
 
-AUTOMATIC_KEPT = 200
-"""Automatic snapshots kept of one servo, the newest; those made by hand stay until somebody drops them."""
-PRUNED_EVERY = 20
-"""How many are added until the oldest are looked for, which costs more than all else of keeping one."""
+MAX_AUTOMATIC = 200
+"""Maximum number of automatic snapshots per servo. Manual ones stay until they are deleted."""
+PRUNE_EVERY = 20
+"""Number of additions between two prunings, which cost more than an addition."""
 
 
 @dataclass(frozen=True, slots=True)
 class StoredSnapshot:
-    """One snapshot; `at` in seconds since 1970 (UTC), `ram` and `rom` raw by key, `firmware` as 0x52 reads."""
+    """One snapshot. `at`: seconds since 1970 UTC. `ram` and `rom`: raw by key. `firmware`: raw value of 0x52."""
 
     id: int
     uid: Uid
@@ -47,7 +47,7 @@ _NEWEST: Final = (
 
 
 class Snapshots(Repository[SnapshotRow, StoredSnapshot]):
-    """The history of every servo."""
+    """Snapshots of all servos."""
 
     def __init__(self, database: Database, wall: Callable[[], float]) -> None:
         super().__init__(database, wall, SnapshotRow, StoredSnapshot)
@@ -69,9 +69,9 @@ class Snapshots(Repository[SnapshotRow, StoredSnapshot]):
         reason_params: Mapping[str, Json] | None = None,
         unless_same: bool = False,
     ) -> StoredSnapshot:
-        """Keep one; `unless_same`: but if the servo's newest has the same values, that one is the answer.
+        """Store a snapshot. `unless_same`: return the servo's newest instead if it has the same values.
 
-        The oldest automatic ones of the servo beyond `AUTOMATIC_KEPT` are dropped, now and then.
+        From time to time deletes the servo's oldest automatic snapshots beyond `MAX_AUTOMATIC`.
         """
         made = StoredSnapshot(
             0, uid, self._wall(), reason[:200], by[:80], automatic, model, firmware, schema_revision,
@@ -85,10 +85,10 @@ class Snapshots(Repository[SnapshotRow, StoredSnapshot]):
             del values["id"]
             number = connection.execute(_ADD, values).inserted_primary_key
             assert number is not None
-            unpruned = self._unpruned.get(uid, PRUNED_EVERY) + 1
-            if unpruned >= PRUNED_EVERY:
+            unpruned = self._unpruned.get(uid, PRUNE_EVERY) + 1
+            if unpruned >= PRUNE_EVERY:
                 mine = SnapshotRow.uid == uid, SnapshotRow.automatic.is_(True)
-                self._prune(connection, AUTOMATIC_KEPT, SnapshotRow.id, *mine)
+                self._prune(connection, MAX_AUTOMATIC, SnapshotRow.id, *mine)
                 unpruned = 0
         self._unpruned[uid] = unpruned
         return replace(made, id=int(number[0]))
@@ -98,25 +98,25 @@ class Snapshots(Repository[SnapshotRow, StoredSnapshot]):
 
     def of(self, uid: Uid, *, limit: int = 1000) -> list[StoredSnapshot]:
         """A servo's snapshots, newest first."""
-        asked = select(SnapshotRow).where(SnapshotRow.uid == uid).order_by(SnapshotRow.id.desc()).limit(limit)
-        return self._facts(asked)
+        query = select(SnapshotRow).where(SnapshotRow.uid == uid).order_by(SnapshotRow.id.desc()).limit(limit)
+        return self._facts(query)
 
     def latest(self, uid: Uid) -> StoredSnapshot | None:
         """A servo's newest snapshot."""
         return next(iter(self.of(uid, limit=1)), None)
 
     def drop_all(self, uid: Uid) -> int:
-        """Forget every one of a servo; how many there were."""
+        """Delete all snapshots of a servo. Returns their number."""
         with self._database.transaction() as session:
             ids = session.scalars(select(SnapshotRow.id).where(SnapshotRow.uid == uid)).all()
             session.execute(delete(SnapshotRow).where(SnapshotRow.uid == uid))
             return len(ids)
 
     def counts(self) -> dict[Uid, int]:
-        """How many there are of each servo."""
+        """Number of snapshots per servo."""
         with self._database.reading() as session:
             found = session.execute(select(SnapshotRow.uid, func.count()).group_by(SnapshotRow.uid))
             return {Uid(uid): int(count) for uid, count in found}
 
     def _unknown(self, key: int) -> Unknown:
-        return Unknown("unknown_snapshot", f"There is no snapshot {key}.", snapshot=key, cause="no_such_snapshot")
+        return Unknown("unknown_snapshot", f"Unknown snapshot {key}.", snapshot=key, cause="snapshot_not_found")

@@ -1,6 +1,6 @@
-"""The tables as they are now. Changing one takes a migration beside it.
+"""The current tables. Each change needs a migration.
 
-Instants are float seconds since 1970 in UTC, everywhere in the database.
+Instants are float seconds since 1970 UTC everywhere in the database.
 """
 
 from typing import Any, TypeAlias
@@ -12,28 +12,28 @@ Json: TypeAlias = "bool | int | float | str | list[Json] | dict[str, Json] | Non
 
 _INSTANT = Float(53)
 HIGHEST_ID = 2**31 - 1
-"""The highest number a row can have."""
-_NEVER_AGAIN = {"sqlite_autoincrement": True}
+"""Highest ID of a row."""
+_NO_REUSE = {"sqlite_autoincrement": True}
 
 
 def storable(text: str) -> str:
-    """A text with U+FFFD for what PostgreSQL cannot keep: NUL, and half a surrogate pair."""
+    """The text with characters that PostgreSQL cannot store (NUL, lone surrogates) replaced by U+FFFD."""
     return text.replace("\0", "\ufffd").encode("utf-16", "surrogatepass").decode("utf-16", "replace")
 
 
 class Words(TypeDecorator[str]):
-    """Text as people and servos send it: what PostgreSQL cannot keep (NUL, half a surrogate pair) becomes U+FFFD."""
+    """Text from users and servos. Characters that PostgreSQL cannot store become U+FFFD."""
 
     impl = String
     cache_ok = True
 
     def process_bind_param(self, value: str | None, dialect: object) -> str | None:
-        """What is sent to the database."""
+        """The value to send to the database."""
         return None if value is None else storable(value)
 
 
 class Table(DeclarativeBase):
-    """What every table shares: names for constraints, so that migrations can find them on any database."""
+    """Base of all tables: constraint names, so that migrations find them in any database."""
 
     metadata = MetaData(
         naming_convention={
@@ -47,7 +47,7 @@ class Table(DeclarativeBase):
 
 
 class AllocationRow(Table):
-    """A node id that belongs to a unique id; no id belongs to two."""
+    """Node ID allocated to a unique ID."""
 
     __tablename__ = "allocations"
 
@@ -59,7 +59,7 @@ class AllocationRow(Table):
 
 
 class ServoRow(Table):
-    """A servo that was met once: what it is called, what it said of itself, what its ROM held last."""
+    """A known servo: nickname, reported data, last known ROM values."""
 
     __tablename__ = "servos"
 
@@ -83,7 +83,7 @@ class ServoRow(Table):
 
 
 class SettingRow(Table):
-    """One value of ours, as JSON, under a name."""
+    """A setting, as JSON by name."""
 
     __tablename__ = "settings"
 
@@ -92,10 +92,10 @@ class SettingRow(Table):
 
 
 class SnapshotRow(Table):
-    """What a servo held at one instant: RAM, and what was known of ROM, raw by key."""
+    """A snapshot: RAM values and known ROM values, raw by key."""
 
     __tablename__ = "snapshots"
-    __table_args__ = _NEVER_AGAIN  # the number of one that was dropped is not given again
+    __table_args__ = _NO_REUSE  # the ID of a deleted row is not reused
 
     id: Mapped[int] = mapped_column(Integer, primary_key=True, autoincrement=True)
     uid: Mapped[str] = mapped_column(Words(32), index=True)
@@ -113,7 +113,7 @@ class SnapshotRow(Table):
 
 
 class ProfileRow(Table):
-    """A named set of values, as its file has it."""
+    """A profile."""
 
     __tablename__ = "profiles"
 
@@ -124,10 +124,10 @@ class ProfileRow(Table):
 
 
 class AuditRecord(Table):
-    """One thing somebody did. Rows are added, never changed."""
+    """An audit entry. Rows are added, never changed."""
 
     __tablename__ = "audit"
-    __table_args__ = _NEVER_AGAIN  # the number of one that was dropped is not given again
+    __table_args__ = _NO_REUSE  # the ID of a deleted row is not reused
 
     id: Mapped[int] = mapped_column(Integer, primary_key=True, autoincrement=True)
     at: Mapped[float] = mapped_column(_INSTANT, index=True)
@@ -141,11 +141,11 @@ class AuditRecord(Table):
     after: Mapped[Json] = mapped_column(JSON(none_as_null=True), nullable=True)
     job: Mapped[str | None] = mapped_column(Words(40))
     notes: Mapped[Any] = mapped_column(JSON)
-    """Each with `code`, `params` and `text`."""
+    """List of objects with `code`, `params` and `text`."""
 
 
 class JobRow(Table):
-    """A job: what was asked for (`request`), and how far it came (`document`)."""
+    """A job: its request and its present state (`document`)."""
 
     __tablename__ = "jobs"
 
@@ -160,10 +160,10 @@ class JobRow(Table):
 
 
 class RunRow(Table):
-    """A measured motion: traces, numbers, and what it was measured under."""
+    """A step test: traces, metrics and test conditions."""
 
     __tablename__ = "runs"
-    __table_args__ = _NEVER_AGAIN
+    __table_args__ = _NO_REUSE
 
     id: Mapped[int] = mapped_column(Integer, primary_key=True, autoincrement=True)
     uid: Mapped[str] = mapped_column(Words(32), index=True)
@@ -173,7 +173,7 @@ class RunRow(Table):
 
 
 class FaultRow(Table):
-    """A fault bit that a servo has shown at least once."""
+    """A fault bit that was set at least once."""
 
     __tablename__ = "faults"
 
@@ -188,7 +188,7 @@ class FaultRow(Table):
 
 
 class TokenRow(Table):
-    """Somebody who may come in. The token itself is nowhere: only its digest is."""
+    """An access token. Only its digest is stored."""
 
     __tablename__ = "tokens"
 
@@ -199,8 +199,8 @@ class TokenRow(Table):
     last_used_at: Mapped[float | None] = mapped_column(_INSTANT)
 
 
-class AnswerRow(Table):
-    """A request with an Idempotency-Key, both by digest. Without a status it has no answer (yet)."""
+class ResponseRow(Table):
+    """A request with an Idempotency-Key, both by digest. Without a status it has no response (yet)."""
 
     __tablename__ = "answers"
 

@@ -1,4 +1,4 @@
-"""The sizes of the cases: what the models are drawn from and what the scene places by."""
+"""Dimensions of the servo cases, for the models and the scene."""
 
 from dataclasses import dataclass, replace
 from typing import Literal, TypeAlias
@@ -12,7 +12,7 @@ Vector: TypeAlias = tuple[float, float, float]
 
 @dataclass(frozen=True, slots=True)
 class Case:
-    """Sizes in mm, unless said otherwise; x counts along the case from the output shaft, z from the floor."""
+    """Dimensions in mm unless noted. x runs along the case from the output shaft, z upwards from the floor."""
 
     key: Literal["bla21", "bla15", "plain"]
     back: float
@@ -22,11 +22,11 @@ class Case:
     """Radius of the upright edges."""
     seam_low: float
     seam_high: float
-    """Where the bottom and the top are screwed to the middle part."""
+    """Heights of the seams between bottom, middle and top."""
     top: float
-    """Height of the face with the name plate."""
+    """Height of the face with the nameplate."""
     ear: float
-    """How far an ear stands out."""
+    """Length of an ear."""
     ear_half_width: float
     ear_thickness: float
     hole: float
@@ -34,33 +34,33 @@ class Case:
     hole_y: tuple[float, ...]
     fins: int
     boss: float
-    """Radius of the round the shaft comes out of."""
+    """Radius of the boss around the shaft."""
     horn: float
-    """Size of the horn against the model of it."""
+    """Scale of the horn model."""
 
     @property
     def small(self) -> float:
-        """Size of the fittings against those of the larger series."""
+        """Scale of the fittings relative to the larger series."""
         return self.boss / 8.4
 
     @property
     def ear_top(self) -> float:
-        """Height of the upper face of the ears."""
+        """Height of the top of the ears."""
         return self.seam_high - 0.6
 
     @property
     def hub(self) -> float:
-        """Height of the underside of the horn's hub."""
+        """Height of the underside of the horn hub."""
         return self.top + 4.6 * self.small
 
     @property
     def pivot(self) -> float:
-        """The same in scene units."""
+        """Height of the underside of the horn hub in scene units."""
         return self.hub * MM
 
     @property
     def box(self) -> tuple[Vector, Vector]:
-        """Two corners of the box around case, ears and hub, in scene units from the foot of the shaft."""
+        """Bounding box of case, ears and hub, in scene units from the foot of the shaft."""
         roof = self.hub + 6.4 * self.horn
         return (
             ((self.back - self.ear) * MM, -self.half_width * MM, 0.0),
@@ -105,20 +105,20 @@ BLA15 = Case(
     horn=0.8,
 )
 PLAIN = replace(BLA21, key="plain", ear=0.0, hole_y=(), fins=0)
-"""A servo whose series is not known, or has no case here: a block with a shaft."""
+"""A servo of an unknown or unsupported series: a block with a shaft."""
 
 CASES = (BLA21, BLA15, PLAIN)
 _OF_SERIES = {"BLA21": BLA21, "BLA15": BLA15, "BLA34": BLA21}
-"""The size of a BLA34 is not known here: it is drawn as the larger of the two that are."""
+"""The dimensions of a BLA34 are unknown, so it is drawn as the larger known series."""
 
 HORN_REACH = 27.1 * MM
-"""From the shaft to the tip of an unscaled horn, in scene units."""
+"""Length of an unscaled horn from shaft to tip, in scene units."""
 ARC_REACH = 1.16
-"""Of the limit arcs of a crowd, against the reach of the horn."""
+"""Radius of the limit arcs in the crowd, relative to the horn length."""
 ARC_HEIGHT = 0.11
-"""Of a limit arc above the underside of the hub of an unscaled horn: the middle of the blade."""
+"""Height of a limit arc above the underside of an unscaled hub: the middle of the blade."""
 
 
 def case_of(series: Series) -> Case:
-    """The case to draw."""
+    """Case of a series."""
     return _OF_SERIES.get(series, PLAIN)

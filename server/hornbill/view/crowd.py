@@ -1,4 +1,4 @@
-"""The servos that are not selected: a batch for the cases of a series, one for horns, stale horns, ghosts each."""
+"""The unselected servos: one batch per case model, and one each for horns, stale horns and ghosts."""
 
 from collections.abc import Sequence
 from typing import Literal, NamedTuple
@@ -14,12 +14,12 @@ from hornbill.view.models import FAR, Name, Quality, glb, triangles
 from hornbill.view.palette import Palette
 
 _ROOM = 4
-"""Batches grow in steps of this many, so that a servo that turns up seldom resizes them."""
+"""Batches grow in steps of this size, so that a new servo rarely resizes them."""
 _NOWHERE = (0.0, 0.0, -1000.0)
 _STILL = (1.0, 0.0, 0.0, 0.0)
 _ANGLE_DECIMALS = 1
-_MET_DEG = 0.5
-"""A command this close to the horn is met, and needs no ghost."""
+_REACHED_DEG = 0.5
+"""A command within this distance of the horn counts as reached and shows no ghost."""
 _ARC = HORN_REACH * ARC_REACH
 _NO_LINES = np.zeros((1, 2, 3), dtype=np.float32)
 
@@ -31,7 +31,7 @@ class _Copy(NamedTuple):
 
 
 def _fill(node: viser.BatchedGlbHandle | viser.BatchedMeshHandle, copies: Sequence[_Copy]) -> None:
-    """Places the copies of one model; those left over wait out of sight. viser sends only arrays that changed."""
+    """Place the copies of one model, unused ones out of view. viser sends only changed arrays."""
     room = -(-max(len(copies), 1) // _ROOM) * _ROOM
     positions: NDArray[np.float32] = np.tile(np.array(_NOWHERE, dtype=np.float32), (room, 1))
     wxyzs: NDArray[np.float32] = np.tile(np.array(_STILL, dtype=np.float32), (room, 1))
@@ -45,7 +45,7 @@ def _fill(node: viser.BatchedGlbHandle | viser.BatchedMeshHandle, copies: Sequen
 
 
 class Crowd:
-    """Draws the many. Batches are made when first needed, then only their arrays change."""
+    """Draws the unselected servos. Batches are created when first needed; afterwards only their arrays change."""
 
     def __init__(self, client: viser.ClientHandle, colours: Palette, quality: Quality) -> None:
         self._scene = client.scene
@@ -57,7 +57,7 @@ class Crowd:
         self._drawn: tuple[tuple[Vector, float, float, float], ...] = ()
 
     def look(self, colours: Palette, quality: Quality) -> None:
-        """Takes on a theme and a quality; the next `show` fills the batches of that quality."""
+        """Apply a theme and a quality. The next `show` fills the batches of that quality."""
         self._colours, self._quality = colours, quality
         for (_, made_for), model in self._models.items():
             model.visible = made_for == quality
@@ -67,7 +67,7 @@ class Crowd:
             self._arcs.colors = np.array(colours.limit, dtype=np.uint8)
 
     def show(self, servos: Sequence[Placed], *, limits: bool) -> None:
-        """Draws these servos, with `limits` their limit arcs too. Call it inside `client.atomic()`."""
+        """Draw these servos, with `limits` also their limit arcs. Call it inside `client.atomic()`."""
         for case in CASES:
             standing = [_Copy(servo.at, servo.scale) for servo in servos if servo.case is case]
             self._fill_model(FAR[case.key], standing)
@@ -81,7 +81,7 @@ class Crowd:
             angle, command = pose.angle_deg, pose.command_deg
             if angle is not None:
                 (stale if pose.stale else live).append(_Copy(hub, size, angle))
-            met = command is None or (angle is not None and abs(wrapped(command - angle)) < _MET_DEG)
+            met = command is None or (angle is not None and abs(wrapped(command - angle)) < _REACHED_DEG)
             if command is not None and not (met or pose.stale):
                 ghosts.append(_Copy(hub, size, command))
         self._fill_model("horn-far", live)
@@ -90,7 +90,7 @@ class Crowd:
         self._show_limits(servos if limits else ())
 
     def _show_limits(self, servos: Sequence[Placed]) -> None:
-        """One node for every arc, made anew when a limit or a place changes, which is seldom."""
+        """Draw all arcs as one node, rebuilt when a limit or a position changes, which is rare."""
         wanted: list[tuple[Vector, float, float, float]] = []
         for servo in servos:
             pose, case = servo.pose, servo.case

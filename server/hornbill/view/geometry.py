@@ -1,4 +1,4 @@
-"""Turns angles and limits into rotations and points. Scene units: 1 is 20 mm; z is up, away from the name plate."""
+"""Conversion of angles and limits to rotations and points. 1 scene unit is 20 mm; z is up, away from the nameplate."""
 
 from math import ceil, cos, floor, radians, remainder, sin
 
@@ -8,22 +8,22 @@ from numpy.typing import NDArray
 Points = NDArray[np.float32]
 
 ARC_STEPS = 96
-"""Pieces of a limit arc, whatever its span, so that a moved limit keeps the number of points."""
+"""Segments of a limit arc, independent of its span, so that the number of points is constant."""
 
 
 def wrapped(angle_deg: float) -> float:
-    """The same direction in -180..180°."""
+    """The angle within ±180°."""
     return remainder(angle_deg, 360.0)
 
 
 def horn_wxyz(angle_deg: float) -> tuple[float, float, float, float]:
-    """The rotation of a horn at an angle: positive is clockwise seen from above, so about -z (section 4.1)."""
+    """Rotation of a horn. Positive is clockwise seen from above, so about -z (section 4.1)."""
     half = -radians(wrapped(angle_deg)) / 2
     return (cos(half), 0.0, 0.0, sin(half))
 
 
 def rim(angles_deg: NDArray[np.float64], radius: float) -> Points:
-    """Points at these angles: 0° is +y, positive turns towards +x."""
+    """Points on a circle at these angles. 0° is +y, positive towards +x."""
     turn = np.radians(angles_deg)
     return np.column_stack((radius * np.sin(turn), radius * np.cos(turn), np.zeros_like(turn))).astype(np.float32)
 
@@ -31,7 +31,7 @@ def rim(angles_deg: NDArray[np.float64], radius: float) -> Points:
 def span(cw_deg: float, ccw_deg: float) -> tuple[float, float]:
     """First and last angle of the limit arc, at most one turn, in ascending order.
 
-    Limits beyond a turn close the ring; limits that exclude each other leave an empty arc.
+    Limits beyond one turn result in a full circle; contradictory limits in an empty arc.
     """
     if cw_deg - ccw_deg >= 359.0:
         return (-180.0, 180.0)
@@ -39,7 +39,7 @@ def span(cw_deg: float, ccw_deg: float) -> tuple[float, float]:
 
 
 def band(cw_deg: float, ccw_deg: float, inner: float, outer: float) -> Points:
-    """The points of a ring sector between two radii, inner and outer in turn; BAND_FACES joins them."""
+    """Points of a ring sector, alternately on the inner and the outer radius. BAND_FACES connects them."""
     first, last = span(cw_deg, ccw_deg)
     angles = np.linspace(first, last, ARC_STEPS + 1)
     points = np.empty((2 * (ARC_STEPS + 1), 3), dtype=np.float32)
@@ -62,17 +62,16 @@ ORIGIN_FACES = np.array([[0, 1, 2]], dtype=np.uint32)
 
 
 def origin_mark(radius: float, size: float) -> Points:
-    """The triangle outside a limit arc that points at 0°, where the notch is when the servo is at its origin."""
+    """The triangle outside a limit arc that marks 0°, the position of the notch at the servo's origin."""
     return np.array(
         [(0.0, radius, 0.0), (-0.6 * size, radius + size, 0.0), (0.6 * size, radius + size, 0.0)], dtype=np.float32
     )
 
 
 def scale_lines(cw_deg: float, ccw_deg: float, radius: float, *, tick: float, end: float) -> Points:
-    """The limit scale as (n, 2, 3) line pieces: the arc, a tick every 10°, a longer one every 30°, and the two ends.
+    """The limit scale as (n, 2, 3) line segments: arc, a tick every 10°, a longer tick every 30°, and both ends.
 
-    `tick` and `end` are lengths outwards from `radius`; a long tick is twice as long as a short one, and 0 leaves
-    the ticks out.
+    `tick` and `end`: lengths outwards from `radius`. A long tick is twice as long as a short one. 0: no ticks.
     """
     first, last = span(cw_deg, ccw_deg)
     closed = last - first >= 360.0
@@ -90,13 +89,13 @@ def scale_lines(cw_deg: float, ccw_deg: float, radius: float, *, tick: float, en
 
 
 def _tens(first: float, last: float) -> list[float]:
-    """The multiples of 10° between two limits, but for those that would touch the line at a limit."""
+    """Multiples of 10° between two limits, except those too close to the line at a limit."""
     tens = [ten * 10.0 for ten in range(ceil(first / 10), floor(last / 10) + 1)]
     return [ten for ten in tens if ten - first > 2.0 and last - ten > 2.0]
 
 
 def dashed(outline: NDArray[np.floating], dash: float, gap: float) -> Points:
-    """A closed (k, 3) outline as (n, 2, 3) dashes, evened out so that the last gap meets the first dash."""
+    """A closed (k, 3) outline as (n, 2, 3) dashes, distributed evenly around it."""
     closed = np.concatenate((outline, outline[:1]))
     walked = np.concatenate(([0.0], np.cumsum(np.linalg.norm(np.diff(closed, axis=0), axis=1))))
     count = max(1, round(walked[-1] / (dash + gap)))

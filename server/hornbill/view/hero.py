@@ -1,4 +1,4 @@
-"""The selected servo: detailed case and horn, the horn of a stale reading, command ghost, limit arc."""
+"""The selected servo: detailed case and horn, stale horn, command ghost, limit arc."""
 
 import numpy as np
 import viser
@@ -11,15 +11,15 @@ from hornbill.view.palette import Palette
 from hornbill.view.pose import Pose
 
 _ANGLE_STEP_DEG = 0.02
-"""A smaller change of angle is not sent."""
-_MET_DEG = 0.3
-"""A command this close to the horn is met, and needs no ghost."""
+"""Minimum change of angle that is sent."""
+_REACHED_DEG = 0.3
+"""A command within this distance of the horn counts as reached and shows no ghost."""
 _INNER, _OUTER = HORN_REACH * 1.03, HORN_REACH * 1.22
 ORIGIN = origin_mark(_OUTER + 0.05, 0.2)
 
 
 class Hero:
-    """Draws one servo at the origin. Nodes are made when first needed, then only their properties change."""
+    """Draws one servo at the origin. Nodes are created when first needed; afterwards only their properties change."""
 
     def __init__(self, client: viser.ClientHandle, colours: Palette, quality: Quality) -> None:
         scene = self._scene = client.scene
@@ -68,7 +68,7 @@ class Hero:
         self.look(colours, quality)
 
     def look(self, colours: Palette, quality: Quality) -> None:
-        """Takes on a theme and a quality."""
+        """Apply a theme and a quality."""
         self._quality = quality
         self._stale.color = colours.stale
         self._ghost_blade.color = colours.command_face
@@ -82,7 +82,7 @@ class Hero:
             self._show_case(self._case)
 
     def show(self, placed: Placed | None) -> None:
-        """Draws this servo, or nobody. Call it inside `client.atomic()`."""
+        """Draw this servo, or none. Call it inside `client.atomic()`."""
         if placed is None:
             for node in self._cases.values():
                 node.visible = False
@@ -132,7 +132,7 @@ class Hero:
 
     def _show_command(self, pose: Pose) -> None:
         command, angle = pose.command_deg, pose.angle_deg
-        met = command is None or (angle is not None and abs(wrapped(command - angle)) < _MET_DEG)
+        met = command is None or (angle is not None and abs(wrapped(command - angle)) < _REACHED_DEG)
         self._ghost.visible = not (met or pose.stale)
         if command is not None and abs(command - self._command) >= _ANGLE_STEP_DEG:
             self._command = command

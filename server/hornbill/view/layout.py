@@ -1,4 +1,4 @@
-"""Decides where servos stand, where the camera is, and which servo a click meets."""
+"""Positions of servos and camera, and picking of the clicked servo."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -13,29 +13,29 @@ CAMERA_POSITION: Vector = (3.3, -4.7, 4.15)
 CAMERA_TARGET: Vector = (0.0, 0.0, 1.55)
 CAMERA_POSITION_ALONE: Vector = (2.8, -4.0, 4.0)
 CAMERA_TARGET_ALONE: Vector = (0.0, 0.0, 1.2)
-"""Without others behind it the selected servo stands in the middle of the picture, and larger."""
+"""Without other servos the selected servo is centred and larger."""
 CAMERA_FOV_DEG = 42.0
 CAMERA_NEAREST, CAMERA_FARTHEST = 3.0, 18.0
-"""How close and how far the camera may be drawn, in scene units; shadows end at 20."""
+"""Range of the camera distance, in scene units. Shadows end at 20."""
 
 WALL_CAMERA_POSITION: Vector = (0.0, -8.0, 13.9)
 WALL_CAMERA_TARGET: Vector = (0.0, 0.0, 0.0)
 WALL_CAMERA_FOV_DEG = 24.0
 WALL_PITCH: tuple[float, float] = (3.8, 4.8)
-"""Distance of neighbours in a wall of horns, before its scale: room for a limit arc, and a name in front of it."""
+"""Distance of neighbours in a wall of horns, unscaled, with room for a limit arc and a name in front of it."""
 WALL_NEARER = 0.8
-"""So much nearer to the camera the rows stand, before their scale: horns reach further up than feet do down."""
+"""Offset of the rows towards the camera, unscaled, because horns extend further up than feet extend down."""
 
 _PITCH, _ROW, _FIRST_ROW = 4.7, 4.6, 6.4
-"""Distance of neighbours, of rows, and of the first row: two horns that point at each other stay apart."""
+"""Distance of neighbours, of rows, and of the first row, so that facing horns do not touch."""
 _AWAY = (-0.5746, 0.8184)
-"""The way the camera first looks, along the floor: the rows stand across it, behind the selected servo."""
+"""Initial viewing direction along the floor. Rows are perpendicular to it, behind the selected servo."""
 _RIGHT = (0.8184, 0.5746)
 
 
 @dataclass(frozen=True, slots=True)
 class Placed:
-    """A servo, where the foot of its output shaft stands, and its size."""
+    """A servo with the position of the foot of its output shaft, and its scale."""
 
     pose: Pose
     case: Case
@@ -44,10 +44,10 @@ class Placed:
 
 
 def place(poses: Sequence[Pose], selected: str | None) -> tuple[Placed | None, list[Placed]]:
-    """The selected servo at the origin and the others in rows behind it.
+    """Place the selected servo at the origin and the others in rows behind it.
 
-    Everybody keeps a place of their own in the rows, in the order given; the place of the selected one stays free,
-    so a selection moves two servos and no more. One servo alone has no rows.
+    Each servo has a fixed place in the rows, in the given order. The place of the selected one stays free, so a
+    selection moves only two servos. A single servo has no rows.
     """
     columns = max(3, ceil(sqrt(len(poses) * 0.9)))
     columns += 1 - columns % 2
@@ -65,8 +65,8 @@ def place(poses: Sequence[Pose], selected: str | None) -> tuple[Placed | None, l
 
 
 def wall(poses: Sequence[Pose], uids: Sequence[str], columns: int, scale: float) -> list[Placed]:
-    """The servos of a wall of horns, in the order of `uids` from the back left; one that nobody knows leaves its
-    place free. The middle of the wall is WALL_NEARER in front of the origin, by its scale."""
+    """Place the servos of a wall of horns, in the order of `uids` from the back left. An unknown servo leaves its place
+    free. The centre of the wall is WALL_NEARER, scaled, in front of the origin."""
     known = {pose.uid: pose for pose in poses}
     across, along = WALL_PITCH[0] * scale, WALL_PITCH[1] * scale
     rows = ceil(len(uids) / columns)
@@ -82,7 +82,7 @@ def wall(poses: Sequence[Pose], uids: Sequence[str], columns: int, scale: float)
 
 
 def pick(origin: Vector, direction: Vector, placed: Sequence[Placed]) -> str | None:
-    """The uid of the nearest servo whose box the ray meets, or None."""
+    """Unique ID of the nearest servo whose box intersects the ray, or None."""
     start = np.array(origin)
     with np.errstate(divide="ignore"):
         slope = 1.0 / np.array(direction)

@@ -1,4 +1,4 @@
-"""Loads the baked models, as files for the viewer and as triangles."""
+"""Loading of the models, as files for the viewer and as triangles."""
 
 import json
 import struct
@@ -11,21 +11,21 @@ import numpy as np
 from numpy.typing import NDArray
 
 Quality: TypeAlias = Literal["high", "low"]
-"""high: reflections and shadows, for a graphics card; low: plain light, for rendering in software."""
+"""high: reflections and shadows, for a GPU. low: simple light, for software rendering."""
 Name: TypeAlias = Literal[
     "bla21-near", "bla21-far", "bla15-near", "bla15-far", "plain-near", "plain-far",
     "horn-near", "horn-far", "horn-ghost",
 ]  # fmt: skip
 NEAR: dict[str, Name] = {"bla21": "bla21-near", "bla15": "bla15-near", "plain": "plain-near"}
 FAR: dict[str, Name] = {"bla21": "bla21-far", "bla15": "bla15-far", "plain": "plain-far"}
-"""Models of a case, by its key: for the selected servo, and for the many."""
+"""Models of a case, by its key: for the selected servo, and for the others."""
 
 _FOLDER = Path(__file__).resolve().parent / "meshes"
 
 
 @cache
 def glb(name: Name, quality: Quality) -> bytes:
-    """A model's file. In low quality nothing is metal, because metal without a surrounding to reflect is black."""
+    """A model file. In low quality there is no metal, because metal is black without reflections."""
     content = (_FOLDER / f"{name}.glb").read_bytes()
     if quality == "high":
         return content
@@ -45,14 +45,14 @@ def glb(name: Name, quality: Quality) -> bytes:
 @cache
 def triangles(name: Name) -> tuple[NDArray[np.float32], NDArray[np.uint32]]:
     """Points (n, 3) in scene units and triangles (m, 3) of a whole model."""
-    import trimesh  # late, as viser: the server starts without it
+    import trimesh  # late, like viser: the server starts without it
 
     mesh = trimesh.load_mesh(_FOLDER / f"{name}.glb", process=False)
     return mesh.vertices.astype(np.float32), mesh.faces.astype(np.uint32)
 
 
 def outline(points: Sequence[Sequence[float]] | NDArray[np.float32]) -> NDArray[np.float32]:
-    """The convex hull of points seen from above, at their highest z, counter-clockwise: where a ghost's edge runs."""
+    """Convex hull of points seen from above, at their highest z, counter-clockwise: the edge of a ghost."""
     flat = np.asarray(points, dtype=np.float32)
     top = float(flat[:, 2].max())
     ordered = sorted({(float(x), float(y)) for x, y, _ in flat})

@@ -1,4 +1,4 @@
-"""viser's page as hornbill serves it: panel hidden, mended where it complains, allowed to run its two scripts only."""
+"""viser's page as served by hornbill: panel hidden, patched, and restricted to its two scripts."""
 
 import hashlib
 import importlib.metadata
@@ -18,20 +18,19 @@ from hornbill.view.palette import palette
 _LOADER = re.compile(r'<script data-p="([^"]*)" data-ss="(\d+)" data-cs="(\d+)">(.*?)</script>', re.DOTALL)
 _DIGITS = "".join(chr(code) for code in range(0x21, 0x7F) if chr(code) not in "\"&<>'`")
 _AT_ONCE = 5 * 16384
-"""Digits unpacked at once; whole groups of five."""
+"""Digits unpacked at once, a multiple of five."""
 _UNPACKED = "td.decode(heap.subarray(up+ss,up+sz))"
-"""Where viser's loader makes its program text."""
-_MENDED = (
-    # Loads the decoder of Gaussian splats, which makes functions of text: the policy forbids it, and no scene of ours
-    # has splats.
+"""Expression in viser's loader that yields its program text."""
+_PATCHES = (
+    # Loads the decoder of Gaussian splats, which compiles text: forbidden by the policy, and our scenes have no splats.
     (
         rb"=fetch\(\w{1,4}\)\.then\(e=>e\.arrayBuffer\(\)\)\.then\(e=>\w{1,4}\(\{wasmBinary:e\}\)\);function",
         b"=null;function",
     ),
-    # three.js warns of its own clock, which viser's libraries make.
+    # three.js warns about its own clock, which viser's libraries use.
     (rb"\b\w{1,4}\(`Clock: This module has been deprecated\. Please use THREE\.Timer instead\.`\)", b"void 0"),
 )
-"""What of viser's program is replaced, as patterns, and by what. Each is there once, or not at all."""
+"""Patches of viser's program: pattern and replacement. Each pattern occurs at most once."""
 _STYLE = """<style>
 #root .mantine-Paper-root, #root .mantine-Notifications-root, [data-portal],
 [title='About Viser'] {{ display: none !important; }}
@@ -40,30 +39,30 @@ html, body, #root, #root :has(> canvas), #root :has(canvas) {{ background-color:
 
 
 class UnknownClient(RuntimeError):
-    """viser's page is not packed the way this version of hornbill knows."""
+    """viser's page has a format unknown to this version of hornbill."""
 
 
 @dataclass(frozen=True, slots=True)
 class Client:
-    """viser's page and what the policy has to know of it."""
+    """viser's page, with the data for its policy."""
 
     version: str
     html: str
     loader_hash: str
     """sha256 of the script in the page, as a policy source."""
     program_hash: str
-    """sha256 of the script that the first one unpacks, mends and adds."""
-    mended: int
-    """How many places of the program are replaced."""
+    """sha256 of the script that the first one unpacks, patches and adds."""
+    patched: int
+    """Number of patched places."""
 
     @property
     def subprotocol(self) -> str:
-        """What viser's WebSocket insists on."""
+        """WebSocket subprotocol required by viser."""
         return f"viser-v{self.version}"
 
     @property
     def policy(self) -> str:
-        """The Content-Security-Policy of the page: the two scripts, no other, and no talk with anybody but us."""
+        """The Content-Security-Policy of the page: only the two scripts, and connections only to our origin."""
         return "; ".join(
             (
                 "default-src 'none'",
@@ -80,7 +79,7 @@ class Client:
         )
 
     def page(self, *, dark: bool) -> bytes:
-        """The page with our style, for a dark or a light surrounding."""
+        """The page with our style, dark or light."""
         style = _STYLE.format(background=palette(dark=dark).background)
         html = self.html.replace("<title>Viser</title>", "<title>3D view</title>", 1)
         return html.replace("</head>", f"{style}</head>", 1).encode()
@@ -88,9 +87,9 @@ class Client:
 
 @cache
 def client() -> Client:
-    """Reads viser's page from the installed package, without importing viser.
+    """Read viser's page from the installed package, without importing viser.
 
-    Raises UnknownClient when viser is missing or packs its page differently.
+    Raises UnknownClient if viser is missing or its page has another format.
     """
     spec = importlib.util.find_spec("viser")
     if spec is None or not spec.submodule_search_locations:
@@ -99,25 +98,25 @@ def client() -> Client:
     version = importlib.metadata.version("viser")
     found = _LOADER.search(html)
     if found is None or html.count("<script") != 1:
-        raise UnknownClient(f"viser {version} packs its page in a way hornbill does not know: use viser 1.1.1")
+        raise UnknownClient(f"viser {version} has an unknown page format. Use viser 1.1.1")
     packed, style_bytes, program_bytes, loader = found.groups()
     program = _part(packed, int(style_bytes), int(program_bytes))
     if loader.count(_UNPACKED) != 1:
-        raise UnknownClient(f"viser {version} unpacks its program in a way hornbill does not know: use viser 1.1.1")
-    mends: list[tuple[str, str]] = []
-    for pattern, by in _MENDED:
+        raise UnknownClient(f"viser {version} has an unknown loader. Use viser 1.1.1")
+    patches: list[tuple[str, str]] = []
+    for pattern, by in _PATCHES:
         hits = list(re.finditer(pattern, program))
         if len(hits) == 1:
-            mends.append((hits[0][0].decode(), by.decode()))
+            patches.append((hits[0][0].decode(), by.decode()))
             program[hits[0].start() : hits[0].end()] = by  # in place: a copy is megabytes that stay with the process
-    replaced = f"{json.dumps(mends)}.reduce((code,[text,by])=>code.replace(text,by),{_UNPACKED})"
-    mended = loader.replace(_UNPACKED, replaced)
-    html = html.replace(loader, mended)
-    return Client(version, html, _source(mended.encode()), _source(program), len(mends))
+    replaced = f"{json.dumps(patches)}.reduce((code,[text,by])=>code.replace(text,by),{_UNPACKED})"
+    patched = loader.replace(_UNPACKED, replaced)
+    html = html.replace(loader, patched)
+    return Client(version, html, _source(patched.encode()), _source(program), len(patches))
 
 
 def _part(packed: str, start: int, length: int) -> bytearray:
-    """`length` bytes from `start` of what is packed. Unpacked piece by piece, for all at once is many megabytes."""
+    """`length` unpacked bytes from `start`. Unpacked piece by piece to limit memory."""
     unpacker = zstandard.ZstdDecompressor().decompressobj()
     part, end, at = bytearray(), start + length, 0
     for begin in range(0, len(packed), _AT_ONCE):
@@ -128,7 +127,7 @@ def _part(packed: str, start: int, length: int) -> bytearray:
 
 
 def _unpack(text: str) -> bytes:
-    """Base 88, five digits for four bytes, most significant first; a rest of k digits is k - 1 bytes."""
+    """Decode base 88: five digits for four bytes, most significant first; a remainder of k digits is k - 1 bytes."""
     values = np.zeros(128, dtype=np.uint64)
     values[[ord(digit) for digit in _DIGITS]] = np.arange(len(_DIGITS), dtype=np.uint64)
     digits = values[np.frombuffer(text.encode("ascii"), dtype=np.uint8)]

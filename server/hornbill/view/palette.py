@@ -1,4 +1,4 @@
-"""The colours and lights of the two themes; hues are the tokens of the page, as sRGB bytes."""
+"""Colours and lights of the two themes. Hues are the tokens of the page, as sRGB bytes."""
 
 from dataclasses import dataclass
 
@@ -7,11 +7,11 @@ Rgb = tuple[int, int, int]
 
 @dataclass(frozen=True, slots=True)
 class Palette:
-    """One theme. `background` is a CSS colour for the page around the drawing."""
+    """One theme. `background`: CSS colour of the page around the scene."""
 
     background: str
     haze: Rgb
-    """The background again, into which distant servos fade."""
+    """The background colour, into which distant servos fade."""
     cell: Rgb
     section: Rgb
     shadow: float
@@ -23,7 +23,7 @@ class Palette:
     command_fill: float
     stale: Rgb
     ink: Rgb
-    """The mark of the origin."""
+    """Colour of the origin mark."""
     surroundings: float
     key: float
     rim: float
@@ -68,5 +68,5 @@ LIGHT = Palette(
 
 
 def palette(*, dark: bool) -> Palette:
-    """The theme's colours."""
+    """Palette of a theme."""
     return DARK if dark else LIGHT

@@ -1,17 +1,17 @@
-"""What the 3D view wants to know of a servo, and the shape of whoever tells it."""
+"""Data that the 3D view needs of a servo, and the interface of its source."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Protocol, TypeAlias
 
 Series: TypeAlias = str
-"""The series of a servo's model as the tables name it; empty until it is known."""
+"""Series of a servo according to the tables. Empty if unknown."""
 
 
 @dataclass(frozen=True, slots=True)
 class Pose:
-    """One servo at one moment. Angles in degrees as the servo counts them: 0 is the horn's notch, positive is
-    clockwise seen from the name plate (section 4.1), more than a turn is allowed. None is "not known"."""
+    """One servo at one instant. Angles in degrees as counted by the servo: 0 is the horn's notch, positive is clockwise
+    seen from the nameplate (section 4.1), more than one turn is possible. None: unknown."""
 
     uid: str
     name: str
@@ -24,9 +24,9 @@ class Pose:
 
 
 class PoseSource(Protocol):
-    """Who knows the servos."""
+    """Source of poses."""
 
     def poses(self) -> Sequence[Pose]:
-        """Every known servo, in an order that stays. Called from the view's own thread at its rate while somebody
-        looks: it must not block, must not touch the bus and must hand out a snapshot."""
+        """All known servos, in a stable order. Called from the view's thread at its rate while a browser shows the
+        scene. Must not block or use the bus, and must return a copy."""
         ...

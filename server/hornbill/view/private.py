@@ -1,4 +1,4 @@
-"""Starts a viser server that only this process can reach, that prints nothing and that has no way out."""
+"""A viser server that only this process can reach, without output and without outgoing connections."""
 
 import os
 
@@ -7,7 +7,7 @@ import viser
 
 
 class PrivateServer(viser.ViserServer):
-    """viser on the loopback address, on a port the system chooses, without its public tunnel."""
+    """viser on the loopback address, on a free port, without its public tunnel."""
 
     def __init__(self) -> None:
         os.environ.pop("_VISER_PORT_OVERRIDE", None)  # would move the server to a known port
@@ -15,13 +15,13 @@ class PrivateServer(viser.ViserServer):
         super().__init__(host="127.0.0.1", port=0, label="hornbill", verbose=False)
 
     def request_share_url(self, verbose: bool = True) -> str | None:
-        """Does nothing. viser's own would publish the local server through its vendor's, on any client's word."""
+        """Do nothing. viser's method would publish the local server through its vendor's at any client's request."""
         return None
 
     def key_of(self, client: viser.ClientHandle) -> str:
-        """The path this client's socket was opened at, without slashes; empty when it has gone.
+        """Path of this client's socket without slashes. Empty if it is closed.
 
-        viser tells nobody its clients' addresses, so this looks where it keeps its connections (viser 1.1).
+        viser does not expose the addresses of its clients, so this reads its private connections (viser 1.1).
         """
         live = self._websock_server._live_connections  # pyright: ignore[reportPrivateUsage]
         request = getattr(live.get(client.client_id), "request", None)

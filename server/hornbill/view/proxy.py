@@ -1,7 +1,7 @@
-"""Puts viser behind our own origin: a frame's page at /viser/KEY/, its WebSocket at the same address.
+"""Proxy that serves viser from our own origin: a frame's page at /viser/KEY/, its WebSocket at the same address.
 
-viser itself asks nobody where they come from. Here a request passes only with a Host and an Origin that the policy
-knows, and of a browser's messages only those about cameras and clicks go on.
+viser does not check the origin of requests. Here a request must have a Host and an Origin that the policy allows, and
+only a browser's messages about cameras and clicks are forwarded.
 """
 
 import asyncio
@@ -24,31 +24,31 @@ from websockets.typing import Subprotocol
 
 from hornbill.view.models import Quality
 from hornbill.view.page import UnknownClient, client
+from hornbill.view.settings_socket import serve
+from hornbill.view.view_settings import KEY
 from hornbill.view.viewer import Viewer
-from hornbill.view.wish import KEY
-from hornbill.view.wishing import serve
 
 _log = logging.getLogger(__name__)
 
 PASSED = frozenset({"ViewerCameraMessage", "ScenePointerMessage"})
-"""The types of message a browser may send to viser: where its camera is, and where it clicked."""
+"""Message types that a browser may send to viser: camera and click."""
 _LARGEST = 8192
-"""Bytes of the largest message taken from a browser; a camera's is about 300."""
+"""Maximum size of a message from a browser, bytes. A camera message has about 300."""
 _STRIPPED = frozenset({"websocket", "playbackPath"})
-"""Query parameters that would make viser's page talk to somebody else. The page itself adds the first one to its
-address, so a reload brings it back: hence a redirect and no error."""
+"""Query parameters that would make viser's page connect elsewhere. The page adds the first one to its address itself,
+so it reappears on a reload: therefore a redirect instead of an error."""
 _START_TIMEOUT = 20.0
 
 
 Policy: TypeAlias = Callable[[HTTPConnection], bool]
-"""Says whether a request's Host and Origin are ours; a WebSocket without Origin is asked about too."""
+"""Whether a request's Host and Origin are allowed. Also called for a WebSocket without Origin."""
 
 
 def same_origin(hosts: Collection[str]) -> Policy:
-    """The policy of a server known by these host names, whatever the port.
+    """Policy of a server with these host names, on any port.
 
-    Host must be one of them, which stops a foreign name that resolves to us, and Origin must be the same host and
-    port. Only a WebSocket has to bring an Origin: browsers leave it out when they open a page.
+    Host must be one of them, which blocks foreign names that resolve to this server. Origin must have the same host and
+    port. Only a WebSocket requires an Origin, because browsers omit it when they open a page.
     """
     known = frozenset(hosts)
 
@@ -58,7 +58,7 @@ def same_origin(hosts: Collection[str]) -> Policy:
         try:
             if urlsplit(f"//{host}").hostname not in known:
                 return False
-        except ValueError:  # no host at all, "[" for one
+        except ValueError:  # not a host, for example "["
             return False
         if origin is None:
             return request.scope["type"] != "websocket"
@@ -68,12 +68,12 @@ def same_origin(hosts: Collection[str]) -> Policy:
 
 
 def routes(viewer: Viewer, *, allowed: Policy) -> list[Route | WebSocketRoute]:
-    """The routes of the 3D view, for an application that has none of its own at /viser.
+    """The routes of the 3D view, for an application without other routes at /viser.
 
-    The view is started by the first look at its page. KEY is 16 to 64 random hex digits by which a frame, its socket
-    and its wishes know each other; /viser/ chooses one. Query parameters of the page: `darkMode` (present or not),
-    `quality=high|low` and `select=UID` are the frame's first wish, `fixedDpr` and the `initialCamera…` ones are
-    viser's. Later wishes go over the WebSocket at /viser/KEY/wish.
+    The first request of the page starts the view. KEY: 16 to 64 random hex digits that connect a frame, its socket and
+    its settings; /viser/ chooses one. Query parameters of the page: `darkMode` (present or not), `quality=high|low` and
+    `select=UID` are the frame's initial settings; `fixedDpr` and `initialCamera…` belong to viser. Later settings are
+    sent over the WebSocket at /viser/KEY/settings.
     """
 
     async def page(request: Request) -> Response:
@@ -82,10 +82,10 @@ def routes(viewer: Viewer, *, allowed: Policy) -> list[Route | WebSocketRoute]:
     async def socket(websocket: WebSocket) -> None:
         await _socket(websocket, viewer, allowed)
 
-    async def wish(websocket: WebSocket) -> None:
+    async def settings(websocket: WebSocket) -> None:
         key = _key(websocket)
         if key is None or not allowed(websocket):
-            await websocket.close(1008)  # before accept: the browser is told 403
+            await websocket.close(1008)  # before accept: the browser receives 403
             return
         await serve(websocket, viewer, key)
 
@@ -96,7 +96,7 @@ def routes(viewer: Viewer, *, allowed: Policy) -> list[Route | WebSocketRoute]:
         Route("/viser/{key}/", page, methods=["GET"], include_in_schema=False),
         WebSocketRoute("/viser/{key}", socket),
         WebSocketRoute("/viser/{key}/", socket),
-        WebSocketRoute("/viser/{key}/wish", wish),
+        WebSocketRoute("/viser/{key}/settings", settings),
     ]
 
 
@@ -107,7 +107,7 @@ def _key(connection: HTTPConnection) -> str | None:
 
 async def _page(request: Request, viewer: Viewer, allowed: Policy) -> Response:
     if not allowed(request):
-        return PlainTextResponse("This address may not show the 3D view.", 403)
+        return PlainTextResponse("The 3D view is not allowed from this address.", 403)
     query = [(key, value) for key, value in request.query_params.multi_items() if key not in _STRIPPED]
     key = _key(request)
     if key is None and "key" in request.path_params:
@@ -121,11 +121,11 @@ async def _page(request: Request, viewer: Viewer, allowed: Policy) -> Response:
     except UnknownClient as error:
         return PlainTextResponse(f"The 3D view cannot be shown: {error}", 503)
     dark = "darkMode" in request.query_params
-    wish = replace(viewer.wish(key), dark=dark, selected=request.query_params.get("select"))
+    settings = replace(viewer.settings(key), dark=dark, selected=request.query_params.get("select"))
     for known in get_args(Quality):
         if request.query_params.get("quality") == known:
-            wish = replace(wish, quality=known)
-    viewer.show(key, wish)
+            settings = replace(settings, quality=known)
+    viewer.show(key, settings)
     viewer.start()
     body = source.page(dark=dark)
     tag = f'"{hashlib.sha256(body).hexdigest()[:32]}"'
@@ -151,7 +151,7 @@ async def _socket(websocket: WebSocket, viewer: Viewer, allowed: Policy) -> None
     wanted = client().subprotocol
     key = _key(websocket)
     if key is None or not allowed(websocket) or wanted not in offered:
-        await websocket.close(1008)  # before accept: the browser is told 403
+        await websocket.close(1008)  # before accept: the browser receives 403
         return
     viewer.start()
     try:
@@ -165,7 +165,7 @@ async def _socket(websocket: WebSocket, viewer: Viewer, allowed: Policy) -> None
             proxy=None,
         )
     except Exception as error:
-        _log.warning("the 3D view does not answer: %s", error)
+        _log.warning("The 3D view does not respond: %s", error)
         await websocket.close(1013)
         return
     async with upstream:
@@ -174,24 +174,24 @@ async def _socket(websocket: WebSocket, viewer: Viewer, allowed: Policy) -> None
 
 
 async def _pump(websocket: WebSocket, upstream: ClientConnection) -> None:
-    """Carries messages both ways until either side ends, then ends the other."""
-    ways = {asyncio.create_task(_down(upstream, websocket)), asyncio.create_task(_up(websocket, upstream))}
+    """Forward messages in both directions until one side closes, then close the other."""
+    tasks = {asyncio.create_task(_down(upstream, websocket)), asyncio.create_task(_up(websocket, upstream))}
     code = 1001
     try:
-        done, _ = await asyncio.wait(ways, return_when=asyncio.FIRST_COMPLETED)
-        for way in done:
-            if isinstance(error := way.exception(), _Unwelcome):
+        done, _ = await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)
+        for task in done:
+            if isinstance(error := task.exception(), _Rejected):
                 code = error.code
     finally:
-        for way in ways:
-            way.cancel()
-        await asyncio.gather(*ways, return_exceptions=True)
+        for task in tasks:
+            task.cancel()
+        await asyncio.gather(*tasks, return_exceptions=True)
     if websocket.application_state is WebSocketState.CONNECTED and websocket.client_state is WebSocketState.CONNECTED:
         await websocket.close(code)
 
 
-class _Unwelcome(Exception):
-    """A message no page of ours sends; the connection ends with this code."""
+class _Rejected(Exception):
+    """A message that our pages do not send. The connection is closed with this code."""
 
     def __init__(self, code: int) -> None:
         super().__init__(code)
@@ -214,14 +214,14 @@ async def _up(websocket: WebSocket, upstream: ClientConnection) -> None:
     while (event := await websocket.receive())["type"] != "websocket.disconnect":
         message: bytes | None = event.get("bytes")
         if message is None:
-            raise _Unwelcome(1003)
+            raise _Rejected(1003)
         if len(message) > _LARGEST:
-            raise _Unwelcome(1009)
+            raise _Rejected(1009)
         try:
             kind = _HEAD.decode(message).type
         except msgspec.DecodeError:
-            raise _Unwelcome(1007) from None
+            raise _Rejected(1007) from None
         if kind in PASSED:
             await upstream.send(message)
         else:
-            _log.debug("a %s was not passed on to the 3D view", kind)
+            _log.debug("%s not forwarded to the 3D view", kind)

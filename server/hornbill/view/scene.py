@@ -1,4 +1,4 @@
-"""Puts stage, selected servo and the others of one browser together, and sends each change as one."""
+"""Scene of one browser: stage, selected servo and the others. Each change is sent atomically."""
 
 from collections.abc import Sequence
 
@@ -13,7 +13,7 @@ from hornbill.view.stage import Stage
 
 
 class Scene:
-    """Everything drawn in one browser; every node belongs to it alone."""
+    """Scene of one browser, with its own nodes."""
 
     def __init__(self, client: viser.ClientHandle, colours: Palette, quality: Quality, *, wall: bool) -> None:
         self._client = client
@@ -24,7 +24,7 @@ class Scene:
         self._shown: tuple[Placed | None, Sequence[Placed], bool] | None = None
 
     def look(self, colours: Palette, quality: Quality, *, wall: bool) -> None:
-        """Takes on a theme and a quality."""
+        """Apply a theme and a quality."""
         with self._client.atomic():
             self._stage.look(colours, quality, wall=wall)
             self._hero.look(colours, quality)
@@ -32,7 +32,7 @@ class Scene:
         self._shown = None
 
     def show(self, hero: Placed | None, others: Sequence[Placed], *, limits: bool) -> None:
-        """Draws the servos, `limits` of the others too; nothing is computed or sent when none of them changed."""
+        """Draw the servos, with `limits` also the limits of the others. Nothing is sent without a change."""
         if (hero, others, limits) == self._shown:
             return
         with self._client.atomic():

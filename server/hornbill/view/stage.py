@@ -1,4 +1,4 @@
-"""What surrounds the servos: floor, lights, reflections, haze; in two themes, two qualities, near and wall."""
+"""Surroundings of the servos: floor, lights, reflections and haze, by theme, quality and layout."""
 
 import viser
 
@@ -10,7 +10,7 @@ _NO_TURN = (1.0, 0.0, 0.0, 0.0)
 
 
 def prepare(server: viser.ViserServer) -> None:
-    """What is the same for every browser: no axes, no lights and no marks of viser's own, and where a camera starts."""
+    """Settings for all browsers: no axes, lights or branding of viser, and the initial camera."""
     server.scene.world_axes.visible = False
     server.scene.configure_default_lights(False)
     server.gui.configure_theme(show_logo=False, show_share_button=False)
@@ -21,7 +21,7 @@ def prepare(server: viser.ViserServer) -> None:
 
 
 class Stage:
-    """Floor and lights of one browser; nodes are made once and changed afterwards."""
+    """Floor and lights of one browser. Nodes are created once, then changed."""
 
     def __init__(self, client: viser.ClientHandle, colours: Palette, quality: Quality, *, wall: bool) -> None:
         self._scene = client.scene
@@ -38,7 +38,7 @@ class Stage:
             plane_opacity=0.0,
             position=(0.0, 0.0, -0.02),
         )
-        # High and from behind the left shoulder: the shadow stays short, so its edge stays fine.
+        # High and from behind on the left, for a short shadow with a sharp edge.
         self._key = self._scene.add_light_directional(
             "/stage/key", color=(255, 250, 242), position=(-3.0, -2.6, 8.2), cast_shadow=True
         )
@@ -51,7 +51,7 @@ class Stage:
         self.look(colours, quality, wall=wall)
 
     def look(self, colours: Palette, quality: Quality, *, wall: bool) -> None:
-        """Takes on a theme and a quality; the floor of a wall has no lines. Only what differs is sent."""
+        """Apply a theme and a quality. The floor of a wall has no lines. viser sends only changes."""
         high = quality == "high"
         self._floor.cell_color = colours.cell
         self._floor.section_color = colours.section

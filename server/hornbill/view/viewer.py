@@ -1,4 +1,4 @@
-"""Keeps the 3D scenes up to date in a thread of its own, and only while somebody looks."""
+"""Updates of the 3D scenes in a separate thread, only while a browser shows them."""
 
 import logging
 import time
@@ -9,11 +9,11 @@ from threading import Event, Lock, Thread
 from typing import TYPE_CHECKING, TypeVar
 
 from hornbill.view.pose import PoseSource
-from hornbill.view.wish import ViewSettings, Wishes
+from hornbill.view.view_settings import FrameSettings, ViewSettings
 
 if TYPE_CHECKING:
     from hornbill.view.private import PrivateServer
-    from hornbill.view.sight import Sight
+    from hornbill.view.projection import Projection
     from hornbill.view.watcher import Watcher
 
 _log = logging.getLogger(__name__)
@@ -23,30 +23,29 @@ _T = TypeVar("_T")
 
 
 @dataclass(slots=True, eq=False)
-class _Sighted:
-    """Who hears how a scene lies in its picture, and what it heard last."""
+class _ProjectionListener:
+    """A listener for projections, and the last one sent to it."""
 
-    tell: "Callable[[Sight], None]"
-    told: "Sight | None" = None
+    publish: "Callable[[Projection], None]"
+    last: "Projection | None" = None
 
 
 class Viewer:
-    """The 3D view of the servos that `source` knows: for each browser the scene its own wish asks for.
+    """The 3D view of the servos of `source`: for each browser a scene with its own settings.
 
-    A browser is known by the key in its frame's address; two frames with one key share a wish. Every method may be
-    called from any thread and returns at once. viser is imported by `start`, in the view's thread. Clicking selects
-    and does nothing else.
+    A browser is identified by the key in its frame's address; two frames with the same key share settings. All methods
+    may be called from any thread and return at once. `start` imports viser, in the view's thread. A click only selects.
     """
 
     def __init__(self, source: PoseSource, *, rate_hz: float = 25.0) -> None:
-        """`rate_hz` is how often poses are taken, 1 to 60 Hz: viser sends no faster. Raises ValueError beyond."""
+        """`rate_hz`: update rate, 1 to 60 Hz, the maximum of viser. Raises ValueError outside."""
         if not 1.0 <= rate_hz <= 60.0:
-            raise ValueError(f"{rate_hz:g} Hz is outside what the 3D view can draw. Use 1 to 60 Hz.")
+            raise ValueError(f"{rate_hz:g} Hz is outside the range of the 3D view. Use 1 to 60 Hz.")
         self._source = source
         self._period = 1.0 / rate_hz
-        self._wishes = Wishes()
+        self._settings = FrameSettings()
         self._listeners: dict[str, list[Callable[[str], None]]] = {}
-        self._sights: dict[str, list[_Sighted]] = {}
+        self._projections: dict[str, list[_ProjectionListener]] = {}
         self._lock = Lock()
         self._wake = Event()
         self._closing = False
@@ -54,30 +53,29 @@ class Viewer:
         self._watched = False
         self._watchers: dict[int, Watcher] = {}
         self.ready: Future[int] = Future()
-        """Resolves to the loopback port once viser serves there; fails when viser cannot start."""
+        """Loopback port once viser serves there. Fails if viser cannot start."""
 
     @property
     def port(self) -> int | None:
-        """The loopback port viser listens on; None before it does and after `close`."""
+        """Loopback port of viser. None before it listens and after `close`."""
         if self._closing or not self.ready.done() or self.ready.exception() is not None:
             return None
         return self.ready.result()
 
     @property
     def watched(self) -> bool:
-        """Whether a browser is looking at the servos of the bus."""
+        """Whether a browser shows the servos of the bus."""
         return self._watched
 
     def start(self) -> None:
-        """Starts the view's thread, which loads viser. Does nothing when it runs already or was closed."""
+        """Start the view's thread, which loads viser. No effect if it runs already or was closed."""
         with self._lock:
             if self._thread is None and not self._closing:
                 self._thread = Thread(target=self._run, name="hornbill-view", daemon=True)
                 self._thread.start()
 
     def close(self) -> None:
-        """Ends the thread and viser with it; browsers see their connection close. Waits for that, some seconds at
-        most."""
+        """End the thread and viser, which closes the browsers' connections. Waits a few seconds at most."""
         with self._lock:
             self._closing = True
             thread = self._thread
@@ -87,35 +85,35 @@ class Viewer:
         elif not self.ready.done():
             self.ready.set_exception(RuntimeError("the 3D view was closed"))
 
-    def wish(self, key: str) -> ViewSettings:
-        """What the frame of this key was last told to show."""
-        return self._wishes.of(key)
+    def settings(self, key: str) -> ViewSettings:
+        """Settings of the frame with this key."""
+        return self._settings.of(key)
 
-    def show(self, key: str, wish: ViewSettings) -> None:
-        """What the frame of this key shall show from now on; other frames stay as they are."""
-        self._wishes.keep(key, wish)
+    def show(self, key: str, settings: ViewSettings) -> None:
+        """Apply settings to the frame with this key."""
+        self._settings.put(key, settings)
         self._wake.set()
 
-    def on_pick(self, key: str, tell: Callable[[str], None]) -> Callable[[], None]:
-        """Calls `tell` with the uid of a servo clicked in the frame of this key, from a thread of viser's: hop to
-        your own loop. The frame then waits for a wish; without a listener it selects by itself.
+    def on_pick(self, key: str, listener: Callable[[str], None]) -> Callable[[], None]:
+        """Call `listener` with the unique ID of a servo clicked in the frame with this key, from a thread of viser.
 
-        Returns how to end it.
+        The frame then waits for new settings; without a listener it selects the servo itself. Returns a function to
+        unsubscribe.
         """
-        return self._listen_to(self._listeners, key, tell)
+        return self._listen_to(self._listeners, key, listener)
 
-    def on_sight(self, key: str, tell: "Callable[[Sight], None]") -> Callable[[], None]:
-        """Calls `tell` with how the near view of this key's frame lies in its picture, at once and whenever that
-        changes, from the view's thread. Returns how to end it."""
-        end = self._listen_to(self._sights, key, _Sighted(tell))
+    def on_projection(self, key: str, listener: "Callable[[Projection], None]") -> Callable[[], None]:
+        """Call `listener` with the projection of the near view of this key's frame, at once and at each change, from
+        the view's thread. Returns a function to unsubscribe."""
+        unsubscribe = self._listen_to(self._projections, key, _ProjectionListener(listener))
         self._wake.set()
-        return end
+        return unsubscribe
 
     def _listen_to(self, listeners: dict[str, list[_T]], key: str, one: _T) -> Callable[[], None]:
         with self._lock:
             listeners.setdefault(key, []).append(one)
 
-        def end() -> None:
+        def unsubscribe() -> None:
             with self._lock:
                 left = [other for other in listeners.get(key, []) if other is not one]
                 if left:
@@ -123,17 +121,17 @@ class Viewer:
                 else:
                     listeners.pop(key, None)
 
-        return end
+        return unsubscribe
 
     def _run(self) -> None:
-        self.ready.set_running_or_notify_cancel()  # from here on nobody's time-out can cancel it
+        self.ready.set_running_or_notify_cancel()  # no timeout of a waiter can cancel it from here on
         try:
             from hornbill.view.private import PrivateServer
             from hornbill.view.stage import prepare
 
             server = PrivateServer()
         except Exception as error:
-            _log.exception("the 3D view cannot start")
+            _log.exception("The 3D view cannot start")
             self.ready.set_exception(error)
             return
         try:
@@ -150,45 +148,45 @@ class Viewer:
         while not self._closing:
             began = time.monotonic()
             pause = self._period
-            looking = False
+            visible = False
             try:
-                looking = self._turn(server)
+                visible = self._turn(server)
             except Exception:
-                looking = True
-                _log.exception("the 3D view could not take up the servos' poses")
+                visible = True
+                _log.exception("The 3D view could not be updated")
                 pause = _PAUSE_AFTER_ERROR
-            # Without an onlooker this waits for one, or for a wish: nothing is computed for nobody.
-            self._wake.wait(pause - (time.monotonic() - began) if looking else None)
+            # Without a visible frame, wait for one or for new settings.
+            self._wake.wait(pause - (time.monotonic() - began) if visible else None)
             self._wake.clear()
 
     def _turn(self, server: "PrivateServer") -> bool:
-        """Draws for everybody who looks. False when there is nobody to come back for."""
-        self._meet(server)
-        wanted = [(watcher, self._wishes.of(watcher.key)) for watcher in self._watchers.values()]
-        self._watched = any(wish.looking and wish.poses is None for _, wish in wanted)
+        """Draw all visible frames. Returns False if none shows the bus."""
+        self._update_watchers(server)
+        wanted = [(watcher, self._settings.of(watcher.key)) for watcher in self._watchers.values()]
+        self._watched = any(settings.visible and settings.poses is None for _, settings in wanted)
         poses = self._source.poses() if self._watched else ()
-        for watcher, wish in wanted:
-            if not wish.looking:
+        for watcher, settings in wanted:
+            if not settings.visible:
                 continue
             try:
-                watcher.turn(poses if wish.poses is None else wish.poses, wish)
-                self._tell_sight(watcher)
+                watcher.update(poses if settings.poses is None else settings.poses, settings)
+                self._publish_projection(watcher)
             except Exception:
-                if watcher.number in server.get_clients():  # else it left in the middle of it
+                if watcher.number in server.get_clients():  # otherwise it disconnected meanwhile
                     raise
         return self._watched
 
-    def _tell_sight(self, watcher: "Watcher") -> None:
+    def _publish_projection(self, watcher: "Watcher") -> None:
         with self._lock:
-            listeners = tuple(self._sights.get(watcher.key, ()))
-        sight = watcher.sight() if listeners else None
+            listeners = tuple(self._projections.get(watcher.key, ()))
+        projection = watcher.projection() if listeners else None
         for one in listeners:
-            if sight is not None and sight != one.told:
-                one.told = sight
-                one.tell(sight)
+            if projection is not None and projection != one.last:
+                one.last = projection
+                one.publish(projection)
 
-    def _meet(self, server: "PrivateServer") -> None:
-        """Gives whoever came a scene, and forgets whoever left."""
+    def _update_watchers(self, server: "PrivateServer") -> None:
+        """Create scenes for new browsers and drop those of disconnected ones."""
         clients = server.get_clients()
         for gone in self._watchers.keys() - clients.keys():
             del self._watchers[gone]
@@ -200,7 +198,7 @@ class Viewer:
                 client.camera.on_update(lambda _: None if self._watched else self._wake.set())
 
     def _listen(self, server: "PrivateServer") -> None:
-        """Callbacks of viser, in threads of its pool. They select and wake, nothing else."""
+        """Register callbacks of viser, called in threads of its pool. They only select and wake."""
         from viser import ClientHandle, SceneClickEvent
 
         @server.on_client_connect
@@ -219,7 +217,7 @@ class Viewer:
                 return
             with self._lock:
                 listeners = tuple(self._listeners.get(watcher.key, ()))
-            for tell in listeners:
-                tell(uid)
+            for listener in listeners:
+                listener(uid)
             if not listeners:
-                self.show(watcher.key, replace(self._wishes.of(watcher.key), selected=uid))
+                self.show(watcher.key, replace(self._settings.of(watcher.key), selected=uid))

@@ -1,4 +1,4 @@
-"""One browser's scene, kept as its own wish has it, and what a click in it meets."""
+"""Scene of one browser according to its settings, and picking of the clicked servo."""
 
 from collections.abc import Sequence
 from math import radians
@@ -9,59 +9,59 @@ from hornbill.view import layout
 from hornbill.view.layout import Placed
 from hornbill.view.palette import palette
 from hornbill.view.pose import Pose
+from hornbill.view.projection import Projection, projection_of
 from hornbill.view.scene import Scene
-from hornbill.view.sight import Sight, sight_of
-from hornbill.view.wish import ViewSettings
+from hornbill.view.view_settings import ViewSettings
 
 
 class Watcher:
-    """One browser that looks. `turn` belongs to the view's thread, `pick` to any."""
+    """One connected browser. Call `update` in the view's thread, `pick` in any thread."""
 
     def __init__(self, client: viser.ClientHandle, key: str) -> None:
         self.key = key
         self.number = client.client_id
         self._client = client
-        self._wish = ViewSettings()
+        self._settings = ViewSettings()
         self._scene: Scene | None = None
         self._placed: tuple[Placed, ...] = ()
         self._seen_from: tuple[bool, bool, int] | None = None
         client.camera.min_orbit_distance = layout.CAMERA_NEAREST
         client.camera.max_orbit_distance = layout.CAMERA_FARTHEST
 
-    def turn(self, poses: Sequence[Pose], wish: ViewSettings) -> None:
-        """Brings the scene to this wish and these servos."""
-        before, self._wish = self._wish, wish
-        on_wall = wish.wall is not None
-        look = (wish.dark, wish.quality, on_wall)
+    def update(self, poses: Sequence[Pose], settings: ViewSettings) -> None:
+        """Update the scene to these settings and servos."""
+        before, self._settings = self._settings, settings
+        on_wall = settings.wall is not None
+        look = (settings.dark, settings.quality, on_wall)
         if self._scene is None:
-            self._scene = Scene(self._client, palette(dark=wish.dark), wish.quality, wall=on_wall)
+            self._scene = Scene(self._client, palette(dark=settings.dark), settings.quality, wall=on_wall)
         elif look != (before.dark, before.quality, before.wall is not None):
-            self._scene.look(palette(dark=wish.dark), wish.quality, wall=on_wall)
+            self._scene.look(palette(dark=settings.dark), settings.quality, wall=on_wall)
         hero: Placed | None = None
-        if wish.wall is not None:
-            others = layout.wall(poses, wish.wall.uids, wish.wall.columns, wish.wall.scale)
+        if settings.wall is not None:
+            others = layout.wall(poses, settings.wall.uids, settings.wall.columns, settings.wall.scale)
         else:
-            known = any(pose.uid == wish.selected for pose in poses)
-            hero, others = layout.place(poses, wish.selected if known or not poses else poses[0].uid)
-            if wish.alone:
+            known = any(pose.uid == settings.selected for pose in poses)
+            hero, others = layout.place(poses, settings.selected if known or not poses else poses[0].uid)
+            if settings.alone:
                 others = []
         self._placed = tuple(others) if hero is None else (hero, *others)
-        self._look_from(on_wall, alone=not others, resets=wish.resets)
+        self._look_from(on_wall, alone=not others, resets=settings.resets)
         self._scene.show(hero, others, limits=on_wall)
 
     def pick(self, origin: layout.Vector, direction: layout.Vector) -> str | None:
-        """The uid of the servo a ray meets first."""
+        """Unique ID of the first servo on a ray, or None."""
         return layout.pick(origin, direction, self._placed)
 
-    def sight(self) -> Sight | None:
-        """How the servos lie in the picture of the near view; None for a wall, whose page knows it by itself."""
-        if self._wish.wall is not None:
+    def projection(self) -> Projection | None:
+        """Projection of the near view. None for a wall, whose projection the page calculates itself."""
+        if self._settings.wall is not None:
             return None
-        return sight_of(self._client.camera, self._placed)
+        return projection_of(self._client.camera, self._placed)
 
     def _look_from(self, on_wall: bool, *, alone: bool, resets: int) -> None:
-        """Puts the camera where this scene starts, when another scene or a reset asks for it; else it stays the
-        user's."""
+        """Move the camera to its initial position after a change of layout or a reset. Otherwise the user controls
+        it."""
         start = (on_wall, alone, resets)
         if start == self._seen_from:
             return

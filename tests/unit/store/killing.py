@@ -63,11 +63,11 @@ DEEDS: dict[str, tuple[Callable[[Store, int], object], Callable[[Store, int], bo
         lambda store, n: store.allocations.entries().get(uid(node(n))) == node(n),
     ),
     "label": (
-        lambda store, n: store.servos.label(uid(n), f"L{n}"),
+        lambda store, n: store.servos.set_label(uid(n), f"L{n}"),
         lambda store, n: servo_is(store, n, lambda label, rom: label == f"L{n}"),
     ),
     "rom": (
-        lambda store, n: store.servos.keep_rom(uid(n), {"n": n}),
+        lambda store, n: store.servos.put_rom(uid(n), {"n": n}),
         lambda store, n: servo_is(store, n, lambda label, rom: rom == {"n": n}),
     ),
     "snapshot": (snapshot, lambda store, n: [one.ram for one in store.snapshots.of(uid(n))] == [{"n": n}]),

@@ -95,7 +95,7 @@ def test_an_id_belongs_to_one_node(store: Store) -> None:
     for method in (store.allocations.record, store.allocations.pin):
         with pytest.raises(InvalidValue, match=f"Node id 125 belongs to {A}") as caught:
             method(B, NodeId(125))
-        assert caught.value.facts == {"node_id": 125, "owner": A, "cause": "node_id_of_another"}
+        assert caught.value.facts == {"node_id": 125, "owner": A, "cause": "node_id_reserved"}
     store.allocations.drop(A)
     store.allocations.pin(B, NodeId(125))
     assert store.allocations.entries() == {B: 125}

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import pytest
 
-from hornbill.store.faults import FaultEntry, Sight
+from hornbill.store.faults import FaultEntry, FaultReading
 from hornbill.store.store import Store
 from hornbill.units import Uid
 
@@ -20,13 +20,13 @@ def store(place: str) -> Iterator[Store]:
         yield opened
 
 
-def appeared(*keys: str, uid: Uid = A, at: float = 1000.0) -> Sight:
-    return Sight(uid, at, appeared=frozenset(keys))
+def appeared(*keys: str, uid: Uid = A, at: float = 1000.0) -> FaultReading:
+    return FaultReading(uid, at, appeared=frozenset(keys))
 
 
 def test_a_bit_that_came_up_is_there_after_the_process(place: str, store: Store) -> None:
-    store.faults.keep(appeared("temperature_high"))
-    store.faults.keep(appeared("motor_driver", uid=B))
+    store.faults.record(appeared("temperature_high"))
+    store.faults.record(appeared("motor_driver", uid=B))
     store.close()
     with Store(place) as again:
         assert again.faults.of(A) == {"temperature_high": HOT}
@@ -34,32 +34,34 @@ def test_a_bit_that_came_up_is_there_after_the_process(place: str, store: Store)
 
 
 def test_a_bit_that_goes_keeps_when_it_was_seen_first_and_last(store: Store) -> None:
-    store.faults.keep(appeared("temperature_high"))
-    store.faults.keep(Sight(A, 1007.5, seen=frozenset(["temperature_high"]), gone=frozenset(["temperature_high"])))
+    store.faults.record(appeared("temperature_high"))
+    store.faults.record(
+        FaultReading(A, 1007.5, seen=frozenset(["temperature_high"]), gone=frozenset(["temperature_high"]))
+    )
     assert store.faults.of(A) == {"temperature_high": replace(HOT, last_seen=1007.5, active=False)}
 
 
 def test_one_that_went_unwatched_was_last_seen_when_it_was_last_seen(store: Store) -> None:
-    store.faults.keep(appeared("temperature_high"))
-    store.faults.keep(Sight(A, 9000.0, gone=frozenset(["temperature_high"])))
+    store.faults.record(appeared("temperature_high"))
+    store.faults.record(FaultReading(A, 9000.0, gone=frozenset(["temperature_high"])))
     assert store.faults.of(A) == {"temperature_high": replace(HOT, active=False)}
 
 
 def test_last_seen_never_goes_back(store: Store) -> None:
-    store.faults.keep(appeared("temperature_high"))
-    store.faults.keep(Sight(A, 500.0, seen=frozenset(["temperature_high"])))
+    store.faults.record(appeared("temperature_high"))
+    store.faults.record(FaultReading(A, 500.0, seen=frozenset(["temperature_high"])))
     assert store.faults.of(A) == {"temperature_high": HOT}
 
 
 def test_every_appearance_counts_and_takes_the_acknowledgement_away(store: Store) -> None:
-    store.faults.keep(appeared("temperature_high"))
+    store.faults.record(appeared("temperature_high"))
     store.faults.acknowledge(A, ["temperature_high"], "Ada", 1001.0)
-    known = store.faults.keep(appeared("temperature_high", at=2000.0))
+    known = store.faults.record(appeared("temperature_high", at=2000.0))
     assert known == store.faults.of(A) == {"temperature_high": replace(HOT, last_seen=2000.0, count=2)}
 
 
 def test_whoever_acknowledged_first_stays(store: Store) -> None:
-    store.faults.keep(appeared("temperature_high"))
+    store.faults.record(appeared("temperature_high"))
     store.faults.acknowledge(A, ["temperature_high"], "Ada" + "x" * 100, 1001.0)
     store.faults.acknowledge(A, ["temperature_high"], "Bob", 1002.0)
     (entry,) = store.faults.of(A).values()
@@ -69,13 +71,13 @@ def test_whoever_acknowledged_first_stays(store: Store) -> None:
 def test_what_a_servo_never_showed_is_neither_acknowledged_nor_seen_nor_gone(store: Store) -> None:
     assert store.faults.acknowledge(A, ["temperature_high"], "Ada", 1001.0) == {}
     never = frozenset(["temperature_high"])
-    assert store.faults.keep(Sight(A, 1000.0, seen=never, gone=never)) == {}
+    assert store.faults.record(FaultReading(A, 1000.0, seen=never, gone=never)) == {}
     assert store.faults.of(A) == {}
 
 
 def test_one_servo_is_forgotten_and_no_other(store: Store) -> None:
-    store.faults.keep(appeared("temperature_high"))
-    store.faults.keep(appeared("temperature_high", uid=B))
+    store.faults.record(appeared("temperature_high"))
+    store.faults.record(appeared("temperature_high", uid=B))
     store.faults.forget(A)
     store.faults.forget(A)
     assert store.faults.of(A) == {}
@@ -83,6 +85,6 @@ def test_one_servo_is_forgotten_and_no_other(store: Store) -> None:
 
 
 def test_bits_seen_together_come_in_the_order_they_came_up(store: Store) -> None:
-    store.faults.keep(appeared("voltage_low", "rom_lost", at=2000.0))
-    store.faults.keep(appeared("temperature_high", at=1000.0))
+    store.faults.record(appeared("voltage_low", "rom_lost", at=2000.0))
+    store.faults.record(appeared("temperature_high", at=1000.0))
     assert list(store.faults.of(A)) == ["temperature_high", "rom_lost", "voltage_low"]

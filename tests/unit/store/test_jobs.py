@@ -38,7 +38,7 @@ def test_jobs_come_oldest_first(store: Store) -> None:
 
 
 def test_old_jobs_make_room_but_never_one_that_has_not_ended(store: Store, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(jobs, "KEPT", 3)
+    monkeypatch.setattr(jobs, "MAX_ROWS", 3)
     store.jobs.put(replace(JOB, id="under way", created_at=0.0))
     for n in range(1, 7):
         store.jobs.put(replace(JOB, id=str(n), created_at=float(n), ended_at=float(n)))

@@ -23,7 +23,7 @@ def test_a_key_without_a_row_is_unknown_to_get_and_to_drop(place: str, subject: 
 
 
 def test_the_oldest_beyond_what_is_kept_of_one_servo_are_dropped(place: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(runs, "KEPT", 2)
+    monkeypatch.setattr(runs, "MAX_ROWS", 2)
     other = Uid("cd" * 16)
     with Store(place) as store:
         store.runs.add(other, "", {})

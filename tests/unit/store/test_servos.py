@@ -37,10 +37,10 @@ def store(place: str, wall: Wall) -> Iterator[Store]:
 
 
 def test_everything_about_a_servo_comes_back(place: str, store: Store) -> None:
-    store.servos.met(A, FACTS)
-    store.servos.label(A, "Elevator L")
-    store.servos.keep_rom(A, {"torque_mode": 0, "origin": -900})
-    store.servos.write_down(A, "New gears.")
+    store.servos.seen(A, FACTS)
+    store.servos.set_label(A, "Elevator L")
+    store.servos.put_rom(A, {"torque_mode": 0, "origin": -900})
+    store.servos.set_notes(A, "New gears.")
     expected = StoredServo(
         A, "Elevator L", FACTS, 1000.0, 1000.0, {"torque_mode": 0, "origin": -900}, notes="New gears."
     )
@@ -51,44 +51,44 @@ def test_everything_about_a_servo_comes_back(place: str, store: Store) -> None:
 
 
 def test_facts_that_are_not_known_this_time_change_nothing(store: Store, wall: Wall) -> None:
-    store.servos.met(A, FACTS)
+    store.servos.seen(A, FACTS)
     wall.now = 2000.0
-    store.servos.met(A, ServoFacts(node_id=124, servo_id=7))
+    store.servos.seen(A, ServoFacts(node_id=124, servo_id=7))
     found = store.servos.get(A)
     assert found is not None
     assert (found.facts.node_id, found.facts.servo_id, found.facts.serial) == (124, 7, 123456)
     assert (found.first_seen, found.last_seen) == (1000.0, 2000.0)
-    store.servos.met(A, ServoFacts(servo_id=0))
+    store.servos.seen(A, ServoFacts(servo_id=0))
     found = store.servos.get(A)
     assert found is not None
     assert found.facts.servo_id == 0
 
 
 def test_a_label_can_come_before_the_servo_and_be_taken_away(store: Store) -> None:
-    store.servos.label(B, "spare")
+    store.servos.set_label(B, "spare")
     assert store.servos.get(B) == StoredServo(B, "spare")
-    store.servos.met(B)
-    store.servos.label(B, "")
+    store.servos.seen(B)
+    store.servos.set_label(B, "")
     assert store.servos.get(B) == StoredServo(B, "", ServoFacts(), 1000.0, 1000.0)
 
 
 def test_a_label_that_is_too_long_is_refused(store: Store) -> None:
-    store.servos.label(A, "x" * 200)
+    store.servos.set_label(A, "x" * 200)
     with pytest.raises(ValueError, match="at most 200"):
-        store.servos.label(A, "x" * 201)
+        store.servos.set_label(A, "x" * 201)
 
 
 def test_rom_values_are_replaced_whole(store: Store) -> None:
-    store.servos.keep_rom(A, {"origin": 1, "servo_id": 2})
-    store.servos.keep_rom(A, {"origin": 3})
+    store.servos.put_rom(A, {"origin": 1, "servo_id": 2})
+    store.servos.put_rom(A, {"origin": 3})
     found = store.servos.get(A)
     assert found is not None
     assert found.rom == {"origin": 3}
 
 
 def test_servos_come_by_unique_id_and_can_be_forgotten(store: Store) -> None:
-    store.servos.met(B)
-    store.servos.met(A)
+    store.servos.seen(B)
+    store.servos.seen(A)
     assert [each.uid for each in store.servos.all()] == [A, B]
     store.servos.forget(A)
     store.servos.forget(A)
@@ -98,6 +98,6 @@ def test_servos_come_by_unique_id_and_can_be_forgotten(store: Store) -> None:
 
 def test_those_that_are_not_needed_are_left_out(store: Store) -> None:
     for uid in (A, B):
-        store.servos.met(uid)
+        store.servos.seen(uid)
     assert [one.uid for one in store.servos.all(but=[A])] == [B]
     assert [one.uid for one in store.servos.all(but=[])] == [A, B]

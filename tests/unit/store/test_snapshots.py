@@ -59,8 +59,8 @@ def test_a_servos_snapshots_come_newest_first_and_without_those_of_others(store:
 
 
 def test_only_automatic_ones_of_that_servo_make_room(store: Store, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(snapshots, "AUTOMATIC_KEPT", 3)
-    monkeypatch.setattr(snapshots, "PRUNED_EVERY", 1)
+    monkeypatch.setattr(snapshots, "MAX_AUTOMATIC", 3)
+    monkeypatch.setattr(snapshots, "PRUNE_EVERY", 1)
     by_hand = add(store, automatic=False)
     other = add(store, B)
     made = [add(store) for _ in range(5)]
@@ -71,8 +71,8 @@ def test_only_automatic_ones_of_that_servo_make_room(store: Store, monkeypatch: 
 def test_the_oldest_are_looked_for_now_and_then_and_first_of_all_after_a_start(
     place: str, store: Store, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(snapshots, "AUTOMATIC_KEPT", 3)
-    monkeypatch.setattr(snapshots, "PRUNED_EVERY", 4)
+    monkeypatch.setattr(snapshots, "MAX_AUTOMATIC", 3)
+    monkeypatch.setattr(snapshots, "PRUNE_EVERY", 4)
     counts: list[int] = []
     for _ in range(10):
         add(store)
@@ -104,7 +104,7 @@ def test_what_is_not_there_is_unknown(store: Store) -> None:
         with pytest.raises(Unknown, match="no snapshot 7") as caught:
             method(7)
         assert caught.value.code == "unknown_snapshot"
-        assert caught.value.facts == {"snapshot": 7, "cause": "no_such_snapshot"}
+        assert caught.value.facts == {"snapshot": 7, "cause": "snapshot_not_found"}
 
 
 def test_a_number_no_database_can_hold_is_unknown_too(store: Store) -> None:

@@ -33,7 +33,7 @@ def test_a_revoked_token_is_gone_and_its_name_is_free_again(place: str) -> None:
             store.tokens.add("rig", "admin")
         store.tokens.drop("rig")
         assert store.tokens.all() == []
-        with pytest.raises(Unknown, match="There is no token"):
+        with pytest.raises(Unknown, match="Unknown token"):
             store.tokens.drop("rig")
         _, second = store.tokens.add("rig", "view")
         assert first != second

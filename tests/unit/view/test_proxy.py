@@ -237,7 +237,7 @@ def test_the_end_of_the_view_ends_its_sockets() -> None:
 
 
 def wish_socket(site: Site, *, key: str = KEY, origin: str | None = "ours") -> ClientConnection:
-    address = f"ws://127.0.0.1:{site.port}/viser/{key}/wish"
+    address = f"ws://127.0.0.1:{site.port}/viser/{key}/settings"
     return connect(address, origin=Origin(site.origin if origin == "ours" else origin) if origin else None, proxy=None)
 
 
@@ -255,7 +255,7 @@ def test_a_wish_over_the_socket_changes_its_own_frame_alone(site: Site) -> None:
         told.send(json.dumps({"quality": "low", "select": pose(2).uid}))
         mine.read_until(lambda message: message.get("name") == "/hero/bla21-low")
         assert names(theirs.read_for(0.3)) == set()
-    assert site.viewer.wish(other).selected == pose(2).uid
+    assert site.viewer.settings(other).selected == pose(2).uid
 
 
 def test_the_socket_tells_what_was_clicked(site: Site) -> None:
@@ -273,12 +273,12 @@ def test_the_socket_tells_what_was_clicked(site: Site) -> None:
         while "picked" not in heard[-1]:
             heard.append(json.loads(told.recv(10)))
     assert heard[-1] == {"picked": pose(2).uid}
-    sight = heard[0]["sight"]
-    assert [one["uid"] for one in sight["servos"]] == [pose(number).uid for number in (0, 1, 2)], (
+    projection = heard[0]["projection"]
+    assert [one["uid"] for one in projection["servos"]] == [pose(number).uid for number in (0, 1, 2)], (
         "the selected one first"
     )
-    assert np.isclose(np.linalg.norm(sight["ahead"]), 1.0, atol=1e-3)
-    assert np.isclose(np.dot(sight["ahead"], sight["right"]), 0.0, atol=1e-3)
+    assert np.isclose(np.linalg.norm(projection["ahead"]), 1.0, atol=1e-3)
+    assert np.isclose(np.dot(projection["ahead"], projection["right"]), 0.0, atol=1e-3)
 
 
 def test_alone_the_picture_has_the_selected_servo_and_no_other(site: Site) -> None:
@@ -291,7 +291,7 @@ def test_alone_the_picture_has_the_selected_servo_and_no_other(site: Site) -> No
         onlooker.send(CAMERA)
         servos: list[str] = []
         while servos != [pose(1).uid]:
-            servos = [one["uid"] for one in json.loads(told.recv(10))["sight"]["servos"]]
+            servos = [one["uid"] for one in json.loads(told.recv(10))["projection"]["servos"]]
 
 
 @pytest.mark.parametrize(("said", "code"), [("{", 1007), ('{"torque": 1}', 1007), (b"{}", 1003), (" " * 70_000, 1009)])

@@ -15,8 +15,8 @@ from websockets.exceptions import ConnectionClosed
 
 from hornbill.view.geometry import horn_wxyz
 from hornbill.view.layout import place
+from hornbill.view.view_settings import ViewSettings, Wall
 from hornbill.view.viewer import Viewer
-from hornbill.view.wish import ViewSettings, Wall
 from unit.view.onlooker import CAMERA, Onlooker, click, names
 from unit.view.servos import Servos, pose
 
@@ -181,7 +181,7 @@ def test_a_click_on_a_servo_selects_it_and_says_so(make: Make) -> None:
         onlooker.read_until(lambda m: "name" in m)
         assert names(beside.read_for(0.3)) == set()
     assert selected == [servos.now[1].uid]
-    assert viewer.wish(KEY).selected == servos.now[1].uid
+    assert viewer.settings(KEY).selected == servos.now[1].uid
 
 
 def test_nobody_is_asked_for_poses_while_nobody_looks(make: Make) -> None:
@@ -281,7 +281,7 @@ def test_nothing_is_computed_for_a_frame_out_of_sight(make: Make) -> None:
     servos = Servos(pose())
     viewer = make(servos)
     with look(viewer) as onlooker:
-        viewer.show(KEY, ViewSettings(looking=False))
+        viewer.show(KEY, ViewSettings(visible=False))
         eventually(lambda: not viewer.watched)
         asked = servos.asked
         servos.now = (pose(angle_deg=-60.0),)

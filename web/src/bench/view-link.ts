@@ -14,12 +14,12 @@ export interface ViewPose {
   stale: boolean;
 }
 
-/** Content of a frame; every request is complete. Read by hornbill/view/wish.py. */
-export interface ViewWish {
+/** Content of a frame; every request is complete. Read by hornbill/view/view_settings.py. */
+export interface ViewRequest {
   select: string | null;
   theme: "light" | "dark";
   quality: Quality;
-  looking: boolean;
+  visible: boolean;
   wall?: { columns: number; scale: number; uids: readonly string[] } | null;
   poses?: readonly ViewPose[] | null;
   resets?: number;
@@ -39,7 +39,7 @@ export interface Stand {
   reach: number;
 }
 
-/** Camera and servos in view, the selected one first, as sent by hornbill/view/sight.py. */
+/** Camera and servos in view, the selected one first, as sent by hornbill/view/projection.py. */
 export interface Sight {
   eye: Vector;
   right: Vector;
@@ -58,7 +58,7 @@ export class ViewLink {
   #socket: WebSocket | null = null;
   #again: ReturnType<typeof setTimeout> | undefined;
   #wish: string | null = null;
-  #said: string | null = null;
+  #sent: string | null = null;
   #over = false;
 
   constructor(
@@ -76,13 +76,13 @@ export class ViewLink {
     this.#drop();
     this.#over = false;
     const scheme = location.protocol === "https:" ? "wss" : "ws";
-    const socket = new WebSocket(`${scheme}://${location.host}${ROOT}/viser/${this.key}/wish`);
+    const socket = new WebSocket(`${scheme}://${location.host}${ROOT}/viser/${this.key}/settings`);
     this.#socket = socket;
     socket.onopen = () => this.#say();
     socket.onmessage = event => {
-      const message = JSON.parse(String(event.data)) as { picked?: unknown; sight?: Sight };
+      const message = JSON.parse(String(event.data)) as { picked?: unknown; projection?: Sight };
       if (typeof message.picked === "string") this.#onPick(message.picked);
-      if (message.sight) this.#onSight(message.sight);
+      if (message.projection) this.#onSight(message.projection);
     };
     socket.onclose = () => {
       if (socket !== this.#socket || this.#over) return;
@@ -90,7 +90,7 @@ export class ViewLink {
     };
   }
 
-  tell(wish: ViewWish): void {
+  tell(wish: ViewRequest): void {
     this.#wish = JSON.stringify(wish);
     this.#say();
   }
@@ -102,14 +102,14 @@ export class ViewLink {
 
   #say(): void {
     if (this.#socket?.readyState !== WebSocket.OPEN) return;
-    if (this.#wish === null || this.#wish === this.#said) return;
-    this.#said = this.#wish;
+    if (this.#wish === null || this.#wish === this.#sent) return;
+    this.#sent = this.#wish;
     this.#socket.send(this.#wish);
   }
 
   #drop(): void {
     clearTimeout(this.#again);
-    this.#said = null;
+    this.#sent = null;
     this.#onSight(null);
     const old = this.#socket;
     this.#socket = null;

@@ -56,7 +56,7 @@ describe("the socket beside a frame", () => {
     vi.unstubAllGlobals();
     FakeSocket.all = [];
   });
-  const wish = { select: "a".repeat(32), theme: "dark", quality: "low", looking: true } as const;
+  const wish = { select: "a".repeat(32), theme: "dark", quality: "low", visible: true } as const;
 
   it("says the newest wish once it is open, each one once, and hears what was clicked", () => {
     vi.stubGlobal("WebSocket", FakeSocket);
@@ -65,7 +65,7 @@ describe("the socket beside a frame", () => {
     link.tell(wish);
     link.open();
     const socket = FakeSocket.all[0];
-    expect(socket?.url).toMatch(/\/viser\/k{32}\/wish$/);
+    expect(socket?.url).toMatch(/\/viser\/k{32}\/settings$/);
     link.tell({ ...wish, quality: "high" });
     socket?.open();
     link.tell({ ...wish, quality: "high" });

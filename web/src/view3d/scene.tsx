@@ -1,33 +1,33 @@
-/** One 3D frame: supervised, loaded anew with each link, told what to show; it knows whether it could be shown. */
+/** One 3D frame: supervised, reloaded with each new link, given what to show; it knows whether it could be shown. */
 import { type Signal, useSignal } from "@preact/signals";
 import { useEffect, useMemo, useRef } from "preact/hooks";
 import { listen } from "../bench/keys";
 import { connection } from "../bench/link";
 import { pressStop } from "../bench/stop";
 import { theme } from "../bench/theme";
-import { type Sight, ViewLink, type ViewWish } from "../bench/view-link";
+import { type Sight, ViewLink, type ViewRequest } from "../bench/view-link";
 import { newKey, viewUrl } from "../bench/view-url";
 import { measure, quality } from "./quality";
 
 export type SceneState = "loading" | "shown" | "none";
 
-/** The view is large and a slow machine may take long; after this it is not coming. */
+/** Loading timeout: the view is large, and a slow computer takes long. */
 const OPENING_MS = 30_000;
 
 interface Props {
   title: string;
   state: Signal<SceneState>;
-  /** The servo in front. */
+  /** The selected servo. */
   uid: string | null;
-  wall?: ViewWish["wall"];
-  poses?: ViewWish["poses"];
+  wall?: ViewRequest["wall"];
+  poses?: ViewRequest["poses"];
   resets?: number;
   onPick?: (uid: string) => void;
-  /** Near, the servo in front without the others. */
+  /** Near view of the selected servo without the others. */
   alone?: boolean;
-  /** How it lies in the picture is put here. */
+  /** Receives the projection of the picture. */
   sight?: Signal<Sight | null>;
-  /** Only to be looked at: no orbiting, not reached by Tab. */
+  /** View only: no orbiting, not reachable by Tab. */
   still?: boolean;
 }
 
@@ -44,15 +44,15 @@ export function Scene({
   still = false,
 }: Props) {
   const frame = useRef<HTMLIFrameElement>(null);
-  const heard = useRef(onPick);
-  heard.current = onPick;
+  const picking = useRef(onPick);
+  picking.current = onPick;
   const link = useMemo(
     () =>
       new ViewLink(
         newKey(),
-        picked => heard.current?.(picked),
-        told => {
-          if (sight) sight.value = told;
+        picked => picking.current?.(picked),
+        next => {
+          if (sight) sight.value = next;
         },
       ),
     [],
@@ -62,7 +62,7 @@ export function Scene({
   const look = theme.value;
   const round = connection.value;
 
-  // Out of sight, out of work: a hidden tab or a frame scrolled away is not drawn for.
+  // A hidden tab or a frame outside the viewport is not rendered.
   useEffect(() => {
     let within = true;
     const say = () => {
@@ -80,7 +80,7 @@ export function Scene({
     };
   }, [drawn === null]);
 
-  // The client inside reconnects only while it has the focus, so the parent loads it anew with each new link.
+  // The client inside reconnects only while it has the focus, so the parent reloads it with each new link.
   useEffect(() => {
     if (drawn === null || round === 0) {
       state.value = drawn === null ? "none" : "loading";
@@ -103,7 +103,7 @@ export function Scene({
       select: uid,
       theme: look,
       quality: drawn,
-      looking: seen.value,
+      visible: seen.value,
       wall: wall ?? null,
       poses: poses ?? null,
       resets: resets ?? 0,
@@ -122,7 +122,7 @@ export function Scene({
     const found = inspect(frame.current);
     if (found === "blank") return;
     state.value = found;
-    // Keys pressed inside do not come up here: Stop has to be listened for there too.
+    // Key presses inside the frame do not reach this page, so Stop needs its own listener there.
     const inside = frame.current?.contentWindow;
     if (found === "shown" && inside) listen(inside, pressStop);
   };
@@ -140,7 +140,7 @@ export function Scene({
   );
 }
 
-/** Whether what was loaded is the view, and not an error page or our own; an error page may not even be looked at. */
+/** Whether the loaded document is the view, not an error page or this page; an error page may not be readable. */
 function inspect(frame: HTMLIFrameElement | null): "blank" | "shown" | "none" {
   try {
     if (!frame?.contentWindow || frame.contentWindow.location.href === "about:blank") return "blank";

@@ -1,1 +1,1 @@
-"""The steps from an empty database to the tables of today, one file each in versions/."""
+"""Migrations from an empty database to the current tables, one file each in versions/."""

@@ -1,4 +1,4 @@
-"""Runs the migrations on the connection that migrate.py hands over."""
+"""Runs the migrations on the connection provided by migrate.py."""
 
 from alembic import context
 
