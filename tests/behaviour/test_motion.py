@@ -410,5 +410,5 @@ async def test_a_refusal_says_whether_the_servos_own_limit_or_its_models_range_i
     limit = {"values": {"speed_limit_ccw": -50}}
     json(await rig.call("PATCH", f"/servos/{servo.uid}/parameters", limit, lease=lease))
     refused = problem(await rig.call("POST", path, command(-60, "speed"), lease=lease), "out_of_range", 422)
-    assert "past the Speed limit CCW of" in refused["detail"]
+    assert "beyond the Speed limit CCW of" in refused["detail"]
     assert "(0x3B)" in refused["detail"]

@@ -96,7 +96,7 @@ async def test_a_node_never_met_can_be_pinned(rig: Rig) -> None:
 @scene()
 async def test_a_pin_on_a_servo_with_a_fixed_id_says_that_it_asks_for_none(rig: Rig, servo: Servo) -> None:
     answer = json(await rig.call("PUT", f"/allocations/{servo.uid}", {"node_id": 17}))
-    assert "fixed node id 11 (0x46)" in answer["note"]
+    assert "fixed node ID 11 (0x46)" in answer["note"]
 
 
 @scene(DYNAMIC, PLAIN)
@@ -108,7 +108,7 @@ async def test_what_cannot_be_pinned(rig: Rig) -> None:
     path = f"/allocations/{servo.uid}"
     for node_id in (0, 126, 127, -1, 10**20):
         problem(await rig.call("PUT", path, {"node_id": node_id}), "out_of_range", 422)
-    assert "belongs to" in problem(await rig.call("PUT", path, {"node_id": 90}), "invalid_value", 422)["detail"]
+    assert "is allocated to" in problem(await rig.call("PUT", path, {"node_id": 90}), "invalid_value", 422)["detail"]
     found = problem(await rig.call("PUT", path, {"node_id": 20}), "invalid_value", 422)
     assert "in use by another node" in found["detail"]
     assert found["owner"] == bytes(range(100, 116)).hex()

@@ -61,7 +61,7 @@ async def test_everybody_who_is_heard_is_listed_for_what_they_are(rig: Rig) -> N
     assert autopilot["uptime_s"] > 500
     assert autopilot["age_s"] < 1.1
     assert "0x50" in autopilot["note"]
-    assert "not GetSet" in found[20]["note"]
+    assert "not to GetSet" in found[20]["note"]
     assert "does not answer GetNodeInfo" in found[30]["note"]
     assert (found[40]["online"], found[40]["mode"], found[40]["health"]) == (False, "unknown", "warning")
     assert "never said NodeStatus" in found[40]["note"]

@@ -307,7 +307,7 @@ async def test_a_dry_run_lists_what_rom_will_hold_differently_and_says_what_the_
         for one in [*found, alone]:
             restart = one["restart"]
             assert (restart["moves"], restart["from_deg"], restart["to_deg"]) == (True, -90.0, 0.0)
-            assert any("comes on for a moment" in warning for warning in restart["warnings"])
+            assert any("turns on briefly" in warning for warning in restart["warnings"])
     assert rig.writes() == writes
 
 
@@ -624,7 +624,7 @@ async def test_a_horn_that_turns_is_not_caught_on_its_way(rig: Rig) -> None:
     await asyncio.sleep(0.3)
     job = json(await rig.call("POST", f"/servos/{servo.uid}/save?wait=true"))
     assert (job["state"], job["error"]["code"]) == ("failed", "busy"), job
-    assert "turns at" in job["error"]["detail"]
+    assert "is turning at" in job["error"]["detail"]
     assert saves(rig) == 0
     assert rig.sim(servo).output == 1
 

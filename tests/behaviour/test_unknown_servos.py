@@ -106,7 +106,7 @@ async def test_an_unknown_series_is_neither_moved_nor_written_to(
     found = problem(answer, "not_in_this_model", 409)
     assert found["series_number"] == 99
     assert "is of series 99 (0x50)" in found["detail"]
-    assert "can be read, kept as a snapshot and compared" in found["detail"]
+    assert "reading, snapshots and comparison are possible" in found["detail"]
     await asyncio.sleep(1)
     assert rig.writes() == []
     assert rig.sim(servo).starts == 1

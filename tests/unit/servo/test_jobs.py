@@ -237,7 +237,7 @@ def test_a_job_is_resumed_as_itself_with_what_was_done_behind_it() -> None:
         assert cut.steps[0].evidence == "read"
         with pytest.raises(Busy, match="it succeeded"):
             jobs.resume(cut.id)
-        with pytest.raises(Busy, match="started anew"):
+        with pytest.raises(Busy, match="start a new job"):
             jobs.resume(save.id)
         with pytest.raises(Unknown):
             jobs.resume("none")

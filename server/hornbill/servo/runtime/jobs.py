@@ -332,4 +332,4 @@ def _why_not(job: RunningJob) -> str:
         return "it is running."
     if job.state == "succeeded":
         return "it succeeded."
-    return "jobs of this kind cannot be resumed. Start a new one."
+    return "start a new job instead."
