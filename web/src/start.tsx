@@ -8,7 +8,7 @@ import { hasDrafts } from "./bench/draft-store";
 import { listen } from "./bench/keys";
 import { connection, startLink } from "./bench/link";
 import { startMotion } from "./bench/motion";
-import { askBeforeLeaving } from "./bench/reload";
+import { warnBeforeLeaving } from "./bench/reload";
 import { startRoute } from "./bench/route";
 import { startSession } from "./bench/session";
 import { pressStop } from "./bench/stop";
@@ -18,7 +18,7 @@ import { fetchAll, watchStyles } from "./kit/lazy";
 import { wordsLoaded } from "./text/language";
 
 startTheme();
-askBeforeLeaving(hasDrafts);
+warnBeforeLeaving(hasDrafts);
 startSession();
 startRoute();
 startClock();

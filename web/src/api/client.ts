@@ -1,7 +1,7 @@
 /** REST client: one fetch over the generated paths, and problem+json as an error. */
 import { ROOT } from "./root";
 import type { paths } from "./schema";
-import { type Answered, note } from "./sent";
+import { note, type OnStatus } from "./sent";
 import type { ProblemBody } from "./types";
 
 export const API = `${ROOT}/api/v1`;
@@ -64,14 +64,14 @@ interface Sending {
   timeout_ms?: number;
 }
 
-export type AskOptions<V extends Verb, P extends PathOf<V>> = Sending &
+export type CallOptions<V extends Verb, P extends PathOf<V>> = Sending &
   Part<Operation<V, P>, "path" | "query"> &
   Headers<Operation<V, P>> &
   Body<Operation<V, P>>;
 
 type Json<R> = R extends { content: { "application/json": infer J } } ? J : undefined;
 
-export type Answer<V extends Verb, P extends PathOf<V>> =
+export type ApiResponse<V extends Verb, P extends PathOf<V>> =
   Operation<V, P> extends { responses: infer R } ? Json<R[keyof R & (200 | 201 | 202 | 204)]> : never;
 
 /** Options may be omitted if none is required. */
@@ -89,16 +89,16 @@ interface Plain extends Sending {
  * Send a request. Resolves to its JSON (undefined for an empty response), rejects with a Problem. Path, parameters,
  * body and response are those of the generated document.
  */
-export function ask<V extends Verb, P extends PathOf<V>>(
+export function callApi<V extends Verb, P extends PathOf<V>>(
   verb: V,
   template: P,
-  ...[given]: Rest<AskOptions<V, P>>
-): Promise<Answer<V, P>> {
+  ...[given]: Rest<CallOptions<V, P>>
+): Promise<ApiResponse<V, P>> {
   const options = (given ?? {}) as Plain;
-  return told(verb, filled(template, options), options);
+  return reported(verb, filled(template, options), options);
 }
 
-async function told<Told>(verb: Verb, path: string, options: Plain): Promise<Told> {
+async function reported<Told>(verb: Verb, path: string, options: Plain): Promise<Told> {
   const init: RequestInit = {
     method: verb,
     headers: { Accept: "application/json", ...options.headers },
@@ -114,17 +114,17 @@ async function told<Told>(verb: Verb, path: string, options: Plain): Promise<Tol
     init.headers = { ...init.headers, "Content-Type": options.file.type };
   }
   const answered = noted(verb, path, options);
-  let answer: Response;
+  let response: Response;
   try {
-    answer = await fetch(API + path, init);
-    answered(answer.status);
+    response = await fetch(API + path, init);
+    answered(response.status);
   } catch (error) {
     answered(0);
     throw new Problem("no_link", 0, error instanceof Error ? error.message : String(error));
   }
-  const text = await answer.text();
-  if (answer.status === 401 && path !== "/session") unauthorized();
-  if (!answer.ok) throw toProblem(answer.status, text);
+  const text = await response.text();
+  if (response.status === 401 && path !== "/session") unauthorized();
+  if (!response.ok) throw toProblem(response.status, text);
   return (text === "" ? undefined : JSON.parse(text)) as Told;
 }
 
@@ -148,7 +148,7 @@ export function whenUnauthorized(act: () => void): void {
 }
 
 /** Record the request for the API page, in a form that can be sent from elsewhere. */
-function noted(verb: Verb, path: string, options: Plain): Answered {
+function noted(verb: Verb, path: string, options: Plain): OnStatus {
   const { body, file, headers } = options;
   return note({ verb, path: API + path, body, file: file?.type, headers });
 }

@@ -1,31 +1,32 @@
 /** Requests that must not compile: path, parameters and body are those of the generated document. Type-checked only. */
-import { ask } from "./client";
+import { callApi } from "./client";
 
 const uid = "";
 
 export function mistakes(): void {
   // @ts-expect-error: there is no such path
-  void ask("GET", "/servo");
+  void callApi("GET", "/servo");
   // @ts-expect-error: this path does not have the verb
-  void ask("PUT", "/servos");
+  void callApi("PUT", "/servos");
   // @ts-expect-error: the parameter of the path is missing
-  void ask("GET", "/servos/{uid}/drift");
+  void callApi("GET", "/servos/{uid}/drift");
   // @ts-expect-error: wrong name of the parameter
-  void ask("GET", "/servos/{uid}/drift", { path: { id: uid } });
+  void callApi("GET", "/servos/{uid}/drift", { path: { id: uid } });
   // @ts-expect-error: unknown query parameter
-  void ask("GET", "/audit", { query: { lmit: 200 } });
+  void callApi("GET", "/audit", { query: { lmit: 200 } });
   // @ts-expect-error: wrong type of a parameter
-  void ask("GET", "/audit", { query: { limit: "many" } });
+  void callApi("GET", "/audit", { query: { limit: "many" } });
   // @ts-expect-error: the body is missing
-  void ask("POST", "/servos/{uid}/torque", { path: { uid } });
+  void callApi("POST", "/servos/{uid}/torque", { path: { uid } });
   // @ts-expect-error: an unknown choice in the body
-  void ask("POST", "/servos/{uid}/torque", { path: { uid }, body: { mode: "of" } });
+  void callApi("POST", "/servos/{uid}/torque", { path: { uid }, body: { mode: "of" } });
   // @ts-expect-error: an unknown field of the body
-  void ask("POST", "/servos/{uid}/torque", { path: { uid }, body: { mod: "off" } });
+  void callApi("POST", "/servos/{uid}/torque", { path: { uid }, body: { mod: "off" } });
   // @ts-expect-error: this request has no body
-  void ask("GET", "/bus", { body: {} });
+  void callApi("GET", "/bus", { body: {} });
+  const addressed = { path: { uid }, body: { mode: "off" } } as const;
   // @ts-expect-error: an unknown header
-  void ask("POST", "/servos/{uid}/torque", { path: { uid }, body: { mode: "off" }, headers: { Leas: "" } });
+  void callApi("POST", "/servos/{uid}/torque", { ...addressed, headers: { Leas: "" } });
   // @ts-expect-error: the response has another shape
-  void ask("GET", "/servos").then(found => found.uid);
+  void callApi("GET", "/servos").then(found => found.uid);
 }

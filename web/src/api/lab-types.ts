@@ -3,7 +3,7 @@ import type { components } from "./schema";
 
 type Shapes = components["schemas"];
 
-export type StepTestWish = Shapes["StepTest"];
+export type StepTestOptions = Shapes["StepTest"];
 export type StepMetrics = Shapes["StepMetrics"];
 export type StepTrace = Shapes["StepTrace"];
 export type StepRun = Shapes["StepRun"];

@@ -35,7 +35,7 @@ class FakeSocket implements Socket {
 
 let sockets: FakeSocket[];
 let states: LinkState[];
-let heard: ServerMessage[];
+let received: ServerMessage[];
 let live: Live;
 const last = () => sockets.at(-1) as FakeSocket;
 const hello = { type: "hello", seq: 1 };
@@ -44,14 +44,14 @@ beforeEach(() => {
   vi.useFakeTimers();
   sockets = [];
   states = [];
-  heard = [];
+  received = [];
   live = new Live({
     open: () => {
       const socket = new FakeSocket();
       sockets.push(socket);
       return socket;
     },
-    onMessage: message => heard.push(message),
+    onMessage: message => received.push(message),
     onState: state => states.push(state),
     greeting: () => [{ type: "subscribe", topics: ["servos"], uids: null, frames: null }],
   });
@@ -71,7 +71,7 @@ describe("Live", () => {
     expect(states).toEqual([]);
     last().say(hello);
     expect(states).toEqual(["up"]);
-    expect(heard).toEqual([hello]);
+    expect(received).toEqual([hello]);
   });
 
   test("is down at once when the socket closes, and comes back by itself, greeting again", () => {
@@ -133,7 +133,7 @@ describe("Live", () => {
     old.accept();
     old.break();
     old.say(hello);
-    expect(heard).toEqual([]);
+    expect(received).toEqual([]);
     expect(states).toEqual(["down"]);
   });
 
@@ -141,7 +141,7 @@ describe("Live", () => {
     last().accept();
     last().say("not json");
     last().say({ no: "type" });
-    expect(heard).toEqual([]);
+    expect(received).toEqual([]);
   });
 
   test("a page that was held up hears what waits before it calls the server silent", () => {

@@ -39,8 +39,8 @@ export class Live {
   #retry_ms = FIRST_RETRY_MS;
   #retry: ReturnType<typeof setTimeout> | undefined;
   #watch: ReturnType<typeof setInterval> | undefined;
-  #heard = 0;
-  #asked = 0;
+  #received = 0;
+  #requested = 0;
   #looked = 0;
   #options: LiveOptions;
 
@@ -81,15 +81,15 @@ export class Live {
   #connect(): void {
     const socket = this.#options.open();
     this.#socket = socket;
-    this.#heard = performance.now();
+    this.#received = performance.now();
     socket.onopen = () => {
       if (socket !== this.#socket) return;
-      this.#heard = performance.now();
+      this.#received = performance.now();
       for (const message of this.#options.greeting()) this.send(message);
     };
     socket.onmessage = event => {
       if (socket !== this.#socket) return;
-      this.#heard = performance.now();
+      this.#received = performance.now();
       // Up only after the first message: a proxy may accept a socket without a server.
       this.#retry_ms = FIRST_RETRY_MS;
       this.#change("up");
@@ -113,9 +113,9 @@ export class Live {
   #judge(): void {
     if (this.#socket === null) return;
     const now = performance.now();
-    if (now - this.#heard > SILENCE_MS) this.#lost();
-    else if (now - Math.max(this.#heard, this.#asked) > ASK_MS) {
-      this.#asked = now;
+    if (now - this.#received > SILENCE_MS) this.#lost();
+    else if (now - Math.max(this.#received, this.#requested) > ASK_MS) {
+      this.#requested = now;
       this.send({ type: "subscribe", topics: ["bus"], uids: null, frames: null });
     }
   }

@@ -18,7 +18,7 @@ export interface Sent {
 }
 
 /** Record the status of a request; 0 without a response. */
-export type Answered = (status: number) => void;
+export type OnStatus = (status: number) => void;
 
 /** Most requests recorded, by kind: changes and reads. A page reads far more than it changes. */
 const KEPT = 20;
@@ -37,7 +37,7 @@ export function lastSent(reading: boolean): readonly Sent[] {
 }
 
 /** Record a request that is sent now. */
-export function note(what: Pick<Sent, "verb" | "path" | "body" | "file" | "headers">): Answered {
+export function note(what: Pick<Sent, "verb" | "path" | "body" | "file" | "headers">): OnStatus {
   if (MINE.test(what.path)) return () => {};
   const ring = what.verb === "GET" ? reads : changes;
   const number = ++count;

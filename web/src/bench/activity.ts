@@ -19,28 +19,28 @@ export function alarming({ state }: Activity): boolean {
 
 /** One line: "Rotating", "Hunting, 2.0° peak to peak", "Output off: stopped by you, 14:03". */
 export function activityLine({ activity, output }: Pick<Servo, "activity" | "output">): string {
-  const said = text.activity;
+  const strings = text.activity;
   const away = output.state === "off" || output.state === "brake";
   if (away && activity.state !== "released") return outputLine(output);
   switch (activity.state) {
     case "hunting": {
       const swing = activity.peak_to_peak_deg;
-      return swing === null ? said.hunting : said.huntingBy(withUnit(number(swing, 1), "°"));
+      return swing === null ? strings.hunting : strings.huntingBy(withUnit(number(swing, 1), "°"));
     }
     case "saturated": {
       const torque = activity.torque_pct;
-      if (torque === null) return said.saturated;
+      if (torque === null) return strings.saturated;
       const limit = withUnit(number(activity.torque_limit_pct, 0), "%");
-      return said.saturatedAt(withUnit(number(Math.abs(torque), 0), "%"), limit);
+      return strings.saturatedAt(withUnit(number(Math.abs(torque), 0), "%"), limit);
     }
     case "released":
-      return said.released;
+      return strings.released;
     case "off":
     case "brake":
     case "unknown":
       return outputLine(output);
     default:
-      return said[activity.state];
+      return strings[activity.state];
   }
 }
 

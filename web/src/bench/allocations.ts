@@ -2,7 +2,7 @@
 
 import { signal } from "@preact/signals";
 import type { Allocation } from "../api/bus-types";
-import { ask, problemOf } from "../api/client";
+import { callApi, problemOf } from "../api/client";
 import { monotonic } from "./clock";
 import { problemText } from "./facts";
 import { nameOf, pending, servo } from "./fleet";
@@ -22,10 +22,10 @@ export function ownerName(uid: string): string {
 
 async function look(): Promise<void> {
   try {
-    const answer = await ask("GET", "/allocations");
-    const heardAt = monotonic();
-    pending.value = answer.pending.map(one => ({ ...one, heardAt }));
-    allocations.value = answer.allocations;
+    const response = await callApi("GET", "/allocations");
+    const receivedAt = monotonic();
+    pending.value = response.pending.map(one => ({ ...one, receivedAt }));
+    allocations.value = response.allocations;
     tableProblem.value = null;
   } catch (error) {
     pending.value = [];

@@ -6,20 +6,20 @@ import { monotonic, now } from "./clock";
 
 export const history = new BusHistory();
 
-let heardAt = monotonic();
+let receivedAt = monotonic();
 
 /** Record the history from now on. */
 export function startBusHistory(): void {
-  bus.subscribe(told => {
-    heardAt = monotonic();
-    if (told) history.note(told, heardAt, Date.now() / 1000);
+  bus.subscribe(reported => {
+    receivedAt = monotonic();
+    if (reported) history.note(reported, receivedAt, Date.now() / 1000);
   });
 }
 
 /** Seconds until the adapter is reopened automatically; null while it works, or if it is not reopened. */
 export const retryIn = computed(() => {
-  const told = bus.value?.retry_in_s ?? null;
-  return told === null ? null : Math.max(0, told - Math.max(0, now.value - heardAt));
+  const reported = bus.value?.retry_in_s ?? null;
+  return reported === null ? null : Math.max(0, reported - Math.max(0, now.value - receivedAt));
 });
 
 /** Short name: "can0" of "socketcan:can0", "ttyACM0" of "slcan:/dev/ttyACM0". */

@@ -1,6 +1,6 @@
 /** The parameter catalogue: rows, groups as tabs, fault bits. Loaded once per schema revision. */
 import { signal } from "@preact/signals";
-import { ask } from "../api/client";
+import { callApi } from "../api/client";
 import type { FaultRow, Row, Schema } from "../api/types";
 import { text } from "../text";
 
@@ -54,5 +54,5 @@ export function build(schema: Schema): Catalog {
 
 export async function loadCatalog(revision?: string): Promise<void> {
   if (revision !== undefined && catalog.peek()?.revision === revision) return;
-  catalog.value = build(await ask("GET", "/schema"));
+  catalog.value = build(await callApi("GET", "/schema"));
 }

@@ -2,10 +2,10 @@
 import { signal } from "@preact/signals";
 import type { Problem } from "../api/client";
 import type { Caution, EventCode, MarkReason, NoteCode } from "../api/types";
-import { awaitWords, spoken } from "../text/language";
-import type { Facts, Saying } from "./facts";
+import { awaitWords, currentLanguage } from "../text/language";
+import type { Facts, FactsText } from "./facts";
 
-type ByCode<Code extends string> = Readonly<Partial<Record<Code, Saying>>>;
+type ByCode<Code extends string> = Readonly<Partial<Record<Code, FactsText>>>;
 
 export interface Codes {
   happened: ByCode<EventCode>;
@@ -24,5 +24,5 @@ export interface Codes {
 export const codes = signal<Partial<Codes>>({});
 
 awaitWords(async () => {
-  if (spoken() === "ja") codes.value = (await import("../text/ja/codes")).codes;
+  if (currentLanguage() === "ja") codes.value = (await import("../text/ja/codes")).codes;
 });

@@ -202,14 +202,14 @@ describe("conditionOf", () => {
       ...faults,
       { level: "warning", bit: 15, key: "rom_lost", label: "Saved values lost", advice: "" },
     ];
-    const told = (word: number, failure = 0) =>
+    const reported = (word: number, failure = 0) =>
       conditionOf(
         servo({ faults: { notification: 0, warning: word, failure } }),
         facts({ faults: table as ConditionFacts["faults"] }),
       );
-    expect(told(1 << 15).romLost).toBe(true);
-    expect(told(1 << 15, 1 << 1)).toMatchObject({ kind: "failure", romLost: true });
-    expect(told(1 << 4).romLost).toBeUndefined();
+    expect(reported(1 << 15).romLost).toBe(true);
+    expect(reported(1 << 15, 1 << 1)).toMatchObject({ kind: "failure", romLost: true });
+    expect(reported(1 << 4).romLost).toBeUndefined();
   });
 
   test("what needs attention", () => {

@@ -73,22 +73,22 @@ function unsaid(servo: KnownServo, found: Condition): string | null {
 }
 
 function judge(servo: KnownServo, facts: ConditionFacts): Condition {
-  const said = text.state;
+  const strings = text.state;
   // Silence during a save or restart is expected: its job reports it, and ends it.
   if (!servo.online && servo.state !== "saving" && servo.state !== "restarting") return offline(servo, facts);
   const failure = bits(servo, "failure", facts.faults);
   if (failure.length > 0) return fromBits("failure", failure);
   switch (servo.state) {
     case "identifying":
-      return { kind: "identifying", headline: said.identifying, line: said.identifyingLine };
+      return { kind: "identifying", headline: strings.identifying, line: strings.identifyingLine };
     case "saving":
-      return { kind: "busy", headline: said.saving, line: said.savingLine };
+      return { kind: "busy", headline: strings.saving, line: strings.savingLine };
     case "restarting":
-      return { kind: "busy", headline: said.restarting, line: said.restartingLine };
+      return { kind: "busy", headline: strings.restarting, line: strings.restartingLine };
     case "soft_start":
-      return { kind: "busy", headline: said.softStart, line: said.softStartLine };
+      return { kind: "busy", headline: strings.softStart, line: strings.softStartLine };
     case "updating":
-      return { kind: "busy", headline: said.updating, line: said.updatingLine };
+      return { kind: "busy", headline: strings.updating, line: strings.updatingLine };
     case "protected":
       return guarded(servo, facts);
   }
@@ -98,22 +98,22 @@ function judge(servo: KnownServo, facts: ConditionFacts): Condition {
     if (kind === "warning" && alarming(servo.activity)) return restless(servo);
   }
   if (servo.health === "error" || servo.health === "critical") {
-    return { kind: "failure", headline: said.failure(said.health[servo.health]), line: "" };
+    return { kind: "failure", headline: strings.failure(strings.health[servo.health]), line: "" };
   }
   if (servo.health === "warning") {
-    return { kind: "warning", headline: said.warning(said.health.warning), line: "" };
+    return { kind: "warning", headline: strings.warning(strings.health.warning), line: "" };
   }
   return {
     kind: "ok",
-    headline: said.ok,
+    headline: strings.ok,
     line: readOnly(servo) ? text.servos.unknownLine : activityLine(servo),
   };
 }
 
 /** Hunting or saturated at rest: no bit of the servo reports it. */
 function restless(servo: KnownServo): Condition {
-  const said = text.activity;
-  const line = servo.activity.state === "hunting" ? said.huntingAdvice : said.saturatedAdvice;
+  const strings = text.activity;
+  const line = servo.activity.state === "hunting" ? strings.huntingAdvice : strings.saturatedAdvice;
   return { kind: "warning", headline: text.state.warning(lower(activityLine(servo))), line };
 }
 

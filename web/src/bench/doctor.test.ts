@@ -34,17 +34,17 @@ describe("inOrder", () => {
 
 describe("watchDoctor", () => {
   let answers: (() => Response)[];
-  let asked: string[];
+  let requested: string[];
   let watch: Poll;
 
-  const answer = (list: Finding[]) => () => new Response(JSON.stringify(list));
+  const response = (list: Finding[]) => () => new Response(JSON.stringify(list));
 
   beforeEach(() => {
     vi.useFakeTimers();
     link.value = { state: "up", since: 0 };
-    asked = [];
+    requested = [];
     vi.stubGlobal("fetch", async (url: string) => {
-      asked.push(url);
+      requested.push(url);
       const next = answers.shift();
       if (!next) throw new TypeError("refused");
       return next();
@@ -58,10 +58,13 @@ describe("watchDoctor", () => {
   });
 
   test("asks at once and every three seconds, for what is well too, and stops when it ends", async () => {
-    answers = [answer([finding("load", "ok"), finding("loss", "failure")]), answer([finding("load", "ok")])];
+    answers = [
+      response([finding("load", "ok"), finding("loss", "failure")]),
+      response([finding("load", "ok")]),
+    ];
     watch = watchDoctor();
     await vi.advanceTimersByTimeAsync(10);
-    expect(asked).toEqual(["/api/v1/bus/doctor?all=true"]);
+    expect(requested).toEqual(["/api/v1/bus/doctor?all=true"]);
     expect(findings.value.map(one => one.code)).toEqual(["loss", "load"]);
     expect(complaints.value).toEqual({ failure: 1, warning: 0 });
     await vi.advanceTimersByTimeAsync(3000);
@@ -69,11 +72,11 @@ describe("watchDoctor", () => {
     expect(complaints.value).toEqual({ failure: 0, warning: 0 });
     watch.end();
     await vi.advanceTimersByTimeAsync(10_000);
-    expect(asked).toHaveLength(2);
+    expect(requested).toHaveLength(2);
   });
 
   test("a look that fails says so and leaves the last findings with their time", async () => {
-    answers = [answer([finding("loss", "warning")])];
+    answers = [response([finding("loss", "warning")])];
     watch = watchDoctor();
     await vi.advanceTimersByTimeAsync(10);
     const at = doctor.readAt.value;
@@ -85,12 +88,12 @@ describe("watchDoctor", () => {
 
   test("asks nothing without a link, and at once when it is back", async () => {
     link.value = { state: "down", since: 0 };
-    answers = [answer([])];
+    answers = [response([])];
     watch = watchDoctor();
     await vi.advanceTimersByTimeAsync(7000);
-    expect(asked).toEqual([]);
+    expect(requested).toEqual([]);
     link.value = { state: "up", since: 7 };
     await vi.advanceTimersByTimeAsync(10);
-    expect(asked).toHaveLength(1);
+    expect(requested).toHaveLength(1);
   });
 });

@@ -2,7 +2,7 @@
 
 import { computed } from "@preact/signals";
 import type { Finding } from "../api/bus-types";
-import { ask } from "../api/client";
+import { callApi } from "../api/client";
 import { type Poll, poll } from "./poll";
 import { Resource } from "./resource";
 
@@ -15,7 +15,7 @@ export function findingsInOrder(list: readonly Finding[]): Finding[] {
 
 /** Findings of the last check. */
 export const doctor = new Resource(async () =>
-  findingsInOrder(await ask("GET", "/bus/doctor", { query: { all: watching > 0 } })),
+  findingsInOrder(await callApi("GET", "/bus/doctor", { query: { all: watching > 0 } })),
 );
 
 export const findings = computed(() => doctor.value.value ?? []);

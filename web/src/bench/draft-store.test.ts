@@ -30,10 +30,10 @@ async function page() {
   const { hasDrafts } = await import("./draft-store");
   const { replaceAll } = await import("./fleet");
   const { catalog } = await import("./catalog");
-  const { reload, askBeforeLeaving } = await import("./reload");
+  const { reload, warnBeforeLeaving } = await import("./reload");
   catalog.value = { revision: "", tabs: [], rows: new Map([[row.key, row]]), faults: [] };
   replaceAll([A, B].map(uid => ({ uid, online: true, age_s: 0 }) as never));
-  return { sheetOf, hasDrafts, replaceAll, reload, askBeforeLeaving };
+  return { sheetOf, hasDrafts, replaceAll, reload, warnBeforeLeaving };
 }
 
 beforeEach(() => sessionStorage.clear());
@@ -71,8 +71,8 @@ test("what was applied or discarded does not come back", async () => {
 
 test.each(["{", "5", '{"x": 5}', `{"${A}": {"limit": 5}}`, `{"${A}": {"limit": null}}`])(
   "storage that holds %s is no harm",
-  async kept => {
-    sessionStorage.setItem("hornbill.drafts", kept);
+  async stored => {
+    sessionStorage.setItem("hornbill.drafts", stored);
     expect((await page()).sheetOf(A).drafts.map.value.size).toBe(0);
   },
 );
@@ -88,13 +88,13 @@ test("a browser without storage keeps them as long as the page lives", async () 
 });
 
 test("leaving is asked about while a servo that is known has edits, and not when the page loads itself again", async () => {
-  const { sheetOf, hasDrafts, replaceAll, reload, askBeforeLeaving } = await page();
+  const { sheetOf, hasDrafts, replaceAll, reload, warnBeforeLeaving } = await page();
   const asks = () => {
     const event = new Event("beforeunload", { cancelable: true });
     dispatchEvent(event);
     return event.defaultPrevented;
   };
-  askBeforeLeaving(hasDrafts);
+  warnBeforeLeaving(hasDrafts);
   expect(asks()).toBe(false);
   sheetOf(B).drafts.put("limit", { text: "90", verdict: { ok: true, value: 90 } });
   expect(asks()).toBe(true);

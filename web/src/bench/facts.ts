@@ -10,7 +10,7 @@ import { rowLabelOf } from "./row-text";
 /** By name. Undefined if unknown, not applicable or false. */
 export type Facts = Readonly<Record<string, string | undefined>>;
 /** A sentence made of facts. */
-export type Saying = (facts: Facts) => string;
+export type FactsText = (facts: Facts) => string;
 
 /** Params that are keys of rows. */
 const KEYS: ReadonlySet<string> = new Set(["key", "keys", "limit", "not_restored", "other"]);
@@ -27,7 +27,7 @@ const UNITS: Readonly<Record<string, string>> = {
 
 export function factsOf(params: Params | undefined): Facts {
   const facts = Object.fromEntries(
-    Object.entries(params ?? {}).map(([name, value]) => [name, said(name, value)]),
+    Object.entries(params ?? {}).map(([name, value]) => [name, paramText(name, value)]),
   );
   return params?.problem === undefined ? facts : { ...facts, problem: problemText(problemIn(params)) };
 }
@@ -35,8 +35,8 @@ export function factsOf(params: Params | undefined): Facts {
 /** Text of a problem in the page's language. */
 export function problemText(problem: Problem): string {
   const { problem: _nested, ...facts } = (problem.facts.params ?? problem.facts) as Params;
-  const said = codes.value.problem?.(problem, { ...factsOf(facts), summary: problem.message });
-  return said ?? who(text.problem(problem));
+  const sentence = codes.value.problem?.(problem, { ...factsOf(facts), summary: problem.message });
+  return sentence ?? who(text.problem(problem));
 }
 
 /** Text of the failure of a job, a list entry or a socket message. */
@@ -64,10 +64,10 @@ export function problemIn(params: Params): Problem {
   return new Problem(String(params.problem), 0, String(params.summary ?? ""), params);
 }
 
-function said(name: string, value: Params[string] | null | object): string | undefined {
+function paramText(name: string, value: Params[string] | null | object): string | undefined {
   if (typeof value === "boolean") return value ? text.on : undefined;
   if (Array.isArray(value))
-    return value.length > 0 ? value.map(each => said(name, each)).join(text.comma) : undefined;
+    return value.length > 0 ? value.map(each => paramText(name, each)).join(text.comma) : undefined;
   if (typeof value === "object") return undefined;
   if (typeof value === "string") return KEYS.has(name) ? rowLabelOf(value) : value;
   const unit = name.slice(name.lastIndexOf("_") + 1);

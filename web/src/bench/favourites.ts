@@ -1,8 +1,8 @@
 /** Favourite rows, stored in the browser. */
 import { computed } from "@preact/signals";
-import { kept } from "./kept";
+import { browserSetting } from "./browser-setting";
 
-const keys = kept<readonly string[]>("hornbill.favourites", found =>
+const keys = browserSetting<readonly string[]>("hornbill.favourites", found =>
   Array.isArray(found) ? found.filter(one => typeof one === "string") : [],
 );
 

@@ -20,7 +20,7 @@ const FLUSH_MS = 100;
 
 /** The list has been read at least once. */
 export const loaded = signal(false);
-export const pending = signal<readonly (PendingAllocation & { heardAt: number })[]>([]);
+export const pending = signal<readonly (PendingAllocation & { receivedAt: number })[]>([]);
 
 /** UIDs in list order: by servo ID, then by serial. */
 export const uids = computed(() => order.value);
@@ -106,11 +106,11 @@ export interface Angle {
 /** The newest angle of a servo from either source, at the time `at` (monotonic). */
 export function angleOf(one: KnownServo, at: number): Angle {
   const sample = telemetry.latest(one.uid, "current_angle", at);
-  const told = one.angleAt === null ? null : Math.max(0, at - one.angleAt);
+  const reported = one.angleAt === null ? null : Math.max(0, at - one.angleAt);
   // Not for a silent servo: a page that loads late gets only old samples, of unknown delay.
-  if (!one.online && told !== null) return { value: one.angle_deg, age: told };
-  if (sample && (told === null || sample.age <= told)) return sample;
-  return { value: one.angle_deg, age: told };
+  if (!one.online && reported !== null) return { value: one.angle_deg, age: reported };
+  if (sample && (reported === null || sample.age <= reported)) return sample;
+  return { value: one.angle_deg, age: reported };
 }
 
 /** True if one of the searchable fields contains the text. */

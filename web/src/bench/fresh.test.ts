@@ -13,7 +13,7 @@ import { watched } from "./telemetry-subscription";
 const UID = "4".repeat(32);
 const usual = staleAfter.peek();
 
-function heard(age_s: number | null, more: Partial<Servo> = {}): void {
+function received(age_s: number | null, more: Partial<Servo> = {}): void {
   replaceAll([
     { uid: UID, online: true, angle_deg: 12, age_s, unsaved: [], uptime_s: 9, ...more } as unknown as Servo,
   ]);
@@ -37,27 +37,27 @@ describe("the angle", () => {
     [0.6, true],
     [null, true],
   ])("of %s s is stale: %s", (age, stale) => {
-    heard(age);
+    received(age);
     expect(angleNow(servo(UID))).toMatchObject({ value: 12, stale });
   });
 
   test("is stale by the server's figure, and by none of the page's", () => {
-    heard(0.9);
+    received(0.9);
     takeStaleAfter({ angle: 1.2, command: 2.5, status: 5, faults: 2.5 });
     expect(angleNow(servo(UID)).stale).toBe(false);
   });
 
   test("is stale of a servo that is silent, and without a link", () => {
-    heard(0.1, { online: false });
+    received(0.1, { online: false });
     expect(angleNow(servo(UID)).stale).toBe(true);
-    heard(0.1);
+    received(0.1);
     link.value = { state: "down", since: 0 };
     expect(angleNow(servo(UID)).stale).toBe(true);
     expect(freshAngle(servo(UID))).toBeNull();
   });
 
   test("is the same whoever asks", () => {
-    heard(0.3);
+    received(0.3);
     expect(figureNow(UID, "current_angle").stale).toBe(angleNow(servo(UID)).stale);
     expect(freshAngle(servo(UID))).toBe(12);
   });
@@ -75,7 +75,7 @@ describe("a figure that is polled", () => {
   const volts = () => figureNow(UID, "current_voltage");
 
   test("may be as old as the server's poll makes it", () => {
-    heard(0.1);
+    received(0.1);
     read(4);
     expect(volts()).toMatchObject({ value: 7.4, stale: false });
     read(6);
@@ -83,7 +83,7 @@ describe("a figure that is polled", () => {
   });
 
   test("is stale after two periods of the rate at which it is watched", () => {
-    heard(0.1);
+    received(0.1);
     read(2);
     const grant = { uid: UID, channels: ["current_voltage"], granted_hz: 2 };
     watched.value = grant as unknown as typeof watched.value;

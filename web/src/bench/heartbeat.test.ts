@@ -1,11 +1,11 @@
 /** The heart-beat: twice a second, also behind a heap of messages, and none from a page that hangs. */
 import { afterEach, beforeEach, expect, test, vi } from "vitest";
 
-const heard = vi.hoisted(() => ({ message: (): void => undefined }));
+const received = vi.hoisted(() => ({ message: (): void => undefined }));
 vi.mock("./link", () => ({
   live: { send: vi.fn(() => true) },
-  onHeard: (act: () => void) => {
-    heard.message = act;
+  onAnyMessage: (act: () => void) => {
+    received.message = act;
   },
 }));
 const { BEAT_MS, startBeat, stopBeat } = await import("./heartbeat");
@@ -42,7 +42,7 @@ test("a beat that is due does not wait behind a heap of messages, and a heap of 
   startBeat("L");
   send.mockClear();
   hang(BEAT_MS);
-  for (let i = 0; i < 100; i++) heard.message();
+  for (let i = 0; i < 100; i++) received.message();
   expect(send).toHaveBeenCalledTimes(1);
 });
 
@@ -51,7 +51,7 @@ test("a page that hangs says nothing, and when it goes on it says so once, not w
   send.mockClear();
   hang(TTL_S * 1000 + 500);
   expect(send).not.toHaveBeenCalled();
-  heard.message();
+  received.message();
   expect(send).toHaveBeenCalledTimes(1);
 });
 
@@ -59,7 +59,7 @@ test("nothing is said of a lease that is given back, whatever is heard", () => {
   startBeat("L");
   stopBeat();
   send.mockClear();
-  heard.message();
+  received.message();
   vi.advanceTimersByTime(10_000);
   expect(send).not.toHaveBeenCalled();
 });

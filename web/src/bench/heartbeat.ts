@@ -1,5 +1,5 @@
 /** Heartbeat of a lease: frequent enough for a slow page, and stopped when the page hangs. */
-import { live, onHeard } from "./link";
+import { live, onAnyMessage } from "./link";
 
 /**
  * A sixth of the lease. With software rendering, timers and messages of a healthy page were seen a second late; it
@@ -7,14 +7,14 @@ import { live, onHeard } from "./link";
  */
 export const BEAT_MS = 500;
 
-let kept: string | null = null;
+let leaseId: string | null = null;
 let timer: ReturnType<typeof setInterval> | undefined;
-let said = 0;
+let sentAt = 0;
 
 /** Renew this lease from now on, and no other. */
 export function startBeat(lease: string): void {
   stopBeat();
-  kept = lease;
+  leaseId = lease;
   say();
   timer = setInterval(say, BEAT_MS);
 }
@@ -22,17 +22,17 @@ export function startBeat(lease: string): void {
 export function stopBeat(): void {
   clearInterval(timer);
   timer = undefined;
-  kept = null;
+  leaseId = null;
 }
 
 function say(): void {
-  if (kept === null) return;
-  said = performance.now();
-  live.send({ type: "heartbeat", lease: kept });
+  if (leaseId === null) return;
+  sentAt = performance.now();
+  live.send({ type: "heartbeat", lease: leaseId });
 }
 
 // Timers may be delayed by a backlog of messages, so each message is an occasion, too. Both
 // run on the main thread, not in a worker: if the page hangs, the heartbeat stops, and torque turns off.
-onHeard(() => {
-  if (kept !== null && performance.now() - said >= BEAT_MS) say();
+onAnyMessage(() => {
+  if (leaseId !== null && performance.now() - sentAt >= BEAT_MS) say();
 });

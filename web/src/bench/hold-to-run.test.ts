@@ -6,28 +6,28 @@ import { link, live, type onRefusal } from "./link";
 import { endMotion, motion, pace, question, setpoint } from "./motion";
 
 type Refusal = Parameters<Parameters<typeof onRefusal>[0]>[0];
-const heard = vi.hoisted(() => ({ refuse: new Set<(_: Refusal) => void>() }));
+const received = vi.hoisted(() => ({ refuse: new Set<(_: Refusal) => void>() }));
 vi.mock("./link", async original => ({
   ...(await original<typeof import("./link")>()),
   onRefusal: (act: (error: Refusal) => void) => {
-    heard.refuse.add(act);
-    return () => heard.refuse.delete(act);
+    received.refuse.add(act);
+    return () => received.refuse.delete(act);
   },
 }));
 
 const UID = "c".repeat(32);
-let said: ClientMessage[];
+let sentMessages: ClientMessage[];
 let sends: boolean;
 let still: boolean;
 
 beforeEach(() => {
   vi.useFakeTimers();
-  said = [];
+  sentMessages = [];
   sends = true;
   still = true;
   link.value = { state: "up", since: 0 };
   vi.spyOn(live, "send").mockImplementation(message => {
-    said.push(message);
+    sentMessages.push(message);
     return sends;
   });
   vi.spyOn(document, "hasFocus").mockReturnValue(true);
@@ -44,7 +44,7 @@ afterEach(() => {
 });
 
 const commands = () =>
-  said.flatMap(one =>
+  sentMessages.flatMap(one =>
     one.type === "command" ? one.commands.map(each => [each.value, each.hold?.renew]) : [],
   );
 
@@ -80,7 +80,7 @@ describe("a held button", () => {
     [
       "a question",
       () => {
-        question.value = { angle: 0, words: [], said: [] };
+        question.value = { angle: 0, words: [], cautions: [] };
       },
     ],
     [
@@ -100,7 +100,7 @@ describe("a held button", () => {
     [
       "a refusal",
       () => {
-        for (const act of heard.refuse)
+        for (const act of received.refuse)
           act({ type: "error", seq: 1, code: "busy", detail: "", summary: "", params: {}, uid: UID });
       },
     ],
@@ -110,9 +110,9 @@ describe("a held button", () => {
     expect(held.value).toBeNull();
     expect(commands().at(-1)).toEqual([0, false]);
     question.value = null;
-    const before = said.length;
+    const before = sentMessages.length;
     vi.advanceTimersByTime(2000);
-    expect(said.length).toBe(before);
+    expect(sentMessages.length).toBe(before);
   });
 
   test("repeats of the key change nothing, and do not begin it again after Stop", () => {
@@ -133,16 +133,16 @@ describe("a held button", () => {
   });
 
   test("a release that cannot be said ends motion, and torque goes another way", () => {
-    const asked: string[] = [];
+    const requested: string[] = [];
     vi.stubGlobal("fetch", async (url: string, init: RequestInit) => {
-      asked.push(`${init.method} ${url} ${init.body ?? ""}`);
+      requested.push(`${init.method} ${url} ${init.body ?? ""}`);
       return new Response("{}");
     });
     press("speed", 20, () => still);
     sends = false;
     brake();
     expect(motion.value.phase).toBe("off");
-    expect(asked).toContain(`POST /api/v1/servos/${UID}/torque {"mode":"off"}`);
+    expect(requested).toContain(`POST /api/v1/servos/${UID}/torque {"mode":"off"}`);
   });
 
   test("nothing begins while motion or torque is off", () => {
@@ -150,7 +150,7 @@ describe("a held button", () => {
     press("speed", 20, () => still);
     motion.value = { phase: "off", why: null };
     press("speed", 20, () => still);
-    expect(said).toEqual([]);
+    expect(sentMessages).toEqual([]);
     expect(held.value).toBeNull();
   });
 });
@@ -170,10 +170,10 @@ describe("a walk", () => {
     const ahead = goals().map((goal, at) => goal - (goals()[at - 1] ?? 10));
     expect(Math.min(...ahead)).toBeGreaterThanOrEqual(0);
     expect(Math.max(...ahead), "a thirtieth of a second").toBeLessThan(5);
-    const told = goals().length;
+    const reported = goals().length;
     brake();
     vi.advanceTimersByTime(2000);
-    expect(goals().length - told, "what waited to be sent").toBeLessThanOrEqual(1);
+    expect(goals().length - reported, "what waited to be sent").toBeLessThanOrEqual(1);
     expect(walking.value).toBe(0);
     expect(motion.value.phase).toBe("on");
   });
@@ -207,9 +207,9 @@ describe("a walk", () => {
     vi.advanceTimersByTime(200);
     happens();
     vi.advanceTimersByTime(100);
-    const told = goals().length;
+    const reported = goals().length;
     vi.advanceTimersByTime(1000);
-    expect(goals().length).toBe(told);
+    expect(goals().length).toBe(reported);
     expect(walking.value).toBe(0);
   });
 });

@@ -25,15 +25,15 @@ test("a copy of a tab that is open has another name", async () => {
   expect(await loaded()).not.toBe(first);
 });
 
-test.each(['"x"', "-1", "1.5e9", "{"])("a store that holds %s gets a new name", async kept => {
-  sessionStorage.setItem("hornbill.tab", kept);
+test.each(['"x"', "-1", "1.5e9", "{"])("a store that holds %s gets a new name", async stored => {
+  sessionStorage.setItem("hornbill.tab", stored);
   expect(await loaded()).toMatch(/^page-\d{4}$/);
 });
 
 test("the name sent is a code, and the name shown is in the language of the page", async () => {
   vi.resetModules();
-  const { speak } = await import("../text/language");
-  speak("ja", (await import("../text/ja")).text);
+  const { setLanguage } = await import("../text/language");
+  setLanguage("ja", (await import("../text/ja")).text);
   const { holder, who } = await import("./holder");
   expect(holder()).toMatch(/^page-\d{4}$/);
   expect(who("page-4170")).toBe("ページ4170");

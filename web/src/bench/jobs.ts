@@ -1,6 +1,6 @@
 /** Jobs: from the socket, and by request where the socket was silent. */
 import { signal } from "@preact/signals";
-import { ask } from "../api/client";
+import { callApi } from "../api/client";
 import type { Job } from "../api/types";
 
 export const jobs = signal<ReadonlyMap<string, Job>>(new Map());
@@ -27,7 +27,7 @@ export function settled(id: string): Promise<Job> {
       resolve(job);
     };
     const timer = setInterval(() => {
-      ask("GET", "/jobs/{job_id}", { path: { job_id: id } }).then(setJob, () => undefined);
+      callApi("GET", "/jobs/{job_id}", { path: { job_id: id } }).then(setJob, () => undefined);
     }, ASK_MS);
     const forget = jobs.subscribe(known => {
       const job = known.get(id);

@@ -1,6 +1,6 @@
 /** The connection to the server: requests after a reconnect, and dispatch of messages. */
 import { computed, signal } from "@preact/signals";
-import { API, ask } from "../api/client";
+import { API, callApi } from "../api/client";
 import { type LinkState, Live } from "../api/live";
 import type { ClientMessage, Params, ServerMessage } from "../api/types";
 import { telemetry } from "../telemetry/store";
@@ -9,7 +9,7 @@ import { loadCatalog } from "./catalog";
 import { monotonic } from "./clock";
 import * as fleet from "./fleet";
 import { setJob } from "./jobs";
-import { hear } from "./parameters";
+import { takeReading } from "./parameters";
 import { look, onSignIn } from "./session";
 import { takeStaleAfter } from "./staleness";
 
@@ -42,7 +42,7 @@ export function onRefusal(act: (error: ErrorMessage) => void): () => void {
 const hearers = new Set<() => void>();
 
 /** Called with every message first. */
-export function onHeard(act: () => void): () => void {
+export function onAnyMessage(act: () => void): () => void {
   hearers.add(act);
   return () => hearers.delete(act);
 }
@@ -104,7 +104,7 @@ function receive(message: ServerMessage): void {
       break;
     }
     case "parameter":
-      hear(message.uid, message.reading);
+      takeReading(message.uid, message.reading);
       break;
     case "event":
       addEvent({ ...message, params: message.params as Params });
@@ -136,15 +136,15 @@ const AGAIN_MS = 1000;
 async function refetch(): Promise<void> {
   const round = connection.peek();
   const results = await Promise.allSettled([
-    ask("GET", "/servos").then(fleet.replaceAll),
-    ask("GET", "/bus").then(answer => {
-      bus.value = answer;
+    callApi("GET", "/servos").then(fleet.replaceAll),
+    callApi("GET", "/bus").then(response => {
+      bus.value = response;
     }),
-    ask("GET", "/leases").then(answer => {
-      setLease(Array.isArray(answer) ? answer[0] : answer);
+    callApi("GET", "/leases").then(response => {
+      setLease(Array.isArray(response) ? response[0] : response);
     }),
-    ask("GET", "/stop").then(answer => {
-      stop.value = answer;
+    callApi("GET", "/stop").then(response => {
+      stop.value = response;
     }),
     loadCatalog(),
   ]);

@@ -22,13 +22,13 @@ export function modelName(one: Pick<Model, "model" | "model_number" | "known_mod
 
 /** A sentence for each item missing in the tables. */
 export function unfamiliar(one: Model): string[] {
-  const said = text.model;
-  if (readOnly(one)) return [said.readOnly(String(one.model_number))];
+  const strings = text.model;
+  if (readOnly(one)) return [strings.readOnly(String(one.model_number))];
   const lines: string[] = [];
   if (one.treated_as.model !== null)
-    lines.push(said.otherHardware(String(one.hardware_version), one.treated_as.model));
+    lines.push(strings.otherHardware(String(one.hardware_version), one.treated_as.model));
   if (one.treated_as.firmware !== null && one.firmware !== null)
-    lines.push(said.otherFirmware(one.firmware, one.treated_as.firmware));
+    lines.push(strings.otherFirmware(one.firmware, one.treated_as.firmware));
   return lines;
 }
 

@@ -26,11 +26,11 @@ import {
 import { forget, those } from "./release";
 
 type Refusal = Parameters<Parameters<typeof onRefusal>[0]>[0];
-const heard = vi.hoisted(() => ({ refuse: (_: Refusal): void => undefined }));
+const received = vi.hoisted(() => ({ refuse: (_: Refusal): void => undefined }));
 vi.mock("./link", async original => ({
   ...(await original<typeof import("./link")>()),
   onRefusal: (act: (error: Refusal) => void) => {
-    heard.refuse = act;
+    received.refuse = act;
   },
 }));
 
@@ -62,9 +62,9 @@ beforeEach(() => {
       );
     }
     if (path.includes("/cautions")) {
-      const said = { level: "warning", text: "It would turn twice.", confirm: "turns" };
+      const caution = { level: "warning", text: "It would turn twice.", confirm: "turns" };
       const other = { level: "warning", text: "It has a PWM input.", confirm: null };
-      return new Response(JSON.stringify([said, other]));
+      return new Response(JSON.stringify([caution, other]));
     }
     const warnings = ["It has a PWM input."];
     return new Response(JSON.stringify({ value: 12, clamped: false, warnings }));
@@ -249,12 +249,12 @@ describe("motion", () => {
     fail = { path: /command$/, status: 409, body: { ...body, confirm: "turns", words: ["turns"] } };
     await moveTo(720);
     expect(sent.at(-1)).toBe(`GET /servos/${UID}/cautions?type=angle&value=720`);
-    expect(question.value).toEqual({ angle: 720, words: ["turns"], said: ["It would turn twice."] });
+    expect(question.value).toEqual({ angle: 720, words: ["turns"], cautions: ["It would turn twice."] });
     expect(motionRefusal.value).toBeNull();
     expect(setpoint.value, "the ghost stands where the last command was").not.toBe(720);
     fail = null;
-    const asked = question.value as MotionQuestion;
-    await moveTo(asked.angle, asked.words);
+    const requested = question.value as MotionQuestion;
+    await moveTo(requested.angle, requested.words);
     expect(sent.at(-1)).toMatch(/"value":720,.*"confirm":\["turns"\]} leased$/);
     expect(question.value).toBeNull();
     expect(warnings.value).toEqual(["It has a PWM input."]);
@@ -263,7 +263,7 @@ describe("motion", () => {
   });
 
   test("a drag that is to be agreed to is asked about once, and does not go on meanwhile", async () => {
-    const said = vi.spyOn(live, "send").mockReturnValue(true);
+    const sendSpy = vi.spyOn(live, "send").mockReturnValue(true);
     await enableMotion(UID);
     const body = {
       code: "needs_confirmation",
@@ -283,17 +283,17 @@ describe("motion", () => {
       summary: "Send it again.",
       params: {},
     } as const;
-    heard.refuse({ ...error, uid: UID });
+    received.refuse({ ...error, uid: UID });
     await settle();
     expect(question.value).toMatchObject({ angle: 40, words: ["turns"] });
     expect(motionRefusal.value).toBeNull();
     sent = [];
-    said.mockClear();
+    sendSpy.mockClear();
     dragTo(50);
-    heard.refuse({ ...error, uid: UID });
+    received.refuse({ ...error, uid: UID });
     await settle();
     expect(sent).toEqual([]);
-    expect(said).not.toHaveBeenCalled();
+    expect(sendSpy).not.toHaveBeenCalled();
   });
 
   test("whoever asks for motion control is refused under the lease, or gets it by torque off and lease back", async () => {
@@ -312,14 +312,14 @@ describe("motion", () => {
     const usual = fetch;
     const other = "d".repeat(32);
     let late: (answer: Response) => void = () => undefined;
-    let asked = 0;
+    let requested = 0;
     vi.stubGlobal("fetch", (url: string, init: RequestInit) => {
-      if (!url.endsWith("/leases") || asked++ > 0) return usual(url, init);
+      if (!url.endsWith("/leases") || requested++ > 0) return usual(url, init);
       return new Promise<Response>(resolve => {
         late = resolve;
       });
     });
-    const said = vi.spyOn(live, "send").mockReturnValue(true);
+    const sendSpy = vi.spyOn(live, "send").mockReturnValue(true);
     const first = enableMotion(other);
     endMotion(null);
     const second = enableMotion(UID);
@@ -333,18 +333,18 @@ describe("motion", () => {
     expect(motion.value).toMatchObject({ phase: "on", uid: UID, lease: "L" });
     expect(sent).toContain("DELETE /leases/late");
     expect(sent.filter(one => one.includes(other) && one.includes('"on"'))).toEqual([]);
-    expect(said.mock.calls.flat()).not.toContainEqual({ type: "heartbeat", lease: "late" });
+    expect(sendSpy.mock.calls.flat()).not.toContainEqual({ type: "heartbeat", lease: "late" });
   });
 
   test("whose lease it is tells its id: a copy of this tab, under the same name, is somebody else", async () => {
-    const said = vi.spyOn(live, "send").mockReturnValue(true);
+    const sendSpy = vi.spyOn(live, "send").mockReturnValue(true);
     await enableMotion(UID);
     const ours = lease.value;
     if (!ours) throw new Error("no lease");
     expect([isOurs(ours), isOfOther(ours)]).toEqual([true, false]);
-    said.mockClear();
+    sendSpy.mockClear();
     setLease({ ...ours, shown_id: "twin" });
-    expect(said.mock.calls).toEqual([[{ type: "heartbeat", lease: "L" }]]);
+    expect(sendSpy.mock.calls).toEqual([[{ type: "heartbeat", lease: "L" }]]);
     expect(isOfOther({ ...ours, shown_id: "twin" })).toBe(true);
     endMotion(null);
     expect(isOfOther(ours), "given back, and shown a moment longer").toBe(false);
@@ -352,16 +352,16 @@ describe("motion", () => {
   });
 
   test("the lease passing to somebody else is checked, not guessed", async () => {
-    const said = vi.spyOn(live, "send").mockReturnValue(true);
+    const sendSpy = vi.spyOn(live, "send").mockReturnValue(true);
     await enableMotion(UID);
-    said.mockClear();
+    sendSpy.mockClear();
     sent = [];
     setLease(null);
-    expect(said.mock.calls).toEqual([[{ type: "heartbeat", lease: "L" }]]);
+    expect(sendSpy.mock.calls).toEqual([[{ type: "heartbeat", lease: "L" }]]);
     expect(motion.value.phase).toBe("on");
     // The answer to the heart-beat of a lease that has ended; who has it now is told a moment later.
     vi.useFakeTimers();
-    heard.refuse({
+    received.refuse({
       type: "error",
       seq: 1,
       code: "unknown_lease",
@@ -377,7 +377,7 @@ describe("motion", () => {
     vi.useRealTimers();
     const taken = "Motion ended: Rig 3 took motion control.";
     expect(motion.value).toEqual({ phase: "off", why: taken });
-    const asked = [`GET /servos/${UID}/parameters/torque_mode`];
-    expect(sent, "what is gone is not given back, and what became of torque is read").toEqual(asked);
+    const requested = [`GET /servos/${UID}/parameters/torque_mode`];
+    expect(sent, "what is gone is not given back, and what became of torque is read").toEqual(requested);
   });
 });

@@ -1,7 +1,7 @@
 /** Motion from this page: one lease, heartbeat, torque, commands, and every end of it. */
 
 import { effect, signal } from "@preact/signals";
-import { ask, type Problem, problemOf } from "../api/client";
+import { callApi, type Problem, problemOf } from "../api/client";
 import type { Caution, Commanded, LeaseView, Reading, TorqueMode } from "../api/types";
 import { telemetry } from "../telemetry/store";
 import { text } from "../text";
@@ -42,7 +42,7 @@ export interface MotionQuestion {
   angle: number;
   /** Confirmation words for the request. */
   words: readonly string[];
-  said: readonly string[];
+  cautions: readonly string[];
 }
 
 /** A move that needs a confirmation. */
@@ -137,7 +137,7 @@ export async function takeControl(
     const lease =
       before.phase === "held"
         ? before.lease
-        : (await ask("POST", "/leases", { body: { holder: holder(), ttl_s: TTL_S } })).id;
+        : (await callApi("POST", "/leases", { body: { holder: holder(), ttl_s: TTL_S } })).id;
     if (!still()) {
       await release(off, lease);
       return;
@@ -185,7 +185,7 @@ export async function keepMotion(request: string): Promise<void> {
   const present = motion.peek();
   if (present.phase !== "on" && present.phase !== "held") return;
   try {
-    await ask("POST", "/leases/requests/{request_id}/refuse", {
+    await callApi("POST", "/leases/requests/{request_id}/refuse", {
       path: { request_id: request },
       headers: { Lease: present.lease },
     });
@@ -233,14 +233,14 @@ export function forgetMotion(why: string | null, gone = false): void {
 
 async function giveBack(lease: string): Promise<void> {
   haveLease(lease);
-  await ask("DELETE", "/leases/{lease_id}", { path: { lease_id: lease }, keepalive: true }).catch(
+  await callApi("DELETE", "/leases/{lease_id}", { path: { lease_id: lease }, keepalive: true }).catch(
     () => undefined,
   );
 }
 
 /** Withdraw the request, and release the lease if it was granted meanwhile. */
 export async function withdraw(request: string): Promise<void> {
-  const end = await ask("DELETE", "/leases/requests/{request_id}", {
+  const end = await callApi("DELETE", "/leases/requests/{request_id}", {
     path: { request_id: request },
     keepalive: true,
   }).catch(() => null);
@@ -255,11 +255,15 @@ async function release(members: readonly string[], lease: string): Promise<void>
 /** Not awaited while leaving; the result is tracked. Needs no lease. */
 function torqueOff(uid: string, lease: string): Promise<void> {
   const options = { body: { mode: "off" as const }, headers: { Lease: lease }, keepalive: true };
-  return followRelease(uid, ask("POST", "/servos/{uid}/torque", { path: { uid }, ...options }));
+  return followRelease(uid, callApi("POST", "/servos/{uid}/torque", { path: { uid }, ...options }));
 }
 
 function torque(uid: string, mode: TorqueMode, lease: string): Promise<Reading> {
-  return ask("POST", "/servos/{uid}/torque", { path: { uid }, body: { mode }, headers: { Lease: lease } });
+  return callApi("POST", "/servos/{uid}/torque", {
+    path: { uid },
+    body: { mode },
+    headers: { Lease: lease },
+  });
 }
 
 /** Torque on or off during motion. Off never waits. */
@@ -286,12 +290,12 @@ export async function setTorque(mode: "on" | "off"): Promise<void> {
 
 /** Torque off for all. A servo without a response is reported, and the others still count as off. */
 async function allOff(members: readonly string[], lease: string): Promise<void> {
-  const asked = members.map(uid => {
-    const told = torque(uid, "off", lease);
-    if (members.length > 1) void followRelease(uid, told);
-    return told;
+  const requested = members.map(uid => {
+    const reported = torque(uid, "off", lease);
+    if (members.length > 1) void followRelease(uid, reported);
+    return reported;
   });
-  const failed = (await Promise.allSettled(asked)).filter(one => one.status === "rejected");
+  const failed = (await Promise.allSettled(requested)).filter(one => one.status === "rejected");
   const first = failed[0];
   if (first !== undefined && failed.length === members.length) throw first.reason;
   motionRefusal.value = first === undefined ? null : problemText(problemOf(first.reason));
@@ -317,7 +321,7 @@ export async function moveTo(angle: number, confirm: readonly string[] = []): Pr
       warnings.value = (await group.move(angle, present.lease, limited)).warnings ?? [];
       return;
     }
-    const answer = await ask("POST", "/servos/{uid}/command", {
+    const response = await callApi("POST", "/servos/{uid}/command", {
       path: { uid: present.uid },
       body: {
         type: "angle",
@@ -327,8 +331,8 @@ export async function moveTo(angle: number, confirm: readonly string[] = []): Pr
       },
       headers: { Lease: present.lease },
     });
-    if (setpoint.peek() === angle) setpoint.value = answer.value;
-    warnings.value = answer.warnings ?? [];
+    if (setpoint.peek() === angle) setpoint.value = response.value;
+    warnings.value = response.warnings ?? [];
   } catch (error) {
     const problem = problemOf(error);
     if (problem.code !== "needs_confirmation") {
@@ -344,12 +348,12 @@ export async function moveTo(angle: number, confirm: readonly string[] = []): Pr
 async function putQuestion(uid: string, angle: number, problem: Problem): Promise<void> {
   const words = Array.isArray(problem.facts.words) ? problem.facts.words.map(String) : [];
   const options = { path: { uid }, query: { type: "angle" as const, value: angle } };
-  const found = await ask("GET", "/servos/{uid}/cautions", options).catch((): Caution[] => []);
-  const said = found
+  const found = await callApi("GET", "/servos/{uid}/cautions", options).catch((): Caution[] => []);
+  const cautions = found
     .filter(one => one.confirm !== null && words.includes(one.confirm))
     .map(one => cautionText(one, uid));
   if (motion.peek().phase !== "on") return;
-  question.value = { angle, words, said: said.length > 0 ? said : [problemText(problem)] };
+  question.value = { angle, words, cautions: cautions.length > 0 ? cautions : [problemText(problem)] };
 }
 
 const drags = new Newest<number>(DRAG_PERIOD_MS, angle => {
@@ -377,18 +381,18 @@ export function dragTo(angle: number): void {
 
 export function presentAngle(uid: string): number | null {
   const one = peekServo(uid);
-  const told = one ? angleOf(one, monotonic()) : telemetry.latest(uid, "current_angle", monotonic());
-  return told?.value ?? null;
+  const reported = one ? angleOf(one, monotonic()) : telemetry.latest(uid, "current_angle", monotonic());
+  return reported?.value ?? null;
 }
 
 /** The lease ended or passed, so the server turns torque off. The new holder is reported shortly after. */
 function lost(): void {
   for (const uid of membersOf(motion.peek())) void followRelease(uid);
   forgetMotion(takenBy() ?? text.motion.endedLease, true);
-  const said = motion.peek();
+  const before = motion.peek();
   const end = heldLease.subscribe(() => {
     const why = takenBy();
-    if (why !== null && motion.peek() === said) motion.value = { phase: "off", why };
+    if (why !== null && motion.peek() === before) motion.value = { phase: "off", why };
   });
   setTimeout(end, PASSING_MS);
 }

@@ -2,21 +2,21 @@
 import { expect, test, vi } from "vitest";
 import type { NoteCode } from "../api/types";
 import { text } from "../text/ja";
-import { speak } from "../text/language";
+import { setLanguage } from "../text/language";
 
 // Before anything that takes its words when it is loaded.
-speak("ja", text);
+setLanguage("ja", text);
 const { noteText, resultText } = await import("./note-text");
 
 test("until its words are here a note is said in the server's", async () => {
   vi.resetModules();
   const language = await import("../text/language");
-  language.speak("ja", text);
+  language.setLanguage("ja", text);
   const { noteText: early } = await import("./note-text");
-  const said = () => early("It reached its limit.", "log_limit", { limit_mb: 2 });
-  expect(said()).toBe("It reached its limit.");
+  const shown = () => early("It reached its limit.", "log_limit", { limit_mb: 2 });
+  expect(shown()).toBe("It reached its limit.");
   await language.wordsLoaded();
-  expect(said()).toBe("上限の2\u202fMBに達しました。");
+  expect(shown()).toBe("上限の2\u202fMBに達しました。");
 });
 
 test("a note is said by its code, with its values", () => {

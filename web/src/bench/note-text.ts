@@ -14,6 +14,6 @@ export function noteText(
 
 /** Summary of a job's result. */
 export function resultText(result: unknown): string {
-  const said = (result ?? {}) as { text?: string; text_code?: NoteCode; text_params?: Params };
-  return noteText(said.text ?? "", said.text_code, said.text_params);
+  const note = (result ?? {}) as { text?: string; text_code?: NoteCode; text_params?: Params };
+  return noteText(note.text ?? "", note.text_code, note.text_params);
 }

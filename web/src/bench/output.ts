@@ -16,11 +16,11 @@ export function switchedOff({ state, reason }: Output): boolean {
 
 /** One line: "Output off: stopped by you, 14:03". */
 export function outputLine(one: Output): string {
-  const said = text.output;
-  const state = said.state[one.state];
+  const strings = text.output;
+  const state = strings.state[one.state];
   if (one.state === "on" || one.state === "unknown") return state;
-  const why = said.reason[one.reason](by(one));
-  return said.line(state, one.since === null ? why : said.at(why, instant(one.since)));
+  const why = strings.reason[one.reason](by(one));
+  return strings.line(state, one.since === null ? why : strings.at(why, instant(one.since)));
 }
 
 function by(one: Output): string {

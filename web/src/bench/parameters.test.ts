@@ -53,9 +53,9 @@ test("servos that start again one after another share requests", async () => {
     await vi.advanceTimersByTimeAsync(20);
   }
   await vi.runAllTimersAsync();
-  const asked = sent.map(url => new URL(url, "http://x").searchParams.get("uids")?.split(",") ?? []);
-  expect(asked.length).toBeLessThanOrEqual((40 * 20) / PAUSE_MS + 2);
-  expect(asked.flat()).toEqual(uids);
+  const requested = sent.map(url => new URL(url, "http://x").searchParams.get("uids")?.split(",") ?? []);
+  expect(requested.length).toBeLessThanOrEqual((40 * 20) / PAUSE_MS + 2);
+  expect(requested.flat()).toEqual(uids);
 });
 
 test("a servo that is another since is read again, alone", async () => {

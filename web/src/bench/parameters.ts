@@ -113,11 +113,11 @@ export class Sheet {
   /** Read the server's values; with `refresh` it reads the servo. */
   async load(refresh = false): Promise<void> {
     try {
-      const answer = await callApi("GET", "/servos/{uid}/parameters", {
+      const response = await callApi("GET", "/servos/{uid}/parameters", {
         path: { uid: this.uid },
         query: refresh ? { refresh } : {},
       });
-      this.take(answer.revision, answer.parameters);
+      this.take(response.revision, response.parameters);
     } catch (error) {
       this.problem.value = problemOf(error);
     }
@@ -141,8 +141,8 @@ export async function loadSheets(uids: readonly string[], refresh = false): Prom
   if (uids.length === 0) return;
   const query = { uids: uids.join(",") };
   const slow = { query: { ...query, refresh }, timeout_ms: 60_000 };
-  const answer = await callApi("GET", "/parameters", refresh ? slow : { query });
-  for (const [uid, column] of Object.entries(answer.servos)) {
+  const response = await callApi("GET", "/parameters", refresh ? slow : { query });
+  for (const [uid, column] of Object.entries(response.servos)) {
     const sheet = sheetOf(uid);
     if (column.problem) sheet.problem.value = asProblem(column.problem);
     else sheet.take(column.revision ?? "", column.parameters);
@@ -173,20 +173,20 @@ export function wantSheet(uid: string, as: string): void {
   readSheet(uid);
 }
 
-const heard = new Map<string, { uid: string; reading: Reading }>();
+const received = new Map<string, { uid: string; reading: Reading }>();
 let timer: ReturnType<typeof setTimeout> | undefined;
 const FLUSH_MS = 100;
 
 /** A reading from the socket; only opened sheets keep it. */
 export function takeReading(uid: string, reading: Reading): void {
-  heard.set(`${uid}/${reading.key}`, { uid, reading });
+  received.set(`${uid}/${reading.key}`, { uid, reading });
   if (timer !== undefined) return;
   timer = setTimeout(() => {
     timer = undefined;
     batch(() => {
-      for (const { uid: of, reading: one } of heard.values()) sheets.get(of)?.put(one);
+      for (const { uid: of, reading: one } of received.values()) sheets.get(of)?.put(one);
     });
-    heard.clear();
+    received.clear();
   }, FLUSH_MS);
 }
 

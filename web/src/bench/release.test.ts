@@ -9,14 +9,14 @@ const B = "b".repeat(32);
 const silence = () => Promise.reject(new Problem("no_response", 504, "It did not answer."));
 const holds = (value: string) => Promise.resolve({ key: "torque_mode", value } as Reading);
 let answers: (() => Response)[];
-let asked: string[];
+let requested: string[];
 
 beforeEach(() => {
   vi.useFakeTimers();
   answers = [];
-  asked = [];
+  requested = [];
   vi.stubGlobal("fetch", async (url: string, init: RequestInit) => {
-    asked.push(`${init.method} ${url}`);
+    requested.push(`${init.method} ${url}`);
     return answers.shift()?.() ?? new Response('{"code":"no_response"}', { status: 504 });
   });
 });
@@ -35,12 +35,12 @@ test("who answers is off, who does not is asked until it answers, and nothing is
   await vi.advanceTimersByTimeAsync(10);
   expect([those("off"), those("silent")]).toEqual([[A], [B]]);
   await vi.advanceTimersByTimeAsync(2500);
-  expect(asked).toEqual(Array(2).fill(`GET /api/v1/servos/${B}/parameters/torque_mode`));
+  expect(requested).toEqual(Array(2).fill(`GET /api/v1/servos/${B}/parameters/torque_mode`));
   answers = [() => new Response('{"key":"torque_mode","value":"off"}')];
   await vi.advanceTimersByTimeAsync(1000);
   expect(those("off")).toEqual([A, B]);
   await vi.advanceTimersByTimeAsync(5000);
-  expect(asked).toHaveLength(3);
+  expect(requested).toHaveLength(3);
 });
 
 test("one that is moved by somebody else by then is none of this page's", async () => {
@@ -61,5 +61,5 @@ test("a new visit forgets who answered, and turning torque on forgets that one a
   forget(B);
   await vi.advanceTimersByTimeAsync(5000);
   expect(released.value.size).toBe(0);
-  expect(asked).toEqual([]);
+  expect(requested).toEqual([]);
 });

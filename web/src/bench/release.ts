@@ -1,6 +1,6 @@
 /** Torque after the end of motion of this page: off as acknowledged, or unknown. */
 import { signal } from "@preact/signals";
-import { ask, problemOf } from "../api/client";
+import { callApi, problemOf } from "../api/client";
 import type { Reading } from "../api/types";
 
 /** "asking": no response yet. "off": acknowledged. "silent": no response. */
@@ -31,13 +31,13 @@ export function forget(uid: string): void {
 }
 
 /** Wait for the response `told` to a torque off; without one, read torque mode until the servo responds. */
-export async function followRelease(uid: string, told: Promise<Reading> = read(uid)): Promise<void> {
+export async function followRelease(uid: string, reported: Promise<Reading> = read(uid)): Promise<void> {
   const round = Symbol(uid);
   rounds.set(uid, round);
   put(uid, "asking");
   const began = performance.now();
-  for (let answer = told; ; answer = read(uid)) {
-    const found = await answer.catch(error => problemOf(error));
+  for (let response = reported; ; response = read(uid)) {
+    const found = await response.catch(error => problemOf(error));
     if (rounds.get(uid) !== round) return;
     if ("value" in found && found.value !== "on") return put(uid, "off");
     const gone = "code" in found && found.code === "unknown_servo";
@@ -49,7 +49,7 @@ export async function followRelease(uid: string, told: Promise<Reading> = read(u
 }
 
 function read(uid: string): Promise<Reading> {
-  return ask("GET", "/servos/{uid}/parameters/torque_mode", { path: { uid } });
+  return callApi("GET", "/servos/{uid}/parameters/torque_mode", { path: { uid } });
 }
 
 function put(uid: string, state: ReleaseState | null): void {

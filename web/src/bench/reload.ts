@@ -10,7 +10,7 @@ export function reload(address = location.href): void {
 }
 
 /** Warn before the page is left while `unsent` is true, except for its own reload. */
-export function askBeforeLeaving(unsent: () => boolean): void {
+export function warnBeforeLeaving(unsent: () => boolean): void {
   addEventListener("beforeunload", event => {
     if (!reloading && unsent()) event.preventDefault();
   });

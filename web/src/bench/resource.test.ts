@@ -6,20 +6,20 @@ import { Resource } from "./resource";
 const nothing = async () => "";
 
 it("shows the newest answer, whichever comes last", async () => {
-  const asked = new Resource(nothing);
+  const requested = new Resource(nothing);
   let late = (_: string) => {};
-  const first = asked.load(() => new Promise(resolve => (late = resolve)));
-  await asked.load(async () => "new");
+  const first = requested.load(() => new Promise(resolve => (late = resolve)));
+  await requested.load(async () => "new");
   late("old");
   await first;
-  expect(asked.value.value).toBe("new");
+  expect(requested.value.value).toBe("new");
 });
 
 it("keeps what was read when it cannot be read again, and says why", async () => {
-  const asked = new Resource(nothing);
-  await asked.load(async () => "known");
-  await asked.load(async () => {
+  const requested = new Resource(nothing);
+  await requested.load(async () => "known");
+  await requested.load(async () => {
     throw new Problem("busy", 409, "Being worked on.");
   });
-  expect([asked.value.value, asked.problem.value]).toEqual(["known", "Being worked on."]);
+  expect([requested.value.value, requested.problem.value]).toEqual(["known", "Being worked on."]);
 });

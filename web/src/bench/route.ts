@@ -191,11 +191,11 @@ export function oneInAddress<T extends string>(name: string, all: readonly [T, .
 }
 
 /** Bind a signal to a setting in the address; initially the address wins, if it has one. */
-export function keepInAddress(name: string, kept: Signal<string>): () => void {
+export function keepInAddress(name: string, stored: Signal<string>): () => void {
   const word = wordInAddress(name);
-  if (word.peek() !== "") kept.value = word.peek();
+  if (word.peek() !== "") stored.value = word.peek();
   return effect(() => {
-    word.value = kept.value;
+    word.value = stored.value;
   });
 }
 

@@ -1,5 +1,5 @@
 /** The Japanese help for what the server's tables explain in English: parameters, groups, the maker's advice. */
-import type { Said } from "../text/language";
+import type { Translated } from "../text/language";
 import type { words as english } from "./row-help.en";
 
 const SPEED_LOOP =
@@ -132,4 +132,4 @@ export const words = {
     speed_dead_band: SPEED_LOOP,
     speed_i_limit: SPEED_LOOP,
   },
-} satisfies Said<typeof english>;
+} satisfies Translated<typeof english>;

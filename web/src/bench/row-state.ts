@@ -60,27 +60,27 @@ export function spanOf(
 export function viewOf(facts: RowFacts): RowView {
   const { row, reading, draft, outcome, unsaved } = facts;
   const say = (state: RowState, words = "", goTo: string | null = null): RowView => ({ state, words, goTo });
-  const said = text.rows.state;
+  const sentence = text.rows.state;
   const span = spanOf(row, reading);
 
   if (draft && !draft.verdict.ok) {
     const ranged = draft.verdict.code === "above" || draft.verdict.code === "below";
     return say(ranged ? "out_of_range" : "invalid");
   }
-  if (outcome?.kind === "pending") return say("pending", said.pending);
+  if (outcome?.kind === "pending") return say("pending", sentence.pending);
   if (outcome?.kind === "failed") return say("failed");
-  if (draft?.verdict.ok && draft.verdict.value !== reading?.value) return say("staged", said.staged);
+  if (draft?.verdict.ok && draft.verdict.value !== reading?.value) return say("staged", sentence.staged);
   if (outcome?.kind === "clamped") {
-    return say("clamped", said.clamped(full(outcome.asked, span), full(reading?.value, span)));
+    return say("clamped", sentence.clamped(full(outcome.asked, span), full(reading?.value, span)));
   }
-  if (outcome?.kind === "saved") return say("saved", said.saved(minute(outcome.at)));
-  if (unsaved) return say("applied", said.applied);
-  if (!reading || reading.raw === null) return say("stale", said.unread);
+  if (outcome?.kind === "saved") return say("saved", sentence.saved(minute(outcome.at)));
+  if (unsaved) return say("applied", sentence.applied);
+  if (!reading || reading.raw === null) return say("stale", sentence.unread);
   if (reading.stale || !facts.reachable) {
     const words =
       reading.readAt === null
-        ? said.lastReadUnknown
-        : said.lastRead(age(Math.max(0, facts.now() - reading.readAt)));
+        ? sentence.lastReadUnknown
+        : sentence.lastRead(age(Math.max(0, facts.now() - reading.readAt)));
     return say("stale", words);
   }
   if (reading.in_effect === false)
@@ -90,10 +90,10 @@ export function viewOf(facts: RowFacts): RowView {
 
 /** "No effect now: …." in the page's language, or the server's. */
 function whySaid({ why, why_not }: KnownReading): string {
-  const said = why ? text.table.why[why.code] : undefined;
-  if (said === undefined) return shorten(why_not ?? "");
+  const sentence = why ? text.table.why[why.code] : undefined;
+  if (sentence === undefined) return shorten(why_not ?? "");
   return text.rows.state.noEffect(
-    said.replace("{last_command}", text.table.commands[why?.params?.last_command ?? ""] ?? ""),
+    sentence.replace("{last_command}", text.table.commands[why?.params?.last_command ?? ""] ?? ""),
   );
 }
 

@@ -37,8 +37,8 @@ describe("who we are", () => {
   });
 
   test("a token lets us in, gives us a name, and tells who waits", async () => {
-    const told = vi.fn();
-    onSignIn(told);
+    const reported = vi.fn();
+    onSignIn(reported);
     answers = [
       [200, nobody],
       [200, anna],
@@ -48,7 +48,7 @@ describe("who we are", () => {
     expect(sent.at(-1)).toEqual(["POST /api/v1/session", '{"token":"hb_x"}']);
     expect(signedOut.value).toBe(false);
     expect(signedBy("page-1000")).toBe("anna · page-1000");
-    expect(told).toHaveBeenCalledOnce();
+    expect(reported).toHaveBeenCalledOnce();
   });
 
   test("a token that is refused says why, and the login stays", async () => {

@@ -1,6 +1,6 @@
 /** The signed-in client of this page, and whether a token is required. */
 import { signal } from "@preact/signals";
-import { ask, type Problem, problemOf, whenUnauthorized } from "../api/client";
+import { callApi, type Problem, problemOf, whenUnauthorized } from "../api/client";
 import { linkToken } from "../api/root";
 import { reload } from "./reload";
 
@@ -27,9 +27,9 @@ export function onSignIn(act: () => void): void {
 }
 
 /** The name of this client as the server has it: after the name of its token. */
-export function signedBy(said: string): string {
+export function signedBy(pageName: string): string {
   const name = session.value?.name;
-  return name ? `${name} · ${said}` : said;
+  return name ? `${name} · ${pageName}` : pageName;
 }
 
 function take(found: Session): void {
@@ -41,13 +41,13 @@ function take(found: Session): void {
 
 /** Read the session. Without a response nothing changes: the link band reports it. */
 export function look(): Promise<void> {
-  return ask("GET", "/session").then(take, () => undefined);
+  return callApi("GET", "/session").then(take, () => undefined);
 }
 
 export async function signIn(token: string): Promise<boolean> {
   tokenRefused.value = null;
   try {
-    const found = await ask("POST", "/session", { body: { token } });
+    const found = await callApi("POST", "/session", { body: { token } });
     signedOut.value = true;
     take(found);
     return true;
@@ -58,7 +58,7 @@ export async function signIn(token: string): Promise<boolean> {
 }
 
 export async function signOut(): Promise<void> {
-  await ask("DELETE", "/session").catch(() => undefined);
+  await callApi("DELETE", "/session").catch(() => undefined);
   reload();
 }
 

@@ -5,7 +5,7 @@ import { signal } from "@preact/signals";
 export const staleAfter = signal({ angle: 0.5, polled: 5 });
 
 /** Take the ages from a hello message. */
-export function takeStaleAfter(told: Readonly<Record<string, number>>): void {
+export function takeStaleAfter(reported: Readonly<Record<string, number>>): void {
   const { angle, polled } = staleAfter.peek();
-  staleAfter.value = { angle: told.angle ?? angle, polled: told.status ?? polled };
+  staleAfter.value = { angle: reported.angle ?? angle, polled: reported.status ?? polled };
 }

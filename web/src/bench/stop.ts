@@ -1,7 +1,7 @@
 /** Stop as the page sends it: over the socket and REST at once, without waiting. */
 
 import { signal } from "@preact/signals";
-import { ask, problemOf } from "../api/client";
+import { callApi, problemOf } from "../api/client";
 import { text } from "../text";
 import { stop } from "./bench";
 import { problemText } from "./facts";
@@ -24,14 +24,14 @@ export const unsent = signal<string | null>(null);
 /** Torque off on every servo, over the socket and over REST: whichever arrives first. */
 export function pressStop(cause: Cause): void {
   const socket = live.send({ type: "stop", mode: "off", by: holder(), reason: REASONS[cause] });
-  void ask("POST", "/stop", {
+  void callApi("POST", "/stop", {
     query: { by: holder() },
     body: { mode: "off", reason: REASONS[cause] },
     keepalive: true,
     timeout_ms: 5000,
   }).then(
-    answer => {
-      stop.value = answer;
+    response => {
+      stop.value = response;
       unsent.value = null;
     },
     error => {
@@ -44,7 +44,7 @@ export function pressStop(cause: Cause): void {
 /** Clear the stop latch. Moves nothing and turns nothing on. */
 export async function clearStop(): Promise<string | null> {
   try {
-    stop.value = await ask("DELETE", "/stop", { query: { by: holder() } });
+    stop.value = await callApi("DELETE", "/stop", { query: { by: holder() } });
     return null;
   } catch (error) {
     return problemText(problemOf(error));

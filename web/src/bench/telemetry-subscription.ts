@@ -1,6 +1,6 @@
 /** Telemetry subscriptions of the page for the servos it shows. */
 import { effect, signal } from "@preact/signals";
-import { ask } from "../api/client";
+import { callApi } from "../api/client";
 import type { ParameterKey, TelemetryGrant } from "../api/types";
 import { connection, up } from "./link";
 
@@ -49,7 +49,7 @@ export function subscribeTelemetry(
   let over = false;
   const put = async (wanted: readonly string[]) => {
     try {
-      const grant = await ask("PUT", "/servos/{uid}/telemetry", {
+      const grant = await callApi("PUT", "/servos/{uid}/telemetry", {
         path: { uid },
         body: { channels: wanted as readonly ParameterKey[], rate_hz: rateHz, owner, ttl_s: TTL_S },
         keepalive: wanted.length === 0,

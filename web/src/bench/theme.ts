@@ -1,7 +1,7 @@
 /** Light, dark or auto: setting, storage and effective theme. Print is always light. */
 import { computed, effect, signal } from "@preact/signals";
 
-export type ThemeWish = "light" | "dark" | "auto";
+export type ThemeChoice = "light" | "dark" | "auto";
 
 const KEY = "hornbill.theme";
 const system = matchMedia("(prefers-color-scheme: dark)");
@@ -9,7 +9,7 @@ const systemDark = signal(system.matches);
 const paper = matchMedia("print");
 const onPaper = signal(paper.matches);
 
-function kept(): ThemeWish {
+function stored(): ThemeChoice {
   try {
     const value = localStorage.getItem(KEY);
     return value === "light" || value === "dark" ? value : "auto";
@@ -18,16 +18,16 @@ function kept(): ThemeWish {
   }
 }
 
-export const themeWish = signal<ThemeWish>(kept());
+export const themeChoice = signal<ThemeChoice>(stored());
 
 export const theme = computed<"light" | "dark">(() => {
   if (onPaper.value) return "light";
-  if (themeWish.value !== "auto") return themeWish.value;
+  if (themeChoice.value !== "auto") return themeChoice.value;
   return systemDark.value ? "dark" : "light";
 });
 
-export function chooseTheme(next: ThemeWish): void {
-  themeWish.value = next;
+export function chooseTheme(next: ThemeChoice): void {
+  themeChoice.value = next;
   try {
     localStorage.setItem(KEY, next);
   } catch {

@@ -5,7 +5,7 @@ import { endRound, round, wiggle, wiggled, wiggleInTurn, wiggling } from "./wigg
 
 const [A, B, C] = ["a", "b", "c"].map(one => one.repeat(32)) as [string, string, string];
 
-let asked: string[];
+let requested: string[];
 let noStop: () => void;
 /** What the server makes of each servo: a problem's code, or how the job ends. */
 let fate: Record<string, { status: number; code?: string; error?: string }>;
@@ -23,7 +23,7 @@ const job = (uid: string, error?: string) => ({
 });
 
 beforeEach(() => {
-  asked = [];
+  requested = [];
   noStop = stopButton();
   fate = {};
   held = null;
@@ -31,7 +31,7 @@ beforeEach(() => {
   round.value = null;
   vi.stubGlobal("fetch", async (url: string) => {
     const uid = /servos\/([a-c]{32})\/identify/.exec(url)?.[1] ?? "";
-    asked.push(uid);
+    requested.push(uid);
     if (held !== null) await new Promise<void>(resolve => held?.push(resolve));
     const { status = 202, code, error } = fate[uid] ?? {};
     const body = code ? { code, status, detail: `${code} here`, summary: `${code} here` } : job(uid, error);
@@ -58,13 +58,13 @@ test("a second one waits for nothing and does nothing while the first is under w
   expect(wiggling.value).toBe(true);
   for (const go of held) go();
   await first;
-  expect(asked).toEqual([A]);
+  expect(requested).toEqual([A]);
 });
 
 test("several go in turn, and one that is refused does not keep the others from it", async () => {
   fate = { [B]: { status: 409, code: "busy" } };
   await wiggleInTurn([A, B, C]);
-  expect(asked).toEqual([A, B, C]);
+  expect(requested).toEqual([A, B, C]);
   expect(round.value?.at).toBe(3);
   expect([...(round.value?.refused ?? [])]).toEqual([[B, "busy here"]]);
 });
@@ -73,20 +73,20 @@ test("a job that fails is a refusal of that servo", async () => {
   fate = { [A]: { status: 202, error: "did_not_move" } };
   await wiggleInTurn([A, B]);
   expect(round.value?.refused.get(A)).toBe("It is did_not_move.");
-  expect(asked).toEqual([A, B]);
+  expect(requested).toEqual([A, B]);
 });
 
 test.each(["stopped", "lease_held"])("%s holds for all: nobody after it is asked", async code => {
   fate = { [A]: { status: 423, code } };
   await wiggleInTurn([A, B, C]);
-  expect(asked).toEqual([A]);
+  expect(requested).toEqual([A]);
   expect(round.value).toMatchObject({ uids: [A], at: 1 });
 });
 
 test("a stop in the middle of a wiggle ends the round", async () => {
   fate = { [A]: { status: 202, error: "stopped" } };
   await wiggleInTurn([A, B]);
-  expect(asked).toEqual([A]);
+  expect(requested).toEqual([A]);
 });
 
 test("the rest is left out on request; the one under way ends as it would", async () => {
@@ -96,13 +96,13 @@ test("the rest is left out on request; the one under way ends as it would", asyn
   endRound();
   for (const go of held) go();
   await turn;
-  expect(asked).toEqual([A]);
+  expect(requested).toEqual([A]);
   expect(wiggled.value?.phase).toBe("moved");
 });
 
 test("nothing wiggles while Stop is out of sight", async () => {
   noStop();
   await wiggleInTurn([A, B]);
-  expect(asked).toEqual([]);
+  expect(requested).toEqual([]);
   expect(round.value?.refused.size).toBe(1);
 });

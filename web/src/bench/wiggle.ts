@@ -1,7 +1,7 @@
 /** Wiggles: one horn at a time moves a little to identify the servo; several in turn. */
 
 import { computed, signal } from "@preact/signals";
-import { ask, problemOf } from "../api/client";
+import { callApi, problemOf } from "../api/client";
 import { text } from "../text";
 import { monotonic } from "./clock";
 import { endText, problemText } from "./facts";
@@ -40,7 +40,7 @@ async function one(uid: string): Promise<boolean> {
   }
   wiggled.value = { uid, phase: "asking" };
   try {
-    const job = await ask("POST", "/servos/{uid}/identify", { path: { uid }, headers: leaseHeader() });
+    const job = await callApi("POST", "/servos/{uid}/identify", { path: { uid }, headers: leaseHeader() });
     if (!jobs.peek().has(job.id)) setJob(job);
     const known = peekServo(uid);
     wiggled.value = { uid, phase: "moving", around: known ? angleOf(known, monotonic()).value : null };

@@ -3,10 +3,10 @@ import { beforeEach, expect, test } from "vitest";
 import type { Finding, FindingCode } from "../api/bus-types";
 import type { Servo } from "../api/types";
 import { text } from "../text/ja";
-import { speak } from "../text/language";
+import { setLanguage } from "../text/language";
 
 // Before modules that read their text when loaded.
-speak("ja", text);
+setLanguage("ja", text);
 const { findingText } = await import("./finding");
 const { replaceAll } = await import("../bench/fleet");
 

@@ -1,9 +1,9 @@
 /** Text of the doctor's findings by code. English text comes from the server, except remedies that name a button or tab. */
 import type { Advice, FindingCode } from "../api/bus-types";
 import type { RefusalCode } from "../api/types";
-import type { Saying } from "../bench/facts";
+import type { FactsText } from "../bench/facts";
 
-type Sayings<Code extends string> = Readonly<Partial<Record<Code, Saying>>>;
+type Sayings<Code extends string> = Readonly<Partial<Record<Code, FactsText>>>;
 
 /** Titles and evidence of passed checks and of problems, remedies, and reasons why a node gets no node ID. */
 export const words: {

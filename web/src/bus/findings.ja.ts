@@ -1,7 +1,7 @@
 /** Japanese titles, evidence and remedies of the doctor's findings. tests/contract checks that they are complete. */
 import type { Facts } from "../bench/facts";
 import { refusals } from "../text/ja/events";
-import type { Said } from "../text/language";
+import type { Translated } from "../text/language";
 import type { words as english } from "./findings.en";
 import { words as bus } from "./text.ja";
 
@@ -267,4 +267,4 @@ export const words = {
     check_cable_and_restart: () =>
       "送信はしていますが受信していないか、サーボではありません。ケーブルを確認し、電源を入れ直してください。",
   },
-} satisfies Said<typeof english>;
+} satisfies Translated<typeof english>;

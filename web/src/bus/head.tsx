@@ -1,7 +1,7 @@
 /** Head of the Bus page: adapter and state, and buttons to change them. */
 
 import { useSignal } from "@preact/signals";
-import { ask } from "../api/client";
+import { callApi } from "../api/client";
 import type { Bus } from "../api/types";
 import { bus } from "../bench/bench";
 import { channelOf, retryIn } from "../bench/bus-now";
@@ -148,7 +148,7 @@ function DisconnectDialog({ name, onClose }: { name: string; onClose: () => void
       testid="disconnect-dialog"
       actId="disconnect-confirm"
       act={async () => {
-        bus.value = await ask("DELETE", "/bus");
+        bus.value = await callApi("DELETE", "/bus");
       }}
       onClose={onClose}
     >

@@ -2,7 +2,7 @@
 
 import { useSignal } from "@preact/signals";
 import type { Allocation, AllocationChange } from "../api/bus-types";
-import { ask } from "../api/client";
+import { callApi } from "../api/client";
 import { ownerName } from "../bench/allocations";
 import { noteText } from "../bench/note-text";
 import { wholeNumber } from "../bench/number";
@@ -33,7 +33,7 @@ export function PinDialog({ one, table, onClose }: Props & { table: readonly All
       actId="pin-confirm"
       act={async () => {
         const body = { node_id: Number(wholeNumber(typed.peek())) };
-        return noteOf(await ask("PUT", "/allocations/{uid}", { path: { uid: one.uid }, body }));
+        return noteOf(await callApi("PUT", "/allocations/{uid}", { path: { uid: one.uid }, body }));
       }}
       onClose={onClose}
     >
@@ -62,7 +62,7 @@ export function ForgetDialog({ one, onClose }: Props) {
       danger
       testid="forget-dialog"
       actId="forget-confirm"
-      act={async () => noteOf(await ask("DELETE", "/allocations/{uid}", { path: { uid: one.uid } }))}
+      act={async () => noteOf(await callApi("DELETE", "/allocations/{uid}", { path: { uid: one.uid } }))}
       onClose={onClose}
     >
       <p>{said.forgetText}</p>

@@ -2,7 +2,7 @@
 
 import { useSignal } from "@preact/signals";
 import type { Allocation, AllocatorMode, AllocatorState } from "../api/bus-types";
-import { ask } from "../api/client";
+import { callApi } from "../api/client";
 import type { Bus, PendingAllocation } from "../api/types";
 import { allocations, ownerName, tableProblem } from "../bench/allocations";
 import { bus } from "../bench/bench";
@@ -126,7 +126,7 @@ function Pending() {
   return (
     <ul class="pending" aria-label={said.waiting(grouped(pending.value.length))}>
       {pending.value.map(one => {
-        const passed = Math.max(0, now.value - one.heardAt);
+        const passed = Math.max(0, now.value - one.receivedAt);
         return (
           <li key={one.uid_part} class="pending-row" data-testid={`pending-${one.uid_part}`}>
             <Glyph kind={one.refusal === null ? "identifying" : "failure"} />
@@ -156,7 +156,7 @@ function refusalText(one: PendingAllocation): string {
 function Allocator({ allocator, table }: { allocator: AllocatorState; table: readonly Allocation[] }) {
   const confirming = useSignal<AllocatorMode | null>(null);
   const set = async (mode: AllocatorMode) => {
-    const changed = await ask("PUT", "/bus/allocator", { body: { mode } });
+    const changed = await callApi("PUT", "/bus/allocator", { body: { mode } });
     if (bus.value) bus.value = { ...bus.value, allocator: changed } satisfies Bus;
   };
   // A mode that may take a servo off the bus needs a confirmation.

@@ -2,7 +2,7 @@
 
 import { signal } from "@preact/signals";
 import type { LogFile, LogFormat, LogState } from "../api/bus-types";
-import { API, ask, problemOf } from "../api/client";
+import { API, callApi, problemOf } from "../api/client";
 import { problemText } from "../bench/facts";
 import { type Poll, poll } from "../bench/poll";
 
@@ -14,7 +14,7 @@ export const logProblem = signal<string | null>(null);
 
 async function readState(): Promise<void> {
   try {
-    log.value = await ask("GET", "/bus/log");
+    log.value = await callApi("GET", "/bus/log");
   } catch (error) {
     logProblem.value = problemText(problemOf(error));
   }
@@ -28,7 +28,7 @@ export function watchLog(): Poll {
 /** Reads the list of files; the newest first. */
 export async function listLogs(): Promise<void> {
   try {
-    const found = await ask("GET", "/bus/logs");
+    const found = await callApi("GET", "/bus/logs");
     logs.value = [...found].sort((one, other) => other.modified_at - one.modified_at);
   } catch (error) {
     logProblem.value = problemText(problemOf(error));
@@ -47,15 +47,15 @@ async function change(act: Promise<LogState | undefined>): Promise<void> {
 }
 
 export function startLog(format: LogFormat, name: string | null, limit_mb: number): Promise<void> {
-  return change(ask("POST", "/bus/log", { body: { format, name, limit_mb } }));
+  return change(callApi("POST", "/bus/log", { body: { format, name, limit_mb } }));
 }
 
 export function stopLog(): Promise<void> {
-  return change(ask("DELETE", "/bus/log"));
+  return change(callApi("DELETE", "/bus/log"));
 }
 
 export function removeLog(name: string): Promise<void> {
-  return change(ask("DELETE", "/bus/logs/{name}", { path: { name } }));
+  return change(callApi("DELETE", "/bus/logs/{name}", { path: { name } }));
 }
 
 /** Download address of a log. */

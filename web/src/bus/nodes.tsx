@@ -2,7 +2,7 @@
 
 import { useEffect, useMemo } from "preact/hooks";
 import type { BusNode } from "../api/bus-types";
-import { ask } from "../api/client";
+import { callApi } from "../api/client";
 import { now } from "../bench/clock";
 import type { ConditionKind } from "../bench/condition";
 import { nameOf, servo } from "../bench/fleet";
@@ -29,7 +29,7 @@ const GLYPH: Record<BusNode["health"], ConditionKind> = {
 };
 
 export function Nodes() {
-  const nodes = useMemo(() => new Resource(() => ask("GET", "/nodes")), []);
+  const nodes = useMemo(() => new Resource(() => callApi("GET", "/nodes")), []);
   useEffect(() => nodes.watch(POLL_MS).end, []);
   // Nodes that request a node ID are listed together as node 0; without requests it is left out.
   const list = nodes.value.value?.filter(one => one.node_id !== 0 || one.online) ?? null;

@@ -3,7 +3,7 @@
 import { computed, type Signal, signal } from "@preact/signals";
 import { useEffect, useMemo } from "preact/hooks";
 import type { Adapter } from "../api/bus-types";
-import { ask, problemOf } from "../api/client";
+import { callApi, problemOf } from "../api/client";
 import { bus } from "../bench/bench";
 import { channelOf } from "../bench/bus-now";
 import { monotonic, now } from "../bench/clock";
@@ -63,7 +63,7 @@ export function usePicker(): Picker {
   useEffect(() => {
     const search = async () => {
       try {
-        picker.adapters.value = adaptersInOrder(await ask("GET", "/bus/adapters"));
+        picker.adapters.value = adaptersInOrder(await callApi("GET", "/bus/adapters"));
         picker.listProblem.value = null;
         picker.chosen.value = chosenOf(picker.adapters.value, picker.chosen.peek());
       } catch (error) {
@@ -115,7 +115,7 @@ function makePicker(): Picker {
     opening.value = true;
     refused.value = null;
     try {
-      bus.value = await ask("PUT", "/bus", { body, timeout_ms: OPENING_MS });
+      bus.value = await callApi("PUT", "/bus", { body, timeout_ms: OPENING_MS });
       return true;
     } catch (error) {
       const problem = problemOf(error);

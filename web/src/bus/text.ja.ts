@@ -1,5 +1,5 @@
 /** Japanese text of the Bus page and of Connect; loaded with them. */
-import type { Said } from "../text/language";
+import type { Translated } from "../text/language";
 import type { words as english } from "./text.en";
 
 export const words = {
@@ -362,4 +362,4 @@ export const words = {
     },
     noBus: "バスに接続していません。先にバスを接続してください。",
   },
-} satisfies Said<typeof english>;
+} satisfies Translated<typeof english>;

@@ -1,5 +1,5 @@
 /** Japanese words of the actions on a whole servo; loaded with them. */
-import type { Said } from "../text/language";
+import type { Translated } from "../text/language";
 import type { words as english } from "./actions.en";
 
 export const words = {
@@ -21,4 +21,4 @@ export const words = {
   notRestarted: why => `再起動できません。${why}`,
   notReset: why => `初期化できません。${why}`,
   dismiss: "閉じる",
-} satisfies Said<typeof english>;
+} satisfies Translated<typeof english>;

@@ -14,7 +14,7 @@ interface Sent {
 
 let sent: Sent[];
 let sheet: Sheet;
-let answer: { status: number; body: unknown };
+let response: { status: number; body: unknown };
 
 const reading = (key: string, value: number): Reading => ({
   key,
@@ -59,7 +59,7 @@ beforeEach(() => {
       headers,
     });
     if (init.method === "GET") return new Response(JSON.stringify({ revision: "8", parameters: {} }));
-    return new Response(JSON.stringify(answer.body), { status: answer.status });
+    return new Response(JSON.stringify(response.body), { status: response.status });
   });
 });
 
@@ -71,7 +71,10 @@ const outcome = (key: string) => sheet.outcomes.value.get(key);
 
 describe("apply", () => {
   test("sends what is staged in one piece, with the revision it was made from", async () => {
-    answer = { status: 200, body: { outcome: "applied", revision: "8", changes: [change("a", "applied")] } };
+    response = {
+      status: 200,
+      body: { outcome: "applied", revision: "8", changes: [change("a", "applied")] },
+    };
     stage("a", 5);
     expect(await apply(sheet)).toBe(true);
     expect(sent[0]).toMatchObject({ method: "PATCH", body: { values: { a: 5 } } });
@@ -82,7 +85,10 @@ describe("apply", () => {
   });
 
   test("never sends what is not allowed, nor what RAM holds already", async () => {
-    answer = { status: 200, body: { outcome: "applied", revision: "8", changes: [change("a", "applied")] } };
+    response = {
+      status: 200,
+      body: { outcome: "applied", revision: "8", changes: [change("a", "applied")] },
+    };
     stage("a", 5);
     sheet.drafts.put("b", {
       text: "999",
@@ -98,7 +104,10 @@ describe("apply", () => {
   });
 
   test("of some rows alone leaves the other drafts, and brings the motion control it is given", async () => {
-    answer = { status: 200, body: { outcome: "applied", revision: "8", changes: [change("a", "applied")] } };
+    response = {
+      status: 200,
+      body: { outcome: "applied", revision: "8", changes: [change("a", "applied")] },
+    };
     stage("a", 5);
     stage("b", 6);
     expect(await apply(sheet, { only: ["a"], headers: { Lease: "mine" } })).toBe(true);
@@ -110,7 +119,7 @@ describe("apply", () => {
   test("rolled back: the culprit says why, the others that they were taken back; every draft stays", async () => {
     const changes = [change("a", "no_response", 1), change("b", "rolled_back", 1)];
     const failure = "no answer in 3 tries.";
-    answer = { status: 200, body: { outcome: "rolled_back", revision: "7", changes, failure } };
+    response = { status: 200, body: { outcome: "rolled_back", revision: "7", changes, failure } };
     stage("a", 5);
     stage("b", 6);
     expect(await apply(sheet)).toBe(false);
@@ -120,7 +129,7 @@ describe("apply", () => {
   });
 
   test("clamped by the servo is told, never passed off as done", async () => {
-    answer = {
+    response = {
       status: 200,
       body: { outcome: "applied", revision: "8", changes: [change("a", "clamped", 4)] },
     };
@@ -138,7 +147,7 @@ describe("apply", () => {
       status: 422,
       key: "b",
     };
-    answer = { status: 422, body };
+    response = { status: 422, body };
     stage("a", 5);
     stage("b", 6);
     await apply(sheet);
@@ -147,7 +156,10 @@ describe("apply", () => {
   });
 
   test("another client was faster: reported once, values read again, drafts kept", async () => {
-    answer = { status: 412, body: { code: "stale_revision", detail: "", title: "", type: "", status: 412 } };
+    response = {
+      status: 412,
+      body: { code: "stale_revision", detail: "", title: "", type: "", status: 412 },
+    };
     stage("a", 5);
     await apply(sheet);
     expect(sheet.trouble.value).toContain("another client");
@@ -157,7 +169,10 @@ describe("apply", () => {
   });
 
   test("what it has read back is what the row holds: nothing is asked for again", async () => {
-    answer = { status: 200, body: { outcome: "applied", revision: "8", changes: [change("a", "applied")] } };
+    response = {
+      status: 200,
+      body: { outcome: "applied", revision: "8", changes: [change("a", "applied")] },
+    };
     stage("a", 5);
     await apply(sheet);
     expect(sent.map(one => one.method)).toEqual(["PATCH"]);
@@ -166,7 +181,7 @@ describe("apply", () => {
   });
 
   test("what the server wants confirmed is asked, and sent only with the word for it", async () => {
-    answer = {
+    response = {
       status: 409,
       body: { code: "needs_confirmation", status: 409, detail: "?", confirm: "supply" },
     };
@@ -178,7 +193,10 @@ describe("apply", () => {
     await flow?.go();
     expect(sent).toHaveLength(1);
     if (flow) flow.agreed.value = ["supply"];
-    answer = { status: 200, body: { outcome: "applied", revision: "8", changes: [change("a", "applied")] } };
+    response = {
+      status: 200,
+      body: { outcome: "applied", revision: "8", changes: [change("a", "applied")] },
+    };
     await flow?.go();
     expect(sent[1]?.body).toEqual({ values: { a: 5 }, confirm: ["supply"] });
     expect(sheet.drafts.map.value.size).toBe(0);

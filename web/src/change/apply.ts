@@ -50,10 +50,10 @@ export async function apply(sheet: Sheet, { only, headers = {} }: ApplyOptions =
     count: values.size,
     facts: sheet.uid,
     run: async (opts, _, report) => {
-      const answer = await write(sheet, values, opts, headers);
-      await followWrite(sheet.uid, answer, report, "");
+      const response = await write(sheet, values, opts, headers);
+      await followWrite(sheet.uid, response, report, "");
       // The row shows what the servo did with it.
-      if (answer.changes.some(one => !WELL.has(one.verdict))) report("", { state: "failed" });
+      if (response.changes.some(one => !WELL.has(one.verdict))) report("", { state: "failed" });
     },
   });
 }
@@ -73,9 +73,9 @@ export function undoChange(sheet: Sheet, changes: readonly Change[]): ChangeRequ
     run: async (opts, _, report) => {
       // Edits staged over it would be applied with the next press, and undo the undo.
       sheet.drafts.drop(values.keys());
-      const answer = await write(sheet, values, opts);
+      const response = await write(sheet, values, opts);
       sheet.written.value = null;
-      await followWrite(sheet.uid, answer, report);
+      await followWrite(sheet.uid, response, report);
     },
   };
 }
@@ -94,11 +94,11 @@ export function saveChange(sheet: Sheet, keys: readonly string[]): ChangeRequest
     plan: async opts => {
       const values = stagedIn(sheet);
       sheet.trouble.value = null;
-      const answer: SavePreview =
+      const response: SavePreview =
         values.size === 0
           ? await preview("/servos/{uid}/save", options(opts, { dry_run: true }))
           : await patch(sheet, values, opts, { dry_run: true });
-      return [{ ...plannedPart(uid, answer, true), changes: [] }];
+      return [{ ...plannedPart(uid, response, true), changes: [] }];
     },
     run: async (opts, _, report) => {
       const values = stagedIn(sheet);
@@ -150,18 +150,18 @@ async function write(
   sheet.busy.value = "applying";
   sheet.setOutcomes(keys.map(key => [key, { kind: "pending" }]));
   try {
-    const answer = await patch(sheet, values, opts, { headers });
-    sheet.takeWritten(answer.revision, answer.changes);
-    const changes = answer.changes.filter(one => one.verdict !== "unchanged" && one.before !== null);
-    if (answer.outcome === "applied" && !opts.save && changes.length > 0) {
+    const response = await patch(sheet, values, opts, { headers });
+    sheet.takeWritten(response.revision, response.changes);
+    const changes = response.changes.filter(one => one.verdict !== "unchanged" && one.before !== null);
+    if (response.outcome === "applied" && !opts.save && changes.length > 0) {
       sheet.written.value = {
         at: Date.now() / 1000,
         bootAt: peekServo(sheet.uid)?.bootAt ?? null,
         changes,
       };
     }
-    takeOutcomes(sheet, answer);
-    return answer;
+    takeOutcomes(sheet, response);
+    return response;
   } catch (error) {
     const problem = problemOf(error);
     refuse(sheet, keys, problem);
@@ -177,27 +177,27 @@ async function write(
  */
 export function takeOutcomes(
   sheet: Sheet,
-  answer: Pick<ParametersPatched, "outcome" | "changes" | "failure">,
+  response: Pick<ParametersPatched, "outcome" | "changes" | "failure">,
 ): boolean {
-  const culprits = answer.changes.filter(
+  const culprits = response.changes.filter(
     change => !WELL.has(change.verdict) && change.verdict !== "rolled_back",
   );
   const outcomes: [string, Outcome | null][] = [];
   const done: string[] = [];
-  for (const change of answer.changes) {
+  for (const change of response.changes) {
     if (WELL.has(change.verdict)) {
       outcomes.push([change.key, null]);
       done.push(change.key);
-    } else if (change.verdict === "clamped" && answer.outcome === "applied") {
+    } else if (change.verdict === "clamped" && response.outcome === "applied") {
       outcomes.push([change.key, { kind: "clamped", asked: change.requested }]);
       done.push(change.key);
     } else {
-      outcomes.push([change.key, failure(change, culprits, answer.failure ?? null)]);
+      outcomes.push([change.key, failure(change, culprits, response.failure ?? null)]);
     }
   }
   sheet.drafts.drop(done);
   sheet.setOutcomes(outcomes);
-  return answer.outcome === "applied" && culprits.length === 0;
+  return response.outcome === "applied" && culprits.length === 0;
 }
 
 const WELL = new Set<Change["verdict"]>(["applied", "unchanged", "planned"]);

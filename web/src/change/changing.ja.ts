@@ -1,10 +1,10 @@
 /** Japanese words of changes to servos: the dialog before a change, its progress and result; loaded with them. */
-import type { Said } from "../text/language";
+import type { Translated } from "../text/language";
 import type { words as english } from "./changing.en";
 
 const NOTHING_SAVED = "ROMの値はすべて同じです。それでもサーボは保存して再起動します。";
 
-export const words: Said<typeof english> = {
+export const words: Translated<typeof english> = {
   kinds: {
     apply: {
       title: ({ name }) => `${name}の変更の確認`,

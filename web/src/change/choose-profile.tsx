@@ -1,4 +1,4 @@
-import { ask } from "../api/client";
+import { callApi } from "../api/client";
 import { go, pathOf } from "../bench/route";
 import { Button } from "../kit/button";
 import { Dialog, Quit } from "../kit/dialog";
@@ -9,25 +9,25 @@ import { profileChange } from "./requests";
 import { changing } from "./words";
 import "./change.css";
 
-const said = changing.profiles;
+const strings = changing.profiles;
 
 export function ApplyProfile({ uids, onClose }: { uids: readonly string[]; onClose: () => void }) {
-  const list = useResource(() => ask("GET", "/profiles"));
+  const list = useResource(() => callApi("GET", "/profiles"));
   const found = list.value.value;
   return (
     <Dialog
-      title={said.title(uids.length)}
+      title={strings.title(uids.length)}
       testid="choose-profile"
       onClose={onClose}
       foot={<Quit onClose={onClose} word={text.cancel} />}
     >
-      <Loaded of={list} loading={said.loading} />
+      <Loaded of={list} loading={strings.loading} />
       {found?.length === 0 && (
         <>
-          <p class="strong">{said.empty}</p>
-          <p class="second">{said.emptyLine}</p>
+          <p class="strong">{strings.empty}</p>
+          <p class="second">{strings.emptyLine}</p>
           <p>
-            <Button onClick={() => go(pathOf("records", null, "profiles"))}>{said.toProfiles}</Button>
+            <Button onClick={() => go(pathOf("records", null, "profiles"))}>{strings.toProfiles}</Button>
           </p>
         </>
       )}
@@ -45,7 +45,7 @@ export function ApplyProfile({ uids, onClose }: { uids: readonly string[]; onClo
                 {one.name}
               </Button>
               <span class="second">
-                {said.facts(one.model ?? said.anyModel, Object.keys(one.values).length)}
+                {strings.facts(one.model ?? strings.anyModel, Object.keys(one.values).length)}
                 {one.description !== "" && <small class="dim">{one.description}</small>}
               </span>
             </li>

@@ -7,22 +7,22 @@ import { rowLabelOf, valueText } from "../bench/row-text";
 import { wordsOf } from "./safety-words";
 import { editing } from "./words";
 
-const said = editing.confirm;
+const strings = editing.confirm;
 
 /** Consequence from the facts of the refusal; the server's sentence if they are missing. */
 export function dangerOf(problem: Problem): string {
   const { key, requested, reading, margin, unit, confirm, choices, turns } = problem.facts;
   if (confirm === "torque_off_in_rom")
-    return Array.isArray(choices) && choices.length > 1 ? said.torqueUnknown : said.torqueOff;
+    return Array.isArray(choices) && choices.length > 1 ? strings.torqueUnknown : strings.torqueOff;
   if (typeof key !== "string" || typeof requested !== "number") return problemText(problem);
   const row = rowLabelOf(key);
   const wanted = valueText(key, requested);
-  if (confirm === "multi_turn") return said.turns(row, wanted, String(turns));
-  if (typeof reading !== "number") return said.unknown(row, wanted);
+  if (confirm === "multi_turn") return strings.turns(row, wanted, String(turns));
+  if (typeof reading !== "number") return strings.unknown(row, wanted);
   const seen = withUnit(String(reading), String(unit));
   const about = withUnit(String(margin), String(unit));
-  if (confirm === "supply") return said.supply(row, wanted, seen, about);
-  return confirm === "temperature" ? said.temperature(row, wanted, seen, about) : problemText(problem);
+  if (confirm === "supply") return strings.supply(row, wanted, seen, about);
+  return confirm === "temperature" ? strings.temperature(row, wanted, seen, about) : problemText(problem);
 }
 
 /** Why a change was refused: the consequence if only a confirmation is missing, else the problem's text. */

@@ -19,7 +19,7 @@ import { Progress } from "./progress";
 import type { ProfileFacts } from "./requests";
 import { wordsOf } from "./safety-words";
 import { AfterRestart, HornFreeTick, SafetyTicks, SaveTick } from "./ticks";
-import { changing as said, saving } from "./words";
+import { saving, changing as strings } from "./words";
 import "../kit/table.css";
 import "./change.css";
 
@@ -35,7 +35,7 @@ export function ChangeDialog() {
 /** Reopens changes whose dialog is hidden. */
 export function HiddenChanges() {
   return begun.value
-    .filter(flow => flow !== shownChange.value && said.kinds[flow.request.kind].running !== undefined)
+    .filter(flow => flow !== shownChange.value && strings.kinds[flow.request.kind].running !== undefined)
     .map(flow => (
       <section class="link-band asked" data-testid="change-band" data-phase={flow.phase.value} key={id(flow)}>
         <Button
@@ -44,7 +44,7 @@ export function HiddenChanges() {
             shownChange.value = flow;
           }}
         >
-          {said.show}
+          {strings.show}
         </Button>
         <span role="status">
           {flow.phase.value === "running" ? <Spinner /> : <Glyph kind="failure" />}{" "}
@@ -66,9 +66,10 @@ function Opened({ flow }: { flow: ChangeFlow }) {
   const { request } = flow;
   const about = aboutOf(flow);
   const phase = flow.phase.value;
-  const words = said.kinds[request.kind];
-  const told = phase === "over" || flow.turns.value.some(turn => turn.job !== null || turn.state === "done");
-  const progress = told && words.running !== undefined;
+  const words = strings.kinds[request.kind];
+  const reported =
+    phase === "over" || flow.turns.value.some(turn => turn.job !== null || turn.state === "done");
+  const progress = reported && words.running !== undefined;
   // The rows show the result of an edit.
   const done = phase === "over" && (request.kind === "apply" || (request.quick === true && flow.well));
   useEffect(() => {
@@ -82,7 +83,11 @@ function Opened({ flow }: { flow: ChangeFlow }) {
     <Dialog
       title={titleOf(flow, about)}
       subtitle={
-        phase === "over" ? subtitleOver(flow) : request.kind === "output" ? said.output.stop : said.keepOn
+        phase === "over"
+          ? subtitleOver(flow)
+          : request.kind === "output"
+            ? strings.output.stop
+            : strings.keepOn
       }
       testid="job-dialog"
       onClose={closeChange}
@@ -99,7 +104,7 @@ function Opened({ flow }: { flow: ChangeFlow }) {
       }
     >
       <Progress flow={flow} />
-      {phase === "over" && outputKept(flow) && <p class="second">{said.output.keeps}</p>}
+      {phase === "over" && outputKept(flow) && <p class="second">{strings.output.keeps}</p>}
     </Dialog>
   ) : (
     <Dialog
@@ -130,7 +135,7 @@ function Question({ flow }: { flow: ChangeFlow }) {
             <Glyph kind="warning" size={18} /> <span>{whyRefused(problem)}</span>
           </p>
         ) : (
-          <Note testid="change-refused">{said.refused(whyRefused(problem))}</Note>
+          <Note testid="change-refused">{strings.refused(whyRefused(problem))}</Note>
         ))}
       {kind === "output" && <OutputQuestion flow={flow} />}
       {kind === "profile" && <ProfileServos flow={flow} />}
@@ -141,7 +146,7 @@ function Question({ flow }: { flow: ChangeFlow }) {
       ) : null}
       {kind === "factory-reset" && <ResetOptions flow={flow} />}
       <PlanParts flow={flow} />
-      <SafetyTicks asked={flow.asked.value} agreed={flow.agreed} disabled={waits} />
+      <SafetyTicks requested={flow.asked.value} agreed={flow.agreed} disabled={waits} />
       <SaveTick flow={flow} />
       {!(verb && alone) && <AfterRestart flow={flow} />}
       {flow.current.value && <HornFreeTick of={flow.free} />}
@@ -169,7 +174,7 @@ function Foot({ flow, about }: { flow: ChangeFlow; about: About }) {
   const busy = phase === "planning" || phase === "running";
   // A confirmation counts only once the server has checked it again.
   const again = !flow.current.value || (flow.open.value && request.plan !== undefined);
-  const words = said.kinds[request.kind];
+  const words = strings.kinds[request.kind];
   const chooses = request.kind === "profile" && flow.parts.value === null;
   const other = async () => {
     await flow.instead();
@@ -179,7 +184,7 @@ function Foot({ flow, about }: { flow: ChangeFlow; about: About }) {
     <>
       {busy && (
         <span class="k-intent working">
-          <Spinner /> {phase === "planning" ? said.planning : said.working}
+          <Spinner /> {phase === "planning" ? strings.planning : strings.working}
         </span>
       )}
       <span class="grow" />
@@ -202,7 +207,7 @@ function Foot({ flow, about }: { flow: ChangeFlow; about: About }) {
           disabled={busy || flow.open.value || (chooses && !(request.ready?.() ?? true))}
           onClick={() => void flow.look()}
         >
-          {chooses ? said.preview : said.again}
+          {chooses ? strings.preview : strings.again}
         </Button>
       ) : (
         <Button
@@ -249,10 +254,10 @@ function subtitle(flow: ChangeFlow) {
   const { kind } = flow.request;
   const one = aloneOf(flow);
   if (["save", "restart", "factory-reset"].includes(kind) && one) {
-    return said.facts(one.model ?? NONE, one.serial ?? NONE, String(one.servo_id ?? NONE));
+    return strings.facts(one.model ?? NONE, one.serial ?? NONE, String(one.servo_id ?? NONE));
   }
-  if (kind === "restart") return said.inTurn;
-  return said.kinds[kind].lead;
+  if (kind === "restart") return strings.inTurn;
+  return strings.kinds[kind].lead;
 }
 
 /** After a write, only the read-back tells what ROM contains. */
@@ -261,7 +266,7 @@ const unsure = (flow: ChangeFlow) =>
 
 function titleOf(flow: ChangeFlow, about: About): string {
   const { kind } = flow.request;
-  const words = said.kinds[kind];
+  const words = strings.kinds[kind];
   if (flow.phase.value !== "over") return words.running?.(about) ?? words.title(about);
   if (flow.well) return words.done?.(about) ?? words.title(about);
   if (kind === "save" && unsure(flow)) return text.job.unsure(about.name);
@@ -279,12 +284,12 @@ function count(flow: ChangeFlow): string {
   const turns = flow.turns.value;
   const [only] = turns;
   if (turns.length !== 1 || !only) {
-    return said.of(turns.filter(turn => turn.state === "done").length, turns.length);
+    return strings.of(turns.filter(turn => turn.state === "done").length, turns.length);
   }
   const [job] = flow.jobs;
   const at = job?.steps.findIndex(step => step.state === "running") ?? -1;
   if (job && flow.request.kind === "save" && flow.phase.value !== "over") {
     return text.job.step(Math.max(1, at + 1), job.steps.length);
   }
-  return said.state[only.state];
+  return strings.state[only.state];
 }

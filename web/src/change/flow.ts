@@ -24,7 +24,7 @@ export type ChangeKind =
   | "factory-reset"
   | "output";
 
-export interface Wish {
+export interface PlanOptions {
   save: boolean;
   confirm: readonly SafetyWord[];
 }
@@ -70,7 +70,7 @@ export interface Turn {
   why: string | null;
 }
 
-export type Tell = (uid: string, to: Partial<Turn>) => void;
+export type Report = (uid: string, to: Partial<Turn>) => void;
 
 /** A change as data: questions before it, and its execution. The dialog does the rest. */
 export interface ChangeRequest {
@@ -81,8 +81,8 @@ export interface ChangeRequest {
    * A dry run: throws what the change itself would be refused with. Without one, the dialog opens only if the server
    * requires a confirmation.
    */
-  plan?: (wish: Wish) => Promise<readonly Part[]>;
-  run: (wish: Wish, able: readonly Part[], tell: Tell) => Promise<void>;
+  plan?: (opts: PlanOptions) => Promise<readonly Part[]>;
+  run: (opts: PlanOptions, able: readonly Part[], report: Report) => Promise<void>;
   /** One job handles all servos of the plan. */
   together?: boolean;
   /** Number of values, if there is no plan. */
@@ -110,7 +110,7 @@ export class ChangeFlow {
   readonly asked: Signal<readonly SafetyWord[]> = signal([]);
   readonly agreed: Signal<readonly SafetyWord[]> = signal([]);
   readonly turns: Signal<readonly Turn[]> = signal([]);
-  readonly #planned: Signal<{ wish: Wish; parts: readonly Part[] } | null> = signal(null);
+  readonly #planned: Signal<{ opts: PlanOptions; parts: readonly Part[] } | null> = signal(null);
 
   /** Null before the first plan. */
   readonly parts = computed(() => this.#planned.value?.parts ?? null);
@@ -119,7 +119,7 @@ export class ChangeFlow {
   readonly open = computed(() => isOpen(this.asked.value, this.agreed.value));
   /** The plan matches the options. */
   readonly current = computed(
-    () => this.request.plan === undefined || same(this.#planned.value?.wish, this.#wish()),
+    () => this.request.plan === undefined || same(this.#planned.value?.opts, this.#opts()),
   );
   readonly free = new HornFree(() => this.able.value.filter(one => one.restart !== undefined));
   readonly rows = computed(() =>
@@ -143,13 +143,13 @@ export class ChangeFlow {
 
   /** Request a dry run. */
   async look(): Promise<void> {
-    const wish = this.#wish();
+    const opts = this.#opts();
     this.phase.value = "planning";
     this.problem.value = null;
     try {
-      const parts = (await this.request.plan?.(wish)) ?? [];
-      this.#planned.value = { wish, parts };
-      this.#ask(parts.flatMap(one => (one.problem ? wordsOf(one.problem) : [])));
+      const parts = (await this.request.plan?.(opts)) ?? [];
+      this.#planned.value = { opts, parts };
+      this.#callApi(parts.flatMap(one => (one.problem ? wordsOf(one.problem) : [])));
     } catch (error) {
       this.#refused(problemOf(error));
     }
@@ -180,7 +180,7 @@ export class ChangeFlow {
     this.turns.value = uids.map(uid => ({ ...WAITING, uid }));
     begun.value = [...begun.peek(), this];
     try {
-      await this.request.run(this.#wish(), able, (uid, to) => this.#tell(uid, to));
+      await this.request.run(this.#opts(), able, (uid, to) => this.#report(uid, to));
       this.phase.value = "over";
     } catch (error) {
       this.turns.value = [];
@@ -219,20 +219,20 @@ export class ChangeFlow {
     return this.phase.value === "over" && this.turns.value.every(one => one.state === "done");
   }
 
-  #wish(): Wish {
+  #opts(): PlanOptions {
     return { save: this.save.value, confirm: this.agreed.value };
   }
 
   #refused(problem: Problem): void {
     this.problem.value = problem;
-    this.#ask(wordsOf(problem));
+    this.#callApi(wordsOf(problem));
   }
 
-  #ask(words: readonly SafetyWord[]): void {
+  #callApi(words: readonly SafetyWord[]): void {
     this.asked.value = [...new Set([...this.asked.peek(), ...words])];
   }
 
-  #tell(uid: string, to: Partial<Turn>): void {
+  #report(uid: string, to: Partial<Turn>): void {
     this.turns.value = this.turns.peek().map(one => (one.uid === uid ? { ...one, ...to } : one));
   }
 }
@@ -246,7 +246,7 @@ const WAITING: Omit<Turn, "uid"> = {
   why: null,
 };
 
-function same(one: Wish | undefined, other: Wish): boolean {
+function same(one: PlanOptions | undefined, other: PlanOptions): boolean {
   return (
     one !== undefined &&
     one.save === other.save &&

@@ -52,12 +52,12 @@ beforeEach(() => {
   vi.stubGlobal("fetch", async (url: string, init: RequestInit) => {
     const body = init.body ? JSON.parse(String(init.body)) : {};
     if (refused) return new Response(JSON.stringify(refused), { status: refused.status });
-    const answer = url.endsWith("/drift")
+    const response = url.endsWith("/drift")
       ? drift
       : url.endsWith("/parameters") || url.endsWith("/restore")
         ? planOf(body.save)
         : planned(body.uids, body.save);
-    return new Response(JSON.stringify(answer));
+    return new Response(JSON.stringify(response));
   });
 });
 

@@ -8,7 +8,7 @@ interface Restarting {
 }
 
 export class HornFree {
-  readonly #said = signal<string | null>(null);
+  readonly #confirmed = signal<string | null>(null);
   readonly #about;
   /** Number of horns that may turn: all except those known to stay. */
   readonly #moving;
@@ -24,10 +24,10 @@ export class HornFree {
 
   /** True if the change may start: nothing turns, or the user has confirmed exactly these horns. */
   get agreed(): boolean {
-    return this.count === 0 || this.#said.value === this.#about.value;
+    return this.count === 0 || this.#confirmed.value === this.#about.value;
   }
 
   say(free: boolean): void {
-    this.#said.value = free ? this.#about.value : null;
+    this.#confirmed.value = free ? this.#about.value : null;
   }
 }

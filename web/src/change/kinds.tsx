@@ -12,7 +12,7 @@ import { whyRefused } from "./consequences";
 import type { ChangeFlow } from "./flow";
 import type { ProfileFacts, ResetFacts } from "./requests";
 import { able, type OutputFacts, type Prospect, toProblem } from "./restoring";
-import { changing as said } from "./words";
+import { changing as strings } from "./words";
 
 export function ProfileServos({ flow }: { flow: ChangeFlow }) {
   const { chosen, goOn } = flow.request.facts as ProfileFacts;
@@ -25,11 +25,11 @@ export function ProfileServos({ flow }: { flow: ChangeFlow }) {
     chosen.value = next;
     flow.forget();
   };
-  if (online.length === 0) return <p>{said.profile.none}</p>;
+  if (online.length === 0) return <p>{strings.profile.none}</p>;
   return (
     <>
       <fieldset class="change-servos" disabled={busy}>
-        <legend class="second">{said.profile.who}</legend>
+        <legend class="second">{strings.profile.who}</legend>
         {online.map(each => {
           const part = flow.parts.value?.find(one => one.uid === each.uid);
           const left = part?.leftOut?.length ?? 0;
@@ -45,8 +45,8 @@ export function ProfileServos({ flow }: { flow: ChangeFlow }) {
               </span>
               {part && !part.problem && (
                 <span class="small second" data-testid={`outcome-${each.uid}`}>
-                  {said.profile.planned(part.changes.length)}
-                  {left > 0 && `, ${said.leftOut(left)}`}
+                  {strings.profile.planned(part.changes.length)}
+                  {left > 0 && `, ${strings.leftOut(left)}`}
                 </span>
               )}
             </label>
@@ -62,16 +62,16 @@ export function ProfileServos({ flow }: { flow: ChangeFlow }) {
           ),
       )}
       {chosen.value.size > 1 && (
-        <Tick at={goOn} label={said.profile.goOn} testid="profile-go-on" disabled={busy} />
+        <Tick at={goOn} label={strings.profile.goOn} testid="profile-go-on" disabled={busy} />
       )}
     </>
   );
 }
 
 export function ResetOptions({ flow }: { flow: ChangeFlow }) {
-  const { keep, kept } = flow.request.facts as ResetFacts;
-  const words = said.reset;
-  const of = kept.value;
+  const { keep, kept: stored } = flow.request.facts as ResetFacts;
+  const words = strings.reset;
+  const of = stored.value;
   const put = (on: boolean) => {
     keep.value = on;
   };
@@ -105,9 +105,9 @@ export function ResetName({ flow }: { flow: ChangeFlow }) {
   const box = useId();
   return (
     <>
-      <p class="small second">{said.reset.snapshot}</p>
+      <p class="small second">{strings.reset.snapshot}</p>
       <div class="type-name">
-        <label for={box}>{said.reset.type(name)}</label>
+        <label for={box}>{strings.reset.type(name)}</label>
         <input
           id={box}
           class="field"
@@ -134,7 +134,7 @@ export function outputKept(flow: ChangeFlow): boolean {
 export function OutputQuestion({ flow }: { flow: ChangeFlow }) {
   const { plan: found, stopped } = flow.request.facts as OutputFacts;
   const plan = found.value;
-  const words = said.output;
+  const words = strings.output;
   if (plan === null) return null;
   const loaded = able(plan).filter(one => one.under_load);
   const names = loaded.map(one => nameOf(servo(one.uid))).join(", ");
@@ -162,7 +162,7 @@ export function OutputQuestion({ flow }: { flow: ChangeFlow }) {
 
 function Output({ one }: { one: Prospect }) {
   const torque = one.torque_pct ?? 0;
-  const words = said.output;
+  const words = strings.output;
   return (
     <li data-testid={`restore-${one.uid}`} data-load={one.under_load} data-able={!one.problem}>
       <b>{nameOf(servo(one.uid))}</b>

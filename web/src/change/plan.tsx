@@ -5,7 +5,7 @@ import { Note } from "../kit/note";
 import { whyRefused } from "./consequences";
 import type { ChangeFlow, ChangeKind, Part, RowChange } from "./flow";
 import { type ValueRow, ValueTable } from "./value-table";
-import { changing as said, saving } from "./words";
+import { saving, changing as strings } from "./words";
 
 export function PlanParts({ flow }: { flow: ChangeFlow }) {
   const parts = flow.parts.value ?? [];
@@ -27,7 +27,7 @@ export function PlanParts({ flow }: { flow: ChangeFlow }) {
             {nameOf(servo(part.uid))} <small class="second">{servo(part.uid)?.model}</small>
           </h3>
           {part.problem ? (
-            <Note>{said.rejected(whyRefused(part.problem))}</Note>
+            <Note>{strings.rejected(whyRefused(part.problem))}</Note>
           ) : (
             <PlanRows part={part} kind={kind} />
           )}
@@ -37,14 +37,14 @@ export function PlanParts({ flow }: { flow: ChangeFlow }) {
   );
 }
 
-const wordsOfNothing = (kind: ChangeKind) => said.kinds[kind].nothing ?? said.nothing;
+const wordsOfNothing = (kind: ChangeKind) => strings.kinds[kind].nothing ?? strings.nothing;
 
 function PlanRows({ part, kind }: { part: Part; kind: ChangeKind }) {
   const { changes, rom = [], unchanged = 0, unknown = 0, leftOut = [], problem } = part;
-  const head = { now: said.now, next: said.next, ...said.kinds[kind].head };
+  const head = { now: strings.now, next: strings.next, ...strings.kinds[kind].head };
   const many = kind === "factory-reset" && changes.length > 6;
   const table = (
-    <ValueTable heads={[said.parameter, head.now, head.next]} rows={rowsOf(changes)} testid={kind} />
+    <ValueTable heads={[strings.parameter, head.now, head.next]} rows={rowsOf(changes)} testid={kind} />
   );
   return (
     <>
@@ -54,22 +54,22 @@ function PlanRows({ part, kind }: { part: Part; kind: ChangeKind }) {
       )}
       {kind === "restart" && changes.length > 0 && (
         <p data-testid="lost">
-          <b>{said.lost(changes.length)}.</b> <span class="second">{said.lostHint}</span>
+          <b>{strings.lost(changes.length)}.</b> <span class="second">{strings.lostHint}</span>
         </p>
       )}
       {changes.length > 0 &&
         (many ? (
           <details>
-            <summary data-testid="reset-count">{said.reset.changes(changes.length)}</summary>
+            <summary data-testid="reset-count">{strings.reset.changes(changes.length)}</summary>
             {table}
           </details>
         ) : (
           table
         ))}
-      {changes.length > 0 && unchanged > 0 && <p class="small dim">{said.unchanged(unchanged)}</p>}
+      {changes.length > 0 && unchanged > 0 && <p class="small dim">{strings.unchanged(unchanged)}</p>}
       {leftOut.length > 0 && (
         <details>
-          <summary>{said.leftOut(leftOut.length)}</summary>
+          <summary>{strings.leftOut(leftOut.length)}</summary>
           <ul class="left-out">
             {leftOut.map(one => (
               <li key={one.key}>
@@ -81,7 +81,7 @@ function PlanRows({ part, kind }: { part: Part; kind: ChangeKind }) {
       )}
       {rom.length > 0 && (
         <ValueTable
-          heads={[said.parameter, saving.head.rom, saving.head.after]}
+          heads={[strings.parameter, saving.head.rom, saving.head.after]}
           rows={rowsOf(rom)}
           testid={kind === "save" ? "save" : "rom"}
         />
@@ -95,6 +95,6 @@ function rowsOf(changes: readonly RowChange[]): ValueRow[] {
   return changes.map(({ key, now, next, doubt }) => ({
     key,
     values: [valueText(key, now), valueText(key, next)],
-    note: doubt && said.assumed,
+    note: doubt && strings.assumed,
   }));
 }

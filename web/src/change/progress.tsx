@@ -13,7 +13,7 @@ import { Note } from "../kit/note";
 import type { ChangeFlow, ChangeKind, Turn } from "./flow";
 import { JobSteps } from "./job-steps";
 import { restoredBy } from "./restoring";
-import { changing as said } from "./words";
+import { changing as strings } from "./words";
 
 export function Progress({ flow }: { flow: ChangeFlow }) {
   const turns = flow.turns.value;
@@ -23,7 +23,7 @@ export function Progress({ flow }: { flow: ChangeFlow }) {
     <div
       class="turns"
       role="status"
-      aria-label={said.results}
+      aria-label={strings.results}
       data-testid="change-progress"
       data-state={flow.phase.value !== "over" ? "running" : flow.well ? "done" : "failed"}
     >
@@ -39,14 +39,14 @@ export function Progress({ flow }: { flow: ChangeFlow }) {
   );
 }
 
-function One({ turn: told, kind }: { turn: Turn; kind: ChangeKind }) {
-  const job = told.job === null ? undefined : jobs.value.get(told.job);
-  const steps = job && stepsOf(job, told.uid).length > 0;
+function One({ turn: reported, kind }: { turn: Turn; kind: ChangeKind }) {
+  const job = reported.job === null ? undefined : jobs.value.get(reported.job);
+  const steps = job && stepsOf(job, reported.uid).length > 0;
   // If one job handles several servos, its steps show the current one.
   const turn: Turn =
-    told.state === "waiting" && job && stepsOf(job, told.uid).some(step => step.state !== "waiting")
-      ? { ...told, state: "running" }
-      : told;
+    reported.state === "waiting" && job && stepsOf(job, reported.uid).some(step => step.state !== "waiting")
+      ? { ...reported, state: "running" }
+      : reported;
   const head = (
     <>
       <Mark turn={turn} /> <b>{nameOf(servo(turn.uid))}</b> <span class="second">{outcome(turn)}</span>
@@ -70,17 +70,17 @@ function One({ turn: told, kind }: { turn: Turn; kind: ChangeKind }) {
 
 /** Result of a servo, in one line. */
 function outcome(turn: Turn): string {
-  if (turn.fault !== null) return said.fault[turn.fault](turn.why ?? "");
+  if (turn.fault !== null) return strings.fault[turn.fault](turn.why ?? "");
   if (turn.why !== null) return turn.why;
-  if (turn.state !== "done") return said.state[turn.state];
-  if (turn.count === 0) return turn.saved ? said.saved : said.state.done;
-  return turn.saved ? said.writtenSaved(turn.count) : said.written(turn.count);
+  if (turn.state !== "done") return strings.state[turn.state];
+  if (turn.count === 0) return turn.saved ? strings.saved : strings.state.done;
+  return turn.saved ? strings.writtenSaved(turn.count) : strings.written(turn.count);
 }
 
 function Why({ turn }: { turn: Turn }) {
   if (turn.state !== "failed" && turn.state !== "left_out") return null;
   const why = outcome(turn);
-  if (why === said.state[turn.state]) return null;
+  if (why === strings.state[turn.state]) return null;
   return <Note testid="change-why">{why}</Note>;
 }
 
@@ -96,10 +96,10 @@ function Steps({ turn, kind, scale = false }: { turn: Turn; kind: ChangeKind; sc
         uid={job.uid}
         steps={kind === "output" ? heldSteps(job) : stepsOf(job, turn.uid)}
         bare={job.uid === null && turn.uid !== ""}
-        label={said.steps(nameOf(servo(turn.uid || job.uid)))}
+        label={strings.steps(nameOf(servo(turn.uid || job.uid)))}
         over={over}
         {...(kind === "output"
-          ? { name: step => (step.uid ? nameOf(servo(step.uid)) : said.output.cleared) }
+          ? { name: step => (step.uid ? nameOf(servo(step.uid)) : strings.output.cleared) }
           : {})}
       />
       {kind === "output" && job.error && <Note>{failureText(job.error)}</Note>}
@@ -116,7 +116,7 @@ function heldSteps(job: Job): Job["steps"] {
   const parts = restoredBy(job);
   return job.steps.map(step => {
     const at = parts.find(one => one.uid === step.uid)?.angle_deg;
-    const held = step.state === "done" && at != null ? said.output.held(angle(at)) : null;
+    const held = step.state === "done" && at != null ? strings.output.held(angle(at)) : null;
     return step.state === "failed" ? step : { ...step, evidence: held, evidence_code: null };
   });
 }

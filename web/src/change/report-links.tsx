@@ -3,7 +3,7 @@ import { API } from "../api/client";
 import { Icon } from "../kit/icon";
 import { changing } from "./words";
 
-const said = changing.report;
+const strings = changing.report;
 
 export function ReportLinks({ job, title }: { job: string; title: string }) {
   const path = `${API}/jobs/${job}/report?format=`;
@@ -12,11 +12,11 @@ export function ReportLinks({ job, title }: { job: string; title: string }) {
       <span class="second">{title}</span>
       {(["csv", "json", "junit"] as const).map(form => (
         <a key={form} class="button" href={path + form} download="" data-testid={`report-${form}`}>
-          <Icon name="download" size={15} /> {said[form]}
+          <Icon name="download" size={15} /> {strings[form]}
         </a>
       ))}
       <a class="button" href={`${path}html`} target="_blank" rel="noreferrer" data-testid="report-html">
-        {said.html}
+        {strings.html}
       </a>
     </div>
   );

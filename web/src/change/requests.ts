@@ -132,8 +132,8 @@ export function snapshotChange(
     needsChanges: true,
     onClose,
     plan: async opts => {
-      const answer = await sent(opts, true);
-      return [{ ...plannedPart(uid, answer, opts.save), leftOut: answer.left_out.map(leftOutOf) }];
+      const response = await sent(opts, true);
+      return [{ ...plannedPart(uid, response, opts.save), leftOut: response.left_out.map(leftOutOf) }];
     },
     run: async (opts, _, report) => {
       await followWrite(uid, await sent(opts, false), report);
@@ -288,9 +288,9 @@ export async function writeMatrix(
     revisions: Object.fromEntries([...values.keys()].map(uid => [uid, sheetOf(uid).revision])),
     ...opts,
   };
-  const answer = await send("PATCH", "/parameters", { body, timeout_ms: 90_000 });
-  if (!opts.dry_run) for (const one of answer.servos) reportRows(one, values);
-  return answer.servos;
+  const response = await send("PATCH", "/parameters", { body, timeout_ms: 90_000 });
+  if (!opts.dry_run) for (const one of response.servos) reportRows(one, values);
+  return response.servos;
 }
 
 /** Set the outcomes of a servo's rows. */

@@ -12,7 +12,7 @@ import { forget } from "../bench/release";
 import { route } from "../bench/route";
 import { stopSeen } from "../bench/stop-sight";
 import { text } from "../text";
-import { beginChange, type ChangeRequest, type Tell } from "./flow";
+import { beginChange, type ChangeRequest, type Report } from "./flow";
 import { followTogether, preview, startJob } from "./send";
 
 /** Servos whose output was switched off by a session and can be restored. */
@@ -25,7 +25,7 @@ export function canRestore(one: KnownServo): boolean {
 export type Prospect = OutputRestorePreview["servos"][number];
 
 /** The lease taken to keep outputs on. */
-export const keptOn = signal<string | null>(null);
+export const outputLease = signal<string | null>(null);
 
 export interface OutputFacts {
   plan: Signal<OutputRestorePreview | null>;
@@ -58,8 +58,8 @@ export function outputChange(uids: readonly string[] | null): ChangeRequest & { 
         problem: one.problem ? toProblem(one.problem) : null,
       }));
     },
-    run: async (_, __, tell) => {
-      if (plan.value) await restore(plan.value, tell);
+    run: async (_, __, report) => {
+      if (plan.value) await restore(plan.value, report);
     },
   };
 }
@@ -85,7 +85,7 @@ export function restoredBy(job: Job): readonly OutputRestored[] {
 }
 
 /** Run the confirmed plan. Takes motion control if a servo has a command timeout. */
-export async function restore(plan: OutputRestorePreview, tell: Tell): Promise<void> {
+export async function restore(plan: OutputRestorePreview, report: Report): Promise<void> {
   const uids = able(plan).map(one => one.uid);
   const here = route.peek().uid;
   // Its page shows it under command, and only its page.
@@ -94,7 +94,7 @@ export async function restore(plan: OutputRestorePreview, tell: Tell): Promise<v
   const run = async (lease: string | null) => {
     const end = await followTogether(
       await startJob("/stop/restore", { body: { uids, confirm }, ...leased(lease) }),
-      tell,
+      report,
     );
     const on = restoredBy(end).flatMap(one => (one.outcome === "on" ? [one.uid] : []));
     for (const uid of on) forget(uid);
@@ -109,7 +109,7 @@ export async function restore(plan: OutputRestorePreview, tell: Tell): Promise<v
   if (!stopSeen()) throw new Problem("stop_hidden", 0, text.motion.stopHidden);
   // A brake stays on if nothing was switched on: torque off is not written to it.
   await takeControl(first, [], null, async lease => {
-    keptOn.value = lease;
+    outputLease.value = lease;
     return await run(lease);
   });
 }

@@ -8,7 +8,7 @@ import { aboutRow, adviceOn } from "../bench/row-help";
 import type { spanOf } from "../bench/row-state";
 import { editing } from "./words";
 
-const said = editing.help;
+const strings = editing.help;
 
 interface Props {
   row: Row;
@@ -21,8 +21,8 @@ export function Help({ row, span, reading }: Props) {
   const follows = row.unit_when ? catalog.value?.rows.get(row.unit_when.parameter) : undefined;
   const extra = [
     adviceOn(row),
-    row.after_restart ? said.afterRestart : "",
-    follows ? said.unitFollows(`${follows.label} (${follows.name})`) : "",
+    row.after_restart ? strings.afterRestart : "",
+    follows ? strings.unitFollows(`${follows.label} (${follows.name})`) : "",
   ].filter(Boolean);
   return (
     <div role="cell" class="p-help" id={`help-${row.key}`}>
@@ -33,24 +33,28 @@ export function Help({ row, span, reading }: Props) {
         </p>
       ))}
       <dl class="small">
-        <Fact term={said.register}>
-          <span class="mono">{said.address(row.name, row.address)}</span>, {said.section(row.section)}
+        <Fact term={strings.register}>
+          <span class="mono">{strings.address(row.name, row.address)}</span>, {strings.section(row.section)}
         </Fact>
-        <Fact term={said.raw}>
+        <Fact term={strings.raw}>
           <span class="mono" data-testid={`raw-${row.key}`}>
-            {reading?.raw ?? said.unread}
+            {reading?.raw ?? strings.unread}
           </span>
-          {reading?.readAt != null && <> ({said.readAgo(age(Math.max(0, now.value - reading.readAt), 0))})</>}
+          {reading?.readAt != null && (
+            <> ({strings.readAgo(age(Math.max(0, now.value - reading.readAt), 0))})</>
+          )}
         </Fact>
         {ranged && (
-          <Fact term={said.range}>{said.rangeOf(full(span.minimum, span), full(span.maximum, span))}</Fact>
+          <Fact term={strings.range}>
+            {strings.rangeOf(full(span.minimum, span), full(span.maximum, span))}
+          </Fact>
         )}
         {row.kind === "number" && row.access === "rw" && (
-          <Fact term={said.step}>{full(1 / span.perUnit, span)}</Fact>
+          <Fact term={strings.step}>{full(1 / span.perUnit, span)}</Fact>
         )}
-        {row.access !== "r" && <Fact term={said.standard}>{full(reading?.default, span)}</Fact>}
+        {row.access !== "r" && <Fact term={strings.standard}>{full(reading?.default, span)}</Fact>}
       </dl>
-      {row.kind === "number" && row.access === "rw" && <p class="small dim touch-hide">{said.keys}</p>}
+      {row.kind === "number" && row.access === "rw" && <p class="small dim touch-hide">{strings.keys}</p>}
     </div>
   );
 }

@@ -224,7 +224,7 @@ function Editor({ sheet, row, span, draft, reading, locked, noteId, stage, commi
   if (row.access !== "rw") return <span class="fixed">{full(held as never, span)}</span>;
   const inactive = held === null && row.kind === "number";
   const frozen = locked || sheet.busy.value !== null || unread || inactive;
-  const wish = draft?.verdict.ok ? draft.verdict.value : held;
+  const selected = draft?.verdict.ok ? draft.verdict.value : held;
   const choose = (value: boolean | string) => {
     stage({ text: String(value), verdict: { ok: true, value } });
     commit();
@@ -234,7 +234,7 @@ function Editor({ sheet, row, span, draft, reading, locked, noteId, stage, commi
       <SwitchBox
         id={`box-${row.key}`}
         row={row.key}
-        on={typeof wish === "boolean" ? wish : null}
+        on={typeof selected === "boolean" ? selected : null}
         locked={frozen}
         describedBy={noteId}
         onChange={choose}
@@ -247,7 +247,7 @@ function Editor({ sheet, row, span, draft, reading, locked, noteId, stage, commi
         row={row.key}
         label={row.label}
         choices={row.choices}
-        chosen={typeof wish === "string" ? wish : null}
+        chosen={typeof selected === "string" ? selected : null}
         locked={frozen}
         describedBy={noteId}
         onChoose={choose}

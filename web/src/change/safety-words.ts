@@ -14,9 +14,9 @@ export function wordsOf(problem: Problem): readonly SafetyWord[] {
 }
 
 /** True if a required confirmation is missing. */
-export function isOpen(asked: readonly SafetyWord[], agreed: readonly SafetyWord[]): boolean {
+export function isOpen(requested: readonly SafetyWord[], agreed: readonly SafetyWord[]): boolean {
   const torque = agreed.some(word => TORQUE.has(word));
-  return asked.some(word => !agreed.includes(word) && !(torque && TORQUE.has(word)));
+  return requested.some(word => !agreed.includes(word) && !(torque && TORQUE.has(word)));
 }
 
 /** Given confirmations after a check box has changed. */

@@ -26,12 +26,12 @@ interface Props {
 
 export function SaveBar(props: Props) {
   const { name, staged, wrong, ramOnly, busy, problem } = props;
-  const said = saving;
-  const parts = said.parts(staged, ramOnly);
+  const strings = saving;
+  const parts = strings.parts(staged, ramOnly);
   const waiting = !up.value
-    ? said.noLink
+    ? strings.noLink
     : !props.online
-      ? said.offline(name)
+      ? strings.offline(name)
       : props.changing
         ? actionWords.underWay(1)
         : null;
@@ -46,14 +46,14 @@ export function SaveBar(props: Props) {
     <section
       class="save-bar"
       data-testid="save-bar"
-      aria-label={said.changes(staged + wrong + ramOnly, name)}
+      aria-label={strings.changes(staged + wrong + ramOnly, name)}
     >
       <div class="said">
         <p class="headline">
-          {said.changes(staged + wrong + ramOnly, name)}
+          {strings.changes(staged + wrong + ramOnly, name)}
           {wrong > 0 && (
             <span class="k-failure plain">
-              , <span data-testid="need-look">{said.invalid(wrong)}</span>
+              , <span data-testid="need-look">{strings.invalid(wrong)}</span>
             </span>
           )}
         </p>
@@ -66,13 +66,13 @@ export function SaveBar(props: Props) {
             {parts}
             {props.torqueChanged && saving.torqueIsOne}
             {parts !== "" && ". "}
-            {wrong > 0 && said.invalidNever}
+            {wrong > 0 && strings.invalidNever}
           </p>
         )}
       </div>
       {busy && (
         <span class="k-intent working">
-          <Spinner /> {said.working[busy]}
+          <Spinner /> {strings.working[busy]}
         </span>
       )}
       <Button
@@ -81,20 +81,20 @@ export function SaveBar(props: Props) {
         disabled={busy !== null || staged + wrong === 0}
         onClick={props.onDiscard}
       >
-        {said.discard}
+        {strings.discard}
       </Button>
       <Button testid="diff" onClick={props.onDiff}>
-        {said.diff}
+        {strings.diff}
       </Button>
       <Button look="two" testid="apply" live disabled={!mayApply} onClick={props.onApply}>
         <span>
-          {said.apply(staged)} <kbd class="touch-hide">{said.ctrlEnter}</kbd>
+          {strings.apply(staged)} <kbd class="touch-hide">{strings.ctrlEnter}</kbd>
         </span>
-        <small>{waiting ?? said.applySub}</small>
+        <small>{waiting ?? strings.applySub}</small>
       </Button>
       <Button look="two primary" testid="apply-save" live disabled={!maySave} onClick={props.onSave}>
         <span>
-          {staged > 0 ? said.save : said.saveOnly} <kbd class="touch-hide">{said.ctrlS}</kbd>
+          {staged > 0 ? strings.save : strings.saveOnly} <kbd class="touch-hide">{strings.ctrlS}</kbd>
         </span>
         <small>{waiting ?? props.sideEffect}</small>
       </Button>

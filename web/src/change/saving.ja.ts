@@ -1,5 +1,5 @@
 /** Japanese words of a save to ROM, and of the bar before it. */
-import type { Said } from "../text/language";
+import type { Translated } from "../text/language";
 import type { words as english } from "./saving.en";
 
 export const words = {
@@ -43,4 +43,4 @@ export const words = {
       : `これら${n}台のホーンは自由に回り、近くに人はいません`,
   confirm: name => `保存して${name}を再起動`,
   notSaved: why => `保存できません: ${why}`,
-} satisfies Said<typeof english>;
+} satisfies Translated<typeof english>;

@@ -1,6 +1,6 @@
 /** English names of the steps of jobs. In English the server words their evidence. */
 import type { EvidenceCode, Job, StepCode } from "../api/types";
-import type { Saying } from "../bench/facts";
+import type { FactsText } from "../bench/facts";
 
 const saving = {
   silence: "Silent while it writes and restarts",
@@ -63,7 +63,7 @@ const steps: Readonly<Record<Job["kind"], Partial<Record<StepCode, string>>>> = 
   restore_output: { clear: "Stop cleared", restore: "Output on" },
 };
 
-const evidence: Readonly<Partial<Record<EvidenceCode, Saying>>> = {};
+const evidence: Readonly<Partial<Record<EvidenceCode, FactsText>>> = {};
 
 export const words = {
   steps,

@@ -1,5 +1,5 @@
 /** Japanese words fetched with the Parameters page: help, confirmation, undo. */
-import type { Said } from "../text/language";
+import type { Translated } from "../text/language";
 import type { words as english } from "./text.en";
 
 const LOAD = "出力がオフのサーボは何も保持せず、負荷が落ちることがあります。";
@@ -65,4 +65,4 @@ export const words = {
     open: "取り消し…",
     dismiss: "閉じる",
   },
-} satisfies Said<typeof english>;
+} satisfies Translated<typeof english>;

@@ -10,15 +10,15 @@ import { withTick } from "./safety-words";
 import { changing, editing, saving } from "./words";
 
 interface SafetyProps {
-  asked: readonly SafetyWord[];
+  requested: readonly SafetyWord[];
   agreed: Signal<readonly SafetyWord[]>;
   disabled: boolean;
 }
 
 /** A check box per word; exclusive words are radio buttons. */
-export function SafetyTicks({ asked, agreed, disabled }: SafetyProps) {
+export function SafetyTicks({ requested, agreed, disabled }: SafetyProps) {
   const { ticks, choices } = editing.confirm;
-  const choice = asked.filter(word => word in choices);
+  const choice = requested.filter(word => word in choices);
   const choose = (word: SafetyWord, on: boolean) => {
     agreed.value = withTick(agreed.peek(), word, on);
   };
@@ -41,7 +41,7 @@ export function SafetyTicks({ asked, agreed, disabled }: SafetyProps) {
           ))}
         </fieldset>
       )}
-      {asked
+      {requested
         .filter(word => choice.length < 2 || !choice.includes(word))
         .map(word => (
           <Tick

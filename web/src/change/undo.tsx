@@ -8,7 +8,7 @@ import { restartedSince, undoable, undoChange } from "./apply";
 import { beginChange, underWay } from "./flow";
 import { editing } from "./words";
 
-const said = editing.undo;
+const strings = editing.undo;
 
 interface Props {
   sheet: Sheet;
@@ -31,17 +31,17 @@ export function UndoLine({ sheet, one }: Props) {
   if (written === null || changes.length === 0) return null;
   return (
     <div class="undo-line small" data-testid="undo-line">
-      <span role="status">{said.line(changes.length, clock(written.at))}</span>
+      <span role="status">{strings.line(changes.length, clock(written.at))}</span>
       <Button
         live
         testid="undo"
         disabled={!one.online || sheet.busy.value !== null || underWay([one.uid])}
         onClick={() => void undo()}
       >
-        {said.open}
+        {strings.open}
       </Button>
       <Button look="plain" onClick={forget}>
-        {said.dismiss}
+        {strings.dismiss}
       </Button>
     </div>
   );

@@ -1,4 +1,4 @@
-/** The fourth step: what each servo becomes, what moves, and the one press that starts the job. */
+/** The fourth step: changes per servo, what moves, and the button that starts the job. */
 import { useEffect, useMemo } from "preact/hooks";
 import type { CommissionPlan, SafetyWord } from "../api/config-types";
 import { stopped } from "../bench/bench";
@@ -28,7 +28,7 @@ export function CheckStep() {
   const present = draft.value;
   const uids = wanted(present);
   const agreed = present.confirm.join(" ");
-  // Asked again with every change of what is asked for: only what was checked can be started.
+  // Checked again after every change of the request: only a checked request can be started.
   useEffect(() => {
     void plan();
   }, [present.save, agreed]);
@@ -222,7 +222,7 @@ const columns = (save: boolean): readonly Column<Entry & { uid: string }>[] => [
   },
 ];
 
-/** What the horn does, and every row that ROM will hold differently; without a save, every row that is written. */
+/** What the horn does, and every value that changes in ROM; without saving, every value written. */
 function Planned({ of }: { of: CommissionPlan }) {
   const { save } = draft.value;
   const changes = save

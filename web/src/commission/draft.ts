@@ -1,4 +1,4 @@
-/** The draft of the wizard: who was chosen, what each is to become, how far one came; it survives a reload. */
+/** The draft of the wizard: selected servos, their new values, and the present step; it survives a reload. */
 
 import { signal } from "@preact/signals";
 import type { Candidate, Commissioning, OnAnomaly, SafetyWord } from "../api/config-types";
@@ -11,7 +11,7 @@ export type Step = "find" | "identify" | "profile" | "check";
 export interface Entry {
   /** As typed; checked by `wrongIds`. */
   servoId: string;
-  /** As typed; "" leaves the node id as it is. */
+  /** As typed; "" leaves the node ID unchanged. */
   nodeId: string;
   label: string;
   state: "open" | "given" | "skipped";
@@ -19,18 +19,18 @@ export interface Entry {
 
 export interface WizardDraft {
   step: Step;
-  /** Chosen servos, in the order of their serials. */
+  /** Selected servos, ordered by serial number. */
   chosen: readonly string[];
   entries: Readonly<Record<string, Entry>>;
-  /** Servo ids the server says are free, one for each candidate. */
+  /** Free servo IDs reported by the server, one for each candidate. */
   free: readonly number[];
-  /** The servo that is being identified. */
+  /** The servo being identified. */
   at: string | null;
   profile: string | null;
   save: boolean;
   onAnomaly: OnAnomaly;
   confirm: readonly SafetyWord[];
-  /** Jobs that were started from this draft: the first, then one for each servo that was done again. */
+  /** Jobs started from this draft: the first, then one for each retried servo. */
   jobs: readonly string[];
 }
 
@@ -55,7 +55,7 @@ export const HIGHEST_ID = 254;
 const HIGHEST_NODE = 125;
 export const LONGEST_LABEL = 64;
 
-/** What was kept, or an empty draft when it cannot be read: another version of the page may have written it. */
+/** The stored draft, or an empty one if it is not readable: another version of the page may have written it. */
 export function read(kept: unknown): WizardDraft {
   try {
     const found = kept as Partial<WizardDraft> | null;
@@ -75,7 +75,7 @@ export function changeDraft(part: Partial<WizardDraft>): void {
   writeTab(KEY, draft.peek());
 }
 
-export function startAnew(): void {
+export function resetDraft(): void {
   changeDraft(EMPTY);
 }
 
@@ -91,7 +91,7 @@ export interface Chosen {
   label: string;
 }
 
-/** The draft with these servos; what was typed for any of them before is kept. `at` is the first that is open. */
+/** The draft with these servos, with entries typed before. `at` is the first open servo. */
 export function chooseServos(
   before: WizardDraft,
   servos: readonly Chosen[],
@@ -112,7 +112,7 @@ export function chooseServos(
   return { chosen, entries, free, at: chosen.find(uid => entries[uid]?.state === "open") ?? null };
 }
 
-/** The servo id to give next: the lowest free one that nobody of the draft was given. "" when there is none. */
+/** The servo ID to propose: the lowest free one not used in the draft. "" if there is none. */
 export function propose(one: WizardDraft, uid: string, taken: ReadonlySet<number>): string {
   const given = new Set(taken);
   for (const [other, entry] of Object.entries(one.entries)) {
@@ -124,7 +124,7 @@ export function propose(one: WizardDraft, uid: string, taken: ReadonlySet<number
   return "";
 }
 
-/** The next open servo after `uid`, round the list; null when none is open. */
+/** The next open servo after `uid`, wrapping around; null if none is open. */
 export function nextOpen(one: WizardDraft, uid: string | null): string | null {
   const from = uid === null ? -1 : one.chosen.indexOf(uid);
   for (let i = 1; i <= one.chosen.length; i++) {
@@ -139,7 +139,7 @@ export interface Wrong {
   nodeId: string | null;
 }
 
-/** What is wrong with the ids of an entry, in words. `owners`: ids of servos that are not in the draft. */
+/** Errors in the IDs of an entry. `owners`: IDs of servos that are not in the draft. */
 export function wrongIds(one: WizardDraft, uid: string, owners: ReadonlyMap<number, string>): Wrong {
   const entry = one.entries[uid];
   if (!entry) return { servoId: null, nodeId: null };
@@ -175,12 +175,12 @@ export function count(one: WizardDraft): Count {
   return found;
 }
 
-/** Uids of those that get something, in the order chosen. */
+/** UIDs of the servos to commission, in the selected order. */
 export function wanted(one: WizardDraft): string[] {
   return one.chosen.filter(uid => one.entries[uid]?.state === "given");
 }
 
-/** What to ask the server for; `uids` narrows it to those. */
+/** The request body; `uids` restricts it to those servos. */
 export function request(
   one: WizardDraft,
   uids: readonly string[] = wanted(one),

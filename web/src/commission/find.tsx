@@ -1,4 +1,4 @@
-/** The first step: who looks new, who still waits for a node id, and whom to commission. */
+/** The first step: new servos, nodes waiting for a node ID, and selection of the servos to commission. */
 
 import { useSignal } from "@preact/signals";
 import { useEffect } from "preact/hooks";
@@ -18,7 +18,7 @@ import { Waiting } from "../servo/waiting-nodes";
 import { text } from "../text";
 import { changeDraft, draft } from "./draft";
 import { Actions, StepQuestion } from "./parts";
-import { candidates, show, takeServos, unfinishedJob } from "./state";
+import { candidates, selectServos, show, unfinishedJob } from "./state";
 import { commission as words } from "./words";
 
 const said = words.find;
@@ -29,18 +29,18 @@ export function FindStep() {
   const others = all.value.filter(one => one.online && !fresh.includes(one.uid));
   const folded = useSignal(true);
   const touched = useSignal(draft.peek().chosen.length > 0);
-  // Until somebody chooses by hand, all that look new are chosen: also those that come while one looks on.
+  // All new servos, including later ones, are selected until the user changes the selection.
   const key = fresh.join(" ");
   useEffect(() => {
     const present = draft.peek().chosen;
     const seen = new Set(all.peek().map(one => one.uid));
-    if (!touched.peek()) takeServos(fresh);
-    else if (present.some(uid => !seen.has(uid))) takeServos(present.filter(uid => seen.has(uid)));
+    if (!touched.peek()) selectServos(fresh);
+    else if (present.some(uid => !seen.has(uid))) selectServos(present.filter(uid => seen.has(uid)));
   }, [key]);
   const chosen = draft.value.chosen;
   const set = (uids: readonly string[]) => {
     touched.value = true;
-    takeServos(uids);
+    selectServos(uids);
   };
   const toggle = (uid: string) =>
     set(chosen.includes(uid) ? chosen.filter(one => one !== uid) : [...chosen, uid]);
@@ -159,7 +159,7 @@ function Row({ one, note, on, onToggle }: RowProps) {
 }
 
 function Unfinished({ job }: { job: Job }) {
-  const told = resultText(job.result) || (job.error ? failureText(job.error) : "");
+  const result = resultText(job.result) || (job.error ? failureText(job.error) : "");
   return (
     <Note
       kind="warning"
@@ -171,7 +171,7 @@ function Unfinished({ job }: { job: Job }) {
         </Button>
       }
     >
-      {said.unfinished(clock(job.created_at), told)}
+      {said.unfinished(clock(job.created_at), result)}
     </Note>
   );
 }

@@ -1,4 +1,4 @@
-/** The second step: one servo at a time wiggles, and is given an id and a name. */
+/** The second step: each servo wiggles and is assigned an ID and a name. */
 
 import { useSignal } from "@preact/signals";
 import { useEffect, useId, useRef } from "preact/hooks";
@@ -32,7 +32,7 @@ import {
   wrongIds,
 } from "./draft";
 import { Actions, StepQuestion } from "./parts";
-import { giveTheRest, owners, suggest } from "./state";
+import { assignRemaining, owners, suggest } from "./state";
 import { commission as words } from "./words";
 
 const said = words.identify;
@@ -90,7 +90,7 @@ export function IdentifyStep() {
         {tally.open > 1 && (
           <p class="w-line second">
             {said.rest(tally.open)}
-            <button type="button" class="link" data-testid="give-rest" onClick={giveTheRest}>
+            <button type="button" class="link" data-testid="give-rest" onClick={assignRemaining}>
               {said.giveRest}
             </button>
           </p>
@@ -173,14 +173,14 @@ function Active({ uid, entry, place, last, onGive, onSkip }: ActiveProps) {
   const idId = useId();
   const wrongId = useId();
   useEffect(() => watch(uid), [uid]);
-  // Its limits stand on the dial.
+  // The dial shows its limits.
   useEffect(() => {
     void sheetOf(uid).load();
   }, [uid]);
   useEffect(() => {
     suggest(uid);
     box.current?.scrollIntoView({ block: "nearest" });
-    // The next of a row: its wiggle is what is pressed next, by hand or by Enter.
+    // The focus moves to Wiggle of the next servo, which is pressed next.
     if (draft.peek().chosen.some(other => draft.peek().entries[other]?.state !== "open"))
       box.current?.querySelector<HTMLElement>("[data-testid=wiggle]")?.focus();
   }, []);
@@ -296,7 +296,7 @@ function Active({ uid, entry, place, last, onGive, onSkip }: ActiveProps) {
   );
 }
 
-/** What the horn does, said as it does it. */
+/** Status of the wiggle while it runs. */
 function Wiggling({ uid }: { uid: string }) {
   const last = wiggled.value?.uid === uid ? wiggled.value : null;
   return (

@@ -1,4 +1,4 @@
-/** The Commission page: the steps at the top, the question of each, and which step is shown. */
+/** The Commission page: the bar of steps, and the present step. */
 import { useEffect, useMemo } from "preact/hooks";
 import { connection } from "../bench/link";
 import { Icon } from "../kit/icon";
@@ -12,8 +12,8 @@ import {
   candidates,
   jobUnderWay,
   known,
+  loadJobs,
   mine,
-  recallJobs,
   showOpened,
   watchCandidates,
   watchJobs,
@@ -34,9 +34,9 @@ export function CommissionPage() {
       for (const one of polls) one.end();
     };
   }, []);
-  // Anew after each connection: the server may have been started again meanwhile.
+  // Again after each connection: the server may have restarted.
   useEffect(() => {
-    void recallJobs();
+    void loadJobs();
   }, [round]);
   const shown = shownNow();
   return (
@@ -56,7 +56,7 @@ export function CommissionPage() {
   );
 }
 
-/** A job comes before the draft it was started from; null while neither is known. */
+/** A job takes precedence over the draft it was started from; null while neither is known. */
 function shownNow(): Shown | null {
   if (known.value === null || candidates.value.value === null) return null;
   if (jobUnderWay.value) return "run";
@@ -64,7 +64,7 @@ function shownNow(): Shown | null {
   return draft.value.step;
 }
 
-/** What can be gone back to without a job: the steps of the draft as far as they have been reached. */
+/** Steps that can be opened without a job: those of the draft reached so far. */
 function reachable(step: Shown): step is Step {
   if (step === "find") return true;
   if (draft.value.chosen.length === 0) return false;
@@ -79,7 +79,7 @@ function Steps({ shown }: { shown: Shown | null }) {
     <nav class="wizard-steps" aria-label={words.steps}>
       <ol>
         {ORDER.map((step, place) => {
-          // Writing is behind only once ROM holds it; what is in RAM only leaves the report open, too.
+          // The Write step is complete only when the values are in ROM; with values in RAM only, the report is not, either.
           const past = place < ORDER.indexOf("run") ? at > place : shown === "report" && finished(mine.value);
           const open = !locked && place !== at && place < at && reachable(step);
           const face = (

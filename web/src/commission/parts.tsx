@@ -1,12 +1,12 @@
-/** What every step of the wizard has: its question at the top, and its actions at the foot. */
+/** Parts of every step of the wizard: heading, and actions at the foot. */
 import type { ComponentChildren } from "preact";
 import { useEffect, useRef } from "preact/hooks";
 
-/** The one question of a step. It takes the focus, so that a reader hears what is asked now. */
+/** The heading of a step. It takes the focus, so that screen readers announce it. */
 export function StepQuestion({ title, children }: { title: string; children?: ComponentChildren }) {
   const heading = useRef<HTMLHeadingElement>(null);
   useEffect(() => {
-    // On the way from step to step; whoever is typing stays there.
+    // Only on a change of step, and not while the user is typing.
     const held = document.activeElement;
     if (held === null || held === document.body || !held.isConnected) heading.current?.focus();
   }, []);
@@ -20,7 +20,7 @@ export function StepQuestion({ title, children }: { title: string; children?: Co
   );
 }
 
-/** The bar of actions: what goes back at the left, the one that goes on at the right, far from Stop. */
+/** The bar of actions: back at the left, forward at the right, far from Stop. */
 export function Actions({ children }: { children: ComponentChildren }) {
   return <div class="wizard-actions">{children}</div>;
 }

@@ -1,4 +1,4 @@
-/** The third step: which profile, if any, and what it sets. */
+/** The third step: choice of a profile, and its values. */
 import { useEffect } from "preact/hooks";
 import type { Profile } from "../api/config-types";
 import { servo } from "../bench/fleet";

@@ -1,4 +1,4 @@
-/** The last two steps: the job servo by servo while it runs, and what became of each when it has ended. */
+/** The last two steps: progress of the job per servo, and the results. */
 
 import { useSignal } from "@preact/signals";
 import { useEffect } from "preact/hooks";
@@ -21,10 +21,18 @@ import { Glyph } from "../kit/glyph";
 import { Icon } from "../kit/icon";
 import { Note } from "../kit/note";
 import { Scroll } from "../kit/scroll";
-import { draft, startAnew } from "./draft";
+import { draft, resetDraft } from "./draft";
 import { Actions, StepQuestion } from "./parts";
-import { cancel, jobUnderWay, recallJobs, resume, retry, starting, startRefused } from "./state";
-import { merged, resumableOf, type Tally, tally, type Unit, type ValuesPlace, valuesPlaceOf } from "./units";
+import { cancel, jobUnderWay, loadJobs, resume, retry, starting, startRefused } from "./state";
+import {
+  merged,
+  resumableOf,
+  type Tally,
+  type Target,
+  tally,
+  type ValuesPlace,
+  valuesPlaceOf,
+} from "./targets";
 import { commission as words } from "./words";
 
 const said = words.run;
@@ -32,26 +40,26 @@ const done = words.report;
 
 export function RunStep({ jobs }: { jobs: readonly Job[] }) {
   const stopping = useSignal(false);
-  // A refusal is about what was tried before.
+  // An earlier refusal no longer applies.
   useEffect(() => {
     startRefused.value = null;
   }, []);
-  const units = merged(jobs);
+  const targets = merged(jobs);
   const running = jobUnderWay.value;
-  const uids = units.map(one => one.uid);
+  const uids = targets.map(one => one.uid);
   const load = () => {
     for (const uid of uids) readSheet(uid);
   };
-  // After the job the servos themselves say where its values are.
+  // After the job, the servos are read to find out where the values are.
   const over = running === null;
   const round = connection.value;
   useEffect(() => {
     if (over) load();
   }, [over, round, uids.join(" ")]);
-  const sums = tally(units, placeNow);
-  const inRam = units.filter(one => one.verdict === "done" && placeNow(one) === "ram").map(one => one.uid);
+  const sums = tally(targets, placeNow);
+  const inRam = targets.filter(one => one.verdict === "done" && placeNow(one) === "ram").map(one => one.uid);
   const left = running ? null : resumableOf(jobs);
-  const all = units.length;
+  const all = targets.length;
   const problem = startRefused.value;
   const saveAll = async () => {
     startRefused.value = null;
@@ -64,11 +72,11 @@ export function RunStep({ jobs }: { jobs: readonly Job[] }) {
         <p>{running ? `${said.lead} ${said.keep}` : leadOf(sums, all, jobs.at(-1)?.state === "cancelled")}</p>
         <Progress sums={sums} of={all} />
       </StepQuestion>
-      <Scroll label={said.units} testid="run-step">
+      <Scroll label={said.targets} testid="run-step">
         {problem && <Note band>{problem.text}</Note>}
-        <ul class="c-units" aria-label={running ? said.units : done.table}>
-          {units.map(unit => (
-            <UnitRow key={unit.uid} unit={unit} over={running === null} />
+        <ul class="c-units" aria-label={running ? said.targets : done.table}>
+          {targets.map(target => (
+            <TargetRow key={target.uid} target={target} over={running === null} />
           ))}
         </ul>
         {running === null && (
@@ -109,8 +117,8 @@ export function RunStep({ jobs }: { jobs: readonly Job[] }) {
               {...(inRam.length === 0 ? { look: "primary" as const } : {})}
               testid="more-servos"
               onClick={() => {
-                startAnew();
-                void recallJobs();
+                resetDraft();
+                void loadJobs();
               }}
             >
               {done.more}
@@ -141,14 +149,14 @@ export function RunStep({ jobs }: { jobs: readonly Job[] }) {
   );
 }
 
-function placeNow(unit: Unit): ValuesPlace {
-  return valuesPlaceOf(unit, servo(unit.uid), key => sheetOf(unit.uid).reading(key).value);
+function placeNow(target: Target): ValuesPlace {
+  return valuesPlaceOf(target, servo(target.uid), key => sheetOf(target.uid).reading(key).value);
 }
 
-/** Whether ROM of every servo is known to hold what these jobs wrote. */
+/** Whether the values of these jobs are known to be in the ROM of every servo. */
 export function finished(jobs: readonly Job[]): boolean {
-  const units = merged(jobs);
-  return tally(units, placeNow).done === units.length;
+  const targets = merged(jobs);
+  return tally(targets, placeNow).done === targets.length;
 }
 
 function reportTitle(sums: Tally, of: number): string {
@@ -168,7 +176,7 @@ function leadOf(sums: Tally, of: number, cancelled: boolean): string {
   return parts.filter(Boolean).join(" ");
 }
 
-/** A ruled scale: a tick for each servo. Ink is in ROM, blue in RAM only, red failed. */
+/** A scale with a tick for each servo. Ink is in ROM, blue in RAM only, red failed. */
 function Progress({ sums, of }: { sums: Tally; of: number }) {
   const width = 600;
   const at = (n: number) => (of === 0 ? 0 : (n * width) / of);
@@ -196,7 +204,7 @@ function Progress({ sums, of }: { sums: Tally; of: number }) {
   );
 }
 
-const GLYPH: Record<Unit["verdict"], ConditionKind | null> = {
+const GLYPH: Record<Target["verdict"], ConditionKind | null> = {
   waiting: null,
   running: "busy",
   done: "ok",
@@ -204,24 +212,24 @@ const GLYPH: Record<Unit["verdict"], ConditionKind | null> = {
   not_tried: "offline",
 };
 
-function UnitRow({ unit, over }: { unit: Unit; over: boolean }) {
+function TargetRow({ target, over }: { target: Target; over: boolean }) {
   const opened = useSignal<boolean | null>(null);
-  const { uid, sheet, steps, verdict } = unit;
-  const failure = sheet?.problem ?? unit.job.error;
+  const { uid, record, steps, verdict } = target;
+  const failure = record?.problem ?? target.job.error;
   const one = servo(uid);
   const entry = draft.value.entries[uid];
-  const name = sheet?.label || entry?.label || nameOf(one) || sheet?.serial || uid.slice(0, 8);
-  const serial = sheet?.serial ?? one?.serial ?? "";
+  const name = record?.label || entry?.label || nameOf(one) || record?.serial || uid.slice(0, 8);
+  const serial = record?.serial ?? one?.serial ?? "";
   const active = verdict === "running" || verdict === "failed";
   const open = opened.value ?? active;
   const step = steps.find(each => each.state === "running");
-  const id = sheet?.verdict === "done" ? sheet.servo_id : (one?.servo_id ?? sheet?.servo_id);
-  const node = one?.online ? one.node_id : sheet?.node_id;
-  const place = verdict === "done" ? placeNow(unit) : null;
+  const id = record?.verdict === "done" ? record.servo_id : (one?.servo_id ?? record?.servo_id);
+  const node = one?.online ? one.node_id : record?.node_id;
+  const place = verdict === "done" ? placeNow(target) : null;
   const glyph = place === "lost" ? "failure" : place === "ram" ? null : GLYPH[verdict];
   const line =
-    place !== null && sheet
-      ? `${done.place[place]}, ${done.values(Object.keys(sheet.values).length)}`
+    place !== null && record
+      ? `${done.place[place]}, ${done.values(Object.keys(record.values).length)}`
       : verdict === "running" && step
         ? (said.now[step.code] ?? step.text)
         : "";
@@ -249,7 +257,7 @@ function UnitRow({ unit, over }: { unit: Unit; over: boolean }) {
         </span>
         <span class="c-who">
           <span class="serial">{name}</span>
-          <span class="dim">{[serial === name ? "" : serial, sheet?.model].filter(Boolean).join(", ")}</span>
+          <span class="dim">{[serial === name ? "" : serial, record?.model].filter(Boolean).join(", ")}</span>
         </span>
         {verdict !== "done" && entry?.servoId ? (
           <span class="c-id k-intent">{words.find.id(entry.servoId)}</span>

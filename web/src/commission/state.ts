@@ -1,7 +1,7 @@
-/** The wizard's dealings with the server: candidates, wiggles, the job, and which of them the page shows. */
+/** Server side of the wizard: candidates, wiggles, jobs, and which of them the page shows. */
 
 import { computed, signal } from "@preact/signals";
-import { ask, type Problem, problemOf } from "../api/client";
+import { callApi, type Problem, problemOf } from "../api/client";
 import type { CommissioningPreview, CommissionPlan, SafetyWord } from "../api/config-types";
 import type { Job } from "../api/types";
 import { monotonic } from "../bench/clock";
@@ -18,25 +18,25 @@ import { changeDraft, chooseServos, draft, propose, request, wanted } from "./dr
 
 const ASK_MS = 2000;
 
-/** Who is there. */
+/** Servos that can be commissioned. */
 export const candidates = new Resource(async () => {
-  const answer = await ask("GET", "/commissioning/candidates");
-  const heardAt = monotonic();
-  pending.value = answer.pending.map(one => ({ ...one, heardAt }));
-  return answer;
+  const found = await callApi("GET", "/commissioning/candidates");
+  const receivedAt = monotonic();
+  pending.value = found.pending.map(one => ({ ...one, receivedAt }));
+  return found;
 });
 
 export function watchCandidates(): Poll {
   return candidates.watch(ASK_MS);
 }
 
-/** Commissioning jobs the server knows, oldest first; null until asked. */
+/** Commissioning jobs on the server, oldest first; null until loaded. */
 export const known = signal<readonly string[] | null>(null);
 
-/** Asks for them, and takes up one that is under way: it lives in the server. */
-export async function recallJobs(): Promise<void> {
+/** Load the jobs and show one that is running: it runs in the server. */
+export async function loadJobs(): Promise<void> {
   try {
-    const found = await ask("GET", "/jobs", { query: { kind: "commissioning" } });
+    const found = await callApi("GET", "/jobs", { query: { kind: "commissioning" } });
     for (const job of found) setJob(job);
     known.value = found.map(job => job.id);
     const mine = new Set(draft.peek().jobs);
@@ -49,31 +49,31 @@ export async function recallJobs(): Promise<void> {
   }
 }
 
-/** The jobs of the wizard as far as they are known. */
+/** The known jobs of the wizard. */
 export const mine = computed<Job[]>(() => draft.value.jobs.flatMap(id => jobs.value.get(id) ?? []));
 export const jobUnderWay = computed(() => mine.value.find(job => !ended(job)) ?? null);
 
-/** The newest job that is not shown and could be gone on with. */
+/** The newest job that is not shown and can be resumed. */
 export const unfinishedJob = computed<Job | null>(() => {
   const found = (known.value ?? []).flatMap(id => jobs.value.get(id) ?? []);
   return found.findLast(job => job.resumable && !draft.value.jobs.includes(job.id)) ?? null;
 });
 
-/** Shows the job that another page sent somebody here for. */
+/** Show the job that another page links to. */
 export function showOpened(): void {
   const id = openCommissioning.peek();
   openCommissioning.value = null;
   if (id !== null) changeDraft({ jobs: [id] });
 }
 
-/** Shows a job that was started elsewhere, or before. */
+/** Show a job that was started elsewhere or earlier. */
 export function show(job: Job): void {
   setJob(job);
   changeDraft({ jobs: [job.id] });
 }
 
-/** Chooses servos, in the order of their serials. */
-export function takeServos(uids: readonly string[]): void {
+/** Select servos, ordered by serial number. */
+export function selectServos(uids: readonly string[]): void {
   const servos = uids.flatMap(uid => {
     const one = peekServo(uid);
     return one ? [{ uid, servoId: one.servo_id, label: one.label, serial: one.serial ?? "" }] : [];
@@ -83,7 +83,7 @@ export function takeServos(uids: readonly string[]): void {
   suggest(draft.peek().at);
 }
 
-/** Servo ids of servos that are not in the draft, with their names. */
+/** Servo IDs of servos that are not in the draft, with their names. */
 export const owners = computed<ReadonlyMap<number, string>>(() => {
   const chosen = new Set(draft.value.chosen);
   const left = new Set(draft.value.chosen.filter(uid => draft.value.entries[uid]?.state === "skipped"));
@@ -96,7 +96,7 @@ export const owners = computed<ReadonlyMap<number, string>>(() => {
   );
 });
 
-/** Fills in the id of a servo that has none yet. */
+/** Fill in the ID of a servo that has none yet. */
 export function suggest(uid: string | null): void {
   const entry = uid === null ? undefined : draft.peek().entries[uid];
   if (uid === null || !entry || entry.state === "given") return;
@@ -117,8 +117,8 @@ function clashes(uid: string, id: string): boolean {
   );
 }
 
-/** Gives everybody who is open the next free id, unseen. */
-export function giveTheRest(): void {
+/** Assign the next free ID to each open servo, without identifying it. */
+export function assignRemaining(): void {
   for (const uid of draft.peek().chosen) {
     if (draft.peek().entries[uid]?.state !== "open") continue;
     suggest(uid);
@@ -129,12 +129,12 @@ export function giveTheRest(): void {
   changeDraft({ at: null });
 }
 
-export const profiles = new Resource(() => ask("GET", "/profiles"));
+export const profiles = new Resource(() => callApi("GET", "/profiles"));
 
 export interface StartRefused {
   text: string;
   uid: string | null;
-  /** What to agree to, where that is all that is missing; one of them where there are several. */
+  /** Confirmations that are missing, if nothing else is; one of them where there are alternatives. */
   confirm: readonly SafetyWord[];
 }
 
@@ -168,29 +168,29 @@ async function doing(act: () => Promise<void>): Promise<void> {
 
 const once = () => ({ "Idempotency-Key": crypto.randomUUID?.() ?? `${Date.now()}-${Math.random()}` });
 
-/** What the job would do with each servo, by uid; null until the server has checked it all, or where it refuses. */
+/** Planned changes of each servo, by UID; null until the server has checked everything, or if it refuses. */
 export const plans = signal<ReadonlyMap<string, CommissionPlan> | null>(null);
 
-/** Asks the server to check everything, and what would come of it. Nothing is written. */
+/** Let the server check the request and plan the changes. Nothing is written. */
 export async function plan(): Promise<void> {
   plans.value = null;
   const body = { ...request(draft.peek()), dry_run: true };
   await doing(async () => {
     const headers = leaseHeader();
     const options = { body, headers, timeout_ms: 60_000 };
-    const found = (await ask("POST", "/commissioning", options)) as CommissioningPreview;
+    const found = (await callApi("POST", "/commissioning", options)) as CommissioningPreview;
     plans.value = new Map(found.servos.map(one => [one.uid, one]));
   });
 }
 
-/** Starts the job over everybody of the draft. */
+/** Start the job for all servos of the draft. */
 export const start = () =>
   doing(async () => {
     const job = await post(wanted(draft.peek()));
     changeDraft({ jobs: [job.id] });
   });
 
-/** Does one servo again, by a job of its own. */
+/** Retry one servo with a new job. */
 export const retry = (uid: string) =>
   doing(async () => {
     const job = await post([uid]);
@@ -198,7 +198,7 @@ export const retry = (uid: string) =>
   });
 
 async function post(uids: readonly string[]): Promise<Job> {
-  const job = (await ask("POST", "/commissioning", {
+  const job = (await callApi("POST", "/commissioning", {
     body: request(draft.peek(), uids),
     headers: { ...leaseHeader(), ...once() },
     timeout_ms: 30_000,
@@ -207,24 +207,26 @@ async function post(uids: readonly string[]): Promise<Job> {
   return job;
 }
 
-/** Goes on with what a job has not done. */
+/** Resume a job with its remaining servos. */
 export const resume = (job: Job) =>
   doing(async () => {
-    setJob(await ask("POST", "/jobs/{job_id}/resume", { path: { job_id: job.id }, headers: leaseHeader() }));
+    setJob(
+      await callApi("POST", "/jobs/{job_id}/resume", { path: { job_id: job.id }, headers: leaseHeader() }),
+    );
   });
 
 export const cancel = (job: Job) =>
   doing(async () => {
-    setJob(await ask("DELETE", "/jobs/{job_id}", { path: { job_id: job.id }, timeout_ms: 30_000 }));
+    setJob(await callApi("DELETE", "/jobs/{job_id}", { path: { job_id: job.id }, timeout_ms: 30_000 }));
   });
 
-/** Tells the newest state of the jobs shown, where the socket may have said nothing. */
+/** Poll the state of the jobs shown, in case a message of the socket was missed. */
 export function watchJobs(): Poll {
   return poll(ASK_MS, async () => {
     for (const id of draft.peek().jobs) {
       const present = jobs.peek().get(id);
       if (present && ended(present)) continue;
-      await ask("GET", "/jobs/{job_id}", { path: { job_id: id } }).then(setJob, () => undefined);
+      await callApi("GET", "/jobs/{job_id}", { path: { job_id: id } }).then(setJob, () => undefined);
     }
   });
 }

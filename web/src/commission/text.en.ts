@@ -10,7 +10,7 @@ export const words = {
     find: "Find",
     identify: "Identify",
     profile: "Profile",
-    check: "Check",
+    check: "Review",
     run: "Write",
     report: "Report",
   },
@@ -164,7 +164,7 @@ export const words = {
     cancelConfirm: "Cancel commissioning",
     goOn: "Continue",
     progress: "Progress",
-    units: "Servos in this job",
+    targets: "Servos in this job",
     showSteps: (name: string) => `Steps of ${name}`,
     verdict: {
       waiting: "Waiting",

@@ -1,5 +1,5 @@
 /** Japanese text of the Commission page; loaded with it. */
-import type { Said } from "../text/language";
+import type { Translated } from "../text/language";
 import type { words as english } from "./text.en";
 
 export const words = {
@@ -159,7 +159,7 @@ export const words = {
     cancelConfirm: "初期設定を中止",
     goOn: "続行",
     progress: "進行状況",
-    units: "この処理のサーボ",
+    targets: "この処理のサーボ",
     showSteps: name => `${name}の手順`,
     verdict: {
       waiting: "待機中",
@@ -208,4 +208,4 @@ export const words = {
     place: { rom: "ROM", ram: "RAM", lost: "値の喪失" },
     values: n => `${n}件の値を読み返し`,
   },
-} satisfies Said<typeof english>;
+} satisfies Translated<typeof english>;

@@ -1,4 +1,4 @@
-/** The words of this folder; they are fetched with the first part that imports them. */
+/** Text of this folder, loaded with the first module that imports it. */
 import { wordsIn } from "../text/language";
 
 export const commission = wordsIn(

@@ -1,4 +1,4 @@
-/** The Faults page: what is wrong with every servo now, what was, what it means, and that somebody has seen it. */
+/** The Faults page: active and past faults of every servo with meaning and remedy, and their acknowledgement. */
 import { useEffect } from "preact/hooks";
 import { type ConditionKind, ROM_LOST } from "../bench/condition";
 import { all, type KnownServo, loaded, nameOf, servo } from "../bench/fleet";
@@ -79,7 +79,7 @@ export function FaultsPage({ uid }: { uid: string | null }) {
       <Scroll label={words.title} testid="faults-list">
         <Unread
           why={trouble}
-          said={words.failed}
+          sentence={words.failed}
           onAgain={() => {
             for (const one of uids) readFaults(one);
           }}
@@ -103,7 +103,7 @@ export function FaultsPage({ uid }: { uid: string | null }) {
   );
 }
 
-/** Reads one servo's faults again whenever what it tells of them has changed. */
+/** Reads the faults of one servo again whenever its summary changes. */
 function Reader({ one }: { one: KnownServo }) {
   const { failure, warning, notification } = one.faults;
   useEffect(() => {
@@ -239,7 +239,7 @@ const columns = (): readonly Column<KnownFault>[] => [
   },
 ];
 
-/** It was so when it was last told, and nobody knows whether it still is: the servo is silent, or hornbill is. */
+/** Its present state is unknown: the servo is silent, or there is no link to hornbill. */
 function unknown(one: KnownFault): boolean {
   return one.stale || (one.active && !up.value);
 }

@@ -26,7 +26,7 @@ export const words = {
   staleWhy: "Last state the servo reported. It does not respond now, so its present state is unknown.",
   over: "Cleared",
   first: "First",
-  last: "Last",
+  last: "Last seen",
   count: (n: number) => (n === 1 ? "once" : `${n} times`),
   seenBy: (who: string, at: string) => `Acknowledged by ${who}, ${at}`,
   emptyTitle: "No faults so far",

@@ -1,5 +1,5 @@
 /** Japanese text of the Faults page; loaded with it. */
-import type { Said } from "../text/language";
+import type { Translated } from "../text/language";
 import type { words as english } from "./text.en";
 
 export const words = {
@@ -37,4 +37,4 @@ export const words = {
   loading: "異常を読み込み中",
   failed: why => `異常の一部を読み出しまたは確認できません。${why}`,
   open: name => `${name}を開く`,
-} satisfies Said<typeof english>;
+} satisfies Translated<typeof english>;

@@ -14,7 +14,7 @@ import { signedOut } from "../bench/session";
 import { clearStop, unsent } from "../bench/stop";
 import { begun } from "../change/flow";
 import { RestoreButton } from "../change/restore-button";
-import { keptOn, restorable } from "../change/restoring";
+import { outputLease, restorable } from "../change/restoring";
 import { Button } from "../kit/button";
 import { Confirm } from "../kit/confirm";
 import { Glyph } from "../kit/glyph";
@@ -45,8 +45,8 @@ export function Bands() {
       )}
       <SilentBand />
       {stop.value?.latched && <StopBand stop={stop.value} />}
-      <KeptBand />
-      <AskedBand />
+      <OutputBand />
+      <RequestBand />
       {begun.value.length > 0 && <HiddenChanges />}
       <span class="hidden-text" role="status" data-testid="live-state" data-state={link.value.state}>
         {up.value ? text.link.up : text.link.down}
@@ -83,10 +83,10 @@ function SilentBand() {
 }
 
 /** Outputs that this page keeps on under its lease, where no motion band of the page says so. */
-function KeptBand() {
+function OutputBand() {
   const present = motion.value;
   const { page, uid } = route.value;
-  if (present.phase !== "on" || present.lease !== keptOn.value) return null;
+  if (present.phase !== "on" || present.lease !== outputLease.value) return null;
   if (uid === present.uid && (page === "motion" || page === "tune")) return null;
   return (
     <section class="link-band asked" data-testid="kept-band">
@@ -99,25 +99,25 @@ function KeptBand() {
 }
 
 /** A request for the motion control of this page. Its buttons are at the left, away from Stop. */
-function AskedBand() {
+function RequestBand() {
   const phase = motion.value.phase;
   const held = lease.value;
-  const asked = held?.request;
-  if ((phase !== "on" && phase !== "held") || !held || !asked) return null;
+  const requested = held?.request;
+  if ((phase !== "on" && phase !== "held") || !held || !requested) return null;
   const left = Math.max(0, Math.ceil((held.passesAt ?? now.value) - now.value));
   return (
     <section class="link-band asked" data-testid="asked-band" aria-label={text.request.label}>
       <span class="asked-buttons">
-        <Button testid="keep-lease" live onClick={() => void keepMotion(asked.id)}>
+        <Button testid="keep-lease" live onClick={() => void keepMotion(requested.id)}>
           {text.request.keep}
         </Button>
-        <Button testid="hand-over" onClick={() => endMotion(text.request.handedOver(who(asked.by)))}>
+        <Button testid="hand-over" onClick={() => endMotion(text.request.handedOver(who(requested.by)))}>
           {text.request.handOver}
         </Button>
       </span>
       <span>
         {/* Announced once, not every second. */}
-        <span role="alert">{text.request.asks(who(asked.by), asked.reason)}</span>{" "}
+        <span role="alert">{text.request.asks(who(requested.by), requested.reason)}</span>{" "}
         <span class="second" data-testid="asked-left">
           {text.request.passes(left)}
         </span>
@@ -129,7 +129,7 @@ function AskedBand() {
 type Stopped = { name: string; confirmed: boolean; ms: number | null };
 
 /** Servos by name, and nodes that may be servos by node ID. */
-function everybody(stop: Stop): Stopped[] {
+function stoppedNodes(stop: Stop): Stopped[] {
   return [
     ...stop.servos.map(one => ({ ...one, name: one.label || one.uid.slice(0, 8) })),
     ...(stop.nodes ?? []).map(one => ({ ...one, name: text.stop.node(one.node_id) })),
@@ -143,7 +143,7 @@ function names(stopped: Stopped[]): string {
 function StopBand({ stop }: { stop: Stop }) {
   const asking = useSignal(false);
   const problem = useSignal<string | null>(null);
-  const all = everybody(stop);
+  const all = stoppedNodes(stop);
   const silent = all.filter(one => !one.confirmed);
   const times = all.flatMap(one => (one.confirmed && one.ms !== null ? [one.ms] : []));
   const clear = async () => {

@@ -154,13 +154,13 @@ function MotionCell() {
   const uid = lastUid.value ?? uids.value[0];
   const path = pathOf("motion", uid ?? null);
   const held = lease.value;
-  const asked = held?.request && held.endsAt > now.value ? held.request : null;
+  const requested = held?.request && held.endsAt > now.value ? held.request : null;
   const left = Math.max(0, Math.ceil((held?.passesAt ?? now.value) - now.value));
   // On a phone it is shown only while it says something that no band says.
-  if (phone.value && !asked && (stopped.value || motionWords() === text.bar.free)) return null;
+  if (phone.value && !requested && (stopped.value || motionWords() === text.bar.free)) return null;
   return (
     <a class="bar-cell" href={path} onClick={event => follow(event, path)} data-testid="bar-motion">
-      <span class="cap">{asked ? text.bar.requested(who(asked.by), left) : motionCaption()}</span>
+      <span class="cap">{requested ? text.bar.requested(who(requested.by), left) : motionCaption()}</span>
       <span class="val" title={motionWords()}>
         {motionWords()}
       </span>

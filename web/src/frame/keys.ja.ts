@@ -1,5 +1,5 @@
 /** The Japanese list of keys; loaded with it. */
-import type { Said } from "../text/language";
+import type { Translated } from "../text/language";
 import type { words as english } from "./keys.en";
 
 export const words = {
@@ -43,4 +43,4 @@ export const words = {
   scopeMemory: ["← →", "表示範囲を移動（メモリ表示にフォーカスがあるとき）。Endでライブに戻る"],
   composing: "日本語入力の変換中、EscとEnterは変換の操作となり、停止しません。停止ボタンはいつでも使えます。",
   scroll: ["↑ ↓", "スクロール（一覧にフォーカスがあるとき）"],
-} satisfies Said<typeof english>;
+} satisfies Translated<typeof english>;

@@ -12,7 +12,7 @@ import { motion } from "../bench/motion";
 import { reload } from "../bench/reload";
 import { lastUid, type Page, pathOf, type Route, route } from "../bench/route";
 import { phone } from "../bench/screen";
-import { chooseTheme, type ThemeWish, themeWish } from "../bench/theme";
+import { chooseTheme, type ThemeChoice, themeChoice } from "../bench/theme";
 import { follow } from "../kit/follow";
 import { Glyph } from "../kit/glyph";
 import { guideAt } from "../kit/guide";
@@ -20,7 +20,7 @@ import { Icon, type IconName } from "../kit/icon";
 import { usePopup } from "../kit/popup";
 import { Segments } from "../kit/segments";
 import { text } from "../text";
-import { chooseLanguage, LANGUAGES, type Language, spoken } from "../text/language";
+import { chooseLanguage, currentLanguage, LANGUAGES, type Language } from "../text/language";
 
 /** Pages that a phone shows without More. */
 const FIRST: ReadonlySet<Page> = new Set(["servos", "motion", "faults", "bus"]);
@@ -43,7 +43,7 @@ export function Rail({ onKeys }: { onKeys: () => void }) {
   const uid =
     lastUid.value !== null && known.includes(lastUid.value) ? lastUid.value : (known[0] ?? route.value.uid);
   useSignalEffect(nameTab);
-  const language = spoken();
+  const language = currentLanguage();
   const more = useMore();
   const unsaved = all.value.reduce((sum, one) => sum + one.unsaved.length, 0);
   return (
@@ -123,9 +123,9 @@ export function Rail({ onKeys }: { onKeys: () => void }) {
           <Icon name="docs" />
           <span>{text.docs}</span>
         </a>
-        <Segments<ThemeWish>
+        <Segments<ThemeChoice>
           label={text.theme.label}
-          chosen={themeWish.value}
+          chosen={themeChoice.value}
           onChoose={chooseTheme}
           options={[
             { key: "light", label: text.theme.light },

@@ -118,10 +118,10 @@ export function watchStyles(): void {
 async function why(): Promise<Cause> {
   const script = document.querySelector<HTMLScriptElement>("script[type=module][src]");
   try {
-    const answer = await fetch(`${ROOT}/`, { cache: "no-store", signal: AbortSignal.timeout(5000) });
-    if (!answer.ok || script === null) return "refused";
+    const response = await fetch(`${ROOT}/`, { cache: "no-store", signal: AbortSignal.timeout(5000) });
+    if (!response.ok || script === null) return "refused";
     const name = new URL(script.src).pathname.split("/").at(-1) ?? "";
-    return (await answer.text()).includes(name) ? "refused" : "updated";
+    return (await response.text()).includes(name) ? "refused" : "updated";
   } catch {
     return "link";
   }

@@ -16,11 +16,11 @@ interface UnreadProps {
   why: string | null;
   onAgain: () => void;
   /** Wraps the cause in a sentence. */
-  said?: (why: string) => string;
+  sentence?: (why: string) => string;
 }
 
 /** Load error with a retry button. */
-export function Unread({ why, onAgain, said = text.unread }: UnreadProps) {
+export function Unread({ why, onAgain, sentence = text.unread }: UnreadProps) {
   return (
     <Note
       band
@@ -30,7 +30,7 @@ export function Unread({ why, onAgain, said = text.unread }: UnreadProps) {
         </Button>
       }
     >
-      {why !== null && said(why)}
+      {why !== null && sentence(why)}
     </Note>
   );
 }

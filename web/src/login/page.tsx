@@ -5,7 +5,7 @@ import { useEffect, useRef } from "preact/hooks";
 import { problemText } from "../bench/facts";
 import { session, signedOut, signIn, signOut, tokenRefused } from "../bench/session";
 import { Note } from "../kit/note";
-import { login as said } from "./words";
+import { login as strings } from "./words";
 import "./login.css";
 
 export function LoginPage() {
@@ -24,10 +24,10 @@ export function LoginPage() {
   return (
     <section class="login" aria-labelledby="login-title">
       <form class="login-box" onSubmit={event => void enter(event)} data-testid="login">
-        <h1 id="login-title">{said.title}</h1>
-        <p class="second">{said.why}</p>
+        <h1 id="login-title">{strings.title}</h1>
+        <p class="second">{strings.why}</p>
         <label class="login-field">
-          <span>{said.token}</span>
+          <span>{strings.token}</span>
           <input
             ref={box}
             class="field"
@@ -47,9 +47,9 @@ export function LoginPage() {
           <Note testid="login-refusal">
             {" "}
             {problem.code === "unauthorized"
-              ? said.unknown
+              ? strings.unknown
               : problem.code === "too_many_attempts"
-                ? said.tooMany(Number(problem.facts.retry_after_s))
+                ? strings.tooMany(Number(problem.facts.retry_after_s))
                 : problemText(problem)}
           </Note>
         )}
@@ -59,11 +59,11 @@ export function LoginPage() {
           disabled={busy.value || token.value.trim() === ""}
           data-testid="login-enter"
         >
-          {said.enter}
+          {strings.enter}
         </button>
-        <p class="second">{said.stop}</p>
+        <p class="second">{strings.stop}</p>
         <p class="second">
-          {said.how} <code class="mono">hornbill token add NAME --role operate</code>
+          {strings.how} <code class="mono">hornbill tokens create NAME --role operate</code>
         </p>
       </form>
     </section>
@@ -77,9 +77,9 @@ export function SignedIn() {
   if (!name || !role || signedOut.value) return null;
   return (
     <span class="signed-in" data-testid="signed-in">
-      <span class="dim">{said.as(name, said.roles[role])}</span>
+      <span class="dim">{strings.as(name, strings.roles[role])}</span>
       <button type="button" class="link" onClick={() => void signOut()} data-testid="sign-out">
-        {said.leave}
+        {strings.leave}
       </button>
     </span>
   );

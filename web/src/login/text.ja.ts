@@ -1,5 +1,5 @@
 /** Japanese words of signing in and out; loaded with them. */
-import type { Said } from "../text/language";
+import type { Translated } from "../text/language";
 import type { words as english } from "./text.en";
 
 export const words = {
@@ -19,4 +19,4 @@ export const words = {
     admin: "すべての操作",
   },
   leave: "サインアウト",
-} satisfies Said<typeof english>;
+} satisfies Translated<typeof english>;

@@ -12,7 +12,7 @@ import { useKeys } from "../kit/use-keys";
 import { wrongOn } from "./state";
 import { matrix } from "./words";
 
-const said = matrix.bar;
+const strings = matrix.bar;
 
 interface Props {
   uids: readonly string[];
@@ -39,13 +39,13 @@ export function MatrixBar({ uids, problem, onReview, onSave }: Props) {
   });
   if (count + bad + ramOnly === 0) return null;
   const nothing = count + bad === 0;
-  const label = nothing ? said.ramOnly(ramOnly) : said.label(count, values.size);
+  const label = nothing ? strings.ramOnly(ramOnly) : strings.label(count, values.size);
   return (
     <section class="save-bar" data-testid="matrix-bar" aria-label={label}>
       <div class="said">
         <p class="headline">
           {label}
-          {bad > 0 && <span class="k-failure plain">, {said.wrong(bad)}</span>}
+          {bad > 0 && <span class="k-failure plain">, {strings.wrong(bad)}</span>}
         </p>
         {problem !== null && (
           <p class="problem small" role="alert" data-testid="matrix-refused">
@@ -53,8 +53,8 @@ export function MatrixBar({ uids, problem, onReview, onSave }: Props) {
           </p>
         )}
         <p class="second small">
-          {nothing ? said.ramLine : ramOnly > 0 && `${said.ramOnly(ramOnly)}. `}
-          {bad > 0 && said.never}
+          {nothing ? strings.ramLine : ramOnly > 0 && `${strings.ramOnly(ramOnly)}. `}
+          {bad > 0 && strings.never}
         </p>
       </div>
       <Button
@@ -69,15 +69,15 @@ export function MatrixBar({ uids, problem, onReview, onSave }: Props) {
           }
         }}
       >
-        {said.discard}
+        {strings.discard}
       </Button>
       <Button look="two" testid="matrix-save" live disabled={!maySave} onClick={onSave}>
-        {said.save}
-        <small>{busy ? actionWords.underWay(2) : said.saveSub(savable)}</small>
+        {strings.save}
+        <small>{busy ? actionWords.underWay(2) : strings.saveSub(savable)}</small>
       </Button>
       <Button look="two primary" testid="matrix-review" live disabled={!mayReview} onClick={onReview}>
-        {said.review}
-        <small>{busy ? actionWords.underWay(2) : said.reviewSub}</small>
+        {strings.review}
+        <small>{busy ? actionWords.underWay(2) : strings.reviewSub}</small>
       </Button>
     </section>
   );

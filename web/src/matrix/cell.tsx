@@ -11,14 +11,14 @@ import { NumberBox } from "../change/number-box";
 import { rowView } from "../change/row-view";
 import { stageValue } from "../change/stage";
 import { Choice, cell } from "../kit/field";
-import type { Odd } from "./state";
+import type { Outlier } from "./state";
 import { optionsOf } from "./state";
-import { matrix as said } from "./words";
+import { matrix as strings } from "./words";
 
 interface Props {
   uid: string;
   row: Row;
-  odd: Odd | undefined;
+  odd: Outlier | undefined;
 }
 
 export function MatrixCell({ uid, row, odd }: Props) {
@@ -47,12 +47,12 @@ export function MatrixCell({ uid, row, odd }: Props) {
   const state = !has ? "absent" : view.state;
   const failed = outcome?.kind === "failed" ? `${outcome.what} ${outcome.rest}` : "";
   const notes = [
-    has ? "" : said.absent,
+    has ? "" : strings.absent,
     wrong ? `${wrong.what} ${wrong.remedy}` : failed,
-    state === "staged" ? said.staged(full(held, span)) : view.words,
-    odd?.kind === "outlier" ? said.outlier(full(odd.usual, { ...span, unit: odd.unit })) : "",
-    odd?.kind === "apart" ? said.apart : "",
-    row.expert ? said.locked : "",
+    state === "staged" ? strings.staged(full(held, span)) : view.words,
+    odd?.kind === "outlier" ? strings.outlier(full(odd.usual, { ...span, unit: odd.unit })) : "",
+    odd?.kind === "apart" ? strings.apart : "",
+    row.expert ? strings.locked : "",
   ].filter(Boolean);
   const begin = () => {
     if (able) editing.value = true;
@@ -84,7 +84,7 @@ export function MatrixCell({ uid, row, odd }: Props) {
       class={able ? "able" : ""}
       title={notes.join(". ")}
       {...(able ? {} : { "aria-disabled": true })}
-      aria-label={open ? undefined : said.cell(row.label, nameOf(one), shown, notes.join(". "))}
+      aria-label={open ? undefined : strings.cell(row.label, nameOf(one), shown, notes.join(". "))}
       onClick={begin}
       onKeyDown={onKeyDown}
     >
@@ -99,7 +99,7 @@ export function MatrixCell({ uid, row, odd }: Props) {
         <span class="m-value">
           <span class="m-mark">{has && <Marker state={view.state} />}</span>
           <span class={draft ? "strong" : ""}>{has ? shown : NONE}</span>
-          {odd?.kind === "outlier" && <span class="m-odd">≠ {said.outlierWord}</span>}
+          {odd?.kind === "outlier" && <span class="m-odd">≠ {strings.outlierWord}</span>}
           {odd?.kind === "apart" && <span class="m-apart">≠</span>}
           {wrong && <small class="k-failure">{wrong.what}</small>}
           {failed !== "" && <small class="k-failure">{outcome?.kind === "failed" && outcome.what}</small>}
@@ -120,7 +120,7 @@ interface EditorProps {
 
 function Editor({ uid, row, span, draft, held, onDone }: EditorProps) {
   const sheet = sheetOf(uid);
-  const label = said.cell(row.label, nameOf(servo(uid)), full(held, span), "");
+  const label = strings.cell(row.label, nameOf(servo(uid)), full(held, span), "");
   if (row.kind === "number") {
     return (
       <NumberBox
@@ -143,14 +143,14 @@ function Editor({ uid, row, span, draft, held, onDone }: EditorProps) {
       />
     );
   }
-  const wish = draft?.verdict.ok ? draft.verdict.value : held;
+  const opts = draft?.verdict.ok ? draft.verdict.value : held;
   return (
     <span onFocusOut={onDone}>
       <Choice
         label={label}
         bare
         testid={`input-${uid}-${row.key}`}
-        at={cell(String(wish), key => {
+        at={cell(String(opts), key => {
           const value = row.kind === "switch" ? key === "true" : key;
           stageValue(sheet, row.key, { text: key, verdict: { ok: true, value } });
         })}

@@ -9,7 +9,7 @@ import { inSet, Tick } from "../kit/field";
 import { copyOf } from "./state";
 import { matrix } from "./words";
 
-const said = matrix.copying;
+const strings = matrix.copying;
 
 interface Props {
   from: string;
@@ -29,9 +29,9 @@ export function CopyDialog({ from, uids, rows, onClose }: Props) {
   const total = going.reduce((sum, one) => sum + one.plan.drafts.size, 0);
   return (
     <Confirm
-      title={said.title(nameOf(source))}
-      subtitle={said.skippedLine}
-      verb={said.go(total)}
+      title={strings.title(nameOf(source))}
+      subtitle={strings.skippedLine}
+      verb={strings.go(total)}
       local
       ready={total > 0}
       testid="copy-dialog"
@@ -44,16 +44,16 @@ export function CopyDialog({ from, uids, rows, onClose }: Props) {
       onClose={onClose}
     >
       <fieldset class="m-who">
-        <legend class="second">{said.who}</legend>
+        <legend class="second">{strings.who}</legend>
         {plans.map(({ uid, plan }) => (
           <Tick key={uid} at={inSet(chosen, uid)} holder={`copy-to-${uid}`}>
             <span class="grow">
               {nameOf(servo(uid))}
-              {servo(uid)?.model !== source?.model && <small class="dim"> {said.otherModel}</small>}
+              {servo(uid)?.model !== source?.model && <small class="dim"> {strings.otherModel}</small>}
             </span>
             <span class="small second">
-              {said.differing(plan.drafts.size)}
-              {plan.left > 0 && `. ${said.skipped(plan.left)}`}
+              {strings.differing(plan.drafts.size)}
+              {plan.left > 0 && `. ${strings.skipped(plan.left)}`}
             </span>
           </Tick>
         ))}

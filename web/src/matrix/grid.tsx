@@ -13,8 +13,8 @@ import { Glyph } from "../kit/glyph";
 import { Icon } from "../kit/icon";
 import { text } from "../text";
 import { MatrixCell } from "./cell";
-import { isOwn, oddRow } from "./state";
-import { matrix as said } from "./words";
+import { isOwn, rowOutliers } from "./state";
+import { matrix as strings } from "./words";
 
 export interface Group {
   key: string;
@@ -102,7 +102,7 @@ export function MatrixGrid({ uids, groups, hash, onSet, onCopy, children }: Prop
         // biome-ignore lint/a11y/noNoninteractiveElementToInteractiveRole: a grid is a table whose cells are edited
         role="grid"
         class="matrix"
-        aria-label={said.label}
+        aria-label={strings.label}
         data-testid="matrix"
         onFocusIn={onFocus}
         onKeyDown={onKeyDown}
@@ -121,7 +121,7 @@ export function MatrixGrid({ uids, groups, hash, onSet, onCopy, children }: Prop
           <tbody key={group.key}>
             <tr class="m-group">
               <th scope="rowgroup" colSpan={uids.length + 1}>
-                <span>{said.group(group.label, group.rows.length)}</span>
+                <span>{strings.group(group.label, group.rows.length)}</span>
               </th>
             </tr>
             {group.rows.map(row => (
@@ -161,11 +161,11 @@ function ColumnHead({ uid, alone, onCopy }: { uid: string; alone: boolean; onCop
           class="link small"
           data-stop
           tabIndex={-1}
-          aria-label={said.copy(name)}
+          aria-label={strings.copy(name)}
           data-testid={`copy-${uid}`}
           onClick={() => onCopy(uid)}
         >
-          {said.copyWord}
+          {strings.copyWord}
         </button>
       )}
     </th>
@@ -173,7 +173,7 @@ function ColumnHead({ uid, alone, onCopy }: { uid: string; alone: boolean; onCop
 }
 
 function Line({ row, uids, onSet }: { row: Row; uids: readonly string[]; onSet: (row: Row) => void }) {
-  const odd = oddRow(row, uids);
+  const odd = rowOutliers(row, uids);
   const able = !row.expert && !isOwn(row) && uids.some(uid => sheetOf(uid).keys.value?.includes(row.key));
   return (
     <tr data-key={row.key} data-testid={`line-${row.key}`} data-odd={odd.size > 0}>
@@ -186,9 +186,9 @@ function Line({ row, uids, onSet }: { row: Row; uids: readonly string[]; onSet: 
             </small>
           </span>
           {row.expert ? (
-            <span class="dim m-lock" title={said.locked}>
+            <span class="dim m-lock" title={strings.locked}>
               <Icon name="lock" size={14} />
-              <span class="hidden-text">{said.locked}</span>
+              <span class="hidden-text">{strings.locked}</span>
             </span>
           ) : (
             <button
@@ -197,11 +197,11 @@ function Line({ row, uids, onSet }: { row: Row; uids: readonly string[]; onSet: 
               data-stop
               tabIndex={-1}
               disabled={!able}
-              aria-label={said.setAll(row.label)}
+              aria-label={strings.setAll(row.label)}
               data-testid={`set-${row.key}`}
               onClick={() => onSet(row)}
             >
-              {able ? said.setAllWord : ""}
+              {able ? strings.setAllWord : ""}
             </button>
           )}
         </span>

@@ -20,8 +20,8 @@ import { MatrixBar } from "./bar";
 import { CopyDialog } from "./copy";
 import { type Group, MatrixGrid } from "./grid";
 import { SetDialog } from "./set";
-import { oddRow, uidsIn } from "./state";
-import { matrix as said } from "./words";
+import { rowOutliers, uidsIn } from "./state";
+import { matrix as strings } from "./words";
 import "./matrix.css";
 
 const FILTERS = ["all", "differ", "changed"] as const;
@@ -80,26 +80,26 @@ export function MatrixPage({ hash }: { hash: string }) {
   return (
     <div class="page">
       <div class="page-head">
-        <h1>{said.title}</h1>
-        <span class="dim">{said.servos(uids.length)}</span>
-        <Search label={said.search} at={wanted} />
+        <h1>{strings.title}</h1>
+        <span class="dim">{strings.servos(uids.length)}</span>
+        <Search label={strings.search} at={wanted} />
         <Segments<Filter>
-          label={said.filter}
+          label={strings.filter}
           chosen={filter.value}
           onChoose={key => {
             filter.value = key;
           }}
           options={[
-            { key: "all", label: said.all },
-            { key: "differ", label: said.differ(Number(differ)) },
-            { key: "changed", label: said.changed(Number(changed)) },
+            { key: "all", label: strings.all },
+            { key: "differ", label: strings.differ(Number(differ)) },
+            { key: "changed", label: strings.changed(Number(changed)) },
           ]}
         />
-        <Button onClick={() => go(pathOf("servos", null))}>{said.choose}</Button>
+        <Button onClick={() => go(pathOf("servos", null))}>{strings.choose}</Button>
       </div>
-      <Unread why={problem.value} said={said.failed} onAgain={() => void load(true)} />
+      <Unread why={problem.value} sentence={strings.failed} onAgain={() => void load(true)} />
       {known === null ? (
-        <p class="notice-line">{said.reading}</p>
+        <p class="notice-line">{strings.reading}</p>
       ) : (
         <MatrixGrid
           uids={uids}
@@ -113,7 +113,7 @@ export function MatrixPage({ hash }: { hash: string }) {
           }}
         >
           {groups.length === 0 && (
-            <p class="notice-line">{wanted.value === "" ? said.none : said.noneFound(wanted.value)}</p>
+            <p class="notice-line">{wanted.value === "" ? strings.none : strings.noneFound(wanted.value)}</p>
           )}
           <p class="below small dim">
             <button
@@ -122,9 +122,9 @@ export function MatrixPage({ hash }: { hash: string }) {
               disabled={!up.value || reading.value}
               onClick={() => void load(true)}
             >
-              {said.refresh}
+              {strings.refresh}
             </button>{" "}
-            <span class="touch-hide">{said.keys}</span>
+            <span class="touch-hide">{strings.keys}</span>
           </p>
         </MatrixGrid>
       )}
@@ -147,11 +147,11 @@ function Nobody() {
     <div class="page">
       <section class="empty">
         <div>
-          <h1>{said.empty}</h1>
-          <p class="second">{said.emptyLine}</p>
+          <h1>{strings.empty}</h1>
+          <p class="second">{strings.emptyLine}</p>
           <p class="below-line">
             <Button look="primary" onClick={() => go(pathOf("servos", null))}>
-              {said.toServos}
+              {strings.toServos}
             </Button>
           </p>
         </div>
@@ -178,7 +178,7 @@ function split(joined: string): string[] {
 function countRows(known: Catalog | null, uids: readonly string[]): [number, number] {
   const rows = known ? settable(known) : [];
   return [
-    rows.filter(row => oddRow(row, uids).size > 0).length,
+    rows.filter(row => rowOutliers(row, uids).size > 0).length,
     rows.filter(row => isChanged(row, uids)).length,
   ];
 }
@@ -190,7 +190,7 @@ function grouped(known: Catalog, uids: readonly string[], wanted: string, filter
     if (words !== "") {
       return [row.label, row.name, row.key].some(fact => fact.toLowerCase().includes(words));
     }
-    if (filter === "differ") return oddRow(row, uids).size > 0;
+    if (filter === "differ") return rowOutliers(row, uids).size > 0;
     return filter === "all" || isChanged(row, uids);
   };
   return known.tabs

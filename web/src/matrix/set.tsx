@@ -11,7 +11,7 @@ import { Choice, inSet, negated, TextField, Tick } from "../kit/field";
 import { optionsOf } from "./state";
 import { matrix } from "./words";
 
-const said = matrix.set;
+const strings = matrix.set;
 
 interface Props {
   uids: readonly string[];
@@ -42,9 +42,9 @@ export function SetDialog({ uids, row, onClose }: Props) {
   );
   return (
     <Confirm
-      title={said.title(row.label)}
-      subtitle={said.line}
-      verb={said.go(going.length)}
+      title={strings.title(row.label)}
+      subtitle={strings.line}
+      verb={strings.go(going.length)}
       local
       ready={going.length > 0}
       testid="set-dialog"
@@ -56,26 +56,26 @@ export function SetDialog({ uids, row, onClose }: Props) {
     >
       <div data-first-focus>
         {row.kind === "number" ? (
-          <TextField label={said.value} at={typed} number unit={unit} beside short testid="set-value" />
+          <TextField label={strings.value} at={typed} number unit={unit} beside short testid="set-value" />
         ) : (
           <Choice
-            label={said.value}
+            label={strings.value}
             at={typed}
             beside
             testid="set-value"
-            options={[{ key: "", label: said.choose }, ...optionsOf(row)]}
+            options={[{ key: "", label: strings.choose }, ...optionsOf(row)]}
           />
         )}
       </div>
       <fieldset class="m-who">
-        <legend class="second">{said.who}</legend>
+        <legend class="second">{strings.who}</legend>
         {plans.map(({ uid, sheet, span, plan }) => (
           <Tick key={uid} at={negated(inSet(left, uid))}>
             <span class="grow">{nameOf(servo(uid))}</span>
             <span class={plan !== null && "why" in plan ? "small k-failure" : "small second"}>
               {plan !== null && "why" in plan
-                ? said.refused(plan.why || matrix.absent)
-                : said.now(full(sheet.held(row.key), span))}
+                ? strings.refused(plan.why || matrix.absent)
+                : strings.now(full(sheet.held(row.key), span))}
             </span>
           </Tick>
         ))}

@@ -20,11 +20,11 @@ export interface HeldValue {
 }
 
 /** A value compared with the servos of its model: an outlier, or in a row without a majority. */
-export type Odd = { kind: "outlier"; usual: Value; unit: string } | { kind: "apart" };
+export type Outlier = { kind: "outlier"; usual: Value; unit: string } | { kind: "apart" };
 
 /** Servos whose value differs from the majority of their model. A servo alone of its model is not compared. */
-export function oddOnes(held: readonly HeldValue[]): ReadonlyMap<string, Odd> {
-  const found = new Map<string, Odd>();
+export function outliers(held: readonly HeldValue[]): ReadonlyMap<string, Outlier> {
+  const found = new Map<string, Outlier>();
   for (const group of grouped(held)) {
     const counts = new Map<string, HeldValue[]>();
     for (const one of group) counts.set(same(one), [...(counts.get(same(one)) ?? []), one]);
@@ -83,9 +83,9 @@ export function wrongOn(uids: readonly string[]): number {
 }
 
 /** Outliers of a row, from current values. */
-export function oddRow(row: Row, uids: readonly string[]): ReadonlyMap<string, Odd> {
+export function rowOutliers(row: Row, uids: readonly string[]): ReadonlyMap<string, Outlier> {
   if (isOwn(row)) return NOBODY;
-  return oddOnes(
+  return outliers(
     uids.map(uid => ({
       uid,
       model: servo(uid)?.model ?? null,
@@ -95,7 +95,7 @@ export function oddRow(row: Row, uids: readonly string[]): ReadonlyMap<string, O
   );
 }
 
-const NOBODY: ReadonlyMap<string, Odd> = new Map();
+const NOBODY: ReadonlyMap<string, Outlier> = new Map();
 
 /** The values of a choice or switch row. */
 export function optionsOf(row: Row): readonly { key: string; label: string }[] {

@@ -1,5 +1,5 @@
 /** Japanese words of the matrix: many servos side by side. */
-import type { Said } from "../text/language";
+import type { Translated } from "../text/language";
 import type { words as english } from "./text.en";
 
 const servos = (n: number) => `${n}台`;
@@ -72,4 +72,4 @@ export const words = {
     save: "すべてROMに保存…",
     saveSub: n => `${servos(n)}が再起動`,
   },
-} satisfies Said<typeof english>;
+} satisfies Translated<typeof english>;

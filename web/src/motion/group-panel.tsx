@@ -1,4 +1,4 @@
-/** Move several servos together on the Motion page: who comes along, and their dials while they do. */
+/** Group motion on the Motion page: selection of servos, and their dials while they move. */
 
 import { useEffect } from "preact/hooks";
 import { all, nameOf, servo } from "../bench/fleet";
@@ -15,20 +15,20 @@ import { Segments } from "../kit/segments";
 import { enableAll } from "../servo/motion-gate";
 import {
   against,
-  beginAgain,
   chosenCompanions,
   enableGroup,
-  type Manner,
-  manner,
+  type GroupMode,
+  groupMode,
   offsets,
-  setManner,
+  restartGroup,
+  setGroupMode,
   stream,
 } from "./group";
 import { sweep } from "./sweep";
 import { jogging as words } from "./words";
 import "./jog.css";
 
-/** Before motion: a box to tick for each other servo that can be told together with this one. */
+/** Before motion: a check box for each other servo that can be commanded together with this one. */
 export function GroupChoice({ uid }: { uid: string }) {
   const first = servo(uid);
   const others = all.value.filter(one => one.uid !== uid && one.online);
@@ -73,22 +73,22 @@ export function GroupChoice({ uid }: { uid: string }) {
   );
 }
 
-/** While motion is on: how they go together, and a dial for each of the others. */
+/** While motion is on: the group mode, and a dial for each of the other servos. */
 export function Members() {
   const present = motion.value;
   const members = membersOf(present);
   const group = movingTogether.value;
   if (members.length < 2 || group === null || present.phase !== "on") return null;
-  const told = stream.value;
-  const ended = told?.ended ?? null;
+  const state = stream.value;
+  const ended = state?.ended ?? null;
   return (
     <section class="members" aria-label={words.members} data-testid="members">
       <div class="members-how">
-        <Segments<Manner>
+        <Segments<GroupMode>
           label={words.groupMode}
-          chosen={manner.value}
+          chosen={groupMode.value}
           onChoose={next => {
-            if (sweep.peek() === null) setManner(next, members);
+            if (sweep.peek() === null) setGroupMode(next, members);
           }}
           options={[
             { key: "same", label: words.same },
@@ -96,10 +96,10 @@ export function Members() {
           ]}
         />
         <p class="small second">
-          {manner.value === "same" ? words.sameHint : words.apartHint}{" "}
-          {told !== null && ended === null && (
+          {groupMode.value === "same" ? words.sameHint : words.apartHint}{" "}
+          {state !== null && ended === null && (
             <span data-testid="group-beat">
-              {words.streamRate(number(told.rate_hz, 0), String(told.misses))}
+              {words.streamRate(number(state.rate_hz, 0), String(state.misses))}
             </span>
           )}
         </p>
@@ -112,7 +112,7 @@ export function Members() {
       {ended !== null && (
         <div class="members-ended">
           <Note testid="group-ended">{words.ended(ended)}</Note>
-          <Button testid="group-again" live onClick={() => void beginAgain(group)}>
+          <Button testid="group-again" live onClick={() => void restartGroup(group)}>
             {words.again}
           </Button>
         </div>

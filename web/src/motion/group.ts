@@ -1,7 +1,7 @@
-/** Several servos that move as one: who may, how far apart they stand, and the stream that tells them together. */
+/** Several servos that move together: eligibility, offsets between them, and the setpoint stream that commands them. */
 
 import { signal } from "@preact/signals";
-import { ask, problemOf } from "../api/client";
+import { callApi, problemOf } from "../api/client";
 import type { Commanded, Stream } from "../api/types";
 import { problemText } from "../bench/facts";
 import { all, type KnownServo, nameOf } from "../bench/fleet";
@@ -19,23 +19,23 @@ import type { Limits } from "../bench/servo-condition";
 import { limitsOf } from "../bench/servo-condition";
 import { jogging as words } from "./words";
 
-/** Ticked to move with the servo of the page, before motion is on. */
+/** Servos selected to move with the servo of the page, before motion is on. */
 export const chosenCompanions = signal<readonly string[]>([]);
 
-/** "same": one angle for all. "apart": each keeps its distance from the first. */
-export type Manner = "same" | "apart";
-export const manner = signal<Manner>("same");
+/** "same": one angle for all. "apart": each servo keeps its offset from the first one. */
+export type GroupMode = "same" | "apart";
+export const groupMode = signal<GroupMode>("same");
 
-/** How far each stands from the first, degrees; the first at 0. */
+/** Offset of each servo from the first one, degrees; 0 for the first one. */
 export const offsets = signal<ReadonlyMap<string, number>>(new Map());
 
-/** The stream as last heard of. */
+/** The stream as last reported. */
 export const stream = signal<Stream | null>(null);
 
 const RATE_HZ = 50;
-const LOOK_MS = 500;
+const POLL_MS = 500;
 
-/** Why a servo cannot be commanded in one message with others; null when it can. */
+/** Why a servo cannot be commanded in one message with others; null if it can. */
 export function against(one: KnownServo): string | null {
   const name = nameOf(one);
   if (!one.online || one.state !== "ready") return words.notReady(name);
@@ -45,7 +45,7 @@ export function against(one: KnownServo): string | null {
   return one.position_unit.state === "conflict" ? words.unitConflict(name) : null;
 }
 
-/** Where the first may be commanded so that each of them stays within its own limits; null while one is not known. */
+/** Angles of the first servo at which every servo is within its own limits; null while a limit is unknown. */
 export function limitsOfAll(uids: readonly string[]): Limits | null {
   let cw = Number.POSITIVE_INFINITY;
   let ccw = Number.NEGATIVE_INFINITY;
@@ -59,9 +59,9 @@ export function limitsOfAll(uids: readonly string[]): Limits | null {
   return cw < ccw ? null : { cw: tenth(cw), ccw: tenth(ccw) };
 }
 
-/** One angle for all, or the distances as they are now. */
-export function setManner(next: Manner, uids: readonly string[]): void {
-  manner.value = next;
+/** Set all offsets to 0, or to the present differences. */
+export function setGroupMode(next: GroupMode, uids: readonly string[]): void {
+  groupMode.value = next;
   const first = uids[0];
   const from = first === undefined ? null : presentAngle(first);
   const apart = uids.map((uid): [string, number] => {
@@ -71,27 +71,27 @@ export function setManner(next: Manner, uids: readonly string[]): void {
   offsets.value = new Map(apart);
 }
 
-/** Turns motion on for all of them: each holds where it stands, and from then on they are told together. */
+/** Turn motion on for all of them. Each holds its position; from then on they are commanded together. */
 export async function enableGroup(uid: string, others: readonly string[]): Promise<void> {
   const uids = [uid, ...others];
-  setManner(manner.peek(), uids);
+  setGroupMode(groupMode.peek(), uids);
   stream.value = null;
   await enableMotion(uid, others, togetherOf(uids));
 }
 
 function togetherOf(uids: readonly string[]): Together {
-  let look: Poll | null = null;
+  let polling: Poll | null = null;
   const goals = (angle: number) =>
     Object.fromEntries(uids.map(uid => [uid, tenth(angle + (offsets.peek().get(uid) ?? 0))]));
   const id = () => stream.peek()?.id ?? "";
   return {
     async begin(lease) {
       const body = { uids, type: "angle" as const, rate_hz: RATE_HZ };
-      stream.value = await ask("POST", "/streams", { body, headers: { Lease: lease } });
-      look?.end();
-      look = poll(LOOK_MS, async () => {
-        if (motion.peek().phase === "off") return look?.end();
-        await lookAt(id());
+      stream.value = await callApi("POST", "/streams", { body, headers: { Lease: lease } });
+      polling?.end();
+      polling = poll(POLL_MS, async () => {
+        if (motion.peek().phase === "off") return polling?.end();
+        await readStream(id());
       });
     },
     async move(angle, lease, profile) {
@@ -109,28 +109,28 @@ async function put(
   lease: string,
   profile: MotionProfile | null,
 ): Promise<void> {
-  stream.value = await ask("PUT", "/streams/{stream_id}", {
+  stream.value = await callApi("PUT", "/streams/{stream_id}", {
     path: { stream_id: stream.peek()?.id ?? "" },
     body: { values, profile },
     headers: { Lease: lease },
   });
 }
 
-/** How the stream is now. One that ended says why, with the name of whoever ended it. */
-async function lookAt(id: string): Promise<void> {
-  const answer = await ask("GET", "/streams/{stream_id}", { path: { stream_id: id } }).catch(() => null);
-  if (answer === null || stream.peek()?.id !== answer.id) return;
-  const found: Stream = { ...answer, ended: answer.ended_summary ?? null };
+/** Read the state of the stream. If it ended, its reason names the client that ended it. */
+async function readStream(id: string): Promise<void> {
+  const found = await callApi("GET", "/streams/{stream_id}", { path: { stream_id: id } }).catch(() => null);
+  if (found === null || stream.peek()?.id !== found.id) return;
+  const next: Stream = { ...found, ended: found.ended_summary ?? null };
   const before = stream.peek();
-  stream.value = found;
+  stream.value = next;
   const present = motion.peek();
-  // Of a group whose torque we took ourselves it is no news, and who did not answer then is.
-  if (found.ended && before?.ended === null && present.phase === "on" && present.torque !== "off")
-    motionRefusal.value = words.ended(found.ended);
+  // After this page turned torque off, the end of the stream is expected; a missing response then is not.
+  if (next.ended && before?.ended === null && present.phase === "on" && present.torque !== "off")
+    motionRefusal.value = words.ended(next.ended);
 }
 
-/** Holds all where they are and goes on from there, after one of them ended it. */
-export async function beginAgain(group: Together): Promise<void> {
+/** Hold all servos at their present angles and restart the stream, after it ended. */
+export async function restartGroup(group: Together): Promise<void> {
   const present = motion.peek();
   if (present.phase !== "on") return;
   motionRefusal.value = null;

@@ -1,4 +1,4 @@
-/** The angle part of the jog pad: presets, how fast, and steps; on a phone two buttons that step or walk, else a typed value. */
+/** The angle tab of the jog pad: presets, speed and steps; on a phone two buttons that step or move, else a typed value. */
 import { signal, useSignal } from "@preact/signals";
 import { useRef } from "preact/hooks";
 import { signed, withUnit } from "../bench/format";
@@ -16,11 +16,11 @@ interface Props {
   uid: string;
   span: AllowedSpan;
   able: boolean;
-  /** Where the horn is; null while that is not known well enough to be stored. */
+  /** Present angle; null while it is stale and must not be stored. */
   present: number | null;
   onJog: (step: number) => void;
   onCommand: (angle: number) => void;
-  /** Told why what was typed is not sent, with the number if it is one; null when it is typed anew. */
+  /** Called with the reason why a typed value is not sent, and its number if any; with null while typing. */
   onWrong: (verdict: NotAllowed | null, value: number | null) => void;
 }
 
@@ -49,8 +49,8 @@ export function JogAngle({ uid, span, able, present, onJog, onCommand, onWrong }
           <Pace direct={false} />
         </div>
         <div class="hold-buttons">
-          <Walk way={-1} span={span} able={able} onJog={onJog} />
-          <Walk way={1} span={span} able={able} onJog={onJog} />
+          <Walk direction={-1} span={span} able={able} onJog={onJog} />
+          <Walk direction={1} span={span} able={able} onJog={onJog} />
         </div>
       </>
     );
@@ -79,19 +79,24 @@ function stepText(step: number): string {
   return withUnit(String(step), "°");
 }
 
-/** A press shorter than this is a tap. */
+/** Longest press that counts as a tap. */
 const TAP_MS = 300;
 
-/** A tap goes one step, holding walks on until let go. */
-function Walk({ way, span, able, onJog }: { way: 1 | -1 } & Pick<Props, "span" | "able" | "onJog">) {
+/** A tap moves by one step, holding moves until released. */
+function Walk({
+  direction,
+  span,
+  able,
+  onJog,
+}: { direction: 1 | -1 } & Pick<Props, "span" | "able" | "onJog">) {
   const walked = useRef(false);
-  const limit = way > 0 ? span.maximum : span.minimum;
-  const on = walking.value === way;
+  const limit = direction > 0 ? span.maximum : span.minimum;
+  const on = walking.value === direction;
   return (
     <button
       type="button"
       class="button hold-button"
-      data-testid={way > 0 ? "walk-cw" : "walk-ccw"}
+      data-testid={direction > 0 ? "walk-cw" : "walk-ccw"}
       data-held={on}
       aria-pressed={on}
       disabled={!able}
@@ -106,17 +111,17 @@ function Walk({ way, span, able, onJog }: { way: 1 | -1 } & Pick<Props, "span" |
         });
       }}
       onClick={() => {
-        if (!walked.current) onJog(way * stepChosen.peek());
+        if (!walked.current) onJog(direction * stepChosen.peek());
         walked.current = false;
       }}
       onLostPointerCapture={brake}
       onBlur={brake}
       onContextMenu={event => event.preventDefault()}
     >
-      <Icon name={way > 0 ? "right" : "left"} size={28} />
-      <b>{way > 0 ? words.cw : words.ccw}</b>
+      <Icon name={direction > 0 ? "right" : "left"} size={28} />
+      <b>{direction > 0 ? words.cw : words.ccw}</b>
       <small>
-        {words.tapOrHold(withUnit(signed(way * stepChosen.value, stepChosen.value < 1 ? 1 : 0), "°"))}
+        {words.tapOrHold(withUnit(signed(direction * stepChosen.value, stepChosen.value < 1 ? 1 : 0), "°"))}
       </small>
     </button>
   );
@@ -141,7 +146,7 @@ function Enter({
   const send = () => {
     const value = entered();
     if (value === null) return;
-    // By keys the next angle follows; a finger would bring up the screen's keyboard.
+    // With a keyboard, the next angle may follow; on touch, focus would open the on-screen keyboard.
     if (!touch.peek() && document.activeElement === go.current) box.current?.focus();
     typed.value = null;
     onCommand(value);
@@ -164,9 +169,9 @@ function Enter({
             onWrong(null, null);
           }}
           onKeyDown={event => {
-            // Typing moves nothing: Enter leads to the button that does.
+            // Typing moves nothing: Enter moves the focus to the button.
             if (event.key !== "Enter") return;
-            // Else the rest of this press would be the button's.
+            // Otherwise the same key press would click the button.
             event.preventDefault();
             if (entered() !== null) go.current?.focus();
           }}
@@ -182,7 +187,7 @@ function Enter({
 
 const SPEEDS = [15, 60, 180];
 
-/** How fast it moves: at a limited speed or, where there is room for that, as fast as the servo can. */
+/** Speed: limited, or on larger screens also full speed. */
 function Pace({ direct }: { direct: boolean }) {
   return (
     <Segments<string>

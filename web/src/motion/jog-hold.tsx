@@ -1,7 +1,7 @@
-/** Speed and torque on the jog pad: how much, what must be known before, and two buttons that run while held. */
+/** The speed and torque tabs of the jog pad: value, cautions, and two buttons that run while held. */
 import { useSignal } from "@preact/signals";
 import { useEffect } from "preact/hooks";
-import { ask } from "../api/client";
+import { callApi } from "../api/client";
 import type { Caution } from "../api/types";
 import { catalog } from "../bench/catalog";
 import { cautionText } from "../bench/caution-text";
@@ -20,10 +20,10 @@ import { jogging as words } from "./words";
 
 const UNIT = { speed: "rpm", torque: "%" } as const;
 const FIRST = { speed: "20", torque: "10" } as const;
-/** The document allows 10 to 150 rpm; a limit that was not read is taken for none of its own. */
+/** The specification allows 10 to 150 rpm; used while the servo's own limits have not been read. */
 const MOST = { speed: 150, torque: 100 } as const;
 
-/** Whether a servo takes speed and torque now, or the sentence that says why not. */
+/** Why a servo cannot be commanded by speed or torque now. */
 function Refused({ uid }: { uid: string }) {
   const sheet = sheetOf(uid);
   const one = servo(uid);
@@ -41,7 +41,7 @@ function Refused({ uid }: { uid: string }) {
   );
 }
 
-/** What has to be said of any speed or torque is asked for at the least that is usable, not to hear that it is too small. */
+/** Cautions are requested for the smallest usable value, so that they do not include "too small". */
 const SMALLEST = 10;
 
 export function JogHold({ uid, kind, able }: { uid: string; kind: RunKind; able: boolean }) {
@@ -57,7 +57,7 @@ export function JogHold({ uid, kind, able }: { uid: string; kind: RunKind; able:
   const why = verdict.ok ? (verdict.value > 0 ? null : words.aboveZero) : `${verdict.what} ${verdict.remedy}`;
   useEffect(() => {
     if (!allowed) return;
-    ask("GET", "/servos/{uid}/cautions", { path: { uid }, query: { type: kind, value: SMALLEST } }).then(
+    callApi("GET", "/servos/{uid}/cautions", { path: { uid }, query: { type: kind, value: SMALLEST } }).then(
       found => {
         said.value = found;
       },
@@ -67,12 +67,12 @@ export function JogHold({ uid, kind, able }: { uid: string; kind: RunKind; able:
   useEffect(() => brake, [uid, kind]);
   if (!allowed) return <Refused uid={uid} />;
 
-  const runs = (way: 1 | -1) =>
-    able && up.value && free.value && value !== null && value <= (way > 0 ? limits.cw : limits.ccw);
+  const runs = (direction: 1 | -1) =>
+    able && up.value && free.value && value !== null && value <= (direction > 0 ? limits.cw : limits.ccw);
   const keys = (event: KeyboardEvent) => {
-    const way = event.key === "ArrowRight" ? 1 : event.key === "ArrowLeft" ? -1 : 0;
-    const onButton = (event.target as HTMLElement).dataset.way;
-    const pressed = event.key === "Enter" || event.key === " " ? Number(onButton ?? 0) : way;
+    const direction = event.key === "ArrowRight" ? 1 : event.key === "ArrowLeft" ? -1 : 0;
+    const onButton = (event.target as HTMLElement).dataset.direction;
+    const pressed = event.key === "Enter" || event.key === " " ? Number(onButton ?? 0) : direction;
     if (pressed === 0 || (event.target as HTMLElement).tagName === "INPUT" || event.ctrlKey || event.metaKey)
       return;
     event.stopPropagation();
@@ -123,28 +123,29 @@ export function JogHold({ uid, kind, able }: { uid: string; kind: RunKind; able:
         testid="hold-free"
       />
       <div class="hold-buttons">
-        {([-1, 1] as const).map(way => (
+        {([-1, 1] as const).map(direction => (
           <button
-            key={way}
+            key={direction}
             type="button"
             class="button hold-button"
-            data-way={way}
-            data-testid={way > 0 ? "hold-cw" : "hold-ccw"}
-            data-held={going !== null && Math.sign(going.value) === way}
-            aria-pressed={going !== null && Math.sign(going.value) === way}
-            disabled={!runs(way)}
+            data-direction={direction}
+            data-testid={direction > 0 ? "hold-cw" : "hold-ccw"}
+            data-held={going !== null && Math.sign(going.value) === direction}
+            aria-pressed={going !== null && Math.sign(going.value) === direction}
+            disabled={!runs(direction)}
             onPointerDown={event => {
-              if (value !== null) pressByPointer(event, still => press(kind, way * value, still));
+              if (value !== null) pressByPointer(event, still => press(kind, direction * value, still));
             }}
             onLostPointerCapture={brake}
             onBlur={brake}
             onContextMenu={event => event.preventDefault()}
           >
             <b>
-              {way < 0 && <kbd>←</kbd>} {way > 0 ? words.cw : words.ccw} {way > 0 && <kbd>→</kbd>}
+              {direction < 0 && <kbd>←</kbd>} {direction > 0 ? words.cw : words.ccw}{" "}
+              {direction > 0 && <kbd>→</kbd>}
             </b>
             <small>
-              {going !== null && Math.sign(going.value) === way
+              {going !== null && Math.sign(going.value) === direction
                 ? words.runs(shown(Math.abs(going.value), kind))
                 : words.hold}
             </small>
@@ -156,12 +157,12 @@ export function JogHold({ uid, kind, able }: { uid: string; kind: RunKind; able:
   );
 }
 
-/** The most that may be asked for one way: the row's own range, cut by the servo's limit. */
-function limit(uid: string, kind: RunKind, way: "cw" | "ccw"): number {
+/** Largest value in a direction: the row's range, reduced to the servo's limit. */
+function limit(uid: string, kind: RunKind, direction: "cw" | "ccw"): number {
   const row = catalog.value?.rows.get(`command_${kind}`);
   const reading = sheetOf(uid).reading(`command_${kind}`).value;
   const range = reading?.maximum ?? (row?.maximum ?? MOST[kind]) / (row?.per_unit ?? 1);
-  const own = sheetOf(uid).held(`${kind}_limit_${way}`);
+  const own = sheetOf(uid).held(`${kind}_limit_${direction}`);
   return Math.floor(typeof own === "number" ? Math.min(range, Math.abs(own)) : range);
 }
 

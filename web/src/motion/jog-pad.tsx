@@ -1,4 +1,4 @@
-/** The jog pad: what is commanded (angle, speed, torque, sweep), the dial, the readouts, and torque. */
+/** The jog pad: command type (angle, speed, torque, sweep), dial, readouts, and torque. */
 
 import { useSignal } from "@preact/signals";
 import { useEffect, useRef } from "preact/hooks";
@@ -47,7 +47,7 @@ import { sweep } from "./sweep";
 import { jogging as words } from "./words";
 import "./jog.css";
 
-/** Closer than this is there: one step of the register and the sensor's noise. */
+/** Distance that counts as reached: one step of the register plus sensor noise. */
 const THERE_DEG = 0.3;
 
 type Tab = "angle" | "speed" | "torque" | "sweep";
@@ -62,7 +62,7 @@ export function JogPad({ uid, torque }: { uid: string; torque: TorqueMode }) {
   const members = membersOf(motion.value);
   const limits = movingTogether.value === null ? limitsOf(uid) : limitsOfAll(members);
   const ready = limits !== null;
-  // The button that turned motion on is gone: the keys go on where the hands are.
+  // The button that turned motion on is gone: move the focus to the dial.
   useEffect(() => {
     if (ready) pad.current?.querySelector<SVGElement>("[role=slider]")?.focus({ preventScroll: true });
   }, [ready]);
@@ -73,7 +73,7 @@ export function JogPad({ uid, torque }: { uid: string; torque: TorqueMode }) {
   const able = on && up.value && limits !== null && !sweeping && !parted;
   const jogs = able && shown === "angle";
   const locked = touch.value && !unlocked.value;
-  // What the dial may, the horn in the 3D view may, and no more.
+  // The horn in the 3D view can be dragged exactly when the dial can.
   useEffect(() => {
     dragSpan.value = jogs && !locked && limits ? { uid, limits } : null;
     return () => {
@@ -107,10 +107,10 @@ export function JogPad({ uid, torque }: { uid: string; torque: TorqueMode }) {
   };
   const keys = (event: KeyboardEvent) => {
     if (!jogs || (event.target as HTMLElement).tagName === "INPUT" || event.ctrlKey || event.metaKey) return;
-    const way = WAYS[event.key] ?? 0;
+    const direction = DIRECTIONS[event.key] ?? 0;
     if (event.key === "0" && !event.altKey && !event.repeat) command(0);
-    else if (way !== 0)
-      jog(way * (event.shiftKey || event.key.startsWith("Page") ? 10 : event.altKey ? 0.1 : 1));
+    else if (direction !== 0)
+      jog(direction * (event.shiftKey || event.key.startsWith("Page") ? 10 : event.altKey ? 0.1 : 1));
     else return;
     event.preventDefault();
   };
@@ -147,7 +147,7 @@ export function JogPad({ uid, torque }: { uid: string; torque: TorqueMode }) {
                 <Icon name="lock" /> {unlocked.value ? words.unlocked : words.locked}
               </Button>
             )}
-            <LastWord
+            <CommandStatus
               uid={uid}
               on={on}
               complaint={complaint.value}
@@ -194,16 +194,16 @@ export function JogPad({ uid, torque }: { uid: string; torque: TorqueMode }) {
         </section>
         <Members />
       </div>
-      <Agree />
+      <MoveDialog />
       <ReplacePreset />
     </>
   );
 }
 
-/** Why what was asked for is not sent. */
+/** Why a command was not sent. */
 interface Complaint {
   text: string;
-  /** The row to change, where one servo's own limit is in the way. */
+  /** The row to change, if a limit of this servo is the reason. */
   row: "angle_limit_cw" | "angle_limit_ccw" | null;
 }
 
@@ -225,10 +225,10 @@ function complaintOf(
 }
 
 /**
- * What is to be said of the last command, or else how to give one. Its place is kept, so that nothing moves under a
- * hand; what does not fit stands over the foot of the dial.
+ * Messages about the last command, else a hint. Its space is reserved, so that nothing moves under the pointer; longer
+ * messages cover the foot of the dial.
  */
-function LastWord({
+function CommandStatus({
   uid,
   on,
   complaint,
@@ -279,7 +279,7 @@ function LastWord({
   );
 }
 
-/** At the same place for whatever is commanded. */
+/** At the same place for every command type. */
 function Torque({ on }: { on: boolean }) {
   return (
     <div class="jog-torque">
@@ -305,10 +305,15 @@ function KeyHint() {
   );
 }
 
-const WAYS: Readonly<Record<string, number>> = { ArrowRight: 1, ArrowLeft: -1, PageUp: 1, PageDown: -1 };
+const DIRECTIONS: Readonly<Record<string, number>> = {
+  ArrowRight: 1,
+  ArrowLeft: -1,
+  PageUp: 1,
+  PageDown: -1,
+};
 
-/** What will happen, asked before a move that somebody has to agree to. */
-function Agree() {
+/** Confirmation of a move that needs one: what will happen. */
+function MoveDialog() {
   const asked = question.value;
   if (asked === null) return null;
   return (
@@ -318,13 +323,13 @@ function Agree() {
       danger
       testid="move-dialog"
       actId="move-anyway"
-      // It closes this question, and may raise another.
+      // Moving closes this dialog and may open another one.
       act={() => void moveTo(asked.angle, asked.words)}
       onClose={() => {
         if (question.peek() === asked) question.value = null;
       }}
     >
-      {asked.said.map(said => (
+      {asked.cautions.map(said => (
         <Note key={said} kind="warning">
           {said}
         </Note>

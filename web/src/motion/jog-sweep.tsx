@@ -1,4 +1,4 @@
-/** The sweep on the jog pad: its ends, speed, pause and count, what it will do in words, and how far it is. */
+/** The sweep tab of the jog pad: ends, speed, pause and cycles, a description, and progress. */
 import { useSignal } from "@preact/signals";
 import { angle, number, withUnit } from "../bench/format";
 import { up } from "../bench/link";
@@ -7,13 +7,13 @@ import type { Limits } from "../bench/servo-condition";
 import { Button } from "../kit/button";
 import { TextField, Tick } from "../kit/field";
 import { Note } from "../kit/note";
-import { endSweep, startSweep, sweep, sweepLasts, sweepSaid } from "./sweep";
+import { endSweep, startSweep, sweep, sweepDuration, sweepResult } from "./sweep";
 import { jogging as words } from "./words";
 
 const SPEED: AllowedSpan = { unit: "°/s", perUnit: 10, minimum: 1, maximum: 360 };
 const PAUSE: AllowedSpan = { unit: "s", perUnit: 10, minimum: 0, maximum: 60 };
 const COUNT: AllowedSpan = { unit: "", perUnit: 1, minimum: 1, maximum: 10_000 };
-/** Half of what the limits allow, and not more than this: a first sweep is a small one. */
+/** Default ends: half of the limits, at most this. */
 const FIRST_DEG = 30;
 
 export function JogSweep({ limits, able }: { limits: Limits | null; able: boolean }) {
@@ -40,7 +40,7 @@ export function JogSweep({ limits, able }: { limits: Limits | null; able: boolea
   ];
   const wrong = verdicts.find(one => !one.ok);
   const [a = 0, b = 0, fast = 0, rest = 0, times = 0] = verdicts.map(one => (one.ok ? one.value : 0));
-  const wish = { from: a, to: b, speed: fast, pause_s: rest, count: times };
+  const settings = { from: a, to: b, speed: fast, pause_s: rest, count: times };
   const ready = able && up.value && limits !== null && wrong === undefined && a !== b;
 
   if (going !== null) {
@@ -78,14 +78,14 @@ export function JogSweep({ limits, able }: { limits: Limits | null; able: boolea
             angle(b),
             times,
             `${withUnit(number(fast, 0), "°")}/s`,
-            words.seconds(number(Math.ceil(sweepLasts(wish)), 0)),
+            words.seconds(number(Math.ceil(sweepDuration(settings)), 0)),
           )}{" "}
           {limits && words.within(angle(limits.ccw), angle(limits.cw))}
         </p>
       )}
-      {sweepSaid.value !== null && (
-        <p class="strong" role="status" data-testid="sweep-said">
-          {sweepSaid.value}
+      {sweepResult.value !== null && (
+        <p class="strong" role="status" data-testid="sweep-result">
+          {sweepResult.value}
         </p>
       )}
       <div class="sweep-go">
@@ -95,7 +95,7 @@ export function JogSweep({ limits, able }: { limits: Limits | null; able: boolea
           testid="sweep-start"
           live
           disabled={!ready || !free.value}
-          onClick={() => void startSweep(wish)}
+          onClick={() => void startSweep(settings)}
         >
           {words.start}
         </Button>

@@ -1,5 +1,5 @@
 /** Japanese text of the jog pad: angle, hold to run, groups, sweeps. */
-import type { Said } from "../text/language";
+import type { Translated } from "../text/language";
 import type { words as english } from "./jog.en";
 
 export const words = {
@@ -97,4 +97,4 @@ export const words = {
   angle: "角度",
   command: "指令",
   zero: "0°へ",
-} satisfies Said<typeof english>;
+} satisfies Translated<typeof english>;

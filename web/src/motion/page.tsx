@@ -1,4 +1,4 @@
-/** The Motion page of one servo: off until it is asked for, each visit anew; then jog and plot. */
+/** The Motion page of one servo: off on every visit until enabled; then jog pad and plot. */
 import { useEffect } from "preact/hooks";
 import type { TorqueMode } from "../api/types";
 import { servo } from "../bench/fleet";

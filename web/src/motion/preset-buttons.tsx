@@ -1,11 +1,11 @@
-/** A · Go to 0° · B: a press goes there; the pencil, or a long press, stores where the horn is now. */
+/** A, Go to 0°, B: a press moves there; the pencil button or a long press stores the present angle. */
 import { useRef } from "preact/hooks";
 import { nameOf, peekServo } from "../bench/fleet";
 import { angle } from "../bench/format";
 import { Button } from "../kit/button";
 import { Confirm } from "../kit/confirm";
 import { Icon } from "../kit/icon";
-import { type Preset, presetOf, replacing, storePreset, wishPreset } from "./presets";
+import { type Preset, presetOf, replacing, requestPreset, storePreset } from "./presets";
 import { jogging as words } from "./words";
 
 const LONG_MS = 600;
@@ -13,7 +13,7 @@ const LONG_MS = 600;
 interface Props {
   uid: string;
   able: boolean;
-  /** Where the horn is; null while that is not known well enough to be stored. */
+  /** Present angle; null while it is stale and must not be stored. */
   present: number | null;
   onGo: (angle: number) => void;
 }
@@ -39,7 +39,7 @@ function PresetButton({ uid, preset, able, present, onGo }: Props & { preset: Pr
   const timer = useRef<ReturnType<typeof setTimeout> | undefined>(undefined);
   const long = useRef(false);
   const store = () => {
-    if (present !== null) wishPreset(uid, preset, present);
+    if (present !== null) requestPreset(uid, preset, present);
   };
   const up = () => clearTimeout(timer.current);
   if (stored === null) {
@@ -80,7 +80,7 @@ function PresetButton({ uid, preset, able, present, onGo }: Props & { preset: Pr
         title={words.longPress}
         label={words.goThere(name, angle(stored))}
         onClick={() => {
-          // The end of a long press is no press.
+          // The release after a long press is not a click.
           if (!long.current) onGo(stored);
           long.current = false;
         }}
@@ -100,24 +100,24 @@ function PresetButton({ uid, preset, able, present, onGo }: Props & { preset: Pr
   );
 }
 
-/** Asked before a stored angle is lost. Nothing moves by it. */
+/** Confirmation before a stored angle is replaced. Nothing moves. */
 export function ReplacePreset() {
-  const wish = replacing.value;
-  if (wish === null) return null;
-  const name = words.presetName[wish.preset];
+  const request = replacing.value;
+  if (request === null) return null;
+  const name = words.presetName[request.preset];
   return (
     <Confirm
-      title={words.replace(name, nameOf(peekServo(wish.uid)))}
+      title={words.replace(name, nameOf(peekServo(request.uid)))}
       verb={words.replaceVerb}
       local
       testid="preset-dialog"
       actId="preset-replace"
-      act={() => storePreset(wish.uid, wish.preset, wish.by)}
+      act={() => storePreset(request.uid, request.preset, request.by)}
       onClose={() => {
         replacing.value = null;
       }}
     >
-      <p>{words.replaceText(angle(wish.from), angle(wish.by))}</p>
+      <p>{words.replaceText(angle(request.from), angle(request.by))}</p>
     </Confirm>
   );
 }

@@ -11,18 +11,18 @@ beforeEach(() => localStorage.clear());
 
 test("a stored angle is this servo's own, in steps of the register, and is there after a reload", async () => {
   const first = await again();
-  first.wishPreset(A, "a", -30.04);
+  first.requestPreset(A, "a", -30.04);
   expect([first.presetOf(A, "a"), first.presetOf(A, "b"), first.presetOf(B, "a")]).toEqual([-30, null, null]);
   expect(first.replacing.value).toBeNull();
   expect((await again()).presetOf(A, "a")).toBe(-30);
 });
 
 test("another one is asked about before it is lost; the same is no question", async () => {
-  const { wishPreset, presetOf, replacing } = await again();
-  wishPreset(A, "b", 12);
-  wishPreset(A, "b", 12.04);
+  const { requestPreset, presetOf, replacing } = await again();
+  requestPreset(A, "b", 12);
+  requestPreset(A, "b", 12.04);
   expect(replacing.value).toBeNull();
-  wishPreset(A, "b", 15);
+  requestPreset(A, "b", 15);
   expect(replacing.value).toEqual({ uid: A, preset: "b", from: 12, by: 15 });
   expect(presetOf(A, "b")).toBe(12);
 });

@@ -1,22 +1,22 @@
-/** Presets: two angles of each servo to come back to. They are this browser's, as favourites are; the server knows none. */
+/** Presets: two stored angles per servo. They are stored in this browser, like favourites, not on the server. */
 import { signal } from "@preact/signals";
-import { kept } from "../bench/kept";
+import { browserSetting } from "../bench/browser-setting";
 
 export const PRESETS = ["a", "b"] as const;
 export type Preset = (typeof PRESETS)[number];
 type Angles = Partial<Record<Preset, number>>;
 
-const angles = kept<Readonly<Record<string, Angles>>>("hornbill.presets", read);
+const angles = browserSetting<Readonly<Record<string, Angles>>>("hornbill.presets", read);
 
-/** One that is stored already, to be asked about before it is replaced: from what angle, by what. */
+/** A replacement to be confirmed: the stored angle and the new one. */
 export const replacing = signal<{ uid: string; preset: Preset; from: number; by: number } | null>(null);
 
 export function presetOf(uid: string, preset: Preset): number | null {
   return angles.value[uid]?.[preset] ?? null;
 }
 
-/** Stores an angle, degrees; asks first where another one would be lost. */
-export function wishPreset(uid: string, preset: Preset, angle: number): void {
+/** Store an angle, degrees; asks for confirmation if another one is stored. */
+export function requestPreset(uid: string, preset: Preset, angle: number): void {
   const from = presetOf(uid, preset);
   const by = Math.round(angle * 10) / 10; // a step of the register
   if (from === null) storePreset(uid, preset, by);

@@ -1,7 +1,7 @@
-/** The sweep: there and back, so many times, at a limited speed; it lives on this page and ends with it. */
+/** The sweep: a number of cycles between two angles at a limited speed. It runs in this page and ends with it. */
 
 import { effect, signal } from "@preact/signals";
-import { ask, problemOf } from "../api/client";
+import { callApi, problemOf } from "../api/client";
 import type { Commanded } from "../api/types";
 import { problemText } from "../bench/facts";
 import { peekServo } from "../bench/fleet";
@@ -19,86 +19,86 @@ import {
 import { offsets, stream } from "./group";
 import { jogging as words } from "./words";
 
-export interface SweepWish {
+export interface SweepSettings {
   from: number;
   to: number;
-  /** Degrees a second. */
+  /** Speed, degrees per second. */
   speed: number;
-  /** At each end, seconds. */
+  /** Pause at each end, seconds. */
   pause_s: number;
-  /** There and back is one. */
+  /** Number of cycles, there and back. */
   count: number;
 }
 
-export interface Sweep extends SweepWish {
-  /** How often it has been there and back. */
+export interface Sweep extends SweepSettings {
+  /** Number of completed cycles. */
   done: number;
-  /** Where it goes now. */
+  /** Present target angle. */
   goal: number;
 }
 
 export const sweep = signal<Sweep | null>(null);
 
-/** How the last one ended. */
-export const sweepSaid = signal<string | null>(null);
+/** Result of the last sweep. */
+export const sweepResult = signal<string | null>(null);
 
-/** Nearer than this is there. */
+/** Distance within which the target counts as reached. */
 const BAND_DEG = 1.5;
-const LOOK_MS = 50;
-/** A leg that takes so much longer than reckoned is not going to arrive. */
-const PATIENCE = 2;
-const PATIENCE_S = 4;
+const POLL_MS = 50;
+/** Timeout of a leg: a multiple of its expected time, plus a constant. */
+const TIMEOUT_FACTOR = 2;
+const TIMEOUT_S = 4;
 
 let round = 0;
 
-/** About how long it takes, seconds: the ways at their speed, half a second to get going and to brake, the pauses. */
-export function sweepLasts(wish: SweepWish): number {
-  const leg = Math.abs(wish.to - wish.from) / wish.speed + 0.5 + wish.pause_s;
-  return 2 * wish.count * leg;
+/** Approximate duration, seconds: travel at the given speed, half a second per leg to accelerate and brake, and the pauses. */
+export function sweepDuration(settings: SweepSettings): number {
+  const leg = Math.abs(settings.to - settings.from) / settings.speed + 0.5 + settings.pause_s;
+  return 2 * settings.count * leg;
 }
 
-/** Sweeps until it is done or ended. Anything that ends motion ends it, and so does a leg that does not arrive. */
-export async function startSweep(wish: SweepWish): Promise<void> {
+/** Run a sweep to its end. It also ends when motion ends or a leg times out. */
+export async function startSweep(settings: SweepSettings): Promise<void> {
   if (sweep.peek() !== null || motion.peek().phase !== "on") return;
   round += 1;
   const mine = round;
   const still = () => round === mine && sweep.peek() !== null;
-  sweepSaid.value = null;
-  sweep.value = { ...wish, done: 0, goal: wish.from };
+  sweepResult.value = null;
+  sweep.value = { ...settings, done: 0, goal: settings.from };
   const stopWatching = effect(() => {
     const present = motion.value;
     if (present.phase !== "on" || present.torque !== "on" || question.value !== null) over(words.sweepEnded);
   });
   try {
-    await leg(wish.from, wish, still);
-    for (let done = 0; done < wish.count && still(); done += 1) {
-      sweep.value = { ...wish, done, goal: wish.to };
-      await leg(wish.to, wish, still);
-      await pause(wish.pause_s, still);
+    await leg(settings.from, settings, still);
+    for (let done = 0; done < settings.count && still(); done += 1) {
+      sweep.value = { ...settings, done, goal: settings.to };
+      await leg(settings.to, settings, still);
+      await pause(settings.pause_s, still);
       if (!still()) return;
-      sweep.value = { ...wish, done, goal: wish.from };
-      await leg(wish.from, wish, still);
-      if (done + 1 < wish.count) await pause(wish.pause_s, still);
+      sweep.value = { ...settings, done, goal: settings.from };
+      await leg(settings.from, settings, still);
+      if (done + 1 < settings.count) await pause(settings.pause_s, still);
     }
-    if (still()) over(words.sweepDone(wish.count));
+    if (still()) over(words.sweepDone(settings.count));
   } catch (error) {
     if (still())
-      over(words.sweepFailed(error instanceof NotThere ? error.message : problemText(problemOf(error))));
+      over(words.sweepFailed(error instanceof NotReached ? error.message : problemText(problemOf(error))));
   } finally {
     stopWatching();
   }
 }
 
-/** Ends it where the horns are: they are told to hold there. */
+/** End the sweep and command the horns to hold their present angles. */
 export async function endSweep(): Promise<void> {
   const going = sweep.peek();
   const present = motion.peek();
   if (going === null) return;
   over(words.sweepStopped(going.done));
   if (present.phase !== "on") return;
-  const heard = presentAngle(present.uid);
-  if (heard === null) return;
-  const at = Math.round(heard * 10) / 10; // a step of the register
+  const angle = presentAngle(present.uid);
+  if (angle === null) return;
+  const at = Math.round(angle * 10) / 10; // a step of the register
   setpoint.value = at;
   const group = movingTogether.peek();
   await (group
@@ -111,46 +111,46 @@ function over(said: string): void {
   if (sweep.peek() === null) return;
   round += 1;
   sweep.value = null;
-  sweepSaid.value = said;
+  sweepResult.value = said;
 }
 
-class NotThere extends Error {}
+class NotReached extends Error {}
 
-async function leg(angle: number, wish: SweepWish, still: () => boolean): Promise<void> {
+async function leg(angle: number, settings: SweepSettings, still: () => boolean): Promise<void> {
   const present = motion.peek();
   if (!still() || present.phase !== "on") return;
   setpoint.value = angle;
   const group = movingTogether.peek();
-  const deadline = performance.now() + 1000 * patience(present.uid, angle, wish.speed);
-  if (group) await group.move(angle, present.lease, profileOf(wish.speed));
-  else await command(present, angle, wish.speed);
+  const deadline = performance.now() + 1000 * legTimeout(present.uid, angle, settings.speed);
+  if (group) await group.move(angle, present.lease, profileOf(settings.speed));
+  else await command(present, angle, settings.speed);
   const members = membersOf(present);
   while (still()) {
     const ended = stream.peek()?.ended;
-    if (group && ended) throw new NotThere(ended);
+    if (group && ended) throw new NotReached(ended);
     if (members.every(uid => near(uid, angle + (group ? (offsets.peek().get(uid) ?? 0) : 0)))) return;
-    if (performance.now() > deadline) throw new NotThere(words.notReached(angleText(angle)));
-    await new Promise(resolve => setTimeout(resolve, LOOK_MS));
+    if (performance.now() > deadline) throw new NotReached(words.notReached(angleText(angle)));
+    await new Promise(resolve => setTimeout(resolve, POLL_MS));
   }
 }
 
-/** Whether the horn was there, as heard a moment ago; one that is silent is not. */
+/** Whether the last fresh angle is near the goal; false for a silent servo. */
 function near(uid: string, goal: number): boolean {
   const value = freshAngle(peekServo(uid));
   return value !== null && Math.abs(value - goal) < BAND_DEG;
 }
 
 function command(present: { uid: string; lease: string }, angle: number, speed: number): Promise<Commanded> {
-  return ask("POST", "/servos/{uid}/command", {
+  return callApi("POST", "/servos/{uid}/command", {
     path: { uid: present.uid },
     body: { type: "angle", value: angle, profile: profileOf(speed) },
     headers: { Lease: present.lease },
   });
 }
 
-/** How long a leg may take, seconds. */
-function patience(uid: string, angle: number, speed: number): number {
-  return (PATIENCE * Math.abs(angle - (presentAngle(uid) ?? 0))) / speed + PATIENCE_S;
+/** Timeout of a leg, seconds. */
+function legTimeout(uid: string, angle: number, speed: number): number {
+  return (TIMEOUT_FACTOR * Math.abs(angle - (presentAngle(uid) ?? 0))) / speed + TIMEOUT_S;
 }
 
 async function pause(seconds: number, still: () => boolean): Promise<void> {

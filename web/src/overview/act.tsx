@@ -1,7 +1,7 @@
 /** Actions on a servo: output, values, files; factory reset alone at the foot. */
 import { useSignal } from "@preact/signals";
 import type { ComponentChildren } from "preact";
-import { API, ask, problemOf } from "../api/client";
+import { API, callApi, problemOf } from "../api/client";
 import { stopped } from "../bench/bench";
 import { catalog } from "../bench/catalog";
 import { staged, wrong } from "../bench/draft";
@@ -43,7 +43,10 @@ export function Act({ one }: { one: KnownServo }) {
   const snapshot = async () => {
     problem.value = null;
     try {
-      const { at } = await ask("POST", "/servos/{uid}/snapshots", { path: { uid }, body: { reason: "" } });
+      const { at } = await callApi("POST", "/servos/{uid}/snapshots", {
+        path: { uid },
+        body: { reason: "" },
+      });
       taken.value = { uid, at };
     } catch (error) {
       problem.value = problemText(problemOf(error));

@@ -1,6 +1,6 @@
 /** What is known of a servo: last seconds, faults, unsaved values, last step test, snapshots, history. */
 import { useEffect } from "preact/hooks";
-import { ask } from "../api/client";
+import { callApi } from "../api/client";
 import type { Comparison } from "../api/config-types";
 import type { StepRun } from "../api/lab-types";
 import { catalog } from "../bench/catalog";
@@ -66,7 +66,7 @@ function Faults({ one }: { one: KnownServo }) {
     readFaults(one.uid);
   }, [one.uid, connection.value, one.online, one.unacknowledged, failure, warning, notification]);
   const found = faultsOf([one.uid]);
-  const heard = angleOf(one, now.value).age;
+  const received = angleOf(one, now.value).age;
   const past = found.past.slice(0, Math.max(1, SHOWN - 1 - found.now.length));
   const left = found.now.length + found.past.length - past.length - Math.min(found.now.length, SHOWN);
   return (
@@ -74,7 +74,7 @@ function Faults({ one }: { one: KnownServo }) {
       {found.now.length === 0 && (
         <Fact
           glyph={<Glyph kind={one.online ? "ok" : "offline"} />}
-          line={heard === null ? undefined : words.checked(age(heard, one.online ? 1 : 0))}
+          line={received === null ? undefined : words.checked(age(received, one.online ? 1 : 0))}
         >
           {words.noneNow}
         </Fact>
@@ -153,7 +153,11 @@ function Unsaved({ one }: { one: KnownServo }) {
 }
 
 function LastRun({ one }: { one: KnownServo }) {
-  const list = useResource(() => ask("GET", "/runs", { query: { uid: one.uid, limit: 1 } }), null, one.uid);
+  const list = useResource(
+    () => callApi("GET", "/runs", { query: { uid: one.uid, limit: 1 } }),
+    null,
+    one.uid,
+  );
   const run = list.value.value?.[0];
   return (
     <Card title={words.run} path={pathOf("tune", one.uid)} link={words.toTune} testid="card-run">
@@ -202,7 +206,7 @@ function RunFact({ run }: { run: StepRun }) {
 
 function Snapshots({ one }: { one: KnownServo }) {
   const list = useResource(
-    () => ask("GET", "/servos/{uid}/snapshots", { path: { uid: one.uid } }),
+    () => callApi("GET", "/servos/{uid}/snapshots", { path: { uid: one.uid } }),
     taken.value,
     one.uid,
   );
@@ -239,7 +243,7 @@ function Snapshots({ one }: { one: KnownServo }) {
 /** The last applied profile: named by the snapshot taken before it. */
 function FollowedProfile({ one }: { one: KnownServo }) {
   const taken = useResource(
-    () => ask("GET", "/servos/{uid}/snapshots", { path: { uid: one.uid } }),
+    () => callApi("GET", "/servos/{uid}/snapshots", { path: { uid: one.uid } }),
     `${one.unsaved.length} ${one.state}`,
     one.uid,
   );
@@ -249,7 +253,7 @@ function FollowedProfile({ one }: { one: KnownServo }) {
     async () =>
       name === ""
         ? null
-        : ask("GET", "/compare", { query: { left: `servo:${one.uid}`, right: `profile:${name}` } }),
+        : callApi("GET", "/compare", { query: { left: `servo:${one.uid}`, right: `profile:${name}` } }),
     `${name} ${one.unsaved.length} ${one.state}`,
     one.uid,
   );
@@ -291,7 +295,7 @@ const HISTORY = 4;
 
 function History({ one }: { one: KnownServo }) {
   const list = useResource(
-    () => ask("GET", "/audit", { query: { uid: one.uid, limit: HISTORY } }),
+    () => callApi("GET", "/audit", { query: { uid: one.uid, limit: HISTORY } }),
     `${one.unsaved.length} ${one.state} ${one.label} ${taken.value?.at} ${written.value}`,
     one.uid,
   );

@@ -1,7 +1,7 @@
 /** Notes on a servo, and their editor. */
 import { useSignal } from "@preact/signals";
 import { useEffect } from "preact/hooks";
-import { ask, problemOf } from "../api/client";
+import { callApi, problemOf } from "../api/client";
 import { problemText } from "../bench/facts";
 import { connection, up } from "../bench/link";
 import { pathOf } from "../bench/route";
@@ -14,14 +14,14 @@ import { overview as words } from "./words";
 const LONGEST = 4000;
 
 export function Notes({ uid }: { uid: string }) {
-  const kept = useSignal<string | null>(null);
+  const stored = useSignal<string | null>(null);
   const typed = useSignal<string | null>(null);
   const problem = useSignal<string | null>(null);
   const round = connection.value;
   const act = async (deed: () => Promise<{ notes: string }>) => {
     problem.value = null;
     try {
-      kept.value = (await deed()).notes;
+      stored.value = (await deed()).notes;
       return true;
     } catch (error) {
       problem.value = problemText(problemOf(error));
@@ -29,11 +29,11 @@ export function Notes({ uid }: { uid: string }) {
     }
   };
   useEffect(() => {
-    if (round > 0) void act(() => ask("GET", "/inventory/{uid}", { path: { uid } }));
+    if (round > 0) void act(() => callApi("GET", "/inventory/{uid}", { path: { uid } }));
   }, [uid, round]);
   const keep = async () => {
     const notes = typed.peek() ?? "";
-    if (await act(() => ask("PATCH", "/inventory/{uid}", { path: { uid }, body: { notes } }))) {
+    if (await act(() => callApi("PATCH", "/inventory/{uid}", { path: { uid }, body: { notes } }))) {
       typed.value = null;
       written.value += 1;
     }
@@ -47,13 +47,13 @@ export function Notes({ uid }: { uid: string }) {
     >
       {typed.value === null ? (
         <>
-          <p class={kept.value ? "o-notes" : "second"}>{kept.value || words.noNotes}</p>
+          <p class={stored.value ? "o-notes" : "second"}>{stored.value || words.noNotes}</p>
           <Button
             live
             testid="notes-edit"
-            disabled={kept.value === null}
+            disabled={stored.value === null}
             onClick={() => {
-              typed.value = kept.peek() ?? "";
+              typed.value = stored.peek() ?? "";
             }}
           >
             {words.write}

@@ -13,12 +13,12 @@ import { overview as words } from "./words";
 export function Now({ one }: { one: KnownServo }) {
   const present = angleNow(one);
   const command = commandNow(one.uid);
-  const asked = command.kind === "angle" ? command.figure : null;
+  const requested = command.kind === "angle" ? command.figure : null;
   // Only of a command and an angle that are both known now; the older one decides the age of the difference.
   const error = {
-    value: asked?.value == null || present.value === null ? null : asked.value - present.value,
+    value: requested?.value == null || present.value === null ? null : requested.value - present.value,
     age: present.age,
-    stale: present.stale || asked?.stale !== false,
+    stale: present.stale || requested?.stale !== false,
   };
   const held = sheetOf(one.uid).held("angle_dead_band");
   const band = typeof held === "number" ? held : null;

@@ -1,6 +1,6 @@
 /** Dialog to rename a servo. */
 import { useSignal } from "@preact/signals";
-import { ask } from "../api/client";
+import { callApi } from "../api/client";
 import { changeServos, type KnownServo, nameOf } from "../bench/fleet";
 import { Confirm } from "../kit/confirm";
 import { TextField } from "../kit/field";
@@ -20,7 +20,7 @@ export function Rename({ one, onClose }: { one: KnownServo; onClose: () => void 
       actId="rename-keep"
       act={async () => {
         changeServos([
-          await ask("PATCH", "/servos/{uid}", { path: { uid }, body: { label: name.peek().trim() } }),
+          await callApi("PATCH", "/servos/{uid}", { path: { uid }, body: { label: name.peek().trim() } }),
         ]);
       }}
       onClose={onClose}

@@ -1,5 +1,5 @@
 /** Japanese words of the Overview of a servo. */
-import type { Said } from "../text/language";
+import type { Translated } from "../text/language";
 import type { words as english } from "./text.en";
 
 export const words = {
@@ -75,4 +75,4 @@ export const words = {
   export: "テレメトリのCSV",
   reset: "初期化…",
   resetLine: "すべての値を初期値に戻して保存します。",
-} satisfies Said<typeof english>;
+} satisfies Translated<typeof english>;

@@ -12,7 +12,7 @@ import { Button } from "../kit/button";
 import { Glyph } from "../kit/glyph";
 import { dismiss, stageAgain, stageable } from "./lost";
 
-const said = editing.lost;
+const strings = editing.lost;
 
 export function LostLine({ sheet, one }: { sheet: Sheet; one: KnownServo }) {
   const problem = useSignal<string | null>(null);
@@ -30,7 +30,7 @@ export function LostLine({ sheet, one }: { sheet: Sheet; one: KnownServo }) {
     <div class="undo-line lost-line small" data-testid="lost-line">
       <Glyph kind="warning" size={16} />
       <span role="alert">
-        <b>{said.line(lost.length, clock(lost[0]?.at ?? 0))}</b> <span class="second">{names}.</span>
+        <b>{strings.line(lost.length, clock(lost[0]?.at ?? 0))}</b> <span class="second">{names}.</span>
         {problem.value !== null && <span class="k-failure strong"> {problem.value}</span>}
       </span>
       <Button
@@ -38,7 +38,7 @@ export function LostLine({ sheet, one }: { sheet: Sheet; one: KnownServo }) {
         disabled={left.length === 0 || sheet.busy.value !== null}
         onClick={() => stageAgain(sheet, left)}
       >
-        {left.length === 0 ? said.staged : said.stage(left.length)}
+        {left.length === 0 ? strings.staged : strings.stage(left.length)}
       </Button>
       <Button look="plain" live testid="lost-dismiss" onClick={forget}>
         {editing.undo.dismiss}

@@ -1,5 +1,5 @@
 /** RAM values lost in a restart, as the server reports them: staged again, or dismissed. */
-import { ask } from "../api/client";
+import { callApi } from "../api/client";
 import type { Servo } from "../api/types";
 import { catalog } from "../bench/catalog";
 import type { Sheet } from "../bench/parameters";
@@ -24,7 +24,7 @@ export function stageAgain(sheet: Sheet, lost: Lost): void {
 
 /** Dismiss them on the server; nothing is sent to the servo. */
 export function dismiss(uid: string): Promise<void> {
-  return ask("DELETE", "/servos/{uid}/lost", { path: { uid } });
+  return callApi("DELETE", "/servos/{uid}/lost", { path: { uid } });
 }
 
 function draftOf(sheet: Sheet, one: Lost[number]) {

@@ -21,17 +21,17 @@ export function mayMove(prediction: Prediction): boolean {
 
 /** The second line of the save button. */
 export function sideEffect(prediction: Prediction, name: string): string {
-  const said = saving.sub;
+  const strings = saving.sub;
   switch (prediction) {
     case "soft_start":
-      return said.softStart(name);
+      return strings.softStart(name);
     case "hold":
-      return said.hold(name);
+      return strings.hold(name);
     case "off":
-      return said.off(name);
+      return strings.off(name);
     case "brake":
-      return said.brake(name);
+      return strings.brake(name);
     case "unknown":
-      return said.unknown(name);
+      return strings.unknown(name);
   }
 }

@@ -12,7 +12,7 @@ const TIME = ["production_hour", "production_minute"];
 export function ProductFacts({ sheet }: { sheet: Sheet }) {
   const one = servo(sheet.uid);
   if (!one) return null;
-  const said = text.params.product;
+  const strings = text.params.product;
   const rows = catalog.value?.rows;
   const held = (keys: readonly string[]) => keys.map(key => sheet.reading(key).value?.value ?? null);
   const figures = (keys: readonly string[], between: string) =>
@@ -21,12 +21,12 @@ export function ProductFacts({ sheet }: { sheet: Sheet }) {
       .join(between);
   const made = held([...DATE, ...TIME]).includes(null) ? NONE : `${figures(DATE, "-")} ${figures(TIME, ":")}`;
   const facts: [term: string, value: string, keys: readonly string[]][] = [
-    [said.model, modelName(one), ["model_number"]],
-    [said.serial, one.serial ?? NONE, ["product_number"]],
-    [said.firmware, one.firmware ?? NONE, ["firmware_version"]],
-    [said.hardware, String(held(["hardware_version"])[0] ?? NONE), ["hardware_version"]],
-    [said.made, made, [...DATE, ...TIME]],
-    [said.uid, one.uid, []],
+    [strings.model, modelName(one), ["model_number"]],
+    [strings.serial, one.serial ?? NONE, ["product_number"]],
+    [strings.firmware, one.firmware ?? NONE, ["firmware_version"]],
+    [strings.hardware, String(held(["hardware_version"])[0] ?? NONE), ["hardware_version"]],
+    [strings.made, made, [...DATE, ...TIME]],
+    [strings.uid, one.uid, []],
   ];
   return (
     <dl class="product-facts" data-testid="product-facts">

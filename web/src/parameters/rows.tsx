@@ -19,7 +19,7 @@ import { Icon } from "../kit/icon";
 import { text } from "../text";
 import { ProductFacts } from "./product";
 
-const said = editing.fold;
+const strings = editing.fold;
 
 interface Props {
   sheet: Sheet;
@@ -184,7 +184,7 @@ function Experts({ rows, folded, fixed, unfolded, unlocked }: ExpertsProps) {
     <div role="row" class="locked small second" data-testid="experts">
       <Icon name="lock" size={16} />
       <span role="cell">
-        {said.what(rows.map(row => row.label).join(", "))} {rows[0] && adviceOn(rows[0])}
+        {strings.what(rows.map(row => row.label).join(", "))} {rows[0] && adviceOn(rows[0])}
       </span>
       <span role="cell" class="plain-cell">
         {!fixed && (
@@ -197,7 +197,7 @@ function Experts({ rows, folded, fixed, unfolded, unlocked }: ExpertsProps) {
               unfolded.value = folded;
             }}
           >
-            {folded ? said.show(rows.length) : said.hide}
+            {folded ? strings.show(rows.length) : strings.hide}
           </button>
         )}
         {!folded && !unlocked.value && (

@@ -50,7 +50,7 @@ export const rows = {
     pending: "Writing",
     applied: "In RAM, read back. Not in ROM",
     saved: (at: string) => `Saved, verified in ROM ${at}`,
-    clamped: (asked: string, holds: string) => `Requested ${asked}, servo has ${holds}`,
+    clamped: (requested: string, holds: string) => `Requested ${requested}, servo has ${holds}`,
     unread: "Not read yet",
     lastRead: (age: string) => `Last read ${age} ago`,
     lastReadUnknown: "Last read before the link was lost",

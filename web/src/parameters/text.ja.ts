@@ -48,7 +48,7 @@ export const parameters = {
       pending: "書き込み中",
       applied: "RAMに書き込み、読み返し済み。ROM未保存",
       saved: at => `保存済み、ROMで確認 ${at}`,
-      clamped: (asked, holds) => `要求 ${asked}、サーボの値 ${holds}`,
+      clamped: (requested, holds) => `要求 ${requested}、サーボの値 ${holds}`,
       unread: "未読み出し",
       lastRead: age => `${age}前に読み出し`,
       lastReadUnknown: "接続が切れる前に読み出し",

@@ -1,4 +1,4 @@
-/** The plot of one servo: angle and command at first, any channel it has beside them, or a recording of them. */
+/** The plot of one servo: angle and command by default, any other channel, or a recording. */
 
 import { useSignal } from "@preact/signals";
 import { useEffect, useMemo } from "preact/hooks";
@@ -30,7 +30,7 @@ export function AnglePlot({ uid }: { uid: string }) {
   const hz = useSignal(RATE_HZ);
   const open = useSignal(false);
   const recording = useSignal<TelemetryFile | null>(null);
-  const grant = useWish(uid, chosen.value, hz.value);
+  const grant = useSubscription(uid, chosen.value, hz.value);
   const one = servo(uid);
   const has = sheetOf(uid).keys.value;
   const known = catalog.value;
@@ -121,8 +121,8 @@ function rateOf(grant: TelemetryGrant | null, quiet: boolean): string {
   return grant ? words.rate(number(grant.granted_hz, 0), number(grant.requested_hz, 0)) : words.waiting;
 }
 
-/** What the panel asks for anyway is enough for most plots; for more there is a wish as long as the plot wants it. */
-function useWish(uid: string, channels: readonly string[], hz: number): TelemetryGrant | null {
+/** The panel's own subscription suffices for most plots; a plot of more channels has its own one. */
+function useSubscription(uid: string, channels: readonly string[], hz: number): TelemetryGrant | null {
   const own = useSignal<TelemetryGrant | null>(null);
   const more = hz !== RATE_HZ || channels.some(key => !CHANNELS.includes(key));
   const wanted = channels.join(" ");

@@ -1,10 +1,10 @@
-/** What stands in a plot beside its series: ruled lines, bands, marks, cursors, names and letters. */
+/** Annotations of a plot beside its series: grid lines, bands, marks, cursors, names and letters. */
 import type uPlot from "uplot";
 import type { Palette } from "./palette";
 import type { PlotCurve, Projection } from "./series";
 import { nearestSample } from "./trace";
 
-/** With low and high the same it is a limit: a line. */
+/** A band; with `low` equal to `high` a limit line. */
 export interface Band {
   low: number;
   high: number;
@@ -21,7 +21,7 @@ export interface MarkAt {
   word: string;
 }
 
-/** From the plot to the names beside it. */
+/** Gap between the plot and the names beside it. */
 export const NAME_GAP_PX = 9;
 const NAME_PX = 14;
 const TAG_PX = 18;
@@ -34,11 +34,11 @@ export function colourOf(colour: PlotCurve["colour"], colours: Palette): string 
   return colours.series[colour % colours.series.length] ?? colours.ink;
 }
 
-/** The ground, with level lines at the ticks, every second one dotted. */
+/** Background with level lines at the ticks, every second one dotted. */
 export function ground(plot: uPlot, ticks: readonly number[], at: Projection, colours: Palette): void {
   const { ctx, bbox } = plot;
   const ratio = dpr();
-  // The plot remembers the style it set last and does not set it again.
+  // The plot caches the style it set last.
   ctx.save();
   ctx.fillStyle = colours.well;
   ctx.fillRect(bbox.left, bbox.top, bbox.width, bbox.height);
@@ -55,7 +55,7 @@ export function ground(plot: uPlot, ticks: readonly number[], at: Projection, co
   ctx.restore();
 }
 
-/** Everything until `restore` stays inside the face of the plot. */
+/** Clips to the face of the plot until `restore`. */
 export function clip(plot: uPlot): void {
   const { ctx, bbox } = plot;
   ctx.save();
@@ -64,7 +64,7 @@ export function clip(plot: uPlot): void {
   ctx.clip();
 }
 
-/** An upright dotted line: cursors and marks, never data. */
+/** A vertical dotted line for cursors and marks, never for data. */
 export function upright(plot: uPlot, x: number, colour: string): void {
   const { ctx, bbox } = plot;
   const ratio = dpr();
@@ -89,7 +89,7 @@ export function drawBand(plot: uPlot, band: Band, at: Projection, colours: Palet
   ctx.globalAlpha = 1;
 }
 
-/** The level of a trigger: dotted, with a head at the left; intent while it waits, grey once it fired. */
+/** The trigger level: dotted, with a head at the left; in the intent colour while waiting, grey once fired. */
 export function levelMark(plot: uPlot, level: TriggerLevel, at: Projection, colours: Palette): void {
   const { ctx, bbox } = plot;
   const ratio = dpr();
@@ -111,7 +111,7 @@ export function levelMark(plot: uPlot, level: TriggerLevel, at: Projection, colo
   ctx.fill();
 }
 
-/** Above the band and above every curve, with a halo that parts it from them. */
+/** Text above the band and every curve, with a halo for contrast. */
 export function bandLabel(plot: uPlot, band: Band, at: Projection, colours: Palette): void {
   const { left, width } = plot.bbox;
   haloed(
@@ -125,7 +125,7 @@ export function bandLabel(plot: uPlot, band: Band, at: Projection, colours: Pale
   );
 }
 
-/** What a lane shows, in its corner. */
+/** The title of a lane, in its corner. */
 export function laneTitle(plot: uPlot, title: string, colours: Palette): void {
   const { left, top } = plot.bbox;
   haloed(plot, title, left + 8 * dpr(), top + 16 * dpr(), "left", colours.ink, colours, 600);
@@ -154,7 +154,7 @@ function haloed(
   ctx.fillText(text, x, y);
 }
 
-/** Letters stand at the curves, each at a time of its own, in turn above and below. */
+/** Letters at the curves, each at a different time, alternating above and below. */
 export function tagAtCurve(
   plot: uPlot,
   curve: PlotCurve,
@@ -207,15 +207,15 @@ export interface CurveEnd {
   alpha: number;
 }
 
-/** Names stand right of the plot at the end of their curves, never on one another and never on a curve. */
+/** Names right of the plot at the ends of their curves, without overlap with each other or with a curve. */
 export function endNames(plot: uPlot, ends: CurveEnd[], gutter: number, colours: Palette): void {
   const { ctx, bbox } = plot;
   const ratio = dpr();
   const step = (ends.some(one => one.letter) ? TAG_PX + 4 : NAME_PX) * ratio;
   const most = Math.max(1, Math.floor(bbox.height / step));
   ends.sort((a, b) => a.y - b.y);
-  const told = ends.length > most ? ends.filter((_, i) => i % Math.ceil(ends.length / most) === 0) : ends;
-  const tops = told.map(one => one.y);
+  const shown = ends.length > most ? ends.filter((_, i) => i % Math.ceil(ends.length / most) === 0) : ends;
+  const tops = shown.map(one => one.y);
   const low = bbox.top + step / 2;
   for (let i = 0; i < tops.length; i++) {
     tops[i] = Math.max(tops[i] ?? low, i === 0 ? low : (tops[i - 1] ?? low) + step);
@@ -225,7 +225,7 @@ export function endNames(plot: uPlot, ends: CurveEnd[], gutter: number, colours:
     tops[i] = Math.min(tops[i] ?? low, below);
   }
   ctx.save();
-  told.forEach((one, i) => {
+  shown.forEach((one, i) => {
     const y = tops[i] ?? low;
     const left = bbox.left + bbox.width;
     ctx.globalAlpha = one.alpha;
@@ -250,7 +250,7 @@ export function endNames(plot: uPlot, ends: CurveEnd[], gutter: number, colours:
   ctx.restore();
 }
 
-/** Above the plot: marks with a word where there is room. */
+/** Marks above the plot, with a word where there is space. */
 export function markHeads(
   plot: uPlot,
   marks: readonly MarkAt[],
@@ -277,7 +277,7 @@ export function markHeads(
     const width = ctx.measureText(mark.word).width;
     const right = bbox.left + bbox.width + gutter * ratio;
     const after = x + 7 * ratio;
-    // Before the mark where it would leave the picture after it; nowhere if another stands there.
+    // The word goes left of the mark if it does not fit at the right, and is left out if another word is there.
     const left = after + width <= right ? after : x - 7 * ratio - width;
     const fits = left >= free && (left < x || left + width <= next);
     if (fits) ctx.fillText(mark.word, left, bbox.top - 5 * ratio);
@@ -291,12 +291,12 @@ export function cursorHead(plot: uPlot, x: number, letter: string, colours: Pale
   boxed(plot.ctx, letter, x, plot.bbox.top - 10 * ratio, colours.ink2, colours);
 }
 
-/** Room for names beside a plot, in pixels. */
+/** Width for names beside a plot, pixels. */
 export function widest(names: readonly string[], most: number, font: string): number {
   const canvas = document.createElement("canvas");
   const ctx = canvas.getContext("2d");
   if (!ctx) return most;
-  // Figures are as wide as the page's only in a canvas that is part of it.
+  // Text has the page's font metrics only in a canvas inside the page.
   document.body.append(canvas);
   ctx.font = `12px ${font}`;
   const width = Math.ceil(Math.max(0, ...names.map(one => ctx.measureText(one).width)));
@@ -304,7 +304,7 @@ export function widest(names: readonly string[], most: number, font: string): nu
   return Math.min(most, width);
 }
 
-/** A name, cut where it would leave the picture. */
+/** A name, truncated to fit the picture. */
 function fitting(ctx: CanvasRenderingContext2D, name: string, width: number): string {
   if (ctx.measureText(name).width <= width + 2) return name;
   let cut = name;

@@ -1,9 +1,9 @@
-/** Which channels of a servo a plot can show, and how each is drawn. */
+/** Channels of a servo that a plot can show, and their styles. */
 import type { Row } from "../api/types";
 import { decimalsOf } from "../bench/format";
 import type { LaneCurve } from "./lane";
 
-/** Groups of rows that tell what a servo does; the others are settings, whose curves would be level lines. */
+/** Groups of rows with changing values; the others are settings, whose curves would be flat. */
 const GROUPS = new Set(["status", "command"]);
 
 export interface Channel {
@@ -13,7 +13,7 @@ export interface Channel {
   decimals: number;
 }
 
-/** Numbers the servo tells: what is measured first, then what is commanded. `has`: rows this servo has, if known. */
+/** Numeric rows of a servo: measured ones first, then commands. `has`: rows of this servo, if known. */
 export function channelsOf(rows: Iterable<Row>, has: readonly string[] | null): Channel[] {
   return [...rows]
     .filter(row => row.kind === "number" && GROUPS.has(row.group) && (has === null || has.includes(row.key)))
@@ -28,7 +28,7 @@ export function channelsOf(rows: Iterable<Row>, has: readonly string[] | null): 
 
 export type Drawn = LaneCurve & { unit: string; decimals: number };
 
-/** Curves of one servo: what is measured in ink, what is commanded in blue dashes; more than one of a unit in series. */
+/** Curves of one servo: measured in ink, commands in blue dashes; several of one unit in series colours. */
 export function curvesOf(uid: string, chosen: readonly Channel[]): Drawn[] {
   const inked = new Set<string>();
   let series = 0;

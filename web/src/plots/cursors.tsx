@@ -1,4 +1,4 @@
-/** The chip of the cursors: where they are, what each curve was there, and the differences. */
+/** The readout of the cursors: their times, values of each curve, and differences. */
 import { number, signed, withUnit } from "../bench/format";
 import { DataTable } from "../kit/data-table";
 import type { TelemetryStore } from "../telemetry/store";
@@ -27,7 +27,7 @@ export function PlotCursors({ lanes, store, span }: Props) {
     const at = span.cursors.value[which];
     return at === null ? undefined : valueAtTime(store.ring(uid, channel).all(), at);
   };
-  const told = (lane: Lane, value: number | null | undefined) =>
+  const valueText = (lane: Lane, value: number | null | undefined) =>
     value === undefined ? "" : value === null ? "–" : withUnit(number(value, lane.decimals), lane.unit);
   const delta = (figure: string, sign = "Δ") => (
     <>
@@ -48,7 +48,8 @@ export function PlotCursors({ lanes, store, span }: Props) {
             head: words.letters[which],
             headCell: <Handle {...{ lanes, store, span, which }} shown={time} />,
             right: true,
-            cell: ({ lane, curve }: { lane: Lane; curve: LaneCurve }) => told(lane, valueAt(curve, which)),
+            cell: ({ lane, curve }: { lane: Lane; curve: LaneCurve }) =>
+              valueText(lane, valueAt(curve, which)),
           })),
           {
             key: "delta",
@@ -85,7 +86,7 @@ export function PlotCursors({ lanes, store, span }: Props) {
   );
 }
 
-/** A cursor as something arrow keys move: from sample to sample of the first curve. */
+/** A cursor that arrow keys move from sample to sample of the first curve. */
 function Handle({
   lanes,
   store,

@@ -1,4 +1,4 @@
-/** When canvases are drawn: one animation frame for all, each at its own rate, none that is not seen. */
+/** Drawing of canvases: one animation frame for all, each at its own rate, hidden ones never. */
 
 interface Drawn {
   draw: (now: number) => void;
@@ -20,7 +20,7 @@ const observer =
         }
       });
 
-/** Calls `draw` with our monotonic clock (seconds), at most `hz` times a second, while `element` is seen. */
+/** Call `draw` with the monotonic clock (seconds), at most `hz` times per second, while `element` is visible. */
 export function everyFrame(element: Element, hz: number, draw: (now: number) => void): () => void {
   all.set(element, { draw, period: 1 / hz, due: 0, visible: observer === null });
   observer?.observe(element);
@@ -35,7 +35,7 @@ function turn(millis: number): void {
   const now = millis / 1000;
   for (const one of all.values()) {
     if (!one.visible || now < one.due) continue;
-    // Half a frame of grace keeps a rate that divides the screen's from slipping to the next one.
+    // Half a frame of tolerance keeps a rate that divides the screen's from slipping to the next frame.
     one.due = now + one.period - 0.008;
     one.draw(now);
   }

@@ -1,30 +1,30 @@
-/** What a lane of a plot is: curves of one unit on one axis; its calm range and its ticks. */
+/** A lane of a plot: curves of one unit on one axis, with its range and ticks. */
 
 import type { TriggerLevel } from "./annotate";
 import type { Samples } from "./trace";
 
 export interface LaneCurve {
   uid: string;
-  /** The channel. */
+  /** Channel. */
   channel: string;
-  /** Stands at the end of the curve, and in what is read of it. */
+  /** Name at the end of the curve and in readouts. */
   name: string;
   colour: number | "ink" | "intent";
   /** Commands are dashed, measured curves never. */
   dashed: boolean;
-  /** In a box before its name. */
+  /** Letter in a box before the name. */
   tag?: string;
   faint?: boolean;
-  /** Not of the store: of a file laid over it. */
+  /** Samples of an overlaid file, instead of the store's. */
   samples?: (from: number) => Samples;
 }
 
 export interface Lane {
   unit: string;
-  /** Of a value that is read. */
+  /** Decimals of values read. */
   decimals: number;
   curves: readonly LaneCurve[];
-  /** Stands in its corner. */
+  /** Title in the corner. */
   title?: string;
   level?: TriggerLevel;
 }
@@ -33,10 +33,10 @@ export function keyOf(curve: LaneCurve): string {
   return `${curve.uid}/${curve.channel}`;
 }
 
-/** The least height of a lane by its unit, so that noise does not fill it; half of it is the step of its range. */
+/** Smallest height of a lane by its unit, so that noise does not fill it; its range moves in steps of half of it. */
 const LEAST: Readonly<Record<string, number>> = { "°": 20, rpm: 20, "%": 20, "°C": 10, V: 2 };
 
-/** Curves of a unit share a lane, in the order in which units come. */
+/** Curves of one unit share a lane; lanes are in the order in which units occur. */
 export function lanesOf(curves: readonly (LaneCurve & { unit: string; decimals: number })[]): Lane[] {
   const lanes = new Map<string, { unit: string; decimals: number; curves: LaneCurve[] }>();
   for (const { unit, decimals, ...curve } of curves) {
@@ -48,7 +48,7 @@ export function lanesOf(curves: readonly (LaneCurve & { unit: string; decimals: 
   return [...lanes.values()];
 }
 
-/** A calm range round what is drawn: round, at least so high, and steady while the curves stay inside. */
+/** A range around the curves: rounded, at least of the minimum height, unchanged while the curves stay inside. */
 export function calmRange(
   drawn: readonly [number, number] | null,
   unit: string,
@@ -72,7 +72,7 @@ export function calmRange(
   return [from, to];
 }
 
-/** Round values between two, as many as there is room for. */
+/** Round values between two limits, as many as fit. */
 export function laneTicksOf(from: number, to: number, most: number): number[] {
   const rough = (to - from) / Math.max(1, most);
   const ten = 10 ** Math.floor(Math.log10(rough));

@@ -1,4 +1,4 @@
-/** The lanes of a plot on the page: their canvases, and what pointers and keys do on them. */
+/** The lanes of a plot on the page: canvases, and their pointer and key handling. */
 import { useEffect, useRef } from "preact/hooks";
 import { number, withUnit } from "../bench/format";
 import type { TelemetryStore } from "../telemetry/store";
@@ -9,9 +9,9 @@ import { stepFrom } from "./reading";
 import type { Cursor, TimeSpan } from "./span";
 import { plots as words } from "./words";
 
-/** Nearer than this a press is on a cursor; a finger is not as exact. */
+/** A press within this distance grabs a cursor; larger for touch. */
 const GRAB_PX = { mouse: 6, touch: 22 };
-/** A press that moved less is no drag. */
+/** A press that moves less than this is not a drag. */
 const DRAG_PX = 6;
 
 interface Props {
@@ -21,9 +21,9 @@ interface Props {
   marks: () => readonly MarkAt[];
   label: string;
   testid: string;
-  /** Filled with what is drawn, lane by lane, for a picture of it. */
+  /** Receives the drawn plots, lane by lane, for export as an image. */
   plots: { current: (Plot | null)[] };
-  /** What cursors are called, and how they are placed. */
+  /** Names of the cursors, and the hint how to place them. */
   cursors?: readonly [string, string];
   hint?: string;
   ruled?: boolean;
@@ -58,7 +58,7 @@ export function PlotLanes(props: Props) {
           first={place === 0}
           last={place === lanes.length - 1}
           {...{ store, span, marks, names, cursors, ruled }}
-          told={made => {
+          onPlot={made => {
             plots.current[place] = made;
           }}
         />
@@ -67,7 +67,7 @@ export function PlotLanes(props: Props) {
   );
 }
 
-/** To the next sample that was taken; the cursor is put in the middle if it was nowhere. */
+/** Move a cursor to the next sample; an unplaced cursor is placed in the middle. */
 export function moveCursor(
   span: TimeSpan,
   store: TelemetryStore,
@@ -90,14 +90,14 @@ interface LaneProps {
   store: TelemetryStore;
   span: TimeSpan;
   marks: () => readonly MarkAt[];
-  /** Of all lanes, a line each. */
+  /** Readout lines of all lanes. */
   names: string;
   cursors: readonly [string, string];
   ruled: boolean;
-  told: (plot: Plot | null) => void;
+  onPlot: (plot: Plot | null) => void;
 }
 
-function LaneBox({ lane, first, last, store, span, marks, names, cursors, ruled, told }: LaneProps) {
+function LaneBox({ lane, first, last, store, span, marks, names, cursors, ruled, onPlot }: LaneProps) {
   const box = useRef<HTMLDivElement>(null);
   const plot = useRef<Plot | null>(null);
   const unit = useRef(lane.unit);
@@ -114,12 +114,12 @@ function LaneBox({ lane, first, last, store, span, marks, names, cursors, ruled,
       last,
     });
     plot.current = made;
-    told(made);
+    onPlot(made);
     const forget = pointer(box.current, made, span);
     return () => {
       forget();
       made.destroy();
-      told(null);
+      onPlot(null);
     };
   }, [store, span, marks]);
   useEffect(
@@ -129,7 +129,7 @@ function LaneBox({ lane, first, last, store, span, marks, names, cursors, ruled,
   return <div ref={box} class="plot-lane" />;
 }
 
-/** What is shown of a lane: its curves out of a store. */
+/** The picture of a lane: its curves with samples from a store. */
 export function lanePicture(
   lane: Lane,
   store: TelemetryStore,
@@ -158,7 +158,7 @@ export function timeText(s: number, step: number): string {
   return words.seconds(number(s, step < 1 ? 1 : 0));
 }
 
-/** Press and release places a cursor, a drag from a cursor moves it, any other drag enlarges what was under it. */
+/** Press and release places a cursor, dragging a cursor moves it, any other drag zooms. */
 function pointer(box: HTMLElement, plot: Plot, span: TimeSpan): () => void {
   let from: { x: number; t: number; grabbed: Cursor | null } | null = null;
   const clamped = (x: number) => {
@@ -178,7 +178,7 @@ function pointer(box: HTMLElement, plot: Plot, span: TimeSpan): () => void {
     if (!from || t === null) return;
     if (from.grabbed !== null) span.move(from.grabbed, t);
     else if (span.drag.peek() || Math.abs(event.clientX - from.x) >= DRAG_PX) {
-      // The picture would run away under the drag.
+      // A following picture would move under the drag.
       span.pause();
       span.drag.value = { from: from.t, to: t };
     }

@@ -1,6 +1,6 @@
-/** What is marked in plots: faults, stops, restarts, writes and refusals, at the times they happened. */
+/** Marks in plots: faults, stops, restarts, writes and refusals at their times. */
 import { computed, signal } from "@preact/signals";
-import { ask } from "../api/client";
+import { callApi } from "../api/client";
 import type { AuditRow } from "../api/config-types";
 import { type BenchEvent, events } from "../bench/bench";
 import { catalog } from "../bench/catalog";
@@ -13,7 +13,7 @@ import { plots as words } from "./words";
 export interface PlotMark {
   /** Seconds since 1970 UTC. */
   at: number;
-  /** null: of everybody on the bus. */
+  /** Null: all servos on the bus. */
   uid: string | null;
   word: string;
 }
@@ -24,13 +24,13 @@ const WRITES = new Set(["write", "torque", "save", "restart", "factory_reset"]);
 const done = signal<readonly AuditRow[]>([]);
 const refused = signal<readonly PlotMark[]>([]);
 
-/** Of the events those that a curve may show a trace of. */
+/** Events that may be visible in a curve. */
 export function markOfEvent(one: BenchEvent): PlotMark | null {
   const word = words.mark.event[one.code];
   return word === undefined ? null : { at: one.at, uid: one.uid, word };
 }
 
-/** What was asked of a servo, and what came of it. */
+/** Writes and commands to a servo, with their outcome. */
 export function markOfRow(one: AuditRow, address: (key: string) => string): PlotMark | null {
   if (!WRITES.has(one.action)) return null;
   const what = one.key === null ? (words.mark.done[one.action] ?? one.action) : address(one.key);
@@ -67,7 +67,7 @@ export function marksOf(uids: ReadonlySet<string>): MarkAt[] {
 let watchers = 0;
 let stopWatching: () => void = () => undefined;
 
-/** Looks for writes and refusals while a plot is seen; the answer ends it. */
+/** Poll writes and refusals while a plot is visible. Returns a function that ends it. */
 export function watchMarks(): () => void {
   if (watchers++ === 0) {
     const looked = poll(PERIOD_MS, look);
@@ -93,8 +93,8 @@ async function look(): Promise<void> {
   const since = telemetry.serverTime(performance.now() / 1000) + telemetry.utcOffset - KEPT_S;
   if (Number.isNaN(since)) return;
   try {
-    done.value = await ask("GET", "/audit", { query: { since: Math.round(since), limit: 200 } });
+    done.value = await callApi("GET", "/audit", { query: { since: Math.round(since), limit: 200 } });
   } catch {
-    // Marks of writes are missing then; the curves are not.
+    // Marks of writes are missing then; curves are not affected.
   }
 }

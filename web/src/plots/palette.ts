@@ -1,4 +1,4 @@
-/** The colours of canvases: the tokens as the theme has them now. */
+/** Colours for canvases: the tokens of the present theme. */
 
 export interface Palette {
   ink: string;
@@ -10,7 +10,7 @@ export interface Palette {
   panel: string;
   intent: string;
   limit: string;
-  /** Several servos or runs in one plot, in this order. */
+  /** Series colours for several servos or runs, in this order. */
   series: readonly string[];
   font: string;
 }

@@ -1,4 +1,4 @@
-/** The frame of a plot: its header with window, pause and the way back, its files, its lanes and its cursors. */
+/** The frame of a plot: header with window, pause and reset, file export, lanes and cursors. */
 import { useSignal } from "@preact/signals";
 import type { ComponentChildren } from "preact";
 import { useEffect, useMemo, useRef } from "preact/hooks";
@@ -21,22 +21,22 @@ import { plots as words } from "./words";
 
 interface Props {
   title: ComponentChildren;
-  /** What is granted, or why nothing comes. */
+  /** Granted rate, or the reason why no data arrives. */
   note: ComponentChildren;
   lanes: readonly Lane[];
   span: TimeSpan;
   store?: TelemetryStore;
-  /** For screen readers, and as the beginning of files: what, and of whom. */
+  /** Label for screen readers and file names: channel and servo. */
   label: string;
   file: string;
   testid: string;
-  /** Buttons that are this plot's own. */
+  /** Additional buttons of this plot. */
   tools?: ComponentChildren;
-  /** What stands between header and lanes: a picker that is open. */
+  /** Content between header and lanes, such as an open picker. */
   children?: ComponentChildren;
-  /** What stands instead of the lanes. */
+  /** Content instead of the lanes. */
   instead?: ComponentChildren;
-  /** What stands under the lanes. */
+  /** Content below the lanes. */
   foot?: ComponentChildren;
 }
 
@@ -139,7 +139,7 @@ export function PlotPanel(props: Props) {
   );
 }
 
-/** Since when it stands still, and the way back. */
+/** How long it has been paused, and the button back to live. */
 function State({ span, store }: { span: TimeSpan; store: TelemetryStore }) {
   const stoodAt = useSignal(0);
   const still = span.still.value;
@@ -161,7 +161,7 @@ function State({ span, store }: { span: TimeSpan; store: TelemetryStore }) {
   );
 }
 
-/** "hornbill-Elevator-L-20261122-014500": what a file of a plot is called, without its ending. */
+/** File name of a plot without extension: "hornbill-Elevator-L-20261122-014500". */
 export function fileName(of: string, utc: number): string {
   const plain = of.replace(/[^\p{L}\p{N}_.-]+/gu, "-").replace(/^[-.]+|-+$/g, "") || "plot";
   const at = Number.isFinite(utc) ? `-${date(utc)}-${clock(utc)}`.replaceAll(":", "") : "";

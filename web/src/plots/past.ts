@@ -1,15 +1,15 @@
-/** The past of a plot: samples the server kept from before this page heard any, put before those it has. */
+/** History of a plot: samples stored by the server before this page subscribed, inserted before the live ones. */
 import { API } from "../api/client";
 import { fromCsv } from "../telemetry/csv";
 import { telemetry } from "../telemetry/store";
 
-/** How far back each channel was asked for already, as a time of the server, whose clock begins anew with it. */
+/** Earliest server time already requested, by channel; the server's clock restarts with the server. */
 const asked = new Map<string, number>();
 const place = (uid: string, key: string) => `${telemetry.utcOffset.toFixed(0)}/${uid}/${key}`;
-/** A second more or less is not worth asking for. */
+/** Differences below a second are not worth a request. */
 const SLACK_S = 2;
 
-/** Asks for the last seconds of channels, once for each part of time. What does not come is not drawn. */
+/** Request the last seconds of channels, each time span once. Missing samples are not drawn. */
 export async function recallSamples(
   uid: string,
   channels: readonly string[],
@@ -27,8 +27,8 @@ export async function recallSamples(
   for (const key of wanted) asked.set(place(uid, key), from);
   try {
     const query = `seconds=${seconds}&channels=${wanted.join(",")}`;
-    const answer = await fetch(`${API}/servos/${uid}/telemetry.csv?${query}`);
-    const found = answer.ok ? fromCsv(await answer.text()) : null;
+    const response = await fetch(`${API}/servos/${uid}/telemetry.csv?${query}`);
+    const found = response.ok ? fromCsv(await response.text()) : null;
     for (const one of found?.columns ?? []) telemetry.pushPast(uid, one.head, one.t, one.v);
   } catch {
     for (const key of wanted) asked.delete(place(uid, key));

@@ -1,4 +1,4 @@
-/** The picker of channels of a plot, and how often they are asked for. */
+/** The picker of channels of a plot, and their requested rate. */
 import type { Signal } from "@preact/signals";
 import type { ComponentChildren } from "preact";
 import type { Channel } from "./channels";

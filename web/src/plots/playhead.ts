@@ -1,4 +1,4 @@
-/** The line across a plot at the moment that is looked at: laid over it, so that nothing is drawn anew. */
+/** The line at the present moment of a recording: an overlay, so that the plot is not drawn again. */
 
 export class Playhead {
   #line = document.createElement("div");
@@ -8,7 +8,7 @@ export class Playhead {
     this.#line.hidden = true;
   }
 
-  /** Over a face, so far across it (0 to 1); nowhere when that is outside or there is none. */
+  /** Place it over a face at a share (0 to 1) of its width; hidden if outside or null. */
   place(face: HTMLElement, part: number | null): void {
     const seen = part !== null && part >= 0 && part <= 1;
     if (seen && this.#line.parentElement !== face) face.append(this.#line);

@@ -1,4 +1,4 @@
-/** The one plot: axes, series and cursors by uPlot, drawn in the page's one animation frame, in the page's colours. */
+/** The plot component: axes, series and cursors by uPlot, drawn in the page's shared animation frame and colours. */
 import uPlot from "uplot";
 import "./uplot.css";
 import type { Band, CurveEnd, MarkAt, TriggerLevel } from "./annotate";
@@ -15,47 +15,47 @@ export interface Picture {
   curves: readonly PlotCurve[];
   bands?: readonly Band[];
   marks?: () => readonly MarkAt[];
-  /** Stands in the corner. */
+  /** Title in the corner. */
   title?: string;
   level?: TriggerLevel;
-  /** All there is; a plot over a span of time shows what the span says. */
+  /** Time limits of all data; a plot with a `span` shows the span instead. */
   from?: number;
   to?: number;
-  /** The range of y round what is drawn, which is null where there is nothing. */
+  /** Range of y for the extent drawn, which is null without data. */
   range: (
     drawn: readonly [number, number] | null,
     before: readonly [number, number] | null,
   ) => readonly [number, number];
-  /** All names that stand beside any plot of a stack, so that they are of one width; none stand there without. */
+  /** All names beside any plot of a stack, so that they have the same width; without it none are shown. */
   names?: readonly string[];
 }
 
 export interface PlotOptions {
   x: (value: number, step: number) => string;
   y: (value: number, step: number) => string;
-  /** The time it shows and follows; without one it shows all, and a drag enlarges a part. */
+  /** The time span it shows and follows; without one it shows everything, and a drag zooms. */
   span?: TimeSpan;
-  /** Seen at most so often a second. */
+  /** Maximum number of draws per second. */
   hz?: number;
-  /** Heads of marks and cursors stand above it; the axis of x below it. */
+  /** Whether the heads of marks and cursors are above it, and the x axis below it. */
   first?: boolean;
   last?: boolean;
   cursors?: readonly [string, string];
-  /** Upright lines at the ticks of x. */
+  /** Vertical lines at the ticks of x. */
   ruled?: boolean;
   yWidth?: number;
-  /** Says what is under the pointer. */
+  /** Text for the values under the pointer. */
   read?: (x: number, values: readonly { name: string; value: number }[]) => string;
   readout?: HTMLElement | null;
   /** Plots of a group share their cursor and their zoom. */
   group?: string;
-  /** Other things that call for another drawing of a picture that stands still. */
+  /** Further inputs that require a redraw of a paused picture. */
   state?: () => string;
-  /** Draws above everything. */
+  /** Draws on top of everything. */
   over?: (plot: uPlot, at: Projection, colours: Palette) => void;
 }
 
-/** What a screen shows, at most. */
+/** Maximum resolution of a screen. */
 const FPS = 60;
 const LOOK_HZ = 10;
 const EDGE_PX = 14;
@@ -67,7 +67,7 @@ const X_STEPS = [
   0.0001, 0.0002, 0.0005, 0.001, 0.002, 0.005, 0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1, 2, 5, 10, 15, 30, 60, 120,
   300, 600, 1200, 3600,
 ];
-/** What uPlot is told of data: the paths read the curves themselves. */
+/** Placeholder data for uPlot: the path builders read the curves themselves. */
 const FLAT = [0, 0];
 
 export class Plot {
@@ -100,20 +100,20 @@ export class Plot {
 
   show(picture: Picture): void {
     this.#picture = picture;
-    // A command is drawn over what follows it, so that both are seen where they coincide.
+    // Commands are drawn over measured curves, so that both are visible where they coincide.
     this.#curves = [...picture.curves].sort((a, b) => Number(a.dashed === true) - Number(b.dashed === true));
     this.#version++;
     this.#drawn = "";
     this.#zoom();
   }
 
-  /** Shows this part of the time; null: all of it. */
+  /** Show this part of the time; null shows all of it. */
   look(view: [number, number] | null): void {
     this.#view = view;
     this.#zoom();
   }
 
-  /** Draws a line at the moment that is looked at; null: none. */
+  /** Draw a line at the present moment of a recording; null removes it. */
   head(moment: number | null): void {
     this.#moment = moment;
     this.#place();
@@ -126,12 +126,12 @@ export class Plot {
     if (this.#options.readout) this.#options.readout.textContent = "";
   }
 
-  /** What is seen now, to be put into a file. */
+  /** The canvas as drawn now, for export. */
   get canvas(): HTMLCanvasElement | null {
     return this.#plot?.ctx.canvas ?? null;
   }
 
-  /** The time under a pixel of the window; null outside the face. */
+  /** Time at a pixel of the window; null outside the face. */
   timeAt(clientX: number): number | null {
     const face = this.#plot?.over.getBoundingClientRect();
     const shown = this.#shown;
@@ -140,7 +140,7 @@ export class Plot {
     return part < 0 || part > 1 ? null : shown.from + part * (shown.to - shown.from);
   }
 
-  /** How much of the picture's time a pixel of the window is. */
+  /** Seconds per pixel of the window. */
   get secondsPerPixel(): number {
     const width = this.#plot?.over.clientWidth ?? 0;
     return this.#shown && width > 0 ? (this.#shown.to - this.#shown.from) / width : 0;
@@ -152,7 +152,7 @@ export class Plot {
     this.#drawn = "";
   }
 
-  /** What a plot is made of: where it changes, it is made again. */
+  /** The plot is rebuilt when this changes. */
   #make(): string {
     const { names } = this.#picture;
     const looks = this.#curves.map(one => [one.colour, one.dashed, one.bold, one.faint, one.filled].join());
@@ -178,14 +178,14 @@ export class Plot {
     if (turned && still) this.#range = null;
     this.#shown = span.drawn = shown;
     const [min, max] = this.#high(shown.from, shown.to);
-    // Both lead to one drawing, at the end of this turn. The data is what makes uPlot ask for paths again.
+    // Both lead to one drawing at the end of this turn. Setting the data makes uPlot request paths again.
     this.#plot.setData(this.#data(), false);
     this.#plot.setScale("x", { min: shown.from - shown.zero, max: shown.to - shown.zero });
     this.#plot.setScale("y", { min, max });
     if (turned) this.#plot.redraw(false, true);
   }
 
-  /** A picture that stands still is drawn again only when something in it is another. */
+  /** A paused picture is drawn again only when one of these changes. */
   #changed(span: TimeSpan, still: Still): boolean {
     const { cursors, drag, lit } = span;
     const dragged = drag.peek();
@@ -213,7 +213,7 @@ export class Plot {
 
   #zoom(): void {
     const { from = 0, to = 1 } = this.#picture;
-    // Curves that came or went are seen when it is made again, in the next frame.
+    // Added or removed curves appear when the plot is rebuilt, in the next frame.
     if (!this.#plot || this.#options.span || this.#made !== this.#make()) return;
     const [min, max] = this.#view ?? [from, to];
     this.#plot.setData(this.#data(), false);
@@ -331,7 +331,7 @@ export class Plot {
     const spanned = this.#options.span !== undefined;
     const width = curve.bold ? 2.2 : spanned ? 1.8 : 1.5;
     const lit = () => this.#options.span?.lit.peek() ?? null;
-    // A command in the colour of what follows it is wider, so that its dashes are seen on the line, too.
+    // A command in the colour of its measured curve is wider, so that its dashes are visible on top of it.
     const dashes = typeof curve.colour === "number" ? 3 : 1.6;
     return {
       stroke: colour,
@@ -461,12 +461,12 @@ export class Plot {
   }
 }
 
-/** A tint of a token's colour, for the area below a curve. */
+/** A tint of a token's colour for the area below a curve. */
 function tinted(colour: string): string {
   return `color-mix(in srgb, ${colour} 10%, transparent)`;
 }
 
-/** A range round what is drawn, at least so high, so that noise does not fill the plot; bands stay inside. */
+/** A range of at least a minimum height around the curves, so that noise does not fill the plot; bands stay inside. */
 export function roomy(least: number, bands: readonly Band[] = []): Picture["range"] {
   return drawn => {
     let [low, high] = drawn ?? [0, 0];

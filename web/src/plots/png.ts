@@ -1,9 +1,9 @@
-/** The picture of a plot as a file: its lanes under one another, below a line that says what they are. */
+/** A plot as an image file: its lanes stacked below a title. */
 import { palette } from "./palette";
 
 const HEAD_PX = 30;
 
-/** A PNG of lanes as they are drawn now; null when nothing is drawn. */
+/** A PNG of the lanes as drawn now; null if nothing is drawn. */
 export async function pictureOf(
   lanes: readonly (HTMLCanvasElement | null)[],
   title: string,

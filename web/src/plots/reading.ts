@@ -1,8 +1,8 @@
-/** What is read at a time: the sample that was taken there, or nothing in a gap; and the next one. */
+/** Values at a time: the sample taken there, or nothing in a gap; and the next sample. */
 import { isGap } from "./series";
 import { firstAt, nearestSample, type Samples } from "./trace";
 
-/** The value of the sample nearest to a time, null where nothing was sampled. */
+/** Value of the sample nearest to a time; null in a gap. */
 export function valueAtTime(one: Samples, at: number): number | null {
   const after = firstAt(one.t, at);
   const index = nearestSample(one, at);
@@ -14,7 +14,7 @@ export function valueAtTime(one: Samples, at: number): number | null {
   return Number.isNaN(value) ? null : value;
 }
 
-/** The time of the sample so many places after (or before) a time; the time itself without samples. */
+/** Time of the sample a number of places after (or before) a time; the time itself without samples. */
 export function stepFrom(one: Samples, at: number, places: number): number {
   const here = nearestSample(one, at);
   if (here < 0) return at;

@@ -1,4 +1,4 @@
-/** What the page makes of a recorder's recording: its time line, the channels worth a plot, names of files. */
+/** Derived data of a recording: timeline, channels worth a plot, file names. */
 import type { RecordingColumns, RecordingContent, RecordingMark } from "../api/lab-types";
 import { markText } from "../bench/event-text";
 
@@ -18,7 +18,7 @@ export function timelineOf(about: Times): RecordingTimeline {
   return { zero, from: about.started_at - zero, to: Math.max(about.ended_at, about.started_at + 1) - zero };
 }
 
-/** Marks as whole seconds on a line, in steps that leave room for their words. */
+/** Ticks of the timeline at whole seconds, in steps that leave space for their labels. */
 export function timelineTicksOf(line: RecordingTimeline, most: number): number[] {
   const step =
     [1, 2, 5, 10, 20, 30, 60, 120, 300, 600].find(one => (line.to - line.from) / one <= most) ?? 600;
@@ -27,7 +27,7 @@ export function timelineTicksOf(line: RecordingTimeline, most: number): number[]
   return ticks;
 }
 
-/** Channels drawn unless others are chosen, in this order; angle and command share a plot. */
+/** Channels drawn by default, in this order; angle and command share a plot. */
 export const USUAL = [
   "current_angle",
   "current_torque",
@@ -48,12 +48,12 @@ export interface RecordingPanel {
   command: RecordingColumns | null;
 }
 
-/** Samples that are values: a command that is never given is all gaps. */
-function told(column: RecordingColumns | null): number {
+/** Number of values: a command that is never sent has gaps only. */
+function valueCount(column: RecordingColumns | null): number {
   return column?.v.filter(value => value !== null).length ?? 0;
 }
 
-/** One panel a channel that has more than one sample: a single one is no curve. Usual ones first. */
+/** One panel per channel with more than one sample, the default channels first. */
 export function panelsOf(telemetry: readonly RecordingColumns[], uid: string): RecordingPanel[] {
   const panels = new Map<string, RecordingPanel>();
   for (const column of telemetry) {
@@ -69,11 +69,11 @@ export function panelsOf(telemetry: readonly RecordingColumns[], uid: string): R
     return at < 0 ? USUAL.length : at;
   };
   return [...panels.values()]
-    .filter(one => told(one.measured) > 1 || told(one.command) > 1)
+    .filter(one => valueCount(one.measured) > 1 || valueCount(one.command) > 1)
     .sort((a, b) => rank(a.key) - rank(b.key));
 }
 
-/** What else a recording was marked for, each once. */
+/** Further reasons a recording was marked for, each once. */
 export function alsoMarked(one: { text: string; marks: readonly RecordingMark[] }): string[] {
   const others = one.marks.filter(mark => mark.text !== one.text);
   return [...new Set(others.map(markText))];
@@ -83,7 +83,7 @@ export function isZip(name: string): boolean {
   return /\.zip$/i.test(name);
 }
 
-/** The servo of the first mark that names one, else the first with telemetry, else the first there is. */
+/** The servo of the first mark that names one, else the first with telemetry, else the first. */
 export function firstServo(content: RecordingContent): string | null {
   const known = new Set(content.about.servos.map(one => one.uid));
   const marked = content.about.marks.find(mark => mark.uid != null && known.has(mark.uid));

@@ -1,4 +1,4 @@
-/** The time line of a recording that is open: where one is in it, by pointer and keys, and its playing. */
+/** The timeline of an open recording: position by pointer and keys, and playback. */
 import type { ComponentChildren } from "preact";
 import { useEffect, useRef } from "preact/hooks";
 import { clock, date, number, signed } from "../bench/format";
@@ -11,15 +11,15 @@ import "./plots.css";
 import "./scrub.css";
 
 const words = plots.scrub;
-/** What the 3D view draws; where less motion is wished for, two pictures a second. */
+/** Draws per second of the 3D view; two with reduced motion. */
 const PLAY_HZ = 25;
 const CALM_HZ = 2;
 
 interface Props {
   scrub: Scrub;
-  /** What is to be said of it now. */
+  /** Present message. */
   note?: string | null;
-  /** Buttons that are its own. */
+  /** Additional buttons. */
   children?: ComponentChildren;
 }
 
@@ -116,11 +116,11 @@ function relative(scrub: Scrub, at: number): string {
   return plots.seconds(signed(at - scrub.extent.origin, 2));
 }
 
-/** When it was, by the reader's clock; that it is not known where the recording does not say. */
+/** Local time of the moment, or that the recording does not contain it. */
 function wall(scrub: Scrub, at: number): string {
   const utc = at + scrub.extent.utc;
   if (!Number.isFinite(utc)) return words.noWall;
-  // To a hundredth, as the time before it: a thousandth changes too fast to be read.
+  // In hundredths, like the time before it: thousandths change too fast to be read.
   const cents = number(Math.floor((utc % 1) * 100), 0).padStart(2, "0");
   return `${date(utc)} ${clock(utc)}.${cents}`;
 }

@@ -1,4 +1,4 @@
-/** A recording that is looked at: its servos, the moment shown of it, what they did then; and its way in time. */
+/** Playback of an open recording: its servos, the moment shown, their state at it, and moving in time. */
 import { computed, type Signal, signal } from "@preact/signals";
 import type { RecordingContent } from "../api/lab-types";
 import type { ViewPose } from "../bench/view-link";
@@ -7,22 +7,22 @@ import type { RecordingTimeline } from "./recording";
 import { isGap, NEVER_GAP_S } from "./series";
 import { firstAt, type Samples, samples } from "./trace";
 
-/** The rows a pose is made of, as a recording calls them. */
+/** Rows of a pose, as named in a recording. */
 const ROWS = ["current_angle", "command_angle", "angle_limit_cw", "angle_limit_ccw"] as const;
 type PoseRow = (typeof ROWS)[number];
 
-/** What 0x50 reads, section 4.40. */
+/** Model numbers in 0x50, section 4.40. */
 const SERIES: Readonly<Record<number, ViewPose["series"]>> = { 61: "BLA21", 62: "BLA15", 86: "BLA34" };
 
 export function seriesOf(modelNumber: number | null | undefined): ViewPose["series"] {
   return SERIES[modelNumber ?? 0] ?? "";
 }
 
-/** One servo of a recording. Times count from the zero of its axis. */
+/** One servo of a recording. Times are relative to the zero of its axis. */
 export interface Track {
   uid: string;
   name: string;
-  /** Empty where the recording does not say. */
+  /** Empty if the recording does not contain it. */
   series: ViewPose["series"];
   rows: Readonly<Record<PoseRow, Samples>>;
 }
@@ -41,11 +41,11 @@ export function trackOf(
 
 export interface HeldSample {
   value: number;
-  /** Nothing was sampled for longer than a line would be drawn across. */
+  /** No sample for longer than a line would be drawn across. */
   stale: boolean;
 }
 
-/** The last value sampled up to a time: never one between two samples, null before the first. */
+/** The last value sampled up to a time, never interpolated; null before the first. */
 export function heldAt(one: Samples, at: number): HeldSample | null {
   const after = firstAt(one.t, at);
   let last = one.t[after] === at ? after : after - 1;
@@ -58,7 +58,7 @@ export function heldAt(one: Samples, at: number): HeldSample | null {
   return null;
 }
 
-/** Whether `at` lies in a gap after a sample, or too far behind the last one. */
+/** Whether `at` is in a gap after a sample, or too long after the last one. */
 function silent(t: Float64Array, last: number, at: number): boolean {
   const since = at - (t[last] ?? 0);
   if (since <= NEVER_GAP_S) return false;
@@ -67,7 +67,7 @@ function silent(t: Float64Array, last: number, at: number): boolean {
   return since > 3 * usual;
 }
 
-/** A servo as it was: without an angle before the first one was read, stale where nothing was heard of it. */
+/** A servo at a time: without an angle before its first one, stale in a gap. */
 export function poseAt(track: Track, at: number): ViewPose {
   const angle = heldAt(track.rows.current_angle, at);
   const value = (row: PoseRow) => heldAt(track.rows[row], at)?.value ?? null;
@@ -83,33 +83,33 @@ export function poseAt(track: Track, at: number): ViewPose {
 }
 
 export const SPEEDS = [0.25, 0.5, 1, 2, 4] as const;
-/** A tab that was out of sight goes on where it was, not where it would be. */
+/** Longest step of playback: a hidden tab resumes where it was. */
 const MOST_STEP_S = 1;
 
 export interface Extent {
   from: number;
   to: number;
-  /** Where to begin. */
+  /** Initial moment. */
   start: number;
-  /** What its times are counted from when they are told. */
+  /** Zero of the displayed times. */
   origin: number;
-  /** What its times lack to seconds since 1970 UTC; NaN where the recording does not say. */
+  /** Offset of its times to seconds since 1970 UTC; NaN if the recording does not contain it. */
   utc: number;
 }
 
-/** Where in a recording one looks. Nothing in it reaches a servo: it has no way to the bus. */
+/** Position in a recording. It cannot reach a servo: it has no access to the bus. */
 export class Scrub {
   readonly tracks: readonly Track[];
   readonly extent: Extent;
   #usual: Samples;
   readonly at: Signal<number>;
-  /** The servo in front. */
+  /** The selected servo. */
   readonly front: Signal<string>;
   readonly playing = signal(false);
   readonly speed = signal<number>(1);
   readonly poses = computed<readonly ViewPose[]>(() => this.tracks.map(one => poseAt(one, this.at.value)));
 
-  /** `usual`: where its samples are, if no servo of it tells an angle. */
+  /** `usual`: the default sample times, for a recording without angles. */
   constructor(tracks: readonly Track[], extent: Extent, front: string | null = null, usual = NOTHING) {
     this.tracks = tracks;
     this.#usual = usual;
@@ -122,23 +122,23 @@ export class Scrub {
     return this.tracks.find(one => one.uid === this.front.value) ?? this.tracks[0];
   }
 
-  /** To a moment; beyond an end, to that end. */
+  /** Move to a moment, limited to the ends. */
   seek(at: number): void {
     if (Number.isFinite(at)) this.at.value = Math.min(this.extent.to, Math.max(this.extent.from, at));
   }
 
-  /** To the sample of the servo in front so many places after this moment, or before it. */
+  /** Move to the sample of the selected servo a number of places after this moment, or before it. */
   step(places: number): void {
     const angle = this.track?.rows.current_angle ?? this.#usual;
     const at = this.at.peek();
     const before = firstAt(angle.t, at);
-    // Between two samples the next one and the one before are the nearest there are.
+    // Between two samples, the next and the previous one are the nearest.
     const on = angle.t[before] === at;
     if (on) this.seek(stepFrom(angle, at, places));
     else this.seek(angle.t[places > 0 ? before + places - 1 : before + places] ?? at);
   }
 
-  /** Begins anew from the start at the end. */
+  /** At the end, playback restarts from the beginning. */
   play(): void {
     if (this.at.peek() >= this.extent.to) this.seek(this.extent.from);
     this.playing.value = true;
@@ -148,7 +148,7 @@ export class Scrub {
     this.playing.value = false;
   }
 
-  /** So many seconds went by. */
+  /** Advance by a number of seconds. */
   pass(seconds: number): void {
     if (!this.playing.peek()) return;
     this.seek(this.at.peek() + Math.min(MOST_STEP_S, Math.max(0, seconds)) * this.speed.peek());
@@ -156,27 +156,27 @@ export class Scrub {
   }
 }
 
-/** More is not sent to a frame; a bus has room for 127. */
+/** Maximum number of servos sent to a frame; a bus has room for 127. */
 const MOST = 256;
 
-/** Every servo of a recording, as its channels tell. A limit that was read before it begins holds from its beginning. */
+/** Every servo of a recording, from its channels. A limit read before the recording starts applies from its start. */
 export function scrubOf(content: RecordingContent, line: RecordingTimeline, front: string | null): Scrub {
   const { servos } = content.about;
   const tracks = servos.slice(0, MOST).map(one =>
     trackOf(one.uid, one.title, seriesOf(one.model_number), row => {
       const found = content.telemetry.find(each => each.uid === one.uid && each.channel === row);
-      const told = found ? samples(found.t, found.v, line.zero) : NOTHING;
+      const series = found ? samples(found.t, found.v, line.zero) : NOTHING;
       const known = one.readings[row];
-      if (told.t.length > 0 || !row.startsWith("angle_limit") || typeof known?.value !== "number")
-        return told;
-      if (known.at === null || known.at - line.zero > line.from) return told;
+      if (series.t.length > 0 || !row.startsWith("angle_limit") || typeof known?.value !== "number")
+        return series;
+      if (known.at === null || known.at - line.zero > line.from) return series;
       return { t: Float64Array.of(line.from), v: Float64Array.of(known.value) };
     }),
   );
   return new Scrub(tracks, { from: line.from, to: line.to, start: 0, origin: 0, utc: line.zero }, front);
 }
 
-/** Columns of a telemetry.csv as tracks: servos by the names their columns begin with. Angles only, or nothing. */
+/** Columns of a telemetry.csv as tracks: servos by the names at the start of the columns; angles only, else null. */
 export function tracksOf(columns: readonly { head: string; t: Float64Array; v: Float64Array }[]): Track[] {
   const named = new Map<string, Map<string, Samples>>();
   for (const one of columns) {
@@ -190,12 +190,12 @@ export function tracksOf(columns: readonly { head: string; t: Float64Array; v: F
     .filter(([, rows]) => rows.has("current_angle"))
     .slice(0, MOST)
     .map(([name, rows], place) =>
-      // A file of columns names no servo: these are its own.
+      // A file with plain columns names no servo: they belong to this one.
       trackOf(place.toString(16).padStart(32, "0"), name, seriesOf(rows.get("model_number")?.v[0]), row =>
         rows.get(row),
       ),
     );
 }
 
-/** The recording the 3D view beside an open page shows instead of its servo; null: the servo. */
+/** The recording that the 3D view shows instead of its servo; null: the servo. */
 export const replayed = signal<Scrub | null>(null);

@@ -1,49 +1,49 @@
 /**
- * The paths of a plot's series. Each curve has its own times, so uPlot's aligned table would have to be joined again for
- * every drawing; a path builder of our own reads the typed arrays as they are.
+ * Paths of a plot's series. Each curve has its own times, which uPlot's aligned table would have to join again for
+ * every drawing; these path builders read the typed arrays directly.
  */
 import type uPlot from "uplot";
 import { shape } from "./shapes";
 import { inSight, type Samples, thin } from "./trace";
 
 export interface PlotCurve {
-  /** What there is from a time on; live curves read it out of a ring. */
+  /** Samples from a time on; live curves read them from a ring. */
   samples: (from: number) => Samples;
-  /** A place among the series colours, or what is measured alone, or what was commanded. */
+  /** Index of a series colour, or the colour of a single measured curve or of a command. */
   colour: number | "ink" | "intent";
   /** Commands are dashed, measured curves never. */
   dashed?: boolean;
-  /** Holds each value until the next one. */
+  /** Whether each value holds until the next one. */
   held?: boolean;
-  /** Interrupted where nothing was sampled; a number: for longer than so many seconds, at least. */
+  /** Interrupted where samples are missing; a number: for at least this many seconds. */
   gaps?: boolean | number;
-  /** Degrees round a circle: interrupted where it jumps from one end to the other. */
+  /** Degrees on a circle: interrupted where it wraps. */
   wraps?: boolean;
   bold?: boolean;
   faint?: boolean;
-  /** The area below is tinted. */
+  /** Whether the area below is tinted. */
   filled?: boolean;
-  /** What makes it stand out. */
+  /** Key for highlighting. */
   key?: string;
-  /** In a box at the curve. */
+  /** Letter in a box at the curve. */
   tag?: string;
-  /** Place of the shape its samples have; without one they are dots, with `plain` nothing. */
+  /** Index of the shape of its samples; without one they are dots, with `plain` nothing. */
   shape?: number;
   plain?: boolean;
-  /** Stands at its end, or is said where a pointer is. */
+  /** Name at its end, or in the readout. */
   name?: string;
 }
 
-/** Samples nearer than this are never a gap: an answer may be late, and a line across it is short. */
+/** Samples closer than this are never a gap: a response may be late, and a line across it is short. */
 export const NEVER_GAP_S = 0.35;
 const GAP_INTERVALS = 3;
 const HALF_TURN = 180;
-/** A command may be a step over most of the circle; a horn does not get there between two samples. */
+/** A command may step over most of the circle; a horn cannot between two samples. */
 const COMMAND_TURN = 300;
 
 /**
- * Whether nothing was sampled between a sample and the one before: they lie three times as far apart as their
- * neighbours. The rule needs no rate, for a plot may span several.
+ * Whether samples are missing between a sample and the previous one: their distance is three times that of their
+ * neighbours. The rule needs no rate, since a plot may span several.
  */
 export function isGap(t: Float64Array, at: number, never = NEVER_GAP_S): boolean {
   const here = (t[at] ?? 0) - (t[at - 1] ?? 0);
@@ -54,12 +54,12 @@ export function isGap(t: Float64Array, at: number, never = NEVER_GAP_S): boolean
   return Number.isFinite(usual) && here > GAP_INTERVALS * usual;
 }
 
-/** Whether an angle went through ±180° between two samples. */
+/** Whether an angle wrapped at ±180° between two samples. */
 export function isWrap(before: number, value: number, command = false): boolean {
   return Math.abs(value - before) > (command ? COMMAND_TURN : HALF_TURN);
 }
 
-/** Pixels of a value, without a call into the plot for each sample. */
+/** Pixels of a value, without a call into the plot per sample. */
 export interface Projection {
   x: (t: number) => number;
   y: (v: number) => number;
@@ -86,11 +86,11 @@ export function projection(plot: uPlot, zero = 0): Projection {
 export interface CurveDrawn {
   stroke: Path2D;
   fill: Path2D | null;
-  /** Where the line ends, null when it ended before what is in sight. */
+  /** End of the line; null if it ended before the visible part. */
   end: { x: number; y: number } | null;
 }
 
-/** The line through the samples in sight. */
+/** The line through the visible samples. */
 export function linePath(plot: uPlot, at: Projection, curve: PlotCurve): CurveDrawn {
   const one = curve.samples(at.min);
   const { t, v } = one;
@@ -127,7 +127,7 @@ export function linePath(plot: uPlot, at: Projection, curve: PlotCurve): CurveDr
       stroke.lineTo(x, y);
       fill?.lineTo(x, y);
     } else {
-      // What was held until an angle wrapped was held until now.
+      // A held value extends to the wrap, and the next one to now.
       if (curve.held && curve.wraps && isWrap(before, value, curve.dashed)) {
         stroke.moveTo(lastX, lastY);
         stroke.lineTo(x, lastY);
@@ -148,7 +148,7 @@ const DOTS_PX = 6;
 const SHAPES_PX = 64;
 const DOT = "M1.8 0A1.8 1.8 0 1 1 -1.8 0A1.8 1.8 0 1 1 1.8 0z";
 
-/** Every sample where there is room for them; else, where curves have shapes, one now and then. */
+/** A symbol at every sample where there is space; else, for curves with shapes, at some of them. */
 export function pointsPath(plot: uPlot, at: Projection, curve: PlotCurve): Path2D | null {
   if (curve.dashed || curve.held || curve.plain) return null;
   const ratio = devicePixelRatio || 1;
@@ -159,7 +159,7 @@ export function pointsPath(plot: uPlot, at: Projection, curve: PlotCurve): Path2
   const every = apart >= DOTS_PX ? 0 : SHAPES_PX;
   const outline = new Path2D(curve.shape === undefined ? DOT : shape(curve.shape));
   const all = new Path2D();
-  // Where curves lie on one another their shapes should not.
+  // Shapes of coinciding curves are offset.
   let last = plot.bbox.left / ratio - SHAPES_PX / 2 + (curve.shape ?? 0) * (SHAPES_PX / 8);
   for (let i = first; i < end; i++) {
     const value = v[i] ?? Number.NaN;

@@ -1,6 +1,6 @@
-/** The shapes of samples: curves are told apart by them as well as by colour and letter. */
+/** Shapes of samples, which distinguish curves in addition to colour and letter. */
 
-/** SVG paths round 0, 0, about 7 px across. */
+/** SVG paths around 0, 0, about 7 px across. */
 const SHAPES = [
   "M3.2 0A3.2 3.2 0 1 1 -3.2 0A3.2 3.2 0 1 1 3.2 0z",
   "M-2.9 -2.9H2.9V2.9H-2.9z",

@@ -1,9 +1,9 @@
-/** What part of time a plot shows and what is marked in it: its lanes share it. Times are the server's clock. */
+/** The time span of a plot and the cursors in it, shared by its lanes. Times are the server's clock. */
 import { signal } from "@preact/signals";
 
 export const WINDOWS = [5, 10, 30, 60, 300] as const;
 
-/** A part of time that stands still; `zero` is what its axis counts from. */
+/** A fixed time span; `zero` is the zero of its axis. */
 export interface Still {
   from: number;
   to: number;
@@ -12,40 +12,40 @@ export interface Still {
 
 export type Cursor = 0 | 1;
 
-/** Nothing shorter is shown: two samples at 500 Hz. */
+/** The shortest span: two samples at 500 Hz. */
 const SHORTEST_S = 0.004;
 
 export class TimeSpan {
-  /** How long a window follows. */
+  /** Length of the following window. */
   readonly seconds = signal<number>(10);
-  /** null while the picture follows. */
+  /** Fixed span; null while following. */
   readonly still = signal<Still | null>(null);
   readonly cursors = signal<readonly [number | null, number | null]>([null, null]);
-  /** What is being chosen by dragging. */
+  /** Span being selected by dragging. */
   readonly drag = signal<{ from: number; to: number } | null>(null);
-  /** The moment of a recording that is looked at. */
+  /** Present moment of a recording. */
   readonly head = signal<number | null>(null);
-  /** The curve that stands out, by its key. */
+  /** Key of the highlighted curve. */
   readonly lit = signal<string | null>(null);
-  /** What was drawn last: what somebody saw who pauses, or points at it. */
+  /** Last drawn time: what the user saw when pausing or pointing. */
   drawn: Still | null = null;
   #now: () => number;
   #most: Still | null;
   #placed: Cursor = 1;
 
-  /** `now` is the server's time; `most` is all there is of something that does not go on. */
+  /** `now` is the server's time; `most` is the whole span of data that does not grow. */
   constructor(now: () => number, most: Still | null = null) {
     this.#now = now;
     this.#most = most;
     this.still.value = most;
   }
 
-  /** Whether it is of something that goes on. */
+  /** Whether the data grows. */
   get goesOn(): boolean {
     return this.#most === null;
   }
 
-  /** What is shown now; null before anything was heard. */
+  /** Span shown now; null before any data. */
   shown(): Still | null {
     const still = this.still.peek();
     if (still) return still;
@@ -57,7 +57,7 @@ export class TimeSpan {
     this.still.value ??= this.drawn ?? this.shown();
   }
 
-  /** Shows a part of time, and stands still. */
+  /** Show a fixed span. */
   zoom(one: number, other: number): void {
     this.pause();
     const shown = this.still.peek();
@@ -67,7 +67,7 @@ export class TimeSpan {
     this.still.value = { from, to, zero: shown.zero };
   }
 
-  /** Follows again, or shows all there is; cursors go, for they were set on a picture that stood still. */
+  /** Follow again, or show everything; removes cursors, which belong to a fixed picture. */
   follow(): void {
     this.drawn = null;
     this.still.value = this.#most;
@@ -75,7 +75,7 @@ export class TimeSpan {
     this.drag.value = null;
   }
 
-  /** Whether a part was chosen, or time stopped, so that there is a way back. */
+  /** Whether zoomed or paused, so that "Back to live" applies. */
   get away(): boolean {
     return this.still.value !== this.#most;
   }
@@ -85,7 +85,7 @@ export class TimeSpan {
     this.follow();
   }
 
-  /** Puts a cursor: the first one, then the second, then whichever is nearer. The picture stands still from then on. */
+  /** Place a cursor: the first, then the second, then the nearer one. The picture is fixed from then on. */
   place(t: number): Cursor {
     this.pause();
     const [a, b] = this.cursors.peek();
@@ -103,7 +103,7 @@ export class TimeSpan {
     this.cursors.value = which === 0 ? [at, b] : [a, at];
   }
 
-  /** Both cursors at a third of what is shown, for those who have no pointer; or none, if there were any. */
+  /** Toggle both cursors, placed at thirds of the span, for use without a pointer. */
   flipCursors(): void {
     if (this.cursors.peek().some(one => one !== null)) {
       this.cursors.value = [null, null];
@@ -116,12 +116,12 @@ export class TimeSpan {
     this.cursors.value = [shown.from + third, shown.to - third];
   }
 
-  /** The cursor that was moved last: arrow keys on the plot move it. */
+  /** The cursor moved last, which arrow keys move. */
   get active(): Cursor {
     return this.#placed;
   }
 
-  /** Between the cursors only. */
+  /** Zoom to the span between the cursors. */
   zoomToCursors(): void {
     const [a, b] = this.cursors.peek();
     if (a !== null && b !== null && a !== b) this.zoom(a, b);

@@ -1,4 +1,4 @@
-/** One sparkline: the last 30 s of an angle between its limits, ending where the data end. */
+/** One sparkline: the last 30 s of an angle between its limits, ending where the data ends. */
 import type { Ring } from "../telemetry/ring";
 import type { TelemetryStore } from "../telemetry/store";
 import { palette } from "./palette";
@@ -9,9 +9,9 @@ export interface SparkLimits {
 }
 
 export const SPARKLINE_SPAN_S = 30;
-/** The curve breaks where samples are further apart than this. */
+/** The curve is interrupted where samples are further apart than this. */
 const GAP_S = 1;
-/** Limits wider than this would flatten every curve: then the data set the scale. */
+/** Limits wider than this would flatten every curve; then the data sets the scale. */
 const WIDEST_DEG = 720;
 const PAD = 5;
 
@@ -79,7 +79,7 @@ export class Sparkline {
       return;
     }
     if (!live) {
-      // Dots go on where the curve would.
+      // Dots continue where the curve would.
       context.strokeStyle = colours.ink3;
       context.setLineDash([1, 3]);
       line(context, x(last.t), scale.y(last.v), width, scale.y(last.v));

@@ -1,8 +1,8 @@
-/** Recordings in the plot: telemetry.csv from the disk is drawn here; a recording goes to Records, where it opens. */
+/** Files in the plot: a telemetry.csv from disk is drawn here; a recording is opened on the Recorder page. */
 
 import { effect, useSignal } from "@preact/signals";
 import { useEffect, useMemo } from "preact/hooks";
-import { ask, problemOf } from "../api/client";
+import { callApi, problemOf } from "../api/client";
 import { catalog } from "../bench/catalog";
 import { problemText } from "../bench/facts";
 import { motion } from "../bench/motion";
@@ -40,7 +40,7 @@ export function TelemetryFilePick({ onOpen }: { onOpen: (found: TelemetryFile) =
     }
     carrying.value = file.name;
     try {
-      const made = await ask("PUT", "/recorder/recordings/{name}", {
+      const made = await callApi("PUT", "/recorder/recordings/{name}", {
         path: { name: file.name },
         file: { text: file, type: "application/zip" },
         timeout_ms: CARRY_MS,
@@ -74,8 +74,8 @@ export function TelemetryFilePick({ onOpen }: { onOpen: (found: TelemetryFile) =
   );
 }
 
-/** A recording drawn like what is live: the same lanes, cursors and files, of a store of its own. While it is open the
- * 3D view beside it shows what it says, unless somebody would rather see the servo. */
+/** A file drawn like live data: the same lanes, cursors and exports, from its own store. While it is open the
+   3D view beside it shows it, unless the user switches to the servo. */
 export function TelemetryFilePlot({ recording, onClose }: { recording: TelemetryFile; onClose: () => void }) {
   const rows = catalog.value?.rows;
   const inView = useSignal(true);
@@ -145,14 +145,14 @@ function drawn(content: Recorded, known: ReadonlyMap<string, Channel>, setting: 
   let from = Number.POSITIVE_INFINITY;
   let to = Number.NEGATIVE_INFINITY;
   const curves = content.columns.map((one, place) => {
-    // "Elevator L/current_angle" where there are several servos.
+    // "Elevator L/current_angle" if the file has several servos.
     const cut = one.head.lastIndexOf("/");
     const key = one.head.slice(cut + 1);
     const whose = cut < 0 ? "" : one.head.slice(0, cut);
     store.keep(whose, key, one.t, one.v);
     from = Math.min(from, one.t[0] ?? from);
     to = Math.max(to, one.t.at(-1) ?? to);
-    // What a servo is set to is a level line that says nothing, unless it was changed in that time.
+    // Settings are flat lines and are left out unless they changed.
     if (setting(key) && one.v.every(value => value === one.v[0])) return [];
     const channel = known.get(key) ?? { key, label: key.replaceAll("_", " "), unit: "", decimals: 2 };
     const [curve] = curvesOf(whose, [channel]);

@@ -1,12 +1,12 @@
-/** The traces a plot draws: samples in typed arrays, which of them are in sight, and fewer where pixels are few. */
+/** Traces of a plot: samples in typed arrays, selection of visible ones, and decimation to the pixels. */
 
 export interface Samples {
   t: Float64Array;
-  /** NaN where there is a gap. */
+  /** NaN for a gap. */
   v: Float64Array;
 }
 
-/** Numbers as the server tells them; null is a gap. */
+/** Numbers from the server; null is a gap. */
 export function samples(t: readonly number[], v: readonly (number | null)[], shift = 0, offset = 0): Samples {
   const made = { t: new Float64Array(t.length), v: new Float64Array(t.length) };
   for (let i = 0; i < t.length; i++) {
@@ -17,12 +17,12 @@ export function samples(t: readonly number[], v: readonly (number | null)[], shi
   return made;
 }
 
-/** Samples that are all there, as a plot asks for them. */
+/** Complete samples in the form a plot requests. */
 export function still(one: Samples): () => Samples {
   return () => one;
 }
 
-/** The first index whose time is not before `at`; the length when there is none. */
+/** The first index whose time is not before `at`; the length if there is none. */
 export function firstAt(t: Float64Array, at: number): number {
   let low = 0;
   let high = t.length;
@@ -34,14 +34,14 @@ export function firstAt(t: Float64Array, at: number): number {
   return low;
 }
 
-/** What is drawn between two times: those samples, and one at each side, so that lines reach the edges. */
+/** Samples between two times, plus one at each side, so that lines reach the edges. */
 export function inSight(t: Float64Array, from: number, to: number): [number, number] {
   return [Math.max(0, firstAt(t, from) - 1), Math.min(t.length, firstAt(t, to) + 1)];
 }
 
 /**
- * The indices to draw of `first` up to `end`: all of them while there are at most four a pixel column, else of each
- * column its first, lowest, highest and last. Every index is a sample that was taken; gaps are kept.
+ * Indices to draw from `first` up to `end`: all of them while there are at most four per pixel column, else the
+ * first, lowest, highest and last of each column. Every index is a real sample; gaps are preserved.
  */
 export function thin(
   one: Samples,
@@ -52,11 +52,11 @@ export function thin(
 ): Uint32Array {
   const count = Math.max(0, end - first);
   if (count <= 4 * columns) return Uint32Array.from({ length: count }, (_, i) => first + i);
-  // Columns stand still in time: a picture that moves on would flicker if they moved with it.
+  // Columns are fixed in time: in a moving picture they would flicker otherwise.
   const width = Math.max(1e-9, span) / columns;
   const kept: number[] = [];
   let column = Number.NaN;
-  // Of the column under way: its first, lowest, highest and last; -1 when there is none.
+  // First, lowest, highest and last of the present column; -1 without any.
   const picks: [number, number, number, number] = [-1, -1, -1, -1];
   const flush = () => {
     const [earliest, low, high, latest] = picks;
@@ -91,7 +91,7 @@ export function thin(
   return Uint32Array.from(kept);
 }
 
-/** Lowest and highest value of several traces between two times; null when there is none. */
+/** Lowest and highest value of several traces between two times; null without any. */
 export function extent(traces: readonly Samples[], from: number, to: number): [number, number] | null {
   let low = Number.POSITIVE_INFINITY;
   let high = Number.NEGATIVE_INFINITY;
@@ -106,7 +106,7 @@ export function extent(traces: readonly Samples[], from: number, to: number): [n
   return low > high ? null : [low, high];
 }
 
-/** The sample nearest to a time, as an index; -1 without any. */
+/** Index of the sample nearest to a time; -1 without any. */
 export function nearestSample(one: Samples, at: number): number {
   const after = firstAt(one.t, at);
   if (after >= one.t.length) return one.t.length - 1;

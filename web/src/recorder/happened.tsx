@@ -1,7 +1,7 @@
-/** The way from something that happened to the recording of it: there already, being written, or still in the recorder. */
+/** From an event to its recording: stored, being saved, or still in the recorder's memory. */
 import { useSignal } from "@preact/signals";
 import { useEffect } from "preact/hooks";
-import { ask, problemOf } from "../api/client";
+import { callApi, problemOf } from "../api/client";
 import type { RecorderState, Recording } from "../api/lab-types";
 import { problemText } from "../bench/facts";
 import { number } from "../bench/format";
@@ -13,13 +13,13 @@ import { recorder as words } from "./words";
 
 const said = words.happened;
 
-/** When it happened, seconds since 1970 UTC: from the first time it was so to the last. */
+/** Time of the event, seconds since 1970 UTC: first and last occurrence. */
 export interface Occurrence {
   from: number;
   to: number;
 }
 
-/** The time to look at in the newest recording that holds any of it: its own mark in it, else where it begins. */
+/** The moment to open in the newest recording that contains the event: its mark, else its start. */
 export function recordingOf(
   { from, to }: Occurrence,
   recordings: readonly Pick<Recording, "name" | "started_at" | "seconds" | "marks">[],
@@ -35,11 +35,11 @@ export function recordingOf(
   return best ? { name: best.name, at: best.at } : null;
 }
 
-/** A mark is set when the recorder is told, a little after. */
+/** A mark is set a little after the event. */
 const NEAR_S = 2;
-/** What is saved begins so long before. */
+/** A saved recording starts this long before the event. */
 const LEAD_S = 30;
-/** As far as the recorder reaches at most. */
+/** Maximum reach of the recorder. */
 const MOST_S = 600;
 
 interface HappenedProps {
@@ -75,7 +75,7 @@ export function Happened({ of, recordings, state, onAsked }: HappenedProps) {
     problem.value = null;
     try {
       const before = Math.min(MOST_S, Math.max(1, Math.ceil(ago + LEAD_S)));
-      await ask("POST", "/recorder/recordings", {
+      await callApi("POST", "/recorder/recordings", {
         body: { reason: said.reason(instant(of.to)), before_s: before },
       });
       onAsked();

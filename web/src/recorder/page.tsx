@@ -1,8 +1,8 @@
-/** The Recorder page: how far it reaches back, a recording by hand, those that were written, and one that is open. */
+/** The Recorder page: state of the recorder, manual saving, the list of recordings, and an open recording. */
 
 import { useSignal } from "@preact/signals";
 import { useEffect, useMemo } from "preact/hooks";
-import { API, ask, problemOf } from "../api/client";
+import { API, callApi, problemOf } from "../api/client";
 import type { RecorderState, Recording } from "../api/lab-types";
 import { events } from "../bench/bench";
 import { markText } from "../bench/event-text";
@@ -35,7 +35,7 @@ const WRITTEN = new Set(["recording_written", "recordings_deleted", "recording_f
 const LOOK_MS = 2000;
 const CARRY_MS = 300_000;
 
-/** When something happened, where "Show what happened" led here; and the moment a recording opens at. */
+/** Times of the event that "Show what happened" leads from, and the moment at which a recording opens. */
 const from = wordInAddress("from");
 const to = wordInAddress("to");
 const at = wordInAddress("at");
@@ -53,14 +53,14 @@ export function RecorderPage({ hash }: { hash: string }) {
 }
 
 function Recordings() {
-  const state = useMemo(() => new Resource<RecorderState>(() => ask("GET", "/recorder")), []);
+  const state = useMemo(() => new Resource<RecorderState>(() => callApi("GET", "/recorder")), []);
   const playing = useSignal<string | null>(null);
   const dropping = useSignal<string | null>(null);
   const note = useSignal<string | null>(null);
   const round = connection.value;
-  // A recording is there once it is told: its file is packed for a while after the recorder has let go of it.
-  const told = events.value.find(one => WRITTEN.has(one.code))?.at;
-  const list = useResource(() => ask("GET", "/recorder/recordings"), told);
+  // The event reports a recording when its file is complete, some time after the recorder has finished it.
+  const written = events.value.find(one => WRITTEN.has(one.code))?.at;
+  const list = useResource(() => callApi("GET", "/recorder/recordings"), written);
   const load = () => void list.load();
   useEffect(() => state.watch(LOOK_MS).end, [round]);
   const found = list.value.value;
@@ -147,7 +147,7 @@ function Head({ state, onNote, onNew }: HeadProps) {
       const said = reason.peek().trim();
       await state.load(
         () =>
-          ask("POST", "/recorder/recordings", {
+          callApi("POST", "/recorder/recordings", {
             body: said === "" ? {} : { reason: said },
           }) as Promise<RecorderState>,
       );
@@ -166,7 +166,7 @@ function Head({ state, onNote, onNew }: HeadProps) {
     }
     busy.value = "carrying";
     try {
-      const made = await ask("PUT", "/recorder/recordings/{name}", {
+      const made = await callApi("PUT", "/recorder/recordings/{name}", {
         path: { name: file.name },
         file: { text: file, type: "application/zip" },
         timeout_ms: CARRY_MS,
@@ -306,7 +306,9 @@ function DropDialog({ name, onClose }: { name: string; onClose: (done: true | nu
       danger
       testid="drop-recording"
       actId="drop-recording-confirm"
-      act={() => ask("DELETE", "/recorder/recordings/{name}", { path: { name } }).then(() => true as const)}
+      act={() =>
+        callApi("DELETE", "/recorder/recordings/{name}", { path: { name } }).then(() => true as const)
+      }
       onClose={onClose}
     />
   );

@@ -1,6 +1,6 @@
-/** The confirmation before a recording is played: what is left for it, and that nothing can be sent. */
+/** The confirmation before playback: what is disconnected, and that nothing can be sent. */
 
-import { ask } from "../api/client";
+import { callApi } from "../api/client";
 import { bus } from "../bench/bench";
 import { channelOf } from "../bench/bus-now";
 import { go, pathOf } from "../bench/route";
@@ -22,7 +22,7 @@ export function PlayDialog({ name, onClose }: { name: string; onClose: () => voi
       actId="play-confirm"
       act={async () => {
         const body = { address: `recording:${name}` };
-        bus.value = await ask("PUT", "/bus", { body, timeout_ms: OPENING_MS });
+        bus.value = await callApi("PUT", "/bus", { body, timeout_ms: OPENING_MS });
         go(pathOf("servos", null));
       }}
       onClose={onClose}

@@ -1,4 +1,4 @@
-/** The shape a recording's reason has. */
+/** Glyphs of the reasons for a recording. */
 import type { ConditionKind } from "../bench/condition";
 
 export const GLYPHS: Readonly<Record<string, ConditionKind>> = {

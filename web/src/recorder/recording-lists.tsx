@@ -1,4 +1,4 @@
-/** The lists of an open recording: what was told, and what was written. */
+/** The lists of an open recording: events and writes. */
 import { useSignal } from "@preact/signals";
 import type { ComponentChildren } from "preact";
 import type { RecordingContent } from "../api/lab-types";
@@ -127,7 +127,7 @@ function More({ total, most }: { total: number; most: { value: number } }) {
   );
 }
 
-/** A line of the events of a recording, which may be of another version: an event, or what changed by its type. */
+/** Text of an event of a recording, which may be of another version: an event, or a change with a type. */
 function whatText(one: Readonly<Record<string, unknown>>): string {
   const { code, text, params, type } = one as Partial<BenchEvent> & { type?: string };
   if (code === undefined || text === undefined) return String(text ?? code ?? type ?? "");

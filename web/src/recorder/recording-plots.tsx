@@ -1,4 +1,4 @@
-/** The plots of an open recording: channels of a chosen servo over the time from the first mark. */
+/** The plots of an open recording: channels of the selected servo over time relative to the first mark. */
 import { effect, useSignal } from "@preact/signals";
 import { useEffect, useMemo, useRef } from "preact/hooks";
 import type { RecordingContent } from "../api/lab-types";
@@ -15,7 +15,7 @@ import { channelLabelOf, relative, rowOf } from "./recording-text";
 import { recorder as words } from "./words";
 
 const said = words.recording;
-/** Of this many channels a plot is drawn before anybody chooses. */
+/** Number of channels drawn by default. */
 const DRAWN = 4;
 
 interface ChannelsProps {
@@ -28,7 +28,7 @@ interface ChannelsProps {
 
 export function Channels({ content, line, uid, title, scrub }: ChannelsProps) {
   const panels = useMemo(() => panelsOf(content.telemetry, uid), [content, uid]);
-  // Of another servo the usual ones are drawn again; its 3D view stays as it is.
+  // For another servo the default channels are drawn again; its 3D view does not change.
   const picked = useSignal<{ uid: string; keys: ReadonlySet<string> } | null>(null);
   const chosen = picked.value?.uid === uid ? picked.value.keys : usualOf(panels);
   const toggle = (key: string) => {
@@ -36,7 +36,7 @@ export function Channels({ content, line, uid, title, scrub }: ChannelsProps) {
     if (!keys.delete(key)) keys.add(key);
     picked.value = { uid, keys };
   };
-  // Every row that was read meanwhile is a channel, too; after somebody looked at Parameters that is all of them.
+  // Every row that was read is a channel; after the Parameters page was open, that is all of them.
   const rest = panels.filter(panel => !isUsual(panel));
   const pick = (panel: RecordingPanel) => (
     <Tick
@@ -132,7 +132,7 @@ function ChannelPlot({ panel, content, line, title, scrub }: PlotProps) {
         samples: still(samples(panel.measured.t, panel.measured.v, line.zero)),
         colour: "ink",
         wraps: unit === "°",
-        // A row keeps what was written; what is measured moves between two samples.
+        // A written value holds until the next one; a measured value is interpolated.
         held: !panel.key.startsWith("current_"),
         name: panel.key === "current_angle" ? said.current : channelLabelOf(panel.key),
       });

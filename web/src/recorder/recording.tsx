@@ -1,8 +1,8 @@
-/** A recording that is open: what it is of, its marks on a time line; plots, events and writes below. No bus. */
+/** An open recording: facts, marks on a timeline, plots, events and writes. Needs no bus. */
 import { useSignal } from "@preact/signals";
 import type { ComponentChildren } from "preact";
 import { useEffect, useMemo } from "preact/hooks";
-import { API, ask } from "../api/client";
+import { API, callApi } from "../api/client";
 import type { RecordingContent } from "../api/lab-types";
 import { channelOf } from "../bench/bus-now";
 import { markText } from "../bench/event-text";
@@ -28,12 +28,12 @@ import { recorder as words } from "./words";
 const said = words.recording;
 const READ_MS = 120_000;
 
-/** A recording that is open; `at`, seconds since 1970 UTC, is where it is looked at first. */
+/** An open recording; `at`, seconds since 1970 UTC, is the initial moment. */
 export function RecordingView({ name, at }: { name: string; at: number | null }) {
   const content = useMemo(
     () =>
       new Resource(() =>
-        ask("GET", "/recorder/recordings/{name}/content", { path: { name }, timeout_ms: READ_MS }),
+        callApi("GET", "/recorder/recordings/{name}/content", { path: { name }, timeout_ms: READ_MS }),
       ),
     [name],
   );
@@ -157,7 +157,7 @@ function Warn({ line }: { line: string }) {
 
 const WIDTH = 1000;
 
-/** A ruled scale with the marks on it; events are small ticks above. */
+/** A scale with the marks on it; events are small ticks above. */
 function TimeLine({ line, content }: { line: RecordingTimeline; content: RecordingContent }) {
   const x = (at: number) => ((at - line.from) / (line.to - line.from)) * WIDTH;
   const percent = (at: number) => `${((at - line.from) / (line.to - line.from)) * 100}%`;

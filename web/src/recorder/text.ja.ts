@@ -1,5 +1,5 @@
 /** Japanese text of the recorder and its recordings; loaded with it. */
-import type { Said } from "../text/language";
+import type { Translated } from "../text/language";
 import type { words as english } from "./text.en";
 
 const S = "\u202f";
@@ -99,4 +99,4 @@ export const words = {
     kind: { restart: "再起動", opcode: "保存または消去" },
     loading: "記録を読み込み中",
   },
-} satisfies Said<typeof english>;
+} satisfies Translated<typeof english>;

@@ -1,8 +1,8 @@
-/** The audit: who did what to which servo and what came of it, newest first, with filters. */
+/** The audit: changes to servos with client and outcome, newest first, with filters. */
 import { useSignal } from "@preact/signals";
 import type { ComponentChildren } from "preact";
 import { useEffect } from "preact/hooks";
-import { API, ask } from "../api/client";
+import { API, callApi } from "../api/client";
 import type { AuditRow } from "../api/config-types";
 import { catalog } from "../bench/catalog";
 import { all, nameOf, servo } from "../bench/fleet";
@@ -26,7 +26,7 @@ const uid = wordInAddress("servo");
 const key = wordInAddress("parameter");
 const action = wordInAddress("action");
 
-/** The address of an audit with these filters; empty ones are left out. */
+/** The query of an audit with these filters; empty ones are left out. */
 export function queryOf(filters: Readonly<Record<string, string | null>>): string {
   const query = new URLSearchParams(
     Object.entries(filters).flatMap(([name, value]) => (value ? [[name, value]] : [])),
@@ -39,9 +39,9 @@ export function Audit() {
   const seen = useSignal<readonly string[]>([]);
   const filters = { uid: uid.value || null, key: key.value || null, action: action.value || null };
   const query = queryOf(filters);
-  const list = useResource(() => ask("GET", "/audit", { query: filters }), query);
+  const list = useResource(() => callApi("GET", "/audit", { query: filters }), query);
   const found = list.value.value;
-  // Actions are words of the server: those that were met can be asked for.
+  // Actions are codes of the server: those seen so far can be selected.
   useEffect(() => {
     const next = new Set([...seen.peek(), ...(found ?? []).map(one => one.action)]);
     if (next.size !== seen.peek().length) seen.value = [...next].sort();
@@ -50,7 +50,7 @@ export function Audit() {
     const last = found?.at(-1);
     if (!found || !last) return;
     void list.load(async () => {
-      const more = await ask("GET", "/audit", { query: { ...filters, before_id: last.id } });
+      const more = await callApi("GET", "/audit", { query: { ...filters, before_id: last.id } });
       return [...found, ...more];
     });
   };
@@ -181,7 +181,7 @@ const columns = (): readonly Column<AuditRow>[] => [
 function changeOf(one: AuditRow): ComponentChildren {
   const row = one.key ?? "";
   const show = (value: unknown) => valueText(row, value);
-  // What stands there is the number of a snapshot, not a value that was changed.
+  // The value is the number of a snapshot, not a changed value.
   const changed = !(row === "" && SNAPSHOT.has(one.action)) && (one.after != null || one.before != null);
   if (!changed) return one.requested != null && show(one.requested);
   return (

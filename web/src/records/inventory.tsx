@@ -1,4 +1,4 @@
-import { API, ask } from "../api/client";
+import { API, callApi } from "../api/client";
 import type { InventoryServo } from "../api/config-types";
 import { servo } from "../bench/fleet";
 import { NONE } from "../bench/format";
@@ -13,7 +13,7 @@ import { Scroll } from "../kit/scroll";
 import { text } from "../text";
 import { records as words } from "./words";
 
-/** What to call a servo, on the bus or not. */
+/** Display name of a servo, on the bus or not. */
 export function inventoryNameOf(one: InventoryServo): string {
   return one.label || one.serial || `${one.uid.slice(0, 8)}…`;
 }
@@ -80,7 +80,7 @@ const columns = (): readonly Column<InventoryServo>[] => [
 const order = wordInAddress("order");
 
 export function Inventory() {
-  const list = useResource(() => ask("GET", "/inventory"));
+  const list = useResource(() => callApi("GET", "/inventory"));
   const found = list.value.value;
   return (
     <Scroll label={words.inventory.title} testid="inventory">

@@ -1,4 +1,4 @@
-/** The Records page: its parts, and which of them is shown. */
+/** The Records page and its sections. */
 
 import { go, pathOf } from "../bench/route";
 import { Panel } from "../kit/panel";

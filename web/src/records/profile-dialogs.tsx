@@ -1,7 +1,7 @@
-/** The two ways a profile comes to be: taken from a servo, or imported from a file, line by line. */
+/** Dialogs that create a profile: from a servo, or from a file, entry by entry. */
 
 import { useSignal } from "@preact/signals";
-import { ask, problemOf } from "../api/client";
+import { callApi, problemOf } from "../api/client";
 import type { LineVerdict } from "../api/config-types";
 import { all, nameOf } from "../bench/fleet";
 import { noteText } from "../bench/note-text";
@@ -57,7 +57,7 @@ export function CreateDialog({ names, onClose }: Props) {
       testid="create-dialog"
       actId="create-confirm"
       act={async () => {
-        const kept = await ask("PUT", "/profiles/{name}", {
+        const kept = await callApi("PUT", "/profiles/{name}", {
           path: { name: name.peek().trim() },
           body: { from_uid: from.peek(), description: description.peek().trim() },
           timeout_ms: 30_000,
@@ -92,11 +92,11 @@ export function ImportDialog({ names, onClose }: Props) {
     if (chosen === null || type === null) return "";
     lines.value = [];
     try {
-      const answer = await ask("PUT", "/profiles/{name}/file", {
+      const imported = await callApi("PUT", "/profiles/{name}/file", {
         path: { name: name.peek().trim() },
         file: { text: await chosen.text(), type },
       });
-      return said.imported(answer.profile?.name ?? name.peek(), answer.lines.length);
+      return said.imported(imported.profile?.name ?? name.peek(), imported.lines.length);
     } catch (error) {
       const found = problemOf(error).facts.lines;
       if (Array.isArray(found)) lines.value = found as LineVerdict[];

@@ -1,7 +1,7 @@
-/** The profiles: what each sets, made from a servo or a file, given out as a file, applied to servos. */
+/** The profiles: their values, creation from a servo or a file, export, and applying them to servos. */
 
 import { useSignal } from "@preact/signals";
-import { API, ask } from "../api/client";
+import { API, callApi } from "../api/client";
 import type { Profile } from "../api/config-types";
 import { date } from "../bench/format";
 import { openChange } from "../change/flow";
@@ -23,16 +23,16 @@ const choosing = changing.profiles;
 type Open = { what: "create" | "import" } | { what: "remove"; one: Profile };
 
 export function Profiles() {
-  const list = useResource(() => ask("GET", "/profiles"));
+  const list = useResource(() => callApi("GET", "/profiles"));
   const unfolded = useSignal<string | null>(null);
   const open = useSignal<Open | null>(null);
   const note = useSignal<string | null>(null);
   const found = list.value.value;
   const names = found?.map(one => one.name) ?? [];
-  const close = (told: string | null) => {
+  const close = (line: string | null) => {
     open.value = null;
-    if (told === null) return;
-    note.value = told;
+    if (line === null) return;
+    note.value = line;
     void list.load();
   };
   const present = open.value;
@@ -126,7 +126,7 @@ function RemoveDialog({ one, onClose }: { one: Profile; onClose: (note: string |
       verb={said.removeConfirm}
       danger
       actId="remove-confirm"
-      act={() => ask("DELETE", "/profiles/{name}", { path: { name: one.name } }).then(() => "")}
+      act={() => callApi("DELETE", "/profiles/{name}", { path: { name: one.name } }).then(() => "")}
       onClose={onClose}
     >
       <p>{said.removeText}</p>

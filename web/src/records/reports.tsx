@@ -1,7 +1,7 @@
-/** The reports: what jobs did, newest first, as files or to print. */
+/** The reports: results of jobs, newest first, for download or printing. */
 
 import { useSignal } from "@preact/signals";
-import { ask } from "../api/client";
+import { callApi } from "../api/client";
 import type { Job } from "../api/types";
 import { openCommissioning } from "../bench/commission-open";
 import type { ConditionKind } from "../bench/condition";
@@ -34,12 +34,12 @@ export function Reports() {
   const wiggles = useSignal(false);
   const open = useSignal<string | null>(null);
   const list = useResource(async () => {
-    for (const job of await ask("GET", "/jobs")) setJob(job);
+    for (const job of await callApi("GET", "/jobs")) setJob(job);
     return true;
   });
-  // Those that came since, too: the socket tells each.
-  const told = [...jobs.value.values()].sort((a, b) => b.created_at - a.created_at);
-  const found = list.value.value === null ? null : told;
+  // Includes jobs that started since; the socket reports them.
+  const known = [...jobs.value.values()].sort((a, b) => b.created_at - a.created_at);
+  const found = list.value.value === null ? null : known;
   const shown = found?.filter(job => wiggles.value || job.kind !== "identify") ?? [];
   return (
     <Scroll label={words.reportsTab} testid="reports">

@@ -12,8 +12,8 @@ afterEach(() => {
 
 test("one that is taken by hand is stored under the server's code, and told of in Japanese", async () => {
   vi.resetModules();
-  const { speak, wordsLoaded } = await import("../text/language");
-  speak("ja", (await import("../text/ja")).text);
+  const { setLanguage, wordsLoaded } = await import("../text/language");
+  setLanguage("ja", (await import("../text/ja")).text);
   const { replaceAll } = await import("../bench/fleet");
   const { link } = await import("../bench/link");
   const { Snapshots } = await import("./snapshots");

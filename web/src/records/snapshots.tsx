@@ -1,8 +1,8 @@
-/** The snapshots of a servo: what it held, compared with anything, and restored. */
+/** The snapshots of a servo: their values, comparison, and restoring. */
 
 import { useSignal } from "@preact/signals";
 import { useEffect } from "preact/hooks";
-import { ask, problemOf } from "../api/client";
+import { callApi, problemOf } from "../api/client";
 import type { InventoryServo, Snapshot } from "../api/config-types";
 import { problemText } from "../bench/facts";
 import { loaded, servo } from "../bench/fleet";
@@ -28,8 +28,8 @@ import { records as words } from "./words";
 const said = words.snapshots;
 
 export function Snapshots({ uid }: { uid: string }) {
-  const list = useResource(() => ask("GET", "/servos/{uid}/snapshots", { path: { uid } }));
-  const whole = useResource(() => ask("GET", "/inventory"));
+  const list = useResource(() => callApi("GET", "/servos/{uid}/snapshots", { path: { uid } }));
+  const whole = useResource(() => callApi("GET", "/inventory"));
   const chosen = useSignal<number | null>(null);
   const note = useSignal<string | null>(null);
   const refused = useSignal<string | null>(null);
@@ -37,15 +37,15 @@ export function Snapshots({ uid }: { uid: string }) {
   const one = whole.value.value?.find(each => each.uid === uid);
   const name = one ? inventoryNameOf(one) : `${uid.slice(0, 8)}…`;
   const found = list.value.value;
-  // The inventory was read once; who is on the bus is told as it changes.
+  // The inventory was read once; which servos are on the bus is updated continuously.
   const online = servo(uid)?.online === true;
-  // Whether it is on the bus says what a snapshot is compared with first.
+  // What a snapshot is first compared with depends on whether the servo is on the bus.
   const picked =
     one === undefined || !loaded.value ? null : (found?.find(each => each.id === chosen.value) ?? null);
   const take = async () => {
     refused.value = null;
     try {
-      const made = await ask("POST", "/servos/{uid}/snapshots", {
+      const made = await callApi("POST", "/servos/{uid}/snapshots", {
         path: { uid },
         body: {},
         timeout_ms: 30_000,
@@ -147,17 +147,19 @@ function Compare({ one, name, online, others, snapshots, onBack, onWritten }: Co
   const side = useSignal(online ? `servo:${one.uid}` : `rom:${one.uid}`);
   const found = useResource(
     () =>
-      ask("GET", "/compare", { query: { left: `snapshot:${one.id}`, right: side.value, identity: true } }),
+      callApi("GET", "/compare", {
+        query: { left: `snapshot:${one.id}`, right: side.value, identity: true },
+      }),
     null,
     side.value,
   );
-  const profiles = useResource(() => ask("GET", "/profiles"));
+  const profiles = useResource(() => callApi("GET", "/profiles"));
   const ticked = useSignal<ReadonlySet<string>>(new Set());
   const dropping = useSignal(false);
   const note = useSignal<string | null>(null);
   const refused = useSignal<string | null>(null);
   const rows = found.value.value?.differences ?? [];
-  // What the snapshot does not hold cannot be restored from it.
+  // Only values that the snapshot contains can be restored.
   const able = rows.filter(row => row.left_has && row.left !== null).map(row => row.key);
   const usual = rows.filter(row => able.includes(row.key) && !row.identity).map(row => row.key);
   useEffect(() => {
@@ -165,14 +167,14 @@ function Compare({ one, name, online, others, snapshots, onBack, onWritten }: Co
   }, [found.value.value]);
   const restore = async (keys: readonly string[] | null) => {
     refused.value = null;
-    const told = (turns: readonly Turn[]) => {
+    const onEnd = (turns: readonly Turn[]) => {
       const [turn] = turns;
       if (turn === undefined || turn.fault === "rolled_back" || turn.fault === "not_written") return;
       note.value = words.write.done(turn.count, name, turn.saved);
       void found.load();
       onWritten(note.value);
     };
-    const why = await beginChange(snapshotChange(one.uid, one.id, keys, told));
+    const why = await beginChange(snapshotChange(one.uid, one.id, keys, onEnd));
     if (why !== null) refused.value = words.write.refused(why);
   };
   const model = one.model === null ? [] : [`default:${one.model}${one.firmware ? `@${one.firmware}` : ""}`];
@@ -308,7 +310,7 @@ function Compare({ one, name, online, others, snapshots, onBack, onWritten }: Co
           verb={said.dropConfirm}
           danger
           act={() =>
-            ask("DELETE", "/servos/{uid}/snapshots/{snapshot_id}", {
+            callApi("DELETE", "/servos/{uid}/snapshots/{snapshot_id}", {
               path: { uid: one.uid, snapshot_id: one.id },
             }).then(() => true)
           }

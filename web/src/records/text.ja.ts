@@ -1,5 +1,5 @@
 /** Japanese text of the Records page; loaded with it. */
-import type { Said } from "../text/language";
+import type { Translated } from "../text/language";
 import type { words as english } from "./text.en";
 
 const values = (n: number) => `${n}項目`;
@@ -163,4 +163,4 @@ export const words = {
     changed: (before, after) => `${before} → ${after}`,
     requested: value => `要求 ${value}`,
   },
-} satisfies Said<typeof english>;
+} satisfies Translated<typeof english>;

@@ -1,15 +1,15 @@
-/** A request of this page as a command for a shell. */
+/** A request of this page as a shell command. */
 import type { Sent } from "../api/sent";
 
-/** A word for a POSIX shell. */
+/** A quoted word for a POSIX shell. */
 export function quoted(word: string): string {
   return /^[\w@%+=:,./-]+$/.test(word) ? word : `'${word.replaceAll("'", "'\\''")}'`;
 }
 
-/** What no command may carry: it would let whoever reads it act as this page. */
+/** Headers that a copied command must not contain: a reader could act as this page. */
 const SECRET = new Set(["authorization", "cookie"]);
 
-/** The request as a curl command. The token is a variable of the shell, and so is the id of a lease of this page. */
+/** The request as a curl command. The token and the ID of a lease of this page are shell variables. */
 export function asCurl(sent: Sent, origin: string): string {
   const parts = ["curl -sS"];
   if (sent.verb !== "GET") parts.push(`-X ${sent.verb}`);
@@ -30,7 +30,7 @@ export function asCurl(sent: Sent, origin: string): string {
   return parts.join(" \\\n  ");
 }
 
-/** A lease of this page is nobody else's. */
+/** Removes a lease of this page from a body. */
 export function withoutLease(body: unknown): unknown {
   if (typeof body !== "object" || body === null || Array.isArray(body)) return body;
   return Object.fromEntries(Object.entries(body).filter(([key]) => key !== "lease" && key !== "lease_id"));

@@ -1,4 +1,4 @@
-/** The examples of the API page: the same four things in curl and in Python, with this server's address. */
+/** The examples of the API page: the same four requests in curl and in Python, with this server's address. */
 
 export interface Example {
   key: "list" | "read" | "write" | "stop";
@@ -8,7 +8,7 @@ export interface Example {
 
 const TOKEN = '-H "Authorization: Bearer $HORNBILL_TOKEN"';
 
-/** What both need once, before the first example. */
+/** Setup for both, before the first example. */
 export function beginning(origin: string): { curl: string; python: string } {
   return {
     curl: `export HORNBILL_URL=${origin}`,
@@ -16,7 +16,7 @@ export function beginning(origin: string): { curl: string; python: string } {
   };
 }
 
-/** The examples, with the unique id of a servo that is there. */
+/** The examples, with the unique ID of a known servo. */
 export function examples(uid: string): Example[] {
   const row = `/servos/${uid}/parameters/angle_limit_cw`;
   const curl = (rest: string) => `curl -sS ${rest} \\\n  ${TOKEN}`;

@@ -1,4 +1,4 @@
-/** The API page: what a rig needs at first sight, the last requests as commands, and examples. */
+/** The API page: addresses, recent requests as commands, and examples. */
 import { useSignal } from "@preact/signals";
 import type { ComponentChildren } from "preact";
 import { API } from "../api/client";
@@ -109,7 +109,7 @@ function Fact({ name, value, hint, link }: { name: string; value: string; hint?:
   );
 }
 
-/** What stands in the examples where no servo is known yet. */
+/** Placeholder in the examples while no servo is known. */
 const ANY = "<uid>";
 
 function Examples() {
@@ -152,8 +152,8 @@ function Code({ title, code }: { title: string; code: string }) {
         <span class="grow">{title}</span>
         <Copy what={code} words={words.first} label={words.first.copyOf(title)} />
       </div>
-      {/* Scrolls by itself: reached with Tab, moved with the arrow keys. */}
-      {/* biome-ignore lint/a11y/noNoninteractiveTabindex: a part that scrolls must be reachable */}
+      {/* Scrolls separately: reached with Tab, scrolled with the arrow keys. */}
+      {/* biome-ignore lint/a11y/noNoninteractiveTabindex: a scrollable region must be reachable */}
       <pre class="mono" tabIndex={0} role="region" aria-label={title}>
         {code}
       </pre>

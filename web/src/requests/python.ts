@@ -1,9 +1,9 @@
-/** A request of this page as a Python program that uses hornbill.client, whole, to be run as it stands. */
+/** A request of this page as a complete Python program that uses hornbill.client. */
 import { API } from "../api/client";
 import type { Sent } from "../api/sent";
 import { withoutLease } from "./curl";
 
-/** A value of JSON as Python writes it. */
+/** A JSON value as a Python literal. */
 export function literal(value: unknown): string {
   if (value === null || value === undefined) return "None";
   if (typeof value === "boolean") return value ? "True" : "False";
@@ -14,7 +14,7 @@ export function literal(value: unknown): string {
     .join(", ")}}`;
 }
 
-/** A call, with what was given beyond what must be. */
+/** A call with its required arguments and the given optional ones. */
 function call(name: string, must: readonly unknown[], given: Readonly<Record<string, unknown>> = {}): string {
   const named = Object.entries(given).filter(([, one]) => one !== undefined && one !== false && !empty(one));
   return `${name}(${[...must.map(literal), ...named.map(([key, one]) => `${key}=${literal(one)}`)].join(", ")})`;
@@ -26,12 +26,12 @@ type Body = Readonly<Record<string, unknown>>;
 
 interface Step {
   lines: readonly string[];
-  /** It moves something: it stands in a block that has motion control. */
+  /** Needs motion control: placed in a lease block. */
   leased?: boolean;
   imports?: readonly string[];
 }
 
-/** What the client has a method for, by verb and path below the servo. */
+/** Requests with a client method of their own, by verb and path below the servo. */
 function onServo(verb: string, rest: string, body: Body, leased: boolean): Step | null {
   const { confirm } = body;
   const one = /^parameters\/(\w+)$/.exec(rest);
@@ -64,7 +64,7 @@ function onServo(verb: string, rest: string, body: Body, leased: boolean): Step 
   }
 }
 
-/** With the end of the block torque goes off: a program that did nothing more would not be seen to do anything. */
+/** Torque goes off at the end of the block: without a pause nothing would be visible. */
 const HERE = "time.sleep(2)  # motion control ends with this block, and torque goes off";
 
 function commanded(body: Body): Step {
@@ -79,7 +79,7 @@ function commanded(body: Body): Step {
   };
 }
 
-/** Anything else, by its path: the client asks it all the same. */
+/** Any other request, by its path. */
 function byPath(sent: Sent, path: string, query: URLSearchParams, body: unknown, leased: boolean): Step {
   const named = [...query].filter(([key]) => /^[a-z_]+$/.test(key));
   const file = sent.file;
@@ -122,7 +122,7 @@ function stop(body: Body, query: URLSearchParams): string {
   return call("rig.stop", mode === "off" ? [] : [mode], { reason: body.reason });
 }
 
-/** The request as a program. The token comes from HORNBILL_TOKEN by itself; motion control is the program's own. */
+/** The request as a program. The client reads the token from HORNBILL_TOKEN; the program has its own lease. */
 export function asPython(sent: Sent, origin: string): string {
   const { step, uid } = stepOf(sent);
   const lines = [...(uid === null ? [] : [`servo = rig.find(uid="${uid}")`])];

@@ -1,4 +1,4 @@
-/** What this page did last, on the API page: each request, what came of it, and how to send it from a shell. */
+/** Recent requests on the API page: each request, its result, and how to send it from a shell. */
 import { useSignal } from "@preact/signals";
 import { ROOT } from "../api/root";
 import { lastSent, type Sent } from "../api/sent";

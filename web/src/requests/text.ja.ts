@@ -1,5 +1,5 @@
 /** Japanese text of the API page; loaded with it. */
-import type { Said } from "../text/language";
+import type { Translated } from "../text/language";
 import type { words as english } from "./text.en";
 
 export const words = {
@@ -54,4 +54,4 @@ export const words = {
     stop: "全サーボを停止（動作権は不要）",
     token: "トークンはHORNBILL_TOKENから読み込みます。サーバがトークンを使わない場合、その行は不要です。",
   },
-} satisfies Said<typeof english>;
+} satisfies Translated<typeof english>;

@@ -1,4 +1,4 @@
-/** What the trigger does to the picture: armed, fired, held. */
+/** Effect of the trigger on the picture: armed, fired, held. */
 import { monotonic } from "../bench/clock";
 import type { Drawn } from "../plots/channels";
 import type { TimeSpan } from "../plots/span";
@@ -6,11 +6,11 @@ import { telemetry } from "../telemetry/store";
 import { acquisition, mode, rule, source } from "./state";
 import { crossing, step, windowOf } from "./trigger";
 
-/** A channel as it is drawn, with its letter. */
+/** A channel as drawn, with its letter. */
 export type ScopeCurve = Drawn & { letter: string };
 
-/** One look at the trigger: what it was waiting for may have happened. */
-export function lookForTrigger(span: TimeSpan): void {
+/** Check the trigger condition once. */
+export function checkTrigger(span: TimeSpan): void {
   const [uid, channel] = source.peek()?.split("/") ?? [];
   const at = telemetry.serverTime(monotonic());
   if (!uid || !channel || Number.isNaN(at)) return;
@@ -24,7 +24,7 @@ export function lookForTrigger(span: TimeSpan): void {
   if (next.state === "triggered") hold(span, next.at);
 }
 
-/** Shows a shot; cursors stay where they were from its instant. */
+/** Show a capture; cursors keep their distance from its instant. */
 function hold(span: TimeSpan, at: number): void {
   const before = span.still.peek()?.zero;
   const move = (one: number | null) => (one === null || before === undefined ? null : one + at - before);

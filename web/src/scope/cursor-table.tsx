@@ -1,4 +1,4 @@
-/** The cursors in figures: values, difference, and what each curve does between them. */
+/** Table of the cursors: values, differences, and statistics of each curve between them. */
 import { number, signed } from "../bench/format";
 import { type Column, DataTable } from "../kit/data-table";
 import { timeText } from "../plots/lanes";
@@ -68,7 +68,7 @@ export function CursorTable({ span, curves }: { span: TimeSpan; curves: readonly
   );
 }
 
-/** What a curve is at the cursors, and what it does between them. */
+/** Values of a curve at the cursors, and statistics between them. */
 function figuresOf(curve: ScopeCurve, a: number | null, b: number | null) {
   const samples = telemetry.ring(curve.uid, curve.channel).all();
   const [one, other] = [a, b].map(at => (at === null ? null : valueAtTime(samples, at)));

@@ -9,7 +9,7 @@ export interface ScopeChannel {
 
 export interface Layout {
   channels: readonly ScopeChannel[];
-  /** Which channel fires, "uid/channel"; null: follows without a trigger. */
+  /** Trigger channel, "uid/channel"; null without a trigger. */
   source: string | null;
   rule: TriggerRule;
   seconds: number;
@@ -27,14 +27,14 @@ export const USUAL_RULE: TriggerRule = { level: 0, edge: "rising", before: 0.25,
 export const idOf = (one: ScopeChannel) => `${one.uid}/${one.channel}`;
 export const letterOf = (place: number) => String.fromCharCode(65 + place);
 
-/** Channels as an address says them: "UID:current_angle,command_angle;UID:…". */
+/** Channels as in an address: "UID:current_angle,command_angle;UID:…". */
 export function writeChannels(channels: readonly ScopeChannel[]): string {
   const of = new Map<string, string[]>();
   for (const one of channels) of.set(one.uid, [...(of.get(one.uid) ?? []), one.channel]);
   return [...of].map(([uid, keys]) => `${uid}:${keys.join(",")}`).join(";");
 }
 
-/** What cannot be read is left out, as is what comes twice. */
+/** Invalid and repeated entries are left out. */
 export function readChannels(text: string): ScopeChannel[] {
   const found = new Map<string, ScopeChannel>();
   for (const part of text.split(";")) {
@@ -47,7 +47,7 @@ export function readChannels(text: string): ScopeChannel[] {
   return [...found.values()].slice(0, MOST_CHANNELS);
 }
 
-/** Layouts out of storage: whatever is not one is left out. */
+/** Layouts read from storage; invalid ones are left out. */
 export function readLayouts(stored: unknown): NamedLayout[] {
   if (!Array.isArray(stored)) return [];
   return stored.flatMap(one => {

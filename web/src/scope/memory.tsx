@@ -1,4 +1,4 @@
-/** The memory strip: the last ten minutes of the first curve, and the part of them that is shown. */
+/** The memory strip: the last ten minutes of the first curve, and the part shown. */
 import { useEffect, useRef } from "preact/hooks";
 import { monotonic } from "../bench/clock";
 import { Plot, roomy } from "../plots/plot";

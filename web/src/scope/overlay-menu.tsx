@@ -1,7 +1,7 @@
-/** The menu of what can be laid over the scope: a file, or one of the last runs of the servos shown. */
+/** The overlay menu: a file, or one of the last runs of the servos shown. */
 import { useSignal } from "@preact/signals";
 import { useEffect, useRef } from "preact/hooks";
-import { ask, problemOf } from "../api/client";
+import { callApi, problemOf } from "../api/client";
 import type { StepRun } from "../api/lab-types";
 import { problemText } from "../bench/facts";
 import { nameOf, servo } from "../bench/fleet";
@@ -11,15 +11,15 @@ import { instant } from "../kit/loaded";
 import { Menu } from "../kit/menu";
 import { fromCsv } from "../telemetry/csv";
 import type { ScopeChannel } from "./layout";
-import { type LaidOver, overlayOfRun } from "./overlay";
+import { type Overlay, overlayOfRun } from "./overlay";
 import { scope as words } from "./words";
 
-/** So many runs of a servo are offered. */
+/** Number of runs offered per servo. */
 const OFFERED = 5;
 
 interface Props {
   channels: readonly ScopeChannel[];
-  onOverlay: (one: LaidOver) => void;
+  onOverlay: (one: Overlay) => void;
   onProblem: (why: string | null) => void;
 }
 
@@ -30,7 +30,7 @@ export function OverlayMenu({ channels, onOverlay, onProblem }: Props) {
   const round = connection.value;
   useEffect(() => {
     if (round === 0) return;
-    const all = uids.map(uid => ask("GET", "/runs", { query: { uid, limit: OFFERED } }));
+    const all = uids.map(uid => callApi("GET", "/runs", { query: { uid, limit: OFFERED } }));
     Promise.all(all).then(
       found => {
         runs.value = found.flat().sort((a, b) => b.at - a.at);
@@ -47,7 +47,7 @@ export function OverlayMenu({ channels, onOverlay, onProblem }: Props) {
   const layRun = async (run: StepRun) => {
     onProblem(null);
     try {
-      const whole = await ask("GET", "/runs/{run_id}", { path: { run_id: run.id } });
+      const whole = await callApi("GET", "/runs/{run_id}", { path: { run_id: run.id } });
       const laid = overlayOfRun(whole, words.run(instant(run.at)), nameOf(servo(run.uid)));
       if (laid) onOverlay(laid);
     } catch (error) {

@@ -1,4 +1,4 @@
-/** What is laid over the scope: a recording from its first sample on, or the step of a run, where the trigger is if one fired. */
+/** Scope overlays: a recording from its first sample, or the step of a run, aligned with the trigger if one fired. */
 
 import type { StepRun } from "../api/lab-types";
 import type { Drawn } from "../plots/channels";
@@ -7,15 +7,15 @@ import type { Samples } from "../plots/trace";
 import type { Recorded } from "../telemetry/csv";
 import { idOf } from "./layout";
 
-export interface LaidOver {
+export interface Overlay {
   name: string;
   content: Pick<Recorded, "columns">;
-  /** Its time 0 stands at the instant of a trigger. */
+  /** Its time 0 is aligned with the trigger. */
   atTrigger?: boolean;
 }
 
-/** The first step of a run of a servo, by its name, with its command: time 0 is the command. */
-export function overlayOfRun(run: StepRun, name: string, servo: string): LaidOver | null {
+/** The first step of a run with its command, by servo name; time 0 is the command. */
+export function overlayOfRun(run: StepRun, name: string, servo: string): Overlay | null {
   const [step] = run.steps;
   const last = step?.t.at(-1);
   if (!step || last === undefined) return null;
@@ -40,8 +40,8 @@ export function overlayOfRun(run: StepRun, name: string, servo: string): LaidOve
   };
 }
 
-/** The column of a file that is a curve's channel, drawn faintly in its colour; null without one. */
-export function overlayCurve(one: LaidOver, curve: Drawn, span: TimeSpan): Drawn | null {
+/** The column of a file for a curve's channel, drawn faintly in its colour; null without one. */
+export function overlayCurve(one: Overlay, curve: Drawn, span: TimeSpan): Drawn | null {
   const { name, channel } = curve;
   const { columns } = one.content;
   const column =

@@ -1,4 +1,4 @@
-/** The scope: any channels of any servos over one time, with trigger, cursors, spectrum and ten minutes of memory. */
+/** The scope: channels of any servos on one time axis, with trigger, cursors, spectrum and ten minutes of memory. */
 import { useSignal } from "@preact/signals";
 import { useEffect, useMemo, useRef } from "preact/hooks";
 import type { TelemetryGrant } from "../api/types";
@@ -28,9 +28,9 @@ import "../plots/plots.css";
 import { idOf, letterOf, SCOPE_WINDOWS } from "./layout";
 import { MemoryStrip } from "./memory";
 import "./scope.css";
-import { arm, lookForTrigger, reset, type ScopeCurve } from "./acquire";
+import { arm, checkTrigger, reset, type ScopeCurve } from "./acquire";
 import { CursorTable } from "./cursor-table";
-import { type LaidOver, overlayCurve } from "./overlay";
+import { type Overlay, overlayCurve } from "./overlay";
 import { OverlayMenu } from "./overlay-menu";
 import { ScopeSide } from "./side";
 import { SpectrumPanel } from "./spectrum-panel";
@@ -38,14 +38,14 @@ import { acquisition, channels, hidden, mode, rule, source } from "./state";
 import { MODES, type Mode } from "./trigger";
 
 const RATE_HZ = 50;
-const LOOK_HZ = 10;
+const CHECK_HZ = 10;
 const MEMORY_S = 600;
 
 export function ScopePage() {
   const span = useMemo(() => new TimeSpan(() => telemetry.serverTime(monotonic())), []);
   const box = useRef<HTMLDivElement>(null);
   const plots = useRef<(Plot | null)[]>([]);
-  const overlays = useSignal<readonly LaidOver[]>([]);
+  const overlays = useSignal<readonly Overlay[]>([]);
   const problem = useSignal<string | null>(null);
   const chosen = channels.value;
   const wanted = chosen.map(idOf).join(" ");
@@ -76,7 +76,7 @@ export function ScopePage() {
   );
   useEffect(() => watchMarks(), []);
   const [first] = uids.value;
-  // Something to look at for who comes without a wish.
+  // Default channels for an address that names none.
   useEffect(() => {
     if (first === undefined || channels.peek().length > 0) return;
     channels.value = ["current_angle", "command_angle"].map(channel => ({ uid: first, channel }));
@@ -88,7 +88,7 @@ export function ScopePage() {
     }
   }, [wanted]);
   useEffect(
-    () => (box.current ? everyFrame(box.current, LOOK_HZ, () => lookForTrigger(span)) : undefined),
+    () => (box.current ? everyFrame(box.current, CHECK_HZ, () => checkTrigger(span)) : undefined),
     [span],
   );
   useEffect(() => keysOf(span, box), [span]);
@@ -190,7 +190,7 @@ export function ScopePage() {
   );
 }
 
-/** The chosen channels as curves: a command in the colour of what follows it. */
+/** The selected channels as curves: a command has the colour of the channel that follows it. */
 function useCurves(): (ScopeCurve & { label: string })[] {
   const rows = catalog.value?.rows;
   const known = useMemo(

@@ -1,4 +1,4 @@
-/** The side of the scope: channels, trigger, what the cursors say, overlays, layouts. */
+/** The side panel of the scope: channels, trigger, cursor table, overlays, layouts. */
 import { type Signal, useSignal } from "@preact/signals";
 import type { ComponentChildren } from "preact";
 import type { TelemetryGrant } from "../api/types";
@@ -13,7 +13,7 @@ import type { TimeSpan } from "../plots/span";
 import { arm, type ScopeCurve } from "./acquire";
 import { Letter } from "./cursor-table";
 import { idOf, MOST_CHANNELS } from "./layout";
-import type { LaidOver } from "./overlay";
+import type { Overlay } from "./overlay";
 import {
   acquisition,
   applyLayout,
@@ -32,7 +32,7 @@ interface Props {
   span: TimeSpan;
   curves: readonly (ScopeCurve & { label: string })[];
   grants: ReadonlyMap<string, TelemetryGrant>;
-  overlays: Signal<readonly LaidOver[]>;
+  overlays: Signal<readonly Overlay[]>;
   asked: number;
   windowed: number;
   children: ComponentChildren;

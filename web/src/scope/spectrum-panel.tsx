@@ -1,4 +1,4 @@
-/** The spectrum between the cursors: amplitude over frequency, the highest peak of each curve named. */
+/** The spectrum between the cursors: amplitude over frequency, with the highest peak of each curve. */
 import { useEffect, useMemo, useRef } from "preact/hooks";
 import { number, withUnit } from "../bench/format";
 import { Plot, roomy } from "../plots/plot";
@@ -14,7 +14,7 @@ export function SpectrumPanel({ span, curves }: { span: TimeSpan; curves: readon
   const unit = curves[0]?.unit ?? "";
   const found = useMemo(() => {
     if (a === null || b === null) return [];
-    // One axis: the curves of the first lane that are measured.
+    // One axis: the measured curves of the first lane.
     return curves
       .filter(one => one.unit === unit && !one.dashed)
       .flatMap(curve => {

@@ -1,12 +1,12 @@
-/** The amplitude spectrum of a curve between two times: even samples, mean removed, Hann window, FFT. */
+/** Amplitude spectrum of a curve between two times: even samples, mean removed, Hann window, FFT. */
 import { NEVER_GAP_S } from "../plots/series";
 import { firstAt, type Samples } from "../plots/trace";
 
 export interface Spectrum {
-  /** Hz, and the amplitude of a sine there in the unit of the curve. */
+  /** Frequency, Hz, and amplitude of a sine in the unit of the curve. */
   t: Float64Array;
   v: Float64Array;
-  /** One over the time looked at, Hz. */
+  /** Resolution, Hz: one over the duration. */
   resolution: number;
 }
 
@@ -17,12 +17,12 @@ export interface Peak {
 
 const LEAST_SAMPLES = 16;
 const MOST_SAMPLES = 65_536;
-/** Zeros behind the samples: finer steps to draw and to find a peak in, no finer resolution. */
+/** Zero padding: finer steps for drawing and peak search, not a finer resolution. */
 const PADDED = 4;
-/** The mean's own lobe reaches so many steps of the resolution. */
+/** Width of the lobe of the mean, in steps of the resolution. */
 const NEAR_ZERO = 2;
 
-/** Null where there are too few samples, or a gap among them, to say anything. */
+/** Null with too few samples or with a gap. */
 export function spectrumOf(one: Samples, from: number, to: number): Spectrum | null {
   const low = Math.max(Math.min(from, to), one.t[0] ?? 0);
   const high = Math.min(Math.max(from, to), one.t.at(-1) ?? 0);
@@ -48,13 +48,13 @@ export function spectrumOf(one: Samples, from: number, to: number): Spectrum | n
   const v = new Float64Array(half);
   for (let i = 0; i < half; i++) {
     t[i] = i / (size * step);
-    // The window halves the sum, and a sine is in two lines: of its frequency and of the negative one.
+    // The window halves the sum, and a sine appears at its frequency and at the negative one.
     v[i] = (4 / count) * Math.hypot(re[i] ?? 0, im[i] ?? 0);
   }
   return { t, v, resolution: 1 / (count * step) };
 }
 
-/** The highest peak above the mean's own lobe; null where nothing stands out. */
+/** The highest peak above the lobe of the mean; null without one. */
 export function highestPeak(one: Spectrum): Peak | null {
   let best = -1;
   for (let i = 1; i + 1 < one.v.length; i++) {
@@ -68,7 +68,7 @@ export function highestPeak(one: Spectrum): Peak | null {
   return { hz: (best + off) * (one.t[1] ?? 0), amplitude: b - ((a - c) * off) / 4 };
 }
 
-/** Values at even times, in straight lines between samples; null across a gap. */
+/** Values at even times, interpolated linearly; null across a gap. */
 function evenly(one: Samples, from: number, step: number, count: number): Float64Array | null {
   const out = new Float64Array(count);
   let i = Math.max(1, firstAt(one.t, from));
@@ -83,7 +83,7 @@ function evenly(one: Samples, from: number, step: number, count: number): Float6
   return out;
 }
 
-/** In place, of a length that is a power of two. */
+/** In-place FFT; the length is a power of two. */
 export function fft(re: Float64Array, im: Float64Array): void {
   const n = re.length;
   for (let i = 1, j = 0; i < n; i++) {

@@ -1,4 +1,4 @@
-/** What the scope shows and how it is triggered: channels in the address, layouts in this browser. */
+/** Channels and trigger of the scope (in the address) and layouts (in this browser). */
 import { signal } from "@preact/signals";
 import { inAddress } from "../bench/route";
 import {
@@ -37,7 +37,7 @@ function keep(next: readonly NamedLayout[]): void {
   try {
     localStorage.setItem(KEY, JSON.stringify(next));
   } catch {
-    // Not kept then; the layouts stand until the page is loaded again.
+    // Storage is not available; the layouts last until the page is reloaded.
   }
 }
 

@@ -1,4 +1,4 @@
-/** What a curve does between two cursors. */
+/** Statistics of a curve between two cursors. */
 import { isGap } from "../plots/series";
 import { firstAt, type Samples } from "../plots/trace";
 
@@ -8,11 +8,11 @@ export interface Statistics {
   /** Standard deviation of the samples. */
   sd: number;
   peakToPeak: number;
-  /** Samples that should have come at the usual interval and did not. */
+  /** Samples missing at the usual interval. */
   missing: number;
 }
 
-/** Of the samples between two times, in either order, both included; null without any. */
+/** Statistics of the samples between two times, in either order, inclusive; null without any. */
 export function statisticsOf(one: Samples, from: number, to: number): Statistics | null {
   const [low, high] = from <= to ? [from, to] : [to, from];
   let count = 0;
@@ -31,7 +31,7 @@ export function statisticsOf(one: Samples, from: number, to: number): Statistics
       missing++;
       continue;
     }
-    // Welford: exact for small spreads far from zero.
+    // Welford's algorithm: accurate for small spreads far from zero.
     count++;
     const off = value - mean;
     mean += off / count;
@@ -44,7 +44,7 @@ export function statisticsOf(one: Samples, from: number, to: number): Statistics
   return { count, mean, sd, peakToPeak: most - least, missing };
 }
 
-/** The usual time between two samples: the median; NaN with fewer than two. */
+/** The usual interval between two samples: the median; NaN with fewer than two. */
 function intervalOf(one: Samples, from: number, to: number): number {
   const apart: number[] = [];
   for (let i = firstAt(one.t, from) + 1; i < one.t.length && (one.t[i] ?? 0) <= to; i++) {

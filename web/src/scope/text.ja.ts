@@ -1,5 +1,5 @@
 /** Japanese text of the scope. */
-import type { Said } from "../text/language";
+import type { Translated } from "../text/language";
 import type { words as english } from "./text.en";
 
 export const words = {
@@ -70,4 +70,4 @@ export const words = {
   layoutRemove: name => `レイアウト${name}を削除`,
   layoutsHint: "このブラウザに保存します。チャンネル、トリガ、表示時間のみで、データは含みません。",
   fileOf: "スコープ",
-} satisfies Said<typeof english>;
+} satisfies Translated<typeof english>;

@@ -1,4 +1,4 @@
-/** The trigger: where a curve crosses a level, and what the scope does then. */
+/** The trigger: where a curve crosses a level, and the resulting states of the scope. */
 import type { Samples } from "../plots/trace";
 import { firstAt } from "../plots/trace";
 
@@ -10,15 +10,15 @@ export type Mode = (typeof MODES)[number];
 export interface TriggerRule {
   level: number;
   edge: Edge;
-  /** Part of the window before the instant, 0 to 1. */
+  /** Share of the window before the instant, 0 to 1. */
   before: number;
-  /** Nothing fires for so long after it fired, s. */
+  /** Time after firing in which it cannot fire again, s. */
   holdoff: number;
 }
 
 /**
- * When a curve first crosses the level after a time; null while it does not. Touching the level from the level itself is
- * no crossing, nor is a step over a gap. `held`: the value changes at the later sample, else in a straight line.
+ * First time after `after` at which the curve crosses the level, else null. Leaving the level is no crossing, nor is a
+ * step across a gap. `held`: the value changes at the later sample, else linearly.
  */
 export function crossing(one: Samples, rule: TriggerRule, after: number, held = false): number | null {
   const { t, v } = one;
@@ -37,15 +37,15 @@ export function crossing(one: Samples, rule: TriggerRule, after: number, held = 
 }
 
 export type Acquisition =
-  /** Follows; no trigger is set. */
+  /** Following, no trigger set. */
   | { state: "free" }
   | { state: "waiting"; since: number }
-  /** Fired, and the window is not full yet. */
+  /** Fired, the window is not full yet. */
   | { state: "filling"; at: number }
   | { state: "triggered"; at: number }
   | { state: "paused" };
 
-/** What comes next at a time of the server: fired, filled, or armed again once the holdoff is over. */
+/** Next state at a server time: fired, filled, or rearmed after the holdoff. */
 export function step(
   before: Acquisition,
   now: number,
@@ -70,7 +70,7 @@ export function step(
   return at === null ? before : { state: "filling", at };
 }
 
-/** The part of time a shot shows, from its instant. */
+/** The time span of a capture around its instant. */
 export function windowOf(
   at: number,
   rule: TriggerRule,

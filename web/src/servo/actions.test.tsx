@@ -25,12 +25,12 @@ const forecast = {
   coded_warnings: [],
 };
 const change = { key: "angle_p_gain", before: 55, requested: 40, after: 55, verdict: "planned" };
-const kept = { servo_id: 1, node_id: 10, origin: 0 };
+const stored = { servo_id: 1, node_id: 10, origin: 0 };
 
 let host: HTMLElement;
 let noStop: () => void;
 let sent: { path: string; body: Record<string, unknown> }[];
-let answer: { status: number; body: unknown };
+let response: { status: number; body: unknown };
 
 beforeEach(() => {
   host = document.createElement("div");
@@ -45,7 +45,7 @@ beforeEach(() => {
   ]);
   vi.stubGlobal("fetch", async (url: string, init: RequestInit) => {
     if (init.method === "POST") sent.push({ path: url, body: JSON.parse(String(init.body ?? "{}")) });
-    return new Response(JSON.stringify(answer.body), { status: answer.status });
+    return new Response(JSON.stringify(response.body), { status: response.status });
   });
 });
 
@@ -59,7 +59,7 @@ afterEach(() => {
 const find = <T extends HTMLElement>(id: string) => host.querySelector<T>(`[data-testid="${id}"]`);
 const known = () => servo(UID) as KnownServo;
 async function open(request: ChangeRequest, plan: object): Promise<void> {
-  answer = { status: 200, body: plan };
+  response = { status: 200, body: plan };
   await act(async () => render(<ChangeDialog />, host));
   await act(async () => void (await beginChange(request)));
   sent = [];
@@ -70,7 +70,7 @@ describe("in the head", () => {
   beforeEach(() => act(() => render(<ServoActions one={known()} />, host)));
 
   test("a refused restart is said there, and no dialog opens", async () => {
-    answer = { status: 423, body: { code: "stopped", status: 423, detail: "Stopped." } };
+    response = { status: 423, body: { code: "stopped", status: 423, detail: "Stopped." } };
     press("servo-menu");
     press("menu-restart");
     await vi.waitFor(() => expect(find("servo-says")?.textContent).toContain("Not restarted. Stopped"));
@@ -111,7 +111,7 @@ describe("in the head", () => {
   });
 
   test("W wiggles this servo, and what came of it is said", async () => {
-    answer = {
+    response = {
       status: 202,
       body: {
         id: "j",
@@ -158,7 +158,7 @@ describe("before a restart", () => {
 });
 
 describe("before a factory reset", () => {
-  const plan = { changes: [change], kept, restart: forecast };
+  const plan = { changes: [change], kept: stored, restart: forecast };
 
   beforeEach(() => open(resetChange(UID, "Tail"), plan));
 
@@ -182,7 +182,7 @@ describe("before a factory reset", () => {
   });
 
   test("giving up the identity is asked about anew, and what the server answers is shown", async () => {
-    answer = {
+    response = {
       status: 200,
       body: { ...plan, kept: {}, changes: [change, { ...change, key: "servo_id", before: 1, requested: 0 }] },
     };
@@ -191,14 +191,14 @@ describe("before a factory reset", () => {
     expect(sent[0]?.body).toEqual({ dry_run: true, keep_identity: false });
     type("Tail");
     press("horn-free");
-    answer = { status: 202, body: { id: "r", uid: UID, state: "running", steps: [], error: null } };
+    response = { status: 202, body: { id: "r", uid: UID, state: "running", steps: [], error: null } };
     press("factory-reset-go");
     await vi.waitFor(() => expect(sent).toHaveLength(2));
     expect(sent[1]?.body).toEqual({ keep_identity: false });
   });
 
   test("where that is refused, the identity stays ticked and the reason is said", async () => {
-    answer = { status: 409, body: { code: "busy", status: 409, detail: "Tail is being worked on." } };
+    response = { status: 409, body: { code: "busy", status: 409, detail: "Tail is being worked on." } };
     press("reset-keep");
     await vi.waitFor(() =>
       expect(find("factory-reset-dialog")?.textContent).toContain("Tail is being worked on."),
@@ -208,8 +208,8 @@ describe("before a factory reset", () => {
 
   test("a supply near a limit is said: ROM is written", async () => {
     const near = { code: "supply_near_limit", text: "near", params: { supply_v: 4.3, limit_v: 4 } };
-    const told = { ...plan, restart: { ...forecast, coded_warnings: [near] } };
-    await open(resetChange(UID, "Tail"), told);
+    const reported = { ...plan, restart: { ...forecast, coded_warnings: [near] } };
+    await open(resetChange(UID, "Tail"), reported);
     expect(find("horn-forecast")?.textContent).toContain("4.3\u202fV");
   });
 });

@@ -17,7 +17,7 @@ import "./actions.css";
 
 type Verb = "restart" | "factory-reset";
 
-const said = actionWords;
+const strings = actionWords;
 
 /** How long the success of a wiggle is shown. */
 const SAID_MS = 6000;
@@ -41,10 +41,10 @@ export function ServoActions({ one }: { one: KnownServo }) {
     tells.value = false;
     checking.value = verb;
     const why = await beginChange(verb === "restart" ? restartChange([uid]) : resetChange(uid, nameOf(one)));
-    if (why !== null) refused.value = verb === "restart" ? said.notRestarted(why) : said.notReset(why);
+    if (why !== null) refused.value = verb === "restart" ? strings.notRestarted(why) : strings.notReset(why);
     checking.value = null;
   };
-  const why = underWay([uid]) ? said.underWay(1) : null;
+  const why = underWay([uid]) ? strings.underWay(1) : null;
   const last = tells.value && wiggled.value?.uid === uid ? wiggled.value : null;
   const moved = last?.phase === "moved";
   useEffect(() => {
@@ -54,25 +54,25 @@ export function ServoActions({ one }: { one: KnownServo }) {
     }, SAID_MS);
     return () => clearTimeout(timer);
   }, [moved]);
-  const bad = refused.value ?? (last?.phase === "refused" ? said.notWiggled(last.why) : null);
+  const bad = refused.value ?? (last?.phase === "refused" ? strings.notWiggled(last.why) : null);
   return (
     <div class="servo-actions">
-      <Button live testid="wiggle" title={said.wiggleHint} onClick={shake}>
-        <Icon name="wiggle" /> {said.wiggle} <kbd class="touch-hide">W</kbd>
+      <Button live testid="wiggle" title={strings.wiggleHint} onClick={shake}>
+        <Icon name="wiggle" /> {strings.wiggle} <kbd class="touch-hide">W</kbd>
       </Button>
-      <Menu label={said.label(nameOf(one))} word={said.more} testid="servo-menu">
+      <Menu label={strings.label(nameOf(one))} word={strings.more} testid="servo-menu">
         {[
           {
             key: "restart",
-            label: said.restart,
-            line: said.restartLine,
+            label: strings.restart,
+            line: strings.restartLine,
             why,
             act: () => void check("restart"),
           },
           {
             key: "factory-reset",
-            label: said.reset,
-            line: said.resetLine,
+            label: strings.reset,
+            line: strings.resetLine,
             why,
             grave: true,
             act: () => void check("factory-reset"),
@@ -91,13 +91,13 @@ export function ServoActions({ one }: { one: KnownServo }) {
                   tells.value = false;
                 }}
               >
-                {said.dismiss}
+                {strings.dismiss}
               </Button>
             </p>
           ) : (
             <p role="status">
               {moved ? <Glyph kind="ok" /> : <Spinner />}
-              <span>{checking.value !== null ? said.checking : last !== null ? progress(last) : ""}</span>
+              <span>{checking.value !== null ? strings.checking : last !== null ? progress(last) : ""}</span>
             </p>
           )}
         </div>
@@ -109,12 +109,12 @@ export function ServoActions({ one }: { one: KnownServo }) {
 function progress(last: NonNullable<typeof wiggled.value>): string {
   switch (last.phase) {
     case "asking":
-      return said.asking;
+      return strings.asking;
     case "moving":
-      return said.moving(angle(last.around));
+      return strings.moving(angle(last.around));
     case "moved":
-      return said.moved(angle(last.low), angle(last.high));
+      return strings.moved(angle(last.low), angle(last.high));
     case "refused":
-      return said.notWiggled(last.why);
+      return strings.notWiggled(last.why);
   }
 }

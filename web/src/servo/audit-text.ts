@@ -1,15 +1,15 @@
 /** Texts of stored codes: reasons of snapshots and entries of the audit. */
 import type { AuditRow, ReasonCode } from "../api/config-types";
 import type { Params } from "../api/types";
-import { factsOf, type Saying } from "../bench/facts";
+import { type FactsText, factsOf } from "../bench/facts";
 import { noteText } from "../bench/note-text";
 import { audit as words } from "./words";
 
-const said: Readonly<Partial<Record<ReasonCode, Saying>>> = words.reasons;
+const reasons: Readonly<Partial<Record<ReasonCode, FactsText>>> = words.reasons;
 
 /** Reason of a snapshot; the user's text where it has no code. */
 export function reasonText(reason: string, code: ReasonCode | null, params: Params): string {
-  return (code && said[code]?.(factsOf(params))) ?? reason;
+  return (code && reasons[code]?.(factsOf(params))) ?? reason;
 }
 
 /** Notes of an audit entry besides its values. */

@@ -1,6 +1,6 @@
 /** The Servos page without servos: evidence, what to check, and the button to connect an adapter. */
 
-import { ask } from "../api/client";
+import { callApi } from "../api/client";
 import type { Bus } from "../api/types";
 import { bus, connected } from "../bench/bench";
 import { connectOpen } from "../bench/connect-open";
@@ -17,8 +17,8 @@ export function EmptyServos({ loading }: { loading: boolean }) {
   if (loading) return <p class="notice-line">{text.empty.loading}</p>;
   const look = async () => {
     try {
-      bus.value = await ask("GET", "/bus");
-      replaceAll(await ask("GET", "/servos"));
+      bus.value = await callApi("GET", "/bus");
+      replaceAll(await callApi("GET", "/servos"));
     } catch {
       // The band above reports the lost link.
     }

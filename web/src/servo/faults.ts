@@ -1,7 +1,7 @@
 /** Faults of servos: the last list of each, its order, and acknowledging. */
 
 import { computed, signal } from "@preact/signals";
-import { ask, problemOf } from "../api/client";
+import { callApi, problemOf } from "../api/client";
 import type { Fault } from "../api/types";
 import { batched } from "../bench/batched";
 import { namedFault } from "../bench/catalog";
@@ -13,7 +13,7 @@ export interface KnownFault extends Fault {
   uid: string;
 }
 
-const kept = signal<ReadonlyMap<string, readonly Fault[]>>(new Map());
+const stored = signal<ReadonlyMap<string, readonly Fault[]>>(new Map());
 
 /** Error of reading or acknowledging the faults, by servo. */
 const troubles = signal<ReadonlyMap<string, string>>(new Map());
@@ -31,18 +31,18 @@ function setTrouble(uid: string, why: string | null): void {
 }
 
 /** Number of servos read at least once. */
-export const readServos = computed(() => kept.value.size);
+export const readServos = computed(() => stored.value.size);
 
 /** Read the faults of these servos in one request. On an error, a servo keeps its last list. */
 async function loadFaults(uids: readonly string[]): Promise<void> {
   try {
-    const answer = await ask("GET", "/faults", { query: { uids: uids.join(",") } });
-    const next = new Map(kept.peek());
-    for (const [uid, { faults, problem }] of Object.entries(answer.servos)) {
+    const response = await callApi("GET", "/faults", { query: { uids: uids.join(",") } });
+    const next = new Map(stored.peek());
+    for (const [uid, { faults, problem }] of Object.entries(response.servos)) {
       if (!problem) next.set(uid, faults.map(namedFault));
       setTrouble(uid, problem ? problemText(asProblem(problem)) : null);
     }
-    kept.value = next;
+    stored.value = next;
   } catch (error) {
     for (const uid of uids) setTrouble(uid, problemText(problemOf(error)));
   }
@@ -56,8 +56,8 @@ export async function acknowledge(uid: string, key?: string): Promise<void> {
   const query = { by: holder() };
   try {
     await (key === undefined
-      ? ask("POST", "/servos/{uid}/faults/acknowledge", { path: { uid }, query })
-      : ask("POST", "/servos/{uid}/faults/{key}/acknowledge", { path: { uid, key }, query }));
+      ? callApi("POST", "/servos/{uid}/faults/acknowledge", { path: { uid }, query })
+      : callApi("POST", "/servos/{uid}/faults/{key}/acknowledge", { path: { uid, key }, query }));
   } catch (error) {
     setTrouble(uid, problemText(problemOf(error)));
     return;
@@ -91,7 +91,7 @@ export function compare(a: KnownFault, b: KnownFault): number {
 
 /** Faults of these servos: current ones, then past ones. */
 export function faultsOf(uids: readonly string[]): { now: KnownFault[]; past: KnownFault[] } {
-  const lines = uids.flatMap(uid => (kept.value.get(uid) ?? []).map(one => ({ ...one, uid })));
+  const lines = uids.flatMap(uid => (stored.value.get(uid) ?? []).map(one => ({ ...one, uid })));
   return {
     now: lines.filter(present).sort(compare),
     past: lines.filter(one => !present(one)).sort(compare),

@@ -15,12 +15,12 @@ export const useNote = () => useSignal(false);
 /** The firmware version with a button for its note, if it has one. */
 export function FirmwareNote({ one, open, onToggle }: Props & { onToggle: () => void }) {
   if (one.firmware === null) return null;
-  const said = text.servos.firmware(one.firmware);
+  const version = text.servos.firmware(one.firmware);
   return (
     <>
       {" · "}
       {firmwareNote(one) === null ? (
-        said
+        version
       ) : (
         <button
           type="button"
@@ -30,7 +30,7 @@ export function FirmwareNote({ one, open, onToggle }: Props & { onToggle: () => 
           data-testid="firmware-note"
           onClick={onToggle}
         >
-          {said}
+          {version}
         </button>
       )}
     </>

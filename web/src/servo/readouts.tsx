@@ -11,7 +11,7 @@ import { UnitMark } from "./unit-mark";
 import { servoWords } from "./words";
 
 export function Readouts({ uid, children }: { uid: string; children?: ComponentChildren }) {
-  const said = servoWords.side;
+  const strings = servoWords.side;
   const present = figureNow(uid, "current_angle");
   const command = commandNow(uid);
   const speed = figureNow(uid, "current_speed");
@@ -23,39 +23,39 @@ export function Readouts({ uid, children }: { uid: string; children?: ComponentC
   return (
     <dl class="readouts">
       <Readout
-        label={said.angle}
+        label={strings.angle}
         live={present}
         shown={angle(present.value)}
         testid="angle-readout"
         unitOf={servo(uid)}
       />
       <Readout
-        label={said.command}
+        label={strings.command}
         live={command.figure}
         shown={commandText(command)}
         testid="command-readout"
         intent={command.kind !== "none"}
       />
-      <Readout label={said.speed} live={speed} shown={show(speed, 0, "rpm")} testid="speed-readout" />
+      <Readout label={strings.speed} live={speed} shown={show(speed, 0, "rpm")} testid="speed-readout" />
       <Readout
-        label={said.torque}
+        label={strings.torque}
         live={torque}
-        about={said.about}
+        about={strings.about}
         shown={show(torque, 0, "%")}
         testid="torque-readout"
       />
       <Readout
-        label={said.board}
+        label={strings.board}
         live={board}
         shown={show(board, 0, "°C")}
-        note={said.boardTolerance}
+        note={strings.boardTolerance}
         testid="temperature-readout"
       />
       <Readout
-        label={said.supply}
+        label={strings.supply}
         live={supply}
         shown={show(supply, 1, "V")}
-        note={said.supplyTolerance}
+        note={strings.supplyTolerance}
         testid="voltage-readout"
       />
       {children}

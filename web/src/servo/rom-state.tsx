@@ -11,14 +11,14 @@ import { text } from "../text";
 import { servoWords } from "./words";
 
 export function RomState({ one }: { one: KnownServo }) {
-  const said = text.servos;
+  const strings = text.servos;
   const labels = (keys: readonly string[]) =>
     keys.map(key => catalog.value?.rows.get(key)?.label ?? key).join(text.comma);
   const drift = one.drift ?? [];
   const lost = one.lost ?? [];
   if (drift.length > 0)
     return (
-      <State glyph={<Glyph kind="warning" />} words={said.changedOutside}>
+      <State glyph={<Glyph kind="warning" />} words={strings.changedOutside}>
         <button
           type="button"
           class="link small"
@@ -26,7 +26,7 @@ export function RomState({ one }: { one: KnownServo }) {
             openDrift(one.uid);
           }}
         >
-          {said.showChanged}
+          {strings.showChanged}
         </button>
       </State>
     );
@@ -34,7 +34,7 @@ export function RomState({ one }: { one: KnownServo }) {
     return (
       <State
         glyph={<Glyph kind="warning" />}
-        words={said.ramLost(lost.length)}
+        words={strings.ramLost(lost.length)}
         line={labels(lost.map(value => value.key))}
       />
     );
@@ -42,7 +42,7 @@ export function RomState({ one }: { one: KnownServo }) {
     return (
       <State
         glyph={<Icon name="half" size={16} />}
-        words={said.ramOnly(one.unsaved.length)}
+        words={strings.ramOnly(one.unsaved.length)}
         line={labels(one.unsaved)}
         intent
       />

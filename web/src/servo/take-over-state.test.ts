@@ -6,7 +6,7 @@ import { holder } from "../bench/holder";
 import { link } from "../bench/link";
 import { enableMotion, endMotion, forgetMotion, motion, motionRefusal, startMotion } from "../bench/motion";
 import { stopButton } from "../testing/stop-button";
-import { askFor, takeNow } from "./take-over-state";
+import { forceControl, requestControl } from "./take-over-state";
 
 const UID = "b".repeat(32);
 const held = { shown_id: "R", holder: "Rig 3", ttl_s: 3, expires_at: 0, expires_in_s: 3, request: null };
@@ -48,7 +48,7 @@ const torque = () => sent.filter(one => one.includes("/torque"));
 
 describe("asking", () => {
   test("says who asks and why, looks every second, and holds with torque off once it was granted", async () => {
-    await askFor(UID, " calibrate ");
+    await requestControl(UID, " calibrate ");
     expect(sent[0]).toBe(
       `POST /leases/requests {"holder":"${holder()}","ttl_s":3,"reason":"calibrate","timeout_s":10}`,
     );
@@ -69,7 +69,7 @@ describe("asking", () => {
   });
 
   test("a refusal names who keeps it, and nothing more is asked", async () => {
-    await askFor(UID, "");
+    await requestControl(UID, "");
     state = { ...state, state: "refused" };
     await turn();
     expect(motion.value).toEqual({ phase: "off", why: "Rig 3 keeps motion control." });
@@ -79,7 +79,7 @@ describe("asking", () => {
   });
 
   test("asking no more withdraws; what was granted in the same moment is given back", async () => {
-    await askFor(UID, "");
+    await requestControl(UID, "");
     state = granted();
     sent = [];
     forgetMotion(null);
@@ -92,7 +92,7 @@ describe("asking", () => {
     ["a lost link", () => (link.value = { state: "down", since: 0 })],
     ["the page going away", () => dispatchEvent(new Event("pagehide"))],
   ])("%s withdraws", async (_, end) => {
-    await askFor(UID, "");
+    await requestControl(UID, "");
     sent = [];
     end();
     await turn();
@@ -102,7 +102,7 @@ describe("asking", () => {
 
   test("what is held and not used is given back when the page goes away, and torque is not touched", async () => {
     state = granted();
-    await askFor(UID, "");
+    await requestControl(UID, "");
     expect(motion.value.phase).toBe("held");
     sent = [];
     dispatchEvent(new Event("pagehide"));
@@ -113,8 +113,8 @@ describe("asking", () => {
 
 describe("taking", () => {
   test("carries the reason, ends in holding, and works while waiting", async () => {
-    await askFor(UID, "");
-    await takeNow(UID, "it is about to hit the wing");
+    await requestControl(UID, "");
+    await forceControl(UID, "it is about to hit the wing");
     const body = `{"holder":"${holder()}","ttl_s":3,"force":true,"reason":"it is about to hit the wing"}`;
     expect(sent.at(-1)).toBe(`POST /leases ${body}`);
     expect(motion.value).toEqual({ phase: "held", uid: UID, lease: "N" });

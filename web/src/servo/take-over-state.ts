@@ -1,6 +1,6 @@
 /** Get motion control from another holder: by request, with a countdown, or by force, with a reason. */
 
-import { ask, problemOf } from "../api/client";
+import { callApi, problemOf } from "../api/client";
 import type { TakeOverState } from "../api/types";
 import { lease as heldLease } from "../bench/bench";
 import { monotonic } from "../bench/clock";
@@ -10,7 +10,7 @@ import { hold, motion, motionRefusal, TTL_S, withdraw } from "../bench/motion";
 import { takeOver as words } from "./words";
 
 /** Time for the holder to refuse, s. */
-export const PATIENCE_S = 10;
+export const REFUSAL_TIME_S = 10;
 /** A request whose client is not seen for five seconds is withdrawn. */
 const LOOK_MS = 1000;
 
@@ -18,32 +18,32 @@ const LOOK_MS = 1000;
  * Request motion control. It is granted when the holder releases it or does not refuse; torque then stays off until
  * turned on.
  */
-export async function askFor(uid: string, reason: string): Promise<void> {
+export async function requestControl(uid: string, reason: string): Promise<void> {
   if (motion.peek().phase !== "off") return;
   motion.value = { phase: "asking", uid };
   motionRefusal.value = null;
   try {
-    const body = { holder: holder(), ttl_s: TTL_S, reason: reason.trim(), timeout_s: PATIENCE_S };
-    const told = await ask("POST", "/leases/requests", { body });
-    if (motion.peek().phase === "asking") follow(uid, told);
-    else await withdraw(told.id);
+    const body = { holder: holder(), ttl_s: TTL_S, reason: reason.trim(), timeout_s: REFUSAL_TIME_S };
+    const reported = await callApi("POST", "/leases/requests", { body });
+    if (motion.peek().phase === "asking") follow(uid, reported);
+    else await withdraw(reported.id);
   } catch (error) {
     fail(error);
   }
 }
 
 /** Take motion control by force: torque turns off on the servos of the holder. `reason` is stored in the audit. */
-export async function takeNow(uid: string, reason: string): Promise<void> {
+export async function forceControl(uid: string, reason: string): Promise<void> {
   const phase = motion.peek().phase;
   if (phase !== "off" && phase !== "waiting") return;
   motion.value = { phase: "asking", uid };
   motionRefusal.value = null;
   try {
     const body = { holder: holder(), ttl_s: TTL_S, force: true, reason: reason.trim() };
-    const lease = await ask("POST", "/leases", { body });
+    const lease = await callApi("POST", "/leases", { body });
     if (motion.peek().phase === "asking") hold(uid, lease.id);
     else
-      await ask("DELETE", "/leases/{lease_id}", { path: { lease_id: lease.id }, keepalive: true }).catch(
+      await callApi("DELETE", "/leases/{lease_id}", { path: { lease_id: lease.id }, keepalive: true }).catch(
         () => undefined,
       );
   } catch (error) {
@@ -51,17 +51,20 @@ export async function takeNow(uid: string, reason: string): Promise<void> {
   }
 }
 
-function follow(uid: string, told: TakeOverState): void {
+function follow(uid: string, reported: TakeOverState): void {
   const before = motion.peek();
-  const from = told.holder?.holder ?? (before.phase === "waiting" ? before.from : "");
-  if (told.state === "granted" && told.lease_id) hold(uid, told.lease_id);
-  else if (told.state === "waiting") {
-    const endsAt = monotonic() + told.expires_in_s;
-    motion.value = { phase: "waiting", uid, request: told.id, from, endsAt };
-    setTimeout(() => void look(told.id), Math.min(LOOK_MS, 1000 * told.expires_in_s + 50));
+  const from = reported.holder?.holder ?? (before.phase === "waiting" ? before.from : "");
+  if (reported.state === "granted" && reported.lease_id) hold(uid, reported.lease_id);
+  else if (reported.state === "waiting") {
+    const endsAt = monotonic() + reported.expires_in_s;
+    motion.value = { phase: "waiting", uid, request: reported.id, from, endsAt };
+    setTimeout(() => void look(reported.id), Math.min(LOOK_MS, 1000 * reported.expires_in_s + 50));
   } else {
     const keeps = heldLease.peek()?.holder ?? from;
-    motion.value = { phase: "off", why: told.state === "refused" ? words.refused(who(keeps)) : words.over };
+    motion.value = {
+      phase: "off",
+      why: reported.state === "refused" ? words.refused(who(keeps)) : words.over,
+    };
   }
 }
 
@@ -69,10 +72,10 @@ async function look(request: string): Promise<void> {
   const present = motion.peek();
   if (present.phase !== "waiting" || present.request !== request) return;
   try {
-    const told = await ask("GET", "/leases/requests/{request_id}", { path: { request_id: request } });
+    const reported = await callApi("GET", "/leases/requests/{request_id}", { path: { request_id: request } });
     const now = motion.peek();
-    if (now.phase === "waiting" && now.request === request) follow(present.uid, told);
-    else if (told.lease_id) await withdraw(request);
+    if (now.phase === "waiting" && now.request === request) follow(present.uid, reported);
+    else if (reported.lease_id) await withdraw(request);
   } catch (error) {
     const now = motion.peek();
     if (now.phase !== "waiting" || now.request !== request) return;

@@ -1,5 +1,5 @@
 /** Japanese words of requesting or taking motion control from another holder; loaded with them. */
-import type { Said } from "../text/language";
+import type { Translated } from "../text/language";
 import type { words as english } from "./take-over.en";
 
 const seconds = (left: number) => `${Math.max(0, Math.ceil(left))}\u202fs`;
@@ -25,4 +25,4 @@ export const words = {
   yours: "動作権を取得しました",
   yoursText: "それまで指令されていたサーボのトルクはオフです。動作を有効にするまで何も動きません。",
   release: "動作権を解放",
-} satisfies Said<typeof english>;
+} satisfies Translated<typeof english>;

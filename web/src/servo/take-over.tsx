@@ -9,7 +9,7 @@ import { Dialog, Quit } from "../kit/dialog";
 import { Glyph } from "../kit/glyph";
 import { Spinner } from "../kit/icon";
 import { text } from "../text";
-import { askFor, takeNow } from "./take-over-state";
+import { forceControl, requestControl } from "./take-over-state";
 import { takeOver as words } from "./words";
 import "./take-over.css";
 
@@ -59,7 +59,7 @@ export function TakeOver({ uid }: { uid: string }) {
             testid="ask-lease"
             live
             disabled={present.phase !== "off"}
-            onClick={() => void askFor(uid, reason.value)}
+            onClick={() => void requestControl(uid, reason.value)}
           >
             {words.request}
           </Button>
@@ -91,7 +91,7 @@ export function TakeOver({ uid }: { uid: string }) {
                 disabled={reason.value.trim() === ""}
                 onClick={() => {
                   close();
-                  void takeNow(uid, reason.value);
+                  void forceControl(uid, reason.value);
                 }}
               >
                 {words.takeNow}

@@ -1,5 +1,5 @@
 /** Japanese words common to all pages of a servo; loaded with them. */
-import type { Said } from "../text/language";
+import type { Translated } from "../text/language";
 import type { words as english } from "./text.en";
 
 export const words = {
@@ -23,4 +23,4 @@ export const words = {
     supply: "電源",
     supplyTolerance: "±0.5\u202fV",
   },
-} satisfies Said<typeof english>;
+} satisfies Translated<typeof english>;

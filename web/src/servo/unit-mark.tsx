@@ -7,15 +7,15 @@ import { text } from "../text";
 export function UnitMark({ one }: { one: Servo }) {
   const { state, evidence, evidence_code, evidence_params } = one.position_unit;
   if (!one.online || state !== "conflict") return null;
-  const said = text.servos.unitConflict;
+  const conflict = text.servos.unitConflict;
   return (
     <span
       class="unit-mark"
-      title={`${said} ${noteText(evidence, evidence_code, evidence_params)}`}
+      title={`${conflict} ${noteText(evidence, evidence_code, evidence_params)}`}
       data-testid={`unit-${one.uid}`}
     >
       <span aria-hidden="true">!</span>
-      <span class="hidden-text">{said}</span>
+      <span class="hidden-text">{conflict}</span>
     </span>
   );
 }

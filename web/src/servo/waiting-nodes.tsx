@@ -29,7 +29,7 @@ export function Waiting() {
                   </span>
                 )}
                 {word}
-                {place === one.stage && `, ${age(one.age_s + Math.max(0, now.value - one.heardAt))}`}
+                {place === one.stage && `, ${age(one.age_s + Math.max(0, now.value - one.receivedAt))}`}
               </span>
             ))}
           </span>

@@ -1,6 +1,8 @@
 /** Row height of the list: chosen by the user, stored in the browser. */
-import { kept } from "../bench/kept";
+import { browserSetting } from "../bench/browser-setting";
 
 export type Density = "list" | "compact";
 
-export const density = kept<Density>("hornbill.density", found => (found === "compact" ? "compact" : "list"));
+export const density = browserSetting<Density>("hornbill.density", found =>
+  found === "compact" ? "compact" : "list",
+);

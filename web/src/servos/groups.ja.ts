@@ -1,5 +1,5 @@
 /** The Japanese headings of groups in the list. */
-import type { Said } from "../text/language";
+import type { Translated } from "../text/language";
 import type { words as english } from "./groups.en";
 
 export const words = {
@@ -12,4 +12,4 @@ export const words = {
   busy: "処理中",
   identifying: "識別中",
   offline: "オフライン",
-} satisfies Said<typeof english>;
+} satisfies Translated<typeof english>;

@@ -41,12 +41,12 @@ export function ManyPlot({ uids }: Props) {
   const names = useComputed(() => uids.map(uid => nameOf(servo(uid))).join("\n")).value;
   const lanes = useMemo(() => {
     if (!shown) return [];
-    const told = names.split("\n");
+    const reported = names.split("\n");
     const curves = uids.flatMap<Drawn>((uid, place) =>
       channels.split(" ").map(key => ({
         uid,
         channel: key,
-        name: told[place] ?? "",
+        name: reported[place] ?? "",
         colour: place,
         dashed: key !== channel.value,
         unit: shown.unit,
@@ -135,6 +135,8 @@ function useGrants(uids: string, channels: string): string {
       for (const end of ends) end();
     };
   }, [uids, channels]);
-  const told = [...grants.value.values()].map(one => one.granted_hz);
-  return told.length === 0 ? words.waiting : words.rate(number(Math.min(...told), 0), number(RATE_HZ, 0));
+  const reported = [...grants.value.values()].map(one => one.granted_hz);
+  return reported.length === 0
+    ? words.waiting
+    : words.rate(number(Math.min(...reported), 0), number(RATE_HZ, 0));
 }

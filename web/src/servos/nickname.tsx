@@ -2,7 +2,7 @@
 
 import { useSignal } from "@preact/signals";
 import { useEffect, useRef } from "preact/hooks";
-import { ask, problemOf } from "../api/client";
+import { callApi, problemOf } from "../api/client";
 import { problemText } from "../bench/facts";
 import { changeServos } from "../bench/fleet";
 import { up } from "../bench/link";
@@ -27,7 +27,7 @@ export function Nickname({ uid, label, name }: { uid: string; label: string; nam
     problem.value = null;
     if (next === label) return;
     try {
-      changeServos([await ask("PATCH", "/servos/{uid}", { path: { uid }, body: { label: next } })]);
+      changeServos([await callApi("PATCH", "/servos/{uid}", { path: { uid }, body: { label: next } })]);
     } catch (error) {
       problem.value = problemText(problemOf(error));
     }

@@ -38,7 +38,7 @@ export function SelectionBar({ plotting, onPlot }: Props) {
   const done = useSignal<string | null>(null);
   const checking = useSignal(false);
   const chosen = selected.value;
-  const said = text.servos.bar;
+  const strings = text.servos.bar;
   const shake = () => {
     if (wiggling.peek() || chosen.length === 0) return;
     refused.value = [];
@@ -56,13 +56,13 @@ export function SelectionBar({ plotting, onPlot }: Props) {
   const at = turn && turn.at < turn.uids.length ? turn.uids[turn.at] : undefined;
   const trouble = [
     ...refused.value,
-    ...[...(turn?.refused ?? [])].map(([uid, why]) => said.notWiggled(nameOf(peekServo(uid)), why)),
+    ...[...(turn?.refused ?? [])].map(([uid, why]) => strings.notWiggled(nameOf(peekServo(uid)), why)),
   ];
   const status =
     turn && at !== undefined
-      ? said.wiggling(nameOf(servo(at)), turn.at + 1, turn.uids.length)
+      ? strings.wiggling(nameOf(servo(at)), turn.at + 1, turn.uids.length)
       : turn && turn.at > turn.refused.size
-        ? said.wiggled(turn.at - turn.refused.size)
+        ? strings.wiggled(turn.at - turn.refused.size)
         : checking.value
           ? actionWords.checking
           : busy
@@ -77,7 +77,7 @@ export function SelectionBar({ plotting, onPlot }: Props) {
     const flow = new ChangeFlow(restartChange(chosen));
     await beginChange(flow.request, flow);
     refused.value = (flow.parts.peek() ?? []).flatMap(one =>
-      one.problem ? [said.notRestarted(nameOf(peekServo(one.uid)), problemText(one.problem))] : [],
+      one.problem ? [strings.notRestarted(nameOf(peekServo(one.uid)), problemText(one.problem))] : [],
     );
     checking.value = false;
   };
@@ -88,28 +88,28 @@ export function SelectionBar({ plotting, onPlot }: Props) {
     const failures = await Promise.all(
       online.map(async uid => {
         const why = await torqueOff(uid);
-        return why === null ? [] : [said.torqueOffFailed(nameOf(peekServo(uid)), why)];
+        return why === null ? [] : [strings.torqueOffFailed(nameOf(peekServo(uid)), why)];
       }),
     );
     refused.value = failures.flat();
     const well = online.length - refused.value.length;
-    if (well > 0) done.value = said.torqueOffDone(well);
+    if (well > 0) done.value = strings.torqueOffDone(well);
   };
   return (
-    <section class="selection-bar" aria-label={said.label(chosen.length)} data-testid="selection-bar">
+    <section class="selection-bar" aria-label={strings.label(chosen.length)} data-testid="selection-bar">
       <p class="said" role="status">
-        <b>{said.label(chosen.length)}</b>
+        <b>{strings.label(chosen.length)}</b>
         <small class="second says" data-testid="selection-says">
           {(at !== undefined || checking.value) && <Spinner size={13} />} {status}
         </small>
       </p>
       {turn && at !== undefined && turn.at + 1 < turn.uids.length ? (
         <Button look="plain" testid="skip-rest" onClick={endRound}>
-          {said.skipRest}
+          {strings.skipRest}
         </Button>
       ) : (
         <Button look="plain" testid="select-none" onClick={selectNone}>
-          {said.none}
+          {strings.none}
         </Button>
       )}
       <span class="grow" />
@@ -123,10 +123,10 @@ export function SelectionBar({ plotting, onPlot }: Props) {
         {text.params.torqueOff}
       </Button>
       <Button testid="plot-selected" pressed={plotting} onClick={onPlot}>
-        {said.plot}
+        {strings.plot}
       </Button>
       <Button testid="edit-together" onClick={() => go(matrixPath(chosen))}>
-        {said.edit}
+        {strings.edit}
       </Button>
       <Button
         live
@@ -136,7 +136,7 @@ export function SelectionBar({ plotting, onPlot }: Props) {
           profile.value = true;
         }}
       >
-        {said.profile}
+        {strings.profile}
       </Button>
       {trouble.length > 0 && (
         <ul class="refusals small" role="alert" data-testid="selection-refusals">

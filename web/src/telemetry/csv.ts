@@ -1,16 +1,16 @@
-/** Samples as CSV, out and in: one row a sample time, one column a channel, a gap is an empty cell. */
+/** Samples as CSV, written and read: one row per sample time, one column per channel, an empty cell for a gap. */
 import type { TelemetryStore } from "./store";
 
 export interface CsvColumn {
   uid: string;
   channel: string;
-  /** What the column is called; it ends with the channel. */
+  /** Column heading; it ends with the channel. */
   head: string;
 }
 
 /**
- * The samples of a part of time (the server's clock, both ends included), as `telemetry.csv` of the server has them:
- * `t_utc`, `t_s`, then a cell a channel. A point is the decimal sign, as programs expect.
+ * Samples of a time span (server clock, inclusive) in the format of the server's `telemetry.csv`:
+ * `t_utc`, `t_s`, then one cell per channel, with a decimal point.
  */
 export function toCsv(
   store: TelemetryStore,
@@ -43,20 +43,20 @@ function utc(store: TelemetryStore, at: number): string {
   return Number.isFinite(ms) ? new Date(ms).toISOString() : "";
 }
 
-// A name is what somebody typed: a spreadsheet must not take it for a formula.
+// Names are user input: a spreadsheet must not interpret them as a formula.
 function quoted(head: string): string {
   const plain = /^[=+\-@\t\r]/.test(head) ? `'${head}` : head;
   return /[",\r\n]/.test(plain) ? `"${plain.replaceAll('"', '""')}"` : plain;
 }
 
 export interface Recorded {
-  /** Of each column its heading, its times and its values; NaN is a gap. */
+  /** Heading, times and values of each column; NaN is a gap. */
   columns: { head: string; t: Float64Array; v: Float64Array }[];
-  /** What the times lack to UTC, NaN when the file does not say. */
+  /** Offset of the times to UTC; NaN if the file has none. */
   utcOffset: number;
 }
 
-/** A file of this kind, read; null when it is none. Lines that are no samples are left out. */
+/** Parse such a file; null for any other file. Lines without samples are left out. */
 export function fromCsv(text: string): Recorded | null {
   const lines = text.split(/\r?\n/);
   const heads = cells((lines[0] ?? "").replace(/^\uFEFF/, ""));

@@ -1,10 +1,10 @@
-/** What the monitor shows: the newest rows of topic `frames`, bounded, and what is missing between them. */
+/** Rows of the monitor: the newest rows of topic `frames`, bounded, with the gaps between them. */
 import type { DecodedTransfer, FramesMessage, RawFrame } from "../api/bus-types";
 
 export type FeedRow =
   | { kind: "transfer"; at: number; transfer: DecodedTransfer }
   | { kind: "frame"; at: number; frame: RawFrame }
-  /** Rows that passed the filter and are not here: lost on the way, or come while the list was held. */
+  /** Rows that passed the filter but are missing: lost, or received while paused. */
   | { kind: "gap"; at: number; lost: number; held: number };
 
 export interface Counts {
@@ -16,8 +16,8 @@ export interface Counts {
 const NOTHING: Counts = { received: 0, shown: 0, lost: 0 };
 
 /**
- * Rows are numbered from 0 as they come; `first` is the oldest that is still here and `end` the next to come.
- * While held nothing changes but the counts, so that what is looked at stays.
+ * Rows are numbered from 0 in the order of arrival; `first` is the oldest stored row and `end` the next one.
+ * While paused only the counts change.
  */
 export class FrameFeed {
   readonly capacity: number;
@@ -47,7 +47,7 @@ export class FrameFeed {
     return this.#held;
   }
 
-  /** How many rows came while held. */
+  /** Number of rows received while paused. */
   get missed(): number {
     return this.#missed;
   }
@@ -68,12 +68,12 @@ export class FrameFeed {
     if (lost > 0) this.#gap(lost, 0);
   }
 
-  /** Keeps what is there as it is. */
+  /** Pause: the stored rows do not change. */
   hold(): void {
     this.#held = true;
   }
 
-  /** Goes on; what came meanwhile is gone, and a row says how much that was. */
+  /** Resume; rows received meanwhile are dropped, and a gap row says how many. */
   release(): void {
     if (!this.#held) return;
     this.#held = false;
@@ -81,7 +81,7 @@ export class FrameFeed {
     this.#missed = 0;
   }
 
-  /** Empty again, and counting from nothing, as after a new subscription. */
+  /** Clear rows and counts, as after a new subscription. */
   clear(): void {
     this.#first = this.#end;
     this.#missed = 0;
@@ -95,7 +95,7 @@ export class FrameFeed {
     this.#first = Math.max(this.#first, this.#end - this.capacity);
   }
 
-  /** Gaps that follow each other are one. */
+  /** Merges consecutive gaps. */
   #gap(lost: number, held: number): void {
     const last = this.at(this.#end - 1);
     if (last?.kind === "gap") {
@@ -105,7 +105,7 @@ export class FrameFeed {
   }
 }
 
-/** Frames and transfers of one message in the order of their time. */
+/** Frames and transfers of one message in chronological order. */
 function merged({ frames, transfers }: FramesMessage): FeedRow[] {
   const rows: FeedRow[] = [
     ...frames.map(frame => ({ kind: "frame", at: frame.timestamp, frame }) as const),

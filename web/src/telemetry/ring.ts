@@ -5,15 +5,15 @@ export interface Window {
   v: Float64Array;
 }
 
-/** How far a ring may grow, and what for: to hold `seconds` of samples, in at most `most` of them. */
+/** Size limits of a ring: `seconds` of samples, at most `most` samples. */
 export interface Growth {
   most: number;
   seconds: number;
 }
 
 /**
- * Each sample is written twice, one capacity apart, so any run of up to `capacity` samples is contiguous and a
- * plot can take it as it is. A gap is a sample with v = NaN.
+ * Each sample is written twice, one capacity apart, so that any run of up to `capacity` samples is contiguous and a
+ * plot can use it without a copy. A gap is a sample with v = NaN.
  */
 export class Ring {
   #capacity: number;
@@ -39,7 +39,7 @@ export class Ring {
     return this.#length;
   }
 
-  /** Adds a sample. One that is not newer than the last is left out: time only goes forward here. */
+  /** Add a sample. Samples not newer than the last one are dropped. */
   push(t: number, v: number): boolean {
     if (this.#length > 0 && t <= this.lastTime) return false;
     if (this.#length === this.#capacity && t - this.firstTime < this.#growth.seconds) {
@@ -50,7 +50,7 @@ export class Ring {
     return true;
   }
 
-  /** Adds what was before the oldest sample, oldest first; what is newer than that is left out. */
+  /** Add samples from before the oldest one, oldest first; newer ones are dropped. */
   prepend(t: ArrayLike<number>, v: ArrayLike<number>): void {
     const { t: times, v: values } = this.all();
     const until = times[0] ?? Number.POSITIVE_INFINITY;
@@ -93,7 +93,7 @@ export class Ring {
     return this.#length === 0 ? Number.NaN : (this.#v[this.#last] ?? Number.NaN);
   }
 
-  /** The samples not older than `from`, oldest first, plus the one before so that a line enters at the edge. */
+  /** The samples not older than `from`, oldest first, plus the previous one, so that a line enters at the edge. */
   since(from: number): Window {
     const end = this.#end;
     const oldest = end - this.#length;

@@ -1,7 +1,14 @@
 /** Which language the page speaks: the one chosen here before, else the browser's, else English. */
 import { afterEach, expect, test, vi } from "vitest";
 import { reload } from "../bench/reload";
-import { chooseLanguage, chosenLanguage, spoken, startLanguage, wordsIn, wordsLoaded } from "./language";
+import {
+  chooseLanguage,
+  chosenLanguage,
+  currentLanguage,
+  startLanguage,
+  wordsIn,
+  wordsLoaded,
+} from "./language";
 
 afterEach(() => {
   vi.unstubAllGlobals();
@@ -16,9 +23,9 @@ test.each([
   ["en", ["ja"], "en"],
   ["ja", ["en"], "ja"],
   ["xx", ["ja"], "ja"],
-] as const)("kept %s, browser %j: %s", (kept, wishes, language) => {
+] as const)("kept %s, browser %j: %s", (stored, wishes, language) => {
   vi.spyOn(navigator, "languages", "get").mockReturnValue(wishes);
-  if (kept) localStorage.setItem("hornbill.language", kept);
+  if (stored) localStorage.setItem("hornbill.language", stored);
   expect(chosenLanguage()).toBe(language);
 });
 
@@ -50,7 +57,7 @@ test("the page speaks the language it was loaded in when the address no longer a
   history.replaceState(null, "", "/?language=ja");
   await startLanguage();
   history.replaceState(null, "", "/records");
-  expect(spoken()).toBe("ja");
+  expect(currentLanguage()).toBe("ja");
   chooseLanguage("ja", reload);
   expect(loaded).not.toHaveBeenCalled();
   chooseLanguage("en", reload);

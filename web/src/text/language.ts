@@ -3,14 +3,14 @@ import type { text } from "./en";
 
 export type Language = "en" | "ja";
 /** Words of every page; all catalogues have this shape. */
-export type Text = Said<typeof text>;
+export type Text = Translated<typeof text>;
 
 /** The type of a catalogue in another language: same keys and slots. */
-export type Said<T> = T extends string
+export type Translated<T> = T extends string
   ? string
   : T extends (...slots: infer Slots) => infer Sentence
-    ? (...slots: Slots) => Said<Sentence>
-    : { [Key in keyof T]: Said<T[Key]> };
+    ? (...slots: Slots) => Translated<Sentence>
+    : { [Key in keyof T]: Translated<T[Key]> };
 
 /** Name of each language in itself, and its catalogue. Only the chosen one is loaded. */
 export const LANGUAGES = {
@@ -24,11 +24,11 @@ const IN_ADDRESS = "language";
 
 /** Language in the address, else the stored one, else the first supported one of the browser, else English. */
 export function chosenLanguage(): Language {
-  const asked = new URLSearchParams(location.search).get(IN_ADDRESS);
-  if (asked === "en" || asked === "ja") return asked;
+  const requested = new URLSearchParams(location.search).get(IN_ADDRESS);
+  if (requested === "en" || requested === "ja") return requested;
   try {
-    const kept = localStorage.getItem(KEY);
-    if (kept === "en" || kept === "ja") return kept;
+    const stored = localStorage.getItem(KEY);
+    if (stored === "en" || stored === "ja") return stored;
   } catch {
     // Storage may be blocked: use the browser's languages.
   }
@@ -41,7 +41,7 @@ export function chosenLanguage(): Language {
 
 /** Store the choice and reload the page: words are read once, when a part of the page is loaded. */
 export function chooseLanguage(next: Language, reload: (address: string) => void): void {
-  if (next === spoken()) return;
+  if (next === currentLanguage()) return;
   const address = new URL(location.href);
   address.searchParams.delete(IN_ADDRESS);
   try {
@@ -56,7 +56,7 @@ let started: Language | null = null;
 let known: Text | null = null;
 
 /** Set a catalogue that is already loaded, in tests. */
-export function speak(language: Language, words: Text): void {
+export function setLanguage(language: Language, words: Text): void {
   started = language;
   known = words;
 }
@@ -70,7 +70,7 @@ export async function startLanguage(): Promise<void> {
 }
 
 /** Language of this page. The address that set it may have changed since. */
-export function spoken(): Language {
+export function currentLanguage(): Language {
   return started ?? chosenLanguage();
 }
 
@@ -99,11 +99,11 @@ export function awaitWords(load: () => Promise<void>): void {
  */
 export function wordsIn<Words extends object>(
   en: () => Promise<{ words: Words }>,
-  ja: () => Promise<{ words: Said<NoInfer<Words>> }>,
-): Said<Words> {
-  let words: Said<Words> | null = null;
+  ja: () => Promise<{ words: Translated<NoInfer<Words>> }>,
+): Translated<Words> {
+  let words: Translated<Words> | null = null;
   awaitWords(async () => {
-    words = (await (spoken() === "en" ? en() : ja())).words as Said<Words>;
+    words = (await (currentLanguage() === "en" ? en() : ja())).words as Translated<Words>;
   });
   return readThrough(() => words);
 }

@@ -111,8 +111,8 @@ test("every firmware has a Japanese note with the numbers of the server's", () =
   expect(blocks.map(block => find(block, "version"))).toEqual([...notes.keys()]);
   for (const block of blocks) {
     const numbers = find(block, "note").match(/0x[\dA-F]{2}|\d+\.\d{3}/g) ?? [];
-    const said = notes.get(find(block, "version")) ?? "";
-    expect(numbers.filter(number => !said.includes(number))).toEqual([]);
+    const note = notes.get(find(block, "version")) ?? "";
+    expect(numbers.filter(number => !note.includes(number))).toEqual([]);
   }
 });
 

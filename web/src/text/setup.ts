@@ -1,7 +1,7 @@
 /** The language of the tests: English, loaded before any test. */
 import { beforeAll } from "vitest";
 import { text } from "./en";
-import { speak, wordsLoaded } from "./language";
+import { setLanguage, wordsLoaded } from "./language";
 
-speak("en", text);
+setLanguage("en", text);
 beforeAll(wordsLoaded);

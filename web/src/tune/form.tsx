@@ -1,4 +1,4 @@
-/** The form of a step test: what it will move and how far, said before; while it runs, its steps and Cancel. */
+/** The form of a step test, with a description of the move; progress and Cancel while it runs. */
 
 import { useSignal } from "@preact/signals";
 import { type KnownServo, nameOf } from "../bench/fleet";
@@ -13,13 +13,13 @@ import { TextField } from "../kit/field";
 import { Spinner } from "../kit/icon";
 import { Note } from "../kit/note";
 import { applyAndTest, cancelTest, stagedGains, test, testing, testProblem } from "./state";
-import { GAINS, hornPathOf, testLasts } from "./step-runs";
+import { GAINS, hornPathOf, testDuration } from "./step-runs";
 import { tune as words } from "./words";
 
 const said = words.form;
 const MOST_DEG = 45;
 
-/** As last typed, while the page lives: the same step again is the point of it. */
+/** Last entries, stored while the page is open, so that a step can be repeated. */
 const typed = { step: "5", runs: "1", dwell: "1", note: "" };
 
 export function TuneForm({ one }: { one: KnownServo }) {
@@ -111,7 +111,10 @@ export function TuneForm({ one }: { one: KnownServo }) {
                 <p data-testid="step-moves">
                   <b>{said.moves(nameOf(one), angle(path.from), angle(path.to))}</b>
                   {", "}
-                  {said.times(count, number(testLasts(count, dwellS), testLasts(count, dwellS) < 10 ? 1 : 0))}
+                  {said.times(
+                    count,
+                    number(testDuration(count, dwellS), testDuration(count, dwellS) < 10 ? 1 : 0),
+                  )}
                   {mostOf(one.uid)}. {range && said.within(...range)}
                 </p>
               )}
@@ -148,7 +151,7 @@ export function TuneForm({ one }: { one: KnownServo }) {
   );
 }
 
-/** The step that runs now, in the room of what was said before: nothing below moves. */
+/** The present step, in the space of the description, so that nothing below moves. */
 function Progress() {
   const steps = test.value?.steps ?? [];
   const at = steps.findIndex(step => step.state === "running");

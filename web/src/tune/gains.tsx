@@ -1,4 +1,4 @@
-/** The gains beside a step test: ordinary rows, to RAM only; the way back to a run; what to try for what is seen. */
+/** The gains beside a step test: rows written to RAM only, restoring those of a run, and symptoms with remedies. */
 import { useRef } from "preact/hooks";
 import { catalog } from "../bench/catalog";
 import { servo } from "../bench/fleet";
@@ -11,7 +11,7 @@ import { Spinner } from "../kit/icon";
 import { Note } from "../kit/note";
 import { useKeys } from "../kit/use-keys";
 import { applyGains, discardGains, overlay, stagedGains, stageGains, testing } from "./state";
-import { GAINS, letter, SYMPTOMS, type Symptom, shown, takeBack } from "./step-runs";
+import { GAINS, gainsToRestore, letter, SYMPTOMS, type Symptom, shown } from "./step-runs";
 import { tune as words } from "./words";
 
 const said = words.gains;
@@ -31,7 +31,7 @@ export function TuneGains({ uid }: { uid: string }) {
   const problem = sheet.trouble.value;
   const mayApply = gains > 0 && wrong === 0 && !busy && sheet.busy.value === null && one?.online === true;
   useKeys({ "Ctrl+Enter": () => mayApply && up.value && void applyGains(uid) });
-  // What a run shows is answered before the gains; a general list comes after them.
+  // Symptoms seen in a run are listed before the gains, the general list after them.
   const tried = (overlay.value?.runs.length ?? 0) > 0;
   const focus = (key: string) => {
     const row = table.current?.querySelector<HTMLElement>(`#row-${key}`);
@@ -83,7 +83,7 @@ export function TuneGains({ uid }: { uid: string }) {
             </Button>
           </>
         ) : (
-          <WaysBack uid={uid} />
+          <RestoreButtons uid={uid} />
         )}
       </div>
       {unsaved > 0 && gains + wrong === 0 && (
@@ -99,34 +99,34 @@ export function TuneGains({ uid }: { uid: string }) {
   );
 }
 
-/** Each run laid over the others can be gone back to: its gains come into the rows, to be applied. */
-function WaysBack({ uid }: { uid: string }) {
+/** Buttons that stage the gains of an overlaid run. */
+function RestoreButtons({ uid }: { uid: string }) {
   const sheet = sheetOf(uid);
   const runs = overlay.value?.runs ?? [];
   if (runs.length === 0) return null;
-  const ways = runs.map((run, place) => ({
+  const restorable = runs.map((run, place) => ({
     letter: letter(place),
     id: run.id,
-    values: takeBack(run, key => sheet.held(key)),
+    values: gainsToRestore(run, key => sheet.held(key)),
   }));
-  const same = ways.filter(way => way.values.size === 0);
+  const same = restorable.filter(one => one.values.size === 0);
   const label = (key: string) => catalog.value?.rows.get(key)?.label ?? key;
   return (
     <>
       <span class="second small grow">
-        {same.length > 0 && said.same(same.map(way => way.letter).join(", "))}
+        {same.length > 0 && said.same(same.map(one => one.letter).join(", "))}
       </span>
-      {ways
-        .filter(way => way.values.size > 0)
-        .map(way => (
+      {restorable
+        .filter(one => one.values.size > 0)
+        .map(one => (
           <Button
-            key={way.id}
-            testid={`back-to-${way.letter}`}
-            title={said.backHint(way.letter, [...way.values.keys()].map(label).join(", "))}
+            key={one.id}
+            testid={`back-to-${one.letter}`}
+            title={said.backHint(one.letter, [...one.values.keys()].map(label).join(", "))}
             disabled={testing.value}
-            onClick={() => stageGains(uid, way.values)}
+            onClick={() => stageGains(uid, one.values)}
           >
-            {said.back(way.letter)}
+            {said.back(one.letter)}
           </Button>
         ))}
     </>

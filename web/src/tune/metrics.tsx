@@ -1,4 +1,4 @@
-/** The numbers of step tests: a column a run, each time with its error, what differs, what they were measured under. */
+/** Results of step tests: one column per run with errors, parameter differences, and conditions. */
 import type { ComponentChildren } from "preact";
 import type { StepRun } from "../api/lab-types";
 import type { Value } from "../api/types";
@@ -124,7 +124,7 @@ export function Metrics({ runs: shown, differences, direction }: MetricsProps) {
           {line}
         </Note>
       ))}
-      {/* biome-ignore lint/a11y/noNoninteractiveTabindex: what scrolls must be scrollable by keys alone */}
+      {/* biome-ignore lint/a11y/noNoninteractiveTabindex: a scrollable region must be scrollable by keyboard */}
       <div class="tune-table" role="region" aria-label={said.title} tabIndex={0}>
         <DataTable
           label={said.title}
@@ -140,17 +140,17 @@ export function Metrics({ runs: shown, differences, direction }: MetricsProps) {
   );
 }
 
-/** What is told of each run beside the others. */
+/** One line of the table. */
 interface Line {
   testid: string;
   name: string;
   note?: string;
-  /** The title of the lines that begin with this one. */
+  /** Title of the section that begins with this line. */
   part?: ComponentChildren;
   differs?: boolean;
   look?: (place: number) => string;
   cells: readonly ComponentChildren[];
-  /** Between the first run and the last, and whether it is within the error. */
+  /** Difference between the first and the last run, and whether it is within the error. */
   difference?: string;
   within?: boolean;
 }

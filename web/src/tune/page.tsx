@@ -1,4 +1,4 @@
-/** The Tune page of one servo: motion off until it is asked for, the step test, its runs, the gains beside it. */
+/** The Tune page of one servo: motion off until enabled, the step test, its runs, and the gains. */
 import { useEffect } from "preact/hooks";
 import { loaded, servo, uids } from "../bench/fleet";
 import { connection } from "../bench/link";
@@ -12,7 +12,7 @@ import { text } from "../text";
 import { TuneForm } from "./form";
 import { TuneGains } from "./gains";
 import { TuneRuns } from "./runs";
-import { testing, turnTo } from "./state";
+import { showServo, testing } from "./state";
 import { tune as words } from "./words";
 import "../kit/table.css";
 import "./tune.css";
@@ -42,7 +42,7 @@ function Tune({ uid }: { uid: string }) {
   const sheet = useSheet(uid);
   const round = connection.value;
   useEffect(() => {
-    if (round > 0) void turnTo(uid);
+    if (round > 0) void showServo(uid);
   }, [uid, round]);
   useEffect(() => {
     if (motion.peek().phase === "off") motion.value = { phase: "off", why: null };
@@ -51,7 +51,7 @@ function Tune({ uid }: { uid: string }) {
   const present = motion.value;
   const on = present.phase === "on" && present.uid === uid;
   const busy = testing.value;
-  // Torque is a row, too, and so is what a test reads: gains are written against the rows as they are now.
+  // Torque and the rows a test reads may have changed: gains are compared with the present values.
   useEffect(() => {
     if (connection.peek() > 0 && !busy) void sheet.load();
   }, [uid, on, busy]);

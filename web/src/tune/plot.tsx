@@ -36,14 +36,14 @@ export function StepPlotPanel({
     plot.current = made;
     return () => made.destroy();
   }, []);
-  const way = direction.value;
+  const side = direction.value;
   useEffect(() => {
-    const picture = stepPicture(shown, way, shown.at(-1)?.id ?? null, deg =>
+    const picture = stepPicture(shown, side, shown.at(-1)?.id ?? null, deg =>
       said.band(withUnit(number(deg, 1), "°")),
     );
     plot.current?.show(picture);
     plot.current?.look(first.value ? [picture.from ?? 0, Math.min(FIRST_S, picture.to ?? FIRST_S)] : null);
-  }, [shown, way, first.value]);
+  }, [shown, side, first.value]);
   const names = shown.map((_, place) => words.runs.label(lab.letter(place))).join(", ");
   return (
     <section class="tune-plot" aria-label={said.title}>
@@ -52,7 +52,7 @@ export function StepPlotPanel({
         <Legend runs={shown} />
         <Segments<lab.Direction>
           label={said.direction}
-          chosen={way}
+          chosen={side}
           onChoose={key => {
             direction.value = key;
           }}
@@ -79,7 +79,7 @@ export function StepPlotPanel({
         role="img"
         data-testid="step-plot"
         data-runs={shown.length}
-        aria-label={said.label(names, way === "there" ? said.there : said.back)}
+        aria-label={said.label(names, side === "there" ? said.there : said.back)}
       />
       <div class="tune-readout small second">
         <p ref={readout} aria-hidden="true" />
@@ -89,7 +89,7 @@ export function StepPlotPanel({
   );
 }
 
-/** Line, shape and letter: none of them alone. */
+/** Line, shape and letter of a run. */
 export function Swatch({ place, alone }: { place: number; alone: boolean }) {
   const colour = alone ? "var(--ink)" : `var(--series-${(place % 8) + 1})`;
   return (
@@ -129,7 +129,7 @@ export function gainsOf(run: StepRun): string {
     .join(", ");
 }
 
-/** Finer than a tenth of a millisecond is no sample. */
+/** Milliseconds, with at most one decimal. */
 export function ms(s: number): string {
   const millis = s * 1000;
   return withUnit(number(millis, Math.abs(millis) < 9.95 && millis % 1 !== 0 ? 1 : 0), "ms");

@@ -1,4 +1,4 @@
-/** The runs of a servo: those laid over one another, and the list to choose from. */
+/** The runs of a servo: the overlaid ones, and the list to select from. */
 import { useSignal } from "@preact/signals";
 import { API } from "../api/client";
 import type { StepRun } from "../api/lab-types";
@@ -41,7 +41,7 @@ export function TuneRuns({ uid }: { uid: string }) {
   );
 }
 
-/** "14:02:31" of today, with its day of another. */
+/** "14:02:31" for today, with the date for other days. */
 function instant(utc: number): string {
   const day = date(utc);
   return day === date(Date.now() / 1000) ? clock(utc) : `${day} ${clock(utc)}`;
@@ -58,7 +58,7 @@ function RunList({ uid }: { uid: string }) {
         <h2>{said.title}</h2>
         <p class="second small">{said.lead}</p>
       </header>
-      <Unread why={runsProblem.value} said={said.failed} onAgain={() => void loadRuns()} />
+      <Unread why={runsProblem.value} sentence={said.failed} onAgain={() => void loadRuns()} />
       {list === null && runsProblem.value === null && <p class="w-line second">{said.loading}</p>}
       <ul>
         {(list ?? []).map(run => {

@@ -3,7 +3,7 @@ import { afterEach, beforeEach, describe, expect, test, vi } from "vitest";
 import { link } from "../bench/link";
 import { motion } from "../bench/motion";
 import { sheetOf } from "../bench/parameters";
-import { applyAndTest, startTest, testing, testProblem, turnTo } from "./state";
+import { applyAndTest, showServo, startTest, testing, testProblem } from "./state";
 
 const UID = "d".repeat(32);
 const wish = { step_deg: 5, runs: 1, dwell_s: 1, note: "" };
@@ -29,7 +29,7 @@ afterEach(() => {
 });
 
 test("two presses send one request, and a refusal lets the next press through", async () => {
-  await turnTo(UID);
+  await showServo(UID);
   const first = startTest(UID, wish);
   const second = startTest(UID, wish);
   expect(testing.value).toBe(true);
@@ -68,7 +68,7 @@ describe("applying and running in one press", () => {
         return new Response(JSON.stringify(patched.body), { status: patched.status });
       return new Response(JSON.stringify({ code: "busy", detail: "Enough." }), { status: 409 });
     });
-    await turnTo(UID);
+    await showServo(UID);
   });
 
   test("writes the gains, then runs", async () => {

@@ -1,31 +1,30 @@
-/** The step tests of the servo on the Tune page: the job, its runs, those laid over one another, the gains. */
+/** Step tests of the servo on the Tune page: the job, its runs, the overlaid runs, the gains. */
 
 import { computed, signal } from "@preact/signals";
-import { ask, problemOf } from "../api/client";
-import type { RunOverlay, StepRun, StepTestWish } from "../api/lab-types";
+import { callApi, problemOf } from "../api/client";
+import type { RunOverlay, StepRun, StepTestOptions } from "../api/lab-types";
 import type { Job, Value } from "../api/types";
 import { catalog } from "../bench/catalog";
 import { staged } from "../bench/draft";
-import { problemText } from "../bench/facts";
+import { endText, problemText } from "../bench/facts";
 import { decimalsOf, number } from "../bench/format";
 import { ended, jobs, setJob, settled } from "../bench/jobs";
 import { motion } from "../bench/motion";
 import { sheetOf } from "../bench/parameters";
 import { apply } from "../change/apply";
-import { text } from "../text";
 import { GAINS, runsInOrder, toggled } from "./step-runs";
 import { tune as words } from "./words";
 
 const LISTED = 50;
 
-/** Of which servo all this is. */
+/** The servo all this belongs to. */
 let of = "";
 
-/** Newest first, without samples; null until asked. */
+/** Runs without samples, newest first; null until loaded. */
 export const runs = signal<readonly StepRun[] | null>(null);
 export const runsProblem = signal<string | null>(null);
 
-/** The runs laid over one another, oldest first. */
+/** IDs of the overlaid runs, oldest first. */
 export const chosenRuns = signal<readonly number[]>([]);
 export const overlay = signal<RunOverlay | null>(null);
 
@@ -34,14 +33,14 @@ export const test = computed<Job | null>(() => {
   const id = job.value;
   return id === null ? null : (jobs.value.get(id) ?? null);
 });
-/** Whether the request that starts a test is not answered yet. */
+/** Whether the request that starts a test has no response yet. */
 const starting = signal(false);
-/** From the press on. */
+/** True from the press of the button on. */
 export const testing = computed(() => starting.value || (test.value !== null && !ended(test.value)));
 export const testProblem = signal<string | null>(null);
 
-/** Turns to another servo: what was known of the last one goes. */
-export async function turnTo(uid: string): Promise<void> {
+/** Switch to another servo and discard the state of the last one. */
+export async function showServo(uid: string): Promise<void> {
   if (of !== uid) {
     of = uid;
     runs.value = null;
@@ -60,7 +59,7 @@ export async function turnTo(uid: string): Promise<void> {
 export async function loadRuns(): Promise<void> {
   const uid = of;
   try {
-    const found = await ask("GET", "/runs", { query: { uid, limit: LISTED } });
+    const found = await callApi("GET", "/runs", { query: { uid, limit: LISTED } });
     if (of !== uid) return;
     runs.value = found;
     runsProblem.value = null;
@@ -72,22 +71,22 @@ export async function loadRuns(): Promise<void> {
   }
 }
 
-let asked = 0;
+let request = 0;
 
 async function choose(ids: readonly number[]): Promise<void> {
-  const round = ++asked;
+  const round = ++request;
   chosenRuns.value = runsInOrder(ids);
   if (ids.length === 0) {
     overlay.value = null;
     return;
   }
   try {
-    const found = await ask("GET", "/runs/overlay", { query: { ids: chosenRuns.peek().join(",") } });
-    if (round !== asked) return;
+    const found = await callApi("GET", "/runs/overlay", { query: { ids: chosenRuns.peek().join(",") } });
+    if (round !== request) return;
     overlay.value = found;
     runsProblem.value = null;
   } catch (error) {
-    if (round === asked) runsProblem.value = problemText(problemOf(error));
+    if (round === request) runsProblem.value = problemText(problemOf(error));
   }
 }
 
@@ -95,19 +94,19 @@ export function toggle(id: number): void {
   void choose(toggled(chosenRuns.peek(), id));
 }
 
-/** Starts a test and waits for its end; the new run joins those shown. */
-export async function startTest(uid: string, wish: StepTestWish): Promise<void> {
+/** Start a test and wait for its end; the new run is added to those shown. */
+export async function startTest(uid: string, options: StepTestOptions): Promise<void> {
   const present = motion.peek();
   if (present.phase !== "on" || testing.peek()) return;
   testProblem.value = null;
   try {
-    const begun = await begin(uid, wish, present.lease);
+    const begun = await begin(uid, options, present.lease);
     if (of !== uid) return;
     const end = await settled(begun.id);
     if (of !== uid || job.peek() !== begun.id) return;
     const made = (end.result as { run?: number } | null)?.run;
     if (end.state !== "succeeded" || made === undefined) {
-      testProblem.value = end.error?.detail ?? text.job.state[end.state];
+      testProblem.value = endText(end);
       return;
     }
     await loadRuns();
@@ -117,13 +116,13 @@ export async function startTest(uid: string, wish: StepTestWish): Promise<void> 
   }
 }
 
-/** Sends the request once: until it is answered nobody can send another. */
-async function begin(uid: string, wish: StepTestWish, lease: string): Promise<Job> {
+/** Send the request; another one cannot be sent before its response. */
+async function begin(uid: string, options: StepTestOptions, lease: string): Promise<Job> {
   starting.value = true;
   try {
-    const begun = await ask("POST", "/servos/{uid}/step-test", {
+    const begun = await callApi("POST", "/servos/{uid}/step-test", {
       path: { uid },
-      body: wish,
+      body: options,
       headers: { Lease: lease },
     });
     if (!jobs.peek().has(begun.id)) setJob(begun);
@@ -134,43 +133,43 @@ async function begin(uid: string, wish: StepTestWish, lease: string): Promise<Jo
   }
 }
 
-/** Applies the staged gains, then runs the test with just them; without staged gains, the test alone. */
-export async function applyAndTest(uid: string, wish: StepTestWish): Promise<void> {
+/** Apply the staged gains, if any, then run the test. */
+export async function applyAndTest(uid: string, options: StepTestOptions): Promise<void> {
   if (testing.peek() || sheetOf(uid).busy.peek() !== null) return;
   testProblem.value = null;
   if (stagedGains(uid).size > 0 && !(await applyGains(uid))) {
     testProblem.value = words.form.notApplied;
     return;
   }
-  if (motion.peek().phase === "on") await startTest(uid, wish);
+  if (motion.peek().phase === "on") await startTest(uid, options);
   else testProblem.value = words.form.motionEnded;
 }
 
-/** Ends the test; the horn goes back to where it was. */
+/** Cancel the test; the horn returns to its start position. */
 export async function cancelTest(): Promise<void> {
   const present = test.peek();
   if (!present || ended(present)) return;
   try {
-    setJob(await ask("DELETE", "/jobs/{job_id}", { path: { job_id: present.id }, timeout_ms: 30_000 }));
+    setJob(await callApi("DELETE", "/jobs/{job_id}", { path: { job_id: present.id }, timeout_ms: 30_000 }));
   } catch (error) {
     testProblem.value = problemText(problemOf(error));
   }
 }
 
-/** Forgets a run. */
+/** Delete a run. */
 export async function dropRun(id: number): Promise<void> {
-  await ask("DELETE", "/runs/{run_id}", { path: { run_id: id } });
+  await callApi("DELETE", "/runs/{run_id}", { path: { run_id: id } });
   await loadRuns();
 }
 
-/** The gains with a legal draft of another value. */
+/** The gains with a valid staged value. */
 export function stagedGains(uid: string): Map<string, Value> {
   const sheet = sheetOf(uid);
   const all = staged(sheet.drafts.map.value, key => sheet.held(key));
   return new Map([...all].filter(([key]) => (GAINS as readonly string[]).includes(key)));
 }
 
-/** Puts values into the rows, to be applied or not. */
+/** Stage values in the rows. */
 export function stageGains(uid: string, values: ReadonlyMap<string, Value>): void {
   const { drafts } = sheetOf(uid);
   for (const [key, value] of values) {
@@ -186,7 +185,7 @@ export function discardGains(uid: string): void {
   sheetOf(uid).drafts.drop(GAINS);
 }
 
-/** Writes the gains alone to RAM, under the motion control this page holds; other drafts stay drafts. */
+/** Write only the gains to RAM, under this page's lease; other staged values stay staged. */
 export async function applyGains(uid: string): Promise<boolean> {
   const present = motion.peek();
   return apply(sheetOf(uid), {

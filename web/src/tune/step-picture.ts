@@ -1,11 +1,11 @@
-/** The picture of step tests: runs over one another, each from where its step began, with target and band. */
+/** Picture of step tests: overlaid runs, each relative to its start, with target and band. */
 import type { StepRun } from "../api/lab-types";
 import { type Picture, roomy } from "../plots/plot";
 import type { PlotCurve } from "../plots/series";
 import { samples, still } from "../plots/trace";
 import { type Direction, letter, stepsOf } from "./step-runs";
 
-/** A little of what was before the command. */
+/** Share of the time shown before the command. */
 const BEFORE = 0.04;
 
 export function stepPicture(

@@ -107,11 +107,11 @@ describe("the way back", () => {
 
   test("is what the servo holds otherwise, of the gains alone", () => {
     const held: Record<string, number | boolean> = { angle_p_gain: 80, smoothing: false, angle_limit_cw: 30 };
-    expect([...runs.takeBack(before, key => held[key])]).toEqual([["angle_p_gain", 40]]);
+    expect([...runs.gainsToRestore(before, key => held[key])]).toEqual([["angle_p_gain", 40]]);
   });
 
   test("leaves alone what is not known now", () => {
-    expect(runs.takeBack(before, () => undefined).size).toBe(0);
+    expect(runs.gainsToRestore(before, () => undefined).size).toBe(0);
   });
 
   test("differences name the gains first", () => {
@@ -136,6 +136,6 @@ describe("the path", () => {
     expect(runs.hornPathOf(55, 10, limits).outside).toBe("cw");
     expect(runs.hornPathOf(-55, -10, limits).outside).toBe("ccw");
     expect(runs.hornPathOf(55, 10, null).outside).toBeNull();
-    expect(runs.testLasts(2, 1.5)).toBe(6);
+    expect(runs.testDuration(2, 1.5)).toBe(6);
   });
 });

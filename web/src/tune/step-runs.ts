@@ -1,10 +1,10 @@
-/** What is said of step tests: letters of runs, the metrics table with its errors, differences, what they show. */
+/** Results of step tests: letters of runs, the metrics table with errors, parameter differences, symptoms. */
 import type { StepMetrics, StepRun, StepTrace } from "../api/lab-types";
 import type { Value } from "../api/types";
 
 export type Direction = StepTrace["direction"];
 
-/** Rows that one may try beside a step test, in this order; a servo has those its model and firmware have. */
+/** Rows to tune with a step test, in this order; a servo has those of its model and firmware. */
 export const GAINS = [
   "angle_p_gain",
   "angle_d_gain",
@@ -21,12 +21,12 @@ export function letter(place: number): string {
   return String.fromCharCode(65 + place);
 }
 
-/** Chosen runs, oldest first, which is the order of their numbers. */
+/** Selected runs in the order of their IDs, which is oldest first. */
 export function runsInOrder(ids: Iterable<number>): number[] {
   return [...ids].sort((a, b) => a - b);
 }
 
-/** The runs to show when one is ticked or unticked; at most eight, the oldest makes room. */
+/** The selection after toggling a run; at most eight, beyond that the oldest is removed. */
 export function toggled(ids: readonly number[], id: number): number[] {
   if (ids.includes(id)) return ids.filter(one => one !== id);
   return runsInOrder([...ids, id]).slice(-OVERLAID);
@@ -51,12 +51,12 @@ export const METRICS: readonly { key: MetricKey; kind: "time" | "percent" | "ang
   { key: "peak_speed_rpm", kind: "speed" },
 ];
 
-/** A number of a run: its median over the steps of a direction, and how far they lie apart. */
+/** A metric of a run: median over the steps of a direction, and its spread. */
 export interface MetricFigure {
   value: number;
   low: number;
   high: number;
-  /** Steps that got there, of so many. */
+  /** Number of steps that reached it. */
   reached: number;
   of: number;
 }
@@ -65,7 +65,7 @@ export function stepsOf(run: StepRun, direction: Direction): StepTrace[] {
   return run.steps.filter(step => step.direction === direction);
 }
 
-/** Null when no step got there. */
+/** Null if no step reached it. */
 export function figure(run: StepRun, direction: Direction, key: MetricKey): MetricFigure | null {
   const steps = stepsOf(run, direction);
   const values = steps.flatMap(step => step.metrics[key] ?? []).sort((a, b) => a - b);
@@ -80,7 +80,7 @@ export function figure(run: StepRun, direction: Direction, key: MetricKey): Metr
   return { value, low, high, reached: values.length, of: steps.length };
 }
 
-/** The error of every time of a run in seconds: its widest gap between two samples. */
+/** Error of the times of a run, seconds: its largest gap between two samples. */
 export function sampleOf(run: StepRun, direction: Direction): number {
   return Math.max(0, ...stepsOf(run, direction).map(step => step.metrics.sample_s));
 }
@@ -99,11 +99,11 @@ export function hunting(
 
 export interface Compared {
   delta: number;
-  /** The errors of both are larger than that: it may be none. */
+  /** The difference is within the errors of both. */
   within: boolean;
 }
 
-/** How a figure of one run differs from that of another. Times are only as good as one sample of each. */
+/** Difference of a metric between two runs. Times are accurate to one sample of each. */
 export function compared(
   base: MetricFigure | null,
   other: MetricFigure | null,
@@ -115,14 +115,14 @@ export function compared(
   return { delta, within: kind === "time" && Math.abs(delta) <= error_s };
 }
 
-/** What a run shows that one may want to be rid of. */
+/** Problems that a run can show. */
 export type Symptom = "hunting" | "overshoot" | "weak" | "smoothed" | "small" | "sags";
 
 export const SYMPTOMS: readonly Symptom[] = ["hunting", "overshoot", "weak", "small", "sags", "smoothed"];
 
 const MUCH_OVERSHOOT_PCT = 5;
 
-/** Those that a run can show by itself; whether it gives way by hand, or the supply sags, it cannot tell. */
+/** Symptoms that can be detected in a run; load and supply problems cannot. */
 export function shown(run: StepRun): Set<Symptom> {
   const found = new Set<Symptom>();
   for (const step of run.steps) {
@@ -137,8 +137,8 @@ export function shown(run: StepRun): Set<Symptom> {
   return found;
 }
 
-/** The gains of a run that the servo does not hold now: what takes it back there. */
-export function takeBack(run: StepRun, held: (key: string) => Value | undefined): Map<string, Value> {
+/** The gains of a run that differ from the servo's present ones. */
+export function gainsToRestore(run: StepRun, held: (key: string) => Value | undefined): Map<string, Value> {
   const changes = new Map<string, Value>();
   for (const key of GAINS) {
     const then = run.parameters[key];
@@ -149,7 +149,7 @@ export function takeBack(run: StepRun, held: (key: string) => Value | undefined)
   return changes;
 }
 
-/** What is the same in all runs of an overlay need not be told apart; these are what differs, gains first. */
+/** The parameters that differ between runs, gains first. */
 export function differing(differences: Readonly<Record<string, readonly Value[]>>): string[] {
   const rank = (key: string) => {
     const at = (GAINS as readonly string[]).indexOf(key);
@@ -158,7 +158,7 @@ export function differing(differences: Readonly<Record<string, readonly Value[]>
   return Object.keys(differences).sort((a, b) => rank(a) - rank(b));
 }
 
-/** What was odd about the runs of an overlay, each line once, with the letters of those it is true of. */
+/** Warnings of the overlaid runs, each once, with the letters of its runs. */
 export function warned(runs: readonly StepRun[]): { line: string; letters: string[] }[] {
   const found = new Map<string, string[]>();
   runs.forEach((run, place) => {
@@ -169,14 +169,14 @@ export function warned(runs: readonly StepRun[]): { line: string; letters: strin
 
 export type Path = { from: number; to: number; outside: "cw" | "ccw" | null };
 
-/** Where a step goes from where the horn stands, degrees, and the limit it would cross. */
+/** Start and end of a step, degrees, and the limit it would cross. */
 export function hornPathOf(at: number, step: number, limits: { cw: number; ccw: number } | null): Path {
   const to = Math.round((at + step) * 10) / 10;
   const outside = limits === null ? null : to > limits.cw ? "cw" : to < limits.ccw ? "ccw" : null;
   return { from: at, to, outside };
 }
 
-/** The longest a test takes, seconds: both ways, each watched for the dwell. */
-export function testLasts(runs: number, dwell_s: number): number {
+/** Longest duration of a test, seconds: both directions, each for the dwell time. */
+export function testDuration(runs: number, dwell_s: number): number {
   return 2 * runs * dwell_s;
 }

@@ -1,5 +1,5 @@
 /** Japanese text of the Tune page; loaded with it. */
-import type { Said } from "../text/language";
+import type { Translated } from "../text/language";
 import type { words as english } from "./text.en";
 
 const S = "\u202f";
@@ -160,4 +160,4 @@ export const words = {
       "スムージング（0x22）がオンのため、その影響が含まれます。制御ループだけを計測するにはオフにします。",
     goTo: name => `${name}へ`,
   },
-} satisfies Said<typeof english>;
+} satisfies Translated<typeof english>;

@@ -1,6 +1,6 @@
 /**
- * What lies on a 3D picture and can be dragged: the horn, while the jog pad's dial can be too, and the ends of the limit
- * arc, which stages a draft. The camera's word is the server's; a drag goes on where the camera moves under it.
+ * Draggable parts of a 3D picture: the horn, while the jog pad's dial can be dragged, too, and the ends of the limit
+ * arc, which stage edits. The camera is the server's; a drag continues where the camera moves under it.
  */
 import { type ReadonlySignal, useSignal } from "@preact/signals";
 import { useEffect, useRef } from "preact/hooks";
@@ -26,11 +26,11 @@ const NOTICE_MS = 6000;
 
 interface Drag {
   grip: Grip;
-  /** The angle asked for last; what the pointer points at is so much beside it. */
+  /** Last commanded angle, and its offset from the pointer. */
   at: number;
   beside: number;
   sight: Sight;
-  /** Of the motion it began in: it goes on in no other. */
+  /** The motion session it started in; a drag does not continue in another one. */
   lease: string | undefined;
 }
 
@@ -156,7 +156,7 @@ export function Grips({ uid, angle, stand, sight, size }: Props) {
   );
 }
 
-/** Why a drag of the horn would move nothing; null where it moves. */
+/** Why dragging the horn would move nothing; null if it moves. */
 function whyNot(uid: string): string | null {
   const present = motion.value;
   if (present.phase !== "on" || present.uid !== uid) return words.grip.off;
@@ -175,7 +175,7 @@ function drafted(uid: string, side: "cw" | "ccw"): number | null {
   return verdict?.ok && typeof verdict.value === "number" ? verdict.value : null;
 }
 
-/** How far a limit may be dragged: what its row allows, and not past the other. */
+/** Range of a dragged limit: its row's range, and not beyond the other limit. */
 function boundsOf(uid: string, grip: "cw" | "ccw"): Limits {
   const sheet = sheetOf(uid);
   const row = catalog.peek()?.rows.get(ROWS[grip]);
@@ -186,7 +186,7 @@ function boundsOf(uid: string, grip: "cw" | "ccw"): Limits {
   return { ccw: low, cw: Math.min(high, drafted(uid, "cw") ?? held?.cw ?? high) };
 }
 
-/** One drag is one step of undo: it is ended by `commit`. */
+/** One drag is one undo step, completed by `commit`. */
 function stage(uid: string, grip: "cw" | "ccw", value: number): boolean {
   const sheet = sheetOf(uid);
   const row = catalog.peek()?.rows.get(ROWS[grip]);

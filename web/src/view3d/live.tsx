@@ -1,5 +1,5 @@
-/** The 3D view of a servo: the frame and its chips, covered while frozen, replaced by the dial without it. While a
- * recording is open beside it, and nothing may move, it shows that one and says so. */
+/** The 3D view of a servo: frame and chips, covered while frozen, replaced by the dial without 3D. While a
+ * recording is open beside it and motion is off, it shows the recording and says so. */
 
 import { useSignal } from "@preact/signals";
 import { nameOf, servo, uids } from "../bench/fleet";
@@ -27,7 +27,7 @@ export function ViewLive({ uid }: { uid: string }) {
   const present = figureNow(uid, "current_angle");
   const frozen = present.stale;
   const shown = state.value === "shown";
-  // Whoever moves a servo sees that servo.
+  // Whoever moves a servo must see that servo, not a recording.
   const replay = motion.value.phase === "off" ? replayed.value : null;
   const pick = (picked: string) => {
     if (replay) replay.front.value = picked;
@@ -69,7 +69,7 @@ export function ViewLive({ uid }: { uid: string }) {
   );
 }
 
-/** What lies on the picture of a servo as it is. */
+/** Overlays of the live picture of a servo. */
 function Now({ uid, shown, frozen }: { uid: string; shown: boolean; frozen: boolean }) {
   const one = servo(uid);
   const present = figureNow(uid, "current_angle");
@@ -108,7 +108,7 @@ function Now({ uid, shown, frozen }: { uid: string; shown: boolean; frozen: bool
   );
 }
 
-/** Shows the page that is open of the servo that was clicked. While motion is on, leaving would end it: not then. */
+/** Show the same page for the servo that was clicked. Not while motion is on, which leaving would end. */
 function choose(picked: string): void {
   const here = route.peek();
   if (picked === here.uid || !servo(picked) || motion.peek().phase !== "off") return;

@@ -1,11 +1,11 @@
-/** The names of the servos in a 3D picture, each under its own; one that would cover what is nearer is left out. */
+/** Names of the servos in a 3D picture, each below its servo; a name that would cover a nearer servo is left out. */
 import { nameOf, servo } from "../bench/fleet";
 import type { Sight } from "../bench/view-link";
 import { nameAt, pictured } from "./sight";
 import type { Size } from "./wall-projection";
 
 const HIGH = 26;
-/** Of a letter, about; a name is cut at the width of its servo's place. */
+/** Approximate width of a letter; names are cut at the width of their servo's place. */
 const WIDE = 8;
 const MOST = 140;
 

@@ -1,4 +1,4 @@
-/** Whether the near view shows the other servos, too: a choice of this browser. */
+/** Whether the near view also shows the other servos; stored in this browser. */
 import { signal } from "@preact/signals";
 
 const KEY = "hornbill.view-all";
@@ -18,6 +18,6 @@ export function toggleAll(): void {
   try {
     localStorage.setItem(KEY, String(showsAll.peek()));
   } catch {
-    // Not kept then; the choice stands until the page is loaded again.
+    // Storage is not available; the choice lasts until the page is reloaded.
   }
 }

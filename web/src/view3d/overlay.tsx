@@ -1,4 +1,4 @@
-/** What lies over a 3D picture by the place of things in it: names, and what can be dragged. */
+/** Overlays of a 3D picture at the positions of its objects: names, and draggable parts. */
 import { type ReadonlySignal, useSignal } from "@preact/signals";
 import { useEffect, useRef } from "preact/hooks";
 import type { Sight } from "../bench/view-link";
@@ -8,7 +8,7 @@ import type { Size } from "./wall-projection";
 
 interface Props {
   sight: ReadonlySignal<Sight | null>;
-  /** The servo that can be dragged and its angle; null for a recording, which nobody moves. */
+  /** The draggable servo and its angle; null for a recording. */
   live: { uid: string; angle: number | null } | null;
   names?: ReadonlyMap<string, string>;
 }

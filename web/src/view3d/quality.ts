@@ -1,12 +1,12 @@
-/** How well 3D is drawn: the wish, what the machine turned out to manage, and what follows from both. */
+/** Quality of 3D rendering: the setting, the measured performance, and the result of both. */
 import { computed, signal } from "@preact/signals";
 import { drawable, type Quality } from "../bench/view-url";
 
-export type QualityWish = "auto" | Quality;
+export type QualitySetting = "auto" | Quality;
 
 const KEY = "hornbill.view-quality";
 
-function kept(): QualityWish {
+function stored(): QualitySetting {
   try {
     const value = localStorage.getItem(KEY);
     return value === "high" || value === "low" ? value : "auto";
@@ -15,37 +15,37 @@ function kept(): QualityWish {
   }
 }
 
-export const qualityWish = signal<QualityWish>(kept());
+export const qualitySetting = signal<QualitySetting>(stored());
 
-/** Seen drawing slowly in high quality since the page was loaded. */
+/** Whether high quality was measured as too slow since the page was loaded. */
 const slow = signal(false);
 
-/** How frames are drawn now; null where 3D cannot be drawn at all. */
+/** Present quality of frames; null where 3D cannot be rendered. */
 export const quality = computed<Quality | null>(() => {
   const able = drawable();
   if (able === null) return null;
-  if (qualityWish.value !== "auto") return qualityWish.value;
+  if (qualitySetting.value !== "auto") return qualitySetting.value;
   return slow.value ? "low" : able;
 });
 
 /** The next of auto, high, low. */
 export function nextQuality(): void {
-  const order: QualityWish[] = ["auto", "high", "low"];
-  qualityWish.value = order[(order.indexOf(qualityWish.peek()) + 1) % order.length] ?? "auto";
+  const order: QualitySetting[] = ["auto", "high", "low"];
+  qualitySetting.value = order[(order.indexOf(qualitySetting.peek()) + 1) % order.length] ?? "auto";
   try {
-    localStorage.setItem(KEY, qualityWish.peek());
+    localStorage.setItem(KEY, qualitySetting.peek());
   } catch {
-    // Not kept then; the choice stands until the page is loaded again.
+    // Storage is not available; the choice lasts until the page is reloaded.
   }
 }
 
-/** Draws of a second that still look like motion. */
+/** Draws per second that still look like motion. */
 export const ENOUGH_HZ = 15;
 const WINDOW_MS = 3000;
-/** Opening takes long and says nothing about drawing. */
+/** Opening takes long and does not reflect rendering speed. */
 const SETTLING_MS = 4000;
 
-/** Judges windows of draws: true once two in a row were too slow. */
+/** Evaluates windows of draws: true once two in a row were too slow. */
 export class DrawRate {
   #began: number;
   #draws = 0;
@@ -67,14 +67,14 @@ export class DrawRate {
   }
 }
 
-/** Measures while a frame is shown in high quality by itself; too slow, and all go on in low. The answer ends it. */
+/** Measure while a frame is shown in automatic high quality, and switch to low if too slow. Returns a function that ends it. */
 export function measure(frame: Window): () => void {
-  if (qualityWish.peek() !== "auto" || quality.peek() !== "high") return () => undefined;
+  if (qualitySetting.peek() !== "auto" || quality.peek() !== "high") return () => undefined;
   let rate = new DrawRate(performance.now());
   let over = false;
   const step = () => {
     if (over) return;
-    // A hidden tab draws nothing; that is no sign of a slow machine.
+    // A hidden tab draws nothing, which does not mean that the computer is slow.
     if (document.hidden) rate = new DrawRate(performance.now());
     else if (rate.draw(performance.now())) {
       slow.value = true;

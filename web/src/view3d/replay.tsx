@@ -1,4 +1,4 @@
-/** The 3D view of a recording: its servos as they were at the moment looked at, and that this is none of them. */
+/** The 3D view of a recording: its servos at the present moment, marked as not live. */
 import { useSignal } from "@preact/signals";
 import { angle } from "../bench/format";
 import { up } from "../bench/link";
@@ -11,7 +11,7 @@ import { ViewTools } from "./tools";
 import { sceneWords as words } from "./words";
 import "./view3d.css";
 
-/** A view of its own, for a page that shows no servo. */
+/** A view of its own for pages that show no servo. */
 export function ReplayView({ scrub }: { scrub: Scrub }) {
   const state = useSignal<SceneState>("loading");
   const resets = useSignal(0);
@@ -51,7 +51,7 @@ export function ReplayView({ scrub }: { scrub: Scrub }) {
   );
 }
 
-/** What lies on the picture of a recording: that it is one, whose it is, what is not known of it. */
+/** Overlays of the picture of a recording: that it is one, the servo's name, and missing data. */
 export function Replayed({ scrub, shown }: { scrub: Scrub; shown: boolean }) {
   const track = scrub.track;
   const pose = scrub.poses.value.find(one => one.uid === track?.uid);
@@ -59,7 +59,7 @@ export function Replayed({ scrub, shown }: { scrub: Scrub; shown: boolean }) {
   const known = pose.angle !== null;
   const limits =
     pose.limit_cw !== null && pose.limit_ccw !== null ? { cw: pose.limit_cw, ccw: pose.limit_ccw } : null;
-  const told = !known
+  const figures = !known
     ? words.replay.noValue
     : pose.command === null
       ? angle(pose.angle)
@@ -95,7 +95,7 @@ export function Replayed({ scrub, shown }: { scrub: Scrub; shown: boolean }) {
         )}
         {known && pose.stale && <span class="chip">{words.replay.old}</span>}
         <span class="chip" data-testid="replay-angle" data-stale={pose.stale}>
-          {told}
+          {figures}
         </span>
       </span>
     </>

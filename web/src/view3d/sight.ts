@@ -1,18 +1,18 @@
-/** Where things of a 3D scene are in its picture, and what a pointer in the picture points at. */
+/** Projection of a 3D scene into its picture, and of a pointer back into the scene. */
 import type { Sight, Stand } from "../bench/view-link";
 import { angleAt, type Point, polar } from "../kit/polar";
 import type { Size } from "./wall-projection";
 
 type Vector = readonly [number, number, number];
 
-/** Flatter than this a disc is seen so much from the side that a pixel is many degrees. */
+/** A disc flatter than this is seen so much from the side that a pixel spans many degrees. */
 const FLAT = 0.22;
 
 const dot = (a: Vector, b: Vector) => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
 
 const focal = (sight: Sight, size: Size) => size.height / 2 / Math.tan(sight.fov / 2);
 
-/** A point of the scene in a picture of this size, px from its top left; null behind the camera. */
+/** A scene point in a picture of this size, px from its top left; null behind the camera. */
 export function pictured(at: Vector, sight: Sight, size: Size): Point | null {
   const from: Vector = [at[0] - sight.eye[0], at[1] - sight.eye[1], at[2] - sight.eye[2]];
   const depth = dot(from, sight.ahead);
@@ -21,13 +21,13 @@ export function pictured(at: Vector, sight: Sight, size: Size): Point | null {
   return { x: size.width / 2 + by * dot(from, sight.right), y: size.height / 2 + by * dot(from, sight.down) };
 }
 
-/** The point of a servo's disc at this angle and so far from its shaft, in reaches of its horn. */
+/** Point of a servo's disc at an angle and a distance from its shaft, in horn lengths. */
 export function onDisc(stand: Stand, angle: number, reaches: number): Vector {
   const { x, y } = polar(stand.reach * reaches, angle);
   return [stand.at[0] + x, stand.at[1] - y, stand.at[2] + stand.height];
 }
 
-/** The angle of the disc a pointer points at, −180 to 180; null where it misses it or sees it too flat. */
+/** Angle on the disc under a pointer, −180 to 180; null where it misses the disc or sees it too flat. */
 export function pointedAngle(at: Point, sight: Sight, size: Size, stand: Stand): number | null {
   const by = focal(sight, size);
   const [across, down] = [(at.x - size.width / 2) / by, (at.y - size.height / 2) / by];
@@ -37,13 +37,13 @@ export function pointedAngle(at: Point, sight: Sight, size: Size, stand: Stand):
   const away = (stand.at[2] + stand.height - sight.eye[2]) / way[2];
   if (tooFlat(sight) || !(away > 0)) return null;
   const [x, y] = [sight.eye[0] + away * way[0] - stand.at[0], sight.eye[1] + away * way[1] - stand.at[1]];
-  // Nearer to the shaft than the hub, a pixel is a jump.
+  // Closer to the shaft than the hub, a pixel spans too many degrees.
   return Math.hypot(x, y) < stand.reach * 0.2 ? null : angleAt(x, -y);
 }
 
 export const tooFlat = (sight: Sight) => sight.ahead[2] > -FLAT;
 
-/** Where a name stands: centred under case and horn, however the horn turns. Null when out of the picture. */
+/** Position of a name: centred below case and horn at any horn angle. Null outside the picture. */
 export function nameAt(stand: Stand, sight: Sight, size: Size): Point | null {
   const sides = [stand.low, stand.high];
   const box = [0, 1, 2, 3, 4, 5, 6, 7].map(

@@ -1,5 +1,5 @@
 /** Japanese text of the 3D view and the wall of horns; loaded with them. */
-import type { Said } from "../text/language";
+import type { Translated } from "../text/language";
 import type { words as english } from "./text.en";
 
 export const words = {
@@ -39,4 +39,4 @@ export const words = {
   wallEmpty: "サーボはまだありません。バスに接続されたサーボがホーンとともに表示されます。",
   wallOld: (angle, age) => `${angle}、${age}前`,
   wallLost: "更新停止。hornbillに未接続",
-} satisfies Said<typeof english>;
+} satisfies Translated<typeof english>;

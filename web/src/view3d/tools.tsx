@@ -1,13 +1,13 @@
-/** The buttons on a 3D frame: who is shown, the camera back to where it started, how well it is drawn. */
+/** Buttons of a 3D frame: other servos, reset of the camera, and quality. */
 
 import { showsAll, toggleAll } from "./others";
-import { nextQuality, quality, qualityWish } from "./quality";
+import { nextQuality, quality, qualitySetting } from "./quality";
 import { sceneWords as words } from "./words";
 
 export function ViewTools({ onReset, others = false }: { onReset?: () => void; others?: boolean }) {
   const drawn = quality.value;
   if (drawn === null) return null;
-  const wish = qualityWish.value;
+  const setting = qualitySetting.value;
   return (
     <span class="view-tools">
       {others && (
@@ -34,7 +34,7 @@ export function ViewTools({ onReset, others = false }: { onReset?: () => void; o
         title={words.qualityHint}
         onClick={nextQuality}
       >
-        {wish === "auto" ? words.qualityAuto[drawn] : words.qualities[wish]}
+        {setting === "auto" ? words.qualityAuto[drawn] : words.qualities[setting]}
       </button>
     </span>
   );

@@ -1,22 +1,22 @@
-/** Where a servo of the wall of horns is in its picture: the camera of the 3D view, and rows that fill the frame. */
+/** Projection of the wall of horns: the camera of the 3D view, and rows that fill the frame. */
 
-/** As in hornbill/view/layout.py; a test there compares them. Scene units; the camera looks at the middle, z is up. */
+/** As in hornbill/view/layout.py; a test there compares them. Scene units; the camera points at the centre, z is up. */
 export const CAMERA = [0, -8, 13.9] as const;
 export const FOV_DEG = 24;
 export const PITCH = [3.8, 4.8] as const;
 
-/** So much nearer to the camera than the middle the rows stand, before their scale. */
+/** Distance by which rows are closer to the camera than the centre, unscaled. */
 export const NEARER = 0.8;
 
-/** How far limit arcs reach from the shaft and how high above the floor, before the scale: nothing stands out more. */
+/** Reach of limit arcs from the shaft and their height above the floor, unscaled: the outermost parts. */
 export const ARC = 1.57;
 export const TALL = 2.19;
-/** From the shaft to the front of a case, and to its ears at the left. */
+/** Distance from the shaft to the front of a case, and to its ears at the left. */
 const FRONT = 0.55;
 const EARS = 1.86;
-/** Below the front row: a name and an angle. */
+/** Space below the front row for a name and an angle. */
 const NAME_PX = 38;
-/** The largest a servo is drawn. */
+/** Maximum size of a servo. */
 const LARGEST = 1.2;
 const MOST_COLUMNS = 24;
 
@@ -42,7 +42,7 @@ export interface PictureBox {
 const DISTANCE = Math.hypot(...CAMERA);
 const [FORWARD_Y, FORWARD_Z] = [-CAMERA[1] / DISTANCE, -CAMERA[2] / DISTANCE];
 
-/** Where a point of the scene is in a picture of this size, px from its top left. */
+/** Position of a scene point in a picture of this size, px from its top left. */
 export function project(x: number, y: number, z: number, size: Size): { x: number; y: number } {
   const focal = size.height / 2 / Math.tan((FOV_DEG * Math.PI) / 360);
   const [dy, dz] = [y - CAMERA[1], z - CAMERA[2]];
@@ -51,7 +51,7 @@ export function project(x: number, y: number, z: number, size: Size): { x: numbe
   return { x: size.width / 2 + (focal * x) / depth, y: size.height / 2 - (focal * above) / depth };
 }
 
-/** How many columns show `count` servos largest in a picture of this size, with `margin` px left at every side. */
+/** Number of columns that shows `count` servos largest in a picture of this size, with `margin` px at every side. */
 export function fill(count: number, size: Size, margin = 8): WallRows {
   let best: WallRows = { columns: 1, rows: Math.max(1, count), scale: 0.01 };
   for (let columns = 1; columns <= Math.min(Math.max(count, 1), MOST_COLUMNS); columns++) {
@@ -82,12 +82,12 @@ function fits(wall: WallRows, size: Size, margin: number): boolean {
   );
 }
 
-/** Where the shafts of a row stand, counted from the back. */
+/** Positions of the shafts of a row, counted from the back. */
 function placeOf(row: number, wall: WallRows): number {
   return (((wall.rows - 1) / 2 - row) * PITCH[1] - NEARER) * wall.scale;
 }
 
-/** Between two rows in the picture: the furthest up a horn or an arc of the nearer one reaches; below the last, names. */
+/** Boundary between two rows in the picture: the highest reach of the nearer row; below the last row, its names. */
 function edge(row: number, wall: WallRows, size: Size): number {
   const { rows, scale } = wall;
   if (row < rows) return project(0, placeOf(row, wall) + ARC * scale, TALL * scale, size).y;
@@ -97,7 +97,7 @@ function edge(row: number, wall: WallRows, size: Size): number {
   return Math.max(foot, arc) + NAME_PX;
 }
 
-/** The part of the picture that belongs to the servo at this place, counted from the back left. */
+/** Part of the picture of the servo at this place, counted from the back left. */
 export function boxOf(index: number, wall: WallRows, size: Size): PictureBox {
   const [row, column] = [Math.floor(index / wall.columns), index % wall.columns];
   const across = PITCH[0] * wall.scale;

@@ -1,4 +1,4 @@
-/** The wall of horns: every servo in 3D at once, its name and angle over its place; a grid of dials without 3D. */
+/** The wall of horns: every servo in 3D with name and angle; a grid of dials without 3D. */
 
 import { useSignal } from "@preact/signals";
 import { useEffect, useRef } from "preact/hooks";
@@ -18,12 +18,12 @@ import { ViewTools } from "./tools";
 import { boxOf, fill, type PictureBox, type Size } from "./wall-projection";
 import { sceneWords as words } from "./words";
 
-/** A place narrower than this has no room for the angle. */
+/** A place narrower than this has no space for the angle. */
 const NARROW_PX = 84;
-/** Asked of those whose angle does not come by itself. */
+/** Requested rate for servos whose angle is not streamed. */
 const RATE_HZ = 5;
 
-/** The servos named, in this order, from the back left. Each is a link to its parameters. */
+/** The servos in this order, from the back left. Each is a link to its parameters. */
 export function WallOfHorns({ uids }: { uids: readonly string[] }) {
   const place = useRef<HTMLElement>(null);
   const state = useSignal<SceneState>("loading");
@@ -89,7 +89,7 @@ function Place({ uid, box, dial }: { uid: string; box: PictureBox | null; dial: 
   );
   const present = angleNow(one);
   const old = one?.online === true && present.stale;
-  // The Status of such a one is not understood: the server reads its angle, and seldom.
+  // The Status of such a servo is not understood: the server reads its angle, at a low rate.
   const unsure = one?.position_unit.state === "conflict";
   useEffect(() => {
     if (old && unsure) asked.value = true;

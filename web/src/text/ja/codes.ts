@@ -15,9 +15,9 @@ export const codes: Codes = {
   problem(problem, facts) {
     if (problem.code === "lease_held")
       return live.motion.heldBy(who(facts.holder), problem.facts.expires_in_s);
-    const said = (causes[facts.cause ?? ""] ?? problems[problem.code])?.(facts) ?? problem.message;
+    const sentence = (causes[facts.cause ?? ""] ?? problems[problem.code])?.(facts) ?? problem.message;
     return (
-      said +
+      sentence +
       (facts.also ?? "")
         .split("、")
         .map(one => causes[one]?.(facts) ?? "")

@@ -58,7 +58,7 @@ export const notes = {
   no_status: () => "送信していますが、毎秒1回必要なNodeStatusを一度も送っていません。",
   this_server: () => "このサーバです。",
   another_hornbill: () => "別のhornbillです。",
-  asking_for_id: p =>
+  requesting_id: p =>
     p.count === "0"
       ? "今、ノードIDを要求しているノードはありません。"
       : `${p.count}台がノードIDを要求しています。割り当て表を確認してください。`,

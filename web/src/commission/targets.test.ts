@@ -1,7 +1,7 @@
-/** Tests the verdicts of commissioning: what a job's steps and sheets say of each servo, and of several jobs together. */
+/** Tests the verdicts of commissioning: what a job's steps and records say of each servo, and of several jobs together. */
 import { describe, expect, it } from "vitest";
 import type { Job, JobStep, StepCode } from "../api/types";
-import { merged, resumableOf, tally, type UnitSheet, unitsOf, valuesPlaceOf } from "./units";
+import { merged, resumableOf, type TargetRecord, tally, targetsOf, valuesPlaceOf } from "./targets";
 
 const A = "a".repeat(32);
 const B = "b".repeat(32);
@@ -26,9 +26,9 @@ const step = (
   ended_at: null,
 });
 
-const sheet = (uid: string, verdict: string) => ({ uid, verdict, values: {} }) as UnitSheet;
+const record = (uid: string, verdict: string) => ({ uid, verdict, values: {} }) as TargetRecord;
 
-function job(state: Job["state"], steps: JobStep[], units: UnitSheet[], id = "1"): Job {
+function job(state: Job["state"], steps: JobStep[], targets: TargetRecord[], id = "1"): Job {
   return {
     id,
     kind: "commissioning",
@@ -36,7 +36,7 @@ function job(state: Job["state"], steps: JobStep[], units: UnitSheet[], id = "1"
     state,
     progress: 0,
     step: null,
-    result: { servos: units } as unknown as Job["result"],
+    result: { servos: targets } as unknown as Job["result"],
     error: null,
     steps,
     created_at: 0,
@@ -45,45 +45,45 @@ function job(state: Job["state"], steps: JobStep[], units: UnitSheet[], id = "1"
   };
 }
 
-const verdicts = (one: Job) => unitsOf(one).map(unit => unit.verdict);
+const verdicts = (one: Job) => targetsOf(one).map(target => target.verdict);
 
 describe("the verdict of a servo", () => {
   it("is of its steps while they run", () => {
     const one = job(
       "running",
       [step("write 1", A, "running"), step("write 2", B, "waiting")],
-      [sheet(A, "waiting"), sheet(B, "waiting")],
+      [record(A, "waiting"), record(B, "waiting")],
     );
     expect(verdicts(one)).toEqual(["running", "waiting"]);
   });
 
-  it("is failed as soon as a step failed, before its sheet says so", () => {
-    expect(verdicts(job("running", [step("write 1", A, "failed")], [sheet(A, "waiting")]))).toEqual([
+  it("is failed as soon as a step failed, before its record says so", () => {
+    expect(verdicts(job("running", [step("write 1", A, "failed")], [record(A, "waiting")]))).toEqual([
       "failed",
     ]);
   });
 
   it("is done when every step is, and not a moment before", () => {
     const steps = [step("write 1", A, "done"), step("verify 1", A, "waiting")];
-    expect(verdicts(job("running", steps, [sheet(A, "waiting")]))).toEqual(["waiting"]);
-    expect(verdicts(job("running", [step("write 1", A, "done")], [sheet(A, "waiting")]))).toEqual(["done"]);
+    expect(verdicts(job("running", steps, [record(A, "waiting")]))).toEqual(["waiting"]);
+    expect(verdicts(job("running", [step("write 1", A, "done")], [record(A, "waiting")]))).toEqual(["done"]);
   });
 
   it("is not tried for whoever waited when the job ended", () => {
-    expect(verdicts(job("failed", [step("write 1", A, "waiting")], [sheet(A, "not_tried")]))).toEqual([
+    expect(verdicts(job("failed", [step("write 1", A, "waiting")], [record(A, "not_tried")]))).toEqual([
       "not_tried",
     ]);
-    expect(verdicts(job("failed", [step("write 1", A, "skipped")], [sheet(A, "not_tried")]))).toEqual([
+    expect(verdicts(job("failed", [step("write 1", A, "skipped")], [record(A, "not_tried")]))).toEqual([
       "not_tried",
     ]);
   });
 
   it("is failed for one that was cut off between two steps", () => {
     const steps = [step("write 1", A, "done"), step("save 1", A, "waiting")];
-    expect(verdicts(job("failed", steps, [sheet(A, "waiting")]))).toEqual(["failed"]);
+    expect(verdicts(job("failed", steps, [record(A, "waiting")]))).toEqual(["failed"]);
   });
 
-  it("needs no sheets: a job just started has none", () => {
+  it("needs no records: a job just started has none", () => {
     const one = { ...job("queued", [step("write 1", A, "waiting")], []), result: null };
     expect(verdicts(one)).toEqual(["waiting"]);
   });
@@ -93,21 +93,21 @@ describe("several jobs together", () => {
   const first = job(
     "failed",
     [step("write 1", A, "done"), step("write 2", B, "failed")],
-    [sheet(A, "done"), sheet(B, "failed")],
+    [record(A, "done"), record(B, "failed")],
   );
 
   it("show a servo as its newest job does", () => {
-    const again = job("succeeded", [step("write 1", B, "done")], [sheet(B, "done")], "2");
-    const units = merged([first, again]);
-    expect(units.map(unit => [unit.uid, unit.verdict, unit.job.id])).toEqual([
+    const again = job("succeeded", [step("write 1", B, "done")], [record(B, "done")], "2");
+    const targets = merged([first, again]);
+    expect(targets.map(target => [target.uid, target.verdict, target.job.id])).toEqual([
       [A, "done", "1"],
       [B, "done", "2"],
     ]);
-    expect(tally(units, () => "rom")).toEqual({ done: 2, ram: 0, lost: 0, failed: 0, rest: 0 });
+    expect(tally(targets, () => "rom")).toEqual({ done: 2, ram: 0, lost: 0, failed: 0, rest: 0 });
   });
 
   it("never take a done servo back because another job did not come to it", () => {
-    const again = job("failed", [step("write 1", A, "skipped")], [sheet(A, "not_tried")], "2");
+    const again = job("failed", [step("write 1", A, "skipped")], [record(A, "not_tried")], "2");
     expect(merged([first, again])[0]?.verdict).toBe("done");
   });
 
@@ -119,11 +119,11 @@ describe("several jobs together", () => {
 
 describe("where the values of a servo that is done are", () => {
   const values = { torque_mode: "off", servo_id: 9, angle_limit_cw: 40 };
-  const unit = (verified_in: string) => {
-    const [one] = unitsOf(
-      job("succeeded", [step("write 1", A, "done")], [{ ...sheet(A, "done"), values, verified_in }]),
+  const target = (verified_in: string) => {
+    const [one] = targetsOf(
+      job("succeeded", [step("write 1", A, "done")], [{ ...record(A, "done"), values, verified_in }]),
     );
-    if (!one) throw new Error("no unit");
+    if (!one) throw new Error("no target");
     return one;
   };
   const holds = (ram: Record<string, number>, rom: Record<string, number>) => (key: string) => ({
@@ -134,29 +134,29 @@ describe("where the values of a servo that is done are", () => {
   const set = { servo_id: 9, angle_limit_cw: 40 };
 
   it("is ROM where the job read them there", () => {
-    expect(valuesPlaceOf(unit("rom"), undefined, () => undefined)).toBe("rom");
+    expect(valuesPlaceOf(target("rom"), undefined, () => undefined)).toBe("rom");
   });
 
   it("is RAM without a save, also while the servo is not known to hold anything", () => {
-    expect(valuesPlaceOf(unit("ram"), { lost: [] }, holds(set, old))).toBe("ram");
-    expect(valuesPlaceOf(unit("ram"), undefined, () => undefined)).toBe("ram");
+    expect(valuesPlaceOf(target("ram"), { lost: [] }, holds(set, old))).toBe("ram");
+    expect(valuesPlaceOf(target("ram"), undefined, () => undefined)).toBe("ram");
   });
 
   it("is ROM once all of them were saved, whatever became of torque", () => {
-    expect(valuesPlaceOf(unit("ram"), { lost: [] }, holds(set, { ...set, angle_limit_cw: 179.9 }))).toBe(
+    expect(valuesPlaceOf(target("ram"), { lost: [] }, holds(set, { ...set, angle_limit_cw: 179.9 }))).toBe(
       "ram",
     );
-    expect(valuesPlaceOf(unit("ram"), { lost: [] }, holds(set, set))).toBe("rom");
+    expect(valuesPlaceOf(target("ram"), { lost: [] }, holds(set, set))).toBe("rom");
   });
 
   it("is nowhere after a restart without a save", () => {
-    expect(valuesPlaceOf(unit("ram"), { lost: [] }, holds(old, old))).toBe("lost");
+    expect(valuesPlaceOf(target("ram"), { lost: [] }, holds(old, old))).toBe("lost");
     const lost = [{ key: "servo_id", value: 9, at: 0 }];
-    expect(valuesPlaceOf(unit("ram"), { lost }, () => undefined)).toBe("lost");
+    expect(valuesPlaceOf(target("ram"), { lost }, () => undefined)).toBe("lost");
   });
 
   it("counts apart in the tally", () => {
-    const [one] = [unit("ram")];
+    const [one] = [target("ram")];
     expect(tally([one], () => "ram")).toMatchObject({ done: 0, ram: 1 });
     expect(tally([one], () => "lost")).toMatchObject({ done: 0, lost: 1 });
   });

@@ -2,7 +2,7 @@
 import { type Signal, signal } from "@preact/signals";
 
 /** `read` converts the stored value; null for none. Without storage it lasts until the page is left. */
-export function kept<T>(key: string, read: (found: unknown) => T): Signal<T> {
+export function browserSetting<T>(key: string, read: (found: unknown) => T): Signal<T> {
   const value = signal(read(found(key)));
   let first = true;
   value.subscribe(next => {
