@@ -7,7 +7,7 @@ from contextlib import contextmanager
 from axe_playwright_python.sync_playwright import Axe
 from playwright.sync_api import Page, Request
 
-AXE = """options => axe.run(document, options).then(found =>
+AXE = """options => axe.run(document.querySelector('[role=dialog]') ?? document, options).then(found =>
     found.violations.map(one => `${one.id}: ${one.nodes[0].html.slice(0, 200)}`))"""
 
 STILL = """() => new Promise(done => {
@@ -80,7 +80,10 @@ def loading(page: Page) -> Generator[None]:
 
 
 def complaints(page: Page, *rules: str, without: tuple[str, ...] = ()) -> list[str]:
-    """What axe finds wrong: each rule, or each of `rules`, with the first element that breaks it."""
+    """What axe finds wrong in the dialog that is open, else on the page: each rule, or each of `rules`.
+
+    Each with the first element that breaks it.
+    """
     if not page.evaluate("() => 'axe' in window"):
         page.evaluate(Axe().axe_script)
     chosen = {"runOnly": list(rules)} if rules else {}

@@ -2,6 +2,7 @@
 
 import re
 from collections.abc import Iterator
+from itertools import count
 from pathlib import Path
 from urllib.parse import urlsplit
 
@@ -11,6 +12,8 @@ from playwright.sync_api import BrowserContext, Page, expect
 from e2e.servers import Server, running, serving, until
 
 BODY = {"model": "BLA21-06U-A0", "firmware": "1.300"}
+NODE_IDS = count(20)
+"""Their own: asking for one takes a second."""
 JOB_MS = 60_000
 """How long a job may take on a machine that is busy with something else."""
 
@@ -32,10 +35,16 @@ def servos(server: Server) -> Iterator[list[str]]:
 
 
 def plugged(server: Server, number: int) -> list[str]:
-    made = [str(server.api.post("/sim/servos", json=BODY).json()["uid"]) for _ in range(number)]
+    bodies = [{**BODY, "node_id": next(NODE_IDS)} for _ in range(number)]
+    made = [str(server.api.post("/sim/servos", json=body).json()["uid"]) for body in bodies]
     until(lambda: all(states(server).get(uid) == "ready" for uid in made), 40, "the new servos are not ready")
     by_serial = {str(one["uid"]): str(one["serial"]) for one in server.servos()}
     return sorted(made, key=lambda uid: by_serial[uid])
+
+
+def plug_again(server: Server, uid: str, servo_id: object) -> None:
+    body = {**BODY, "uid": uid, "servo_id": servo_id, "node_id": next(NODE_IDS)}
+    server.api.post("/sim/servos", json=body).raise_for_status()
 
 
 def states(server: Server) -> dict[str, str]:
@@ -196,7 +205,7 @@ def test_one_that_is_silent_ends_it_there_and_the_next_server_goes_on(context: B
     # the servos went with the simulation: the same three are plugged in again, each with what it had in ROM
     with running(*serving(tmp_path, "--sim-api"), port=port) as again:
         for uid, servo_id in zip(servos, (held, 0, 0), strict=True):
-            again.api.post("/sim/servos", json={**BODY, "uid": uid, "servo_id": servo_id}).raise_for_status()
+            plug_again(again, uid, servo_id)
         until(lambda: all(states(again).get(uid) == "ready" for uid in servos), 40, "they are not ready again")
         expect(page.get_by_test_id("live-state")).to_have_attribute("data-state", "up", timeout=10_000)
         heading(page, "1 of 3 servos are commissioned")
@@ -224,7 +233,7 @@ def test_a_job_that_the_server_was_ended_in_is_gone_on_with_from_another_browser
     page = context.new_page()
     with running(*serving(tmp_path, "--sim-api")) as again:
         for at, uid in enumerate(servos, 1):
-            again.api.post("/sim/servos", json={**BODY, "uid": uid, "servo_id": at}).raise_for_status()
+            plug_again(again, uid, at)
         until(lambda: all(states(again).get(uid) == "ready" for uid in servos), 40, "they are not ready again")
         page.goto(again.url + "commission")
         expect(page.get_by_test_id("unfinished")).to_contain_text("was not completed")

@@ -10,13 +10,19 @@ from e2e.contexts import page_in
 from e2e.hand import Hand
 from e2e.looks import loading
 from e2e.servers import Demo
+from e2e.test_access import PAGES
+from e2e.test_technician import servo_of
 
 
 @pytest.fixture
 def japanese(browser: Browser) -> Iterator[Page]:
-    """A browser whose owner reads Japanese."""
+    """A page in a browser set to Japanese, which must end without an error or a warning in its console."""
+    said: list[str] = []
     with page_in(browser, locale="ja-JP") as page:
+        page.on("console", lambda one: said.append(one.text) if one.type in ("error", "warning") else None)
+        page.on("pageerror", lambda error: said.append(str(error)))
         yield page
+    assert said == []
 
 
 def test_the_browsers_language_is_taken_and_another_choice_is_kept(japanese: Page, demo: Demo) -> None:
@@ -81,3 +87,22 @@ def test_in_english_no_japanese_is_fetched(page: Page, demo: Demo) -> None:
         page.goto(demo.url + "bus")
         expect(page.get_by_test_id("bus-page")).to_be_visible()
     assert [len(script) for script in fetched if re.search(r"[\u3040-\u30ff]{4}", script)] == []
+
+
+ENGLISH = """() => [...document.querySelectorAll('h1, h2, h3, th, button, [role=tab], label, .rail a')]
+    .filter(one => one.getClientRects().length && !one.closest('[lang=en], .row, .scroll li, tbody'))
+    .map(one => one.innerText.trim().replace(/\\s+/g, ' '))
+    .filter(text => /^[A-Za-z][a-z]{3,}( [a-z]+)*[.…]?$/.test(text))"""
+"""English in buttons, headings and tabs, which are the page's own words; names of servos, files and hosts are not."""
+
+
+def test_no_label_of_any_page_is_left_in_english(japanese: Page, demo: Demo) -> None:
+    names = {one["label"] for one in demo.api.get("/servos").json()} | {"hornbill", "demo", "curl", "Python"}
+    uid = servo_of(demo, "BLA21-12U-A0")
+    japanese.goto(demo.url)
+    for path in PAGES:
+        with loading(japanese):  # without loading the page anew
+            go = "path => { history.pushState(null, '', path); dispatchEvent(new PopStateEvent('popstate')); }"
+            japanese.evaluate(go, "/" + path.format(uid=uid))
+            expect(japanese.locator("main h1").first).to_be_visible()
+        assert [text for text in japanese.evaluate(ENGLISH) if text not in names] == [], path

@@ -212,25 +212,25 @@ BREAKS = {
 }
 
 
-@pytest.mark.parametrize("chunk", list(BREAKS))
-def test_each_page_that_breaks_takes_nothing_with_it_and_can_be_shown_again(
-    chunk: str, fresh_page: Page, demo: Demo
-) -> None:
-    where, component = BREAKS[chunk]
+def test_each_page_that_breaks_takes_nothing_with_it_and_can_be_shown_again(fresh_page: Page, demo: Demo) -> None:
+    page, uid = fresh_page, demo.api.get("/servos").json()[0]["uid"]
     throws = "if (n++ === 0) throw new Error('broken here'); return 'mended';"
-    broken = f"let n = 0; export function {component}() {{ {throws} }}"
 
-    def answer(route: Route) -> None:
-        route.fulfill(body=broken, content_type="text/javascript")
+    def breaking(component: str) -> Callable[[Route], None]:
+        body = f"let n = 0; export function {component}() {{ {throws} }}"
+        return lambda route: route.fulfill(body=body, content_type="text/javascript")
 
-    fresh_page.route(re.compile(rf"/assets/{chunk}-[\w-]{{8}}\.js$"), answer)
-    uid = demo.api.get("/servos").json()[0]["uid"]
-    fresh_page.goto(demo.url + where.format(uid=uid))
-    failed = fresh_page.get_by_test_id("panel-failed")
-    expect(failed).to_contain_text("broken here")
-    alive(fresh_page)
-    failed.get_by_role("button").click()
-    expect(fresh_page.get_by_role("main")).to_contain_text("mended")
+    for chunk, (where, component) in BREAKS.items():
+        pattern = re.compile(rf"/assets/{chunk}-[\w-]{{8}}\.js$")
+        page.route(pattern, breaking(component))
+        page.goto("about:blank")
+        page.goto(demo.url + where.format(uid=uid))
+        failed = page.get_by_test_id("panel-failed")
+        expect(failed, chunk).to_contain_text("broken here")
+        alive(page)
+        failed.get_by_role("button").click()
+        expect(page.get_by_role("main"), chunk).to_contain_text("mended")
+        page.unroute(pattern)
 
 
 @pytest.mark.parametrize(

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 from playwright.sync_api import Browser, expect
 
-from e2e.hand import SLOW_MS, WAYS, Hand, hand_of
+from e2e.hand import SLOW_MS, Hand, hand_of
 from e2e.servers import Server, running, serving, until
 
 
@@ -41,11 +41,16 @@ def torque(server: Server, uid: str, side: str = "rom") -> object:
     return server.api.get(f"/servos/{uid}/parameters").json()["parameters"]["torque_mode"][side]
 
 
-@pytest.fixture(params=WAYS)
+@pytest.fixture
 def hand(request: pytest.FixtureRequest, browser: Browser) -> Iterator[Hand]:
     """A page, and one way to press what is on it."""
     with hand_of(browser, request.param) as one:
         yield one
+
+
+def by(way: str) -> pytest.MarkDecorator:
+    """How the page is worked in a test."""
+    return pytest.mark.parametrize("hand", [way], indirect=True)
 
 
 def confirmed(server: Server, uid: str) -> Callable[[], bool]:
@@ -53,6 +58,7 @@ def confirmed(server: Server, uid: str) -> Callable[[], bool]:
     return lambda: any(one["uid"] == uid and one["confirmed"] for one in server.api.get("/stop").json()["servos"])
 
 
+@by("keyboard")
 def test_two_servos_are_commissioned_after_a_stop_and_keep_torque_in_rom(server: Server, hand: Hand) -> None:
     page, uids = hand.page, [made(server), made(server)]
     page.goto(server.url + "servos")
@@ -90,6 +96,7 @@ def test_two_servos_are_commissioned_after_a_stop_and_keep_torque_in_rom(server:
         server.api.delete(f"/sim/servos/{uid}")
 
 
+@by("touch")
 def test_a_tuned_gain_and_a_value_after_motion_are_saved_alone(server: Server, hand: Hand) -> None:
     page, uid = hand.page, made(server, 21)
     page.goto(f"{server.url}servos/{uid}/motion")
@@ -114,6 +121,7 @@ def test_a_tuned_gain_and_a_value_after_motion_are_saved_alone(server: Server, h
     server.api.delete(f"/sim/servos/{uid}")
 
 
+@by("keyboard")
 def test_torque_on_is_saved_from_the_parameters_page_without_motion_control(server: Server, hand: Hand) -> None:
     page, uid = hand.page, made(server, 22, torque_mode=1)
     assert torque(server, uid) == "off"
@@ -133,6 +141,7 @@ def test_torque_on_is_saved_from_the_parameters_page_without_motion_control(serv
     server.api.delete(f"/sim/servos/{uid}")
 
 
+@by("touch")
 def test_a_save_that_would_be_refused_opens_no_dialog_and_says_why_beside_the_button(
     server: Server, hand: Hand
 ) -> None:

@@ -20,12 +20,13 @@ def uid(demo: Demo) -> str:
     return next(one["uid"] for one in demo.api.get("/servos").json() if one["model"] == "BLA15-12U-A0")
 
 
-def opened(page: Page, demo: Demo, uid: str) -> Locator:
+def opened(page: Page, demo: Demo, uid: str, seconds: float = 0) -> Locator:
+    """The plot of a servo, with so much to see."""
     page.goto(f"{demo.url}servos/{uid}/parameters")
     plot = page.get_by_test_id("plot-angle")
     plot.locator("canvas").first.wait_for()
     expect(page.get_by_test_id("plot-rate")).to_have_text(re.compile(r"\d+ of 20"), timeout=20_000)
-    page.wait_for_timeout(3000)
+    page.wait_for_timeout(1000 * seconds)
     return plot
 
 
@@ -74,7 +75,7 @@ def test_a_channel_that_is_chosen_gets_a_lane_and_is_polled_until_it_is_left(pag
 
 
 def test_a_part_is_enlarged_by_dragging_and_exported_as_it_is_seen(page: Page, demo: Demo, uid: str) -> None:
-    plot = opened(page, demo, uid)
+    plot = opened(page, demo, uid, seconds=3)
     expect(page.get_by_test_id("plot-live")).to_have_count(0)
     drag(page, plot, 0.8, 0.6)
     expect(page.get_by_test_id("plot-live")).to_have_text("Back to live")
@@ -100,7 +101,7 @@ def test_a_part_is_enlarged_by_dragging_and_exported_as_it_is_seen(page: Page, d
 def test_cursors_are_placed_by_pointer_and_moved_by_keys_from_sample_to_sample(
     page: Page, demo: Demo, uid: str
 ) -> None:
-    plot = opened(page, demo, uid)
+    plot = opened(page, demo, uid, seconds=3)
     face = plot.locator(".u-over").first
     box = face.bounding_box()
     assert box is not None

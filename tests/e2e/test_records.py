@@ -72,15 +72,23 @@ def test_a_report_prints_black_on_white_with_every_fact_and_no_button(page: Page
     assert wide, "nothing is cut at the right"
 
 
-@pytest.fixture
-def recorded(context: BrowserContext) -> Iterator[tuple[Server, Page, str]]:
-    """A server with a short recording, and a page."""
+@pytest.fixture(scope="module")
+def recording() -> Iterator[tuple[Server, str]]:
+    """A server, and the name of a short recording: making one takes more than ten seconds."""
     with running("demo", "--servos", "2", "--seed", "4") as server:
         server.ready(2)
         body = {"reason": "rattled", "before_s": 30}
         made = server.api.post("/recorder/recordings", params={"wait": True}, json=body)
         made.raise_for_status()
-        yield server, context.new_page(), made.json()["name"]
+        yield server, made.json()["name"]
+
+
+@pytest.fixture
+def recorded(context: BrowserContext, recording: tuple[Server, str]) -> Iterator[tuple[Server, Page, str]]:
+    """The same, and a page."""
+    server, name = recording
+    yield server, context.new_page(), name
+    server.api.delete("/stop").raise_for_status()
 
 
 def test_a_recording_plays_as_a_bus_to_its_end_and_the_real_one_comes_back(recorded: tuple[Server, Page, str]) -> None:
@@ -107,7 +115,7 @@ def test_a_recording_plays_as_a_bus_to_its_end_and_the_real_one_comes_back(recor
 
 def test_what_happened_at_a_stop_is_shown_from_its_band(recorded: tuple[Server, Page, str]) -> None:
     server, page, name = recorded
-    (stored,) = server.api.get("/recorder/recordings").json()
+    (stored,) = [one for one in server.api.get("/recorder/recordings").json() if one["name"] == name]
     page.goto(f"{server.url}recorder?from={stored['at']}&to={stored['at']}")
     expect(page.get_by_test_id("recording")).to_be_visible()
     expect(page).to_have_url(f"{server.url}recorder?at={stored['at']}#{name}")

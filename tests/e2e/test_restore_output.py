@@ -6,7 +6,7 @@ from collections.abc import Iterator
 import pytest
 from playwright.sync_api import Browser, expect
 
-from e2e.hand import SLOW_MS, WAYS, Hand, hand_of
+from e2e.hand import SLOW_MS, Hand, hand_of
 from e2e.servers import Server, running, serving, until
 from e2e.test_output_story import confirmed, made
 
@@ -21,11 +21,11 @@ def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
         yield one
 
 
-@pytest.fixture(params=WAYS)
-def hand(request: pytest.FixtureRequest, browser: Browser, server: Server) -> Iterator[Hand]:
-    """A page, and one way to press what is on it; servos of before are gone."""
+@pytest.fixture
+def hand(browser: Browser, server: Server) -> Iterator[Hand]:
+    """A page worked by keyboard alone; servos of before are gone."""
     clear(server)
-    with hand_of(browser, request.param) as one:
+    with hand_of(browser, "keyboard") as one:
         yield one
 
 
@@ -39,10 +39,12 @@ def mouse(browser: Browser, server: Server) -> Iterator[Hand]:
 
 def clear(server: Server) -> None:
     server.api.delete("/stop")
-    for one in server.api.get("/sim/servos").json():
-        server.api.delete(f"/sim/servos/{one['uid']}")
-        until(lambda uid=one["uid"]: not server.api.get(f"/servos/{uid}").json()["online"], 10, "it is still there")
-        server.api.delete(f"/inventory/{one['uid']}")
+    uids = [one["uid"] for one in server.api.get("/sim/servos").json()]
+    for uid in uids:
+        server.api.delete(f"/sim/servos/{uid}")
+    for uid in uids:
+        until(lambda uid=uid: not server.api.get(f"/servos/{uid}").json()["online"], 10, "it is still there")
+        server.api.delete(f"/inventory/{uid}")
 
 
 def output(server: Server, uid: str) -> str:

@@ -16,11 +16,12 @@ def uid(demo: Demo) -> str:
     return servo_of(demo, "BLA21-12U-A0")
 
 
-def opened(page: Page, demo: Demo, uid: str) -> None:
+def opened(page: Page, demo: Demo, uid: str, seconds: float = 0) -> None:
+    """The scope of a servo, with so much to see."""
     page.goto(f"{demo.url}scope?ch={uid}:current_angle,command_angle,current_voltage")
     page.get_by_test_id("scope-plot").locator("canvas").first.wait_for()
     expect(page.get_by_test_id("scope-channel-A")).to_contain_text(re.compile(r"\d+ of 50"))
-    page.wait_for_timeout(2500)
+    page.wait_for_timeout(1000 * seconds)
 
 
 def test_a_single_shot_holds_the_step_that_crossed_the_level(page: Page, demo: Demo, uid: str) -> None:
@@ -48,7 +49,7 @@ def test_a_single_shot_holds_the_step_that_crossed_the_level(page: Page, demo: D
 
 
 def test_cursors_by_pointer_and_keys_give_statistics_and_a_spectrum(page: Page, demo: Demo, uid: str) -> None:
-    opened(page, demo, uid)
+    opened(page, demo, uid, seconds=2.5)
     face = page.get_by_test_id("scope-plot").locator(".u-over").first
     box = face.bounding_box()
     assert box is not None

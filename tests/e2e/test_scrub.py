@@ -8,7 +8,6 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from io import BytesIO
 from itertools import pairwise
-from math import atan2, degrees
 from pathlib import Path
 from typing import Any
 
@@ -17,16 +16,11 @@ from playwright.sync_api import Locator, Page, expect
 
 from e2e.conftest import Watched
 from e2e.servers import Demo, running
-from e2e.test_technician import wait_for
+from e2e.test_technician import horn, wait_for
 
 pytestmark = pytest.mark.scene
 
 MOVES = (30, -45, 10)
-HORN = """() => {
-    const horn = window.__viserMutable?.nodeRefFromName['/hero/pivot'];
-    return horn && horn.visible ? [horn.quaternion.z, horn.quaternion.w] : null;
-}"""
-"""Where the horn in front stands in the picture; null while none is drawn."""
 
 
 @dataclass(frozen=True)
@@ -78,13 +72,6 @@ def brought(demo: Demo, recorded: Recorded) -> Iterator[Recorded]:
     for one in demo.api.get("/recorder/recordings").json():
         if one["name"].startswith(recorded.name.removesuffix(".zip")):
             demo.api.delete(f"/recorder/recordings/{one['name']}")
-
-
-def horn(page: Page) -> float | None:
-    """Degrees the horn in front stands at in the 3D view of this page, as the servo counts them."""
-    (frame,) = [one for one in page.frames if "/viser/" in one.url]
-    found = frame.evaluate(HORN)
-    return None if found is None else -2 * degrees(atan2(*found))
 
 
 def shows(page: Page, angle: float | None, within_s: float = 10) -> None:

@@ -16,7 +16,7 @@ def listed(demo: Demo) -> list[str]:
     return [one["uid"] for one in sorted(known, key=lambda one: (one["servo_id"] or 999, one["serial"]))]
 
 
-@pytest.mark.parametrize("way", ["mouse", *WAYS])
+@pytest.mark.parametrize("way", WAYS)
 def test_another_servo_is_picked_and_the_tab_stays(way: str, browser: Browser, demo: Demo) -> None:
     one, other = listed(demo)[:2]
     with hand_of(browser, way) as hand:
@@ -51,7 +51,7 @@ def test_keys_lead_to_the_next_servo_and_not_past_the_ends(page: Page, demo: Dem
     expect(page).to_have_url(re.compile(uids[0]))
 
 
-@pytest.mark.parametrize("way", ["mouse", *WAYS])
+@pytest.mark.parametrize("way", WAYS)
 def test_notes_and_name_are_written_on_the_overview_and_kept(way: str, browser: Browser, demo: Demo) -> None:
     uid = listed(demo)[1]
     before = demo.api.get(f"/inventory/{uid}").json()

@@ -132,7 +132,7 @@ def placed(demo: Demo) -> Iterator[dict[str, list[str]]]:
         demo.api.patch(f"/servos/{uid}", json={"label": label}).raise_for_status()
 
 
-@pytest.mark.parametrize("way", ["mouse", *WAYS])
+@pytest.mark.parametrize("way", WAYS)
 def test_servos_of_a_place_stand_under_one_heading_that_folds_and_ticks_them(
     way: str, browser: Browser, demo: Demo, placed: dict[str, list[str]]
 ) -> None:

@@ -1,4 +1,4 @@
-"""The whole technician's story: twelve servos out of the bag, a tablet, nothing read beforehand; then keys alone."""
+"""The whole technician's story: six servos out of the bag, a tablet, nothing read beforehand; then keys alone."""
 
 import re
 import time
@@ -13,7 +13,7 @@ from e2e.hand import TABLET
 from e2e.looks import complaints, too_small
 from e2e.servers import Server, running, serving, until
 
-NAMES = tuple(f"Flap {number}" for number in range(1, 13))
+NAMES = tuple(f"Flap {number}" for number in range(1, 7))
 PROFILE = "Flaps"
 LIMIT = 40.0
 WITHIN_S = 180
@@ -48,12 +48,12 @@ def commissioned(server: Server, uids: list[str], names: tuple[str, ...]) -> Non
         assert (rows["angle_limit_cw"]["rom"], rows["angle_limit_ccw"]["rom"]) == (LIMIT, -LIMIT)
 
 
-def test_twelve_new_servos_on_a_tablet_by_touch(browser: Browser, server: Server) -> None:
+def test_six_new_servos_on_a_tablet_by_touch(browser: Browser, server: Server) -> None:
     with page_in(browser, TABLET, has_touch=True) as page:
-        twelve_servos(page, server)
+        six_servos(page, server)
 
 
-def twelve_servos(page: Page, server: Server) -> None:
+def six_servos(page: Page, server: Server) -> None:
     told: list[str] = []
     page.on("console", lambda message: told.append(message.text) if message.type == "error" else None)
     page.on("pageerror", lambda error: told.append(str(error)))
@@ -62,13 +62,13 @@ def twelve_servos(page: Page, server: Server) -> None:
     # an empty list that teaches, until servos are plugged in
     page.goto(server.url)
     expect(page.get_by_test_id("no-servos")).to_contain_text("0 frames/s")
-    uids = from_the_bag(server, 12)
-    expect(page.locator("[data-testid^=servo-row-]")).to_have_count(12, timeout=25_000)
+    uids = from_the_bag(server, 6)
+    expect(page.locator("[data-testid^=servo-row-]")).to_have_count(6, timeout=25_000)
 
     # find
     page.get_by_role("link", name="Commission").tap()
-    expect(page.get_by_test_id("find-count")).to_contain_text("12", timeout=25_000)
-    expect(page.locator("[data-testid^=pick-] input:checked")).to_have_count(12)
+    expect(page.get_by_test_id("find-count")).to_contain_text("6", timeout=25_000)
+    expect(page.locator("[data-testid^=pick-] input:checked")).to_have_count(6)
     assert too_small(page) == []
     page.get_by_test_id("find-go").tap()
 
@@ -106,7 +106,7 @@ def twelve_servos(page: Page, server: Server) -> None:
     other.close()
     page.get_by_role("link", name="Commission").tap()
     expect(page.get_by_test_id("commission-page")).to_have_attribute("data-step", "report", timeout=60_000)
-    expect(page.locator("[data-verdict=done]")).to_have_count(12)
+    expect(page.locator("[data-verdict=done]")).to_have_count(6)
     commissioned(server, uids, NAMES)
     assert complaints(page) == []
 

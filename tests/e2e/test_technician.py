@@ -4,6 +4,7 @@ import io
 import re
 import time
 from collections.abc import Callable
+from math import atan2, degrees
 
 import httpx
 import numpy as np
@@ -172,6 +173,30 @@ def test_a_jog_moves_the_plot_and_the_scene_and_stop_holds_until_it_is_cleared(p
     assert demo.api.get(f"/servos/{uid}/parameters/torque_mode").json()["value"] == "off"
 
 
+HORN = """() => {
+    const horn = window.__viserMutable?.nodeRefFromName['/hero/pivot'];
+    return horn && horn.visible ? [horn.quaternion.z, horn.quaternion.w] : null;
+}"""
+"""Half the angle of the horn in front, as sine and cosine; null while none is drawn."""
+
+
+def horn(page: Page) -> float | None:
+    """The angle of the horn in the 3D view of this page, in degrees, as the servo counts them."""
+    (frame,) = [one for one in page.frames if "/viser/" in one.url]
+    found = frame.evaluate(HORN)
+    return None if found is None else -2 * degrees(atan2(*found))
+
+
+def stands(page: Page, angle: float) -> None:
+    """Wait until the horn is drawn at this angle."""
+
+    def there() -> bool:
+        found = horn(page)
+        return found is not None and abs(found - angle) < 2
+
+    wait_for(there, 30, f"the horn is not drawn at {angle}°")
+
+
 @pytest.mark.scene
 def test_the_plot_and_the_3d_scene_follow_the_horn(page: Page, demo: Demo) -> None:
     uid = servo_of(demo, "BLA15-06U-A0")
@@ -179,13 +204,15 @@ def test_the_plot_and_the_3d_scene_follow_the_horn(page: Page, demo: Demo) -> No
     frame = page.get_by_test_id("view-frame")
     expect(frame).to_have_attribute("data-state", "shown", timeout=20_000)
     page.frame_locator("iframe").locator("canvas").first.wait_for(timeout=30_000)
-    page.wait_for_timeout(5000)
+    stands(page, demo.api.get(f"/servos/{uid}").json()["angle_deg"])
+    page.wait_for_timeout(1000)
     plot, scene = picture(page, "plot-angle"), picture(page, "view-frame")
 
     lease = demo.api.post("/leases", json={"holder": "e2e", "ttl_s": 30}).json()["id"]
     move(demo, uid, lease, 60)
     expect(page.get_by_test_id("angle-readout")).to_contain_text(re.compile(r"\+(59|60)\.\d°"), timeout=10_000)
-    page.wait_for_timeout(3000)
+    stands(page, 60)
+    page.wait_for_timeout(1000)
     moved_plot, moved_scene = picture(page, "plot-angle"), picture(page, "view-frame")
     demo.api.delete(f"/leases/{lease}")
     assert changed(plot, moved_plot) > 50, "the plot shows the move"
