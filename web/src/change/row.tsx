@@ -100,16 +100,20 @@ export function ParameterRow({ sheet, row, onGoTo, onRetry, locked }: Props) {
         <small id={noteId}>
           {row.name}, §{row.section}
           {row.key === "torque_mode" && one?.online && switchedOff(one.output) && (
-            <>. {outputLine(one.output)}</>
+            <>
+              {text.period}
+              {outputLine(one.output)}
+            </>
           )}
           {(quiet ? "" : view.words) !== "" && (
             <>
-              . <span class="words">{view.words.replace(/[.。]$/, "")}</span>
+              {text.period}
+              <span class="words">{view.words.replace(/[.。]$/, "")}</span>
             </>
           )}
           {view.goTo && (
             <>
-              .{" "}
+              {text.period}
               <button type="button" class="link" onClick={() => onGoTo(view.goTo ?? "")}>
                 {text.rows.goTo(view.goTo)}
               </button>

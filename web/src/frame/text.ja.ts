@@ -137,5 +137,5 @@ export const frame = {
     none: "ページを開いてからイベントはありません。",
     hide: "イベントを非表示",
   },
-  keys: "ショートカット",
+  keys: "キー操作",
 } satisfies Partial<Text>;

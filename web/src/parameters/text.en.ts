@@ -20,7 +20,7 @@ export const params = {
     rom: "ROM",
     default: "Default",
   },
-  noPwm: "This model has no PWM input",
+  noPwm: "No PWM input",
   live: "Live view",
   reading: "Reading parameters.",
   readAgain: "Read again",

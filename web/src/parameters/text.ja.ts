@@ -19,7 +19,7 @@ export const parameters = {
       rom: "ROM",
       default: "初期値",
     },
-    noPwm: "この機種にPWM入力はありません",
+    noPwm: "PWM入力なし",
     live: "ライブ表示",
     reading: "パラメータを読み出し中です。",
     readAgain: "再読み出し",

@@ -8,7 +8,7 @@ export const words = {
     before: "前のサーボ",
     after: "次のサーボ",
     place: (n, of) => `${n} / ${of}`,
-    saved: "すべてROMに保存済み",
+    saved: "ROMに保存済み",
     notKnown: "ROM不明",
   },
   side: {

@@ -4,7 +4,7 @@ export const servos = {
   title: "Servos",
   known: (known: number, online: number | null) =>
     `${known} known${online === null ? "" : `, ${online} online`}`,
-  search: "Label, serial, uid, ID",
+  search: "Label, serial, UID, ID",
   filter: "Show",
   all: (n: number) => `All ${n}`,
   attention: (n: number) => `Needs attention ${n}`,
