@@ -104,7 +104,7 @@ def test_a_horn_that_is_there_and_has_not_stayed_is_not_said_to_be_elsewhere() -
                 await servo.move(10, timeout_s=2, dwell_s=5)
         assert caught.value.facts["unmet"] == "dwell"
         assert "is within 0.5° of 10°, but" in caught.value.detail
-        assert "not 5 s" in caught.value.detail
+        assert "of 5 s" in caught.value.detail
 
     with_client(scene)
 
@@ -185,7 +185,7 @@ def test_a_job_that_fails_raises_what_it_failed_of() -> None:
 
 def test_a_servo_that_is_not_there_is_named_with_those_that_are() -> None:
     async def scene(rig: Rig, hornbill: AsyncHornbill, servo: AsyncServo) -> None:
-        with pytest.raises(errors.Unknown, match=f"label 'rear'.*There is: {servo.title}"):
+        with pytest.raises(errors.Unknown, match=f"label 'rear'.*Known servos: {servo.title}"):
             await hornbill.find(label="rear", within_s=0.0)
 
     with_client(scene)

@@ -251,7 +251,7 @@ async def test_when_nothing_happens_there_are_comments(rig: Rig) -> None:
     stream = Stream(rig.app, "topics=jobs")
     await stream.settled()
     begun = rig.host.base.now()
-    assert await stream.block(HEARTBEAT_S + 1) == ": here"
+    assert await stream.block(HEARTBEAT_S + 1) == ": heartbeat"
     assert rig.host.base.now() - begun <= HEARTBEAT_S + 0.5
     await stream.close()
 

@@ -168,7 +168,7 @@ def test_what_a_server_did_not_live_to_answer_is_not_done_again_and_not_called_d
         [servo] = await rig.ready()
         before = len(rig.host.jobs.all())
         told = problem(await post(rig, f"/servos/{servo.uid}/restart"), "interrupted", 500)
-        assert "not known" in told["detail"]
+        assert "unknown" in told["detail"]
         assert len(rig.host.jobs.all()) == before
 
     play(die, store=str(tmp_path))

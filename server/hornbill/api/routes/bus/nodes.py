@@ -247,7 +247,7 @@ def _ourselves(connection: Connection, now: Instant) -> Node:
 def _anonymous(host: Host, seen: Instant, now: Instant) -> Node:
     waiting = len(host.allocating.allocator.pending(now))
     count = "1 node requests" if waiting == 1 else f"{waiting or 'No'} nodes request"
-    note = Note(f"{count} a node ID. See the allocations.", "asking_for_id", {"count": waiting})
+    note = Note(f"{count} a node ID. See the allocations.", "requesting_id", {"count": waiting})
     return _without_status(0, "initialization", "ok", seen, now, note)
 
 
