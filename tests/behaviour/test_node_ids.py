@@ -110,7 +110,7 @@ async def test_what_cannot_be_pinned(rig: Rig) -> None:
         problem(await rig.call("PUT", path, {"node_id": node_id}), "out_of_range", 422)
     assert "is allocated to" in problem(await rig.call("PUT", path, {"node_id": 90}), "invalid_value", 422)["detail"]
     found = problem(await rig.call("PUT", path, {"node_id": 20}), "invalid_value", 422)
-    assert "in use by another node" in found["detail"]
+    assert "used by another node" in found["detail"]
     assert found["owner"] == bytes(range(100, 116)).hex()
     problem(await rig.call("PUT", "/allocations/nonsense", {"node_id": 5}), "invalid_value", 422)
     problem(await rig.call("PUT", path, {"node_id": "x"}), "invalid_value", 422)

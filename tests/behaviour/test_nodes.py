@@ -62,7 +62,7 @@ async def test_everybody_who_is_heard_is_listed_for_what_they_are(rig: Rig) -> N
     assert autopilot["age_s"] < 1.1
     assert "0x50" in autopilot["note"]
     assert "not to GetSet" in found[20]["note"]
-    assert "does not answer GetNodeInfo" in found[30]["note"]
+    assert "did not respond to GetNodeInfo" in found[30]["note"]
     assert (found[40]["online"], found[40]["mode"], found[40]["health"]) == (False, "unknown", "warning")
     assert "never said NodeStatus" in found[40]["note"]
     assert found[0]["mode"] == "initialization"
