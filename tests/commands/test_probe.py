@@ -11,7 +11,7 @@ from typing import Any
 
 import pytest
 
-from e2e.servers import Server, running
+from e2e.servers import Server, running, until
 from hornbill.client import Hornbill
 from hornbill.errors import Conflict, Stopped
 from hornbill.probe.steps import Probe, ProbeResult
@@ -35,26 +35,33 @@ def quick(seconds: float) -> None:
     time.sleep(seconds / 3)
 
 
+def plugged(server: Server, number: int) -> str:
+    """A servo of its own, ready, with a node ID: one of the demo's hunts, and does not come to rest."""
+    body = {"model": "BLA21-06U-A0", "firmware": "1.300", "node_id": number, "servo_id": number}
+    uid = str(server.api.post("/sim/servos", json=body).raise_for_status().json()["uid"])
+    until(lambda: any(one["uid"] == uid and one["state"] == "ready" for one in server.servos()), 40, "it is not ready")
+    return uid
+
+
 @pytest.mark.parametrize("place", range(4), ids=UNITS)
 def test_it_tells_each_of_the_four_units_of_a_position(server: Server, place: int) -> None:
-    # a servo with no story of its own: one of the demo's hunts, and does not come to rest
-    body = {"model": "BLA21-06U-A0", "firmware": "1.300", "node_id": 40 + place}
-    uid = server.api.post("/sim/servos", json=body).raise_for_status().json()["uid"]
-    server.ready(6 + place)
+    uid = plugged(server, 40 + place)
     server.api.patch(f"/sim/servos/{uid}", json={"position_unit": UNITS[place]}).raise_for_status()
     server.api.put(f"/servos/{uid}/position-unit", json={"unit": None}).raise_for_status()
     with Hornbill(server.url) as hornbill:
-        probed = Probe(hornbill, hornbill.find(uid=str(uid)), lambda text: text.startswith("Turns"), sleep=quick).run()
-        assert hornbill.find(uid=str(uid)).read("torque_mode") == "off"
+        probed = Probe(hornbill, hornbill.find(uid=uid), lambda text: text.startswith("Turns"), sleep=quick).run()
+        assert hornbill.find(uid=uid).read("torque_mode") == "off"
     assert answers(probed)["position_unit"] == UNITS[place]
     assert probed.completed == ["read", "move"]
     assert set(probed.skipped) == {"restart", "save"}
 
 
-@pytest.mark.parametrize("usual", [True, False], ids=["as-usual", "otherwise"])
-def test_what_it_says_of_a_restart_and_a_save_is_how_the_servo_is_set(
-    server: Server, tmp_path: Path, usual: bool
-) -> None:
+def test_what_it_says_of_a_restart_and_a_save_is_how_the_servo_is_set(server: Server, tmp_path: Path) -> None:
+    for usual in (True, False):
+        probed_as_set(server, tmp_path, usual)
+
+
+def probed_as_set(server: Server, tmp_path: Path, usual: bool) -> None:
     uid = str(server.servos()[0]["uid"])  # its node id is its own: asking for one takes a second
     switches = {"acknowledges_save": usual, "acknowledges_restart": usual, "array_command_shows": usual}
     body = {"behaviour": switches, "restart_delay_s": 0.3 if usual else 2.5}
