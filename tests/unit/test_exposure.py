@@ -54,7 +54,7 @@ def test_with_a_token_of_the_data_folder_or_of_the_command_line_it_may_be_wider(
 def test_a_token_of_fewer_than_16_characters_can_be_guessed_and_is_refused_with_the_way_to_make_one(
     tmp_path: Path, demo: bool, where: dict[str, Any]
 ) -> None:
-    with pytest.raises(NotExposed, match=r"15 characters and could be guessed.*hornbill tokens create NAME --role admin"):
+    with pytest.raises(NotExposed, match=r"15 characters and could be guessed.*tokens create NAME --role admin"):
         decide(settings(tmp_path, token="x" * 15, **where), demo=demo, environment=OUTSIDE)
     assert decide(settings(tmp_path, token="x" * 16, **where), demo=demo, environment=OUTSIDE).required
 
