@@ -53,7 +53,7 @@ def test_the_pytest_rig_passes_on_a_servo_of_a_running_server(rig: Rig) -> None:
     ("options", "said"),
     [
         (("--hornbill-servo", "nobody"), "No servo on the bus has the label, serial or unique ID 'nobody'"),
-        ((), "Say which with --hornbill-servo"),
+        ((), "Specify the servo with --hornbill-servo"),
     ],
 )
 def test_a_rig_without_its_servo_fails_and_says_so(rig: Rig, options: tuple[str, ...], said: str) -> None:
