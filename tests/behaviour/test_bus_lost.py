@@ -136,7 +136,7 @@ async def test_a_bus_that_cannot_be_opened_yet_is_waited_for(rig: Rig) -> None:
     port = rig.cable.port("memory:host", 1_000_000)
     await port.open_with_retries()
     await rig.host.attach(port)
-    assert "opened again by itself" in rig.events("bus_lost")[0].text
+    assert "reopened automatically" in rig.events("bus_lost")[0].text
     assert json(await rig.call("GET", "/bus"))["state"] == "lost"
     await back(rig)
     await rig.ready()

@@ -366,7 +366,7 @@ async def test_asking_again_for_one_servo_does_its_part_again_and_writes_nothing
     assert job["state"] == "succeeded", job["error"]
     assert rig.writes()[before:] == []
     assert [step["state"] for step in job["steps"]] == ["done", "skipped", "done"]
-    assert "ROM is known to hold everything" in job["steps"][1]["evidence"]
+    assert "ROM already contains all values" in job["steps"][1]["evidence"]
     assert rig.sim(servos[1]).starts == 2
 
 
@@ -377,7 +377,7 @@ async def test_without_save_ram_is_proved_and_it_is_said_that_rom_holds_nothing_
     await profile(rig)
     job = await commission(rig, order(servos, save=False))
     assert job["state"] == "succeeded", job["error"]
-    assert "Nothing of it is in ROM" in job["result"]["text"]
+    assert "not saved to ROM" in job["result"]["text"]
     assert [unit["verified_in"] for unit in job["result"]["servos"]] == ["ram", "ram"]
     assert [sim.memory.get(0x45) for sim in sims] == [1, 2]
     assert [sim.memory.stored(0x45) for sim in sims] == [0, 0]

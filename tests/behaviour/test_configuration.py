@@ -96,7 +96,7 @@ async def test_when_the_servo_falls_silent_half_way_what_was_written_is_undone_o
     rig.bus.loss(0)
     answer = json(await task)
     assert answer["outcome"] == "rolled_back"
-    assert "did not answer" in answer["failure"]
+    assert "did not respond" in answer["failure"]
     assert {key: servo.raw(key) for key in EIGHT} == before
     assert {key: memory.get(servo.registers[key].parameter.address) for key in EIGHT} == before
 

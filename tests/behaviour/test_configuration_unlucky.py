@@ -351,7 +351,7 @@ async def test_a_commissioning_that_is_cancelled_gives_a_parked_id_back_or_says_
     json(await rig.call("DELETE", f"/jobs/{started['id']}"))
     done = await ended(rig, started["id"])
     unit = done["result"]["servos"][1]
-    assert rig.sim(second).servo_id == 2 or "servo ID" in (unit["problem"] or {}).get("detail", ""), done
+    assert rig.sim(second).servo_id == 2 or "Servo ID" in (unit["problem"] or {}).get("detail", ""), done
 
 
 @scene(STILL, replace(STILL, servo_id=2, node_id=12))

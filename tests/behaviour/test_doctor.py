@@ -106,7 +106,7 @@ async def test_alone_on_the_bus_nobody_acknowledges(rig: Rig) -> None:
         await rig.bench.remove(servo.uid)
     found = await finds(rig, "unacknowledged", within_s=4)
     assert found["severity"] == "failure"
-    assert "without an acknowledgement and 0 frames" in str(found["evidence"])
+    assert "without acknowledgement and 0 frames" in str(found["evidence"])
     await stays(rig, "unacknowledged", for_s=15)
     rig.bench.add(replace(PLAIN, node_id=20, servo_id=9))
     await finds(rig, "servo_offline", "servo_offline", within_s=5)
@@ -146,7 +146,7 @@ async def test_frames_that_hornbill_cannot_take_are_dropped(rig: Rig) -> None:
     await rig.ready(2)
     rig.cable.deafen(5)
     found = await finds(rig, "frames_dropped", within_s=5)
-    assert "% of what came" in str(found["evidence"])
+    assert "% of the received frames" in str(found["evidence"])
     await stays(rig, "frames_dropped", for_s=10)
     rig.cable.deafen(0)
     await well(rig, within_s=12)

@@ -143,7 +143,7 @@ async def test_everything_looked_at_is_told_when_asked_for_and_looking_sends_not
     }  # fmt: skip
     assert len({one["code"] for one in found}) == len(found)
     said = {one["code"]: one["evidence"] for one in found}
-    assert said["second_allocator"].startswith("Ours, node 127.")
+    assert said["second_allocator"].startswith("This server, node 127.")
     assert said["responses_slow"].startswith("Median 0.")
     assert "6 nodes" in said["duplicate_node_id"]
     assert [one["code"] for one in json(await rig.call("GET", "/bus/doctor"))] == [NEW]

@@ -108,7 +108,7 @@ async def test_a_node_stuck_while_it_asks_for_a_node_id(rig: Rig, stage: int) ->
     found = await finds(rig, "allocation_stuck", within_s=5)
     assert found["severity"] == "warning"
     assert f"{stage} part" in str(found["evidence"])
-    assert f"part {stage + 1} never" in str(found["evidence"])
+    assert f"never part {stage + 1}" in str(found["evidence"])
     assert found["uids"] == [DEAF_UID[: 6 * stage].hex()]
     await stays(rig, "allocation_stuck", for_s=10)
     await applicant.leave()
@@ -161,7 +161,7 @@ async def test_a_servo_that_goes_on_talking_and_does_not_answer(rig: Rig) -> Non
     rig.sim(one).conditions.drop_responses_pct = 100
     found = await finds(rig, "silent_node", within_s=5)
     assert (found["severity"], found["node_ids"], found["uids"]) == ("warning", [10], [one.uid])
-    assert "0 answers" in str(found["evidence"])
+    assert "without a response" in str(found["evidence"])
     await stays(rig, "silent_node", for_s=10)
     rig.sim(one).conditions.drop_responses_pct = 0
     await well(rig, within_s=12)

@@ -178,9 +178,9 @@ async def test_a_failure_in_the_middle_of_a_swap_puts_every_id_and_every_row_bac
     forget()
     assert clash.seen > 0
     assert [one["outcome"] for one in answer] == ["rolled_back"] * 3, answer
-    assert all("pass ids to one another" in one["problem"]["detail"] for one in answer)
+    assert all("The exchange of IDs among" in one["problem"]["detail"] for one in answer)
     assert ids(rig, servos) == first
-    assert not any("could not be put back:" in event.text for event in rig.events("not_rolled_back"))
+    assert not any("IDs not restored:" in event.text for event in rig.events("not_rolled_back"))
     assert [rig.sim(one).memory.get(0x2C) for one in servos] == gains
     for one in answer:
         assert {change["verdict"] for change in one["changes"]} <= {"rolled_back"}
@@ -201,7 +201,7 @@ async def test_an_id_that_cannot_be_put_back_is_named_and_nobody_is_given_it_mea
     assert [one["outcome"] for one in answer] == ["rolled_back"] * 2
     assert clash.seen > 0
     assert rig.sim(one).memory.get(0x45) == 0, "the other may have 1 now"
-    (event,) = [event for event in rig.events("not_rolled_back") if "could not be put back:" in event.text]
+    (event,) = [event for event in rig.events("not_rolled_back") if "IDs not restored:" in event.text]
     assert two.title in event.text
     assert one.title in event.text
 

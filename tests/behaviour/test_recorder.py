@@ -226,7 +226,7 @@ def test_a_disk_that_is_full_is_an_event_and_nothing_else(tmp_path: Path, monkey
         servo = (await rig.ready())[0]
         monkeypatch.setattr("hornbill.bus.recordings.recording.RecordingWriter._pack", no_space)
         refused = await rig.call("POST", "/recorder/recordings?wait=true")
-        assert "Make room on the disk" in problem(refused, "log_failed", 500)["detail"]
+        assert "Free space on the disk" in problem(refused, "log_failed", 500)["detail"]
         (event,) = rig.events("recording_failed")
         assert event.level == "warning"
         assert names_in(tmp_path) == []

@@ -281,7 +281,7 @@ async def test_a_servo_to_which_a_stop_is_still_written_is_told_of_though_it_can
     rig.sim(servo).conditions.drop_responses_pct = 0  # and the next write comes a quarter of a second later
     (found,) = json(await rig.call("POST", "/stop/restore", {"dry_run": True, "uids": [servo.uid]}))["servos"]
     assert found["problem"]["code"] == "no_response"
-    assert "has not confirmed" in found["problem"]["detail"]
+    assert "is not acknowledged yet" in found["problem"]["detail"]
     await asyncio.sleep(1)
     (found,) = json(await rig.call("POST", "/stop/restore", {"dry_run": True}))["servos"]
     assert found["problem"] is None

@@ -73,13 +73,13 @@ async def test_a_save_shows_its_steps_with_what_was_found_at_each(rig: Rig) -> N
     ]  # fmt: skip
     assert "supply 7.4 V" in step(job, "check")["evidence"]
     assert "a load on the horn may drop" in step(job, "check")["evidence"]
-    assert "from 20.0° to 0°, in about 0.1 s" in step(job, "check")["evidence"]
+    assert "from 20.0° to 0° in about 0.1 s" in step(job, "check")["evidence"]
     begun, over = (float(word) for word in step(job, "silence")["evidence"].split() if word[0].isdigit())
     assert begun < 0.1
     assert 0.1 < over < 0.6, "0.05 s of writing and 0.1 s of starting"
     assert step(job, "back")["evidence"].startswith("node 11, as before")
-    assert step(job, "soft_start")["evidence"].startswith("over after")
-    assert step(job, "read_back")["evidence"].endswith("all as saved")
+    assert step(job, "soft_start")["evidence"].startswith("finished after")
+    assert step(job, "read_back")["evidence"].endswith("all equal to the saved values")
     assert (job["result"]["node_id"], job["result"]["node_id_before"]) == (11, 11)
     assert "angle_p_gain" in job["result"]["saved"]
     assert rig.sim(servo).memory.stored(GAIN) == 55
@@ -100,7 +100,7 @@ async def test_a_save_ends_in_rom_however_slow_the_restart_and_whether_or_not_it
     await change(rig, servo, angle_p_gain=55)
     job = await save(rig, servo)
     assert job["state"] == "succeeded", job["error"]
-    assert ("no answer" in step(job, "write")["evidence"]) is not answers
+    assert ("not acknowledged" in step(job, "write")["evidence"]) is not answers
     assert rig.sim(servo).memory.stored(GAIN) == servo.registers["angle_p_gain"].rom == 55
     assert sent(rig, ExecuteOpcodeRequest) == 1
     assert sent(rig, RestartNodeRequest) == 0
@@ -191,7 +191,7 @@ async def test_power_cut_while_rom_is_written_is_told_as_lost_and_the_snapshot_i
     job = await ended(rig, job_id)
     assert job["state"] == "failed"
     assert job["error"]["code"] == "configuration_lost"
-    assert f"Snapshot {job['error']['snapshot']} holds what was in RAM before" in job["error"]["detail"]
+    assert f"Snapshot {job['error']['snapshot']} contains the previous RAM values" in job["error"]["detail"]
     found = {one["key"]: one for one in job["error"]["differences"]}
     assert found["angle_p_gain"] == {"key": "angle_p_gain", "wanted": 55, "found": None}
     assert rig.host.history.snapshots.get(job["error"]["snapshot"]).ram["angle_p_gain"] == 55
@@ -260,7 +260,7 @@ async def test_of_a_servo_that_stays_away_rom_is_not_known_and_the_wait_is_bound
     job = await ended(rig, job_id)
     assert asyncio.get_running_loop().time() - began < 50
     assert (job["state"], job["error"]["code"]) == ("failed", "no_response")
-    assert "What ROM holds is not known" in job["error"]["detail"]
+    assert "The contents of its ROM are unknown" in job["error"]["detail"]
     assert job["error"]["snapshot"] > 0
     assert servo.registers["angle_p_gain"].rom is None
 
@@ -332,7 +332,7 @@ async def test_stop_during_the_save_is_never_in_its_way_and_only_torque_stays_un
     await rig.call("POST", "/stop")
     job = await ended(rig, job_id)
     assert (job["state"], job["error"]["code"]) == ("failed", "stopped")
-    assert "Torque is not proved" in job["error"]["detail"]
+    assert "Torque mode is not" in job["error"]["detail"]
     assert rig.sim(servo).output == 1
     assert servo.registers["angle_p_gain"].rom == 55
     assert servo.registers["torque_mode"].rom is None
@@ -380,7 +380,7 @@ async def test_torque_off_as_configuration_is_asked_about_first_and_saved_once_i
     await change(rig, servo, torque_mode="off")
     told = json(await rig.call("GET", f"/servos/{servo.uid}/restart-forecast?save=true"))
     assert told["moves"] is False
-    assert any("looks dead" in one for one in told["warnings"])
+    assert any("does not move until torque is turned on" in one for one in told["warnings"])
     for body in (None, {}, {"confirm": ["supply"]}):
         asked = problem(await rig.call("POST", f"/servos/{servo.uid}/save", body), "needs_confirmation", 409)
         assert (asked["confirm"], asked["key"]) == ("torque_off_in_rom", "torque_mode")
@@ -396,7 +396,7 @@ async def test_torque_off_as_configuration_is_asked_about_first_and_saved_once_i
     body = {"confirm": ["torque_off_in_rom"]}
     job = json(await rig.call("POST", f"/servos/{servo.uid}/save?wait=true", body))
     assert job["state"] == "succeeded"
-    assert "looks dead" in step(job, "check")["evidence"]
+    assert "does not move until torque is turned on" in step(job, "check")["evidence"]
     assert rig.sim(servo).memory.stored(0x20) == 1
     # Now ROM has no torque already: a save takes nothing away, and technicians are not asked each time.
     assert (await save(rig, servo))["state"] == "succeeded"
@@ -408,7 +408,7 @@ async def test_a_servo_without_torque_is_saved_with_torque_when_that_is_asked_fo
     servo = await old(rig)
     json(await rig.call("POST", f"/servos/{servo.uid}/torque", {"mode": mode}))
     told = json(await rig.call("GET", f"/servos/{servo.uid}/restart-forecast?save=true&torque_on=true"))
-    assert not any("looks dead" in one for one in told["warnings"])
+    assert not any("does not move until torque is turned on" in one for one in told["warnings"])
     horn = rig.sim(servo).angle_deg
     job = json(await rig.call("POST", f"/servos/{servo.uid}/save?wait=true", {"torque_on": True}))
     assert job["state"] == "succeeded", job["error"]
@@ -522,7 +522,7 @@ async def test_a_full_disk_keeps_nobody_from_saving_and_the_missing_snapshot_is_
     def full(*_args: object, **_more: object) -> None:
         raise OSError("no space left")
 
-    monkeypatch.setattr(rig.host.history, "keep", full)
+    monkeypatch.setattr(rig.host.history, "store_known", full)
     job = await save(rig, servo)
     assert job["state"] == "succeeded"
     assert step(job, "snapshot")["state"] == "failed"

@@ -45,7 +45,7 @@ def test_the_top_bar_leads_to_the_page_and_the_doctor_finds_nothing_wrong(page: 
     expect(page).to_have_url(re.compile(r"/bus$"))
     expect(page.get_by_role("heading", level=1)).to_have_text("Bus demo")
     expect(page.get_by_test_id("bus-facts")).to_contain_text(re.compile(r"Active\. 1.Mbit/s"))
-    expect(page.locator(".finding").first).to_contain_text("without a servo id move together")
+    expect(page.locator(".finding").first).to_contain_text("without a servo ID move together")
     found = demo.api.get("/bus/doctor", params={"all": True}).json()
     assert [one["code"] for one in found if one["severity"] != "ok"] == ["servos_without_id"]
     expect(page.locator(".finding")).to_have_count(len(found))

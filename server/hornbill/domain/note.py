@@ -45,7 +45,7 @@ NoteCode = TypeAliasType(
         "no_status",
         "this_server",
         "another_hornbill",
-        "asking_for_id",
+        "requesting_id",
         "no_model_number",
         "no_parameters",
         "no_info",

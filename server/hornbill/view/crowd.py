@@ -81,8 +81,8 @@ class Crowd:
             angle, command = pose.angle_deg, pose.command_deg
             if angle is not None:
                 (stale if pose.stale else live).append(_Copy(hub, size, angle))
-            met = command is None or (angle is not None and abs(wrapped(command - angle)) < _REACHED_DEG)
-            if command is not None and not (met or pose.stale):
+            reached = command is None or (angle is not None and abs(wrapped(command - angle)) < _REACHED_DEG)
+            if command is not None and not (reached or pose.stale):
                 ghosts.append(_Copy(hub, size, command))
         self._fill_model("horn-far", live)
         self._fill_overlay("stale", stale)

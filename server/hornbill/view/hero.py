@@ -132,8 +132,8 @@ class Hero:
 
     def _show_command(self, pose: Pose) -> None:
         command, angle = pose.command_deg, pose.angle_deg
-        met = command is None or (angle is not None and abs(wrapped(command - angle)) < _REACHED_DEG)
-        self._ghost.visible = not (met or pose.stale)
+        reached = command is None or (angle is not None and abs(wrapped(command - angle)) < _REACHED_DEG)
+        self._ghost.visible = not (reached or pose.stale)
         if command is not None and abs(command - self._command) >= _ANGLE_STEP_DEG:
             self._command = command
             self._ghost.wxyz = horn_wxyz(command)

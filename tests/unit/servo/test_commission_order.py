@@ -99,6 +99,6 @@ def test_an_id_asked_for_twice_names_who_asked_first() -> None:
     with pytest.raises(Conflict) as caught:
         check_wanted([Wanted(A, 1, 20), Wanted(B, 2, 20)])
     assert (caught.value.facts["key"], caught.value.facts["owner"]) == ("node_id", A)
-    with pytest.raises(InvalidValue, match="named twice"):
+    with pytest.raises(InvalidValue, match="listed twice"):
         check_wanted([Wanted(A, 1), Wanted(A, 2)])
     check_wanted([Wanted(A, None, 0), Wanted(B, None, 0), Wanted(C)])

@@ -96,7 +96,7 @@ def test_what_is_not_known_equals_nothing_and_is_not_restored(held: Held, data: 
         assert (found[0].left, found[0].left_has, found[0].right_has) == (None, True, True)
     values, left_out = choose(rows, raws, known, IT, identity=True)
     assert gone not in values
-    assert [one.why for one in left_out if one.key == gone] == ["It is not known what snapshot 2 holds."]
+    assert [one.why for one in left_out if one.key == gone] == ["The value in snapshot 2 is unknown."]
 
 
 def pwm(mode: Raw | None, travel: Raw) -> Held:
@@ -117,7 +117,7 @@ def test_a_number_whose_unit_is_not_known_is_not_known() -> None:
 
 def test_a_number_is_not_restored_in_another_unit_than_it_was_taken_in() -> None:
     rows = PWM.rows(1300)
-    with pytest.raises(InvalidValue, match="Restore pwm_mode with it"):
+    with pytest.raises(InvalidValue, match="Restore pwm_mode together with it"):
         choose(rows, {"pwm_mode": 1}, side(pwm(0, 900)), IT, keys=["pwm_output_range"])
     values, _ = choose(rows, {"pwm_mode": 1}, side(pwm(0, 900)), IT, keys=["pwm_output_range", "pwm_mode"])
     assert values == {"pwm_output_range": 90.0, "pwm_mode": "angle"}
@@ -147,7 +147,7 @@ def test_every_value_that_does_not_fit_is_named_at_once() -> None:
     for key in ("angle_p_gain", "angle_d_gain"):
         rows[key] = rows[key].model_copy(update={"maximum": 10})
     there = side((PWM.rows(1300), {"angle_p_gain": 50, "angle_d_gain": 30, "smoothing": 0}))
-    with pytest.raises(OutOfRange, match="2 rows of snapshot:1 do not fit this servo") as caught:
+    with pytest.raises(OutOfRange, match="2 rows of snapshot:1 are not valid for this servo") as caught:
         choose(rows, {}, there, IT)
     problems = cast("list[dict[str, str]]", caught.value.facts["problems"])
     assert [(one["key"], one["code"]) for one in problems] == [

@@ -109,7 +109,7 @@ def test_an_interface_that_is_taken_down_while_it_is_used_and_up_again() -> None
         await ward.live(7)
         found = ward.only()
         assert (found.code, found.severity) == ("interface_down", "failure")
-        assert found.evidence == "For 7 s; opened again by itself 0 times before. Tried again in 2 s."
+        assert found.evidence == "For 7 s; earlier reconnects: 0. Next attempt in 2 s."
         assert found.remedy is not None
         assert "sudo ip link set can0 up" in found.remedy
         ward.port.state, ward.quiet = PortState.ACTIVE, False
@@ -154,7 +154,7 @@ def test_the_sample_point_of_the_servos_and_others() -> None:
         ward.port.sample_point = 0.75
         found = ward.only()
         assert (found.code, found.severity) == ("sample_point", "warning")
-        assert found.text == "The sample point is 75.0 %, and the servos' is 87.5 %"
+        assert found.text == "The sample point is 75.0 %, but the servos use 87.5 %"
         assert found.remedy == (
             "sudo ip link set can0 down && sudo ip link set can0 up type can bitrate 1000000 sample-point 0.875"
         )
@@ -269,7 +269,7 @@ def test_a_burst_of_errors_is_not_a_counter_that_rises() -> None:
         await ward.live(4, now_and_then)
         found = ward.only()
         assert found.code == "errors_rising"
-        assert "40 on the wire" in found.evidence
+        assert "40 on the bus" in found.evidence
         await ward.live(12)
         assert ward.doctor.findings() == []
 

@@ -55,7 +55,7 @@ def test_torque_saved_off_moves_nothing_and_looks_dead_afterwards(mode: int) -> 
     servo = a_servo(90.0, torque_mode=mode)
     told = after_a_save(servo)
     assert (told.moves, told.to_deg) == (False, None)
-    assert any("looks dead" in one for one in told.warnings)
+    assert any("does not move until torque is turned on" in one for one in told.warnings)
     assert not any("may drop" in one for one in told.warnings), "there is no torque to lose"
     assert forecast(servo).moves, "ROM has torque on"
 
@@ -71,7 +71,7 @@ def test_turns_beyond_half_a_turn_are_lost_and_the_next_move_may_go_the_other_wa
     told = after_a_save(a_servo(angle))
     assert told.turn_count_lost
     assert told.from_deg == wrapped
-    assert any("may go the other way" in one for one in told.warnings)
+    assert any("may go in the other direction" in one for one in told.warnings)
 
 
 def test_of_a_rom_nobody_knows_it_is_said_and_the_horn_is_taken_to_move() -> None:
@@ -80,7 +80,7 @@ def test_of_a_rom_nobody_knows_it_is_said_and_the_horn_is_taken_to_move() -> Non
         one.rom = None
     told = forecast(servo)
     assert told.moves
-    assert "not known" in told.text
+    assert "unknown" in told.text
     assert after_a_save(servo).takes_s == 0.5, "what RAM holds is known"
 
 
@@ -105,7 +105,12 @@ def test_defaults_in_use_for_lost_ones_are_warned_of_either_way() -> None:
 
 @pytest.mark.parametrize(
     ("volts", "word"),
-    [(3.9, "below the 4.0 V"), (10.1, "above its limit of 10.0 V"), (4.4, "within 0.5 V"), (9.6, "within 0.5 V")],
+    [
+        (3.9, "below its minimum of 4.0 V"),
+        (10.1, "above its limit of 10.0 V"),
+        (4.4, "within 0.5 V"),
+        (9.6, "within 0.5 V"),
+    ],
 )
 def test_a_supply_beyond_or_near_a_limit_is_warned_of(volts: float, word: str) -> None:
     told = after_a_save(a_servo(0.0, volts))

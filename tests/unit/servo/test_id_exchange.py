@@ -64,7 +64,7 @@ def test_it_goes_back_last_first_through_the_same_states() -> None:
 def test_a_number_that_its_servo_could_not_leave_is_given_to_no_other() -> None:
     writes = Writes(refusing=B)
     problems = undone(writes, PARK_A, B_TAKES_1)
-    assert [one.detail for one in problems] == ["another servo has it now", "silent"][::-1]
+    assert [one.detail for one in problems] == ["another servo uses it now", "silent"][::-1]
     assert writes.done == []
 
 

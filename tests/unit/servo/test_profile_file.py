@@ -44,8 +44,8 @@ GRIPPER = put(
 )  # fmt: skip
 
 GRIPPER_TOML = f"""\
-# A profile of hornbill: values to write into servos of Futaba's BLA15 and BLA21 series.
-# Numbers are in the unit their line names. Rows a servo lacks are left out when it is applied.
+# hornbill profile: values for Futaba servos of the BLA15 and BLA21 series.
+# Numbers are in the unit given in their line. Rows that a servo lacks are skipped.
 
 name = "Gripper"
 description = "Left hand"
@@ -246,7 +246,7 @@ def test_a_key_in_a_text_over_several_lines_is_not_taken_for_the_key() -> None:
 def test_json_with_a_key_twice_is_refused_where_toml_is_too() -> None:
     found = read('{"values": {"smoothing": true, "smoothing": false}}', "json")
     assert found.draft is None
-    assert "twice" in found.lines[0].text
+    assert "duplicate" in found.lines[0].text
 
 
 def test_without_a_model_a_value_must_be_legal_in_one_at_least() -> None:

@@ -74,7 +74,7 @@ def test_the_remedy_of_a_question_is_a_limit_that_is_not_asked_about(
 def test_without_a_reading_a_limit_that_is_drawn_in_is_asked_about(row: Parameter) -> None:
     assert row.limits is not None
     upper = row.limits.upper
-    with pytest.raises(NeedsConfirmation, match="is not known"):
+    with pytest.raises(NeedsConfirmation, match="is unknown"):
         rules.check_readings(ROWS, {upper: 200, row.key: None}, {upper: 199}, ())
 
 
@@ -117,7 +117,7 @@ def test_zero_is_nobodys_id() -> None:
 
 def test_when_every_id_is_taken_none_is_offered() -> None:
     taken = [Claim(number, None, f"node {number}", "on the bus") for number in range(1, 128)]
-    with pytest.raises(Conflict, match="None is free") as refused:
+    with pytest.raises(Conflict, match="No number is free") as refused:
         rules.check_id(ROWS["node_id"], 5, taken)
     assert refused.value.facts["free"] is None
 

@@ -93,7 +93,7 @@ def test_the_longest_unseen_come_first_and_pinned_ones_never(store: Store, wall:
 def test_an_id_belongs_to_one_node(store: Store) -> None:
     store.allocations.record(A, NodeId(125))
     for method in (store.allocations.record, store.allocations.pin):
-        with pytest.raises(InvalidValue, match=f"Node id 125 belongs to {A}") as caught:
+        with pytest.raises(InvalidValue, match=f"Node ID 125 is allocated to {A}") as caught:
             method(B, NodeId(125))
         assert caught.value.facts == {"node_id": 125, "owner": A, "cause": "node_id_reserved"}
     store.allocations.drop(A)

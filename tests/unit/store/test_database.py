@@ -282,7 +282,8 @@ def test_codes_of_an_older_database_are_renamed(place: str) -> None:
         for action, outcome in (("write", "no_answer"), ("lease", "lapsed"), ("note", "lapsed")):
             connection.execute(
                 text(
-                    "INSERT INTO audit (at, \"by\", action, outcome, notes) VALUES (1.5, 'Ada', :action, :outcome, :notes)"
+                    'INSERT INTO audit (at, "by", action, outcome, notes)'
+                    " VALUES (1.5, 'Ada', :action, :outcome, :notes)"
                 ),
                 {"action": action, "outcome": outcome, "notes": json.dumps(notes)},
             )
@@ -476,9 +477,9 @@ def test_a_database_that_breaks_is_told_as_a_problem(tmp_path: Path) -> None:
 
 
 ADDRESSES = {
-    "sqlite://someone:secret@/nowhere/at/all.db": "no database that can be used here",
-    "nosuchkind://someone:secret@host/name": "no database that can be used here",
-    "sqlite://someone:secret@host:port/name": "cannot be read",
+    "sqlite://someone:secret@/nowhere/at/all.db": "is not a usable database",
+    "nosuchkind://someone:secret@host/name": "is not a usable database",
+    "sqlite://someone:secret@host:port/name": "is invalid",
     "sqlite:////nowhere/at/all.db": "unable to open database file",
     "postgresql://someone:secret@/name?host=/nowhere/at/all": "Check that the database server runs",
     "postgres://someone:secret@127.0.0.1:1/name": "Check that the database server runs",

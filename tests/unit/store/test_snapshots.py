@@ -101,7 +101,7 @@ def test_the_number_of_one_that_was_dropped_is_not_given_again(store: Store) -> 
 
 def test_what_is_not_there_is_unknown(store: Store) -> None:
     for method in (store.snapshots.get, store.snapshots.drop):
-        with pytest.raises(Unknown, match="no snapshot 7") as caught:
+        with pytest.raises(Unknown, match="Unknown snapshot 7") as caught:
             method(7)
         assert caught.value.code == "unknown_snapshot"
         assert caught.value.facts == {"snapshot": 7, "cause": "snapshot_not_found"}

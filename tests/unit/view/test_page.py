@@ -25,7 +25,7 @@ def test_viser_is_a_version_whose_scripts_were_looked_at() -> None:
 
 
 def test_what_complains_in_the_console_is_replaced_in_the_program_of_that_version() -> None:
-    assert client().mended == 2
+    assert client().patched == 2
 
 
 def test_the_served_page_has_one_script_and_its_hash_is_in_the_policy() -> None:

@@ -96,9 +96,9 @@ def test_a_key_is_hex_and_long(key: str) -> None:
 def test_each_key_has_a_wish_of_its_own_and_the_oldest_is_forgotten() -> None:
     frames = FrameSettings()
     assert frames.of("never") == ViewSettings()
-    frames.keep("first", ViewSettings(dark=False))
+    frames.put("first", ViewSettings(dark=False))
     for number in range(MAX_FRAMES):
-        frames.keep(f"{number}", ViewSettings(resets=number))
+        frames.put(f"{number}", ViewSettings(resets=number))
     assert frames.of("first") == ViewSettings()
     assert [frames.of(str(number)).resets for number in (0, MAX_FRAMES - 1)] == [0, MAX_FRAMES - 1]
 

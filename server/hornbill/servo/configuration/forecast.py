@@ -223,7 +223,7 @@ def _outside(servo: Servo) -> list[ForecastWarning]:
 
 
 def _zero_changes(servo: Servo, loaded: Loaded) -> bool:
-    """Whether the start changes the zero or the direction, so that the present angle does not tell the path to 0°."""
+    """Whether the start changes the zero or the direction, so that the present angle is not the distance to 0°."""
     return any(loaded.get(key) != servo.raw(key) for key, one in servo.registers.items() if one.parameter.moves_horn)
 
 

@@ -25,7 +25,7 @@ from hornbill.store.audit import NewAuditEntry
 from hornbill.units import Raw
 from hornbill.wire.services import Opcode
 
-BOOTS = 3
+WRITE_ATTEMPTS = 3
 """Maximum number of attempts to write all rows. A restart during an attempt loses unsaved values."""
 
 _RESTORE = replace(WRITE, tries=READ.tries)
@@ -219,7 +219,7 @@ class ResetSteps:
     async def _write_differences(self, job: RunningJob, run: ResetRun) -> None:
         """Write the remaining differences within one boot. Raises NoResponse, Refused, UnexpectedResult."""
         servo = run.servo
-        for boot in range(1, BOOTS + 1):
+        for attempt in range(1, WRITE_ATTEMPTS + 1):
             boot_count = servo.boot_count
             try:
                 await self._wait_until_back(servo)
@@ -239,7 +239,7 @@ class ResetSteps:
                 await self._write(job, run, "identity", identity)
                 await self._write(job, run, "rows", [key for key in open_rows if key not in identity])
             except NoResponse:
-                if boot == BOOTS:
+                if attempt == WRITE_ATTEMPTS:
                     raise
                 run.torque_off = False
                 continue

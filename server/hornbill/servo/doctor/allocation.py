@@ -10,7 +10,7 @@ from hornbill.node.waiting import AllocationRequest
 from hornbill.servo.doctor.finding import count, ok
 from hornbill.servo.doctor.record import HERE_S, Grant, Record
 
-ASKING_S: Final = 5.0
+REQUESTING_S: Final = 5.0
 """Maximum age of a pending request. A node repeats it every 0.6 to 1 s, or less often while others request too."""
 
 STUCK_ATTEMPTS: Final = 4
@@ -38,8 +38,8 @@ def allocators(record: Record) -> list[Finding]:
                 over_s=seconds,
             )
         ]
-    heard = record.participant.last_seen.get(competitor.node_id, float("-inf"))
-    if now - heard >= HERE_S and now - competitor.last_seen >= COMPETITOR_S:
+    status_at = record.participant.last_seen.get(competitor.node_id, float("-inf"))
+    if now - status_at >= HERE_S and now - competitor.last_seen >= COMPETITOR_S:
         text = f"Node {competitor.node_id} was a second allocator, but is gone."
         return [ok("second_allocator", "One allocator", text, node=competitor.node_id)]
     ago = now - competitor.last_seen
@@ -68,12 +68,12 @@ def allocators(record: Record) -> list[Finding]:
 
 def waiting(record: Record) -> list[Finding]:
     """Whether nodes wait too long for a node ID."""
-    requesting = [one for one in record.allocator.pending(record.now) if record.now - one.last_seen < ASKING_S]
+    requesting = [one for one in record.allocator.pending(record.now) if record.now - one.last_seen < REQUESTING_S]
     found = [finding for one in requesting if (finding := _unanswered(record, one)) is not None]
     found += [
         _not_used(node_id, grant)
         for node_id, grant in record.grants.items()
-        if grant.times >= UNUSED_GRANTS and record.now - grant.last < ASKING_S
+        if grant.times >= UNUSED_GRANTS and record.now - grant.last < REQUESTING_S
     ]
     return found or [
         ok(
