@@ -57,7 +57,7 @@ def test_it_tells_each_of_the_four_units_of_a_position(server: Server, place: in
 
 
 def test_what_it_says_of_a_restart_and_a_save_is_how_the_servo_is_set(server: Server, tmp_path: Path) -> None:
-    for usual in (True, False):
+    for usual in (False, True):
         probed_as_set(server, tmp_path, usual)
 
 
@@ -76,7 +76,7 @@ def probed_as_set(server: Server, tmp_path: Path, usual: bool) -> None:
     found = {one["key"]: one["value"] for one in told["answers"]}
     for name in ("acknowledges_save", "acknowledges_restart"):
         assert found[name] is usual, name
-    assert found["array_command_shows"] is usual
+    assert (found["array_command_obeyed"], found["array_command_shows"]) == (True, usual)
     assert found["save_opcode_restarts"] is True
     assert found["restart_loses_ram"] is True
     assert found["keeps_node_id"] is True

@@ -11,11 +11,13 @@ from hornbill.probe.evidence import Exchange, ProbeEvidence
 from hornbill.schema.catalog import Catalog
 from hornbill.servo.device.position_estimate import DEGREES, NAMES
 from hornbill.units import Instant
-from hornbill.wire.messages import AllocationMessage, NodeHealth
+from hornbill.wire.messages import AllocationMessage, ArrayCommand, NodeHealth
 from hornbill.wire.services import (
+    EMPTY,
     ExecuteOpcodeRequest,
     ExecuteOpcodeResponse,
     GetSetRequest,
+    GetSetResponse,
     Opcode,
     RestartNodeRequest,
     RestartNodeResponse,
@@ -30,6 +32,8 @@ AGREES: Final = 0.1
 NEAR_S: Final = 2.0
 """A fault word is compared with a NodeStatus at most this far apart: the server reads set words about once a second."""
 STILL_DEG: Final = 1.0
+ARRIVAL_S: Final = 0.2
+"""Time a small move takes at most, soft limits included."""
 
 
 @dataclass(frozen=True)
@@ -253,6 +257,54 @@ def node_id(seen: ProbeEvidence) -> ProbeAnswer:
     shown = f"{_ids(before)} before, {_ids(after)} after"
     return ProbeAnswer("keeps_node_id", question, same, f"{'Yes' if same else 'No'}: {shown}.",
                   f"{how} ({len(requests)} requests on the bus)")  # fmt: skip
+
+
+def array_command(seen: ProbeEvidence, servo_id: int, target_deg: float) -> list[ProbeAnswer]:
+    """Whether the last ArrayCommand to the servo was executed, and whether 0x00 reads its value (table 2-20, 4.1).
+
+    Only readings before the next write of 0x00 count: the server keeps a command alive by writing it to this register.
+    """
+    obeyed = ("array_command_obeyed", "Is ArrayCommand executed, in that unit?")
+    shows = ("array_command_shows", "Does 0x00 read the value of ArrayCommand?")
+    sent = [
+        one.at
+        for one in seen.transfers
+        if isinstance(one.structure, ArrayCommand) and servo_id in {each.actuator_id for each in one.structure.commands}
+    ]
+    if not sent:
+        return [ProbeAnswer(*obeyed, None, "None was sent."), ProbeAnswer(*shows, None, "None was sent.", "", shows[0])]
+    after = [one for one in seen.exchanges(GetSetRequest) if one.request.at > sent[-1]]
+    written = next((one.request.at for one in after if _writes(one, "0x00")), float("inf"))
+    before = [one for one in after if one.request.at < written]
+    angles, commands = _values(before, "0x08"), _values(before, "0x00")
+    measured = f"commanded {target_deg:.1f}°, measured {angles[-1][1] / 10:.1f}°" if angles else ""
+    if any(abs(raw / 10 - target_deg) < STILL_DEG for _, raw in angles):
+        first = ProbeAnswer(*obeyed, True, "Yes.", measured)
+    elif angles and angles[-1][0] - sent[-1] >= ARRIVAL_S:
+        first = ProbeAnswer(*obeyed, False, "No.", measured)
+    else:
+        first = ProbeAnswer(*obeyed, None, "The angle was not read in time, before 0x00 was written.", measured)
+    if not commands:
+        return [first, ProbeAnswer(*shows, None, "0x00 was not read before it was written again.", "", shows[0])]
+    command = commands[-1][1] / 10
+    shown = abs(command - target_deg) < 0.2
+    return [first, ProbeAnswer(*shows, shown, "Yes." if shown else "No.", f"it reads {command:.1f}°", shows[0])]
+
+
+def _writes(exchange: Exchange, name: str) -> bool:
+    request = exchange.request.structure
+    return isinstance(request, GetSetRequest) and request.name == name and request.value != EMPTY
+
+
+def _values(exchanges: list[Exchange], name: str) -> list[tuple[Instant, int]]:
+    """Values of a register in these exchanges, with the times of the responses."""
+    found: list[tuple[Instant, int]] = []
+    for request, response in exchanges:
+        if isinstance(request.structure, GetSetRequest) and request.structure.name == name and response is not None:
+            value = response.structure.value.value if isinstance(response.structure, GetSetResponse) else None
+            if isinstance(value, int):
+                found.append((response.at, int(value)))
+    return found
 
 
 def _interval(key: str, question: str, times: list[Instant]) -> ProbeAnswer:

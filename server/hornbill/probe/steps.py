@@ -8,13 +8,13 @@ import tempfile
 import time
 from collections.abc import Callable, Generator
 from contextlib import contextmanager
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Final, TypeAlias
 
 from hornbill.client import Hornbill, Servo, WaitTimeout
 from hornbill.errors import Conflict, HornbillError, Stopped
-from hornbill.probe.evaluation import ProbeAnswer
+from hornbill.probe.evaluation import ProbeAnswer, array_command
 from hornbill.probe.evaluation import answers as evaluate
 from hornbill.probe.evidence import ProbeEvidence
 from hornbill.schema.catalog import Catalog
@@ -64,6 +64,8 @@ class Probe:
         self._sleep = sleep
         self._nodes: set[int] = set()
         self._extra: list[ProbeAnswer] = []
+        self._target: float | None = None
+        self._refused: str | None = None
 
     def run(self) -> ProbeResult:
         """Run the confirmed steps and answer the questions.
@@ -82,7 +84,8 @@ class Probe:
         with tempfile.TemporaryDirectory(prefix="hornbill-probe-") as folder:
             file = Path(folder) / "probe.log"
             file.write_bytes(result.recording)
-            result.answers = [*evaluate(ProbeEvidence.read(file, self._nodes)), *self._extra]
+            seen = ProbeEvidence.read(file, self._nodes)
+            result.answers = [*evaluate(seen), *self._array_command(seen), *self._extra]
         return result
 
     def _check_first(self) -> None:
@@ -147,25 +150,21 @@ class Probe:
 
     def _burst(self, target: float) -> None:
         """Move by ArrayCommand, which has no response: 0x08 and 0x00 show its effect."""
-        obeyed, shows = "Is ArrayCommand executed, in that unit?", "Does 0x00 read the value of ArrayCommand?"
+        self._target = target
         try:
             self._hornbill.command_many([(self._servo, "angle", target)])
         except HornbillError as error:
-            for key, question in (("array_command_obeyed", obeyed), ("array_command_shows", shows)):
-                self._extra.append(ProbeAnswer(key, question, None, error.detail))
+            self._refused = error.detail
             return
         self._record(1.0)
-        angle, command = self._angle(), self._servo.read("command_angle")
-        near = abs(angle - target) < 1
-        self._extra.append(
-            ProbeAnswer("array_command_obeyed", obeyed, near, "Yes." if near else "No.",
-                   f"commanded {target:.1f}°, measured {angle:.1f}°")
-        )  # fmt: skip
-        shown = isinstance(command, (int, float)) and abs(command - target) < 0.2
-        self._extra.append(
-            ProbeAnswer("array_command_shows", shows, shown, "Yes." if shown else "No.", f"it reads {command}",
-                   "array_command_shows")
-        )  # fmt: skip
+
+    def _array_command(self, seen: ProbeEvidence) -> list[ProbeAnswer]:
+        """Answers about ArrayCommand, none if the horn was not moved."""
+        servo_id = self._servo.known["servo_id"]
+        if self._target is None or servo_id is None:
+            return []
+        found = array_command(seen, servo_id, self._target)
+        return found if self._refused is None else [replace(one, value=None, text=self._refused) for one in found]
 
     def _restart_text(self, *, save: bool) -> str:
         path = f"/servos/{self._servo.uid}/restart-forecast"
