@@ -13,7 +13,7 @@ import { busWords as words } from "./words";
 import "./bus.css";
 import "./connect.css";
 
-const said = words.connectDialog;
+const strings = words.connectDialog;
 
 export function ConnectDialog() {
   const picker = usePicker();
@@ -23,7 +23,7 @@ export function ConnectDialog() {
   const state = bus.value;
   return (
     <Dialog
-      title={said.title}
+      title={strings.title}
       subtitle={subtitle(state)}
       testid="connect-dialog"
       onClose={close}
@@ -41,16 +41,16 @@ export function ConnectDialog() {
 }
 
 function subtitle(state: Bus | null): string {
-  if (!state?.address || state.state === "disconnected") return said.none;
+  if (!state?.address || state.state === "disconnected") return strings.none;
   const name = channelOf(state.address);
-  return state.state === "lost" || state.state === "connecting" ? said.lost(name) : said.now(name);
+  return state.state === "lost" || state.state === "connecting" ? strings.lost(name) : strings.now(name);
 }
 
 export function ConnectHere() {
   const picker = usePicker();
   return (
     <section class="connect-here" data-testid="connect-here">
-      <h2>{said.title}</h2>
+      <h2>{strings.title}</h2>
       <PickerCards picker={picker} />
       <div class="connect-foot">
         <ConnectButton picker={picker} />
@@ -67,7 +67,7 @@ function NothingUsable({ picker }: { picker: Picker }) {
   if (list === null || list.some(one => one.usable && !isDemo(one)) || wrong.length === 0) return null;
   return (
     <section class="connect-doctor">
-      <h3>{said.doctor}</h3>
+      <h3>{strings.doctor}</h3>
       <Findings list={wrong} />
     </section>
   );

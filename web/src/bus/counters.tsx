@@ -12,7 +12,7 @@ import { TimeSpan } from "../plots/span";
 import type { BusCounter } from "../telemetry/bus-history";
 import { busWords as words } from "./words";
 
-const said = words.counters;
+const strings = words.counters;
 const LOAD_SPAN_S = 60;
 const LOAD_HZ = 5;
 /** Bus state arrives about once a second: samples further apart than this leave a gap. */
@@ -66,49 +66,49 @@ function Counters({ state }: { state: Bus }) {
   const at = Math.max(now.value, monotonic());
   const since = (key: BusCounter) => {
     const utc = history.risingSince(key, at);
-    return utc === null ? null : said.rising(minute(utc));
+    return utc === null ? null : strings.rising(minute(utc));
   };
   return (
     <dl class="counters" data-testid="bus-counters">
       <Counter
-        name={said.received}
-        value={said.perSecond(grouped(state.rx_fps))}
-        note={said.frames(grouped(state.rx_frames))}
+        name={strings.received}
+        value={strings.perSecond(grouped(state.rx_fps))}
+        note={strings.frames(grouped(state.rx_frames))}
       />
       <Counter
-        name={said.sent}
-        value={said.perSecond(grouped(state.tx_fps))}
-        note={said.frames(grouped(state.tx_frames))}
+        name={strings.sent}
+        value={strings.perSecond(grouped(state.tx_fps))}
+        note={strings.frames(grouped(state.tx_frames))}
       />
       <Counter
-        name={said.errors}
+        name={strings.errors}
         value={grouped(state.errors)}
         rising={since("errors")}
-        note={state.error_frames > 0 ? said.seen(grouped(state.error_frames)) : said.none}
+        note={state.error_frames > 0 ? strings.seen(grouped(state.error_frames)) : strings.none}
       />
       <Counter
-        name={said.busOff}
+        name={strings.busOff}
         value={grouped(state.bus_offs)}
         rising={since("bus_offs") ?? since("reopened")}
-        note={state.reopened > 0 ? said.reopened(grouped(state.reopened)) : said.neverReopened}
+        note={state.reopened > 0 ? strings.reopened(grouped(state.reopened)) : strings.neverReopened}
       />
       <Counter
-        name={said.unacknowledged}
+        name={strings.unacknowledged}
         value={grouped(state.unacknowledged)}
         rising={since("unacknowledged")}
-        note={said.ofFrames}
+        note={strings.ofFrames}
       />
-      <Counter name={said.ignored} value={grouped(state.ignored)} note={said.kinds} />
+      <Counter name={strings.ignored} value={grouped(state.ignored)} note={strings.kinds} />
       <Counter
-        name={said.ids}
-        value={said.idsOf(free === null ? NONE : grouped(NODE_IDS - free))}
-        note={said.pinned(grouped(pinned))}
+        name={strings.ids}
+        value={strings.idsOf(free === null ? NONE : grouped(NODE_IDS - free))}
+        note={strings.pinned(grouped(pinned))}
       />
       <Counter
-        name={said.dropped}
+        name={strings.dropped}
         value={grouped(state.rx_dropped)}
         rising={since("rx_dropped")}
-        note={said.tooFast}
+        note={strings.tooFast}
       />
     </dl>
   );

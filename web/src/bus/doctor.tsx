@@ -18,20 +18,20 @@ import { box } from "./monitor-state";
 import { Remedy } from "./remedy";
 import { busWords as words } from "./words";
 
-const said = words.doctor;
+const strings = words.doctor;
 
 export function Doctor({ onCheck }: { onCheck: () => void }) {
   return (
-    <section class="doctor" aria-label={said.title} data-testid="doctor">
+    <section class="doctor" aria-label={strings.title} data-testid="doctor">
       <header class="part-head">
-        <h2>{said.title}</h2>
+        <h2>{strings.title}</h2>
         <Checked />
         <span class="grow" />
         <Button live testid="doctor-again" onClick={onCheck}>
-          {said.again}
+          {strings.again}
         </Button>
       </header>
-      <Scroll label={said.list}>
+      <Scroll label={strings.list}>
         <Findings list={findings.value} />
       </Scroll>
     </section>
@@ -47,7 +47,7 @@ function Checked() {
   const old = passed !== null && passed > OLD_S;
   return (
     <span class={`small ${old ? "strong" : "dim"}`} data-testid="doctor-checked">
-      {passed === null ? said.first : said.checked(age(passed, 0))}
+      {passed === null ? strings.first : strings.checked(age(passed, 0))}
     </span>
   );
 }
@@ -57,10 +57,10 @@ export function Findings({ list }: { list: readonly Finding[] }) {
   const complaints = list.filter(one => one.severity !== "ok").length;
   return (
     <>
-      {doctor.problem.value !== null && <Note band>{said.failed(doctor.problem.value)}</Note>}
+      {doctor.problem.value !== null && <Note band>{strings.failed(doctor.problem.value)}</Note>}
       {list.length > 0 && complaints === 0 && (
         <Note kind="ok" band testid="doctor-well">
-          {said.well(grouped(list.length))}
+          {strings.well(grouped(list.length))}
         </Note>
       )}
       <ul class={old ? "findings old" : "findings"}>
@@ -79,7 +79,7 @@ function FindingRow({ one }: { one: Finding }) {
       <Glyph kind={one.severity} />
       <div>
         <p class={one.severity === "ok" ? "f-name" : "f-name strong"}>
-          <span class="hidden-text">{said.severity[one.severity]}: </span>
+          <span class="hidden-text">{strings.severity[one.severity]}: </span>
           {title}
         </p>
         <p class="f-evidence">{evidence}</p>
@@ -110,12 +110,12 @@ function Links({ one }: { one: Finding }) {
     <p class="finding-links small">
       {connect && (
         <button type="button" class="link" onClick={() => (connectOpen.value = true)}>
-          {said.connect}
+          {strings.connect}
         </button>
       )}
       {ids && (
         <button type="button" class="link" onClick={() => changeChoices({}, "ids")}>
-          {said.ids}
+          {strings.ids}
         </button>
       )}
       {servos.map(each => (
@@ -125,12 +125,12 @@ function Links({ one }: { one: Finding }) {
           class="link"
           onClick={() => go(pathOf("parameters", each.uid, "node_id"))}
         >
-          {said.servo(nameOf(each))}
+          {strings.servo(nameOf(each))}
         </button>
       ))}
       {nodes.map(id => (
         <button key={id} type="button" class="link" onClick={() => filterNode(id)}>
-          {said.nodes(String(id))}
+          {strings.nodes(String(id))}
         </button>
       ))}
     </p>

@@ -6,7 +6,7 @@ import { endsOf, frameLineOf, leaves, shortType, spaced } from "./frame-text";
 import { box, chosenFrame, feed } from "./monitor-state";
 import { busWords as words } from "./words";
 
-const said = words.monitor.detail;
+const strings = words.monitor.detail;
 const MOST_FIELDS = 80;
 
 export function FrameDetail() {
@@ -21,7 +21,7 @@ export function FrameDetail() {
   return (
     <section
       class="frame-detail"
-      aria-label={row.kind === "transfer" ? said.title : said.titleFrame}
+      aria-label={row.kind === "transfer" ? strings.title : strings.titleFrame}
       data-testid="frame-detail"
     >
       <header>
@@ -32,10 +32,10 @@ export function FrameDetail() {
         <span class="narrowers">
           {nodes.map(node => (
             <Button key={node} onClick={() => narrow("node", node)}>
-              {said.onlyNode(node)}
+              {strings.onlyNode(node)}
             </Button>
           ))}
-          {type !== null && <Button onClick={() => narrow("type", type)}>{said.onlyType(type)}</Button>}
+          {type !== null && <Button onClick={() => narrow("type", type)}>{strings.onlyType(type)}</Button>}
         </span>
         <Button
           testid="detail-close"
@@ -43,33 +43,33 @@ export function FrameDetail() {
             chosenFrame.value = null;
           }}
         >
-          {said.close}
+          {strings.close}
         </Button>
       </header>
       {line.text !== "" && <p class="detail-text">{line.text}</p>}
       <dl>
         {row.kind === "transfer" ? (
           <>
-            {row.transfer.fields === null && <p class="second">{said.noFields}</p>}
+            {row.transfer.fields === null && <p class="second">{strings.noFields}</p>}
             {leaves(row.transfer.fields ?? {}, MOST_FIELDS).map(leaf => (
               <Pair key={leaf.name} name={leaf.name} value={leaf.value} mono />
             ))}
             <Pair
-              name={said.dataType}
+              name={strings.dataType}
               value={`${row.transfer.type ?? words.monitor.unknownType(row.transfer.data_type_id)}, ${row.transfer.data_type_id}`}
             />
-            <Pair name={said.priority} value={number(row.transfer.priority, 0)} />
-            <Pair name={said.transferId} value={number(row.transfer.transfer_id, 0)} />
-            <Pair name={said.identifier} value={line.id} mono />
-            <Pair name={said.size} value={line.size} />
-            <Pair name={said.payload} value={spaced(row.transfer.payload) || said.empty} mono />
+            <Pair name={strings.priority} value={number(row.transfer.priority, 0)} />
+            <Pair name={strings.transferId} value={number(row.transfer.transfer_id, 0)} />
+            <Pair name={strings.identifier} value={line.id} mono />
+            <Pair name={strings.size} value={line.size} />
+            <Pair name={strings.payload} value={spaced(row.transfer.payload) || strings.empty} mono />
           </>
         ) : (
           <>
             {row.frame.problem !== null && <Pair name={words.monitor.notDecoded} value={row.frame.problem} />}
-            <Pair name={said.identifier} value={line.id} mono />
-            <Pair name={said.size} value={line.size} />
-            <Pair name={said.payload} value={spaced(row.frame.data)} mono />
+            <Pair name={strings.identifier} value={line.id} mono />
+            <Pair name={strings.size} value={line.size} />
+            <Pair name={strings.payload} value={spaced(row.frame.data)} mono />
           </>
         )}
       </dl>

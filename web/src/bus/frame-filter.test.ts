@@ -50,10 +50,10 @@ describe("parseFilter", () => {
     ["type:A type:B", "occurs twice"],
     ["x".repeat(101), "100 characters"],
     [`type:${"x".repeat(81)}`, "80 characters"],
-  ])("%s is refused with what to do", (box, told) => {
+  ])("%s is refused with a remedy", (box, text) => {
     const found = parseFilter(box);
     expect(found.filter).toBeNull();
-    expect(found.problem).toContain(told);
+    expect(found.problem).toContain(text);
   });
 
   test("the same word twice is once", () => {

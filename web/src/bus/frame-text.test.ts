@@ -59,7 +59,7 @@ describe("a line of the monitor", () => {
     expect(found.size).toBe("2\u202fframes");
   });
 
-  test("of a type nobody knows the sentence begins it", () => {
+  test("an unknown type uses the start of the summary", () => {
     const found = line({
       type: null,
       kind: "message",
@@ -103,7 +103,7 @@ describe("a line of the monitor", () => {
     ["10015511", { source: 0x11, destination: null }],
     ["1a0b8cfe", { source: 126, destination: 12 }],
     ["00000000", { source: 0, destination: null }],
-  ])("%s tells its ends", (id, ends) => {
+  ])("source and destination of %s", (id, ends) => {
     expect(endsOf(id)).toEqual(ends);
   });
 
@@ -118,7 +118,7 @@ describe("a line of the monitor", () => {
 });
 
 describe("the fields of a transfer", () => {
-  test("are told leaf by leaf, short lists in one line, minus signs as they should be", () => {
+  test("are listed leaf by leaf, short lists in one line, with true minus signs", () => {
     const fields = {
       value: { kind: "integer", value: -5 },
       list: [1, 2],
@@ -251,7 +251,7 @@ describe("the adapter that is chosen", () => {
     expect(chosenOf([], null)).toBeNull();
   });
 
-  test("stays while it can be used, and the address by hand stays in any case", () => {
+  test("stays while usable, and a typed address always stays", () => {
     expect(chosenOf(list, "d")).toBe("d");
     expect(chosenOf(list, "a")).toBe("c");
     expect(chosenOf(list, "gone")).toBe("c");

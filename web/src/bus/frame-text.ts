@@ -18,7 +18,7 @@ export interface FrameLine {
   kind: "plain" | "sent" | "problem" | "gap";
 }
 
-const said = words.monitor;
+const strings = words.monitor;
 
 /** "14:02:31.418204" in local time; frames are microseconds apart. */
 export function stamp(utc: number): string {
@@ -34,9 +34,9 @@ export function shortType(type: string): string {
 }
 
 export function typeWords(transfer: DecodedTransfer): string {
-  const name = transfer.type === null ? said.unknownType(transfer.data_type_id) : shortType(transfer.type);
-  if (transfer.kind === "request") return `${name} ${said.request}`;
-  return transfer.kind === "response" ? `${name} ${said.response}` : name;
+  const name = transfer.type === null ? strings.unknownType(transfer.data_type_id) : shortType(transfer.type);
+  if (transfer.kind === "request") return `${name} ${strings.request}`;
+  return transfer.kind === "response" ? `${name} ${strings.response}` : name;
 }
 
 /** The server's summary split into the type and the rest. */
@@ -54,7 +54,7 @@ export function endsOf(canId: string): { source: number; destination: number | n
 }
 
 function route(source: number, destination: number | null): string {
-  return `${source} → ${destination ?? said.all}`;
+  return `${source} → ${destination ?? strings.all}`;
 }
 
 /** Bytes separated by spaces: "0a 3f 00". */
@@ -65,8 +65,8 @@ export function spaced(hex: string): string {
 export function frameLineOf(row: FeedRow, raw: boolean): FrameLine {
   if (row.kind === "gap") {
     const parts = [
-      row.lost > 0 ? said.lost(grouped(row.lost)) : "",
-      row.held > 0 ? said.skipped(grouped(row.held)) : "",
+      row.lost > 0 ? strings.lost(grouped(row.lost)) : "",
+      row.held > 0 ? strings.skipped(grouped(row.held)) : "",
     ];
     const text = parts.filter(part => part !== "").join(" ");
     return { time: "", direction: "", route: "", head: "", text, mono: false, id: "", size: "", kind: "gap" };
@@ -77,12 +77,12 @@ export function frameLineOf(row: FeedRow, raw: boolean): FrameLine {
 
 function ofTransfer(one: DecodedTransfer): Omit<FrameLine, "time"> {
   return {
-    direction: one.sent ? said.sent : said.received,
+    direction: one.sent ? strings.sent : strings.received,
     route: route(one.source, one.destination),
     ...halves(one),
     mono: false,
     id: one.can_id.toUpperCase(),
-    size: one.frames > 1 ? said.framesOf(one.frames) : said.bytes(one.payload.length / 2),
+    size: one.frames > 1 ? strings.framesOf(one.frames) : strings.bytes(one.payload.length / 2),
     kind: one.sent ? "sent" : "plain",
   };
 }
@@ -91,13 +91,13 @@ function ofFrame(one: RawFrame, raw: boolean): Omit<FrameLine, "time"> {
   const { source, destination } = endsOf(one.can_id);
   const problem = one.problem !== null;
   return {
-    direction: one.sent ? said.sent : said.received,
+    direction: one.sent ? strings.sent : strings.received,
     route: route(source, destination),
-    head: problem && !raw ? said.notDecoded : "",
+    head: problem && !raw ? strings.notDecoded : "",
     text: raw ? `${spaced(one.data)}${problem ? `   ${one.problem}` : ""}` : (one.problem ?? ""),
     mono: raw,
     id: one.can_id.toUpperCase(),
-    size: said.bytes(one.data.length / 2),
+    size: strings.bytes(one.data.length / 2),
     kind: problem ? "problem" : one.sent ? "sent" : "plain",
   };
 }

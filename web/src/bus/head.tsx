@@ -139,11 +139,11 @@ function Trouble({ state }: { state: Bus }) {
 }
 
 function DisconnectDialog({ name, onClose }: { name: string; onClose: () => void }) {
-  const said = words.disconnectDialog;
+  const strings = words.disconnectDialog;
   return (
     <Confirm
-      title={said.title(name)}
-      verb={said.confirm(name)}
+      title={strings.title(name)}
+      verb={strings.confirm(name)}
       danger
       testid="disconnect-dialog"
       actId="disconnect-confirm"
@@ -152,9 +152,9 @@ function DisconnectDialog({ name, onClose }: { name: string; onClose: () => void
       }}
       onClose={onClose}
     >
-      <p class="strong">{said.first}</p>
-      <p>{said.after}</p>
-      <p class="second">{said.stays}</p>
+      <p class="strong">{strings.first}</p>
+      <p>{strings.after}</p>
+      <p class="second">{strings.stays}</p>
     </Confirm>
   );
 }

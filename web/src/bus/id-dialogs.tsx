@@ -10,7 +10,7 @@ import { Confirm } from "../kit/confirm";
 import { TextField } from "../kit/field";
 import { busWords as words } from "./words";
 
-const said = words.ids;
+const strings = words.ids;
 const LOWEST = 1;
 const HIGHEST = 125;
 
@@ -25,9 +25,9 @@ export function PinDialog({ one, table, onClose }: Props & { table: readonly All
   const wrong = wrongId(typed.value, one, table);
   return (
     <Confirm
-      title={said.pinTitle(ownerName(one.uid))}
+      title={strings.pinTitle(ownerName(one.uid))}
       subtitle={<span class="mono">{one.uid}</span>}
-      verb={wrong === null ? said.pinConfirm(typed.value.trim()) : said.pinPlain}
+      verb={wrong === null ? strings.pinConfirm(typed.value.trim()) : strings.pinPlain}
       ready={wrong === null}
       testid="pin-dialog"
       actId="pin-confirm"
@@ -37,8 +37,8 @@ export function PinDialog({ one, table, onClose }: Props & { table: readonly All
       }}
       onClose={onClose}
     >
-      <p class="second">{said.pinText}</p>
-      <TextField label={said.pinLabel} at={typed} number beside short error={wrong} testid="pin-id" />
+      <p class="second">{strings.pinText}</p>
+      <TextField label={strings.pinLabel} at={typed} number beside short error={wrong} testid="pin-id" />
     </Confirm>
   );
 }
@@ -47,27 +47,27 @@ export function PinDialog({ one, table, onClose }: Props & { table: readonly All
 export function wrongId(typed: string, one: Allocation, table: readonly Allocation[]): string | null {
   const plain = typed.trim();
   const id = wholeNumber(plain);
-  if (id === null || id < LOWEST || id > HIGHEST) return said.pinRange(plain === "" ? "–" : plain);
+  if (id === null || id < LOWEST || id > HIGHEST) return strings.pinRange(plain === "" ? "–" : plain);
   const owner = table.find(other => other.node_id === id && other.uid !== one.uid);
-  return owner ? said.pinTaken(String(id), ownerName(owner.uid)) : null;
+  return owner ? strings.pinTaken(String(id), ownerName(owner.uid)) : null;
 }
 
 export function ForgetDialog({ one, onClose }: Props) {
   const id = String(one.node_id);
   return (
     <Confirm
-      title={said.forgetTitle(id, ownerName(one.uid))}
+      title={strings.forgetTitle(id, ownerName(one.uid))}
       subtitle={<span class="mono">{one.uid}</span>}
-      verb={said.forgetConfirm(id)}
+      verb={strings.forgetConfirm(id)}
       danger
       testid="forget-dialog"
       actId="forget-confirm"
       act={async () => noteOf(await callApi("DELETE", "/allocations/{uid}", { path: { uid: one.uid } }))}
       onClose={onClose}
     >
-      <p>{said.forgetText}</p>
-      {one.online && <p>{said.forgetOnline}</p>}
-      {one.pinned && <p>{said.forgetPinned}</p>}
+      <p>{strings.forgetText}</p>
+      {one.online && <p>{strings.forgetOnline}</p>}
+      {one.pinned && <p>{strings.forgetPinned}</p>}
     </Confirm>
   );
 }

@@ -25,7 +25,7 @@ import { ForgetDialog, PinDialog } from "./id-dialogs";
 import { IdMap } from "./id-map";
 import { findingWords as findings, busWords as words } from "./words";
 
-const said = words.ids;
+const strings = words.ids;
 
 export function NodeIds({ onChanged }: { onChanged: () => void }) {
   const open = useSignal<{ what: "pin" | "forget"; one: Allocation } | null>(null);
@@ -39,26 +39,26 @@ export function NodeIds({ onChanged }: { onChanged: () => void }) {
     onChanged();
   };
   return (
-    <Scroll label={said.title} testid="node-ids">
+    <Scroll label={strings.title} testid="node-ids">
       {allocator && <Allocator allocator={allocator} table={table ?? []} />}
-      {tableProblem.value !== null && <Note band>{said.failed(tableProblem.value)}</Note>}
+      {tableProblem.value !== null && <Note band>{strings.failed(tableProblem.value)}</Note>}
       <Note kind="ok" band testid="ids-note">
         {done.value}
       </Note>
       <Pending />
       <DataTable
-        label={said.title}
-        empty={<Empty title={said.empty}>{said.emptyLine}</Empty>}
+        label={strings.title}
+        empty={<Empty title={strings.empty}>{strings.emptyLine}</Empty>}
         rows={table}
         id={one => one.uid}
         data={one => ({ testid: `id-${one.uid}`, away: !one.online })}
         old={!up.value}
         order={order}
         columns={[
-          { key: "id", head: said.head.id, right: true, by: one => one.node_id, cell: one => one.node_id },
+          { key: "id", head: strings.head.id, right: true, by: one => one.node_id, cell: one => one.node_id },
           {
             key: "name",
-            head: said.head.name,
+            head: strings.head.name,
             by: one => ownerName(one.uid),
             cell: one => (
               <>
@@ -69,21 +69,23 @@ export function NodeIds({ onChanged }: { onChanged: () => void }) {
           },
           {
             key: "seen",
-            head: said.head.seen,
+            head: strings.head.seen,
             by: one => one.last_seen ?? 0,
             cell: one => (
               <>
-                {one.last_seen === null ? said.never : day(one.last_seen)}
-                <small>{one.online ? said.online : said.offline}</small>
+                {one.last_seen === null ? strings.never : day(one.last_seen)}
+                <small>{one.online ? strings.online : strings.offline}</small>
               </>
             ),
           },
           {
             key: "pinned",
-            head: said.head.pinned,
+            head: strings.head.pinned,
             by: one => (one.pinned ? 0 : 1),
             cell: one => (
-              <span class={one.pinned ? "strong" : "dim"}>{one.pinned ? said.pinned : said.automatic}</span>
+              <span class={one.pinned ? "strong" : "dim"}>
+                {one.pinned ? strings.pinned : strings.automatic}
+              </span>
             ),
           },
           {
@@ -93,21 +95,21 @@ export function NodeIds({ onChanged }: { onChanged: () => void }) {
             cell: one => (
               <span class="i-do">
                 <Button live testid={`pin-${one.uid}`} onClick={() => (open.value = { what: "pin", one })}>
-                  {said.pin}
+                  {strings.pin}
                 </Button>
                 <Button
                   live
                   testid={`forget-${one.uid}`}
                   onClick={() => (open.value = { what: "forget", one })}
                 >
-                  {said.forget}
+                  {strings.forget}
                 </Button>
               </span>
             ),
           },
         ]}
       />
-      {table !== null && <p class="small dim below">{said.more}</p>}
+      {table !== null && <p class="small dim below">{strings.more}</p>}
       {open.value?.what === "pin" && <PinDialog one={open.value.one} table={table ?? []} onClose={close} />}
       {open.value?.what === "forget" && <ForgetDialog one={open.value.one} onClose={close} />}
     </Scroll>
@@ -124,7 +126,7 @@ function day(utc: number): string {
 function Pending() {
   if (pending.value.length === 0) return null;
   return (
-    <ul class="pending" aria-label={said.waiting(grouped(pending.value.length))}>
+    <ul class="pending" aria-label={strings.waiting(grouped(pending.value.length))}>
       {pending.value.map(one => {
         const passed = Math.max(0, now.value - one.receivedAt);
         return (
@@ -135,8 +137,11 @@ function Pending() {
                 <span class="strong">{text.servos.waiting}</span> <span class="mono dim">{one.uid_part}</span>
               </p>
               <p class="small second">
-                {said.heard(one.stage)}, {said.attempts(grouped(one.attempts))},{" "}
-                {said.waits(age(one.waiting_s + passed, 0))}
+                {[
+                  strings.partsReceived(one.stage),
+                  strings.attempts(grouped(one.attempts)),
+                  strings.waits(age(one.waiting_s + passed, 0)),
+                ].join(text.comma)}
               </p>
               {one.refusal !== null && <p class="small k-failure">{refusalText(one)}</p>}
             </div>
@@ -170,36 +175,36 @@ function Allocator({ allocator, table }: { allocator: AllocatorState; table: rea
   return (
     <div class="allocator">
       <div class="allocator-head">
-        <span>{said.mode}</span>
+        <span>{strings.mode}</span>
         <Segments<AllocatorMode>
-          label={said.mode}
+          label={strings.mode}
           chosen={allocator.mode}
           onChoose={choose}
           options={[
-            { key: "on", label: said.modes.on },
-            { key: "off", label: said.modes.off },
-            { key: "force", label: said.modes.force },
+            { key: "on", label: strings.modes.on },
+            { key: "off", label: strings.modes.off },
+            { key: "force", label: strings.modes.force },
           ]}
         />
         <span class="second small" data-testid="allocator-effect">
           {allocator.state !== "standby"
-            ? said.effect[allocator.mode]
+            ? strings.effect[allocator.mode]
             : allocator.own_id_shared
-              ? said.effect.own_id_shared
-              : said.effect.standby}
+              ? strings.effect.own_id_shared
+              : strings.effect.standby}
         </span>
       </div>
       {competing !== null && (
         <p class="competing">
           <Glyph kind="warning" />
           <span>
-            <b>{said.competing(String(competing))}</b> <span class="second">{said.competingHelp}</span>
+            <b>{strings.competing(String(competing))}</b> <span class="second">{strings.competingHelp}</span>
           </span>
         </p>
       )}
       <IdMap table={table} />
       <p class="small second" data-testid="ids-used">
-        {said.used(
+        {strings.used(
           grouped(125 - allocator.free),
           grouped(allocator.free),
           grouped(table.filter(one => one.pinned).length),
@@ -207,8 +212,8 @@ function Allocator({ allocator, table }: { allocator: AllocatorState; table: rea
       </p>
       {confirming.value !== null && (
         <Confirm
-          title={force ? said.forceTitle : said.offTitle}
-          verb={force ? said.forceConfirm : said.offConfirm}
+          title={force ? strings.forceTitle : strings.offTitle}
+          verb={force ? strings.forceConfirm : strings.offConfirm}
           danger
           testid="allocator-dialog"
           actId="allocator-confirm"
@@ -217,7 +222,7 @@ function Allocator({ allocator, table }: { allocator: AllocatorState; table: rea
             confirming.value = null;
           }}
         >
-          <p>{force ? said.forceText : said.offText}</p>
+          <p>{force ? strings.forceText : strings.offText}</p>
         </Confirm>
       )}
     </div>

@@ -4,22 +4,24 @@ import { grouped, number, withUnit } from "../bench/format";
 import { Glyph } from "../kit/glyph";
 import { busWords as words } from "./words";
 
-const said = words.line;
+const strings = words.line;
 
 type Note = Bus["notes"][number];
 
 /** A note in the page's language, by its code; the server's text where the page has none. */
 export function lineNote(note: Note): string {
-  const known = said.notes[note.code];
+  const known = strings.notes[note.code];
   return known === undefined ? note.text : known(note.params);
 }
 
 /** Possible causes when nothing was received, with remedies. */
 export function nothingReceived(state: Bus): string[] {
   const line = state.serial_line;
-  const lines: string[] = [said.checkBus];
+  const lines: string[] = [strings.checkBus];
   if (line && line.budget !== null && !line.confirmed) {
-    lines.unshift(line.found ? said.tryingRates(grouped(line.baud)) : said.leaveOut(grouped(line.baud)));
+    lines.unshift(
+      line.found ? strings.tryingRates(grouped(line.baud)) : strings.leaveOut(grouped(line.baud)),
+    );
   }
   return lines;
 }
@@ -28,8 +30,8 @@ export function nothingReceived(state: Bus): string[] {
 export function lineFact(state: Bus): string | null {
   const line = state.serial_line;
   if (!line) return null;
-  if (line.budget === null) return said.usb;
-  return said.fact(grouped(line.baud), grouped(line.budget));
+  if (line.budget === null) return strings.usb;
+  return strings.fact(grouped(line.baud), grouped(line.budget));
 }
 
 export function LineFacts({ state }: { state: Bus }) {
@@ -40,36 +42,36 @@ export function LineFacts({ state }: { state: Bus }) {
       <dl>
         {line && (
           <>
-            <Fact name={said.baud} testid="line-baud">
-              {line.budget === null ? said.usb : said.baudOf(grouped(line.baud))}
+            <Fact name={strings.baud} testid="line-baud">
+              {line.budget === null ? strings.usb : strings.baudOf(grouped(line.baud))}
               {line.budget !== null && (
-                <small>{line.confirmed ? said.how(line.found) : said.unconfirmed}</small>
+                <small>{line.confirmed ? strings.how(line.found) : strings.unconfirmed}</small>
               )}
             </Fact>
             {line.serial_number !== null && (
-              <Fact name={said.serialNumber} testid="line-serial">
+              <Fact name={strings.serialNumber} testid="line-serial">
                 <span class="mono">{line.serial_number}</span>
               </Fact>
             )}
             {line.budget !== null && (
-              <Fact name={said.budget} testid="line-budget">
-                {said.framesPerSecond(grouped(line.budget))}
+              <Fact name={strings.budget} testid="line-budget">
+                {strings.framesPerSecond(grouped(line.budget))}
                 <small>
-                  {state.limited_by === "serial_line" ? said.slower : said.faster}
-                  {line.load_pct !== null && said.inUse(withUnit(number(line.load_pct, 0), "%"))}
+                  {state.limited_by === "serial_line" ? strings.slower : strings.faster}
+                  {line.load_pct !== null && strings.inUse(withUnit(number(line.load_pct, 0), "%"))}
                 </small>
               </Fact>
             )}
           </>
         )}
         {state.frame_gap_ms > 0 && (
-          <Fact name={said.gap} testid="line-gap">
+          <Fact name={strings.gap} testid="line-gap">
             {withUnit(number(state.frame_gap_ms, state.frame_gap_ms % 1 ? 1 : 0), "ms")}
           </Fact>
         )}
       </dl>
       {state.notes.length > 0 && (
-        <ul class="line-notes" data-testid="line-notes" aria-label={said.notesTitle}>
+        <ul class="line-notes" data-testid="line-notes" aria-label={strings.notesTitle}>
           {state.notes.map(note => (
             <li key={note.code}>
               <Glyph kind="notice" size={14} />

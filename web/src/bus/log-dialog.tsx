@@ -17,7 +17,7 @@ import { Segments } from "../kit/segments";
 import { listLogs, log, logProblem, logs, removeLog, startLog, stopLog, urlOf } from "./log";
 import { busWords as words } from "./words";
 
-const said = words.logDialog;
+const strings = words.logDialog;
 const FORMATS: readonly LogFormat[] = ["candump", "asc", "blf", "csv"];
 const MOST_MB = 10_000;
 const USUAL_MB = 100;
@@ -30,7 +30,7 @@ export function LogDialog({ onClose }: { onClose: () => void }) {
     void listLogs();
   }, [state]);
   return (
-    <Dialog title={said.title} testid="log-dialog" onClose={onClose}>
+    <Dialog title={strings.title} testid="log-dialog" onClose={onClose}>
       {log.value?.state === "running" ? <Running log={log.value} /> : <Start />}
       <Note>{logProblem.value}</Note>
       <Files />
@@ -46,10 +46,10 @@ function Running({ log }: { log: LogState }) {
     <section class="log-running" data-testid="log-running">
       <div class="log-line">
         <span class="k-intent">●</span>
-        <b>{said.running(log.name ?? "")}</b>
+        <b>{strings.running(log.name ?? "")}</b>
         <span class="grow" />
         <Button look="primary" live testid="log-stop" onClick={() => void stopLog()}>
-          {said.stop}
+          {strings.stop}
         </Button>
       </div>
       <svg
@@ -70,9 +70,9 @@ function Running({ log }: { log: LogState }) {
         />
       </svg>
       <p class="small second" data-testid="log-progress">
-        {said.progress(size(log.bytes), size(log.limit_bytes))},{" "}
-        {said.frames(grouped(log.frames), grouped(log.dropped))}
-        {log.started_at !== null && `, ${said.since(clock(log.started_at))}`}
+        {strings.progress(size(log.bytes), size(log.limit_bytes))},{" "}
+        {strings.frames(grouped(log.frames), grouped(log.dropped))}
+        {log.started_at !== null && `, ${strings.since(clock(log.started_at))}`}
       </p>
     </section>
   );
@@ -107,27 +107,27 @@ function Start() {
     >
       {log.value && <Ended log={log.value} />}
       <div class="entry beside">
-        <span>{said.format}</span>
+        <span>{strings.format}</span>
         <Segments<LogFormat>
-          label={said.format}
+          label={strings.format}
           chosen={format.value}
           onChoose={key => {
             format.value = key;
           }}
-          options={FORMATS.map(key => ({ key, label: said.formats[key][0] }))}
+          options={FORMATS.map(key => ({ key, label: strings.formats[key][0] }))}
         />
       </div>
-      <p class="small second under">{said.formats[format.value][1]}</p>
-      <TextField label={said.name} hint={said.nameHint} at={name} beside testid="log-name" />
+      <p class="small second under">{strings.formats[format.value][1]}</p>
+      <TextField label={strings.name} hint={strings.nameHint} at={name} beside testid="log-name" />
       <div class="log-line">
         <TextField
-          label={said.limit}
+          label={strings.limit}
           at={limit}
           number
-          unit={said.limitUnit}
+          unit={strings.limitUnit}
           beside
           short
-          error={wrong && said.limitWrong(limit.value.trim() || "–")}
+          error={wrong && strings.limitWrong(limit.value.trim() || "–")}
           testid="log-limit"
         />
         <span class="grow" />
@@ -138,10 +138,10 @@ function Start() {
           disabled={wrong || busy.value || !connected.value}
           onClick={() => void start()}
         >
-          {busy.value ? said.starting : said.start}
+          {busy.value ? strings.starting : strings.start}
         </Button>
       </div>
-      {!connected.value && <p class="small second under">{said.noBus}</p>}
+      {!connected.value && <p class="small second under">{strings.noBus}</p>}
     </form>
   );
 }
@@ -152,7 +152,7 @@ function Ended({ log }: { log: LogState }) {
     case "stopped":
       return (
         <p class="log-ended" role="status">
-          <Glyph kind="ok" /> {said.ended.stopped(name, size(log.bytes))}
+          <Glyph kind="ok" /> {strings.ended.stopped(name, size(log.bytes))}
         </p>
       );
     case "full":
@@ -161,7 +161,7 @@ function Ended({ log }: { log: LogState }) {
         <p class="log-ended" role="status">
           <Glyph kind={log.state === "full" ? "notice" : "failure"} />
           <span>
-            {log.state === "full" ? said.ended.full(name, size(log.bytes)) : said.ended.failed(name)}
+            {log.state === "full" ? strings.ended.full(name, size(log.bytes)) : strings.ended.failed(name)}
             {log.reason !== null && ` ${noteText(log.reason, log.reason_code, log.reason_params)}`}
           </span>
         </p>
@@ -176,8 +176,8 @@ function Files() {
   if (list === null) return null;
   return (
     <section class="log-files" data-testid="log-files">
-      <h3>{said.files}</h3>
-      {list.length === 0 && <p class="second">{said.noFiles}</p>}
+      <h3>{strings.files}</h3>
+      {list.length === 0 && <p class="second">{strings.noFiles}</p>}
       <ul>
         {list.map(one => (
           <File key={one.name} one={one} />
@@ -196,28 +196,28 @@ function File({ one }: { one: LogFile }) {
         <span class="mono">{one.name}</span>
         <small>
           {size(running?.bytes ?? one.bytes)},{" "}
-          {running ? said.being : `${date(one.modified_at)} ${minute(one.modified_at)}`}
+          {running ? strings.being : `${date(one.modified_at)} ${minute(one.modified_at)}`}
         </small>
       </span>
       {confirming.value ? (
         <>
-          <span class="small">{said.removeAsk}</span>
+          <span class="small">{strings.removeAsk}</span>
           <Button look="danger" live testid="log-remove-yes" onClick={() => void removeLog(one.name)}>
-            {said.removeYes}
+            {strings.removeYes}
           </Button>
           <Button
             onClick={() => {
               confirming.value = false;
             }}
           >
-            {said.removeNo}
+            {strings.removeNo}
           </Button>
         </>
       ) : (
         <>
           <a class="button" href={urlOf(one.name)} download={one.name} data-testid="log-download">
             <Icon name="download" size={15} />
-            {said.download}
+            {strings.download}
             <span class="hidden-text">{one.name}</span>
           </a>
           <Button
@@ -228,7 +228,7 @@ function File({ one }: { one: LogFile }) {
               confirming.value = true;
             }}
           >
-            {said.remove}
+            {strings.remove}
           </Button>
         </>
       )}

@@ -17,13 +17,13 @@ import { frameLineOf } from "./frame-text";
 import * as monitor from "./monitor-state";
 import { busWords as words } from "./words";
 
-const said = words.monitor;
+const strings = words.monitor;
 
 export function Monitor() {
   useEffect(() => monitor.watchFrames(), []);
   useEffect(() => keepInAddress("q", monitor.box), []);
   return (
-    <section class="monitor" aria-label={said.title} data-testid="monitor">
+    <section class="monitor" aria-label={strings.title} data-testid="monitor">
       <Tools />
       <StatusLine />
       <Head />
@@ -46,12 +46,12 @@ function Tools() {
     <div class="monitor-tools">
       <label class="search" data-wrong={monitor.filterProblem.value !== null}>
         <Icon name="search" size={16} />
-        <span class="hidden-text">{said.filter}</span>
+        <span class="hidden-text">{strings.filter}</span>
         <input
           ref={filter}
           type="search"
           data-testid="monitor-filter"
-          placeholder={said.example}
+          placeholder={strings.example}
           autocomplete="off"
           spellcheck={false}
           value={monitor.box.value}
@@ -64,14 +64,14 @@ function Tools() {
         <kbd class="touch-hide">/</kbd>
       </label>
       <Segments
-        label={said.view}
+        label={strings.view}
         chosen={monitor.view.value}
         onChoose={key => {
           monitor.view.value = key;
         }}
         options={[
-          { key: "decoded", label: said.decoded },
-          { key: "raw", label: said.frames },
+          { key: "decoded", label: strings.decoded },
+          { key: "raw", label: strings.frames },
         ]}
       />
       <button
@@ -82,7 +82,7 @@ function Tools() {
           monitor.box.value = withProblems(monitor.box.peek(), !problems);
         }}
       >
-        {said.problems}
+        {strings.problems}
       </button>
       <Button
         testid="monitor-pause"
@@ -93,7 +93,7 @@ function Tools() {
         }}
       >
         <Icon name={held ? "play" : "pause"} size={15} />
-        {held ? said.resume : said.pause}
+        {held ? strings.resume : strings.pause}
       </Button>
     </div>
   );
@@ -107,12 +107,12 @@ function StatusLine() {
   return (
     <p class="monitor-line small" id="monitor-line">
       <span class="second" data-testid="monitor-counts">
-        {said.counts(grouped(counts.received), grouped(counts.shown), "")}
+        {strings.counts(grouped(counts.received), grouped(counts.shown), "")}
         <span class={counts.lost > 0 ? "k-warning strong" : ""}>{grouped(counts.lost)}</span>
       </span>
       {since !== null && (
         <span class="k-intent" data-testid="monitor-held">
-          {said.held(age(Math.max(0, now.value - since), 0), grouped(monitor.missed.value))}
+          {strings.held(age(Math.max(0, now.value - since), 0), grouped(monitor.missed.value))}
         </span>
       )}
       {problem !== null && (
@@ -125,7 +125,7 @@ function StatusLine() {
 }
 
 function Head() {
-  const head = said.head;
+  const head = strings.head;
   return (
     <div class="f-head" aria-hidden="true">
       <span class="f-time">{head.time}</span>
@@ -164,7 +164,7 @@ function List() {
       ref={scroller}
       class="frames"
       role="grid"
-      aria-label={said.list}
+      aria-label={strings.list}
       tabIndex={0}
       data-testid="frames"
       data-old={!up.value}
@@ -185,24 +185,24 @@ function Nothing() {
     <div class="frames-empty" data-testid="monitor-empty">
       <p class="strong">
         {!up.value
-          ? said.noLink
+          ? strings.noLink
           : !connected.value
-            ? said.noBus
+            ? strings.noBus
             : filtered && counts.received > 0
-              ? said.nothingPasses(grouped(counts.received))
-              : said.nothing}
+              ? strings.nothingPasses(grouped(counts.received))
+              : strings.nothing}
       </p>
       {up.value && connected.value && state && (
-        <p class="second">{said.quiet(number(state.rx_fps + state.tx_fps, 0), grouped(state.errors))}</p>
+        <p class="second">{strings.quiet(number(state.rx_fps + state.tx_fps, 0), grouped(state.errors))}</p>
       )}
-      <p class="second">{said.filterHelp}</p>
+      <p class="second">{strings.filterHelp}</p>
       {filtered && (
         <Button
           onClick={() => {
             monitor.box.value = "";
           }}
         >
-          {said.clear}
+          {strings.clear}
         </Button>
       )}
     </div>

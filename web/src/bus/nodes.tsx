@@ -18,7 +18,7 @@ import { Note } from "../kit/note";
 import { Scroll } from "../kit/scroll";
 import { busWords as words } from "./words";
 
-const said = words.nodes;
+const strings = words.nodes;
 const POLL_MS = 2000;
 
 const GLYPH: Record<BusNode["health"], ConditionKind> = {
@@ -36,11 +36,11 @@ export function Nodes() {
   const online = list?.filter(one => one.online).length ?? 0;
   const passed = Math.max(0, now.value - (nodes.readAt.value ?? 0));
   return (
-    <Scroll label={said.title} testid="nodes">
-      {nodes.problem.value !== null && <Note band>{said.failed(nodes.problem.value)}</Note>}
+    <Scroll label={strings.title} testid="nodes">
+      {nodes.problem.value !== null && <Note band>{strings.failed(nodes.problem.value)}</Note>}
       <DataTable
-        label={said.title}
-        empty={<Empty title={said.empty}>{said.emptyLine}</Empty>}
+        label={strings.title}
+        empty={<Empty title={strings.empty}>{strings.emptyLine}</Empty>}
         rows={list}
         id={one => one.node_id}
         data={one => ({ testid: `node-${one.node_id}`, kind: one.kind, away: !one.online })}
@@ -49,7 +49,7 @@ export function Nodes() {
         columns={columnsOf(passed)}
       />
       {list !== null && list.length > 0 && (
-        <p class="small dim below">{said.summary(grouped(online), grouped(list.length))}</p>
+        <p class="small dim below">{strings.summary(grouped(online), grouped(list.length))}</p>
       )}
     </Scroll>
   );
@@ -59,15 +59,15 @@ const order = wordInAddress("order");
 
 function nodeName(one: BusNode): string {
   const known = one.uid === null ? undefined : servo(one.uid);
-  return known ? nameOf(known) : (one.name ?? said.nameless);
+  return known ? nameOf(known) : (one.name ?? strings.nameless);
 }
 
 function columnsOf(passed: number): readonly Column<BusNode>[] {
   return [
-    { key: "id", head: said.head.id, right: true, by: one => one.node_id, cell: one => one.node_id },
+    { key: "id", head: strings.head.id, right: true, by: one => one.node_id, cell: one => one.node_id },
     {
       key: "name",
-      head: said.head.name,
+      head: strings.head.name,
       by: nodeName,
       cell: one => {
         const known = one.uid === null ? undefined : servo(one.uid);
@@ -79,7 +79,7 @@ function columnsOf(passed: number): readonly Column<BusNode>[] {
               <b>{nodeName(one)}</b>
             )}
             <small>
-              {said.kind[one.kind]}
+              {strings.kind[one.kind]}
               {known && one.name !== null && `, ${one.name}`}
               {one.uid !== null && <span class="mono"> {`${one.uid.slice(0, 4)}…${one.uid.slice(-4)}`}</span>}
             </small>
@@ -90,47 +90,47 @@ function columnsOf(passed: number): readonly Column<BusNode>[] {
     },
     {
       key: "health",
-      head: said.head.health,
+      head: strings.head.health,
       by: one => (one.online ? one.health : ""),
       cell: one => (
         <>
           <Glyph kind={one.online ? GLYPH[one.health] : "offline"} />{" "}
           <span class={!one.online || one.health !== "ok" ? "strong" : ""}>
-            {one.online ? said.health[one.health] : said.offline}
+            {one.online ? strings.health[one.health] : strings.offline}
           </span>
-          <small>{said.mode[one.mode] ?? one.mode}</small>
+          <small>{strings.mode[one.mode] ?? one.mode}</small>
         </>
       ),
     },
     {
       key: "up",
-      head: said.head.up,
+      head: strings.head.up,
       right: true,
       by: one => one.uptime_s ?? 0,
       cell: one => (
         <>
           {age(one.uptime_s, 0)}
-          {one.restarts > 0 && <small>{said.restarts(grouped(one.restarts))}</small>}
+          {one.restarts > 0 && <small>{strings.restarts(grouped(one.restarts))}</small>}
         </>
       ),
     },
     {
-      key: "heard",
-      head: said.head.heard,
+      key: "seen",
+      head: strings.head.seen,
       right: true,
       by: one => one.age_s,
       cell: one => <span class={one.online ? "" : "strong"}>{age(one.age_s + passed)}</span>,
     },
     {
       key: "version",
-      head: said.head.version,
+      head: strings.head.version,
       cell: one => {
         const [release, commit] = one.software_version?.split("+") ?? [];
         return (
           <>
             {release ?? NONE}
             {commit && <small class="mono">{commit}</small>}
-            {one.hardware_version !== null && <small>{said.hardware(one.hardware_version)}</small>}
+            {one.hardware_version !== null && <small>{strings.hardware(one.hardware_version)}</small>}
           </>
         );
       },

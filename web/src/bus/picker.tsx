@@ -23,7 +23,7 @@ import { LineFacts } from "./line";
 import { Remedy } from "./remedy";
 import { busWords as words } from "./words";
 
-const said = words.connectDialog;
+const strings = words.connectDialog;
 
 /** The entry for a typed address. */
 const OTHER = "";
@@ -162,13 +162,13 @@ export function PickerCards({ picker }: { picker: Picker }) {
   const refused = picker.refused.value;
   return (
     <div class="picker">
-      {picker.listProblem.value !== null && <Note>{said.failed(picker.listProblem.value)}</Note>}
+      {picker.listProblem.value !== null && <Note>{strings.failed(picker.listProblem.value)}</Note>}
       {list?.every(isDemo) && (
         <div data-testid="no-adapter">
-          <p class="strong">{said.nothing}</p>
-          <p class="second">{said.nothingLine}</p>
-          <ul class="adapter-checks" aria-label={said.nothing}>
-            {said.checks.map(check => (
+          <p class="strong">{strings.nothing}</p>
+          <p class="second">{strings.nothingLine}</p>
+          <ul class="adapter-checks" aria-label={strings.nothing}>
+            {strings.checks.map(check => (
               <li key={check}>
                 <Remedy text={check} />
               </li>
@@ -177,7 +177,7 @@ export function PickerCards({ picker }: { picker: Picker }) {
           <Guides places={["adapters"]} />
         </div>
       )}
-      <div role="radiogroup" aria-label={said.adapters} class="adapters" data-testid="adapters">
+      <div role="radiogroup" aria-label={strings.adapters} class="adapters" data-testid="adapters">
         {(list ?? []).map(one => (
           <Card key={one.address} one={one} picker={picker} />
         ))}
@@ -185,14 +185,14 @@ export function PickerCards({ picker }: { picker: Picker }) {
       </div>
       <p class="small dim" data-testid="adapters-searched">
         {list === null
-          ? said.searching
-          : said.searched(age(Math.max(0, now.value - picker.searchedAt.value), 0))}
+          ? strings.searching
+          : strings.searched(age(Math.max(0, now.value - picker.searchedAt.value), 0))}
       </p>
       <Options picker={picker} />
       <SwitchesOff picker={picker} />
       {picker.opening.value && picker.target.value?.address.startsWith(SERIAL) && (
         <p class="small second" role="status" data-testid="finding-rate">
-          {said.findingRate}
+          {strings.findingRate}
         </p>
       )}
       {refused && (
@@ -213,7 +213,7 @@ function SwitchesOff({ picker }: { picker: Picker }) {
   if (target === null || target.address.startsWith(DEMO)) return null;
   return (
     <p class="switches-off" role="status" data-testid="switches-off">
-      <Glyph kind="notice" size={14} /> {said.switchesOff}
+      <Glyph kind="notice" size={14} /> {strings.switchesOff}
     </p>
   );
 }
@@ -233,7 +233,7 @@ function Card({ one, picker }: { one: Adapter; picker: Picker }) {
   const facts = [
     one.bitrate === null ? null : text.bar.bitrate(number(one.bitrate / 1e6, one.bitrate % 1e6 ? 3 : 0)),
     one.sample_point === null ? null : words.plot.pct(number(one.sample_point * 100, 1)),
-    one.baud === null ? null : said.lastBaud(grouped(one.baud)),
+    one.baud === null ? null : strings.lastBaud(grouped(one.baud)),
   ].filter(fact => fact !== null);
   return (
     <div class="adapter" data-usable={one.usable} data-chosen={chosen} data-testid={`adapter-${one.address}`}>
@@ -249,9 +249,9 @@ function Card({ one, picker }: { one: Adapter; picker: Picker }) {
           }}
         />
         <span class="adapter-name">
-          <span class="strong">{isDemo(one) ? said.demo : one.name}</span>
+          <span class="strong">{isDemo(one) ? strings.demo : one.name}</span>
           {isDemo(one) ? (
-            <small class="wraps">{said.demoLine}</small>
+            <small class="wraps">{strings.demoLine}</small>
           ) : (
             <small class="mono">{one.address}</small>
           )}
@@ -259,7 +259,7 @@ function Card({ one, picker }: { one: Adapter; picker: Picker }) {
         <span class="adapter-state">
           <Glyph kind={GLYPH[one.state]} />
           <span>
-            <span class={one.usable ? "" : "strong"}>{said.state[one.state]}</span>
+            <span class={one.usable ? "" : "strong"}>{strings.state[one.state]}</span>
             {facts.length > 0 && <small>{facts.join(text.comma)}</small>}
           </span>
         </span>
@@ -280,8 +280,8 @@ function Card({ one, picker }: { one: Adapter; picker: Picker }) {
 
 /** Why an adapter cannot be used, or a note on it, with the remedy. */
 function whyText(one: Adapter): string {
-  const said = [one.reason, one.remedy].filter(part => part !== null).join(" ");
-  return causeText({ ...one.params, cause: one.cause ?? "" }, said);
+  const strings = [one.reason, one.remedy].filter(part => part !== null).join(" ");
+  return causeText({ ...one.params, cause: one.cause ?? "" }, strings);
 }
 
 function Other({ picker }: { picker: Picker }) {
@@ -296,15 +296,15 @@ function Other({ picker }: { picker: Picker }) {
       <label>
         <input type="radio" name="adapter" data-testid="adapter-other" checked={chosen} onChange={pick} />
         <span class="adapter-name">
-          <span class="strong">{said.other}</span>
-          <small class="wraps">{said.otherLine}</small>
+          <span class="strong">{strings.other}</span>
+          <small class="wraps">{strings.otherLine}</small>
         </span>
       </label>
       {chosen && (
         <div class="adapter-why">
           <TextField
-            label={said.address}
-            hint={said.example}
+            label={strings.address}
+            hint={strings.example}
             at={cell(picker.typed.value, typed => {
               picker.typed.value = typed;
               picker.refused.value = null;
@@ -313,14 +313,14 @@ function Other({ picker }: { picker: Picker }) {
             testid="adapter-address"
           />
           <TextField
-            label={said.bitrate}
+            label={strings.bitrate}
             at={picker.kbit}
             number
-            unit={said.bitrateUnit}
+            unit={strings.bitrateUnit}
             beside
             short
-            error={bitrate === null && said.bitrateWrong(picker.kbit.value.trim() || "–")}
-            help={bitrate === USUAL_BITRATE ? said.bitrateLine : <b>{said.bitrateOther}</b>}
+            error={bitrate === null && strings.bitrateWrong(picker.kbit.value.trim() || "–")}
+            help={bitrate === USUAL_BITRATE ? strings.bitrateLine : <b>{strings.bitrateOther}</b>}
             testid="adapter-bitrate"
           />
         </div>
@@ -334,16 +334,16 @@ function Options({ picker }: { picker: Picker }) {
   const wrong = gapOf(picker.gap.value) === null;
   return (
     <details class="adapter-options" data-testid="adapter-options">
-      <summary>{said.options}</summary>
+      <summary>{strings.options}</summary>
       <TextField
-        label={said.gap}
+        label={strings.gap}
         at={picker.gap}
         number
         unit="ms"
         beside
         short
-        error={wrong && said.gapWrong(picker.gap.value.trim() || "–")}
-        help={said.gapLine}
+        error={wrong && strings.gapWrong(picker.gap.value.trim() || "–")}
+        help={strings.gapLine}
         testid="adapter-gap"
       />
     </details>
@@ -353,7 +353,7 @@ function Options({ picker }: { picker: Picker }) {
 export function ConnectButton({ picker, onOpen }: { picker: Picker; onOpen?: () => void }) {
   const target = picker.target.value;
   const picked = picker.adapters.value?.find(one => one.address === target?.address);
-  const name = picked && isDemo(picked) ? said.demoName : channelOf(target?.address);
+  const name = picked && isDemo(picked) ? strings.demoName : channelOf(target?.address);
   const open = async () => {
     if (await picker.open()) onOpen?.();
   };
@@ -367,12 +367,12 @@ export function ConnectButton({ picker, onOpen }: { picker: Picker; onOpen?: () 
     >
       {picker.opening.value ? (
         <>
-          <Spinner /> {said.connecting(name)}
+          <Spinner /> {strings.connecting(name)}
         </>
       ) : name === "" ? (
-        said.plain
+        strings.plain
       ) : (
-        said.connect(name)
+        strings.connect(name)
       )}
     </Button>
   );

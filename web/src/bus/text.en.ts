@@ -193,7 +193,7 @@ export const words = {
       name: "Node",
       health: "Health",
       up: "Uptime",
-      heard: "Last seen",
+      seen: "Last seen",
       version: "Software",
     },
     kind: {
@@ -246,7 +246,7 @@ export const words = {
     offText:
       "Servos without a static node ID then get none from hornbill when they start, and cannot be reached.",
     offConfirm: "Turn off",
-    head: { id: "Node ID", name: "Node", seen: "Last seen", pinned: "Assignment" },
+    head: { id: "Node ID", name: "Node", seen: "Last seen", pinned: "Type" },
     online: "online",
     offline: "offline",
     never: "never",
@@ -269,7 +269,7 @@ export const words = {
     forgetPinned: "Its pin is removed, too.",
     forgetConfirm: (id: string) => `Forget node ID ${id}`,
     waiting: (n: string) => `${n} waiting for a node ID`,
-    heard: (n: number) => `${n} of 3 parts of its unique ID received`,
+    partsReceived: (n: number) => `${n} of 3 parts of its unique ID received`,
     attempts: (n: string) => count(n, "request", "requests"),
     waits: (age: string) => `waiting for ${age}`,
     empty: "No node IDs assigned yet.",

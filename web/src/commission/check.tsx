@@ -22,7 +22,7 @@ import { Actions, StepQuestion } from "./parts";
 import { plan, plans, profiles, start, starting, startRefused } from "./state";
 import { commission as words } from "./words";
 
-const said = words.check;
+const strings = words.check;
 
 export function CheckStep() {
   const present = draft.value;
@@ -53,10 +53,10 @@ export function CheckStep() {
     changeDraft({ confirm: withTick(present.confirm, word, on) });
   return (
     <>
-      <StepQuestion title={said.title}>
-        <p>{said.lead(uids.length)}</p>
+      <StepQuestion title={strings.title}>
+        <p>{strings.lead(uids.length)}</p>
       </StepQuestion>
-      <Scroll label={said.title} testid="check-step">
+      <Scroll label={strings.title} testid="check-step">
         {problem && (
           <Note
             band
@@ -66,16 +66,16 @@ export function CheckStep() {
               uids.includes(problem.uid) &&
               problem.confirm.length === 0 && (
                 <Button onClick={() => toEntry(problem.uid ?? "")} testid="refused-change">
-                  {said.change}
+                  {strings.change}
                 </Button>
               )
             }
           >
-            <b>{said.refused}</b> {problem.text}
+            <b>{strings.refused}</b> {problem.text}
           </Note>
         )}
         <DataTable
-          label={said.table}
+          label={strings.table}
           rows={uids.flatMap(uid => {
             const entry = present.entries[uid];
             return entry ? [{ ...entry, uid }] : [];
@@ -86,26 +86,26 @@ export function CheckStep() {
         />
         <p class="w-line second">
           {profileLine(present.profile)}
-          {count(present).skipped > 0 && ` · ${said.leftOut(count(present).skipped)}`}
+          {count(present).skipped > 0 && ` · ${strings.leftOut(count(present).skipped)}`}
         </p>
         <div class="c-options">
           <Tick
-            label={said.save}
+            label={strings.save}
             at={cell(present.save, save => changeDraft({ save }))}
             class="tick big"
             testid="save"
           />
-          <p class="second">{present.save ? said.saveLine : said.noSaveLine}</p>
+          <p class="second">{present.save ? strings.saveLine : strings.noSaveLine}</p>
           {uids.length > 1 && (
             <div class="c-option">
-              <span>{said.anomaly}</span>
+              <span>{strings.anomaly}</span>
               <Segments
-                label={said.anomaly}
+                label={strings.anomaly}
                 chosen={present.onAnomaly}
                 onChoose={onAnomaly => changeDraft({ onAnomaly })}
                 options={[
-                  { key: "stop", label: said.stop },
-                  { key: "continue", label: said.goOn },
+                  { key: "stop", label: strings.stop },
+                  { key: "continue", label: strings.goOn },
                 ]}
               />
             </div>
@@ -113,7 +113,7 @@ export function CheckStep() {
           {needed.map(word => (
             <Tick
               key={word}
-              label={said.confirm[word]}
+              label={strings.confirm[word]}
               at={cell(present.confirm.includes(word), on => agree(word, on))}
               class="tick big"
               testid={`confirm-${word}`}
@@ -135,7 +135,7 @@ export function CheckStep() {
           onClick={() => void start()}
         >
           {starting.value && <Spinner />}
-          {said.go(uids.length)}
+          {strings.go(uids.length)}
         </Button>
       </Actions>
     </>
@@ -153,15 +153,15 @@ function toEntry(uid: string): void {
 }
 
 function profileLine(name: string | null): string {
-  if (name === null) return said.noProfile;
+  if (name === null) return strings.noProfile;
   const found = profiles.value.value?.find(one => one.name === name);
-  return said.profile(name, Object.keys(found?.values ?? {}).length);
+  return strings.profile(name, Object.keys(found?.values ?? {}).length);
 }
 
 const columns = (save: boolean): readonly Column<Entry & { uid: string }>[] => [
   {
     key: "servo",
-    head: said.head.servo,
+    head: strings.head.servo,
     cell: ({ uid }) => {
       const one = servo(uid);
       return (
@@ -174,7 +174,7 @@ const columns = (save: boolean): readonly Column<Entry & { uid: string }>[] => [
   },
   {
     key: "id",
-    head: said.head.id,
+    head: strings.head.id,
     right: true,
     look: () => "c-serial",
     cell: ({ uid, servoId }) => (
@@ -186,35 +186,35 @@ const columns = (save: boolean): readonly Column<Entry & { uid: string }>[] => [
   },
   {
     key: "node",
-    head: said.head.node,
+    head: strings.head.node,
     right: true,
     cell: ({ nodeId }) =>
       nodeId.trim() === "" ? (
-        <span class="second">{said.same}</span>
+        <span class="second">{strings.same}</span>
       ) : (
-        <span class="strong k-intent">{wholeNumber(nodeId) || said.keeps}</span>
+        <span class="strong k-intent">{wholeNumber(nodeId) || strings.keeps}</span>
       ),
   },
   {
     key: "name",
-    head: said.head.name,
+    head: strings.head.name,
     cell: ({ label }) =>
       label.trim() === "" ? (
-        <span class="dim">{said.noName}</span>
+        <span class="dim">{strings.noName}</span>
       ) : (
         <span class="strong k-intent">{label.trim()}</span>
       ),
   },
   {
     key: "changes",
-    head: save ? said.head.moves : said.head.changes,
+    head: save ? strings.head.moves : strings.head.changes,
     cell: ({ uid }) => {
       const planned = plans.value?.get(uid);
       if (planned !== undefined) return <Planned of={planned} />;
       return (
         starting.value && (
           <span class="c-working dim">
-            <Spinner /> {said.reading}
+            <Spinner /> {strings.reading}
           </span>
         )
       );
@@ -234,7 +234,7 @@ function Planned({ of }: { of: CommissionPlan }) {
     <>
       {of.restart && <span class={of.restart.moves ? "" : "second"}>{hornLine(of.restart)}</span>}
       <details data-testid={`changes-${of.uid}`}>
-        <summary>{save ? said.inRom(changes.length) : said.inRam(changes.length)}</summary>
+        <summary>{save ? strings.inRom(changes.length) : strings.inRam(changes.length)}</summary>
         <ul class="small">
           {changes.map(({ key, before, after }) => (
             <li key={key} data-key={key}>

@@ -142,7 +142,7 @@ describe("reading what was kept", () => {
     const draft = draftOf({ [A]: entry("7", "given") });
     expect(read(JSON.parse(JSON.stringify(draft)))).toEqual(draft);
   });
-  it("starts anew from anything else", () => {
+  it("starts empty from anything else", () => {
     for (const kept of [
       null,
       "",

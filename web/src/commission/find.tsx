@@ -21,7 +21,7 @@ import { Actions, StepQuestion } from "./parts";
 import { candidates, selectServos, show, unfinishedJob } from "./state";
 import { commission as words } from "./words";
 
-const said = words.find;
+const strings = words.find;
 
 export function FindStep() {
   const found = candidates.value.value?.servos ?? [];
@@ -48,18 +48,18 @@ export function FindStep() {
   const none = found.length === 0;
   return (
     <>
-      <StepQuestion title={none ? said.none : said.title}>
-        <p>{none ? said.noneLead : said.lead(found.length)}</p>
+      <StepQuestion title={none ? strings.none : strings.title}>
+        <p>{none ? strings.noneLead : strings.lead(found.length)}</p>
         {none && others.length > 0 && <Guides places={["commission"]} />}
       </StepQuestion>
-      <Scroll label={said.table} testid="find-step">
+      <Scroll label={strings.table} testid="find-step">
         {left && <Unfinished job={left} />}
         {!connected.value && bus.value && <Reconnect />}
         {candidates.problem.value !== null && <Note band>{words.failed(candidates.problem.value)}</Note>}
         {found.length > 1 && (
           <div class="c-tools">
             <span class="second" data-testid="find-count">
-              {said.chosen(chosen.filter(uid => fresh.includes(uid)).length, found.length)}
+              {strings.chosen(chosen.filter(uid => fresh.includes(uid)).length, found.length)}
             </span>
             <Button
               onClick={() =>
@@ -67,16 +67,16 @@ export function FindStep() {
               }
               testid="choose-all"
             >
-              {fresh.every(uid => chosen.includes(uid)) ? said.chooseNone : said.chooseAll}
+              {fresh.every(uid => chosen.includes(uid)) ? strings.chooseNone : strings.chooseAll}
             </Button>
           </div>
         )}
-        <ul class="c-list" aria-label={said.table}>
+        <ul class="c-list" aria-label={strings.table}>
           {found.map(one => (
             <Row
               key={one.servo.uid}
               one={one.servo}
-              note={one.servo_id === null ? said.noId : said.id("0")}
+              note={one.servo_id === null ? strings.noId : strings.id("0")}
               on={chosen.includes(one.servo.uid)}
               onToggle={() => toggle(one.servo.uid)}
             />
@@ -95,17 +95,17 @@ export function FindStep() {
                 folded.value = !folded.value;
               }}
             >
-              {said.others(others.length)}
+              {strings.others(others.length)}
             </button>
             {!folded.value && (
               <>
-                <p class="second w-line">{said.othersLead}</p>
-                <ul class="c-list" aria-label={said.others(others.length)}>
+                <p class="second w-line">{strings.othersLead}</p>
+                <ul class="c-list" aria-label={strings.others(others.length)}>
                   {others.map(one => (
                     <Row
                       key={one.uid}
                       one={one}
-                      note={said.id(String(one.servo_id ?? NONE))}
+                      note={strings.id(String(one.servo_id ?? NONE))}
                       on={chosen.includes(one.uid)}
                       onToggle={() => toggle(one.uid)}
                     />
@@ -117,7 +117,7 @@ export function FindStep() {
         )}
       </Scroll>
       <Actions>
-        <span class="second grow">{pending.value.length > 0 && said.waiting(pending.value.length)}</span>
+        <span class="second grow">{pending.value.length > 0 && strings.waiting(pending.value.length)}</span>
         <Button
           look="primary"
           live
@@ -125,7 +125,7 @@ export function FindStep() {
           disabled={chosen.length === 0}
           onClick={() => changeDraft({ step: "identify" })}
         >
-          {said.go(chosen.length)}
+          {strings.go(chosen.length)}
         </Button>
       </Actions>
     </>
@@ -143,7 +143,12 @@ function Row({ one, note, on, onToggle }: RowProps) {
   const name = nameOf(one as KnownServo);
   return (
     <li>
-      <Tick label={said.choose(name)} at={cell(on, onToggle)} class="c-row pick" holder={`pick-${one.uid}`}>
+      <Tick
+        label={strings.choose(name)}
+        at={cell(on, onToggle)}
+        class="c-row pick"
+        holder={`pick-${one.uid}`}
+      >
         <span class="c-who">
           <span class="serial">{name}</span>
           <span class="dim">
@@ -151,7 +156,7 @@ function Row({ one, note, on, onToggle }: RowProps) {
             {one.label && one.serial ? `, ${one.serial}` : ""}
           </span>
         </span>
-        <span class="second">{said.node(String(one.node_id ?? NONE))}</span>
+        <span class="second">{strings.node(String(one.node_id ?? NONE))}</span>
         <span class="second c-id">{note}</span>
       </Tick>
     </li>
@@ -167,11 +172,11 @@ function Unfinished({ job }: { job: Job }) {
       testid="unfinished"
       action={
         <Button onClick={() => show(job)} testid="look-unfinished">
-          {said.show}
+          {strings.show}
         </Button>
       }
     >
-      {said.unfinished(clock(job.created_at), result)}
+      {strings.unfinished(clock(job.created_at), result)}
     </Note>
   );
 }

@@ -35,7 +35,7 @@ import { Actions, StepQuestion } from "./parts";
 import { assignRemaining, owners, suggest } from "./state";
 import { commission as words } from "./words";
 
-const said = words.identify;
+const strings = words.identify;
 
 export function IdentifyStep() {
   const { chosen, entries, at } = draft.value;
@@ -54,11 +54,11 @@ export function IdentifyStep() {
   };
   return (
     <>
-      <StepQuestion title={said.title}>
-        <p>{said.lead(chosen.length)}</p>
-        <p class="second">{said.moves}</p>
+      <StepQuestion title={strings.title}>
+        <p>{strings.lead(chosen.length)}</p>
+        <p class="second">{strings.moves}</p>
       </StepQuestion>
-      <Scroll label={said.title} testid="identify-step">
+      <Scroll label={strings.title} testid="identify-step">
         <ul class="c-list">
           {chosen.map((uid, place) => {
             const entry = entries[uid];
@@ -68,7 +68,7 @@ export function IdentifyStep() {
                 key={uid}
                 uid={uid}
                 entry={entry}
-                place={said.place(place + 1, chosen.length)}
+                place={strings.place(place + 1, chosen.length)}
                 last={tally.open <= 1}
                 onGive={() => settle(uid, "given")}
                 onSkip={() => settle(uid, "skipped")}
@@ -89,9 +89,9 @@ export function IdentifyStep() {
         </ul>
         {tally.open > 1 && (
           <p class="w-line second">
-            {said.rest(tally.open)}
+            {strings.rest(tally.open)}
             <button type="button" class="link" data-testid="give-rest" onClick={assignRemaining}>
-              {said.giveRest}
+              {strings.giveRest}
             </button>
           </p>
         )}
@@ -99,7 +99,7 @@ export function IdentifyStep() {
       <Actions>
         <Button onClick={() => changeDraft({ step: "find" })}>{words.back}</Button>
         <span class="second grow">
-          {said.tally(tally.given, tally.skipped)} {said.stored}
+          {strings.tally(tally.given, tally.skipped)} {strings.stored}
         </span>
         <Button
           look="primary"
@@ -107,7 +107,7 @@ export function IdentifyStep() {
           disabled={tally.open > 0 || tally.given === 0}
           onClick={() => changeDraft({ step: "profile" })}
         >
-          {tally.open === 0 && tally.given === 0 ? said.noneIdentified : said.go(tally.open)}
+          {tally.open === 0 && tally.given === 0 ? strings.noneIdentified : strings.go(tally.open)}
         </Button>
       </Actions>
     </>
@@ -133,24 +133,24 @@ function Other(props: { uid: string; entry: Entry; onOpen: () => void; onWiggle:
       <span class={given ? "dot given" : "dot"} aria-hidden="true" />
       <Who uid={uid} one={one} />
       <span class={given ? "c-id" : "c-id second"}>
-        {given ? words.find.id(entry.servoId) : entry.state === "skipped" ? said.skipped : said.noId}
+        {given ? words.find.id(entry.servoId) : entry.state === "skipped" ? strings.skipped : strings.noId}
       </span>
       <span class="c-label">
-        {one?.online === false ? <span class="k-failure">{said.offline}</span> : entry.label}
+        {one?.online === false ? <span class="k-failure">{strings.offline}</span> : entry.label}
       </span>
       {entry.state === "open" ? (
         <button
           type="button"
           class="button"
-          aria-label={said.wiggleName(name)}
+          aria-label={strings.wiggleName(name)}
           disabled={!up.value || stopped.value || wiggling.value}
           onClick={props.onWiggle}
         >
-          <Icon name="wiggle" /> {said.wiggle}
+          <Icon name="wiggle" /> {strings.wiggle}
         </button>
       ) : (
-        <button type="button" class="button" aria-label={said.changeName(name)} onClick={props.onOpen}>
-          {said.change}
+        <button type="button" class="button" aria-label={strings.changeName(name)} onClick={props.onOpen}>
+          {strings.change}
         </button>
       )}
     </li>
@@ -218,9 +218,9 @@ function Active({ uid, entry, place, last, onGive, onSkip }: ActiveProps) {
         <Wiggling uid={uid} />
         <div class="c-fields">
           <div class="c-field">
-            <label for={idId}>{said.servoId}</label>
+            <label for={idId}>{strings.servoId}</label>
             <span class="stepper" data-wrong={shown !== null}>
-              <button type="button" aria-label={said.less} onClick={() => step(-1)}>
+              <button type="button" aria-label={strings.less} onClick={() => step(-1)}>
                 −
               </button>
               <input
@@ -233,14 +233,14 @@ function Active({ uid, entry, place, last, onGive, onSkip }: ActiveProps) {
                 aria-describedby={shown === null ? undefined : wrongId}
                 onInput={event => changeEntry(uid, { servoId: event.currentTarget.value })}
               />
-              <button type="button" aria-label={said.more} onClick={() => step(1)}>
+              <button type="button" aria-label={strings.more} onClick={() => step(1)}>
                 +
               </button>
             </span>
           </div>
           <TextField
-            label={said.label}
-            hint={said.labelHint}
+            label={strings.label}
+            hint={strings.labelHint}
             at={cell(entry.label, label => changeEntry(uid, { label }))}
             longest={LONGEST_LABEL}
             class="wide"
@@ -260,13 +260,13 @@ function Active({ uid, entry, place, last, onGive, onSkip }: ActiveProps) {
             disabled={!up.value || stopped.value || wiggling.value || one?.online === false}
             onClick={() => void wiggle(uid)}
           >
-            <Icon name="wiggle" /> {tried ? said.again : said.wiggle}
+            <Icon name="wiggle" /> {tried ? strings.again : strings.wiggle}
           </button>
           <Button testid="skip" onClick={onSkip}>
-            {said.skip}
+            {strings.skip}
           </Button>
           <button type="submit" class="button primary" data-testid="give">
-            {last ? said.last : said.next}
+            {last ? strings.last : strings.next}
           </button>
         </div>
         <button
@@ -278,16 +278,16 @@ function Active({ uid, entry, place, last, onGive, onSkip }: ActiveProps) {
             fold.value = !fold.value;
           }}
         >
-          {said.fold}
+          {strings.fold}
         </button>
         {fold.value && (
           <TextField
-            label={said.nodeId}
+            label={strings.nodeId}
             at={cell(entry.nodeId, nodeId => changeEntry(uid, { nodeId }))}
             number
             short
             error={wrong.nodeId}
-            help={said.nodeHint}
+            help={strings.nodeHint}
             testid="node-id"
           />
         )}
@@ -303,26 +303,26 @@ function Wiggling({ uid }: { uid: string }) {
     <p class="c-says" role="status" data-testid="wiggle-says" data-phase={last?.phase ?? "none"}>
       {stopped.value ? (
         <>
-          <Glyph kind="warning" /> <span>{said.stopped}</span>
+          <Glyph kind="warning" /> <span>{strings.stopped}</span>
         </>
       ) : last === null ? (
         <>
-          <span class="dot" aria-hidden="true" /> <span class="second">{said.notYet}</span>
+          <span class="dot" aria-hidden="true" /> <span class="second">{strings.notYet}</span>
         </>
       ) : last.phase === "asking" || last.phase === "moving" ? (
         <>
           <span class="k-intent">
             <Spinner />
           </span>
-          <span>{last.phase === "asking" ? said.asking : said.moving(angle(last.around))}</span>
+          <span>{last.phase === "asking" ? strings.asking : strings.moving(angle(last.around))}</span>
         </>
       ) : last.phase === "moved" ? (
         <>
-          <Glyph kind="ok" /> <span>{said.moved(angle(last.low), angle(last.high))}</span>
+          <Glyph kind="ok" /> <span>{strings.moved(angle(last.low), angle(last.high))}</span>
         </>
       ) : (
         <>
-          <Glyph kind="failure" /> <span>{said.refused(last.why)}</span>
+          <Glyph kind="failure" /> <span>{strings.refused(last.why)}</span>
         </>
       )}
     </p>

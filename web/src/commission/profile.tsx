@@ -14,7 +14,7 @@ import { Actions, StepQuestion } from "./parts";
 import { profiles } from "./state";
 import { commission as words } from "./words";
 
-const said = words.profile;
+const strings = words.profile;
 
 export function ProfileStep() {
   useEffect(() => {
@@ -28,15 +28,15 @@ export function ProfileStep() {
   const records = pathOf("records", null, "profiles");
   return (
     <>
-      <StepQuestion title={said.title}>
-        <p>{said.lead}</p>
+      <StepQuestion title={strings.title}>
+        <p>{strings.lead}</p>
       </StepQuestion>
-      <Scroll label={said.title} testid="profile-step">
+      <Scroll label={strings.title} testid="profile-step">
         {profiles.problem.value !== null && <Note band>{words.failed(profiles.problem.value)}</Note>}
-        <div role="radiogroup" aria-label={said.choose}>
+        <div role="radiogroup" aria-label={strings.choose}>
           <Choice
-            name={said.none}
-            line={said.noneLine}
+            name={strings.none}
+            line={strings.noneLine}
             on={chosen === null}
             onChoose={() => changeDraft({ profile: null, confirm: [] })}
           />
@@ -55,10 +55,10 @@ export function ProfileStep() {
         </div>
         {list !== null && list.length === 0 && (
           <div class="w-empty">
-            <p class="strong">{said.empty}</p>
-            <p class="second">{said.emptyLine}</p>
+            <p class="strong">{strings.empty}</p>
+            <p class="second">{strings.emptyLine}</p>
             <a class="button" href={records} onClick={event => follow(event, records)}>
-              {said.toRecords}
+              {strings.toRecords}
             </a>
           </div>
         )}
@@ -67,7 +67,7 @@ export function ProfileStep() {
         <Button onClick={() => changeDraft({ step: "identify" })}>{words.back}</Button>
         <span class="grow" />
         <Button look="primary" testid="profile-go" onClick={() => changeDraft({ step: "check" })}>
-          {said.go}
+          {strings.go}
         </Button>
       </Actions>
     </>
@@ -75,8 +75,8 @@ export function ProfileStep() {
 }
 
 function facts(one: Profile): string {
-  const rows = said.rows(Object.keys(one.values).length);
-  return `${one.model == null ? said.anyModel : said.made(one.model)}, ${rows}, ${date(one.updated_at)}`;
+  const rows = strings.rows(Object.keys(one.values).length);
+  return `${one.model == null ? strings.anyModel : strings.made(one.model)}, ${rows}, ${date(one.updated_at)}`;
 }
 
 interface ChoiceProps {
@@ -107,9 +107,9 @@ function Sets({ one }: { one: Profile }) {
   return (
     <div class="c-sets">
       {other.length > 0 && (
-        <Note kind="warning">{said.otherModel(other.length, [...new Set(other)].join(", "))}</Note>
+        <Note kind="warning">{strings.otherModel(other.length, [...new Set(other)].join(", "))}</Note>
       )}
-      <ProfileValues one={one} head={said.head} />
+      <ProfileValues one={one} head={strings.head} />
     </div>
   );
 }

@@ -35,7 +35,7 @@ import {
 } from "./targets";
 import { commission as words } from "./words";
 
-const said = words.run;
+const strings = words.run;
 const done = words.report;
 
 export function RunStep({ jobs }: { jobs: readonly Job[] }) {
@@ -68,13 +68,17 @@ export function RunStep({ jobs }: { jobs: readonly Job[] }) {
   };
   return (
     <>
-      <StepQuestion title={running ? said.title(sums.done + sums.ram, all) : reportTitle(sums, all)}>
-        <p>{running ? `${said.lead} ${said.keep}` : leadOf(sums, all, jobs.at(-1)?.state === "cancelled")}</p>
+      <StepQuestion title={running ? strings.title(sums.done + sums.ram, all) : reportTitle(sums, all)}>
+        <p>
+          {running
+            ? `${strings.lead} ${strings.keep}`
+            : leadOf(sums, all, jobs.at(-1)?.state === "cancelled")}
+        </p>
         <Progress sums={sums} of={all} />
       </StepQuestion>
-      <Scroll label={said.targets} testid="run-step">
+      <Scroll label={strings.targets} testid="run-step">
         {problem && <Note band>{problem.text}</Note>}
-        <ul class="c-units" aria-label={running ? said.targets : done.table}>
+        <ul class="c-units" aria-label={running ? strings.targets : done.table}>
           {targets.map(target => (
             <TargetRow key={target.uid} target={target} over={running === null} />
           ))}
@@ -102,7 +106,7 @@ export function RunStep({ jobs }: { jobs: readonly Job[] }) {
                 stopping.value = true;
               }}
             >
-              {said.cancel}
+              {strings.cancel}
             </Button>
           </>
         ) : (
@@ -231,7 +235,7 @@ function TargetRow({ target, over }: { target: Target; over: boolean }) {
     place !== null && record
       ? `${done.place[place]}, ${done.values(Object.keys(record.values).length)}`
       : verdict === "running" && step
-        ? (said.now[step.code] ?? step.text)
+        ? (strings.now[step.code] ?? step.text)
         : "";
   return (
     <li class="c-unit" data-testid={`run-${uid}`} data-verdict={verdict} data-place={place ?? ""}>
@@ -239,7 +243,7 @@ function TargetRow({ target, over }: { target: Target; over: boolean }) {
         type="button"
         class="c-row unit-head"
         aria-expanded={open}
-        aria-label={said.showSteps(name)}
+        aria-label={strings.showSteps(name)}
         onClick={() => {
           opened.value = !open;
         }}
@@ -267,7 +271,7 @@ function TargetRow({ target, over }: { target: Target; over: boolean }) {
         <span class="c-node second">{words.find.node(String(node ?? NONE))}</span>
         <span class="c-verdict">
           <span class={place === "ram" ? "strong k-intent" : active || place === "lost" ? "strong" : ""}>
-            {place === "ram" ? done.ramOnly : place === "lost" ? done.lost : said.verdict[verdict]}
+            {place === "ram" ? done.ramOnly : place === "lost" ? done.lost : strings.verdict[verdict]}
           </span>
           <small class="second">{line}</small>
         </span>
@@ -278,11 +282,11 @@ function TargetRow({ target, over }: { target: Target; over: boolean }) {
       {verdict === "failed" && (
         <div class="c-anomaly" role="alert">
           <p>
-            <b>{failure ? failureText(failure) : said.verdict.failed}</b>
+            <b>{failure ? failureText(failure) : strings.verdict.failed}</b>
           </p>
           {over && entry && (
             <div class="c-anomaly-do">
-              <span class="second">{said.what}</span>
+              <span class="second">{strings.what}</span>
               <Retry uid={uid} name={name} />
             </div>
           )}
@@ -300,7 +304,7 @@ function TargetRow({ target, over }: { target: Target; over: boolean }) {
         <JobSteps
           kind="commissioning"
           steps={steps}
-          label={said.showSteps(name)}
+          label={strings.showSteps(name)}
           bare
           inRam={place === "ram" || place === "lost"}
           over={over}
@@ -315,12 +319,12 @@ function Retry({ uid, name }: { uid: string; name: string }) {
     <button
       type="button"
       class="button"
-      aria-label={said.retryName(name)}
+      aria-label={strings.retryName(name)}
       data-testid={`retry-${uid}`}
       disabled={starting.value}
       onClick={() => void retry(uid)}
     >
-      {said.retry}
+      {strings.retry}
     </button>
   );
 }
@@ -328,16 +332,16 @@ function Retry({ uid, name }: { uid: string; name: string }) {
 function CancelDialog({ job, onClose }: { job: Job; onClose: () => void }) {
   return (
     <Confirm
-      title={said.cancelTitle}
-      verb={said.cancelConfirm}
-      cancel={said.goOn}
+      title={strings.cancelTitle}
+      verb={strings.cancelConfirm}
+      cancel={strings.goOn}
       danger
       testid="cancel-dialog"
       actId="cancel-confirm"
       act={() => void cancel(job)}
       onClose={onClose}
     >
-      <p>{said.cancelText}</p>
+      <p>{strings.cancelText}</p>
     </Confirm>
   );
 }

@@ -17,7 +17,7 @@ describe("a gap", () => {
     expect([...one.t].filter((_, i) => i > 0 && isGap(one.t, i))).toHaveLength(1);
   });
 
-  test("is none where a late answer is a third of a second late, nor where samples are seldom", () => {
+  test("a response a third of a second late is no gap, nor are rare samples", () => {
     const late = of(...every(0, 1, 0.05), ...every(1.3, 2, 0.05));
     expect([...late.t].some((_, i) => i > 0 && isGap(late.t, i))).toBe(false);
     const seldom = of(0, 5, 10.2, 15.1, 20);
@@ -36,7 +36,7 @@ describe("valueAt", () => {
     expect(valueAtTime(one, 0.34)).toBeCloseTo(3);
     expect(valueAtTime(one, 3.08)).toBeCloseTo(31);
   });
-  test("is nothing in a gap, nor far from the ends, nor where the servo told nothing", () => {
+  test("is null in a gap, far from the ends, and without samples", () => {
     expect(valueAtTime(one, 2)).toBeNull();
     expect(valueAtTime(one, 9)).toBeNull();
     expect(valueAtTime({ t: Float64Array.of(1, 2), v: Float64Array.of(1, Number.NaN) }, 2)).toBeNull();

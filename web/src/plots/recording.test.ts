@@ -59,7 +59,7 @@ test("the servo of a mark is shown first, unless the recording does not know it"
   expect(firstServo(content(null))).toBe("a");
 });
 
-test("other marks are told once", () => {
+test("other marks are listed once", () => {
   const marks = ["a went silent", "rattled", "rattled"].map(text => ({
     at: 0,
     reason: "manual" as const,

@@ -89,7 +89,7 @@ describe("the way in time", () => {
     expect(scrub.at.value).toBe(10);
   });
 
-  test("passes at the speed chosen, stops at the end, and begins anew from there", () => {
+  test("plays at the selected speed, stops at the end, and restarts from there", () => {
     const scrub = at(9);
     scrub.pass(0.5);
     expect(scrub.at.value, "it does not play").toBe(9);
@@ -107,7 +107,7 @@ describe("the way in time", () => {
     expect(scrub.at.value, "a tab that slept goes on where it was").toBe(1);
   });
 
-  test("steps through what there is when no servo tells an angle", () => {
+  test("steps through any samples when no servo has an angle", () => {
     const scrub = new Scrub([], extent, null, column([3, 5], [0, 0]));
     scrub.step(1);
     expect([scrub.at.value, scrub.poses.value, scrub.track]).toEqual([3, [], undefined]);

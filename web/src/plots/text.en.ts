@@ -71,7 +71,7 @@ export const words = {
       ready: "ready",
       stopped: "stop",
       stop_cleared: "stop cleared",
-      no_response: "no answer",
+      no_response: "no response",
       command_ended: "torque off",
       move_ended: "move ended",
       stream_ended: "stream ended",

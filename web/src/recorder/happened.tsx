@@ -11,7 +11,7 @@ import { instant } from "../kit/loaded";
 import { Note } from "../kit/note";
 import { recorder as words } from "./words";
 
-const said = words.happened;
+const strings = words.happened;
 
 /** Time of the event, seconds since 1970 UTC: first and last occurrence. */
 export interface Occurrence {
@@ -61,13 +61,13 @@ export function Happened({ of, recordings, state, onAsked }: HappenedProps) {
   if (state.pending)
     return (
       <Note kind="notice" band testid="happened">
-        {said.writing(instant(of.to), number(Math.ceil(state.pending.ready_in_s), 0))}
+        {strings.writing(instant(of.to), number(Math.ceil(state.pending.ready_in_s), 0))}
       </Note>
     );
   if (!state.recording || ago > state.reach_s)
     return (
       <Note kind="warning" band testid="happened">
-        {said.gone(instant(of.to))}
+        {strings.gone(instant(of.to))}
       </Note>
     );
   const save = async () => {
@@ -76,7 +76,7 @@ export function Happened({ of, recordings, state, onAsked }: HappenedProps) {
     try {
       const before = Math.min(MOST_S, Math.max(1, Math.ceil(ago + LEAD_S)));
       await callApi("POST", "/recorder/recordings", {
-        body: { reason: said.reason(instant(of.to)), before_s: before },
+        body: { reason: strings.reason(instant(of.to)), before_s: before },
       });
       onAsked();
     } catch (error) {
@@ -92,11 +92,11 @@ export function Happened({ of, recordings, state, onAsked }: HappenedProps) {
         testid="happened"
         action={
           <Button live testid="happened-save" disabled={busy.value} onClick={() => void save()}>
-            {said.save}
+            {strings.save}
           </Button>
         }
       >
-        {said.held(instant(of.to))}
+        {strings.held(instant(of.to))}
       </Note>
       <Note>{problem.value}</Note>
     </>

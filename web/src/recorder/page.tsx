@@ -188,7 +188,10 @@ function Head({ state, onNote, onNew }: HeadProps) {
           <p class="strong" data-testid="recorder-state">
             {present === null ? words.loading : words.reach(age(present.reach_s, 0))}
             {present !== null && (
-              <span class="second plain">, {words.memory(grouped(present.frames), size(present.bytes))}</span>
+              <span class="second plain">
+                {text.comma}
+                {words.memory(grouped(present.frames), size(present.bytes))}
+              </span>
             )}
           </p>
           <p class="second">{present?.recording === false ? words.resting : words.lead}</p>

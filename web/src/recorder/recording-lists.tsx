@@ -11,7 +11,7 @@ import type { RecordingTimeline } from "../plots/recording";
 import { channelLabelOf, relative, rowOf } from "./recording-text";
 import { recorder as words } from "./words";
 
-const said = words.recording;
+const strings = words.recording;
 const SHOWN = 200;
 
 interface ListProps {
@@ -30,13 +30,13 @@ const LEVELS: Readonly<Record<string, "failure" | "warning" | "notice" | "ok">> 
 
 export function Events({ content, line, title }: ListProps) {
   const most = useSignal(SHOWN);
-  const head = said.eventHead;
+  const head = strings.eventHead;
   return (
     <details class="rec-list" open data-testid="recording-events">
-      <summary>{said.events(content.events.length)}</summary>
+      <summary>{strings.events(content.events.length)}</summary>
       <DataTable
-        empty={<p class="w-line second">{said.noEvents}</p>}
-        label={said.events(content.events.length)}
+        empty={<p class="w-line second">{strings.noEvents}</p>}
+        label={strings.events(content.events.length)}
         rows={content.events.slice(0, most.value)}
         id={one => content.events.indexOf(one)}
         columns={[
@@ -69,13 +69,13 @@ export function Events({ content, line, title }: ListProps) {
 
 export function Writes({ content, line, title }: ListProps) {
   const most = useSignal(SHOWN);
-  const head = said.writeHead;
+  const head = strings.writeHead;
   return (
     <details class="rec-list" data-testid="recording-writes">
-      <summary>{said.writes(content.writes.length)}</summary>
+      <summary>{strings.writes(content.writes.length)}</summary>
       <DataTable
-        empty={<p class="w-line second">{said.noWrites}</p>}
-        label={said.writes(content.writes.length)}
+        empty={<p class="w-line second">{strings.noWrites}</p>}
+        label={strings.writes(content.writes.length)}
         rows={content.writes.slice(0, most.value)}
         id={one => content.writes.indexOf(one)}
         columns={[
@@ -98,7 +98,7 @@ function written(one: Record<string, string>): ComponentChildren {
       </>
     );
   }
-  return said.kind[one.kind ?? ""] || `${one.kind} ${one.key}`.trim();
+  return strings.kind[one.kind ?? ""] || `${one.kind} ${one.key}`.trim();
 }
 
 function shownValue(one: Record<string, string>): string {
@@ -121,7 +121,7 @@ function More({ total, most }: { total: number; most: { value: number } }) {
           most.value += 5 * SHOWN;
         }}
       >
-        {said.more(Math.min(5 * SHOWN, total - most.value))}
+        {strings.more(Math.min(5 * SHOWN, total - most.value))}
       </button>
     </p>
   );

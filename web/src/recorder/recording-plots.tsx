@@ -14,7 +14,7 @@ import { ReplayView } from "../view3d/replay";
 import { channelLabelOf, relative, rowOf } from "./recording-text";
 import { recorder as words } from "./words";
 
-const said = words.recording;
+const strings = words.recording;
 /** Number of channels drawn by default. */
 const DRAWN = 4;
 
@@ -47,20 +47,20 @@ export function Channels({ content, line, uid, title, scrub }: ChannelsProps) {
     />
   );
   return (
-    <section class="rec-channels" aria-label={said.channels}>
+    <section class="rec-channels" aria-label={strings.channels}>
       <div class="list-bar">
         <Choice
-          label={said.servo}
+          label={strings.servo}
           testid="recording-servo"
           at={scrub.front}
           beside
           options={content.about.servos.map(one => ({ key: one.uid, label: one.title }))}
         />
-        <div class="rec-picks" role="group" aria-label={said.channels}>
+        <div class="rec-picks" role="group" aria-label={strings.channels}>
           {panels.filter(isUsual).map(pick)}
           {rest.length > 0 && (
             <details class="rec-more" open={rest.length === panels.length} data-testid="recording-more">
-              <summary>{said.moreChannels(rest.length)}</summary>
+              <summary>{strings.moreChannels(rest.length)}</summary>
               <div class="rec-picks">{rest.map(pick)}</div>
             </details>
           )}
@@ -68,7 +68,9 @@ export function Channels({ content, line, uid, title, scrub }: ChannelsProps) {
       </div>
       <div class="rec-split">
         <div class="rec-plots">
-          <p class="w-line second small">{panels.length === 0 ? said.noTelemetry : said.channelsLine}</p>
+          <p class="w-line second small">
+            {panels.length === 0 ? strings.noTelemetry : strings.channelsLine}
+          </p>
           {panels
             .filter(panel => chosen.has(panel.key))
             .map(panel => (
@@ -111,9 +113,9 @@ function ChannelPlot({ panel, content, line, title, scrub }: PlotProps) {
       x: (value, step) => relative(value, step % 1 === 0 ? 0 : step < 0.1 ? 2 : 1),
       y: (value, step) => withUnit(number(value, step < 0.1 ? 2 : step < 1 ? 1 : 0), unit),
       read: (time, values) =>
-        said.at(
+        strings.at(
           relative(time, 2),
-          values.map(one => said.one(one.name, withUnit(number(one.value, decimals), unit))).join(", "),
+          values.map(one => strings.one(one.name, withUnit(number(one.value, decimals), unit))).join(", "),
         ),
     });
     const curves: PlotCurve[] = [];
@@ -124,7 +126,7 @@ function ChannelPlot({ panel, content, line, title, scrub }: PlotProps) {
         wraps: unit === "°",
         dashed: true,
         held: true,
-        name: said.command,
+        name: strings.command,
       });
     }
     if (panel.measured) {
@@ -134,7 +136,7 @@ function ChannelPlot({ panel, content, line, title, scrub }: PlotProps) {
         wraps: unit === "°",
         // A written value holds until the next one; a measured value is interpolated.
         held: !panel.key.startsWith("current_"),
-        name: panel.key === "current_angle" ? said.current : channelLabelOf(panel.key),
+        name: panel.key === "current_angle" ? strings.current : channelLabelOf(panel.key),
       });
     }
     const marks = content.about.marks
@@ -153,7 +155,7 @@ function ChannelPlot({ panel, content, line, title, scrub }: PlotProps) {
       plot.destroy();
     };
   }, [panel, content, line, unit, decimals, scrub]);
-  const label = panel.key === "current_angle" && panel.command ? said.angle : channelLabelOf(panel.key);
+  const label = panel.key === "current_angle" && panel.command ? strings.angle : channelLabelOf(panel.key);
   return (
     <figure class="rec-plot">
       <figcaption>
@@ -166,7 +168,7 @@ function ChannelPlot({ panel, content, line, title, scrub }: PlotProps) {
         class="record-plot"
         role="img"
         data-testid={`plot-${panel.key}`}
-        aria-label={said.plot(label, title)}
+        aria-label={strings.plot(label, title)}
       />
     </figure>
   );

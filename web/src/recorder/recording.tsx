@@ -25,7 +25,7 @@ import { Channels } from "./recording-plots";
 import { relative } from "./recording-text";
 import { recorder as words } from "./words";
 
-const said = words.recording;
+const strings = words.recording;
 const READ_MS = 120_000;
 
 /** An open recording; `at`, seconds since 1970 UTC, is the initial moment. */
@@ -44,7 +44,7 @@ export function RecordingView({ name, at }: { name: string; at: number | null })
     <>
       <div class="list-bar">
         <Button testid="recordings-back" onClick={() => go(pathOf("recorder", null))}>
-          {said.back}
+          {strings.back}
         </Button>
         <h1 class="grow rec-name">{name}</h1>
         <a class="button" href={`${API}/recorder/recordings/${encodeURIComponent(name)}`} download="">
@@ -63,7 +63,7 @@ export function RecordingView({ name, at }: { name: string; at: number | null })
       </div>
       <Scroll label={name} testid="recording">
         <Loaded of={content} />
-        {found === null && content.problem.value === null && <p class="w-line second">{said.loading}</p>}
+        {found === null && content.problem.value === null && <p class="w-line second">{strings.loading}</p>}
         {found && <Content content={found} at={at} />}
       </Scroll>
       {playing.value && (
@@ -87,11 +87,11 @@ function Content({ content, at }: { content: RecordingContent; at: number | null
     return made;
   }, [content, line]);
   const title = (uid: string | null | undefined) =>
-    uid ? (about.servos.find(one => one.uid === uid)?.title ?? uid.slice(0, 8)) : said.all;
+    uid ? (about.servos.find(one => one.uid === uid)?.title ?? uid.slice(0, 8)) : strings.all;
   const uid = scrub.front.value;
   return (
     <>
-      <section class="rec-about" aria-label={said.title(words.why[about.reason] ?? about.reason)}>
+      <section class="rec-about" aria-label={strings.title(words.why[about.reason] ?? about.reason)}>
         <p class="rec-why" data-testid="recording-why">
           <Glyph kind={GLYPHS[about.reason] ?? "ok"} />
           <span>
@@ -99,23 +99,26 @@ function Content({ content, at }: { content: RecordingContent; at: number | null
           </span>
         </p>
         <dl class="rec-facts">
-          <Fact name={said.facts.span}>
+          <Fact name={strings.facts.span}>
             {instant(about.started_at)} – {clock(about.ended_at)},{" "}
             {withUnit(number(about.ended_at - about.started_at, 0), "s")}
           </Fact>
-          <Fact name={said.facts.bus}>
+          <Fact name={strings.facts.bus}>
             {about.bus
-              ? said.bus(channelOf(about.bus.address), withUnit(number(about.bus.bitrate / 1e6, 0), "Mbit/s"))
-              : said.noBus}
+              ? strings.bus(
+                  channelOf(about.bus.address),
+                  withUnit(number(about.bus.bitrate / 1e6, 0), "Mbit/s"),
+                )
+              : strings.noBus}
           </Fact>
-          <Fact name={said.facts.servos}>{about.servos.length}</Fact>
-          <Fact name={said.facts.frames}>{grouped(about.frames)}</Fact>
-          <Fact name={said.facts.version}>{said.hornbill(about.version)}</Fact>
+          <Fact name={strings.facts.servos}>{about.servos.length}</Fact>
+          <Fact name={strings.facts.frames}>{grouped(about.frames)}</Fact>
+          <Fact name={strings.facts.version}>{strings.hornbill(about.version)}</Fact>
         </dl>
-        {about.incomplete.length > 0 && <Warn line={said.cut(about.incomplete.join(", "))} />}
-        {!content.complete && <Warn line={said.incomplete} />}
+        {about.incomplete.length > 0 && <Warn line={strings.cut(about.incomplete.join(", "))} />}
+        {!content.complete && <Warn line={strings.incomplete} />}
         <TimeLine line={line} content={content} />
-        <ol class="rec-marks" aria-label={said.marks} data-testid="recording-marks">
+        <ol class="rec-marks" aria-label={strings.marks} data-testid="recording-marks">
           {about.marks.map((mark, place) => (
             <li key={`${mark.at}-${place}`}>
               <b class="rec-number">{place + 1}</b>
@@ -165,7 +168,7 @@ function TimeLine({ line, content }: { line: RecordingTimeline; content: Recordi
   const fine = timelineTicksOf(line, 60);
   const marks = content.about.marks;
   const events = content.events.flatMap(one => (typeof one.time === "number" ? one.time - line.zero : []));
-  const label = said.line(marks.length, relative(line.from, 0), relative(line.to, 0));
+  const label = strings.line(marks.length, relative(line.from, 0), relative(line.to, 0));
   return (
     <div class="rec-line-scale" role="img" aria-label={label}>
       <svg width="100%" height="34" viewBox={`0 0 ${WIDTH} 34`} preserveAspectRatio="none" aria-hidden="true">

@@ -19,7 +19,7 @@ import { Scroll } from "../kit/scroll";
 import { auditedNotes, auditWord } from "../servo/audit-text";
 import { records as words } from "./words";
 
-const said = words.audit;
+const strings = words.audit;
 const PAGE = 200;
 
 const uid = wordInAddress("servo");
@@ -54,20 +54,20 @@ export function Audit() {
       return [...found, ...more];
     });
   };
-  const any = { key: "", label: said.any };
+  const any = { key: "", label: strings.any };
   const actions = action.value === "" || seen.value.includes(action.value) ? seen.value : [action.value];
   return (
     <>
       <div class="list-bar r-tools">
         <Choice
-          label={said.servo}
+          label={strings.servo}
           at={uid}
           testid="audit-servo"
           options={[any, ...all.value.map(one => ({ key: one.uid, label: nameOf(one) }))]}
           beside
         />
         <Choice
-          label={said.key}
+          label={strings.key}
           at={key}
           testid="audit-key"
           options={[
@@ -79,7 +79,7 @@ export function Audit() {
           beside
         />
         <Choice
-          label={said.action}
+          label={strings.action}
           at={action}
           testid="audit-action"
           options={[any, ...actions.map(word => ({ key: word, label: auditWord(word) }))]}
@@ -87,7 +87,7 @@ export function Audit() {
         />
         <span class="grow" />
         <a class="button" href={`${API}/audit.csv${query}`} download="" data-testid="audit-csv">
-          <Icon name="download" size={15} /> {said.csv}
+          <Icon name="download" size={15} /> {strings.csv}
         </a>
       </div>
       <Scroll label={words.auditTab} testid="audit">
@@ -101,16 +101,16 @@ export function Audit() {
           columns={columns()}
           empty={
             query === "" ? (
-              <Empty title={said.empty}>{said.emptyLine}</Empty>
+              <Empty title={strings.empty}>{strings.emptyLine}</Empty>
             ) : (
-              <p class="w-line second">{said.nothing}</p>
+              <p class="w-line second">{strings.nothing}</p>
             )
           }
         />
         {found !== null && found.length >= PAGE && found.length % PAGE === 0 && (
           <p class="w-line">
             <Button live onClick={older}>
-              {said.more}
+              {strings.more}
             </Button>
           </p>
         )}
@@ -136,7 +136,7 @@ const SNAPSHOT = new Set(["save", "restart", "factory_reset", "snapshot"]);
 const columns = (): readonly Column<AuditRow>[] => [
   {
     key: "at",
-    head: said.head.at,
+    head: strings.head.at,
     cell: one => (
       <>
         {instant(one.at)}
@@ -146,7 +146,7 @@ const columns = (): readonly Column<AuditRow>[] => [
   },
   {
     key: "what",
-    head: said.head.what,
+    head: strings.head.what,
     cell: ({ action: done, key: row }) => (
       <>
         {auditWord(done)}
@@ -160,13 +160,13 @@ const columns = (): readonly Column<AuditRow>[] => [
   },
   {
     key: "servo",
-    head: said.head.servo,
+    head: strings.head.servo,
     cell: one => one.uid !== null && (nameOf(servo(one.uid)) || `${one.uid.slice(0, 8)}…`),
   },
-  { key: "change", head: said.head.change, cell: changeOf },
+  { key: "change", head: strings.head.change, cell: changeOf },
   {
     key: "outcome",
-    head: said.head.outcome,
+    head: strings.head.outcome,
     cell: one => (
       <>
         <span class={WELL.has(one.outcome) ? "" : "strong"}>{auditWord(one.outcome)}</span>
@@ -186,9 +186,9 @@ function changeOf(one: AuditRow): ComponentChildren {
   if (!changed) return one.requested != null && show(one.requested);
   return (
     <>
-      {said.changed(show(one.before), show(one.after))}
+      {strings.changed(show(one.before), show(one.after))}
       {one.requested != null && show(one.requested) !== show(one.after) && (
-        <small>{said.requested(show(one.requested))}</small>
+        <small>{strings.requested(show(one.requested))}</small>
       )}
     </>
   );

@@ -12,7 +12,7 @@ import { type Cell, Choice, FilePick, TextField } from "../kit/field";
 import { nameFromFile, typeOfFile } from "./addresses";
 import { records as words } from "./words";
 
-const said = words.profiles;
+const strings = words.profiles;
 const LONGEST = 80;
 
 interface Props {
@@ -31,11 +31,11 @@ interface NameProps {
 }
 
 function ProfileName({ at, names, testid }: NameProps) {
-  const taken = names.includes(at.value.trim()) ? said.nameTaken(at.value.trim()) : null;
+  const taken = names.includes(at.value.trim()) ? strings.nameTaken(at.value.trim()) : null;
   return (
     <TextField
-      label={said.name}
-      hint={said.nameHint}
+      label={strings.name}
+      hint={strings.nameHint}
       at={at}
       longest={LONGEST}
       help={taken}
@@ -51,8 +51,8 @@ export function CreateDialog({ names, onClose }: Props) {
   const from = useSignal(online[0]?.uid ?? "");
   return (
     <Confirm
-      title={said.createTitle}
-      verb={said.createConfirm}
+      title={strings.createTitle}
+      verb={strings.createConfirm}
       ready={nameOk(name.value) && from.value !== ""}
       testid="create-dialog"
       actId="create-confirm"
@@ -62,22 +62,22 @@ export function CreateDialog({ names, onClose }: Props) {
           body: { from_uid: from.peek(), description: description.peek().trim() },
           timeout_ms: 30_000,
         });
-        return said.made(kept.name);
+        return strings.made(kept.name);
       }}
       onClose={onClose}
     >
       {online.length === 0 ? (
-        <p>{said.noServos}</p>
+        <p>{strings.noServos}</p>
       ) : (
         <Choice
-          label={said.from}
+          label={strings.from}
           at={from}
           testid="create-from"
           options={online.map(one => ({ key: one.uid, label: `${nameOf(one)}, ${one.model}` }))}
         />
       )}
       <ProfileName at={name} names={names} testid="profile-name" />
-      <TextField label={said.description} at={description} longest={1000} testid="profile-description" />
+      <TextField label={strings.description} at={description} longest={1000} testid="profile-description" />
     </Confirm>
   );
 }
@@ -96,7 +96,7 @@ export function ImportDialog({ names, onClose }: Props) {
         path: { name: name.peek().trim() },
         file: { text: await chosen.text(), type },
       });
-      return said.imported(imported.profile?.name ?? name.peek(), imported.lines.length);
+      return strings.imported(imported.profile?.name ?? name.peek(), imported.lines.length);
     } catch (error) {
       const found = problemOf(error).facts.lines;
       if (Array.isArray(found)) lines.value = found as LineVerdict[];
@@ -106,9 +106,9 @@ export function ImportDialog({ names, onClose }: Props) {
   const known = file.value !== null && typeOfFile(file.value.name) !== null;
   return (
     <Confirm
-      title={said.importTitle}
-      subtitle={said.importLead}
-      verb={said.importConfirm}
+      title={strings.importTitle}
+      subtitle={strings.importLead}
+      verb={strings.importConfirm}
       ready={known && nameOk(name.value)}
       testid="import-dialog"
       actId="import-confirm"
@@ -117,7 +117,7 @@ export function ImportDialog({ names, onClose }: Props) {
     >
       <div class="r-file">
         <FilePick
-          label={said.file}
+          label={strings.file}
           accept=".toml,.json"
           testid="import-file"
           onFile={chosen => {
@@ -132,21 +132,21 @@ export function ImportDialog({ names, onClose }: Props) {
       {lines.value.length > 0 && (
         <DataTable
           small
-          label={said.lineHead.verdict}
+          label={strings.lineHead.verdict}
           rows={lines.value}
           id={one => lines.value.indexOf(one)}
           data={one => ({ verdict: one.verdict })}
           columns={[
             {
               key: "line",
-              head: said.lineHead.line,
+              head: strings.lineHead.line,
               right: true,
               look: () => "dim",
-              cell: one => said.line(one.line),
+              cell: one => strings.line(one.line),
             },
             {
               key: "key",
-              head: said.lineHead.key,
+              head: strings.lineHead.key,
               cell: one => (
                 <>
                   {rowLabelOf(one.key)} <small class="second">{valueText(one.key, one.value)}</small>
@@ -155,11 +155,11 @@ export function ImportDialog({ names, onClose }: Props) {
             },
             {
               key: "verdict",
-              head: said.lineHead.verdict,
+              head: strings.lineHead.verdict,
               cell: one => (
                 <>
                   <span class={one.verdict === "ok" ? "k-ok" : "strong k-failure"}>
-                    {said.verdict[one.verdict]}
+                    {strings.verdict[one.verdict]}
                   </span>{" "}
                   {one.verdict !== "ok" && (
                     <small class="second">{noteText(one.text, one.code, one.params)}</small>

@@ -17,7 +17,7 @@ import { Scroll } from "../kit/scroll";
 import { CreateDialog, ImportDialog } from "./profile-dialogs";
 import { records as words } from "./words";
 
-const said = words.profiles;
+const strings = words.profiles;
 const choosing = changing.profiles;
 
 type Open = { what: "create" | "import" } | { what: "remove"; one: Profile };
@@ -39,9 +39,9 @@ export function Profiles() {
   return (
     <>
       <div class="list-bar r-tools">
-        <p class="second grow">{said.lead}</p>
+        <p class="second grow">{strings.lead}</p>
         <Button live testid="profile-import" onClick={() => (open.value = { what: "import" })}>
-          {said.import}
+          {strings.import}
         </Button>
         <Button
           live
@@ -51,7 +51,7 @@ export function Profiles() {
             open.value = { what: "create" };
           }}
         >
-          {said.create}
+          {strings.create}
         </Button>
       </div>
       <Scroll label={words.profilesTab} testid="profiles">
@@ -71,7 +71,7 @@ export function Profiles() {
                   type="button"
                   class="list-open"
                   aria-expanded={unfolded.value === one.name}
-                  aria-label={said.open(one.name)}
+                  aria-label={strings.open(one.name)}
                   onClick={() => {
                     unfolded.value = unfolded.peek() === one.name ? null : one.name;
                   }}
@@ -79,7 +79,7 @@ export function Profiles() {
                   <span class="strong">{one.name}</span>
                   <small>
                     {one.description !== "" && `${one.description} · `}
-                    {said.facts(
+                    {strings.facts(
                       one.model ?? choosing.anyModel,
                       Object.keys(one.values).length,
                       date(one.updated_at),
@@ -93,19 +93,19 @@ export function Profiles() {
                     href={`${API}/profiles/${encodeURIComponent(one.name)}/file?format=${form}`}
                     download=""
                   >
-                    <Icon name="download" size={15} /> {said[form]}
+                    <Icon name="download" size={15} /> {strings[form]}
                   </a>
                 ))}
                 <Button live onClick={() => (open.value = { what: "remove", one })}>
-                  {said.remove}
+                  {strings.remove}
                 </Button>
                 <Button live testid="profile-apply" onClick={() => openChange(profileChange(one))}>
-                  {said.apply}
+                  {strings.apply}
                 </Button>
               </div>
               {unfolded.value === one.name && (
                 <div class="r-rows">
-                  <ProfileValues one={one} head={said.head} />
+                  <ProfileValues one={one} head={strings.head} />
                 </div>
               )}
             </li>
@@ -122,14 +122,14 @@ export function Profiles() {
 function RemoveDialog({ one, onClose }: { one: Profile; onClose: (note: string | null) => void }) {
   return (
     <Confirm
-      title={said.removeTitle(one.name)}
-      verb={said.removeConfirm}
+      title={strings.removeTitle(one.name)}
+      verb={strings.removeConfirm}
       danger
       actId="remove-confirm"
       act={() => callApi("DELETE", "/profiles/{name}", { path: { name: one.name } }).then(() => "")}
       onClose={onClose}
     >
-      <p>{said.removeText}</p>
+      <p>{strings.removeText}</p>
     </Confirm>
   );
 }

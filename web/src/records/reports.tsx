@@ -20,7 +20,7 @@ import { Loaded, useResource } from "../kit/resource";
 import { Scroll } from "../kit/scroll";
 import { records as words } from "./words";
 
-const said = words.reports;
+const strings = words.reports;
 
 const GLYPH: Record<Job["state"], ConditionKind> = {
   queued: "identifying",
@@ -45,15 +45,16 @@ export function Reports() {
     <Scroll label={words.reportsTab} testid="reports">
       <Loaded of={list} loading={words.loading} />
       {found !== null && shown.length === 0 && (
-        <Empty title={said.empty} guides={["commission"]}>
-          {said.emptyLine}
+        <Empty title={strings.empty} guides={["commission"]}>
+          {strings.emptyLine}
         </Empty>
       )}
       <ul>
         {shown.map(job => {
-          const what = said.kind[job.kind] ?? job.kind;
+          const what = strings.kind[job.kind] ?? job.kind;
           const about = new Set(job.steps.flatMap(step => (step.uid ? [step.uid] : []))).size;
-          const who = job.uid !== null ? nameOf(servo(job.uid)) || job.uid.slice(0, 8) : said.several(about);
+          const who =
+            job.uid !== null ? nameOf(servo(job.uid)) || job.uid.slice(0, 8) : strings.several(about);
           const result = resultText(job.result);
           const unfolded = open.value === job.id;
           return (
@@ -63,7 +64,7 @@ export function Reports() {
                   type="button"
                   class="list-open list-job"
                   aria-expanded={unfolded}
-                  aria-label={said.steps(`${what}, ${who}`)}
+                  aria-label={strings.steps(`${what}, ${who}`)}
                   onClick={() => {
                     open.value = unfolded ? null : job.id;
                   }}
@@ -74,7 +75,7 @@ export function Reports() {
                       {what}, {who}
                     </span>
                     <small>
-                      {instant(job.created_at)}, {said.state[job.state]}
+                      {instant(job.created_at)}, {strings.state[job.state]}
                       {job.error ? `. ${failureText(job.error)}` : result && `. ${result}`}
                     </small>
                   </span>
@@ -85,9 +86,9 @@ export function Reports() {
               </div>
               {unfolded && (
                 <div class="r-rows">
-                  <JobSteps kind={job.kind} steps={job.steps} label={said.steps(what)} over={ended(job)} />
+                  <JobSteps kind={job.kind} steps={job.steps} label={strings.steps(what)} over={ended(job)} />
                   <div class="r-actions">
-                    <ReportLinks job={job.id} title={said.report} />
+                    <ReportLinks job={job.id} title={strings.report} />
                     {job.kind === "commissioning" && (
                       <Button
                         onClick={() => {
@@ -96,7 +97,7 @@ export function Reports() {
                           go(pathOf("commission", null));
                         }}
                       >
-                        {said.open}
+                        {strings.open}
                       </Button>
                     )}
                   </div>
@@ -115,7 +116,7 @@ export function Reports() {
               wiggles.value = true;
             }}
           >
-            {said.wiggles}
+            {strings.wiggles}
           </button>
         </p>
       )}

@@ -10,7 +10,7 @@ afterEach(() => {
   vi.resetModules();
 });
 
-test("one that is taken by hand is stored under the server's code, and told of in Japanese", async () => {
+test("a manual snapshot is stored under the server's code, and worded in Japanese", async () => {
   vi.resetModules();
   const { setLanguage, wordsLoaded } = await import("../text/language");
   setLanguage("ja", (await import("../text/ja")).text);

@@ -25,7 +25,7 @@ import { reasonText } from "../servo/audit-text";
 import { inventoryNameOf } from "./inventory";
 import { records as words } from "./words";
 
-const said = words.snapshots;
+const strings = words.snapshots;
 
 export function Snapshots({ uid }: { uid: string }) {
   const list = useResource(() => callApi("GET", "/servos/{uid}/snapshots", { path: { uid } }));
@@ -50,7 +50,7 @@ export function Snapshots({ uid }: { uid: string }) {
         body: {},
         timeout_ms: 30_000,
       });
-      note.value = said.taken;
+      note.value = strings.taken;
       load();
       chosen.value = made.id;
     } catch (error) {
@@ -65,21 +65,21 @@ export function Snapshots({ uid }: { uid: string }) {
         <section class="r-list">
           <div class="list-bar">
             <a class="link" href={back} onClick={event => follow(event, back)}>
-              {said.all}
+              {strings.all}
             </a>
             <h2 class="grow">{name}</h2>
             <Button live disabled={!online} testid="take-snapshot" onClick={() => void take()}>
-              {said.take}
+              {strings.take}
             </Button>
           </div>
-          <Scroll label={said.title(name)}>
+          <Scroll label={strings.title(name)}>
             <Loaded of={list} />
             <Note band>{refused.value}</Note>
             <Done note={note.value} />
-            {one && !online && <p class="w-line second">{said.offline}</p>}
+            {one && !online && <p class="w-line second">{strings.offline}</p>}
             {found?.length === 0 && (
-              <Empty title={said.empty} guides={["profiles"]}>
-                {said.emptyLine}
+              <Empty title={strings.empty} guides={["profiles"]}>
+                {strings.emptyLine}
               </Empty>
             )}
             <ul>
@@ -99,7 +99,7 @@ export function Snapshots({ uid }: { uid: string }) {
                     <span class="r-why">
                       <span>{reasonText(each.reason, each.reason_code, each.reason_params)}</span>
                       <small>
-                        {each.automatic ? said.automatic : said.manual}, {said.by(who(each.by))},{" "}
+                        {each.automatic ? strings.automatic : strings.manual}, {strings.by(who(each.by))},{" "}
                         {words.values(Object.keys(each.values).length)}
                       </small>
                     </span>
@@ -121,13 +121,13 @@ export function Snapshots({ uid }: { uid: string }) {
           onBack={() => {
             chosen.value = null;
           }}
-          onWritten={said => {
-            note.value = said;
+          onWritten={line => {
+            note.value = line;
             load();
           }}
         />
       ) : (
-        !narrow.value && <p class="w-line second r-choose">{found && found.length > 0 && said.choose}</p>
+        !narrow.value && <p class="w-line second r-choose">{found && found.length > 0 && strings.choose}</p>
       )}
     </div>
   );
@@ -179,19 +179,19 @@ function Compare({ one, name, online, others, snapshots, onBack, onWritten }: Co
   };
   const model = one.model === null ? [] : [`default:${one.model}${one.firmware ? `@${one.firmware}` : ""}`];
   const options = [
-    ...(online ? [{ key: `servo:${one.uid}`, label: said.now }] : []),
-    { key: `rom:${one.uid}`, label: said.rom },
-    ...model.map(key => ({ key, label: said.default(one.model ?? "") })),
+    ...(online ? [{ key: `servo:${one.uid}`, label: strings.now }] : []),
+    { key: `rom:${one.uid}`, label: strings.rom },
+    ...model.map(key => ({ key, label: strings.default(one.model ?? "") })),
     ...snapshots
       .filter(each => each.id !== one.id)
-      .map(each => ({ key: `snapshot:${each.id}`, label: said.snapshot(instant(each.at)) })),
+      .map(each => ({ key: `snapshot:${each.id}`, label: strings.snapshot(instant(each.at)) })),
     ...(profiles.value.value ?? []).map(each => ({
       key: `profile:${each.name}`,
-      label: said.profile(each.name),
+      label: strings.profile(each.name),
     })),
     ...others
       .filter(each => each.uid !== one.uid && each.online)
-      .map(each => ({ key: `servo:${each.uid}`, label: said.servo(inventoryNameOf(each)) })),
+      .map(each => ({ key: `servo:${each.uid}`, label: strings.servo(inventoryNameOf(each)) })),
   ];
   const all = usual.length > 0 && usual.every(key => ticked.value.has(key));
   return (
@@ -199,35 +199,35 @@ function Compare({ one, name, online, others, snapshots, onBack, onWritten }: Co
       <div class="list-bar">
         {narrow.value && (
           <Button onClick={onBack} look="plain">
-            {said.back}
+            {strings.back}
           </Button>
         )}
-        <h2 class="grow">{said.of(instant(one.at))}</h2>
-        <Choice label={said.compareWith} at={side} options={options} beside testid="compare-with" />
+        <h2 class="grow">{strings.of(instant(one.at))}</h2>
+        <Choice label={strings.compareWith} at={side} options={options} beside testid="compare-with" />
       </div>
-      <Scroll label={said.of(instant(one.at))}>
+      <Scroll label={strings.of(instant(one.at))}>
         <Loaded of={found} />
         <Done note={note.value} />
         {found.value.value === null && found.problem.value === null && (
           <p class="w-line second">{words.loading}</p>
         )}
         {found.value.value !== null && rows.length === 0 && (
-          <Empty title={said.alike}>{said.alikeLine(found.value.value.same)}</Empty>
+          <Empty title={strings.alike}>{strings.alikeLine(found.value.value.same)}</Empty>
         )}
         {rows.length > 0 && (
           <DataTable
-            label={said.compareWith}
+            label={strings.compareWith}
             rows={rows}
             id={row => row.key}
             data={row => ({ testid: `differs-${row.key}` })}
             columns={[
               {
                 key: "tick",
-                head: said.tickAll,
+                head: strings.tickAll,
                 bare: true,
                 headCell: (
                   <Tick
-                    label={said.tickAll}
+                    label={strings.tickAll}
                     bare
                     at={cell(all, on => {
                       ticked.value = new Set(on ? usual : []);
@@ -237,7 +237,7 @@ function Compare({ one, name, online, others, snapshots, onBack, onWritten }: Co
                 ),
                 cell: row => (
                   <Tick
-                    label={said.tick(rowLabelOf(row.key))}
+                    label={strings.tick(rowLabelOf(row.key))}
                     bare
                     at={inSet(ticked, row.key)}
                     disabled={!able.includes(row.key)}
@@ -246,35 +246,35 @@ function Compare({ one, name, online, others, snapshots, onBack, onWritten }: Co
               },
               {
                 key: "parameter",
-                head: said.head.parameter,
+                head: strings.head.parameter,
                 cell: row => (
                   <>
                     {rowLabelOf(row.key)}
                     <small>
                       {addressOf(row.key)}
-                      {row.identity && `, ${said.identity}`}
+                      {row.identity && `, ${strings.identity}`}
                     </small>
                   </>
                 ),
               },
               {
                 key: "snapshot",
-                head: said.head.snapshot,
+                head: strings.head.snapshot,
                 right: true,
                 cell: row => (
-                  <b>{row.left_has ? valueText(row.key, row.left, row.left_unit) : said.absent}</b>
+                  <b>{row.left_has ? valueText(row.key, row.left, row.left_unit) : strings.absent}</b>
                 ),
               },
               {
                 key: "other",
-                head: said.head.other,
+                head: strings.head.other,
                 right: true,
-                cell: row => (row.right_has ? valueText(row.key, row.right, row.right_unit) : said.absent),
+                cell: row => (row.right_has ? valueText(row.key, row.right, row.right_unit) : strings.absent),
               },
             ]}
           />
         )}
-        {rows.length > 0 && <p class="w-line dim">{said.same(found.value.value?.same ?? 0)}</p>}
+        {rows.length > 0 && <p class="w-line dim">{strings.same(found.value.value?.same ?? 0)}</p>}
       </Scroll>
       <div class="wizard-actions">
         <Button
@@ -284,7 +284,7 @@ function Compare({ one, name, online, others, snapshots, onBack, onWritten }: Co
             dropping.value = true;
           }}
         >
-          {said.drop}
+          {strings.drop}
         </Button>
         {refused.value === null ? (
           <span class="grow" />
@@ -292,7 +292,7 @@ function Compare({ one, name, online, others, snapshots, onBack, onWritten }: Co
           <Note testid="restore-refused">{refused.value}</Note>
         )}
         <Button live disabled={!online} testid="restore-all" onClick={() => void restore(null)}>
-          {said.restoreAll}
+          {strings.restoreAll}
         </Button>
         <Button
           live
@@ -301,13 +301,13 @@ function Compare({ one, name, online, others, snapshots, onBack, onWritten }: Co
           disabled={!online || ticked.value.size === 0}
           onClick={() => void restore([...ticked.peek()])}
         >
-          {said.restoreTicked(ticked.value.size)}
+          {strings.restoreTicked(ticked.value.size)}
         </Button>
       </div>
       {dropping.value && (
         <Confirm
-          title={said.dropTitle(instant(one.at))}
-          verb={said.dropConfirm}
+          title={strings.dropTitle(instant(one.at))}
+          verb={strings.dropConfirm}
           danger
           act={() =>
             callApi("DELETE", "/servos/{uid}/snapshots/{snapshot_id}", {
@@ -321,7 +321,7 @@ function Compare({ one, name, online, others, snapshots, onBack, onWritten }: Co
             onWritten(null);
           }}
         >
-          <p>{said.dropText}</p>
+          <p>{strings.dropText}</p>
         </Confirm>
       )}
     </div>

@@ -35,7 +35,7 @@ export const words = {
   snapshots: {
     all: "すべてのサーボ",
     title: name => `${name}のスナップショット`,
-    take: "スナップショットを保存",
+    take: "新規作成",
     empty: "スナップショットはまだありません",
     emptyLine:
       "複数の値を変更する前に自動で保存するため、変更を元に戻せます。何かを試す前に手動でも保存できます。",

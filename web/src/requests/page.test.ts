@@ -55,13 +55,13 @@ describe("as curl", () => {
 describe("what was sent last", () => {
   beforeEach(() => vi.resetModules());
 
-  test("the newest twenty, changes apart from reading, with their answers", async () => {
+  test("the newest twenty, changes apart from reads, with their responses", async () => {
     const { note, lastSent } = await import("../api/sent");
     const what = { body: undefined, file: undefined, headers: undefined };
     for (let n = 0; n < 30; n += 1) note({ ...what, verb: "GET", path: `/api/v1/servos/${n}` })(200);
-    const answered = note({ ...what, verb: "POST", path: "/api/v1/stop" });
+    const respond = note({ ...what, verb: "POST", path: "/api/v1/stop" });
     expect(lastSent(false).map(one => [one.path, one.status])).toEqual([["/api/v1/stop", null]]);
-    answered(0);
+    respond(0);
     expect(lastSent(false)[0]?.status).toBe(0);
     expect(lastSent(true)).toHaveLength(20);
     expect(lastSent(true)[0]?.path).toBe("/api/v1/stop");

@@ -55,33 +55,33 @@ function Part({ title, children }: { title: string; children: ComponentChildren 
 
 function First() {
   const { origin, host, protocol } = location;
-  const said = words.first;
+  const strings = words.first;
   const who = session.value;
   return (
     <dl class="a-facts">
-      <Fact name={said.address} value={`${origin}${API}`} />
+      <Fact name={strings.address} value={`${origin}${API}`} />
       <Fact
-        name={said.document}
+        name={strings.document}
         value={`${origin}${API}/openapi.json`}
         link="api-document"
-        hint={said.documentHint}
+        hint={strings.documentHint}
       />
-      <Fact name={said.docs} value={`${origin}${ROOT}/docs/`} link="api-docs" hint={said.docsHint} />
+      <Fact name={strings.docs} value={`${origin}${ROOT}/docs/`} link="api-docs" hint={strings.docsHint} />
       <Fact
-        name={said.socket}
+        name={strings.socket}
         value={`${protocol === "https:" ? "wss" : "ws"}://${host}${API}/ws`}
-        hint={said.socketHint}
+        hint={strings.socketHint}
       />
       {version.value !== "" && (
         <div>
-          <dt>{said.version}</dt>
+          <dt>{strings.version}</dt>
           <dd>hornbill {version.value}</dd>
         </div>
       )}
       {who !== null && (
         <div data-testid="api-session">
-          <dt>{said.session}</dt>
-          <dd>{who.name && who.role ? said.sessionOf(who.name, who.role) : said.sessionOpen}</dd>
+          <dt>{strings.session}</dt>
+          <dd>{who.name && who.role ? strings.sessionOf(who.name, who.role) : strings.sessionOpen}</dd>
         </div>
       )}
     </dl>
@@ -116,31 +116,31 @@ function Examples() {
   const form = useSignal<"curl" | "python">("curl");
   const servos = all.value;
   const one = servos.find(servo => servo.uid === lastUid.value) ?? servos[0];
-  const said = words.examples;
+  const strings = words.examples;
   const start = beginning(location.origin + ROOT)[form.value];
   return (
     <>
       <div class="a-search">
-        <p class="second grow">{one ? said.lead(nameOf(one)) : said.leadNone}</p>
+        <p class="second grow">{one ? strings.lead(nameOf(one)) : strings.leadNone}</p>
         <Segments
-          label={said.language}
+          label={strings.language}
           chosen={form.value}
           onChoose={key => {
             form.value = key;
           }}
           options={[
-            { key: "curl", label: said.curl },
-            { key: "python", label: said.python },
+            { key: "curl", label: strings.curl },
+            { key: "python", label: strings.python },
           ]}
         />
       </div>
       <ol class="a-examples" data-testid="api-examples">
-        <Code title={said.begin} code={start} />
+        <Code title={strings.begin} code={start} />
         {examples(one?.uid ?? ANY).map(each => (
-          <Code key={each.key} title={said[each.key]} code={each[form.value]} />
+          <Code key={each.key} title={strings[each.key]} code={each[form.value]} />
         ))}
       </ol>
-      <p class="w-line dim">{said.token}</p>
+      <p class="w-line dim">{strings.token}</p>
     </>
   );
 }

@@ -10,7 +10,7 @@ import { asCurl } from "./curl";
 import { asPython } from "./python";
 import { api as words } from "./words";
 
-const said = words.sent;
+const strings = words.sent;
 
 export function LastSent() {
   const which = useSignal<"changes" | "reads">("changes");
@@ -18,25 +18,25 @@ export function LastSent() {
   return (
     <>
       <div class="a-search">
-        <p class="second grow">{said.lead}</p>
+        <p class="second grow">{strings.lead}</p>
         <Segments
-          label={said.filter}
+          label={strings.filter}
           chosen={which.value}
           onChoose={key => {
             which.value = key;
           }}
           options={[
-            { key: "changes", label: said.changes },
-            { key: "reads", label: said.reads },
+            { key: "changes", label: strings.changes },
+            { key: "reads", label: strings.reads },
           ]}
         />
       </div>
       <DataTable
-        label={said.table}
+        label={strings.table}
         testid="api-sent"
         rows={shown}
         id={one => one.number}
-        empty={<p class="w-line dim">{which.value === "reads" ? said.noneAll : said.none}</p>}
+        empty={<p class="w-line dim">{which.value === "reads" ? strings.noneAll : strings.none}</p>}
         columns={columns()}
       />
     </>
@@ -44,46 +44,46 @@ export function LastSent() {
 }
 
 const columns = (): readonly Column<Sent>[] => [
-  { key: "at", head: said.head.at, look: () => "mono", cell: one => clock(one.at) },
+  { key: "at", head: strings.head.at, look: () => "mono", cell: one => clock(one.at) },
   {
     key: "action",
-    head: said.head.action,
+    head: strings.head.action,
     cell: one => (
       <>
         <span class="mono a-action">{actionOf(one)}</span>
-        {one.file !== undefined && <small>{said.file(one.file)}</small>}
+        {one.file !== undefined && <small>{strings.file(one.file)}</small>}
         {one.body !== undefined && <small class="mono a-body">{JSON.stringify(one.body)}</small>}
       </>
     ),
   },
   {
     key: "status",
-    head: said.head.status,
+    head: strings.head.status,
     look: () => "mono",
     cell: one => (
       <span data-testid="api-status">
-        {one.status === null ? "…" : one.status === 0 ? said.noResponse : one.status}
+        {one.status === null ? "…" : one.status === 0 ? strings.noResponse : one.status}
         {one.took_ms !== null && <small>{withUnit(String(Math.round(one.took_ms)), "ms")}</small>}
       </span>
     ),
   },
   {
     key: "copies",
-    head: said.curl,
+    head: strings.curl,
     bare: true,
     look: () => "a-copies",
     cell: one => (
       <>
         <Copy
           what={asCurl(one, location.origin)}
-          words={{ copy: said.curl, copied: said.copied }}
-          label={said.curlOf(actionOf(one))}
+          words={{ copy: strings.curl, copied: strings.copied }}
+          label={strings.curlOf(actionOf(one))}
           testid="api-copy"
         />
         <Copy
           what={asPython(one, location.origin + ROOT)}
-          words={{ copy: said.python, copied: said.copied }}
-          label={said.pythonOf(actionOf(one))}
+          words={{ copy: strings.python, copied: strings.copied }}
+          label={strings.pythonOf(actionOf(one))}
           testid="api-copy-python"
         />
       </>

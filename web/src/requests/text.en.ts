@@ -5,7 +5,7 @@ export const words = {
   lead: "This page uses the same HTTP API that your programs can use.",
 
   first: {
-    title: "Addresses",
+    title: "Endpoints",
     address: "Address",
     document: "OpenAPI document",
     documentHint: "for client generators and OpenAPI viewers",

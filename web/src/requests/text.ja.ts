@@ -6,7 +6,7 @@ export const words = {
   title: "API",
   lead: "このページは、プログラムから使えるものと同じHTTP APIを使用しています。",
   first: {
-    title: "アドレス",
+    title: "エンドポイント",
     address: "アドレス",
     document: "OpenAPI文書",
     documentHint: "クライアント生成ツール、OpenAPIビューア用",

@@ -257,19 +257,19 @@ function keysOf(span: TimeSpan, box: { current: HTMLElement | null }): () => voi
 }
 
 function Status({ span, empty }: { span: TimeSpan; empty: boolean }) {
-  const said = words.status;
+  const strings = words.status;
   const state = acquisition.value;
   const at = (t: number) => clock(t + telemetry.utcOffset, true);
   const sentence = () => {
-    if (!up.value) return said.noLink;
-    if (empty) return said.empty;
+    if (!up.value) return strings.noLink;
+    if (empty) return strings.empty;
     if (state.state === "waiting") {
-      return said.waiting(age(Math.max(0, telemetry.serverTime(now.value) - state.since), 0));
+      return strings.waiting(age(Math.max(0, telemetry.serverTime(now.value) - state.since), 0));
     }
-    if (state.state === "filling") return said.filling;
+    if (state.state === "filling") return strings.filling;
     if (state.state === "triggered")
-      return (mode.value === "single" ? said.single : said.triggered)(at(state.at));
-    return span.still.value ? said.paused : said.free;
+      return (mode.value === "single" ? strings.single : strings.triggered)(at(state.at));
+    return span.still.value ? strings.paused : strings.free;
   };
   return (
     <b role="status" data-testid="scope-status" data-state={state.state}>

@@ -48,7 +48,7 @@ describe("trigger", () => {
     expect(crossing(one, { ...USUAL_RULE, level: 2 }, 2)).toBeNull();
   });
 
-  test("waits, fills, holds a single shot, and arms again by itself in Run after the holdoff", () => {
+  test("waits, fills, holds a single capture, and rearms in Run after the holdoff", () => {
     const rule = { ...USUAL_RULE, before: 0.25, holdoff: 3 };
     const fired = (after: number) => [11, 12, 20].find(one => one > after) ?? null;
     const go = (from: Acquisition, now: number, mode: "run" | "single" | "pause") =>

@@ -48,7 +48,7 @@ describe("BusHistory", () => {
     expect(history.risingSince("errors", 100)).toBe(1100);
   });
 
-  test("another bus, or counters that began anew, end every rise", () => {
+  test("another bus or restarted counters end every rise", () => {
     history.note(bus({ errors: 0 }), 1, 1001);
     history.note(bus({ errors: 5 }), 2, 1002);
     history.note(bus({ errors: 9, address: "socketcan:can1" }), 3, 1003);

@@ -3,7 +3,7 @@ import { describe, expect, test } from "vitest";
 import { KEPT_S, TelemetryStore } from "./store";
 
 describe("TelemetryStore", () => {
-  test("tells the age of the newest sample by the least delayed batch", () => {
+  test("the age of the newest sample follows from the least delayed batch", () => {
     const store = new TelemetryStore();
     store.push("a", "angle", [100], [1], 5.2); // 0.2 s under way
     store.push("a", "angle", [101], [2], 6.0); // not delayed: the clocks differ by 95 s

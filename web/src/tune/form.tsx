@@ -16,7 +16,7 @@ import { applyAndTest, cancelTest, stagedGains, test, testing, testProblem } fro
 import { GAINS, hornPathOf, testDuration } from "./step-runs";
 import { tune as words } from "./words";
 
-const said = words.form;
+const strings = words.form;
 const MOST_DEG = 45;
 
 /** Last entries, stored while the page is open, so that a step can be repeated. */
@@ -45,27 +45,27 @@ export function TuneForm({ one }: { one: KnownServo }) {
   const wrongGain = GAINS.some(key => drafts.get(key)?.verdict.ok === false);
   const applying = sheet.busy.value !== null;
   const against = !stepOk
-    ? said.stepWrong
+    ? strings.stepWrong
     : !countOk
-      ? said.runsWrong
+      ? strings.runsWrong
       : dwellS === null
-        ? said.dwellWrong
+        ? strings.dwellWrong
         : path?.outside && range
-          ? said.outside(angle(path.to), ...range)
+          ? strings.outside(angle(path.to), ...range)
           : at === null && !busy
-            ? said.unknownAngle
+            ? strings.unknownAngle
             : wrongGain
-              ? said.wrongGain
+              ? strings.wrongGain
               : null;
   const start = () => {
     if (!stepOk || !countOk || dwellS === null || against !== null || busy) return;
     void applyAndTest(one.uid, { step_deg: stepDeg, runs: count, dwell_s: dwellS, note: note.value.trim() });
   };
   return (
-    <section class="tune-form" aria-label={said.label}>
+    <section class="tune-form" aria-label={strings.label}>
       <div class="tune-fields">
         <TextField
-          label={said.step}
+          label={strings.step}
           unit="°"
           number
           at={step}
@@ -74,7 +74,7 @@ export function TuneForm({ one }: { one: KnownServo }) {
           disabled={busy}
         />
         <TextField
-          label={said.runs}
+          label={strings.runs}
           unit=""
           number
           at={runs}
@@ -83,7 +83,7 @@ export function TuneForm({ one }: { one: KnownServo }) {
           disabled={busy}
         />
         <TextField
-          label={said.dwell}
+          label={strings.dwell}
           unit="s"
           number
           at={dwell}
@@ -92,8 +92,8 @@ export function TuneForm({ one }: { one: KnownServo }) {
           disabled={busy}
         />
         <TextField
-          label={said.note}
-          hint={said.notePlace}
+          label={strings.note}
+          hint={strings.notePlace}
           at={note}
           longest={200}
           class="tune-note"
@@ -109,13 +109,13 @@ export function TuneForm({ one }: { one: KnownServo }) {
             <>
               {path && countOk && dwellS !== null && (
                 <p data-testid="step-moves">
-                  <b>{said.moves(nameOf(one), angle(path.from), angle(path.to))}</b>
+                  <b>{strings.moves(nameOf(one), angle(path.from), angle(path.to))}</b>
                   {", "}
-                  {said.times(
+                  {strings.times(
                     count,
                     number(testDuration(count, dwellS), testDuration(count, dwellS) < 10 ? 1 : 0),
                   )}
-                  {mostOf(one.uid)}. {range && said.within(...range)}
+                  {mostOf(one.uid)}. {range && strings.within(...range)}
                 </p>
               )}
               {testProblem.value !== null ? (
@@ -125,14 +125,14 @@ export function TuneForm({ one }: { one: KnownServo }) {
                   {against}
                 </Note>
               ) : (
-                <p class="second small">{gains > 0 ? said.writesGains(gains) : said.writes}</p>
+                <p class="second small">{gains > 0 ? strings.writesGains(gains) : strings.writes}</p>
               )}
             </>
           )}
         </div>
         {busy && (
           <Button look="danger" testid="step-cancel" live onClick={() => void cancelTest()}>
-            {said.cancel}
+            {strings.cancel}
           </Button>
         )}
         <Button
@@ -142,7 +142,7 @@ export function TuneForm({ one }: { one: KnownServo }) {
           disabled={against !== null || busy || applying}
           onClick={start}
         >
-          {(gains > 0 ? said.applyAndGo : said.go)(
+          {(gains > 0 ? strings.applyAndGo : strings.go)(
             stepOk ? withUnit(signed(stepDeg, stepDeg % 1 === 0 ? 0 : 1), "°") : "",
           )}
         </Button>
@@ -162,9 +162,9 @@ function Progress() {
         <Spinner />
       </span>
       <span>
-        <b>{running ? stepText("step_test", running) : said.running}</b>
-        {at >= 0 && <span class="second"> {said.stepOf(at + 1, steps.length)}</span>}
-        <small class="second">{(running && evidenceText(running, false)) || said.cancelHint}</small>
+        <b>{running ? stepText("step_test", running) : strings.running}</b>
+        {at >= 0 && <span class="second"> {strings.stepOf(at + 1, steps.length)}</span>}
+        <small class="second">{(running && evidenceText(running, false)) || strings.cancelHint}</small>
       </span>
     </div>
   );
@@ -178,8 +178,8 @@ function mostOf(uid: string): string {
   };
   const rpm = largest("speed_limit_cw", "speed_limit_ccw");
   const pct = largest("torque_limit_cw", "torque_limit_ccw");
-  if (rpm === null || pct === null) return said.mostUnknown;
-  return said.most(withUnit(number(rpm, 0), "rpm"), withUnit(number(pct, 0), "%"));
+  if (rpm === null || pct === null) return strings.mostUnknown;
+  return strings.most(withUnit(number(rpm, 0), "rpm"), withUnit(number(pct, 0), "%"));
 }
 
 function within(typedText: string, unit: string, low: number, high: number): number | null {

@@ -14,7 +14,7 @@ import { applyGains, discardGains, overlay, stagedGains, stageGains, testing } f
 import { GAINS, gainsToRestore, letter, SYMPTOMS, type Symptom, shown } from "./step-runs";
 import { tune as words } from "./words";
 
-const said = words.gains;
+const strings = words.gains;
 
 export function TuneGains({ uid }: { uid: string }) {
   const table = useRef<HTMLDivElement>(null);
@@ -39,16 +39,16 @@ export function TuneGains({ uid }: { uid: string }) {
     row?.querySelector<HTMLElement>("input, button")?.focus();
   };
   return (
-    <aside class="tune-side" aria-label={said.title} data-testid="tune-gains">
+    <aside class="tune-side" aria-label={strings.title} data-testid="tune-gains">
       {tried && <Hints uid={uid} onRow={focus} />}
       <header>
-        <h2>{said.title}</h2>
-        <p class="second small">{said.lead}</p>
+        <h2>{strings.title}</h2>
+        <p class="second small">{strings.lead}</p>
       </header>
       {rows.length === 0 ? (
-        <p class="w-line second">{said.none}</p>
+        <p class="w-line second">{strings.none}</p>
       ) : (
-        <div role="table" class="tune-rows" aria-label={said.table} ref={table}>
+        <div role="table" class="tune-rows" aria-label={strings.table} ref={table}>
           {rows.map(row => (
             <ParameterRow
               key={row.key}
@@ -69,7 +69,7 @@ export function TuneGains({ uid }: { uid: string }) {
         {gains + wrong > 0 ? (
           <>
             <Button look="plain" testid="gains-discard" onClick={() => discardGains(uid)}>
-              {said.discard}
+              {strings.discard}
             </Button>
             <Button
               look="two primary"
@@ -78,8 +78,8 @@ export function TuneGains({ uid }: { uid: string }) {
               disabled={!mayApply}
               onClick={() => void applyGains(uid)}
             >
-              {sheet.busy.value ? <Spinner /> : said.apply(gains)}
-              <small>{busy ? said.busy : said.applySub}</small>
+              {sheet.busy.value ? <Spinner /> : strings.apply(gains)}
+              <small>{busy ? strings.busy : strings.applySub}</small>
             </Button>
           </>
         ) : (
@@ -88,9 +88,9 @@ export function TuneGains({ uid }: { uid: string }) {
       </div>
       {unsaved > 0 && gains + wrong === 0 && (
         <p class="tune-keep">
-          <span class="second grow">{said.unsaved(unsaved)}</span>
+          <span class="second grow">{strings.unsaved(unsaved)}</span>
           <Button testid="gains-keep" onClick={() => go(pathOf("parameters", uid))}>
-            {said.keep}
+            {strings.keep}
           </Button>
         </p>
       )}
@@ -114,7 +114,7 @@ function RestoreButtons({ uid }: { uid: string }) {
   return (
     <>
       <span class="second small grow">
-        {same.length > 0 && said.same(same.map(one => one.letter).join(", "))}
+        {same.length > 0 && strings.same(same.map(one => one.letter).join(", "))}
       </span>
       {restorable
         .filter(one => one.values.size > 0)
@@ -122,11 +122,11 @@ function RestoreButtons({ uid }: { uid: string }) {
           <Button
             key={one.id}
             testid={`back-to-${one.letter}`}
-            title={said.backHint(one.letter, [...one.values.keys()].map(label).join(", "))}
+            title={strings.backHint(one.letter, [...one.values.keys()].map(label).join(", "))}
             disabled={testing.value}
             onClick={() => stageGains(uid, one.values)}
           >
-            {said.back(one.letter)}
+            {strings.back(one.letter)}
           </Button>
         ))}
     </>

@@ -18,7 +18,7 @@ interface MetricsProps {
 }
 
 export function Metrics({ runs: shown, differences, direction }: MetricsProps) {
-  const said = words.metrics;
+  const strings = words.metrics;
   const base = shown[0];
   const last = shown.at(-1);
   const several = shown.length > 1;
@@ -30,7 +30,7 @@ export function Metrics({ runs: shown, differences, direction }: MetricsProps) {
   const columns: Column<Line>[] = [
     {
       key: "metric",
-      head: said.metric,
+      head: strings.metric,
       name: true,
       cell: line => (
         <>
@@ -55,13 +55,13 @@ export function Metrics({ runs: shown, differences, direction }: MetricsProps) {
   if (several)
     columns.push({
       key: "difference",
-      head: said.against(lab.letter(shown.length - 1), lab.letter(0)),
+      head: strings.against(lab.letter(shown.length - 1), lab.letter(0)),
       right: true,
       look: line => (line.within ? "second" : ""),
       cell: line => (
         <>
           {line.difference}
-          {line.within && <small>{said.within}</small>}
+          {line.within && <small>{strings.within}</small>}
         </>
       ),
     });
@@ -74,19 +74,19 @@ export function Metrics({ runs: shown, differences, direction }: MetricsProps) {
         : null;
       return {
         testid: `metric-${key}`,
-        name: said.names[key] ?? key,
+        name: strings.names[key] ?? key,
         note: under(key, last),
         look: newest,
         cells: figures.map((one, place) => (
           <FigureCell key={place} one={one} kind={kind} error={errors[place] ?? 0} />
         )),
-        difference: found ? delta(found.delta, kind) : said.unknown,
+        difference: found ? delta(found.delta, kind) : strings.unknown,
         within: found?.within ?? false,
       };
     }),
     {
       testid: "metric-hunting",
-      name: said.hunting,
+      name: strings.hunting,
       look: newest,
       cells: shown.map(run => <Hunting key={run.id} found={lab.hunting(run, direction)} />),
     },
@@ -95,7 +95,7 @@ export function Metrics({ runs: shown, differences, direction }: MetricsProps) {
       const values = differences[key] ?? [];
       return {
         testid: `differs-${key}`,
-        part: place === 0 && said.parameters,
+        part: place === 0 && strings.parameters,
         differs: true,
         name: row?.label ?? key,
         note: row?.name ?? "",
@@ -107,8 +107,8 @@ export function Metrics({ runs: shown, differences, direction }: MetricsProps) {
       testid: `condition-${place}`,
       part: place === 0 && (
         <>
-          {said.conditions}
-          {several && differ.length === 0 && <span class="second">. {said.same}</span>}
+          {strings.conditions}
+          {several && differ.length === 0 && <span class="second">. {strings.same}</span>}
         </>
       ),
       name,
@@ -117,7 +117,7 @@ export function Metrics({ runs: shown, differences, direction }: MetricsProps) {
     })),
   ];
   return (
-    <section class="tune-metrics" aria-label={said.title}>
+    <section class="tune-metrics" aria-label={strings.title}>
       {warnings.map(({ letters, line }) => (
         <Note key={line} kind="warning" band testid="run-warning">
           {several && <b>{letters.join(", ")}: </b>}
@@ -125,9 +125,9 @@ export function Metrics({ runs: shown, differences, direction }: MetricsProps) {
         </Note>
       ))}
       {/* biome-ignore lint/a11y/noNoninteractiveTabindex: a scrollable region must be scrollable by keyboard */}
-      <div class="tune-table" role="region" aria-label={said.title} tabIndex={0}>
+      <div class="tune-table" role="region" aria-label={strings.title} tabIndex={0}>
         <DataTable
-          label={said.title}
+          label={strings.title}
           testid="step-metrics"
           rows={lines}
           id={line => line.testid}
@@ -156,15 +156,15 @@ interface Line {
 }
 
 function Hunting({ found }: { found: ReturnType<typeof lab.hunting> }) {
-  const said = words.metrics;
+  const strings = words.metrics;
   const verdict = found?.hunting ?? "none";
-  if (verdict === "none" || !found) return <>{said.verdict[verdict]}</>;
+  if (verdict === "none" || !found) return <>{strings.verdict[verdict]}</>;
   return (
     <>
-      <Glyph kind="warning" size={13} /> {said.verdict[verdict]}
+      <Glyph kind="warning" size={13} /> {strings.verdict[verdict]}
       <small>
-        {said.hertz(
-          found.hunting_hz === null ? said.unknown : number(found.hunting_hz, 1),
+        {strings.hertz(
+          found.hunting_hz === null ? strings.unknown : number(found.hunting_hz, 1),
           withUnit(number(found.hunting_rms_deg ?? 0, 2), "°"),
         )}
       </small>
@@ -173,39 +173,39 @@ function Hunting({ found }: { found: ReturnType<typeof lab.hunting> }) {
 }
 
 function conditions(shown: readonly StepRun[]): { name: string; values: string[] }[] {
-  const said = words.metrics;
+  const strings = words.metrics;
   const or = (value: number | null, decimals: number, unit: string) =>
-    value === null ? said.unknown : withUnit(number(value, decimals), unit);
+    value === null ? strings.unknown : withUnit(number(value, decimals), unit);
   return [
-    { name: said.supply, values: shown.map(run => or(run.voltage_v, 1, "V")) },
-    { name: said.board, values: shown.map(run => or(run.temperature_c, 0, "°C")) },
-    { name: said.firmware, values: shown.map(run => run.firmware ?? said.unknown) },
-    { name: said.rate, values: shown.map(run => number(run.achieved_hz, 0)) },
-    { name: said.note, values: shown.map(run => run.note || said.unknown) },
+    { name: strings.supply, values: shown.map(run => or(run.voltage_v, 1, "V")) },
+    { name: strings.board, values: shown.map(run => or(run.temperature_c, 0, "°C")) },
+    { name: strings.firmware, values: shown.map(run => run.firmware ?? strings.unknown) },
+    { name: strings.rate, values: shown.map(run => number(run.achieved_hz, 0)) },
+    { name: strings.note, values: shown.map(run => run.note || strings.unknown) },
   ];
 }
 
 function under(key: lab.MetricKey, run: StepRun): string {
-  const said = words.metrics;
-  if (key === "settling_s") return said.settlingBand(withUnit(number(run.band_deg, 1), "°"));
-  if (key === "steady_state_error_deg") return said.errorMean;
-  return key === "overshoot_pct" ? said.ofStep : "";
+  const strings = words.metrics;
+  if (key === "settling_s") return strings.settlingBand(withUnit(number(run.band_deg, 1), "°"));
+  if (key === "steady_state_error_deg") return strings.errorMean;
+  return key === "overshoot_pct" ? strings.ofStep : "";
 }
 
 type Kind = (typeof lab.METRICS)[number]["kind"];
 
 function FigureCell({ one, kind, error }: { one: lab.MetricFigure | null; kind: Kind; error: number }) {
-  const said = words.metrics;
-  if (one === null) return <span class="second">{kind === "time" ? said.never : said.unknown}</span>;
+  const strings = words.metrics;
+  if (one === null) return <span class="second">{kind === "time" ? strings.never : strings.unknown}</span>;
   return (
     <>
       {value(one.value, kind)}
-      {kind === "time" && <small>{said.plusMinus(ms(error))}</small>}
+      {kind === "time" && <small>{strings.plusMinus(ms(error))}</small>}
       {one.of > 1 && (
         <small>
           {one.reached < one.of
-            ? said.reached(one.reached, one.of)
-            : said.spread(value(one.low, kind), value(one.high, kind), one.of)}
+            ? strings.reached(one.reached, one.of)
+            : strings.spread(value(one.low, kind), value(one.high, kind), one.of)}
         </small>
       )}
     </>

@@ -23,7 +23,7 @@ export function StepPlotPanel({
   const readout = useRef<HTMLParagraphElement>(null);
   const plot = useRef<Plot | null>(null);
   const first = useSignal(false);
-  const said = words.plot;
+  const strings = words.plot;
   useEffect(() => {
     if (!box.current) return undefined;
     const made = new Plot(box.current, {
@@ -31,7 +31,7 @@ export function StepPlotPanel({
       x: value => ms(value),
       y: (value, step) => withUnit(number(value, step < 1 ? 1 : 0), "°"),
       read: (time, values) =>
-        said.at(ms(time), values.map(one => said.one(one.name, angle(one.value))).join(", ")),
+        strings.at(ms(time), values.map(one => strings.one(one.name, angle(one.value))).join(", ")),
     });
     plot.current = made;
     return () => made.destroy();
@@ -39,37 +39,37 @@ export function StepPlotPanel({
   const side = direction.value;
   useEffect(() => {
     const picture = stepPicture(shown, side, shown.at(-1)?.id ?? null, deg =>
-      said.band(withUnit(number(deg, 1), "°")),
+      strings.band(withUnit(number(deg, 1), "°")),
     );
     plot.current?.show(picture);
     plot.current?.look(first.value ? [picture.from ?? 0, Math.min(FIRST_S, picture.to ?? FIRST_S)] : null);
   }, [shown, side, first.value]);
   const names = shown.map((_, place) => words.runs.label(lab.letter(place))).join(", ");
   return (
-    <section class="tune-plot" aria-label={said.title}>
+    <section class="tune-plot" aria-label={strings.title}>
       <header>
-        <h2>{said.title}</h2>
+        <h2>{strings.title}</h2>
         <Legend runs={shown} />
         <Segments<lab.Direction>
-          label={said.direction}
+          label={strings.direction}
           chosen={side}
           onChoose={key => {
             direction.value = key;
           }}
           options={[
-            { key: "there", label: said.there },
-            { key: "back", label: said.back },
+            { key: "there", label: strings.there },
+            { key: "back", label: strings.back },
           ]}
         />
         <Segments<"all" | "first">
-          label={said.window}
+          label={strings.window}
           chosen={first.value ? "first" : "all"}
           onChoose={key => {
             first.value = key === "first";
           }}
           options={[
-            { key: "all", label: said.all },
-            { key: "first", label: said.first(ms(FIRST_S)) },
+            { key: "all", label: strings.all },
+            { key: "first", label: strings.first(ms(FIRST_S)) },
           ]}
         />
       </header>
@@ -79,11 +79,11 @@ export function StepPlotPanel({
         role="img"
         data-testid="step-plot"
         data-runs={shown.length}
-        aria-label={said.label(names, side === "there" ? said.there : said.back)}
+        aria-label={strings.label(names, side === "there" ? strings.there : strings.back)}
       />
       <div class="tune-readout small second">
         <p ref={readout} aria-hidden="true" />
-        <p class="touch-hide when-idle">{said.hint}</p>
+        <p class="touch-hide when-idle">{strings.hint}</p>
       </div>
     </section>
   );

@@ -48,18 +48,18 @@ function instant(utc: number): string {
 }
 
 function RunList({ uid }: { uid: string }) {
-  const said = words.runs;
+  const strings = words.runs;
   const dropping = useSignal<StepRun | null>(null);
   const list = runs.value;
   const places = new Map(chosenRuns.value.map((id, place) => [id, lab.letter(place)]));
   return (
-    <section class="tune-list" aria-label={said.title} data-testid="runs" data-uid={uid}>
+    <section class="tune-list" aria-label={strings.title} data-testid="runs" data-uid={uid}>
       <header>
-        <h2>{said.title}</h2>
-        <p class="second small">{said.lead}</p>
+        <h2>{strings.title}</h2>
+        <p class="second small">{strings.lead}</p>
       </header>
-      <Unread why={runsProblem.value} sentence={said.failed} onAgain={() => void loadRuns()} />
-      {list === null && runsProblem.value === null && <p class="w-line second">{said.loading}</p>}
+      <Unread why={runsProblem.value} sentence={strings.failed} onAgain={() => void loadRuns()} />
+      {list === null && runsProblem.value === null && <p class="w-line second">{strings.loading}</p>}
       <ul>
         {(list ?? []).map(run => {
           const at = instant(run.at);
@@ -68,7 +68,7 @@ function RunList({ uid }: { uid: string }) {
           return (
             <li key={run.id} class="tune-run" data-testid={`run-${run.id}`} data-chosen={place !== undefined}>
               <Tick
-                label={said.show(at)}
+                label={strings.show(at)}
                 at={cell(place !== undefined, () => toggle(run.id))}
                 testid={`tick-run-${run.id}`}
                 disabled={!up.value}
@@ -76,32 +76,32 @@ function RunList({ uid }: { uid: string }) {
                 <b class="tune-place">{place ?? ""}</b>
                 <span class="grow">
                   <span>
-                    {at}, {run.note === "" ? <span class="second">{said.noNote}</span> : run.note}
+                    {at}, {run.note === "" ? <span class="second">{strings.noNote}</span> : run.note}
                   </span>
                   <small class="second">
                     {[
-                      said.facts(withUnit(signed(run.step_deg, 1), "°"), number(run.achieved_hz, 0)),
+                      strings.facts(withUnit(signed(run.step_deg, 1), "°"), number(run.achieved_hz, 0)),
                       gainsOf(run),
-                      settled ? `${said.settled} ${ms(settled.value)}` : said.unsettled,
+                      settled ? `${strings.settled} ${ms(settled.value)}` : strings.unsettled,
                     ]
                       .filter(Boolean)
                       .join(", ")}
                   </small>
                 </span>
               </Tick>
-              <a class="button" href={`${API}/runs/${run.id}/csv`} download="" aria-label={said.csv(at)}>
-                <Icon name="download" size={15} /> {said.csvWord}
+              <a class="button" href={`${API}/runs/${run.id}/csv`} download="" aria-label={strings.csv(at)}>
+                <Icon name="download" size={15} /> {strings.csvWord}
               </a>
               <Button
                 look="plain"
                 testid={`drop-run-${run.id}`}
                 live
-                title={said.drop(at)}
+                title={strings.drop(at)}
                 onClick={() => {
                   dropping.value = run;
                 }}
               >
-                {said.dropWord}
+                {strings.dropWord}
               </Button>
             </li>
           );
@@ -109,9 +109,9 @@ function RunList({ uid }: { uid: string }) {
       </ul>
       {dropping.value !== null && (
         <Confirm
-          title={said.dropTitle(instant(dropping.value.at))}
-          subtitle={said.dropText}
-          verb={said.dropConfirm}
+          title={strings.dropTitle(instant(dropping.value.at))}
+          subtitle={strings.dropText}
+          verb={strings.dropConfirm}
           danger
           testid="drop-run"
           actId="drop-run-confirm"

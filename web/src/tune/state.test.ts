@@ -1,4 +1,4 @@
-/** A step test: however often it is asked for before the answer, one request goes out. */
+/** A step test: repeated starts before the response send one request. */
 import { afterEach, beforeEach, describe, expect, test, vi } from "vitest";
 import { link } from "../bench/link";
 import { motion } from "../bench/motion";
@@ -6,9 +6,9 @@ import { sheetOf } from "../bench/parameters";
 import { applyAndTest, showServo, startTest, testing, testProblem } from "./state";
 
 const UID = "d".repeat(32);
-const wish = { step_deg: 5, runs: 1, dwell_s: 1, note: "" };
+const options = { step_deg: 5, runs: 1, dwell_s: 1, note: "" };
 let posts: string[];
-let answer: (response: Response) => void;
+let respond: (response: Response) => void;
 
 beforeEach(() => {
   posts = [];
@@ -18,7 +18,7 @@ beforeEach(() => {
     if (init.method !== "POST") return Promise.resolve(new Response("[]"));
     posts.push(url);
     return new Promise<Response>(resolve => {
-      answer = resolve;
+      respond = resolve;
     });
   });
 });
@@ -30,18 +30,18 @@ afterEach(() => {
 
 test("two presses send one request, and a refusal lets the next press through", async () => {
   await showServo(UID);
-  const first = startTest(UID, wish);
-  const second = startTest(UID, wish);
+  const first = startTest(UID, options);
+  const second = startTest(UID, options);
   expect(testing.value).toBe(true);
   await second;
   expect(posts).toHaveLength(1);
-  answer(new Response(JSON.stringify({ code: "busy", detail: "The servo is busy." }), { status: 409 }));
+  respond(new Response(JSON.stringify({ code: "busy", detail: "The servo is busy." }), { status: 409 }));
   await first;
   expect(testing.value).toBe(false);
   expect(testProblem.value).not.toBeNull();
-  const third = startTest(UID, wish);
+  const third = startTest(UID, options);
   expect(posts).toHaveLength(2);
-  answer(new Response(JSON.stringify({ code: "busy", detail: "The servo is busy." }), { status: 409 }));
+  respond(new Response(JSON.stringify({ code: "busy", detail: "The servo is busy." }), { status: 409 }));
   await third;
 });
 
@@ -73,23 +73,23 @@ describe("applying and running in one press", () => {
 
   test("writes the gains, then runs", async () => {
     patched = { status: 200, body: written("applied") };
-    await applyAndTest(UID, wish);
+    await applyAndTest(UID, options);
     expect(order).toEqual(["PATCH parameters", "POST step-test"]);
   });
 
   test.each([
     ["refused", { status: 409, body: { code: "busy", detail: "The servo is busy." } }],
     ["clamped by the servo", { status: 200, body: written("clamped") }],
-  ])("runs nothing when they were %s, and says so", async (_, answered) => {
-    patched = answered;
-    await applyAndTest(UID, wish);
+  ])("runs nothing when they were %s, and says so", async (_, applied) => {
+    patched = applied;
+    await applyAndTest(UID, options);
     expect(order).toEqual(["PATCH parameters"]);
     expect(testProblem.value).toContain("not run");
   });
 
   test("runs alone where nothing is staged", async () => {
     sheetOf(UID).drafts.clear();
-    await applyAndTest(UID, wish);
+    await applyAndTest(UID, options);
     expect(order).toEqual(["POST step-test"]);
   });
 });

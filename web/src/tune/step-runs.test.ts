@@ -74,7 +74,7 @@ describe("figures", () => {
     expect(runs.sampleOf(run([{ sample_s: 0.004 }, { sample_s: 0.013 }]), "there")).toBe(0.013);
   });
 
-  test("a difference smaller than the errors of both is told as such", () => {
+  test("a difference smaller than the errors of both is marked", () => {
     const base = runs.figure(run([{ rise_s: 0.1 }]), "there", "rise_s");
     const other = runs.figure(run([{ rise_s: 0.105 }]), "there", "rise_s");
     expect(runs.compared(base, other, "time", 0.008)?.within).toBe(true);
@@ -121,7 +121,7 @@ describe("the way back", () => {
   });
 });
 
-test("a warning of several runs is told once, with their letters", () => {
+test("a warning of several runs is listed once, with their letters", () => {
   const odd = (line: string) => ({ ...run([{}]), warnings: [line] });
   expect(runs.warned([odd("x"), run([{}]), odd("y"), odd("x")])).toEqual([
     { line: "x", letters: ["A", "D"] },

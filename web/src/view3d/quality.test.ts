@@ -56,19 +56,19 @@ describe("the socket beside a frame", () => {
     vi.unstubAllGlobals();
     FakeSocket.all = [];
   });
-  const wish = { select: "a".repeat(32), theme: "dark", quality: "low", visible: true } as const;
+  const settings = { select: "a".repeat(32), theme: "dark", quality: "low", visible: true } as const;
 
-  it("says the newest wish once it is open, each one once, and hears what was clicked", () => {
+  it("sends the newest settings once open, each once, and receives clicks", () => {
     vi.stubGlobal("WebSocket", FakeSocket);
     const picked: string[] = [];
     const link = new ViewLink("k".repeat(32), uid => picked.push(uid));
-    link.tell(wish);
+    link.tell(settings);
     link.open();
     const socket = FakeSocket.all[0];
     expect(socket?.url).toMatch(/\/viser\/k{32}\/settings$/);
-    link.tell({ ...wish, quality: "high" });
+    link.tell({ ...settings, quality: "high" });
     socket?.open();
-    link.tell({ ...wish, quality: "high" });
+    link.tell({ ...settings, quality: "high" });
     expect(socket?.sent.map(one => JSON.parse(one).quality)).toEqual(["high"]);
     socket?.onmessage?.({ data: JSON.stringify({ picked: "b" }) });
     expect(picked).toEqual(["b"]);
@@ -87,11 +87,11 @@ describe("the socket beside a frame", () => {
     expect(socket?.sent).toEqual([]);
   });
 
-  it("comes back by itself and says the wish anew, until it is closed", () => {
+  it("comes back by itself and says the settings anew, until it is closed", () => {
     vi.useFakeTimers();
     vi.stubGlobal("WebSocket", FakeSocket);
     const link = new ViewLink("k".repeat(32), () => undefined);
-    link.tell(wish);
+    link.tell(settings);
     link.open();
     FakeSocket.all[0]?.open();
     FakeSocket.all[0]?.close();
