@@ -1,4 +1,4 @@
-"""FakeAdapter: a serial adapter that speaks slcan, at the far end of a pseudo terminal, with every bad habit."""
+"""FakeAdapter: a simulated slcan adapter at the other end of a pseudo terminal, with configurable defects."""
 
 import os
 import pty
@@ -14,65 +14,64 @@ from types import TracebackType
 from typing import Self
 
 BUS_FRAME = b"T1E08FF05801020304050607C0\r"
-"""What a servo on the bus behind an adapter says again and again."""
+"""A frame from the bus behind the adapter, as a line."""
 
 
 class FakeAdapter:
-    """Answers commands in a thread of its own until it is unplugged.
+    """An adapter that handles commands in its own thread until it is unplugged.
 
-    `answers` says how: "lawicel" with CR, BELL, z and Z; "silent" with nothing but its version, as CANable's first
-    firmware; "mute" not even with that; "fixed" with BELL to all but O and C; "echo" with what it was told. `refuses`
-    are commands it answers with BELL. `flags` is what F answers, or None for an adapter that does not know F.
-    `boots_for_s`: deaf for so long after it is opened.
+    `responds`: "lawicel" with CR, BELL, z and Z; "silent" only to V, as CANable's first firmware; "mute" to nothing;
+    "fixed" with BELL to all but O, C and frames; "echo" with what it receives. `refuses`: commands it refuses with
+    BELL. `flags`: its response to F, None if it does not support F.
 
-    `baud` is the rate it speaks at, None for any: at another one the computer understands nothing of what it says, nor
-    it the computer. `bus`: a frame comes from the bus every 10 ms while its channel is open; "streaming": open or not.
-    `noise`: unreadable bytes are on its line all the time. `throttled`: its line carries no more than `baud` allows,
-    and it has room for 64 frames that wait for it.
+    `baud`: its rate, None for any. At another rate both ends receive invalid data. `bus`: a frame arrives from the bus
+    every 10 ms while its channel is open; "streaming": always. `noise`: invalid bytes arrive all the time.
+    `throttled`: its line carries no more than `baud` allows, and it queues up to 64 frames.
     """
+
+    rates = threading.Lock()
+    """Held while data is sent: tests hold it to change the rate and drop received data in one step."""
 
     def __init__(
         self,
         *,
-        answers: str = "lawicel",
+        responds: str = "lawicel",
         refuses: tuple[bytes, ...] = (),
         flags: int | None = None,
-        boots_for_s: float = 0.0,
         baud: int | None = None,
         bus: bool | str = False,
         noise: bool = False,
         throttled: bool = False,
     ) -> None:
-        self.answers = answers
+        self.responds = responds
         self.refuses = refuses
         self.flags = flags
         self.off_bus = False
-        """Whether its controller is off the bus: it refuses every frame until its channel is opened anew."""
+        """Whether its controller is bus-off: it refuses every frame until its channel is reopened."""
         self.neighbour: FakeAdapter | None = None
-        """The one at the other end of the bus: it hears the frames this one is told to send."""
-        self.heard: list[bytes] = []
-        """Commands, in the order they came."""
+        """The adapter at the other end of the bus, which receives the frames sent by this one."""
+        self.received: list[bytes] = []
+        """Commands, in order of arrival."""
         self.on_sent: Callable[[bytes], None] = lambda _frame: None
-        """Called, in its thread, with each frame it puts onto the bus, as a line."""
+        """Called in its thread with each frame it sends to the bus, as a line."""
         self.dropped = 0
-        """Frames of the bus it had no room for."""
+        """Number of frames from the bus that did not fit into its queue."""
         self._baud = baud
-        self._bus = bus
+        self.bus = bus
         self._noise = noise
         self._throttled = throttled
-        self._waiting: deque[bytes] = deque()
+        self._queue: deque[bytes] = deque()
         self._line_free_at = 0.0
         self._random = random.Random(7)
         self._reading = threading.Event()
         self._reading.set()
-        self._resting = threading.Event()
-        self._hears_from = time.monotonic() + boots_for_s
+        self._stalled = threading.Event()
         self._end, self._other_end = pty.openpty()
         tty.setraw(self._other_end)
         self.channel = os.ttyname(self._other_end)
         self._ending = False
         self._lock = threading.Lock()
-        self._thread = threading.Thread(target=self._live, name="fake adapter")
+        self._thread = threading.Thread(target=self._run, name="fake adapter")
         self._thread.start()
 
     def __enter__(self) -> Self:
@@ -83,42 +82,42 @@ class FakeAdapter:
 
     @property
     def sent(self) -> list[bytes]:
-        """The frames it was told to send."""
-        return [command for command in self.heard if command[:1] == b"T"]
+        """The frames it was given to send."""
+        return [command for command in self.received if command[:1] == b"T"]
 
     @property
     def is_open(self) -> bool:
-        """Whether the channel is open, by the commands it has heard."""
-        state = [command for command in self.heard if command in (b"O", b"C")]
+        """Whether the channel is open, by the commands received."""
+        state = [command for command in self.received if command in (b"O", b"C")]
         return state[-1:] == [b"O"]
 
     def put(self, line: bytes) -> None:
-        """A frame of the bus, as a line: it goes out when the line is free, or is dropped where too many wait."""
-        if len(self._waiting) >= 64:
+        """Queue a frame from the bus, as a line; dropped if too many are queued."""
+        if len(self._queue) >= 64:
             self.dropped += 1
         else:
-            self._waiting.append(line)
+            self._queue.append(line)
 
-    def say(self, data: bytes) -> None:
-        """Send `data` to the computer, all of it, however long that takes."""
-        if not self._fits():
-            data = self._random.randbytes(len(data))
+    def send(self, data: bytes) -> None:
+        """Send all of `data` to the computer, as invalid bytes while it is set to another rate."""
         with self._lock:
             while data:
                 select.select([], [self._end], [], 1)
-                try:
-                    data = data[os.write(self._end, data) :]
-                except BlockingIOError:
-                    continue
+                with self.rates:
+                    sent = data if self._same_rate() else self._random.randbytes(len(data))
+                    try:
+                        data = data[os.write(self._end, sent) :]
+                    except BlockingIOError:
+                        continue
 
     def stall(self) -> None:
-        """Read no more, until `go_on`."""
-        self._resting.clear()
+        """Stop reading, until `resume`."""
+        self._stalled.clear()
         self._reading.clear()
-        self._resting.wait()
+        self._stalled.wait()
 
     def fill(self) -> None:
-        """Stall, and let so much be written that not one byte fits any more."""
+        """Stall, and fill the line until no byte fits."""
         self.stall()
         end = os.open(self.channel, os.O_WRONLY | os.O_NONBLOCK | os.O_NOCTTY)
         full = 0
@@ -131,12 +130,12 @@ class FakeAdapter:
                 time.sleep(0.005)
         os.close(end)
 
-    def go_on(self) -> None:
-        """Read again."""
+    def resume(self) -> None:
+        """Continue reading."""
         self._reading.set()
 
     def unplug(self) -> None:
-        """Be gone, as when the cable is pulled."""
+        """Disappear, as when the cable is pulled."""
         self._ending = True
         self._reading.set()
         self._thread.join()
@@ -146,72 +145,70 @@ class FakeAdapter:
             except OSError:
                 pass  # unplugged before
 
-    def _live(self) -> None:
+    def _run(self) -> None:
         os.set_blocking(self._end, False)
         rest = b""
         due = time.monotonic()
         while not self._ending:
             if not self._reading.is_set():
-                self._resting.set()
+                self._stalled.set()
                 self._reading.wait()
             ready, _, _ = select.select([self._end], [], [], 0.002 if self._throttled else 0.01)
             if time.monotonic() >= due:
                 due += 0.01
-                self._say_unasked()
+                self._send_unsolicited()
             if self._throttled:
-                self._pass_on()
+                self._forward()
             if not ready:
                 continue
             data = os.read(self._end, 65536)
-            if not self._fits():
+            if not self._same_rate():
                 data, rest = self._random.randbytes(len(data)) + b"\r", b""
-            elif self.answers == "echo":
-                self.say(data)
+            elif self.responds == "echo":
+                self.send(data)
             *commands, rest = (rest + data).split(b"\r")
-            if time.monotonic() < self._hears_from:
-                continue
-            self.heard += commands
-            answer = b"".join(map(self._answer, commands))
-            if answer and self._throttled:
-                self._waiting.appendleft(answer)
-            elif answer:
-                self.say(answer)
+            self.received += commands
+            response = b"".join(map(self._respond, commands))
+            if response and self._throttled:
+                self._queue.appendleft(response)
+            elif response:
+                self.send(response)
 
-    def _fits(self) -> bool:
+    def _same_rate(self) -> bool:
         """Whether the computer's end of the line is at this adapter's rate."""
         if self._baud is None:
             return True
         return termios.tcgetattr(self._other_end)[5] == getattr(termios, f"B{self._baud}")
 
-    def _say_unasked(self) -> None:
+    def _send_unsolicited(self) -> None:
         if self._noise:
-            self.say(self._random.randbytes(3).replace(b"\r", b"\xff").replace(b"\a", b"\xff"))
-        if self._bus == "streaming" or (self._bus and self.is_open):
-            self.say(BUS_FRAME)
+            self.send(self._random.randbytes(3).replace(b"\r", b"\xff").replace(b"\a", b"\xff"))
+        if self.bus == "streaming" or (self.bus and self.is_open):
+            self.send(BUS_FRAME)
 
-    def _pass_on(self) -> None:
-        """As much of what waits as the line has carried by now."""
+    def _forward(self) -> None:
+        """Send as much of the queue as the line could carry until now."""
         assert self._baud is not None
         now = time.monotonic()
         self._line_free_at = max(self._line_free_at, now - 0.2)  # a busy computer must not slow it
-        while self._waiting and self._line_free_at <= now:
-            line = self._waiting.popleft()
+        while self._queue and self._line_free_at <= now:
+            line = self._queue.popleft()
             self._line_free_at += len(line) * 10 / self._baud
-            self.say(line)
+            self.send(line)
 
-    def _answer(self, command: bytes) -> bytes:
-        if self.answers in ("mute", "echo"):
+    def _respond(self, command: bytes) -> bytes:
+        if self.responds in ("mute", "echo"):
             return b""
-        if self.answers == "fixed" and command not in (b"O", b"C") and command[:1] not in (b"T", b"t"):
+        if self.responds == "fixed" and command not in (b"O", b"C") and command[:1] not in (b"T", b"t"):
             return b"\a"
         if command == b"V":
             return b"V1013\r"
-        if self.answers == "silent":
+        if self.responds == "silent":
             return b""
         if command == b"O":
             self.off_bus = False
         if self.neighbour is not None and command[:1] == b"T":
-            self.neighbour.say(command + b"\r")
+            self.neighbour.send(command + b"\r")
         if command[:1] == b"T":
             self.on_sent(command)
         if command in self.refuses or (self.off_bus and command[:1] == b"T"):
@@ -221,9 +218,9 @@ class FakeAdapter:
         return {b"T": b"Z\r", b"t": b"z\r"}.get(command[:1], b"\r")
 
 
-def wait_until(condition: Callable[[], object], within_s: float = 5.0) -> None:
-    """Return as soon as `condition` holds. Fails after `within_s` seconds."""
+def wait_until(condition: Callable[[], object], within_s: float = 30.0) -> None:
+    """Return as soon as `condition` is true. Fails after `within_s` seconds, generous for a busy machine."""
     end = time.monotonic() + within_s
     while not condition():
-        assert time.monotonic() < end, "it did not happen"
+        assert time.monotonic() < end, "timed out"
         time.sleep(0.002)

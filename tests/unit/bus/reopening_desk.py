@@ -1,19 +1,18 @@
-"""The adapters the tests of ReopeningPort open: each does what the test says."""
+"""Adapters for the tests of ReopeningPort, controlled by the test."""
 
 import asyncio
-from collections.abc import Awaitable, Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 from hornbill.bus.reopening import ReopeningPort
 from hornbill.errors import BusDisconnected, PortError, PortOpenFailed
 from hornbill.wire.frame import Frame
 from hornbill.wire.port import PLAIN, CanPort, FrameSink, PortDetails, PortState, PortStatistics
-from jumping_clock import run
 
 
 @dataclass(eq=False)
 class Adapter:
-    """An open adapter whose every state the test decides."""
+    """An open adapter; the test sets its state."""
 
     statistics: PortStatistics
     close_s: float = 0.0
@@ -45,7 +44,7 @@ class Adapter:
 
 
 class Desk:
-    """Opens adapters, or fails to, as the test says; `times` are the instants of the attempts."""
+    """Opens adapters, or raises `failure` if set; `times` are the instants of the attempts."""
 
     def __init__(self, *, open_s: float = 0.0, close_s: float = 0.0) -> None:
         self.open_s = open_s
@@ -71,21 +70,6 @@ class Desk:
             PortState.LOST,
             None if trouble is None else PortError(trouble, cause=None),
         )
-
-
-def play(scene: Callable[[Desk, ReopeningPort], Awaitable[None]], desk: Desk | None = None) -> None:
-    async def main() -> None:
-        used = desk or Desk()
-        port = used.port()
-        await port.open()
-        try:
-            await scene(used, port)
-        finally:
-            await port.close()
-        assert all(one.closed for one in used.opened)
-        assert asyncio.all_tasks() == {asyncio.current_task()}
-
-    run(main())
 
 
 def refusal(text: str = "There is no such device.") -> PortOpenFailed:

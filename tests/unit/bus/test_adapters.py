@@ -21,6 +21,8 @@ from hornbill.bus.adapters.adapter import FoundAdapter
 from hornbill.bus.adapters.serial_ports import UNKNOWN_ADAPTER, UsbAdapter, serial_adapters, usb_of
 from hornbill.bus.listing import DETECT_S, OWN_DETECTION, Adapters, detect
 
+pytestmark = pytest.mark.real_time
+
 
 @dataclass
 class Port:
@@ -53,7 +55,7 @@ def test_everything_that_is_found_is_told_in_order() -> None:
     ]  # fmt: skip
 
 
-def test_a_driver_that_hangs_hides_only_its_own_and_is_asked_once(monkeypatch: pytest.MonkeyPatch) -> None:
+async def test_a_driver_that_hangs_hides_only_its_own_and_is_asked_once(monkeypatch: pytest.MonkeyPatch) -> None:
     assert DETECT_S <= 1.5
     monkeypatch.setattr(adapters_module, "DETECT_S", 0.2)
     go_on = threading.Event()
@@ -65,35 +67,32 @@ def test_a_driver_that_hangs_hides_only_its_own_and_is_asked_once(monkeypatch: p
         go_on.wait(10)
         return [FoundAdapter("slow:0", "slow")]
 
-    async def main() -> None:
-        adapters = Adapters(detectors={"slow": hang, "quick": one("quick:0")})
-        for _ in range(2):
-            began = time.monotonic()
-            late = 0.0
-            looking = asyncio.create_task(adapters.plugged_in())
-            while not looking.done():
-                turn = time.monotonic()
-                await asyncio.sleep(0.01)
-                late = max(late, time.monotonic() - turn)
-            assert time.monotonic() - began < 5
-            assert late < 2, "the loop went on meanwhile: a look that hangs takes ten"
-            (quick,) = looking.result()
-            assert quick.usable, "what may just be slow is not listed: perhaps nothing of its kind is plugged in"
-        assert asked == 1
-        monkeypatch.setattr(adapters_module, "HANGS_S", 0.1)
-        hung, quick = await adapters.plugged_in()
-        assert (hung.state, hung.usable, hung.address) == ("no_driver", False, "slow:")
-        assert "It has not responded for 0.1 s" in (hung.reason or "")
-        assert quick.usable
-        go_on.set()
-        await asyncio.sleep(0.05)
-        assert [each.address for each in await adapters.plugged_in()] == ["slow:0", "quick:0"]
-        adapters.close()
-
-    asyncio.run(main())
+    adapters = Adapters(detectors={"slow": hang, "quick": one("quick:0")})
+    for _ in range(2):
+        began = time.monotonic()
+        late = 0.0
+        looking = asyncio.create_task(adapters.plugged_in())
+        while not looking.done():
+            turn = time.monotonic()
+            await asyncio.sleep(0.01)
+            late = max(late, time.monotonic() - turn)
+        assert time.monotonic() - began < 5
+        assert late < 2, "the loop went on meanwhile: a look that hangs takes ten"
+        (quick,) = looking.result()
+        assert quick.usable, "what may just be slow is not listed: perhaps nothing of its kind is plugged in"
+    assert asked == 1
+    monkeypatch.setattr(adapters_module, "HANGS_S", 0.1)
+    hung, quick = await adapters.plugged_in()
+    assert (hung.state, hung.usable, hung.address) == ("no_driver", False, "slow:")
+    assert "It has not responded for 0.1 s" in (hung.reason or "")
+    assert quick.usable
+    go_on.set()
+    await asyncio.sleep(0.05)
+    assert [each.address for each in await adapters.plugged_in()] == ["slow:0", "quick:0"]
+    adapters.close()
 
 
-def test_an_adapter_whose_driver_answers_no_more_is_listed_as_that(monkeypatch: pytest.MonkeyPatch) -> None:
+async def test_an_adapter_whose_driver_answers_no_more_is_listed_as_that(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(adapters_module, "DETECT_S", 0.1)
     go_on = threading.Event()
     go_on.set()
@@ -102,21 +101,18 @@ def test_an_adapter_whose_driver_answers_no_more_is_listed_as_that(monkeypatch: 
         go_on.wait(10)
         return [FoundAdapter("pcan:PCAN_USBBUS1", "PCAN-USB")]
 
-    async def main() -> None:
-        adapters = Adapters(detectors={"pcan": look})
-        assert [each.usable for each in await adapters.plugged_in()] == [True]
-        go_on.clear()
-        (hung,) = await adapters.plugged_in()
-        assert (hung.address, hung.state, hung.reason) == (
-            "pcan:PCAN_USBBUS1", "no_driver", "Its driver does not respond.",
-        )  # fmt: skip
-        go_on.set()
-        adapters.close()
-
-    asyncio.run(main())
+    adapters = Adapters(detectors={"pcan": look})
+    assert [each.usable for each in await adapters.plugged_in()] == [True]
+    go_on.clear()
+    (hung,) = await adapters.plugged_in()
+    assert (hung.address, hung.state, hung.reason) == (
+        "pcan:PCAN_USBBUS1", "no_driver", "Its driver does not respond.",
+    )  # fmt: skip
+    go_on.set()
+    adapters.close()
 
 
-def test_the_baud_rate_a_serial_adapter_was_last_used_at_is_told() -> None:
+async def test_the_baud_rate_a_serial_adapter_was_last_used_at_is_told() -> None:
     class Memory:
         def baud(self, serial_number: str) -> int | None:
             return {"A1": 1_000_000}.get(serial_number)
@@ -125,12 +121,8 @@ def test_the_baud_rate_a_serial_adapter_was_last_used_at_is_told() -> None:
             raise AssertionError("looking remembers nothing")
 
     found = [FoundAdapter(f"slcan:/dev/{n}", "x", serial_number=n) for n in ("A1", "B2")]
-
-    async def main() -> None:
-        told = await Adapters(detectors={"slcan": lambda: found}, memory=Memory()).plugged_in()
-        assert [one.baud for one in told] == [1_000_000, None]
-
-    asyncio.run(main())
+    told = await Adapters(detectors={"slcan": lambda: found}, memory=Memory()).plugged_in()
+    assert [one.baud for one in told] == [1_000_000, None]
 
 
 def test_two_adapters_alike_are_told_apart_by_their_usb_ports() -> None:
@@ -158,7 +150,7 @@ def test_a_driver_that_fails_hides_only_its_own() -> None:
     assert [each.address for each in listed(fail, one("slcan:/dev/x"))] == ["slcan:/dev/x"]
 
 
-def test_two_who_ask_at_once_share_one_look() -> None:
+async def test_two_who_ask_at_once_share_one_look() -> None:
     asked = 0
 
     def look() -> list[FoundAdapter]:
@@ -167,34 +159,26 @@ def test_two_who_ask_at_once_share_one_look() -> None:
         time.sleep(0.05)
         return []
 
-    async def main() -> None:
-        adapters = Adapters(detectors={"x": look})
-        await asyncio.gather(*(adapters.plugged_in() for _ in range(5)))
-
-    asyncio.run(main())
+    adapters = Adapters(detectors={"x": look})
+    await asyncio.gather(*(adapters.plugged_in() for _ in range(5)))
     assert asked == 1
 
 
-def test_the_driver_of_the_open_bus_is_not_asked_and_what_it_said_before_is_told_again() -> None:
+async def test_the_driver_of_the_open_bus_is_not_asked_and_what_it_said_before_is_told_again() -> None:
     asked: list[str] = []
 
     def look(name: str) -> Callable[[], list[FoundAdapter]]:
         return lambda: asked.append(name) or [FoundAdapter(f"{name}:0", name), FoundAdapter(f"{name}:1", name)]
 
-    async def main() -> None:
-        adapters = Adapters(detectors={name: look(name) for name in ("pcan", "kvaser", "slcan")})
-        await adapters.plugged_in()
-        asked.clear()
-        found = await adapters.plugged_in("pcan:1")
-        assert asked == ["kvaser", "slcan"]
-        assert [each.address for each in found] == [
-            f"{name}:{n}" for name in ("pcan", "kvaser", "slcan") for n in (0, 1)
-        ]
-        assert [each.address for each in found if each.state == "connected"] == ["pcan:1"]
-        await adapters.plugged_in("slcan:0")
-        assert "slcan" in asked, "looking at serial ports opens none"
-
-    asyncio.run(main())
+    adapters = Adapters(detectors={name: look(name) for name in ("pcan", "kvaser", "slcan")})
+    await adapters.plugged_in()
+    asked.clear()
+    found = await adapters.plugged_in("pcan:1")
+    assert asked == ["kvaser", "slcan"]
+    assert [each.address for each in found] == [f"{name}:{n}" for name in ("pcan", "kvaser", "slcan") for n in (0, 1)]
+    assert [each.address for each in found if each.state == "connected"] == ["pcan:1"]
+    await adapters.plugged_in("slcan:0")
+    assert "slcan" in asked, "looking at serial ports opens none"
 
 
 def test_the_connected_bus_is_told_also_when_nobody_finds_it(tmp_path: Path) -> None:
@@ -213,15 +197,12 @@ def test_no_interface_of_python_can_is_forgotten() -> None:
     assert {"socketcan", "slcan", "pcan", "kvaser", "vector", "gs_usb"} <= set(looks)
 
 
-def test_on_this_machine_it_answers_in_time_and_says_nothing_on_stderr(capfd: pytest.CaptureFixture[str]) -> None:
-    async def main() -> None:
-        adapters = Adapters()
-        for _ in range(2):
-            began = time.monotonic()
-            await adapters.plugged_in()
-            assert time.monotonic() - began < 5
-
-    asyncio.run(main())
+async def test_on_this_machine_it_answers_in_time_and_says_nothing_on_stderr(capfd: pytest.CaptureFixture[str]) -> None:
+    adapters = Adapters()
+    for _ in range(2):
+        began = time.monotonic()
+        await adapters.plugged_in()
+        assert time.monotonic() - began < 5
     assert capfd.readouterr() == ("", "")
 
 

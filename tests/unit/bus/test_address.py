@@ -74,7 +74,8 @@ def test_what_the_driver_says_comes_with_a_remedy(
 
 
 @pytest.mark.parametrize("way", ["deadline", "cancelled"])
-def test_an_opening_that_succeeds_too_late_is_closed_again(way: str, monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.real_time
+async def test_an_opening_that_succeeds_too_late_is_closed_again(way: str, monkeypatch: pytest.MonkeyPatch) -> None:
     proceed = threading.Event()
     closed = threading.Event()
 
@@ -87,37 +88,32 @@ def test_an_opening_that_succeeds_too_late_is_closed_again(way: str, monkeypatch
         return Late()
 
     monkeypatch.setattr(can, "Bus", slow)
-
-    async def main() -> None:
-        if way == "deadline":
-            with pytest.raises(PortOpenFailed, match=r"Opening timed out after 0\.01 s.*Unplug"):
-                await open_port("virtual:x", deadline_s=0.01)
-        else:
-            opening = asyncio.create_task(open_port("virtual:x"))
-            await asyncio.sleep(0.01)
-            opening.cancel()
-            with pytest.raises(asyncio.CancelledError):
-                await opening
-        assert not closed.is_set()
-        proceed.set()
-        assert closed.wait(5)
-
-    asyncio.run(main())
+    if way == "deadline":
+        with pytest.raises(PortOpenFailed, match=r"Opening timed out after 0\.01 s.*Unplug"):
+            await open_port("virtual:x", deadline_s=0.01)
+    else:
+        opening = asyncio.create_task(open_port("virtual:x"))
+        await asyncio.sleep(0.01)
+        opening.cancel()
+        with pytest.raises(asyncio.CancelledError):
+            await opening
+    assert not closed.is_set()
+    proceed.set()
+    assert closed.wait(5)
 
 
-def test_no_file_in_the_home_folder_changes_what_is_opened(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.real_time
+async def test_no_file_in_the_home_folder_changes_what_is_opened(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     (tmp_path / ".canrc").write_text("[default]\nreceive_own_messages = True\nchannel = other\n")
     monkeypatch.setenv("HOME", str(tmp_path))
     monkeypatch.setenv("CAN_CONFIG", '{"receive_own_messages": true}')
-
-    async def main() -> None:
-        port = await open_port("virtual:home")
-        bus = port._link._bus  # type: ignore[attr-defined] # pyright: ignore
-        assert not bus.receive_own_messages
-        assert port.state is PortState.ACTIVE
-        await port.close()
-
-    asyncio.run(main())
+    port = await open_port("virtual:home")
+    bus = port._link._bus  # type: ignore[attr-defined] # pyright: ignore
+    assert not bus.receive_own_messages
+    assert port.state is PortState.ACTIVE
+    await port.close()
 
 
 def test_a_driver_that_times_out_by_itself_is_not_called_hanging(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -137,11 +133,9 @@ def test_what_is_tried_again_is_refused_at_once_when_it_never_can_be_opened() ->
             check(address, bitrate)
 
 
-def test_counters_go_on_in_what_is_given() -> None:
-    async def main() -> None:
-        statistics = PortStatistics(rx_frames=7)
-        port = await open_port("virtual:counters", statistics=statistics)
-        assert port.statistics is statistics
-        await port.close()
-
-    asyncio.run(main())
+@pytest.mark.real_time
+async def test_counters_go_on_in_what_is_given() -> None:
+    statistics = PortStatistics(rx_frames=7)
+    port = await open_port("virtual:counters", statistics=statistics)
+    assert port.statistics is statistics
+    await port.close()

@@ -1,10 +1,9 @@
-"""Tests of candleLight adapters: python-can-candle as it is installed, with devices that the test makes."""
+"""CandleLight adapters: the installed python-can-candle with simulated devices."""
 
 import asyncio
 import sys
 import time
 from collections import deque
-from collections.abc import Callable
 from types import SimpleNamespace
 from typing import Any
 
@@ -16,6 +15,9 @@ from hornbill.bus.ports.candle import candle_adapters
 from hornbill.errors import PortOpenFailed
 from hornbill.wire.frame import Frame
 from hornbill.wire.port import PortState
+from unit.bus.waiting import until
+
+pytestmark = pytest.mark.real_time
 
 plugin: Any = pytest.importorskip("candle.candle_bus", reason="python-can-candle is not installed")
 
@@ -97,53 +99,39 @@ def message(can_id: int, data: bytes) -> Any:
     return plugin.api.CandleCanFrame(kind, can_id, len(data), data)
 
 
-async def until(condition: Callable[[], object]) -> None:
-    async with asyncio.timeout(5):
-        while not condition():
-            await asyncio.sleep(0.002)
-
-
 @pytest.mark.parametrize("channel", ["", "0031", "0031/0"])
-def test_an_adapter_is_opened_at_the_servos_bit_rate_used_and_let_go(
+async def test_an_adapter_is_opened_at_the_servos_bit_rate_used_and_released(
     channel: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     device = Device("0031")
     plugged_in(monkeypatch, device)
-
-    async def main() -> None:
-        port = await open_port(f"candle:{channel}")
-        assert port.state is PortState.ACTIVE
-        (wire,) = device.channels
-        assert wire.started
-        segments = sum(wire.timing[:3]) + 1
-        assert device.channels[0].clock_frequency / wire.timing[4] / segments == 1_000_000
-        assert (1 + wire.timing[0] + wire.timing[1]) / segments == pytest.approx(0.875)
-        heard: list[Frame] = []
-        port.listen(heard.extend)
-        wire.waiting.append(message(0x1E08FF05, b"\x01\xc0"))
-        await until(lambda: heard)
-        assert heard[0][:2] == (0x1E08FF05, b"\x01\xc0")
-        port.send([Frame(0x1FAA7F01, b"\x55")])
-        await until(lambda: wire.sent)
-        assert (wire.sent[0].can_id, bytes(wire.sent[0])[:1]) == (0x1FAA7F01, b"\x55")
-        await port.close()
-        assert (wire.started, device.opened) == (False, False)
-
-    asyncio.run(main())
+    port = await open_port(f"candle:{channel}")
+    assert port.state is PortState.ACTIVE
+    (wire,) = device.channels
+    assert wire.started
+    segments = sum(wire.timing[:3]) + 1
+    assert device.channels[0].clock_frequency / wire.timing[4] / segments == 1_000_000
+    assert (1 + wire.timing[0] + wire.timing[1]) / segments == pytest.approx(0.875)
+    received: list[Frame] = []
+    port.listen(received.extend)
+    wire.waiting.append(message(0x1E08FF05, b"\x01\xc0"))
+    await until(lambda: received)
+    assert received[0][:2] == (0x1E08FF05, b"\x01\xc0")
+    port.send([Frame(0x1FAA7F01, b"\x55")])
+    await until(lambda: wire.sent)
+    assert (wire.sent[0].can_id, bytes(wire.sent[0])[:1]) == (0x1FAA7F01, b"\x55")
+    await port.close()
+    assert (wire.started, device.opened) == (False, False)
 
 
-def test_an_adapter_that_is_unplugged_is_lost(monkeypatch: pytest.MonkeyPatch) -> None:
+async def test_an_unplugged_adapter_is_lost(monkeypatch: pytest.MonkeyPatch) -> None:
     device = Device("0031")
     plugged_in(monkeypatch, device)
-
-    async def main() -> None:
-        port = await open_port("candle:0031")
-        device.is_connected = False
-        await until(lambda: port.state is PortState.LOST)
-        assert "it was unplugged" in str(port.trouble)
-        await port.close()
-
-    asyncio.run(main())
+    port = await open_port("candle:0031")
+    device.is_connected = False
+    await until(lambda: port.state is PortState.LOST)
+    assert "it was unplugged" in str(port.trouble)
+    await port.close()
 
 
 @pytest.mark.parametrize(
@@ -156,7 +144,7 @@ def test_an_adapter_that_is_unplugged_is_lost(monkeypatch: pytest.MonkeyPatch) -
         ("A/x", ("A",), "is not SERIAL_NUMBER or SERIAL_NUMBER/CHANNEL"),
     ],
 )
-def test_what_cannot_be_opened_is_told_with_what_there_is(
+def test_an_invalid_channel_is_refused_with_the_available_ones(
     channel: str, serials: tuple[str, ...], what: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     plugged_in(monkeypatch, *map(Device, serials))
@@ -165,7 +153,7 @@ def test_what_cannot_be_opened_is_told_with_what_there_is(
     assert what in caught.value.detail
 
 
-def test_without_the_package_the_extra_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_without_the_package_the_error_names_the_extra(monkeypatch: pytest.MonkeyPatch) -> None:
     def missing() -> list[candle.CandleDevice]:
         raise ModuleNotFoundError("No module named 'candle'")
 
@@ -176,9 +164,7 @@ def test_without_the_package_the_extra_is_named(monkeypatch: pytest.MonkeyPatch)
 
 
 @pytest.mark.parametrize("platform", ["win32", "darwin", "linux"])
-def test_adapters_are_listed_where_the_kernel_does_not_drive_them(
-    platform: str, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_adapters_are_listed_where_the_kernel_has_no_driver(platform: str, monkeypatch: pytest.MonkeyPatch) -> None:
     plugged_in(monkeypatch, Device("0031"), Device("0042", 2))
     monkeypatch.setattr(sys, "platform", platform)
     found = candle_adapters()

@@ -65,28 +65,22 @@ def test_time_does_not_move_while_something_is_ready() -> None:
     assert run(main()) == START
 
 
-def test_timeouts_and_events_work() -> None:
-    async def main() -> None:
-        loop = asyncio.get_running_loop()
-        event = asyncio.Event()
-        with pytest.raises(TimeoutError):
-            async with asyncio.timeout(0.15):
-                await event.wait()
-        assert loop.time() == pytest.approx(START + 0.15)
-        loop.call_later(0.05, event.set)
-        await asyncio.wait_for(event.wait(), 10)
-        assert loop.time() == pytest.approx(START + 0.2)
-
-    run(main())
+async def test_timeouts_and_events_work() -> None:
+    loop = asyncio.get_running_loop()
+    event = asyncio.Event()
+    with pytest.raises(TimeoutError):
+        async with asyncio.timeout(0.15):
+            await event.wait()
+    assert loop.time() == pytest.approx(START + 0.15)
+    loop.call_later(0.05, event.set)
+    await asyncio.wait_for(event.wait(), 10)
+    assert loop.time() == pytest.approx(START + 0.2)
 
 
-def test_an_executor_runs_inline() -> None:
-    async def main() -> None:
-        assert await asyncio.to_thread(threading.get_ident) == threading.get_ident()
-        with pytest.raises(ZeroDivisionError):
-            await asyncio.get_running_loop().run_in_executor(None, divmod, 1, 0)
-
-    run(main())
+async def test_an_executor_runs_inline() -> None:
+    assert await asyncio.to_thread(threading.get_ident) == threading.get_ident()
+    with pytest.raises(ZeroDivisionError):
+        await asyncio.get_running_loop().run_in_executor(None, divmod, 1, 0)
 
 
 def test_a_standstill_names_who_waits() -> None:

@@ -138,29 +138,26 @@ def test_the_setting_of_the_server_is_for_adapters_without_one_of_their_own() ->
     assert with_frame_gap("socketcan:can0", None) == "socketcan:can0"
 
 
-def test_a_reopening_port_keeps_its_pause_and_drops_what_waits_when_it_is_closed() -> None:
-    async def main() -> None:
-        bus = MemoryBus(history=100)
-        other = bus.port("other")
+async def test_a_reopening_port_keeps_its_pause_and_drops_what_waits_when_it_is_closed() -> None:
+    bus = MemoryBus(history=100)
+    other = bus.port("other")
 
-        async def opener(statistics: PortStatistics) -> CanPort:
-            inner = bus.port("inner")
-            inner.statistics = statistics
-            return inner
+    async def opener(statistics: PortStatistics) -> CanPort:
+        inner = bus.port("inner")
+        inner.statistics = statistics
+        return inner
 
-        port = ReopeningPort(opener, address="memory:inner", bitrate=1_000_000, frame_gap_s=GAP_S)
-        await port.open()
-        assert port.details.frame_gap_s == GAP_S
-        port.send(transfer(7, 4))
-        with pytest.raises(ValueError, match="29 bits"):
-            port.send([Frame(1 << 29, FIRST)])
-        await asyncio.sleep(0.004)
-        await port.close()
-        await asyncio.sleep(0.1)
-        assert [frame.data[0] for _, frame in bus.history] == [0, 1]
-        await other.close()
-
-    run(main())
+    port = ReopeningPort(opener, address="memory:inner", bitrate=1_000_000, frame_gap_s=GAP_S)
+    await port.open()
+    assert port.details.frame_gap_s == GAP_S
+    port.send(transfer(7, 4))
+    with pytest.raises(ValueError, match="29 bits"):
+        port.send([Frame(1 << 29, FIRST)])
+    await asyncio.sleep(0.004)
+    await port.close()
+    await asyncio.sleep(0.1)
+    assert [frame.data[0] for _, frame in bus.history] == [0, 1]
+    await other.close()
 
 
 # Over REST, on a bus with servos.

@@ -21,91 +21,76 @@ def ms(milliseconds: float) -> float:
     return pytest.approx(milliseconds * 1e-3, rel=0.02)  # pyright: ignore[reportReturnType]
 
 
-def test_a_frame_arrives_at_the_instant_of_its_last_bit() -> None:
-    async def main() -> None:
-        bus = MemoryBus()
-        a, b, c = (bus.port(name) for name in "abc")
-        heard: list[tuple[str, float, list[Frame]]] = []
-        loop = asyncio.get_running_loop()
-        for port in (a, b, c):
-            port.listen(lambda frames, name=port.name: heard.append((name, loop.time(), frames)))
-        frame = Frame(0x1801557F, b"\x01\x02\x03")
-        a.send([frame])
-        await asyncio.sleep(0.01)
-        at = START + (frame_bits(frame) - 3) * BIT
-        stamped = Frame(frame.id, frame.data, at)
-        assert heard == [("b", at, [stamped]), ("c", at, [stamped])]
-        assert (a.statistics.tx_frames, a.statistics.rx_frames) == (1, 0)
-        assert (b.statistics.tx_frames, b.statistics.rx_frames) == (0, 1)
-        for port in (a, b, c):
-            assert port.statistics.busy_s == pytest.approx(frame_bits(frame) * BIT)
-
-    run(main())
+async def test_a_frame_arrives_at_the_instant_of_its_last_bit() -> None:
+    bus = MemoryBus()
+    a, b, c = (bus.port(name) for name in "abc")
+    heard: list[tuple[str, float, list[Frame]]] = []
+    loop = asyncio.get_running_loop()
+    for port in (a, b, c):
+        port.listen(lambda frames, name=port.name: heard.append((name, loop.time(), frames)))
+    frame = Frame(0x1801557F, b"\x01\x02\x03")
+    a.send([frame])
+    await asyncio.sleep(0.01)
+    at = START + (frame_bits(frame) - 3) * BIT
+    stamped = Frame(frame.id, frame.data, at)
+    assert heard == [("b", at, [stamped]), ("c", at, [stamped])]
+    assert (a.statistics.tx_frames, a.statistics.rx_frames) == (1, 0)
+    assert (b.statistics.tx_frames, b.statistics.rx_frames) == (0, 1)
+    for port in (a, b, c):
+        assert port.statistics.busy_s == pytest.approx(frame_bits(frame) * BIT)
 
 
-def test_the_lowest_identifier_wins_whoever_queued_first() -> None:
-    async def main() -> None:
-        bus = MemoryBus(history=100)
-        a, b, c = (bus.port(name) for name in "abc")
-        a.send([Frame(30, b"1"), Frame(30, b"2"), Frame(10, b"3")])
-        b.send([Frame(20, b"4"), Frame(5, b"5")])
-        await asyncio.sleep(0)
-        c.send([Frame(25, b"6")])  # the same instant, some turns of the loop later
-        await asyncio.sleep(1)
-        assert [(name, frame.id, frame.data) for name, frame in bus.history] == [
-            ("b", 5, b"5"),
-            ("a", 10, b"3"),
-            ("b", 20, b"4"),
-            ("c", 25, b"6"),
-            ("a", 30, b"1"),
-            ("a", 30, b"2"),
-        ]
-        ends = [frame.at for _, frame in bus.history]
-        bits = [frame_bits(frame) for _, frame in bus.history]
-        assert [b - a for a, b in pairwise(ends)] == pytest.approx([count * BIT for count in bits[1:]], abs=1e-12)
-
-    run(main())
+async def test_the_lowest_identifier_wins_whoever_queued_first() -> None:
+    bus = MemoryBus(history=100)
+    a, b, c = (bus.port(name) for name in "abc")
+    a.send([Frame(30, b"1"), Frame(30, b"2"), Frame(10, b"3")])
+    b.send([Frame(20, b"4"), Frame(5, b"5")])
+    await asyncio.sleep(0)
+    c.send([Frame(25, b"6")])  # the same instant, some turns of the loop later
+    await asyncio.sleep(1)
+    assert [(name, frame.id, frame.data) for name, frame in bus.history] == [
+        ("b", 5, b"5"),
+        ("a", 10, b"3"),
+        ("b", 20, b"4"),
+        ("c", 25, b"6"),
+        ("a", 30, b"1"),
+        ("a", 30, b"2"),
+    ]
+    ends = [frame.at for _, frame in bus.history]
+    bits = [frame_bits(frame) for _, frame in bus.history]
+    assert [b - a for a, b in pairwise(ends)] == pytest.approx([count * BIT for count in bits[1:]], abs=1e-12)
 
 
-def test_a_frame_on_the_wire_is_not_interrupted() -> None:
-    async def main() -> None:
-        bus = MemoryBus(history=10)
-        a, b, _ = (bus.port(name) for name in "abc")
-        a.send([Frame(100, bytes(8)), Frame(100, bytes(8))])
-        await asyncio.sleep(1 * BIT)
-        b.send([Frame(1, b"")])
-        await asyncio.sleep(1)
-        assert [name for name, _ in bus.history] == ["a", "b", "a"]
-
-    run(main())
+async def test_a_frame_on_the_wire_is_not_interrupted() -> None:
+    bus = MemoryBus(history=10)
+    a, b, _ = (bus.port(name) for name in "abc")
+    a.send([Frame(100, bytes(8)), Frame(100, bytes(8))])
+    await asyncio.sleep(1 * BIT)
+    b.send([Frame(1, b"")])
+    await asyncio.sleep(1)
+    assert [name for name, _ in bus.history] == ["a", "b", "a"]
 
 
-def test_a_late_winner_that_is_shorter_is_delivered_on_time() -> None:
-    async def main() -> None:
-        bus = MemoryBus()
-        a, b, c = (bus.port(name) for name in "abc")
-        seen: list[float] = []
-        c.listen(lambda frames: seen.append(asyncio.get_running_loop().time()))
-        a.send([Frame(100, bytes(8))])  # the alarm is set for this one
-        b.send([Frame(1, b"")])
-        await asyncio.sleep(1)
-        first = (frame_bits(Frame(1, b"")) - 3) * BIT
-        assert seen[0] == pytest.approx(START + first, abs=1e-12)
-
-    run(main())
+async def test_a_late_winner_that_is_shorter_is_delivered_on_time() -> None:
+    bus = MemoryBus()
+    a, b, c = (bus.port(name) for name in "abc")
+    seen: list[float] = []
+    c.listen(lambda frames: seen.append(asyncio.get_running_loop().time()))
+    a.send([Frame(100, bytes(8))])  # the alarm is set for this one
+    b.send([Frame(1, b"")])
+    await asyncio.sleep(1)
+    first = (frame_bits(Frame(1, b"")) - 3) * BIT
+    assert seen[0] == pytest.approx(START + first, abs=1e-12)
 
 
-def test_who_answers_at_once_answers_after_the_interframe_space() -> None:
-    async def main() -> None:
-        bus = MemoryBus(history=2)
-        a, b = bus.port("a"), bus.port("b")
-        b.listen(lambda frames: b.send([Frame(0, b"")]))
-        a.send([Frame(9, b"?")])
-        await asyncio.sleep(1)
-        (_, asked), (_, answered) = bus.history
-        assert answered.at - asked.at == pytest.approx(frame_bits(answered) * BIT, abs=1e-12)
-
-    run(main())
+async def test_who_answers_at_once_answers_after_the_interframe_space() -> None:
+    bus = MemoryBus(history=2)
+    a, b = bus.port("a"), bus.port("b")
+    b.listen(lambda frames: b.send([Frame(0, b"")]))
+    a.send([Frame(9, b"?")])
+    await asyncio.sleep(1)
+    (_, asked), (_, answered) = bus.history
+    assert answered.at - asked.at == pytest.approx(frame_bits(answered) * BIT, abs=1e-12)
 
 
 def test_55_reads_by_name_take_29_ms() -> None:
@@ -139,22 +124,19 @@ def test_55_reads_by_name_take_29_ms() -> None:
     assert run(main()) == ms(29.4)
 
 
-def test_load_is_the_busy_share_of_the_last_second() -> None:
-    async def main() -> None:
-        bus = MemoryBus()
-        assert bus.load() == 0
-        a, _ = bus.port("a"), bus.port("b")
-        frame = Frame(0x155, b"\x55" * 8)
-        for _ in range(500):
-            a.send([frame])
-            await asyncio.sleep(0.002)
-        assert bus.load() == pytest.approx(500 * frame_bits(frame) * BIT, rel=0.01)
-        await asyncio.sleep(0.5)
-        assert bus.load() == pytest.approx(250 * frame_bits(frame) * BIT, rel=0.01)
-        await asyncio.sleep(0.5)
-        assert bus.load() == 0
-
-    run(main())
+async def test_load_is_the_busy_share_of_the_last_second() -> None:
+    bus = MemoryBus()
+    assert bus.load() == 0
+    a, _ = bus.port("a"), bus.port("b")
+    frame = Frame(0x155, b"\x55" * 8)
+    for _ in range(500):
+        a.send([frame])
+        await asyncio.sleep(0.002)
+    assert bus.load() == pytest.approx(500 * frame_bits(frame) * BIT, rel=0.01)
+    await asyncio.sleep(0.5)
+    assert bus.load() == pytest.approx(250 * frame_bits(frame) * BIT, rel=0.01)
+    await asyncio.sleep(0.5)
+    assert bus.load() == 0
 
 
 def test_a_slower_bus_takes_longer() -> None:
@@ -169,72 +151,60 @@ def test_a_slower_bus_takes_longer() -> None:
     assert run(main(125_000)) == pytest.approx(8 * run(main(1_000_000)))
 
 
-def test_fast_leaves_out_the_bit_times_but_not_the_order() -> None:
-    async def main() -> None:
-        bus = MemoryBus(fast=True, history=10)
-        a, b = bus.port("a"), bus.port("b")
-        b.listen(lambda frames: b.send([Frame(1, b"!")]) if frames[-1].id == 7 else None)
-        a.send([Frame(7, b""), Frame(3, b"")])
-        for _ in range(6):
-            await asyncio.sleep(0)
-        assert [frame for _, frame in bus.history] == [
-            Frame(3, b"", START),
-            Frame(7, b"", START),
-            Frame(1, b"!", START),
-        ]
-        assert bus.load() == 0
-
-    run(main())
+async def test_fast_leaves_out_the_bit_times_but_not_the_order() -> None:
+    bus = MemoryBus(fast=True, history=10)
+    a, b = bus.port("a"), bus.port("b")
+    b.listen(lambda frames: b.send([Frame(1, b"!")]) if frames[-1].id == 7 else None)
+    a.send([Frame(7, b""), Frame(3, b"")])
+    for _ in range(6):
+        await asyncio.sleep(0)
+    assert [frame for _, frame in bus.history] == [
+        Frame(3, b"", START),
+        Frame(7, b"", START),
+        Frame(1, b"!", START),
+    ]
+    assert bus.load() == 0
 
 
-def test_a_full_queue_drops_the_least_urgent_and_counts_it() -> None:
-    async def main() -> None:
-        bus = MemoryBus(queue_limit=4, history=10)
-        a, _ = bus.port("a"), bus.port("b")
-        a.send([Frame(9, bytes([n])) for n in range(6)] + [Frame(1, b"stop")])
-        assert a.statistics.errors == 3
-        await asyncio.sleep(1)
-        assert [frame.data for _, frame in bus.history] == [b"stop", b"\0", b"\1", b"\2"]
-
-    run(main())
+async def test_a_full_queue_drops_the_least_urgent_and_counts_it() -> None:
+    bus = MemoryBus(queue_limit=4, history=10)
+    a, _ = bus.port("a"), bus.port("b")
+    a.send([Frame(9, bytes([n])) for n in range(6)] + [Frame(1, b"stop")])
+    assert a.statistics.errors == 3
+    await asyncio.sleep(1)
+    assert [frame.data for _, frame in bus.history] == [b"stop", b"\0", b"\1", b"\2"]
 
 
-def test_a_closed_port_is_gone_and_its_name_is_free() -> None:
-    async def main() -> None:
-        bus = MemoryBus(history=10)
-        a, b = bus.port("a"), bus.port("b")
-        with pytest.raises(ValueError, match="already has an open port 'a'"):
-            bus.port("a")
-        a.send([Frame(1, b""), Frame(2, b"")])
-        await asyncio.sleep(BIT)
-        await a.close()
-        await a.close()
-        assert a.state is PortState.DISCONNECTED
-        with pytest.raises(BusDisconnected):
-            a.send([])
-        await asyncio.sleep(1)
-        assert [frame.id for _, frame in bus.history] == [1]  # was on the wire already
-        assert b.statistics.rx_frames == 1
-        assert bus.port("a").address == "memory:a"
-
-    run(main())
+async def test_a_closed_port_is_gone_and_its_name_is_free() -> None:
+    bus = MemoryBus(history=10)
+    a, b = bus.port("a"), bus.port("b")
+    with pytest.raises(ValueError, match="already has an open port 'a'"):
+        bus.port("a")
+    a.send([Frame(1, b""), Frame(2, b"")])
+    await asyncio.sleep(BIT)
+    await a.close()
+    await a.close()
+    assert a.state is PortState.DISCONNECTED
+    with pytest.raises(BusDisconnected):
+        a.send([])
+    await asyncio.sleep(1)
+    assert [frame.id for _, frame in bus.history] == [1]  # was on the wire already
+    assert b.statistics.rx_frames == 1
+    assert bus.port("a").address == "memory:a"
 
 
-def test_a_sink_that_raises_costs_nobody_else_a_frame() -> None:
-    async def main() -> None:
-        bus = MemoryBus()
-        a, b, c = (bus.port(name) for name in "abc")
-        heard: list[Frame] = []
-        raised: list[object] = []
-        asyncio.get_running_loop().set_exception_handler(lambda _, context: raised.append(context["exception"]))
-        b.listen(lambda frames: print(frames[9]))
-        c.listen(heard.extend)
-        a.send([Frame(1, b""), Frame(2, b"")])
-        await asyncio.sleep(1)
-        assert [frame.id for frame in heard] == [1, 2]
-        assert [type(error) for error in raised] == [IndexError, IndexError]
-
-    run(main())
+async def test_a_sink_that_raises_costs_nobody_else_a_frame() -> None:
+    bus = MemoryBus()
+    a, b, c = (bus.port(name) for name in "abc")
+    heard: list[Frame] = []
+    raised: list[object] = []
+    asyncio.get_running_loop().set_exception_handler(lambda _, context: raised.append(context["exception"]))
+    b.listen(lambda frames: print(frames[9]))
+    c.listen(heard.extend)
+    a.send([Frame(1, b""), Frame(2, b"")])
+    await asyncio.sleep(1)
+    assert [frame.id for frame in heard] == [1, 2]
+    assert [type(error) for error in raised] == [IndexError, IndexError]
 
 
 COUNT = 400
@@ -269,20 +239,17 @@ def test_loss_on_the_bus_hits_everybody_and_repeats_with_its_seed() -> None:
     assert run(main(4))[0] != at_b
 
 
-def test_loss_at_one_port_hits_that_port_alone_and_can_be_taken_away() -> None:
-    async def main() -> None:
-        bus = MemoryBus()
-        a, b, c = (bus.port(name) for name in "abc")
-        bus.loss(50, port=b)
-        await stream(a)
-        assert 0.4 < b.statistics.rx_dropped / COUNT < 0.6
-        assert c.statistics.rx_frames == COUNT
-        bus.loss(0, port=b)
-        before = b.statistics.rx_frames
-        await stream(a)
-        assert b.statistics.rx_frames == before + COUNT
-
-    run(main())
+async def test_loss_at_one_port_hits_that_port_alone_and_can_be_taken_away() -> None:
+    bus = MemoryBus()
+    a, b, c = (bus.port(name) for name in "abc")
+    bus.loss(50, port=b)
+    await stream(a)
+    assert 0.4 < b.statistics.rx_dropped / COUNT < 0.6
+    assert c.statistics.rx_frames == COUNT
+    bus.loss(0, port=b)
+    before = b.statistics.rx_frames
+    await stream(a)
+    assert b.statistics.rx_frames == before + COUNT
 
 
 @pytest.mark.parametrize("pct", [-1, 100.5])
@@ -319,116 +286,98 @@ def test_corrupted_frames_are_repeated_in_order_and_cost_time() -> None:
 
 
 @pytest.mark.parametrize("fast", [False, True])
-def test_a_sender_that_always_fails_goes_bus_off_and_recovers_on_request(fast: bool) -> None:
-    async def main() -> None:
-        bus = MemoryBus(fast=fast)
-        a, b = bus.port("a"), bus.port("b")
-        bus.corruption(100)
-        await stream(a, 10)
-        assert a.state is PortState.BUS_OFF
-        assert b.state is PortState.ACTIVE
-        assert b.statistics.errors == 32  # 8 up for each failure, off above 255
-        assert (a.statistics.bus_offs, a.statistics.unacknowledged) == (1, 0)
-        bus.corruption(0)
-        heard = heard_by(b)
-        a.send([Frame(1, b"lost")])
-        bus.recover(a)
-        assert a.state is PortState.ACTIVE
-        a.send([Frame(1, b"sent")])
-        await asyncio.sleep(1)
-        assert heard == [b"sent"]
-
-    run(main())
+async def test_a_sender_that_always_fails_goes_bus_off_and_recovers_on_request(fast: bool) -> None:
+    bus = MemoryBus(fast=fast)
+    a, b = bus.port("a"), bus.port("b")
+    bus.corruption(100)
+    await stream(a, 10)
+    assert a.state is PortState.BUS_OFF
+    assert b.state is PortState.ACTIVE
+    assert b.statistics.errors == 32  # 8 up for each failure, off above 255
+    assert (a.statistics.bus_offs, a.statistics.unacknowledged) == (1, 0)
+    bus.corruption(0)
+    heard = heard_by(b)
+    a.send([Frame(1, b"lost")])
+    bus.recover(a)
+    assert a.state is PortState.ACTIVE
+    a.send([Frame(1, b"sent")])
+    await asyncio.sleep(1)
+    assert heard == [b"sent"]
 
 
-def test_bus_off_neither_sends_nor_hears() -> None:
-    async def main() -> None:
-        bus = MemoryBus(history=10)
-        a, b, _ = (bus.port(name) for name in "abc")
-        a.send([Frame(1, b""), Frame(2, b"")])
-        await asyncio.sleep(1e-6)  # the first is on the wire
-        bus.bus_off(a)
-        b.send([Frame(3, b"")])
-        await asyncio.sleep(1)
-        assert [frame.id for _, frame in bus.history] == [1, 3]
-        assert a.state is PortState.BUS_OFF
-        assert a.statistics.rx_frames == 0
-        assert a.statistics.errors == 1
-
-    run(main())
+async def test_bus_off_neither_sends_nor_hears() -> None:
+    bus = MemoryBus(history=10)
+    a, b, _ = (bus.port(name) for name in "abc")
+    a.send([Frame(1, b""), Frame(2, b"")])
+    await asyncio.sleep(1e-6)  # the first is on the wire
+    bus.bus_off(a)
+    b.send([Frame(3, b"")])
+    await asyncio.sleep(1)
+    assert [frame.id for _, frame in bus.history] == [1, 3]
+    assert a.state is PortState.BUS_OFF
+    assert a.statistics.rx_frames == 0
+    assert a.statistics.errors == 1
 
 
-def test_a_mute_port_hears_and_its_frames_vanish() -> None:
-    async def main() -> None:
-        bus = MemoryBus(history=10)
-        a, b = bus.port("a"), bus.port("b")
-        a.send([Frame(1, b"")])
-        a.mute = True
-        a.send([Frame(2, b"")])
-        b.send([Frame(3, b"")])
-        await asyncio.sleep(1)
-        assert [frame.id for _, frame in bus.history] == [3]
-        assert (a.statistics.tx_frames, a.statistics.rx_frames) == (2, 1)
-        assert bus.load() < 0.001
-        a.mute = False
-        a.send([Frame(4, b"")])
-        await asyncio.sleep(1)
-        assert bus.history[-1][1].id == 4
-
-    run(main())
+async def test_a_mute_port_hears_and_its_frames_vanish() -> None:
+    bus = MemoryBus(history=10)
+    a, b = bus.port("a"), bus.port("b")
+    a.send([Frame(1, b"")])
+    a.mute = True
+    a.send([Frame(2, b"")])
+    b.send([Frame(3, b"")])
+    await asyncio.sleep(1)
+    assert [frame.id for _, frame in bus.history] == [3]
+    assert (a.statistics.tx_frames, a.statistics.rx_frames) == (2, 1)
+    assert bus.load() < 0.001
+    a.mute = False
+    a.send([Frame(4, b"")])
+    await asyncio.sleep(1)
+    assert bus.history[-1][1].id == 4
 
 
 @pytest.mark.parametrize("fast", [False, True])
-def test_alone_on_the_bus_a_port_turns_passive_and_keeps_its_frames(fast: bool) -> None:
-    async def main() -> None:
-        bus = MemoryBus(fast=fast)
-        loop = asyncio.get_running_loop()
-        a = bus.port("a")
-        a.send([Frame(2, b""), Frame(1, b"")])
-        await asyncio.sleep(3600)
-        assert a.state is PortState.PASSIVE
-        assert a.statistics.errors == a.statistics.error_frames == a.statistics.unacknowledged == 16
-        assert (a.statistics.tx_frames, a.statistics.bus_offs) == (0, 0)
+async def test_alone_on_the_bus_a_port_turns_passive_and_keeps_its_frames(fast: bool) -> None:
+    bus = MemoryBus(fast=fast)
+    loop = asyncio.get_running_loop()
+    a = bus.port("a")
+    a.send([Frame(2, b""), Frame(1, b"")])
+    await asyncio.sleep(3600)
+    assert a.state is PortState.PASSIVE
+    assert a.statistics.errors == a.statistics.error_frames == a.statistics.unacknowledged == 16
+    assert (a.statistics.tx_frames, a.statistics.bus_offs) == (0, 0)
+    b = bus.port("b")
+    heard: list[Frame] = []
+    b.listen(heard.extend)
+    joined = loop.time()
+    await asyncio.sleep(1)
+    assert [frame.id for frame in heard] == [1, 2]
+    assert all(joined <= frame.at < joined + 0.001 for frame in heard)
+    assert a.statistics.tx_frames == 2
+    await stream(a)
+    assert a.state is PortState.ACTIVE
+
+
+async def test_two_ports_with_one_identifier_count_errors_and_both_get_through() -> None:
+    bus = MemoryBus(history=10)
+    a, b, c = (bus.port(name) for name in "abc")
+    a.send([Frame(7, b"a1"), Frame(7, b"a2")])
+    b.send([Frame(7, b"b1")])
+    await asyncio.sleep(1)
+    assert sorted(frame.data for _, frame in bus.history) == [b"a1", b"a2", b"b1"]
+    assert a.statistics.errors == b.statistics.errors > 0
+    assert c.statistics.errors == 0
+
+
+async def test_want_of_an_acknowledgement_alone_never_leads_to_bus_off() -> None:
+    bus = MemoryBus()
+    a = bus.port("a")
+    a.send([Frame(1, b"")])
+    await asyncio.sleep(1)
+    for _ in range(40):  # each time somebody is there when the frame begins, and gone when it ends
         b = bus.port("b")
-        heard: list[Frame] = []
-        b.listen(heard.extend)
-        joined = loop.time()
-        await asyncio.sleep(1)
-        assert [frame.id for frame in heard] == [1, 2]
-        assert all(joined <= frame.at < joined + 0.001 for frame in heard)
-        assert a.statistics.tx_frames == 2
-        await stream(a)
-        assert a.state is PortState.ACTIVE
-
-    run(main())
-
-
-def test_two_ports_with_one_identifier_count_errors_and_both_get_through() -> None:
-    async def main() -> None:
-        bus = MemoryBus(history=10)
-        a, b, c = (bus.port(name) for name in "abc")
-        a.send([Frame(7, b"a1"), Frame(7, b"a2")])
-        b.send([Frame(7, b"b1")])
-        await asyncio.sleep(1)
-        assert sorted(frame.data for _, frame in bus.history) == [b"a1", b"a2", b"b1"]
-        assert a.statistics.errors == b.statistics.errors > 0
-        assert c.statistics.errors == 0
-
-    run(main())
-
-
-def test_want_of_an_acknowledgement_alone_never_leads_to_bus_off() -> None:
-    async def main() -> None:
-        bus = MemoryBus()
-        a = bus.port("a")
-        a.send([Frame(1, b"")])
-        await asyncio.sleep(1)
-        for _ in range(40):  # each time somebody is there when the frame begins, and gone when it ends
-            b = bus.port("b")
-            await asyncio.sleep(10e-6)
-            await b.close()
-            await asyncio.sleep(0.001)
-        assert a.statistics.errors == a.statistics.unacknowledged == 16 + 40
-        assert a.state is PortState.PASSIVE
-
-    run(main())
+        await asyncio.sleep(10e-6)
+        await b.close()
+        await asyncio.sleep(0.001)
+    assert a.statistics.errors == a.statistics.unacknowledged == 16 + 40
+    assert a.state is PortState.PASSIVE

@@ -27,80 +27,68 @@ async def send_every_ms(port: MemoryPort, count: int) -> None:
 
 
 @pytest.mark.parametrize("fast", [False, True])
-def test_in_noise_nothing_gets_through_and_who_only_listens_turns_passive_never_bus_off(fast: bool) -> None:
-    async def main() -> None:
-        bus = MemoryBus(fast=fast, history=10)
-        a, b, c = (bus.port(name) for name in "abc")
-        heard = heard_by(b)
-        bus.noise()
-        a.send([Frame(1, b"lost")])
-        await asyncio.sleep(1)
-        assert heard == []
-        assert list(bus.history) == []
-        assert (a.state, b.state, c.state) == (PortState.BUS_OFF, PortState.PASSIVE, PortState.PASSIVE)
-        assert b.statistics.error_frames == c.statistics.error_frames
-        assert b.statistics.error_frames == pytest.approx(1 / (NOISE_BITS * BIT), rel=0.02)
-        assert b.statistics.errors == b.statistics.error_frames
-        assert (b.statistics.bus_offs, b.statistics.rx_frames) == (0, 0)
-
-    run(main())
+async def test_in_noise_nothing_gets_through_and_who_only_listens_turns_passive_never_bus_off(fast: bool) -> None:
+    bus = MemoryBus(fast=fast, history=10)
+    a, b, c = (bus.port(name) for name in "abc")
+    heard = heard_by(b)
+    bus.noise()
+    a.send([Frame(1, b"lost")])
+    await asyncio.sleep(1)
+    assert heard == []
+    assert list(bus.history) == []
+    assert (a.state, b.state, c.state) == (PortState.BUS_OFF, PortState.PASSIVE, PortState.PASSIVE)
+    assert b.statistics.error_frames == c.statistics.error_frames
+    assert b.statistics.error_frames == pytest.approx(1 / (NOISE_BITS * BIT), rel=0.02)
+    assert b.statistics.errors == b.statistics.error_frames
+    assert (b.statistics.bus_offs, b.statistics.rx_frames) == (0, 0)
 
 
-def test_a_sender_in_noise_is_bus_off_after_32_tries_and_its_frames_are_dropped() -> None:
-    async def main() -> None:
-        bus = MemoryBus()
-        a, b = bus.port("a"), bus.port("b")
-        bus.noise()
-        a.send([Frame(1, b""), Frame(2, b"")])
-        await asyncio.sleep(32 * NOISE_BITS * BIT)
-        await asyncio.sleep(0.011)  # noise alone is counted a hundred times a second
-        assert a.state is PortState.BUS_OFF
-        assert a.statistics.error_frames == 32
-        assert a.statistics.errors == 32 + 2
-        assert (a.statistics.bus_offs, a.statistics.unacknowledged, a.statistics.tx_frames) == (1, 0, 0)
-        assert b.statistics.error_frames > 32  # who is bus-off no longer looks
-
-    run(main())
+async def test_a_sender_in_noise_is_bus_off_after_32_tries_and_its_frames_are_dropped() -> None:
+    bus = MemoryBus()
+    a, b = bus.port("a"), bus.port("b")
+    bus.noise()
+    a.send([Frame(1, b""), Frame(2, b"")])
+    await asyncio.sleep(32 * NOISE_BITS * BIT)
+    await asyncio.sleep(0.011)  # noise alone is counted a hundred times a second
+    assert a.state is PortState.BUS_OFF
+    assert a.statistics.error_frames == 32
+    assert a.statistics.errors == 32 + 2
+    assert (a.statistics.bus_offs, a.statistics.unacknowledged, a.statistics.tx_frames) == (1, 0, 0)
+    assert b.statistics.error_frames > 32  # who is bus-off no longer looks
 
 
-def test_noise_destroys_the_frame_on_the_wire_and_everything_goes_on_when_it_ends() -> None:
-    async def main() -> None:
-        bus = MemoryBus(history=10)
-        a, b = bus.port("a"), bus.port("b")
-        heard = heard_by(b)
-        a.send([Frame(1, b"again")])
-        await asyncio.sleep(40 * BIT)
-        bus.noise()
-        await asyncio.sleep(3.5 * NOISE_BITS * BIT)
-        bus.noise(False)
-        ended = asyncio.get_running_loop().time()
-        await asyncio.sleep(0.1)
-        assert heard == [b"again"]
-        (_, frame), *_ = bus.history
-        assert frame.at - ended == pytest.approx(frame_bits(frame) * BIT, abs=NOISE_BITS * BIT)
-        assert 2 <= a.statistics.error_frames <= 5
-        assert a.state is b.state is PortState.ACTIVE
-
-    run(main())
+async def test_noise_destroys_the_frame_on_the_wire_and_everything_goes_on_when_it_ends() -> None:
+    bus = MemoryBus(history=10)
+    a, b = bus.port("a"), bus.port("b")
+    heard = heard_by(b)
+    a.send([Frame(1, b"again")])
+    await asyncio.sleep(40 * BIT)
+    bus.noise()
+    await asyncio.sleep(3.5 * NOISE_BITS * BIT)
+    bus.noise(False)
+    ended = asyncio.get_running_loop().time()
+    await asyncio.sleep(0.1)
+    assert heard == [b"again"]
+    (_, frame), *_ = bus.history
+    assert frame.at - ended == pytest.approx(frame_bits(frame) * BIT, abs=NOISE_BITS * BIT)
+    assert 2 <= a.statistics.error_frames <= 5
+    assert a.state is b.state is PortState.ACTIVE
 
 
-def test_a_passive_listener_is_active_again_with_the_first_good_frame() -> None:
-    async def main() -> None:
-        bus = MemoryBus()
-        a, b = bus.port("a"), bus.port("b")
-        bus.noise()
-        await asyncio.sleep(0.1)
-        bus.noise(False)
-        assert a.state is b.state is PortState.PASSIVE
-        a.send([Frame(1, b"")])
-        await asyncio.sleep(0.01)
-        assert b.state is PortState.ACTIVE
-        assert a.state is PortState.PASSIVE  # it has heard nobody yet
-        b.send([Frame(1, b"")])
-        await asyncio.sleep(0.01)
-        assert a.state is PortState.ACTIVE
-
-    run(main())
+async def test_a_passive_listener_is_active_again_with_the_first_good_frame() -> None:
+    bus = MemoryBus()
+    a, b = bus.port("a"), bus.port("b")
+    bus.noise()
+    await asyncio.sleep(0.1)
+    bus.noise(False)
+    assert a.state is b.state is PortState.PASSIVE
+    a.send([Frame(1, b"")])
+    await asyncio.sleep(0.01)
+    assert b.state is PortState.ACTIVE
+    assert a.state is PortState.PASSIVE  # it has heard nobody yet
+    b.send([Frame(1, b"")])
+    await asyncio.sleep(0.01)
+    assert a.state is PortState.ACTIVE
 
 
 def test_noise_keeps_the_bus_busy_and_ends_with_the_last_port() -> None:
@@ -120,104 +108,86 @@ def test_noise_keeps_the_bus_busy_and_ends_with_the_last_port() -> None:
         run(main())
 
 
-def test_recovering_everybody_ends_bus_off_of_all() -> None:
-    async def main() -> None:
-        bus = MemoryBus()
-        a, b, c = (bus.port(name) for name in "abc")
-        bus.noise()
-        for port in (a, b):
-            port.send([Frame(1, b"")])
-        await asyncio.sleep(0.1)
-        assert a.state is b.state is PortState.BUS_OFF
-        bus.noise(False)
-        bus.recover()
-        assert {port.state for port in (a, b, c)} == {PortState.ACTIVE}
-        heard = heard_by(c)
-        await send_every_ms(a, 3)
-        assert len(heard) == 3
-
-    run(main())
+async def test_recovering_everybody_ends_bus_off_of_all() -> None:
+    bus = MemoryBus()
+    a, b, c = (bus.port(name) for name in "abc")
+    bus.noise()
+    for port in (a, b):
+        port.send([Frame(1, b"")])
+    await asyncio.sleep(0.1)
+    assert a.state is b.state is PortState.BUS_OFF
+    bus.noise(False)
+    bus.recover()
+    assert {port.state for port in (a, b, c)} == {PortState.ACTIVE}
+    heard = heard_by(c)
+    await send_every_ms(a, 3)
+    assert len(heard) == 3
 
 
-def test_a_port_at_another_bit_rate_hears_errors_alone_and_the_others_go_on_once_it_is_passive() -> None:
-    async def main() -> None:
-        bus = MemoryBus()
-        a, b, wrong = bus.port("a"), bus.port("b"), bus.port("wrong", bitrate=500_000)
-        assert wrong.bitrate == 500_000
-        at_b, at_wrong = heard_by(b), heard_by(wrong)
-        await send_every_ms(a, 100)
-        await asyncio.sleep(0.1)
-        assert len(at_b) == 100
-        assert at_wrong == []
-        assert wrong.state is PortState.PASSIVE
-        assert a.state is PortState.ACTIVE
-        assert a.statistics.error_frames == b.statistics.error_frames == 16  # 8 up for who hears it first
-        assert wrong.statistics.error_frames == 16 + 100
-        assert (wrong.statistics.rx_frames, wrong.statistics.rx_dropped, wrong.statistics.bus_offs) == (0, 0, 0)
-
-    run(main())
+async def test_a_port_at_another_bit_rate_hears_errors_alone_and_the_others_go_on_once_it_is_passive() -> None:
+    bus = MemoryBus()
+    a, b, wrong = bus.port("a"), bus.port("b"), bus.port("wrong", bitrate=500_000)
+    assert wrong.bitrate == 500_000
+    at_b, at_wrong = heard_by(b), heard_by(wrong)
+    await send_every_ms(a, 100)
+    await asyncio.sleep(0.1)
+    assert len(at_b) == 100
+    assert at_wrong == []
+    assert wrong.state is PortState.PASSIVE
+    assert a.state is PortState.ACTIVE
+    assert a.statistics.error_frames == b.statistics.error_frames == 16  # 8 up for who hears it first
+    assert wrong.statistics.error_frames == 16 + 100
+    assert (wrong.statistics.rx_frames, wrong.statistics.rx_dropped, wrong.statistics.bus_offs) == (0, 0, 0)
 
 
-def test_a_port_at_another_bit_rate_that_sends_goes_bus_off_and_disturbs_meanwhile() -> None:
-    async def main() -> None:
-        bus = MemoryBus()
-        a, b, wrong = bus.port("a"), bus.port("b"), bus.port("wrong", bitrate=500_000)
-        at_b = heard_by(b)
-        wrong.send([Frame(1, b"what?")])
-        await asyncio.sleep(0.1)
-        assert wrong.state is PortState.BUS_OFF
-        assert at_b == []
-        assert a.statistics.error_frames == b.statistics.error_frames == wrong.statistics.error_frames == 32
-        assert a.state is b.state is PortState.ACTIVE
-        await send_every_ms(a, 10)
-        assert len(at_b) == 10
-
-    run(main())
+async def test_a_port_at_another_bit_rate_that_sends_goes_bus_off_and_disturbs_meanwhile() -> None:
+    bus = MemoryBus()
+    a, b, wrong = bus.port("a"), bus.port("b"), bus.port("wrong", bitrate=500_000)
+    at_b = heard_by(b)
+    wrong.send([Frame(1, b"what?")])
+    await asyncio.sleep(0.1)
+    assert wrong.state is PortState.BUS_OFF
+    assert at_b == []
+    assert a.statistics.error_frames == b.statistics.error_frames == wrong.statistics.error_frames == 32
+    assert a.state is b.state is PortState.ACTIVE
+    await send_every_ms(a, 10)
+    assert len(at_b) == 10
 
 
-def test_a_port_at_another_bit_rate_acknowledges_nothing() -> None:
-    async def main() -> None:
-        bus = MemoryBus()
-        a, wrong = bus.port("a"), bus.port("wrong", bitrate=125_000)
-        a.send([Frame(1, b"")])
-        await asyncio.sleep(0.1)
-        assert a.statistics.tx_frames == 0
-        assert a.statistics.unacknowledged > 100  # somebody is there, so it goes on trying
-        assert a.state is wrong.state is PortState.PASSIVE
-        await wrong.close()
-        bus.port("right")
-        await asyncio.sleep(0.1)
-        assert a.statistics.tx_frames == 1
-
-    run(main())
+async def test_a_port_at_another_bit_rate_acknowledges_nothing() -> None:
+    bus = MemoryBus()
+    a, wrong = bus.port("a"), bus.port("wrong", bitrate=125_000)
+    a.send([Frame(1, b"")])
+    await asyncio.sleep(0.1)
+    assert a.statistics.tx_frames == 0
+    assert a.statistics.unacknowledged > 100  # somebody is there, so it goes on trying
+    assert a.state is wrong.state is PortState.PASSIVE
+    await wrong.close()
+    bus.port("right")
+    await asyncio.sleep(0.1)
+    assert a.statistics.tx_frames == 1
 
 
-def test_without_bit_times_a_port_at_another_bit_rate_keeps_nobody_busy() -> None:
-    async def main() -> None:
-        bus = MemoryBus(fast=True)
-        a, wrong = bus.port("a"), bus.port("wrong", bitrate=125_000)
-        a.send([Frame(1, b"")])
-        await asyncio.sleep(1)
-        assert (a.state, wrong.state) == (PortState.PASSIVE, PortState.PASSIVE)
-        assert a.statistics.unacknowledged == 16
-        heard = heard_by(bus.port("right"))
-        await asyncio.sleep(1)
-        assert heard == [b""]
-
-    run(main())
+async def test_without_bit_times_a_port_at_another_bit_rate_keeps_nobody_busy() -> None:
+    bus = MemoryBus(fast=True)
+    a, wrong = bus.port("a"), bus.port("wrong", bitrate=125_000)
+    a.send([Frame(1, b"")])
+    await asyncio.sleep(1)
+    assert (a.state, wrong.state) == (PortState.PASSIVE, PortState.PASSIVE)
+    assert a.statistics.unacknowledged == 16
+    heard = heard_by(bus.port("right"))
+    await asyncio.sleep(1)
+    assert heard == [b""]
 
 
-def test_bit_times_are_exact_again_after_noise() -> None:
-    async def main() -> None:
-        bus = MemoryBus(history=2)
-        a, _ = bus.port("a"), bus.port("b")
-        bus.noise()
-        await asyncio.sleep(0.5)
-        bus.noise(False)
-        await asyncio.sleep(0.5)
-        frame = Frame(0x155, b"\x55")
-        a.send([frame])
-        await asyncio.sleep(0.1)
-        assert bus.history[0][1].at == pytest.approx(START + 1 + (frame_bits(frame) - 3) * BIT, abs=1e-9)
-
-    run(main())
+async def test_bit_times_are_exact_again_after_noise() -> None:
+    bus = MemoryBus(history=2)
+    a, _ = bus.port("a"), bus.port("b")
+    bus.noise()
+    await asyncio.sleep(0.5)
+    bus.noise(False)
+    await asyncio.sleep(0.5)
+    frame = Frame(0x155, b"\x55")
+    a.send([frame])
+    await asyncio.sleep(0.1)
+    assert bus.history[0][1].at == pytest.approx(START + 1 + (frame_bits(frame) - 3) * BIT, abs=1e-9)

@@ -1,8 +1,7 @@
-"""Tests of frames over UDP multicast, and of the frames of ours that a medium returns."""
+"""Frames over UDP multicast, and own frames returned by a medium."""
 
 import asyncio
 import socket
-from collections.abc import Callable
 
 import can
 import pytest
@@ -12,14 +11,11 @@ from hornbill.bus.ports import link
 from hornbill.bus.ports.link import OwnFrames
 from hornbill.errors import PortOpenFailed
 from hornbill.wire.frame import Frame
+from unit.bus.waiting import until
+
+pytestmark = pytest.mark.real_time
 
 GROUP = "239.74.163.77"
-
-
-async def until(condition: Callable[[], object]) -> None:
-    async with asyncio.timeout(5):
-        while not condition():
-            await asyncio.sleep(0.002)
 
 
 @pytest.fixture
@@ -42,29 +38,25 @@ def multicast() -> None:
 
 
 @pytest.mark.usefixtures("multicast")
-def test_a_node_does_not_hear_what_it_sends_over_multicast() -> None:
+async def test_a_node_does_not_receive_its_own_multicast_frames() -> None:
     pytest.importorskip("msgpack")
-
-    async def main() -> None:
-        one, other = await open_port(f"udp_multicast:{GROUP}"), await open_port(f"udp_multicast:{GROUP}")
-        heard: list[Frame] = []
-        own: list[Frame] = []
-        one.listen(own.extend)
-        other.listen(heard.extend)
-        frames = [Frame(0x1E08FF7F, bytes([n])) for n in range(50)]
-        one.send(frames)
-        await until(lambda: len(heard) == 50)
-        other.send([Frame(0x1E08FF05, b"last")])
-        await until(lambda: own)
-        assert [frame[:2] for frame in own] == [(0x1E08FF05, b"last")]
-        assert (one.statistics.rx_frames, one.statistics.tx_frames) == (1, 50)
-        await one.close()
-        await other.close()
-
-    asyncio.run(main())
+    one, other = await open_port(f"udp_multicast:{GROUP}"), await open_port(f"udp_multicast:{GROUP}")
+    received: list[Frame] = []
+    own: list[Frame] = []
+    one.listen(own.extend)
+    other.listen(received.extend)
+    frames = [Frame(0x1E08FF7F, bytes([n])) for n in range(50)]
+    one.send(frames)
+    await until(lambda: len(received) == 50)
+    other.send([Frame(0x1E08FF05, b"last")])
+    await until(lambda: own)
+    assert [frame[:2] for frame in own] == [(0x1E08FF05, b"last")]
+    assert (one.statistics.rx_frames, one.statistics.tx_frames) == (1, 50)
+    await one.close()
+    await other.close()
 
 
-def test_the_missing_package_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_missing_package_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
     def refuse(**_: object) -> can.BusABC:
         raise can.CanInterfaceNotImplementedError("msgpack not installed")
 
@@ -73,14 +65,14 @@ def test_the_missing_package_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
         asyncio.run(open_port(f"udp_multicast:{GROUP}"))
 
 
-def test_each_frame_sent_accounts_for_one_that_comes_back() -> None:
+def test_each_sent_frame_accounts_for_one_returned_frame() -> None:
     own = OwnFrames()
     own.sent([Frame(1, b"a"), Frame(1, b"a"), Frame(2, b"b")])
     back = [Frame(2, b"b", 1.0), Frame(1, b"a", 1.0), Frame(1, b"a", 1.0), Frame(1, b"a", 1.0), Frame(1, b"x", 1.0)]
     assert [own.take(frame) for frame in back] == [True, True, True, False, False]
 
 
-def test_a_frame_sent_long_ago_hides_none_of_another_node(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_frame_sent_long_ago_hides_no_frame_of_another_node(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(link, "_OWN_S", 0.0)
     own = OwnFrames()
     own.sent([Frame(1, b"a")])

@@ -1,10 +1,10 @@
-"""The contract every CanPort keeps, tried on the embedded bus, python-can's virtual bus and slcan adapters."""
+"""The contract of every CanPort, on the embedded bus, python-can's virtual bus and slcan adapters."""
 
 import asyncio
-from collections.abc import Awaitable, Callable, Coroutine
-from dataclasses import dataclass
+from collections.abc import AsyncIterator, Awaitable, Callable, Iterator
+from contextlib import AbstractAsyncContextManager, asynccontextmanager, contextmanager
+from functools import partial
 from itertools import count
-from typing import Any
 
 import pytest
 
@@ -13,164 +13,144 @@ from hornbill.bus.embedded.memory import MemoryBus
 from hornbill.errors import BusDisconnected
 from hornbill.wire.frame import Frame
 from hornbill.wire.port import CanPort, PortState
-from jumping_clock import run
 from unit.bus.adapter import FakeAdapter
+from unit.bus.waiting import until
+
+Opener = Callable[[str], Awaitable[CanPort]]
+"""Opens port `a` or `b` of one bus."""
 
 _channels = count()
-_terminals: list[str] = []
 
 
-@dataclass(frozen=True, slots=True)
-class Kind:
-    """A way to get two ports on one bus, and the loop they live on."""
-
-    run: Callable[[Coroutine[Any, Any, None]], None]
-    pair: Callable[[], Awaitable[tuple[CanPort, CanPort]]]
-
-
-async def memory_pair(*, fast: bool = False) -> tuple[CanPort, CanPort]:
+@contextmanager
+def memory(*, fast: bool = False) -> Iterator[Opener]:
     bus = MemoryBus(fast=fast)
-    return bus.port("a"), bus.port("b")
+
+    async def open_memory(name: str) -> CanPort:
+        return bus.port(name)
+
+    yield open_memory
 
 
-def on_terminals(scenario: Coroutine[Any, Any, None]) -> None:
+@contextmanager
+def virtual() -> Iterator[Opener]:
+    address = f"virtual:contract-{next(_channels)}"
+    yield lambda _name: open_port(address)
+
+
+@contextmanager
+def slcan() -> Iterator[Opener]:
     with FakeAdapter() as one, FakeAdapter() as other:
         one.neighbour, other.neighbour = other, one
-        _terminals[:] = (one.channel, other.channel)
-        asyncio.run(scenario)
+        channels = {"a": one.channel, "b": other.channel}
+        yield lambda name: open_port(f"slcan:{channels[name]}")
 
 
-async def slcan_pair() -> tuple[CanPort, CanPort]:
-    one, other = _terminals
-    return await open_port(f"slcan:{one}"), await open_port(f"slcan:{other}")
+FAST = "memory, fast"
 
 
-async def virtual_pair() -> tuple[CanPort, CanPort]:
-    address = f"virtual:contract-{next(_channels)}"
-    return await open_port(address), await open_port(address)
+@pytest.fixture(
+    params=[
+        pytest.param(memory, id="memory in virtual time"),
+        pytest.param(partial(memory, fast=True), id=FAST),
+        pytest.param(memory, id="memory in real time", marks=pytest.mark.real_time),
+        pytest.param(virtual, id="python-can", marks=pytest.mark.real_time),
+        pytest.param(slcan, id="slcan", marks=pytest.mark.real_time),
+    ]
+)
+def opener(request: pytest.FixtureRequest) -> Iterator[Opener]:
+    with request.param() as opener:
+        yield opener
 
 
-KINDS = {
-    "memory in virtual time": Kind(run, memory_pair),
-    "memory, fast": Kind(run, lambda: memory_pair(fast=True)),
-    "memory in real time": Kind(asyncio.run, memory_pair),
-    "python-can": Kind(asyncio.run, virtual_pair),
-    "slcan": Kind(on_terminals, slcan_pair),
-}
+@asynccontextmanager
+async def opened(opener: Opener, name: str) -> AsyncIterator[CanPort]:
+    port = await opener(name)
+    yield port
+    await port.close()
 
 
-@pytest.fixture(params=KINDS.values(), ids=list(KINDS))
-def kind(request: pytest.FixtureRequest) -> Kind:
-    return request.param
+@pytest.fixture
+def a(opener: Opener) -> AbstractAsyncContextManager[CanPort]:
+    return opened(opener, "a")
 
 
-async def until(condition: Callable[[], object]) -> None:
-    async with asyncio.timeout(5):
-        while not condition():
-            await asyncio.sleep(0.002)
+@pytest.fixture
+def b(opener: Opener) -> AbstractAsyncContextManager[CanPort]:
+    return opened(opener, "b")
 
 
-def with_ports(kind: Kind, scenario: Callable[[CanPort, CanPort], Coroutine[Any, Any, None]]) -> None:
-    async def main() -> None:
-        a, b = await kind.pair()
-        try:
-            await scenario(a, b)
-        finally:
-            await a.close()
-            await b.close()
-
-    kind.run(main())
-
-
-def test_frames_arrive_whole_in_order_and_stamped(kind: Kind) -> None:
-    async def scenario(a: CanPort, b: CanPort) -> None:
-        assert (a.state, b.state) == (PortState.ACTIVE, PortState.ACTIVE)
-        heard: list[Frame] = []
-        own: list[Frame] = []
-        a.listen(own.extend)
-        b.listen(heard.extend)
-        sent = [Frame(0x1234567, bytes([number]) * (number % 9)) for number in range(100)]
-        loop = asyncio.get_running_loop()
-        began = loop.time()
-        a.send(sent)
-        await until(lambda: len(heard) == 100)
-        assert [(frame.id, frame.data) for frame in heard] == [(frame.id, frame.data) for frame in sent]
-        stamps = [frame.at for frame in heard]
-        assert stamps == sorted(stamps)
-        assert began - 0.05 <= stamps[0]
-        assert stamps[-1] <= loop.time()
-        assert own == []
-        await until(lambda: a.statistics.tx_frames == 100)
-        assert a.statistics.rx_frames == 0
-        assert b.statistics.rx_frames == 100
-        assert b.statistics.rx_dropped == b.statistics.errors == 0
-
-    with_ports(kind, scenario)
+async def test_frames_arrive_whole_in_order_and_stamped(a: CanPort, b: CanPort) -> None:
+    assert (a.state, b.state) == (PortState.ACTIVE, PortState.ACTIVE)
+    received: list[Frame] = []
+    own: list[Frame] = []
+    a.listen(own.extend)
+    b.listen(received.extend)
+    sent = [Frame(0x1234567, bytes([number]) * (number % 9)) for number in range(100)]
+    loop = asyncio.get_running_loop()
+    began = loop.time()
+    a.send(sent)
+    await until(lambda: len(received) == 100)
+    assert [(frame.id, frame.data) for frame in received] == [(frame.id, frame.data) for frame in sent]
+    stamps = [frame.at for frame in received]
+    assert stamps == sorted(stamps)
+    assert began - 0.05 <= stamps[0]
+    assert stamps[-1] <= loop.time()
+    assert own == []
+    await until(lambda: a.statistics.tx_frames == 100)
+    assert a.statistics.rx_frames == 0
+    assert b.statistics.rx_frames == 100
+    assert b.statistics.rx_dropped == b.statistics.errors == 0
 
 
-def test_one_burst_after_another_arrives(kind: Kind) -> None:
-    async def scenario(a: CanPort, b: CanPort) -> None:
-        heard: list[int] = []
-        b.listen(lambda frames: heard.extend(frame.id for frame in frames))
-        for number in range(5):
-            a.send([Frame(number, b"")])
-            await until(lambda number=number: heard == list(range(number + 1)))
-
-    with_ports(kind, scenario)
+async def test_successive_bursts_arrive(a: CanPort, b: CanPort) -> None:
+    received: list[int] = []
+    b.listen(lambda frames: received.extend(frame.id for frame in frames))
+    for number in range(5):
+        a.send([Frame(number, b"")])
+        await until(lambda number=number: received == list(range(number + 1)))
 
 
-def test_the_last_sink_wins_and_is_called_on_the_loop(kind: Kind) -> None:
-    async def scenario(a: CanPort, b: CanPort) -> None:
-        first: list[Frame] = []
-        second: list[object] = []
-        b.listen(first.extend)
-        b.listen(lambda frames: second.append(asyncio.get_running_loop()))
+async def test_only_the_last_sink_is_called_and_on_the_loop(a: CanPort, b: CanPort) -> None:
+    first: list[Frame] = []
+    second: list[object] = []
+    b.listen(first.extend)
+    b.listen(lambda frames: second.append(asyncio.get_running_loop()))
+    a.send([Frame(1, b"")])
+    await until(lambda: second)
+    assert first == []
+    assert second == [asyncio.get_running_loop()]
+
+
+async def test_invalid_frames_are_refused_and_nothing_is_sent(a: CanPort, b: CanPort) -> None:
+    received: list[Frame] = []
+    b.listen(received.extend)
+    for invalid in (Frame(0x2000_0000, b""), Frame(1, bytes(9))):
+        with pytest.raises(ValueError, match=r"29 bits|8 of a CAN frame"):
+            a.send([Frame(1, b"first"), invalid])
+    a.send([Frame(2, b"second")])
+    await until(lambda: received)
+    assert [frame.data for frame in received] == [b"second"]
+
+
+async def test_a_closed_port_sends_and_delivers_nothing(a: CanPort, b: CanPort) -> None:
+    received: list[Frame] = []
+    a.listen(received.extend)
+    await a.close()
+    await a.close()
+    assert a.state is PortState.DISCONNECTED
+    with pytest.raises(BusDisconnected):
         a.send([Frame(1, b"")])
-        await until(lambda: second)
-        assert first == []
-        assert second == [asyncio.get_running_loop()]
-
-    with_ports(kind, scenario)
+    b.send([Frame(1, b"")])
+    await asyncio.sleep(0.02)
+    assert received == []
 
 
-def test_impossible_frames_are_refused_and_nothing_is_sent(kind: Kind) -> None:
-    async def scenario(a: CanPort, b: CanPort) -> None:
-        heard: list[Frame] = []
-        b.listen(heard.extend)
-        for impossible in (Frame(0x2000_0000, b""), Frame(1, bytes(9))):
-            with pytest.raises(ValueError, match=r"29 bits|8 of a CAN frame"):
-                a.send([Frame(1, b"first"), impossible])
-        a.send([Frame(2, b"second")])
-        await until(lambda: heard)
-        assert [frame.data for frame in heard] == [b"second"]
-
-    with_ports(kind, scenario)
-
-
-def test_after_closing_nothing_is_sent_or_delivered(kind: Kind) -> None:
-    async def scenario(a: CanPort, b: CanPort) -> None:
-        heard: list[Frame] = []
-        a.listen(heard.extend)
-        await a.close()
-        await a.close()
-        assert a.state is PortState.DISCONNECTED
-        with pytest.raises(BusDisconnected):
-            a.send([Frame(1, b"")])
-        b.send([Frame(1, b"")])
-        await asyncio.sleep(0.02)
-        assert heard == []
-
-    with_ports(kind, scenario)
-
-
-def test_busy_time_counts_own_and_foreign_frames(kind: Kind) -> None:
-    async def scenario(a: CanPort, b: CanPort) -> None:
-        a.send([Frame(1, bytes(8))] * 10)
-        b.send([Frame(2, bytes(8))] * 10)
-        await until(lambda: a.statistics.rx_frames == b.statistics.rx_frames == 10)
-        await until(lambda: a.statistics.tx_frames == b.statistics.tx_frames == 10)
-        assert a.statistics.busy_s == pytest.approx(b.statistics.busy_s)
-        if kind is not KINDS["memory, fast"]:
-            assert 20 * 131e-6 <= a.statistics.busy_s <= 20 * 160e-6
-
-    with_ports(kind, scenario)
+async def test_busy_time_counts_own_and_foreign_frames(a: CanPort, b: CanPort, request: pytest.FixtureRequest) -> None:
+    a.send([Frame(1, bytes(8))] * 10)
+    b.send([Frame(2, bytes(8))] * 10)
+    await until(lambda: a.statistics.rx_frames == b.statistics.rx_frames == 10)
+    await until(lambda: a.statistics.tx_frames == b.statistics.tx_frames == 10)
+    assert a.statistics.busy_s == pytest.approx(b.statistics.busy_s)
+    if FAST not in request.node.name:
+        assert 20 * 131e-6 <= a.statistics.busy_s <= 20 * 160e-6

@@ -1,6 +1,5 @@
-"""The folder of recordings: only what a recording is gets in, and what is read of one is bounded."""
+"""Recordings: validation of files, bounded reading, and the folder they are stored in."""
 
-import asyncio
 import os
 import zipfile
 from collections.abc import AsyncIterator
@@ -51,7 +50,7 @@ def make(path: Path, members: dict[str, bytes]) -> Path:
     return path
 
 
-def test_frames_are_read_from_within(tmp_path: Path) -> None:
+def test_frames_are_read_from_the_archive(tmp_path: Path) -> None:
     path = make(tmp_path / "a.zip", {"about.json": orjson.dumps(ABOUT), "frames.log": LINE * 3})
     with RecordingReader(path) as recording:
         log = recording.frames()
@@ -73,14 +72,16 @@ def test_frames_are_read_from_within(tmp_path: Path) -> None:
         ({"about.json": b"", "frames.log": LINE * 50_000 + b"0" * 5000}, "not made of lines"),
     ],
 )
-def test_what_is_no_recording_is_refused_with_the_reason(tmp_path: Path, members: dict[str, bytes], why: str) -> None:
+def test_an_archive_that_is_not_a_recording_is_refused_with_the_reason(
+    tmp_path: Path, members: dict[str, bytes], why: str
+) -> None:
     path = make(tmp_path / "a.zip", members)
     with pytest.raises(LogFailed, match=why):
         check(path)
 
 
 @pytest.mark.parametrize("at", [0.2, 0.5])
-def test_a_damaged_one_is_refused(tmp_path: Path, at: float) -> None:
+def test_a_damaged_archive_is_refused(tmp_path: Path, at: float) -> None:
     path = make(tmp_path / "a.zip", {"about.json": bytes(range(256)) * 9, "frames.log": LINE * 50})
     whole = bytearray(path.read_bytes())
     whole[int(len(whole) * at)] ^= 0xFF
@@ -89,8 +90,8 @@ def test_a_damaged_one_is_refused(tmp_path: Path, at: float) -> None:
         check(path)
 
 
-def test_a_size_that_lies_is_found_out(tmp_path: Path) -> None:
-    """The directory says that little is packed; as much more is there, and is never unpacked."""
+def test_a_false_size_in_the_directory_is_detected(tmp_path: Path) -> None:
+    """The directory states a small size; the excess is never unpacked."""
     path = make(tmp_path / "a.zip", {"about.json": b"{}", "frames.log": LINE * 1000})
     whole = path.read_bytes()
     size = (len(LINE) * 1000).to_bytes(4, "little")
@@ -99,71 +100,54 @@ def test_a_size_that_lies_is_found_out(tmp_path: Path) -> None:
         check(path)
 
 
+async def content(chunks: int) -> AsyncIterator[bytes]:
+    for _ in range(chunks):
+        yield bytes(100)
+
+
 @pytest.mark.parametrize(
     "name", ["", ".zip", "a", "a.ZIP", "../a.zip", "a/b.zip", "a\\b.zip", "-a.zip", "a\n.zip", "ä.zip"]
 )
-def test_a_name_is_plain(tmp_path: Path, name: str) -> None:
+async def test_an_invalid_name_is_refused_and_nothing_stored(tmp_path: Path, name: str) -> None:
     folder = FileFolder(tmp_path, RECORDINGS)
     with pytest.raises(Unknown):
         folder.path(name)
-
-    async def bring() -> None:
-        async def nothing() -> AsyncIterator[bytes]:
-            yield b""
-
-        await folder.adopt(name, nothing(), lambda _path: None)
-
     with pytest.raises(InvalidValue):
-        asyncio.run(bring())
-    assert list(tmp_path.iterdir()) == []
+        await folder.adopt(name, content(1), lambda _path: None)
+    assert os.listdir(tmp_path) == []  # noqa: PTH208
 
 
-def test_more_than_may_be_brought_is_refused_and_nothing_is_kept(tmp_path: Path) -> None:
-    async def bring() -> None:
-        async def much() -> AsyncIterator[bytes]:
-            while True:
-                yield bytes(100)
-
-        await FileFolder(tmp_path, replace(RECORDINGS, largest=1000)).adopt("a.zip", much(), lambda _path: None)
-
+async def test_a_file_above_the_size_limit_is_refused_and_nothing_stored(tmp_path: Path) -> None:
     with pytest.raises(OutOfRange):
-        asyncio.run(bring())
-    assert list(tmp_path.iterdir()) == []
+        await FileFolder(tmp_path, replace(RECORDINGS, largest=1000)).adopt("a.zip", content(1000), lambda _path: None)
+    assert os.listdir(tmp_path) == []  # noqa: PTH208
 
 
-def test_a_recording_has_its_name_only_when_it_is_complete_and_a_second_one_another(tmp_path: Path) -> None:
-    async def scene() -> None:
-        folder = FileFolder(tmp_path, RECORDINGS)
-        first, second = await RecordingWriter.begin(folder, "a.zip"), await RecordingWriter.begin(folder, "a.zip")
-        assert (first.name, second.name) == ("a.zip", "a-2.zip")
-        await first.add_frames([FRAME])
-        assert folder.all() == []
-        await first.finish(About.model_validate(ABOUT))
-        await second.discard()
-        assert [one.name for one in folder.all()] == ["a.zip"]
-        check(tmp_path / "a.zip")
-
-    asyncio.run(scene())
-    assert [path.name for path in tmp_path.iterdir()] == ["a.zip"]
+async def test_a_recording_is_listed_only_when_complete_and_a_second_gets_another_name(tmp_path: Path) -> None:
+    folder = FileFolder(tmp_path, RECORDINGS)
+    first, second = await RecordingWriter.begin(folder, "a.zip"), await RecordingWriter.begin(folder, "a.zip")
+    assert (first.name, second.name) == ("a.zip", "a-2.zip")
+    await first.add_frames([FRAME])
+    assert folder.all() == []
+    await first.finish(About.model_validate(ABOUT))
+    await second.discard()
+    assert [one.name for one in folder.all()] == os.listdir(tmp_path) == ["a.zip"]  # noqa: PTH208
+    check(tmp_path / "a.zip")
 
 
-def test_a_member_takes_no_more_than_it_may(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+async def test_a_member_is_cut_at_its_limit(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(MEMBERS, "events.jsonl", 10)
-
-    async def scene() -> None:
-        file = await RecordingWriter.begin(FileFolder(tmp_path, RECORDINGS), "a.zip")
-        await file.add_events([b"1234567"])
-        assert file.cut == []
-        await file.add_events([b"123"])
-        assert file.cut == ["events.jsonl"]
-        await file.finish(About.model_validate(ABOUT))
-
-    asyncio.run(scene())
+    file = await RecordingWriter.begin(FileFolder(tmp_path, RECORDINGS), "a.zip")
+    await file.add_events([b"1234567"])
+    assert file.cut == []
+    await file.add_events([b"123"])
+    assert file.cut == ["events.jsonl"]
+    await file.finish(About.model_validate(ABOUT))
     with RecordingReader(tmp_path / "a.zip") as recording:
         assert recording.member("events.jsonl") == b"1234567\n"
 
 
-def test_the_oldest_go_by_number_and_by_size_and_the_newest_never(tmp_path: Path) -> None:
+def test_the_oldest_are_removed_by_number_and_by_size_but_never_the_newest(tmp_path: Path) -> None:
     for n in range(5):
         path = make(tmp_path / f"{n}.zip", {"about.json": b"{}", "frames.log": LINE})
         os.utime(path, (n, n))
@@ -174,13 +158,13 @@ def test_the_oldest_go_by_number_and_by_size_and_the_newest_never(tmp_path: Path
     assert [path.name for path in tmp_path.iterdir()] == ["4.zip"]
 
 
-def test_what_a_killed_process_left_is_cleared(tmp_path: Path) -> None:
+def test_leftovers_of_a_killed_process_are_removed(tmp_path: Path) -> None:
     (tmp_path / "a.zip.part").write_bytes(b"half")
     FileFolder(tmp_path, RECORDINGS).tidy()
     assert list(tmp_path.iterdir()) == []
 
 
-def test_what_a_newer_hornbill_adds_is_passed_over() -> None:
+def test_fields_of_a_newer_version_are_ignored() -> None:
     assert read_about(orjson.dumps({**ABOUT, "new": 1}), "a.zip").frames == 0
 
 
@@ -191,13 +175,13 @@ WRONG: list[dict[str, Any]] = [
 
 
 @pytest.mark.parametrize("wrong", WRONG, ids=lambda wrong: next(iter(wrong)))
-def test_a_wrong_about_is_named_and_refused(wrong: dict[str, Any]) -> None:
+def test_an_invalid_about_is_refused_with_the_field(wrong: dict[str, Any]) -> None:
     with pytest.raises(LogFailed, match=f"^a.zip is no recording that this hornbill can read: {next(iter(wrong))}"):
         read_about(orjson.dumps({**ABOUT, **wrong}), "a.zip")
 
 
 @given(st.binary(max_size=200))
-def test_bytes_never_do_worse_than_log_failed(data: bytes) -> None:
+def test_arbitrary_bytes_raise_nothing_but_log_failed(data: bytes) -> None:
     with pytest.raises(LogFailed):
         read_about(data, "a.zip")
     read_telemetry(data)
@@ -211,7 +195,7 @@ def test_deep_json_is_refused() -> None:
     assert read_events(b"[" * 100_000) == []
 
 
-def test_samples_events_and_writes_come_back(tmp_path: Path) -> None:
+async def test_samples_events_and_writes_are_read_back(tmp_path: Path) -> None:
     writes = [
         RecordedWrite(1001.0, 11, UID, "parameter", "angle_limit_cw", "0x38", 610, 61.0),
         RecordedWrite(1001.0, 11, UID, "parameter", "", "=1+1", -3, "-a"),
@@ -220,15 +204,11 @@ def test_samples_events_and_writes_come_back(tmp_path: Path) -> None:
         RecordedWrite(1001.0, None, "", "array_command", "unitless", "actuator 7", "", 0.5),
         RecordedWrite(1001.0, None, "", "array_command", "speed", "actuator 8", "", -1.0),
     ]
-
-    async def scene() -> None:
-        file = await RecordingWriter.begin(FileFolder(tmp_path, RECORDINGS), "a.zip")
-        await file.add_samples(UID, "current_angle", [101.0, 102.0], [-0.1, None])
-        await file.add_events([b'{"a":1}', b'{"a":2}'])
-        await file.add_writes(writes)
-        await file.finish(About.model_validate(ABOUT))
-
-    asyncio.run(scene())
+    file = await RecordingWriter.begin(FileFolder(tmp_path, RECORDINGS), "a.zip")
+    await file.add_samples(UID, "current_angle", [101.0, 102.0], [-0.1, None])
+    await file.add_events([b'{"a":1}', b'{"a":2}'])
+    await file.add_writes(writes)
+    await file.finish(About.model_validate(ABOUT))
     with RecordingReader(tmp_path / "a.zip") as recording:
         assert recording.member("telemetry.csv").decode() == (
             f"time,uid,channel,value\n101.000000,{UID},current_angle,-0.1\n102.000000,{UID},current_angle,\n"
@@ -250,7 +230,7 @@ def test_samples_events_and_writes_come_back(tmp_path: Path) -> None:
     assert (column.uid, column.channel, column.t, column.v) == (UID, "current_angle", [101.0, 102.0], [-0.1, None])
 
 
-def test_telemetry_without_end_is_cut_and_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_telemetry_is_cut_at_its_limit_and_marked_incomplete(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("hornbill.bus.recordings.recording.SAMPLES_MOST", 10)
     (column,), complete = read_telemetry(b"time,uid,channel,value\n" + f"1.0,{UID},a,1.0\n".encode() * 20)
     assert (len(column.t), complete) == (10, False)

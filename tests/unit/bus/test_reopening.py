@@ -1,6 +1,8 @@
-"""The tests of ReopeningPort: lost, tried again and again, back; and closed at any instant."""
+"""ReopeningPort: loss of the adapter, retries, reopening, and closing at any instant."""
 
 import asyncio
+from collections.abc import AsyncIterator
+from contextlib import asynccontextmanager
 
 import pytest
 from hypothesis import given, settings
@@ -11,185 +13,176 @@ from hornbill.errors import BusDisconnected, PortError, PortOpenFailed
 from hornbill.wire.frame import Frame
 from hornbill.wire.port import PortState
 from jumping_clock import run
-from unit.bus.reopening_desk import Desk, play, refusal
+from unit.bus.reopening_desk import Desk, refusal
 
 
-def test_while_it_works_it_is_the_adapter() -> None:
-    async def scene(desk: Desk, port: ReopeningPort) -> None:
-        heard: list[Frame] = []
-        port.listen(heard.extend)
-        port.send([Frame(1, b"a")])
-        adapter = desk.opened[0]
-        assert adapter.sink is not None
-        adapter.sink([Frame(2, b"b")])
-        assert (adapter.sent, heard) == ([Frame(1, b"a")], [Frame(2, b"b")])
-        for state in (PortState.PASSIVE, PortState.ACTIVE):
-            adapter.state = state
-            await asyncio.sleep(10)
-            assert port.state is state
-        assert (port.sample_point, port.trouble, port.retry_in_s) == (0.8, None, None)
-        assert (len(desk.opened), port.statistics.tx_frames, port.statistics.reopened) == (1, 1, 0)
-
-    play(scene)
+@pytest.fixture
+def desk() -> Desk:
+    return Desk()
 
 
-def test_the_first_opening_fails_loudly_and_is_not_tried_again() -> None:
-    async def main() -> None:
-        desk = Desk()
-        desk.failure = refusal()
-        port = desk.port()
-        with pytest.raises(PortOpenFailed, match="no such device"):
-            await port.open()
-        await asyncio.sleep(60)
-        assert len(desk.times) == 1
-        assert port.state is PortState.DISCONNECTED
-        await port.close()
-
-    run(main())
+@pytest.fixture
+@asynccontextmanager
+async def port(desk: Desk) -> AsyncIterator[ReopeningPort]:
+    """An open port, closed and checked afterwards."""
+    port = desk.port()
+    await port.open()
+    yield port
+    await port.close()
+    assert all(one.closed for one in desk.opened)
+    assert asyncio.all_tasks() == {asyncio.current_task()}
 
 
-def test_sooner_or_later_tries_until_it_opens() -> None:
-    async def main() -> None:
-        desk = Desk()
-        desk.failure = refusal("Plug it in.")
-        port = desk.port()
-        await port.open_with_retries()
-        assert (port.state, str(port.trouble)) == (PortState.LOST, "Plug it in.")
-        assert port.retry_in_s is not None
-        await asyncio.sleep(30)
-        desk.failure = None
-        await asyncio.sleep(PAUSES_S[-1])
-        assert (port.state, port.trouble, port.retry_in_s) == (PortState.ACTIVE, None, None)
-        assert port.statistics.reopened == 0, "it never was open before"
-        await port.close()
-
-    run(main())
+async def test_an_open_port_forwards_to_its_adapter(desk: Desk, port: ReopeningPort) -> None:
+    received: list[Frame] = []
+    port.listen(received.extend)
+    port.send([Frame(1, b"a")])
+    adapter = desk.opened[0]
+    assert adapter.sink is not None
+    adapter.sink([Frame(2, b"b")])
+    assert (adapter.sent, received) == ([Frame(1, b"a")], [Frame(2, b"b")])
+    for state in (PortState.PASSIVE, PortState.ACTIVE):
+        adapter.state = state
+        await asyncio.sleep(10)
+        assert port.state is state
+    assert (port.sample_point, port.trouble, port.retry_in_s) == (0.8, None, None)
+    assert (len(desk.opened), port.statistics.tx_frames, port.statistics.reopened) == (1, 1, 0)
 
 
-def test_a_lost_adapter_shows_within_an_instant_and_is_open_again_after_the_first_pause() -> None:
-    async def scene(desk: Desk, port: ReopeningPort) -> None:
-        heard: list[Frame] = []
-        port.listen(heard.extend)
-        port.send([Frame(1, b"")])
-        desk.lose("The cable is broken.")
+async def test_a_failed_first_opening_raises_and_is_not_retried() -> None:
+    desk = Desk()
+    desk.failure = refusal()
+    port = desk.port()
+    with pytest.raises(PortOpenFailed, match="no such device"):
+        await port.open()
+    await asyncio.sleep(60)
+    assert len(desk.times) == 1
+    assert port.state is PortState.DISCONNECTED
+    await port.close()
+
+
+async def test_open_with_retries_tries_until_it_opens() -> None:
+    desk = Desk()
+    desk.failure = refusal("Plug it in.")
+    port = desk.port()
+    await port.open_with_retries()
+    assert (port.state, str(port.trouble)) == (PortState.LOST, "Plug it in.")
+    assert port.retry_in_s is not None
+    await asyncio.sleep(30)
+    desk.failure = None
+    await asyncio.sleep(PAUSES_S[-1])
+    assert (port.state, port.trouble, port.retry_in_s) == (PortState.ACTIVE, None, None)
+    assert port.statistics.reopened == 0, "it was never open before"
+    await port.close()
+
+
+async def test_a_lost_adapter_is_reported_at_once_and_reopened_after_the_first_pause(
+    desk: Desk, port: ReopeningPort
+) -> None:
+    received: list[Frame] = []
+    port.listen(received.extend)
+    port.send([Frame(1, b"")])
+    desk.lose("The cable is broken.")
+    assert port.state is PortState.LOST
+    await asyncio.sleep(0.1)
+    assert (port.state, str(port.trouble)) == (PortState.LOST, "The cable is broken.")
+    assert port.retry_in_s is not None
+    assert 0 < port.retry_in_s <= PAUSES_S[0]
+    await asyncio.sleep(0.2)
+    assert (port.state, port.trouble, port.retry_in_s) == (PortState.ACTIVE, None, None)
+    first, second = desk.opened
+    assert first.closed
+    assert second.sent == []
+    assert second.sink is not None
+    second.sink([Frame(3, b"")])
+    assert received == [Frame(3, b"")]
+    port.send([Frame(4, b"")])
+    assert (port.statistics.tx_frames, port.statistics.reopened) == (2, 1)
+    assert second.statistics is port.statistics
+
+
+async def test_frames_sent_while_lost_are_never_sent(desk: Desk, port: ReopeningPort) -> None:
+    desk.open_s = 0.5
+    desk.lose()
+    for _ in range(12):
+        with pytest.raises(BusDisconnected):
+            port.send([Frame(1, b"old")])
+        await asyncio.sleep(0.05)
+    assert port.state is PortState.CONNECTING
+    assert port.retry_in_s == 0
+    await asyncio.sleep(1)
+    assert port.state is PortState.ACTIVE
+    assert [one.sent for one in desk.opened] == [[], []]
+
+
+async def test_pauses_grow_to_the_last_and_the_reason_is_the_latest(desk: Desk, port: ReopeningPort) -> None:
+    desk.failure = refusal("The interface is down.")
+    lost_at = asyncio.get_running_loop().time()
+    desk.lose("Lost.")
+    await asyncio.sleep(0.3)
+    assert str(port.trouble) == "The interface is down."
+    await asyncio.sleep(20)
+    pauses = [after - before for before, after in zip([lost_at, *desk.times[1:]], desk.times[1:], strict=False)]
+    expected = [*PAUSES_S, PAUSES_S[-1], PAUSES_S[-1]]
+    assert pauses == [pytest.approx(pause, abs=0.06) for pause in expected]
+    desk.failure = refusal("It is in use.")
+    await asyncio.sleep(5)
+    assert str(port.trouble) == "It is in use."
+
+
+async def test_repeated_losses_lengthen_the_pause_until_the_adapter_is_steady(desk: Desk, port: ReopeningPort) -> None:
+    for pause in PAUSES_S:
+        desk.lose()
+        await asyncio.sleep(pause - 0.01)
         assert port.state is PortState.LOST
         await asyncio.sleep(0.1)
-        assert (port.state, str(port.trouble)) == (PortState.LOST, "The cable is broken.")
-        assert port.retry_in_s is not None
-        assert 0 < port.retry_in_s <= PAUSES_S[0]
-        await asyncio.sleep(0.2)
-        assert (port.state, port.trouble, port.retry_in_s) == (PortState.ACTIVE, None, None)
-        first, second = desk.opened
-        assert first.closed
-        assert second.sent == []
-        assert second.sink is not None
-        second.sink([Frame(3, b"")])
-        assert heard == [Frame(3, b"")]
-        port.send([Frame(4, b"")])
-        assert (port.statistics.tx_frames, port.statistics.reopened) == (2, 1)
-        assert second.statistics is port.statistics
-
-    play(scene)
-
-
-def test_what_is_sent_while_it_is_lost_never_leaves() -> None:
-    async def scene(desk: Desk, port: ReopeningPort) -> None:
-        desk.open_s = 0.5
-        desk.lose()
-        for _ in range(12):
-            with pytest.raises(BusDisconnected):
-                port.send([Frame(1, b"old")])
-            await asyncio.sleep(0.05)
-        assert port.state is PortState.CONNECTING
-        assert port.retry_in_s == 0
-        await asyncio.sleep(1)
         assert port.state is PortState.ACTIVE
-        assert [one.sent for one in desk.opened] == [[], []]
-
-    play(scene)
-
-
-def test_the_pauses_grow_up_to_the_last_one_and_the_reason_is_always_the_newest() -> None:
-    async def scene(desk: Desk, port: ReopeningPort) -> None:
-        desk.failure = refusal("The interface is down.")
-        lost_at = asyncio.get_running_loop().time()
-        desk.lose("Lost.")
-        await asyncio.sleep(0.3)
-        assert str(port.trouble) == "The interface is down."
-        await asyncio.sleep(20)
-        pauses = [after - before for before, after in zip([lost_at, *desk.times[1:]], desk.times[1:], strict=False)]
-        expected = [*PAUSES_S, PAUSES_S[-1], PAUSES_S[-1]]
-        assert pauses == [pytest.approx(pause, abs=0.06) for pause in expected]
-        desk.failure = refusal("It is in use.")
-        await asyncio.sleep(5)
-        assert str(port.trouble) == "It is in use."
-
-    play(scene)
+    await asyncio.sleep(STEADY_S)
+    desk.lose()
+    await asyncio.sleep(PAUSES_S[0] + 0.1)
+    assert port.state is PortState.ACTIVE, "steady in between"
 
 
-def test_an_adapter_that_is_lost_again_and_again_is_waited_for_longer_and_longer() -> None:
-    async def scene(desk: Desk, port: ReopeningPort) -> None:
-        for pause in PAUSES_S:
-            desk.lose()
-            await asyncio.sleep(pause - 0.01)
-            assert port.state is PortState.LOST
-            await asyncio.sleep(0.1)
-            assert port.state is PortState.ACTIVE
-        await asyncio.sleep(STEADY_S)
-        desk.lose()
-        await asyncio.sleep(PAUSES_S[0] + 0.1)
-        assert port.state is PortState.ACTIVE, "it was steady in between"
-
-    play(scene)
-
-
-def test_a_controller_off_the_bus_is_given_a_moment_and_then_opened_again() -> None:
-    async def scene(desk: Desk, port: ReopeningPort) -> None:
-        adapter = desk.opened[0]
-        adapter.state, adapter.trouble = PortState.BUS_OFF, PortError("Off the bus.", cause=None)
-        with pytest.raises(BusDisconnected):
-            port.send([Frame(1, b"")])
-        await asyncio.sleep(BUS_OFF_S / 2)
-        assert (port.state, str(port.trouble)) == (PortState.BUS_OFF, "Off the bus.")
-        adapter.state, adapter.trouble = PortState.ACTIVE, None
-        await asyncio.sleep(BUS_OFF_S)
-        assert len(desk.opened) == 1, "it recovered by itself"
-        adapter.state, adapter.trouble = PortState.BUS_OFF, PortError("Off the bus.", cause=None)
-        await asyncio.sleep(BUS_OFF_S + 0.1)
-        assert (port.state, str(port.trouble)) == (PortState.LOST, "Off the bus.")
-        await asyncio.sleep(0.3)
-        assert (port.state, len(desk.opened)) == (PortState.ACTIVE, 2)
-
-    play(scene)
+async def test_a_controller_that_stays_bus_off_is_reopened(desk: Desk, port: ReopeningPort) -> None:
+    adapter = desk.opened[0]
+    adapter.state, adapter.trouble = PortState.BUS_OFF, PortError("Off the bus.", cause=None)
+    with pytest.raises(BusDisconnected):
+        port.send([Frame(1, b"")])
+    await asyncio.sleep(BUS_OFF_S / 2)
+    assert (port.state, str(port.trouble)) == (PortState.BUS_OFF, "Off the bus.")
+    adapter.state, adapter.trouble = PortState.ACTIVE, None
+    await asyncio.sleep(BUS_OFF_S)
+    assert len(desk.opened) == 1, "it recovered automatically"
+    adapter.state, adapter.trouble = PortState.BUS_OFF, PortError("Off the bus.", cause=None)
+    await asyncio.sleep(BUS_OFF_S + 0.1)
+    assert (port.state, str(port.trouble)) == (PortState.LOST, "Off the bus.")
+    await asyncio.sleep(0.3)
+    assert (port.state, len(desk.opened)) == (PortState.ACTIVE, 2)
 
 
-def test_an_adapter_somebody_else_closed_is_lost() -> None:
-    async def scene(desk: Desk, port: ReopeningPort) -> None:
-        await desk.opened[0].close()
-        assert port.state is PortState.LOST
-        await asyncio.sleep(0.3)
-        assert port.state is PortState.ACTIVE
-
-    play(scene)
+async def test_an_adapter_closed_from_outside_is_lost_and_reopened(desk: Desk, port: ReopeningPort) -> None:
+    await desk.opened[0].close()
+    assert port.state is PortState.LOST
+    await asyncio.sleep(0.3)
+    assert port.state is PortState.ACTIVE
 
 
-def test_a_defect_of_a_driver_does_not_end_the_trying(caplog: pytest.LogCaptureFixture) -> None:
-    async def scene(desk: Desk, port: ReopeningPort) -> None:
-        desk.failure = ZeroDivisionError("a defect")
-        desk.lose()
-        await asyncio.sleep(0.3)
-        assert port.state is PortState.LOST
-        assert port.trouble is not None
-        assert "a defect" in str(port.trouble)
-        desk.failure = None
-        await asyncio.sleep(1)
-        assert port.state is PortState.ACTIVE
-
-    play(scene)
+async def test_an_exception_in_a_driver_does_not_end_the_retries(
+    desk: Desk, port: ReopeningPort, caplog: pytest.LogCaptureFixture
+) -> None:
+    desk.failure = ZeroDivisionError("a defect")
+    desk.lose()
+    await asyncio.sleep(0.3)
+    assert port.state is PortState.LOST
+    assert port.trouble is not None
+    assert "a defect" in str(port.trouble)
+    desk.failure = None
+    await asyncio.sleep(1)
+    assert port.state is PortState.ACTIVE
     assert "could not be opened" in caplog.text
 
 
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=60, deadline=None)
 @given(
     until_s=st.floats(0, 4),
     open_s=st.sampled_from([0.0, 0.05, 0.7]),
@@ -198,10 +191,10 @@ def test_a_defect_of_a_driver_does_not_end_the_trying(caplog: pytest.LogCaptureF
     broken=st.booleans(),
     first=st.booleans(),
 )
-def test_closed_at_any_instant_it_leaves_nothing(
+def test_closing_at_any_instant_leaves_nothing_behind(
     until_s: float, open_s: float, close_s: float, losses: list[float], broken: bool, first: bool
 ) -> None:
-    """Whatever it is doing then: opening for the first time, watching, closing, waiting, opening again."""
+    """While it opens for the first time, watches, closes, waits or reopens."""
 
     async def mishaps(desk: Desk) -> None:
         for pause in losses:

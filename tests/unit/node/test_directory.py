@@ -10,7 +10,6 @@ from hornbill.wire.datatype import Kind
 from hornbill.wire.messages import ActuatorStatus, AllocationMessage, Mode, NodeHealth, NodeStatus
 from hornbill.wire.services import GetNodeInfoResponse, HardwareVersion, SoftwareVersion
 from hornbill.wire.transfer import Transfer, split
-from jumping_clock import run
 from unit.node.peer import Peer, participant
 
 
@@ -146,43 +145,39 @@ def test_a_hook_that_fails_keeps_no_other_from_being_called(caplog: pytest.LogCa
     assert "a bug" in caplog.text
 
 
-def test_on_a_bus_it_knows_nodes_that_say_no_status_too() -> None:
-    async def play() -> None:
-        bus = MemoryBus()
-        host = participant(bus.port("host"))
-        host.start()
-        directory = Directory()
-        leave = directory.follow(host)
-        talker, mute = Peer(bus.port("talker"), 42), Peer(bus.port("mute"), 43)
-        talker.say_status(1)
-        mute.send(Kind.MESSAGE, ActuatorStatus(1, 0.0, 0.0, 0.0, 0))
-        await asyncio.sleep(1)
-        now = host.clock()
-        assert list(directory.records) == [42]
-        assert directory.occupied(now) == directory.known() == {42, 43}
-        assert directory.last_seen(43) == pytest.approx(now - 1, abs=0.01)
-        assert directory.last_seen(44) is None
-        await asyncio.sleep(3)
-        assert directory.occupied(host.clock()) == set()
-        assert directory.known() == {42, 43}
-        # Whatever it sends, a node that is heard is there.
-        talker.say_status(5)
-        await asyncio.sleep(2.5)
-        talker.send(Kind.MESSAGE, ActuatorStatus(1, 0.0, 0.0, 0.0, 0))
-        await asyncio.sleep(2.5)
-        assert [record.node_id for record in directory.online(host.clock())] == [42]
-        directory.forget(42)
-        directory.forget(43)
-        assert directory.known() == set()
-        assert directory.anonymous_seen is None
-        asking = AllocationMessage(0, True, bytes(6))
-        mute.port.send(split(Transfer(Kind.MESSAGE, 1, 0, 0, 24, 0, asking.encode()), AllocationMessage.TYPE))
-        await asyncio.sleep(0.01)
-        assert directory.anonymous_seen == pytest.approx(host.clock(), abs=0.01)
-        leave()
-        talker.say_status(5)
-        await asyncio.sleep(0.01)
-        assert directory.records == {}
-        await host.close()
-
-    run(play())
+async def test_on_a_bus_it_knows_nodes_that_say_no_status_too() -> None:
+    bus = MemoryBus()
+    host = participant(bus.port("host"))
+    host.start()
+    directory = Directory()
+    leave = directory.follow(host)
+    talker, mute = Peer(bus.port("talker"), 42), Peer(bus.port("mute"), 43)
+    talker.say_status(1)
+    mute.send(Kind.MESSAGE, ActuatorStatus(1, 0.0, 0.0, 0.0, 0))
+    await asyncio.sleep(1)
+    now = host.clock()
+    assert list(directory.records) == [42]
+    assert directory.occupied(now) == directory.known() == {42, 43}
+    assert directory.last_seen(43) == pytest.approx(now - 1, abs=0.01)
+    assert directory.last_seen(44) is None
+    await asyncio.sleep(3)
+    assert directory.occupied(host.clock()) == set()
+    assert directory.known() == {42, 43}
+    # Whatever it sends, a node that is heard is there.
+    talker.say_status(5)
+    await asyncio.sleep(2.5)
+    talker.send(Kind.MESSAGE, ActuatorStatus(1, 0.0, 0.0, 0.0, 0))
+    await asyncio.sleep(2.5)
+    assert [record.node_id for record in directory.online(host.clock())] == [42]
+    directory.forget(42)
+    directory.forget(43)
+    assert directory.known() == set()
+    assert directory.anonymous_seen is None
+    asking = AllocationMessage(0, True, bytes(6))
+    mute.port.send(split(Transfer(Kind.MESSAGE, 1, 0, 0, 24, 0, asking.encode()), AllocationMessage.TYPE))
+    await asyncio.sleep(0.01)
+    assert directory.anonymous_seen == pytest.approx(host.clock(), abs=0.01)
+    leave()
+    talker.say_status(5)
+    await asyncio.sleep(0.01)
+    assert directory.records == {}

@@ -14,7 +14,6 @@ from hornbill.wire.messages import ActuatorStatus, AllocationMessage, Mode, Node
 from hornbill.wire.services import EMPTY, GetNodeInfoRequest, GetNodeInfoResponse, GetSetRequest, SoftwareVersion
 from hornbill.wire.transfer import Transfer, split
 from hornbill.wire.types import decode
-from jumping_clock import run
 from unit.node.peer import HOST, Peer, participant
 from unit.node.recording import RecordingPort
 
@@ -24,232 +23,186 @@ def statuses(peer: Peer) -> list[tuple[float, NodeStatus]]:
     return [(at, each) for at, each in found if isinstance(each, NodeStatus)]
 
 
-def test_it_says_node_status_at_once_and_then_every_second() -> None:
-    async def play() -> None:
-        bus = MemoryBus()
-        peer = Peer(bus.port("peer"), 42)
-        host = participant(bus.port("host"))
-        began = host.clock()
-        host.start()
-        host.start()
-        await asyncio.sleep(3.5)
-        said = statuses(peer)
-        assert [round(at - began, 2) for at, _ in said] == [0, 1, 2, 3]
-        assert [each for _, each in said] == [NodeStatus(n, NodeHealth.OK, Mode.OPERATIONAL) for n in range(4)]
-        assert [(each.source, each.transfer_id) for each in peer.others] == [(HOST, n) for n in range(4)]
-        await host.close()
-        await asyncio.sleep(3)
-        assert len(statuses(peer)) == 4
-
-    run(play())
+async def test_it_says_node_status_at_once_and_then_every_second() -> None:
+    bus = MemoryBus()
+    peer = Peer(bus.port("peer"), 42)
+    host = participant(bus.port("host"))
+    began = host.clock()
+    host.start()
+    host.start()
+    await asyncio.sleep(3.5)
+    said = statuses(peer)
+    assert [round(at - began, 2) for at, _ in said] == [0, 1, 2, 3]
+    assert [each for _, each in said] == [NodeStatus(n, NodeHealth.OK, Mode.OPERATIONAL) for n in range(4)]
+    assert [(each.source, each.transfer_id) for each in peer.others] == [(HOST, n) for n in range(4)]
+    await host.close()
+    await asyncio.sleep(3)
+    assert len(statuses(peer)) == 4
 
 
 @pytest.mark.parametrize("payload", [b"", b"\0", b"\1\2\3"], ids=["none", "the printed byte", "more"])
-def test_it_answers_get_node_info_whatever_bytes_the_request_has(payload: bytes) -> None:
-    async def play() -> None:
-        bus = MemoryBus()
-        peer = Peer(bus.port("peer"), 42)
-        host = participant(bus.port("host"))
-        host.start()
-        await asyncio.sleep(2.5)
-        peer.others.clear()
-        peer.port.send(split(Transfer(Kind.REQUEST, 1, 42, HOST, 19, 7, payload), GetNodeInfoRequest.TYPE))
-        await asyncio.sleep(0.01)
-        (transfer,) = peer.others
-        assert (transfer.source, transfer.destination, transfer.priority, transfer.transfer_id) == (HOST, 42, 19, 7)
-        answer = decode(transfer)
-        assert isinstance(answer, GetNodeInfoResponse)
-        assert answer.name == "org.hornbill"
-        assert answer.hardware_version.unique_id == bytes(range(16))
-        assert answer.software_version == SoftwareVersion(0, 1)
-        assert answer.status == NodeStatus(2, NodeHealth.OK, Mode.OPERATIONAL)
-        await host.close()
-
-    run(play())
+async def test_it_answers_get_node_info_whatever_bytes_the_request_has(payload: bytes) -> None:
+    bus = MemoryBus()
+    peer = Peer(bus.port("peer"), 42)
+    host = participant(bus.port("host"))
+    host.start()
+    await asyncio.sleep(2.5)
+    peer.others.clear()
+    peer.port.send(split(Transfer(Kind.REQUEST, 1, 42, HOST, 19, 7, payload), GetNodeInfoRequest.TYPE))
+    await asyncio.sleep(0.01)
+    (transfer,) = peer.others
+    assert (transfer.source, transfer.destination, transfer.priority, transfer.transfer_id) == (HOST, 42, 19, 7)
+    answer = decode(transfer)
+    assert isinstance(answer, GetNodeInfoResponse)
+    assert answer.name == "org.hornbill"
+    assert answer.hardware_version.unique_id == bytes(range(16))
+    assert answer.software_version == SoftwareVersion(0, 1)
+    assert answer.status == NodeStatus(2, NodeHealth.OK, Mode.OPERATIONAL)
 
 
-def test_two_participants_can_ask_each_other() -> None:
-    async def play() -> None:
-        bus = MemoryBus()
-        one, other = participant(bus.port("one"), node_id=126), participant(bus.port("other"), node_id=127)
-        one.start()
-        other.start()
-        answer = await one.request(127, GetNodeInfoRequest())
-        assert answer.name == "org.hornbill"
-        await one.close()
-        await other.close()
-
-    run(play())
+async def test_two_participants_can_ask_each_other() -> None:
+    bus = MemoryBus()
+    one, other = participant(bus.port("one"), node_id=126), participant(bus.port("other"), node_id=127)
+    one.start()
+    other.start()
+    answer = await one.request(127, GetNodeInfoRequest())
+    assert answer.name == "org.hornbill"
 
 
-def test_subscribers_hear_messages_of_their_type_until_they_leave() -> None:
-    async def play() -> None:
-        bus = MemoryBus()
-        peer = Peer(bus.port("peer"), 42)
-        host = participant(bus.port("host"))
-        host.start()
-        heard: list[tuple[str, int, ActuatorStatus]] = []
-        leave = host.subscribe(ActuatorStatus, lambda t, m: heard.append(("first", t.source, m)))
-        host.subscribe(ActuatorStatus, lambda t, m: heard.append(("second", t.source, m)))
-        status = ActuatorStatus(5, 1.5, 0.0, 0.0, 0)
-        peer.send(Kind.MESSAGE, status)
-        peer.say_status(3)
-        await asyncio.sleep(0.01)
-        assert heard == [("first", 42, status), ("second", 42, status)]
-        leave()
-        leave()
-        peer.send(Kind.MESSAGE, status, transfer_id=1)
-        await asyncio.sleep(0.01)
-        assert [who for who, _, _ in heard] == ["first", "second", "second"]
-        with pytest.raises(ValueError, match="not a message"):
-            host.subscribe(GetSetRequest, lambda _t, _m: None)
-        await host.close()
-
-    run(play())
+async def test_subscribers_hear_messages_of_their_type_until_they_leave() -> None:
+    bus = MemoryBus()
+    peer = Peer(bus.port("peer"), 42)
+    host = participant(bus.port("host"))
+    host.start()
+    heard: list[tuple[str, int, ActuatorStatus]] = []
+    leave = host.subscribe(ActuatorStatus, lambda t, m: heard.append(("first", t.source, m)))
+    host.subscribe(ActuatorStatus, lambda t, m: heard.append(("second", t.source, m)))
+    status = ActuatorStatus(5, 1.5, 0.0, 0.0, 0)
+    peer.send(Kind.MESSAGE, status)
+    peer.say_status(3)
+    await asyncio.sleep(0.01)
+    assert heard == [("first", 42, status), ("second", 42, status)]
+    leave()
+    leave()
+    peer.send(Kind.MESSAGE, status, transfer_id=1)
+    await asyncio.sleep(0.01)
+    assert [who for who, _, _ in heard] == ["first", "second", "second"]
+    with pytest.raises(ValueError, match="not a message"):
+        host.subscribe(GetSetRequest, lambda _t, _m: None)
 
 
-def test_a_handler_that_fails_costs_nobody_else_the_message(caplog: pytest.LogCaptureFixture) -> None:
-    async def play() -> None:
-        bus = MemoryBus()
-        peer = Peer(bus.port("peer"), 42)
-        host = participant(bus.port("host"))
-        host.start()
-        heard: list[int] = []
+async def test_a_handler_that_fails_costs_nobody_else_the_message(caplog: pytest.LogCaptureFixture) -> None:
+    bus = MemoryBus()
+    peer = Peer(bus.port("peer"), 42)
+    host = participant(bus.port("host"))
+    host.start()
+    heard: list[int] = []
 
-        def fail(_transfer: Transfer, _message: NodeStatus) -> None:
-            raise RuntimeError("a bug")
+    def fail(_transfer: Transfer, _message: NodeStatus) -> None:
+        raise RuntimeError("a bug")
 
-        host.subscribe(NodeStatus, fail)
-        host.subscribe(NodeStatus, lambda _, m: heard.append(m.uptime_sec))
-        peer.say_status(1)
-        peer.say_status(2)
-        await asyncio.sleep(0.01)
-        assert heard == [1, 2]
-        await host.close()
-
-    run(play())
+    host.subscribe(NodeStatus, fail)
+    host.subscribe(NodeStatus, lambda _, m: heard.append(m.uptime_sec))
+    peer.say_status(1)
+    peer.say_status(2)
+    await asyncio.sleep(0.01)
+    assert heard == [1, 2]
+    await host.close()
     assert "a bug" in caplog.text
 
 
-def test_a_malformed_message_is_counted_and_told_to_nobody() -> None:
-    async def play() -> None:
-        port = RecordingPort()
-        host = participant(port)
-        host.start()
-        heard: list[NodeStatus] = []
-        host.subscribe(NodeStatus, lambda _, m: heard.append(m))
-        port.deliver(split(Transfer(Kind.MESSAGE, 341, 42, 0, 16, 0, b"\1\2"), NodeStatus.TYPE))
-        assert (heard, host.subscriptions.malformed) == ([], 1)
-        await host.close()
-
-    run(play())
+async def test_a_malformed_message_is_counted_and_told_to_nobody() -> None:
+    port = RecordingPort()
+    host = participant(port)
+    host.start()
+    heard: list[NodeStatus] = []
+    host.subscribe(NodeStatus, lambda _, m: heard.append(m))
+    port.deliver(split(Transfer(Kind.MESSAGE, 341, 42, 0, 16, 0, b"\1\2"), NodeStatus.TYPE))
+    assert (heard, host.subscriptions.malformed) == ([], 1)
 
 
-def test_another_node_with_our_id_is_counted_and_not_listened_to(caplog: pytest.LogCaptureFixture) -> None:
-    async def play() -> None:
-        bus = MemoryBus()
-        host = participant(bus.port("host"))
-        twin = Peer(bus.port("twin"), HOST)
-        host.start()
-        heard: list[int] = []
-        host.subscribe(NodeStatus, lambda t, _: heard.append(t.source))
-        await asyncio.sleep(0.01)
-        twin.say_status(1)
-        twin.say_status(2)
-        await asyncio.sleep(0.01)
-        assert heard == []
-        assert HOST not in host.last_seen
-        assert host.shared_id.frames == 2
-        assert host.shared_id.last_seen == pytest.approx(host.clock(), abs=0.02)
-        await host.close()
-
-    run(play())
+async def test_another_node_with_our_id_is_counted_and_not_listened_to(caplog: pytest.LogCaptureFixture) -> None:
+    bus = MemoryBus()
+    host = participant(bus.port("host"))
+    twin = Peer(bus.port("twin"), HOST)
+    host.start()
+    heard: list[int] = []
+    host.subscribe(NodeStatus, lambda t, _: heard.append(t.source))
+    await asyncio.sleep(0.01)
+    twin.say_status(1)
+    twin.say_status(2)
+    await asyncio.sleep(0.01)
+    assert heard == []
+    assert HOST not in host.last_seen
+    assert host.shared_id.frames == 2
+    assert host.shared_id.last_seen == pytest.approx(host.clock(), abs=0.02)
+    await host.close()
     assert caplog.text.count("another node uses our node ID 127") == 1
 
 
-def test_it_knows_when_each_node_was_last_heard_whatever_it_said() -> None:
-    async def play() -> None:
-        bus = MemoryBus()
-        host = participant(bus.port("host"))
-        peer = Peer(bus.port("peer"), 42)
-        host.start()
-        peer.send(Kind.MESSAGE, ActuatorStatus(1, 0.0, 0.0, 0.0, 0))
-        peer.port.send(
-            split(Transfer(Kind.MESSAGE, 1, 0, 0, 24, 0, b"\1abcdef"), AllocationMessage.TYPE)  # anonymous
-        )
-        await asyncio.sleep(1)
-        assert list(host.last_seen) == [42]
-        assert host.last_seen[42] == pytest.approx(host.clock() - 1, abs=0.01)
-        await host.close()
-
-    run(play())
+async def test_it_knows_when_each_node_was_last_heard_whatever_it_said() -> None:
+    bus = MemoryBus()
+    host = participant(bus.port("host"))
+    peer = Peer(bus.port("peer"), 42)
+    host.start()
+    peer.send(Kind.MESSAGE, ActuatorStatus(1, 0.0, 0.0, 0.0, 0))
+    peer.port.send(
+        split(Transfer(Kind.MESSAGE, 1, 0, 0, 24, 0, b"\1abcdef"), AllocationMessage.TYPE)  # anonymous
+    )
+    await asyncio.sleep(1)
+    assert list(host.last_seen) == [42]
+    assert host.last_seen[42] == pytest.approx(host.clock() - 1, abs=0.01)
 
 
-def test_frame_hooks_see_everything_received_and_sent() -> None:
-    async def play() -> None:
-        bus = MemoryBus()
-        host = participant(bus.port("host"))
-        peer = Peer(bus.port("peer"), 42)
-        seen: list[tuple[bool, Frame]] = []
+async def test_frame_hooks_see_everything_received_and_sent() -> None:
+    bus = MemoryBus()
+    host = participant(bus.port("host"))
+    peer = Peer(bus.port("peer"), 42)
+    seen: list[tuple[bool, Frame]] = []
 
-        def tap(frames: Sequence[Frame], sent: bool) -> None:
-            seen.extend((sent, frame) for frame in frames)
+    def tap(frames: Sequence[Frame], sent: bool) -> None:
+        seen.extend((sent, frame) for frame in frames)
 
-        host.on_frames.append(tap)
-        host.start()
-        await asyncio.sleep(0.01)
-        await host.request(42, GetSetRequest(0, EMPTY, "0x20"))
-        peer.send(Kind.MESSAGE, ActuatorStatus(1, 0.0, 0.0, 0.0, 0))
-        await asyncio.sleep(0.01)
-        assert [sent for sent, _ in seen] == [True, True, False, False, False, False, False]
-        assert all(frame.at >= 1000 for _, frame in seen)
-        host.on_frames.remove(tap)
-        await asyncio.sleep(1)
-        assert len(seen) == 7
-        await host.close()
-
-    run(play())
+    host.on_frames.append(tap)
+    host.start()
+    await asyncio.sleep(0.01)
+    await host.request(42, GetSetRequest(0, EMPTY, "0x20"))
+    peer.send(Kind.MESSAGE, ActuatorStatus(1, 0.0, 0.0, 0.0, 0))
+    await asyncio.sleep(0.01)
+    assert [sent for sent, _ in seen] == [True, True, False, False, False, False, False]
+    assert all(frame.at >= 1000 for _, frame in seen)
+    host.on_frames.remove(tap)
+    await asyncio.sleep(1)
+    assert len(seen) == 7
 
 
-def test_without_a_bus_it_stays_quiet_and_goes_on_when_it_is_back() -> None:
-    async def play() -> None:
-        port = RecordingPort()
-        host = participant(port)
-        host.start()
-        port.state = port.state.LOST
-        await asyncio.sleep(5)
-        with pytest.raises(BusDisconnected, match="recording:0 is not connected"):
-            host.broadcast(NodeStatus(0, NodeHealth.OK, Mode.OPERATIONAL), priority=24)
-        assert len(port.sent) == 1
-        port.state = port.state.ACTIVE
-        await asyncio.sleep(1.1)
-        assert len(port.sent) == 2
-        await host.close()
-
-    run(play())
+async def test_without_a_bus_it_stays_quiet_and_goes_on_when_it_is_back() -> None:
+    port = RecordingPort()
+    host = participant(port)
+    host.start()
+    port.state = port.state.LOST
+    await asyncio.sleep(5)
+    with pytest.raises(BusDisconnected, match="recording:0 is not connected"):
+        host.broadcast(NodeStatus(0, NodeHealth.OK, Mode.OPERATIONAL), priority=24)
+    assert len(port.sent) == 1
+    port.state = port.state.ACTIVE
+    await asyncio.sleep(1.1)
+    assert len(port.sent) == 2
 
 
-def test_after_closing_frames_are_not_listened_to() -> None:
-    async def play() -> None:
-        port = RecordingPort()
-        host = participant(port)
-        host.start()
-        await host.close()
-        port.deliver(split(Transfer(Kind.MESSAGE, 341, 42, 0, 16, 0, bytes(7)), NodeStatus.TYPE))
-        assert host.last_seen == {}
-        assert not port.closed
-
-    run(play())
+async def test_after_closing_frames_are_not_listened_to() -> None:
+    port = RecordingPort()
+    host = participant(port)
+    host.start()
+    await host.close()
+    port.deliver(split(Transfer(Kind.MESSAGE, 341, 42, 0, 16, 0, bytes(7)), NodeStatus.TYPE))
+    assert host.last_seen == {}
+    assert not port.closed
 
 
-def test_what_does_not_fit_is_refused_when_it_is_made() -> None:
-    async def play() -> None:
-        for node_id in (0, 128):
-            with pytest.raises(ValueError, match="outside 1 to 127"):
-                participant(RecordingPort(), node_id=node_id)
-        with pytest.raises(ValueError, match="unique_id"):
-            Participant(
-                RecordingPort(), node_id=1, name="x", unique_id=b"short", software_version=SoftwareVersion(0, 1)
-            )
-
-    run(play())
+async def test_what_does_not_fit_is_refused_when_it_is_made() -> None:
+    for node_id in (0, 128):
+        with pytest.raises(ValueError, match="outside 1 to 127"):
+            participant(RecordingPort(), node_id=node_id)
+    with pytest.raises(ValueError, match="unique_id"):
+        Participant(RecordingPort(), node_id=1, name="x", unique_id=b"short", software_version=SoftwareVersion(0, 1))

@@ -15,308 +15,230 @@ from hornbill.wire.datatype import Kind
 from hornbill.wire.messages import NodeStatus
 from hornbill.wire.services import EMPTY, GetSetRequest, GetSetResponse, integer
 from hornbill.wire.transfer import split
-from jumping_clock import JumpingLoop, run
+from jumping_clock import JumpingLoop
 from unit.node.asking import now, pair, read, turns
 from unit.node.peer import HOST, Peer, participant
 
 
-def test_an_answer_comes_back_decoded_in_half_a_millisecond_of_bus_time() -> None:
-    async def play() -> None:
-        _, host, peer = pair()
-        await asyncio.sleep(0.01)
-        began = now()
-        answer = await host.request(42, read("0x38"))
-        assert answer == GetSetResponse(integer(0x38), EMPTY, EMPTY, EMPTY, "0x38")
-        assert 0.0004 < now() - began < 0.0006
-        assert (peer.requests[0].priority, peer.requests[0].source) == (24, HOST)
-        await host.close()
-
-    run(play())
+async def test_an_answer_comes_back_decoded_in_half_a_millisecond_of_bus_time() -> None:
+    _, host, peer = pair()
+    await asyncio.sleep(0.01)
+    began = now()
+    answer = await host.request(42, read("0x38"))
+    assert answer == GetSetResponse(integer(0x38), EMPTY, EMPTY, EMPTY, "0x38")
+    assert 0.0004 < now() - began < 0.0006
+    assert (peer.requests[0].priority, peer.requests[0].source) == (24, HOST)
 
 
-def test_without_an_answer_every_try_waits_its_time_and_has_its_own_transfer_id() -> None:
-    async def play() -> None:
-        _, host, peer = pair(drop=lambda _: True)
-        began = now()
-        with pytest.raises(NoResponse, match=r"Node 42 did not respond to GetSet in 3 tries of 100 ms\.") as caught:
-            await host.request(42, read("0x38"), timeout=0.1, tries=3)
-        assert now() - began == pytest.approx(0.3, abs=0.002)
-        assert len({each.transfer_id for each in peer.requests}) == 3
-        facts = {"node_id": 42, "service": "GetSet", "tries": 3, "timeout_s": 0.1, "cause": "node_not_responding"}
-        assert caught.value.facts == facts
-        counters = host.request_counters
-        assert (counters.requests, counters.retries, counters.timeouts, counters.responses) == (1, 2, 1, 0)
-        await host.close()
-
-    run(play())
-
-
-def test_a_loop_that_was_held_up_does_not_take_its_own_delay_for_the_nodes_silence() -> None:
-    async def play() -> None:
-        _, host, peer = pair()
-        await asyncio.sleep(0.01)
-        loop = asyncio.get_running_loop()
-        assert isinstance(loop, JumpingLoop)
-        asking = asyncio.ensure_future(host.request(42, read("0x38"), timeout=0.1))
-        await asyncio.sleep(0)
-        loop.stall(0.25)
-        assert (await asking).value == integer(0x38)
-        assert len(peer.requests) == 1
-        await host.close()
-
-    run(play())
-
-
-def test_one_try_is_sent_once() -> None:
-    async def play() -> None:
-        _, host, peer = pair(drop=lambda _: True)
-        with pytest.raises(NoResponse, match="1 try of 150 ms"):
-            await host.request(42, read("0x38"))
-        await asyncio.sleep(1)
-        assert len(peer.requests) == 1
-        await host.close()
-
-    run(play())
-
-
-def test_a_lost_answer_costs_one_time_out() -> None:
-    async def play() -> None:
-        _, host, _ = pair(drop=lambda number: number == 0)
-        began = now()
+async def test_without_an_answer_every_try_waits_its_time_and_has_its_own_transfer_id() -> None:
+    _, host, peer = pair(drop=lambda _: True)
+    began = now()
+    with pytest.raises(NoResponse, match=r"Node 42 did not respond to GetSet in 3 tries of 100 ms\.") as caught:
         await host.request(42, read("0x38"), timeout=0.1, tries=3)
-        assert 0.1 < now() - began < 0.102
-        await host.close()
-
-    run(play())
-
-
-def test_a_late_answer_to_an_earlier_try_counts() -> None:
-    async def play() -> None:
-        _, host, peer = pair(delay=lambda number: 0.13 if number == 0 else 9.0)
-        began = now()
-        answer = await host.request(42, read("0x38"), timeout=0.1, tries=3)
-        assert answer.name == "0x38"
-        assert 0.13 < now() - began < 0.132
-        assert len(peer.requests) == 2
-        await host.close()
-
-    run(play())
+    assert now() - began == pytest.approx(0.3, abs=0.002)
+    assert len({each.transfer_id for each in peer.requests}) == 3
+    facts = {"node_id": 42, "service": "GetSet", "tries": 3, "timeout_s": 0.1, "cause": "node_not_responding"}
+    assert caught.value.facts == facts
+    counters = host.request_counters
+    assert (counters.requests, counters.retries, counters.timeouts, counters.responses) == (1, 2, 1, 0)
 
 
-def test_an_answer_after_the_last_try_is_dropped_and_disturbs_nothing() -> None:
-    async def play() -> None:
-        _, host, _ = pair(delay=lambda number: 0.2 if number == 0 else 0.0)
-        with pytest.raises(NoResponse):
-            await host.request(42, read("0x38"), timeout=0.1)
-        for register in range(0x20, 0x28):
-            answer = await host.request(42, read(f"0x{register:02X}"), timeout=0.1)
-            assert answer.value == integer(register)
-            await asyncio.sleep(0.02)
-        assert host.request_counters.late == 1
-        await host.close()
-
-    run(play())
+async def test_a_loop_that_was_held_up_does_not_take_its_own_delay_for_the_nodes_silence() -> None:
+    _, host, peer = pair()
+    await asyncio.sleep(0.01)
+    loop = asyncio.get_running_loop()
+    assert isinstance(loop, JumpingLoop)
+    asking = asyncio.ensure_future(host.request(42, read("0x38"), timeout=0.1))
+    await asyncio.sleep(0)
+    loop.stall(0.25)
+    assert (await asking).value == integer(0x38)
+    assert len(peer.requests) == 1
 
 
-def test_a_late_answer_is_never_taken_for_one_to_a_later_request() -> None:
+async def test_one_try_is_sent_once() -> None:
+    _, host, peer = pair(drop=lambda _: True)
+    with pytest.raises(NoResponse, match="1 try of 150 ms"):
+        await host.request(42, read("0x38"))
+    await asyncio.sleep(1)
+    assert len(peer.requests) == 1
+
+
+async def test_a_lost_answer_costs_one_time_out() -> None:
+    _, host, _ = pair(drop=lambda number: number == 0)
+    began = now()
+    await host.request(42, read("0x38"), timeout=0.1, tries=3)
+    assert 0.1 < now() - began < 0.102
+
+
+async def test_a_late_answer_to_an_earlier_try_counts() -> None:
+    _, host, peer = pair(delay=lambda number: 0.13 if number == 0 else 9.0)
+    began = now()
+    answer = await host.request(42, read("0x38"), timeout=0.1, tries=3)
+    assert answer.name == "0x38"
+    assert 0.13 < now() - began < 0.132
+    assert len(peer.requests) == 2
+
+
+async def test_an_answer_after_the_last_try_is_dropped_and_disturbs_nothing() -> None:
+    _, host, _ = pair(delay=lambda number: 0.2 if number == 0 else 0.0)
+    with pytest.raises(NoResponse):
+        await host.request(42, read("0x38"), timeout=0.1)
+    for register in range(0x20, 0x28):
+        answer = await host.request(42, read(f"0x{register:02X}"), timeout=0.1)
+        assert answer.value == integer(register)
+        await asyncio.sleep(0.02)
+    assert host.request_counters.late == 1
+
+
+async def test_a_late_answer_is_never_taken_for_one_to_a_later_request() -> None:
     """The servo takes 0.15 s over the first read; meanwhile 40 more are made, more than there are transfer ids."""
-
-    async def play() -> None:
-        _, host, peer = pair(delay=lambda number: 0.15 if number == 0 else 0.0)
-        with pytest.raises(NoResponse):
-            await host.request(42, read("0x00"), timeout=0.1)
-        for number in range(1, 41):
-            answer = await host.request(42, read(f"0x{number:02X}"), timeout=0.1)
-            assert answer.value == integer(number)
-        first = peer.requests[0].transfer_id
-        assert first not in {each.transfer_id for each in peer.requests[1:]}
-        await host.close()
-
-    run(play())
+    _, host, peer = pair(delay=lambda number: 0.15 if number == 0 else 0.0)
+    with pytest.raises(NoResponse):
+        await host.request(42, read("0x00"), timeout=0.1)
+    for number in range(1, 41):
+        answer = await host.request(42, read(f"0x{number:02X}"), timeout=0.1)
+        assert answer.value == integer(number)
+    first = peer.requests[0].transfer_id
+    assert first not in {each.transfer_id for each in peer.requests[1:]}
 
 
-def test_an_answer_that_names_another_register_is_waited_past_however_late_it_comes() -> None:
+async def test_an_answer_that_names_another_register_is_waited_past_however_late_it_comes() -> None:
     """So late that its transfer id rests no more and has come round, as on a bus whose host had no time."""
-
-    async def play() -> None:
-        _, host, peer = pair(delay=lambda number: {0: 2.26, 32: 0.09}.get(number, 0.0))
-        with pytest.raises(NoResponse):
-            await host.request(42, read("0x00"), timeout=0.1)
-        await asyncio.sleep(2.1)
-        for number in range(1, 33):
-            answer = await host.request(42, read(f"0x{number:02X}"), timeout=0.1)
-            assert (answer.name, answer.value) == (f"0x{number:02X}", integer(number))
-        assert peer.requests[0].transfer_id == peer.requests[32].transfer_id
-        assert host.request_counters.late == 1
-        await host.close()
-
-    run(play())
+    _, host, peer = pair(delay=lambda number: {0: 2.26, 32: 0.09}.get(number, 0.0))
+    with pytest.raises(NoResponse):
+        await host.request(42, read("0x00"), timeout=0.1)
+    await asyncio.sleep(2.1)
+    for number in range(1, 33):
+        answer = await host.request(42, read(f"0x{number:02X}"), timeout=0.1)
+        assert (answer.name, answer.value) == (f"0x{number:02X}", integer(number))
+    assert peer.requests[0].transfer_id == peer.requests[32].transfer_id
+    assert host.request_counters.late == 1
 
 
-def test_repeated_answers_are_ignored() -> None:
-    async def play() -> None:
-        _, host, _ = pair(copies=3)
-        for register in range(0x20, 0x28):
-            answer = await host.request(42, read(f"0x{register:02X}"))
-            assert answer.value == integer(register)
-        await asyncio.sleep(0.01)
-        assert host.request_counters.responses == 8
-        assert host.request_counters.late == 16
-        await host.close()
-
-    run(play())
+async def test_repeated_answers_are_ignored() -> None:
+    _, host, _ = pair(copies=3)
+    for register in range(0x20, 0x28):
+        answer = await host.request(42, read(f"0x{register:02X}"))
+        assert answer.value == integer(register)
+    await asyncio.sleep(0.01)
+    assert host.request_counters.responses == 8
+    assert host.request_counters.late == 16
 
 
-def test_answers_of_another_node_or_service_or_number_do_not_count() -> None:
-    async def play() -> None:
-        bus, host, peer = pair(drop=lambda _: True)
-        stranger = Peer(bus.port("stranger"), 43)
-        waiting = asyncio.ensure_future(host.request(42, read("0x38"), timeout=0.1))
-        await asyncio.sleep(0.01)
-        right = peer.requests[0].transfer_id
-        answer = GetSetResponse(integer(1), EMPTY, EMPTY, EMPTY, "0x38")
-        stranger.send(Kind.RESPONSE, answer, destination=HOST, transfer_id=right)
-        peer.send(Kind.RESPONSE, answer, destination=HOST, transfer_id=right ^ 1)
-        peer.send(Kind.RESPONSE, answer, destination=99, transfer_id=right)
-        with pytest.raises(NoResponse):
-            await waiting
-        await host.close()
-
-    run(play())
+async def test_answers_of_another_node_or_service_or_number_do_not_count() -> None:
+    bus, host, peer = pair(drop=lambda _: True)
+    stranger = Peer(bus.port("stranger"), 43)
+    waiting = asyncio.ensure_future(host.request(42, read("0x38"), timeout=0.1))
+    await asyncio.sleep(0.01)
+    right = peer.requests[0].transfer_id
+    answer = GetSetResponse(integer(1), EMPTY, EMPTY, EMPTY, "0x38")
+    stranger.send(Kind.RESPONSE, answer, destination=HOST, transfer_id=right)
+    peer.send(Kind.RESPONSE, answer, destination=HOST, transfer_id=right ^ 1)
+    peer.send(Kind.RESPONSE, answer, destination=99, transfer_id=right)
+    with pytest.raises(NoResponse):
+        await waiting
 
 
-def test_an_answer_that_cannot_be_decoded_is_counted_and_not_taken() -> None:
-    async def play() -> None:
-        _, host, peer = pair(drop=lambda _: True)
-        waiting = asyncio.ensure_future(host.request(42, read("0x38"), timeout=0.1))
-        await asyncio.sleep(0.01)
-        asked = peer.requests[0]
-        bad = asked._replace(kind=Kind.RESPONSE, source=42, destination=HOST, payload=b"\1\2")
-        peer.port.send(split(bad, GetSetResponse.TYPE))
-        with pytest.raises(NoResponse):
-            await waiting
-        assert host.request_counters.malformed == 1
-        await host.close()
-
-    run(play())
+async def test_an_answer_that_cannot_be_decoded_is_counted_and_not_taken() -> None:
+    _, host, peer = pair(drop=lambda _: True)
+    waiting = asyncio.ensure_future(host.request(42, read("0x38"), timeout=0.1))
+    await asyncio.sleep(0.01)
+    asked = peer.requests[0]
+    bad = asked._replace(kind=Kind.RESPONSE, source=42, destination=HOST, payload=b"\1\2")
+    peer.port.send(split(bad, GetSetResponse.TYPE))
+    with pytest.raises(NoResponse):
+        await waiting
+    assert host.request_counters.malformed == 1
 
 
-def test_closing_ends_every_waiting_request_at_once() -> None:
-    async def play() -> None:
-        _, host, _ = pair(drop=lambda _: True)
-        tasks = [asyncio.ensure_future(host.request(42, read("0x20"), timeout=5, tries=3)) for _ in range(4)]
-        tasks.append(asyncio.ensure_future(host.request(42, read("0x20"), timeout=5, urgent=True)))
-        await asyncio.sleep(0.01)
-        began = now()
-        await host.close()
-        results = await asyncio.gather(*tasks, return_exceptions=True)
-        assert now() == began
-        assert [type(each) for each in results] == [BusDisconnected] * 5
-        with pytest.raises(BusDisconnected):
-            await host.request(42, read("0x20"))
-        await host.close()
-
-    run(play())
+async def test_closing_ends_every_waiting_request_at_once() -> None:
+    _, host, _ = pair(drop=lambda _: True)
+    tasks = [asyncio.ensure_future(host.request(42, read("0x20"), timeout=5, tries=3)) for _ in range(4)]
+    tasks.append(asyncio.ensure_future(host.request(42, read("0x20"), timeout=5, urgent=True)))
+    await asyncio.sleep(0.01)
+    began = now()
+    await host.close()
+    results = await asyncio.gather(*tasks, return_exceptions=True)
+    assert now() == began
+    assert [type(each) for each in results] == [BusDisconnected] * 5
+    with pytest.raises(BusDisconnected):
+        await host.request(42, read("0x20"))
 
 
-def test_losing_the_port_ends_every_waiting_request() -> None:
-    async def play() -> None:
-        _, host, _ = pair(drop=lambda _: True)
-        tasks = [asyncio.ensure_future(host.request(42, read("0x20"), timeout=5, tries=3)) for _ in range(4)]
-        await asyncio.sleep(0.3)
-        began = now()
-        await host.port.close()
-        results = await asyncio.gather(*tasks, return_exceptions=True)
-        assert now() - began <= 0.05
-        assert [type(each) for each in results] == [BusDisconnected] * 4
-        with pytest.raises(BusDisconnected):
-            await host.request(42, read("0x20"))
-        await host.close()
-
-    run(play())
+async def test_losing_the_port_ends_every_waiting_request() -> None:
+    _, host, _ = pair(drop=lambda _: True)
+    tasks = [asyncio.ensure_future(host.request(42, read("0x20"), timeout=5, tries=3)) for _ in range(4)]
+    await asyncio.sleep(0.3)
+    began = now()
+    await host.port.close()
+    results = await asyncio.gather(*tasks, return_exceptions=True)
+    assert now() - began <= 0.05
+    assert [type(each) for each in results] == [BusDisconnected] * 4
+    with pytest.raises(BusDisconnected):
+        await host.request(42, read("0x20"))
 
 
-def test_with_a_fifth_of_all_frames_lost_five_tries_read_nearly_everything() -> None:
-    async def play() -> None:
-        bus, host, _ = pair()
-        bus.loss(20, seed=7)
-        jobs = [host.request(42, read("0x20"), timeout=0.02, tries=8) for _ in range(200)]
-        results = await asyncio.gather(*jobs, return_exceptions=True)
-        # A try succeeds with 0.8 for the request and 0.8 ** 3 for the answer: 0.41; eight of them with 0.985.
-        answered = sum(isinstance(each, GetSetResponse) for each in results)
-        assert answered >= 190
-        assert answered + sum(isinstance(each, NoResponse) for each in results) == 200
-        await host.close()
-
-    run(play())
+async def test_with_a_fifth_of_all_frames_lost_five_tries_read_nearly_everything() -> None:
+    bus, host, _ = pair()
+    bus.loss(20, seed=7)
+    jobs = [host.request(42, read("0x20"), timeout=0.02, tries=8) for _ in range(200)]
+    results = await asyncio.gather(*jobs, return_exceptions=True)
+    # A try succeeds with 0.8 for the request and 0.8 ** 3 for the answer: 0.41; eight of them with 0.985.
+    answered = sum(isinstance(each, GetSetResponse) for each in results)
+    assert answered >= 190
+    assert answered + sum(isinstance(each, NoResponse) for each in results) == 200
 
 
-def test_a_value_that_does_not_fit_is_told_before_anything_is_sent() -> None:
-    async def play() -> None:
-        _, host, peer = pair()
-        with pytest.raises(ValueError, match="does not fit"):
-            await host.request(42, GetSetRequest(0, integer(2**63), "0x20"))
-        for node_id in (0, 128, HOST):
-            with pytest.raises(ValueError, match="another node, 1 to 127"):
-                await host.request(node_id, read("0x20"))
-        with pytest.raises(ValueError, match="16 to 31"):
-            await host.request(42, read("0x20"), priority=15)
-        with pytest.raises(ValueError, match="must be above 0"):
-            await host.request(42, read("0x20"), tries=0)
-        assert peer.requests == []
-        await host.close()
-
-    run(play())
+async def test_a_value_that_does_not_fit_is_told_before_anything_is_sent() -> None:
+    _, host, peer = pair()
+    with pytest.raises(ValueError, match="does not fit"):
+        await host.request(42, GetSetRequest(0, integer(2**63), "0x20"))
+    for node_id in (0, 128, HOST):
+        with pytest.raises(ValueError, match="another node, 1 to 127"):
+            await host.request(node_id, read("0x20"))
+    with pytest.raises(ValueError, match="16 to 31"):
+        await host.request(42, read("0x20"), priority=15)
+    with pytest.raises(ValueError, match="must be above 0"):
+        await host.request(42, read("0x20"), tries=0)
+    assert peer.requests == []
 
 
-def test_a_participant_made_again_does_not_begin_with_the_same_transfer_id() -> None:
+async def test_a_participant_made_again_does_not_begin_with_the_same_transfer_id() -> None:
     """A node remembers the last one for two seconds and would take the same number for a repetition."""
-
-    async def play() -> None:
-        bus = MemoryBus()
-        peer = Peer(bus.port("peer"), 42)
-        for number in range(2):
-            port = bus.port(f"host{number}")
-            host = participant(port)
-            host.start()
-            await host.request(42, read("0x20"))
-            await host.close()
-            await port.close()
-            await asyncio.sleep(0.05)
-        first, second = peer.requests
-        assert first.transfer_id != second.transfer_id
-
-    run(play())
-
-
-def test_round_trips_are_told_per_node() -> None:
-    async def play() -> None:
-        _, host, _ = pair(delay=lambda _: 0.01, drop=lambda number: number == 0)
-        told: list[tuple[int, float]] = []
-        host.on_round_trip.append(lambda node_id, seconds: told.append((node_id, seconds)))
-        await host.request(42, read("0x20"), timeout=0.1, tries=2)
-        assert [node_id for node_id, _ in told] == [42]
-        assert told[0][1] == pytest.approx(0.0105, abs=0.0005)
+    bus = MemoryBus()
+    peer = Peer(bus.port("peer"), 42)
+    for number in range(2):
+        port = bus.port(f"host{number}")
+        host = participant(port)
+        host.start()
+        await host.request(42, read("0x20"))
         await host.close()
+        await port.close()
+        await asyncio.sleep(0.05)
+    first, second = peer.requests
+    assert first.transfer_id != second.transfer_id
 
-    run(play())
+
+async def test_round_trips_are_told_per_node() -> None:
+    _, host, _ = pair(delay=lambda _: 0.01, drop=lambda number: number == 0)
+    told: list[tuple[int, float]] = []
+    host.on_round_trip.append(lambda node_id, seconds: told.append((node_id, seconds)))
+    await host.request(42, read("0x20"), timeout=0.1, tries=2)
+    assert [node_id for node_id, _ in told] == [42]
+    assert told[0][1] == pytest.approx(0.0105, abs=0.0005)
 
 
-def test_messages_pass_while_requests_wait() -> None:
-    async def play() -> None:
-        _, host, peer = pair(drop=lambda _: True)
-        heard: list[int] = []
-        host.subscribe(NodeStatus, lambda transfer, _: heard.append(transfer.source))
-        waiting = asyncio.ensure_future(host.request(42, read("0x20")))
-        await asyncio.sleep(0.01)
-        peer.say_status(1)
-        await asyncio.sleep(0.01)
-        assert heard == [42]
-        with pytest.raises(NoResponse):
-            await waiting
-        await host.close()
-
-    run(play())
+async def test_messages_pass_while_requests_wait() -> None:
+    _, host, peer = pair(drop=lambda _: True)
+    heard: list[int] = []
+    host.subscribe(NodeStatus, lambda transfer, _: heard.append(transfer.source))
+    waiting = asyncio.ensure_future(host.request(42, read("0x20")))
+    await asyncio.sleep(0.01)
+    peer.say_status(1)
+    await asyncio.sleep(0.01)
+    assert heard == [42]
+    with pytest.raises(NoResponse):
+        await waiting
 
 
 def test_each_request_is_given_up_at_its_own_instant() -> None:
@@ -370,233 +292,180 @@ def test_a_closed_participant_leaves_no_alarm_that_matters() -> None:
     assert (host.request_counters.retries, host.request_counters.timeouts) == (0, 0)
 
 
-def test_one_request_a_node_is_under_way_and_the_rest_go_by_priority_then_in_order() -> None:
-    async def play() -> None:
-        _, host, peer = pair(delay=lambda _: 0.02)
-        asked = [("0x21", 24), ("0x22", 20), ("0x23", 24), ("0x24", 17), ("0x25", 20)]
-        await asyncio.sleep(0.01)
-        began = now()
-        tasks = [asyncio.ensure_future(host.request(42, read("0x20"), priority=24))]
-        await turns()
-        tasks += [asyncio.ensure_future(host.request(42, read(name), priority=p)) for name, p in asked]
-        await asyncio.sleep(0.01)
-        assert len(peer.requests) == 1
-        await asyncio.gather(*tasks)
-        assert peer.names == ["0x20", "0x24", "0x22", "0x25", "0x21", "0x23"]
-        assert now() - began > 6 * 0.02
-        await host.close()
-
-    run(play())
+async def test_one_request_a_node_is_under_way_and_the_rest_go_by_priority_then_in_order() -> None:
+    _, host, peer = pair(delay=lambda _: 0.02)
+    asked = [("0x21", 24), ("0x22", 20), ("0x23", 24), ("0x24", 17), ("0x25", 20)]
+    await asyncio.sleep(0.01)
+    began = now()
+    tasks = [asyncio.ensure_future(host.request(42, read("0x20"), priority=24))]
+    await turns()
+    tasks += [asyncio.ensure_future(host.request(42, read(name), priority=p)) for name, p in asked]
+    await asyncio.sleep(0.01)
+    assert len(peer.requests) == 1
+    await asyncio.gather(*tasks)
+    assert peer.names == ["0x20", "0x24", "0x22", "0x25", "0x21", "0x23"]
+    assert now() - began > 6 * 0.02
 
 
-def test_of_what_is_asked_at_once_the_lowest_priority_number_goes_first() -> None:
-    async def play() -> None:
-        _, host, peer = pair()
-        asked = [("0x20", 24), ("0x21", 20), ("0x22", 17), ("0x23", 24)]
-        await asyncio.gather(*(host.request(42, read(name), priority=p) for name, p in asked))
-        assert peer.names == ["0x22", "0x21", "0x20", "0x23"]
-        await host.close()
-
-    run(play())
+async def test_of_what_is_asked_at_once_the_lowest_priority_number_goes_first() -> None:
+    _, host, peer = pair()
+    asked = [("0x20", 24), ("0x21", 20), ("0x22", 17), ("0x23", 24)]
+    await asyncio.gather(*(host.request(42, read(name), priority=p) for name, p in asked))
+    assert peer.names == ["0x22", "0x21", "0x20", "0x23"]
 
 
-def test_nodes_do_not_wait_for_each_other() -> None:
-    async def play() -> None:
-        bus, host, _ = pair(drop=lambda _: True)
-        others = [Peer(bus.port(f"p{n}"), n, delay=lambda _: 0.01) for n in range(1, 17)]
-        dead = asyncio.ensure_future(host.request(42, read("0x20"), timeout=1.0))
-        began = now()
-        jobs: list[Awaitable[Any]] = []
-        for peer in others:
-            jobs.extend(host.request(peer.node_id, read(f"0x{r:02X}")) for r in range(0x20, 0x25))
-        await asyncio.gather(*jobs)
-        # Five rounds of 10 ms and 16 answers on the wire each: nobody waited for a neighbour's servo.
-        assert now() - began < 5 * (0.010 + 16 * 0.0006)
-        assert all(peer.names == ["0x20", "0x21", "0x22", "0x23", "0x24"] for peer in others)
-        with pytest.raises(NoResponse):
-            await dead
-        await host.close()
-
-    run(play())
+async def test_nodes_do_not_wait_for_each_other() -> None:
+    bus, host, _ = pair(drop=lambda _: True)
+    others = [Peer(bus.port(f"p{n}"), n, delay=lambda _: 0.01) for n in range(1, 17)]
+    dead = asyncio.ensure_future(host.request(42, read("0x20"), timeout=1.0))
+    began = now()
+    jobs: list[Awaitable[Any]] = []
+    for peer in others:
+        jobs.extend(host.request(peer.node_id, read(f"0x{r:02X}")) for r in range(0x20, 0x25))
+    await asyncio.gather(*jobs)
+    # Five rounds of 10 ms and 16 answers on the wire each: nobody waited for a neighbour's servo.
+    assert now() - began < 5 * (0.010 + 16 * 0.0006)
+    assert all(peer.names == ["0x20", "0x21", "0x22", "0x23", "0x24"] for peer in others)
+    with pytest.raises(NoResponse):
+        await dead
 
 
-def test_on_a_saturated_bus_nodes_take_turns() -> None:
+async def test_on_a_saturated_bus_nodes_take_turns() -> None:
     """Lowest identifier first would serve node 1 until it is done, then node 2: the last would wait for 0.4 s."""
-
-    async def play() -> None:
-        bus = MemoryBus()
-        host = participant(bus.port("host"))
-        peers = [Peer(bus.port(f"p{n}"), n) for n in range(1, 17)]
-        host.start()
-        await asyncio.sleep(0.01)
-        began = now()
-        jobs = [host.request(peer.node_id, read("0x20"), timeout=0.05) for peer in peers for _ in range(55)]
-        tasks = [asyncio.ensure_future(each) for each in jobs]
-        await asyncio.sleep(0.1)
-        counts = [len(peer.requests) for peer in peers]
-        assert max(counts) - min(counts) <= 1
-        await asyncio.gather(*tasks)
-        assert now() - began < 0.475  # the bus needs 0.470 s for them: it never waited for us
-        assert host.request_counters.retries == 0
-        await host.close()
-
-    run(play())
+    bus = MemoryBus()
+    host = participant(bus.port("host"))
+    peers = [Peer(bus.port(f"p{n}"), n) for n in range(1, 17)]
+    host.start()
+    await asyncio.sleep(0.01)
+    began = now()
+    jobs = [host.request(peer.node_id, read("0x20"), timeout=0.05) for peer in peers for _ in range(55)]
+    tasks = [asyncio.ensure_future(each) for each in jobs]
+    await asyncio.sleep(0.1)
+    counts = [len(peer.requests) for peer in peers]
+    assert max(counts) - min(counts) <= 1
+    await asyncio.gather(*tasks)
+    assert now() - began < 0.475  # the bus needs 0.470 s for them: it never waited for us
+    assert host.request_counters.retries == 0
 
 
-def test_a_long_queue_for_one_node_does_not_hold_up_another() -> None:
-    async def play() -> None:
-        bus, host, _ = pair()
-        quiet = Peer(bus.port("quiet"), 43)
-        flood = [asyncio.ensure_future(host.request(42, read("0x20"))) for _ in range(500)]
-        await asyncio.sleep(0.005)
-        began = now()
+async def test_a_long_queue_for_one_node_does_not_hold_up_another() -> None:
+    bus, host, _ = pair()
+    quiet = Peer(bus.port("quiet"), 43)
+    flood = [asyncio.ensure_future(host.request(42, read("0x20"))) for _ in range(500)]
+    await asyncio.sleep(0.005)
+    began = now()
+    await host.request(43, read("0x21"))
+    assert now() - began < 0.003
+    assert len(quiet.requests) == 1
+    for each in flood:
+        each.cancel()
+    await asyncio.gather(*flood, return_exceptions=True)
+
+
+async def test_a_dead_node_does_not_hold_up_the_others() -> None:
+    bus, host, _ = pair(drop=lambda _: True)
+    alive = Peer(bus.port("alive"), 43)
+    dead = [asyncio.ensure_future(host.request(n, read("0x20"), timeout=1.0)) for n in range(44, 120)]
+    await asyncio.sleep(0.05)
+    began = now()
+    for _ in range(20):
         await host.request(43, read("0x21"))
-        assert now() - began < 0.003
-        assert len(quiet.requests) == 1
-        for each in flood:
-            each.cancel()
-        await asyncio.gather(*flood, return_exceptions=True)
-        await host.close()
-
-    run(play())
+    assert now() - began < 0.03
+    assert len(alive.requests) == 20
+    await asyncio.gather(*dead, return_exceptions=True)
 
 
-def test_a_dead_node_does_not_hold_up_the_others() -> None:
-    async def play() -> None:
-        bus, host, _ = pair(drop=lambda _: True)
-        alive = Peer(bus.port("alive"), 43)
-        dead = [asyncio.ensure_future(host.request(n, read("0x20"), timeout=1.0)) for n in range(44, 120)]
-        await asyncio.sleep(0.05)
-        began = now()
-        for _ in range(20):
-            await host.request(43, read("0x21"))
-        assert now() - began < 0.03
-        assert len(alive.requests) == 20
-        await asyncio.gather(*dead, return_exceptions=True)
-        await host.close()
-
-    run(play())
+async def test_what_is_more_urgent_waits_for_one_try_of_a_read_and_not_for_all_of_them() -> None:
+    _, host, peer = pair(drop=lambda number: number < 2)
+    reading = asyncio.ensure_future(host.request(42, read("0x38"), timeout=0.1, tries=25))
+    later = asyncio.ensure_future(host.request(42, read("0x39"), timeout=0.1))
+    await asyncio.sleep(0.01)
+    began = now()
+    with pytest.raises(NoResponse):
+        await host.request(42, read("0x00"), priority=17, timeout=0.05)
+    assert now() - began == pytest.approx(0.09 + 0.05, abs=0.002)
+    assert (await reading).name == "0x38"
+    assert (await later).name == "0x39"
+    assert peer.names == ["0x38", "0x00", "0x38", "0x39"]
+    assert host.request_counters.retries == 1
 
 
-def test_what_is_more_urgent_waits_for_one_try_of_a_read_and_not_for_all_of_them() -> None:
-    async def play() -> None:
-        _, host, peer = pair(drop=lambda number: number < 2)
-        reading = asyncio.ensure_future(host.request(42, read("0x38"), timeout=0.1, tries=25))
-        later = asyncio.ensure_future(host.request(42, read("0x39"), timeout=0.1))
-        await asyncio.sleep(0.01)
-        began = now()
-        with pytest.raises(NoResponse):
-            await host.request(42, read("0x00"), priority=17, timeout=0.05)
-        assert now() - began == pytest.approx(0.09 + 0.05, abs=0.002)
-        assert (await reading).name == "0x38"
-        assert (await later).name == "0x39"
-        assert peer.names == ["0x38", "0x00", "0x38", "0x39"]
-        assert host.request_counters.retries == 1
-        await host.close()
-
-    run(play())
+async def test_the_late_answer_of_a_read_that_gave_way_counts_and_it_is_not_sent_again() -> None:
+    _, host, peer = pair(delay=lambda number: 0.12 if number == 0 else 0.05)
+    reading = asyncio.ensure_future(host.request(42, read("0x38"), timeout=0.1, tries=25))
+    await asyncio.sleep(0.01)
+    urgent = asyncio.ensure_future(host.request(42, read("0x00"), priority=17, timeout=0.1))
+    assert (await reading).name == "0x38"
+    assert (await urgent).name == "0x00"
+    assert (await host.request(42, read("0x39"))).name == "0x39"
+    assert peer.names == ["0x38", "0x00", "0x39"]
 
 
-def test_the_late_answer_of_a_read_that_gave_way_counts_and_it_is_not_sent_again() -> None:
-    async def play() -> None:
-        _, host, peer = pair(delay=lambda number: 0.12 if number == 0 else 0.05)
-        reading = asyncio.ensure_future(host.request(42, read("0x38"), timeout=0.1, tries=25))
-        await asyncio.sleep(0.01)
-        urgent = asyncio.ensure_future(host.request(42, read("0x00"), priority=17, timeout=0.1))
-        assert (await reading).name == "0x38"
-        assert (await urgent).name == "0x00"
-        assert (await host.request(42, read("0x39"))).name == "0x39"
-        assert peer.names == ["0x38", "0x00", "0x39"]
-        await host.close()
-
-    run(play())
-
-
-def test_an_urgent_request_goes_at_once_with_a_transfer_id_of_its_own() -> None:
-    async def play() -> None:
-        _, host, peer = pair(drop=lambda number: number == 0)
-        slow = asyncio.ensure_future(host.request(42, read("0x20"), timeout=0.5))
-        queued = [asyncio.ensure_future(host.request(42, read("0x21"), timeout=0.5)) for _ in range(10)]
-        await asyncio.sleep(0.1)
-        began = now()
-        answer = await host.request(42, GetSetRequest(0, integer(1), "0x20"), priority=16, urgent=True)
-        assert answer.value == integer(1)
-        assert now() - began < 0.002
-        assert len({each.transfer_id for each in peer.requests}) == 2
-        with pytest.raises(NoResponse):
-            await slow
-        await asyncio.gather(*queued)
-        await host.close()
-
-    run(play())
+async def test_an_urgent_request_goes_at_once_with_a_transfer_id_of_its_own() -> None:
+    _, host, peer = pair(drop=lambda number: number == 0)
+    slow = asyncio.ensure_future(host.request(42, read("0x20"), timeout=0.5))
+    queued = [asyncio.ensure_future(host.request(42, read("0x21"), timeout=0.5)) for _ in range(10)]
+    await asyncio.sleep(0.1)
+    began = now()
+    answer = await host.request(42, GetSetRequest(0, integer(1), "0x20"), priority=16, urgent=True)
+    assert answer.value == integer(1)
+    assert now() - began < 0.002
+    assert len({each.transfer_id for each in peer.requests}) == 2
+    with pytest.raises(NoResponse):
+        await slow
+    await asyncio.gather(*queued)
 
 
-def test_urgent_requests_never_share_a_transfer_id_and_the_33rd_is_refused() -> None:
-    async def play() -> None:
-        _, host, peer = pair(drop=lambda _: True)
-        tasks = [asyncio.ensure_future(host.request(42, read("0x20"), urgent=True, timeout=0.5)) for _ in range(32)]
-        await turns()
-        with pytest.raises(Busy):
-            await host.request(42, read("0x20"), urgent=True)
-        await asyncio.sleep(0.1)
-        assert sorted(each.transfer_id for each in peer.requests) == list(range(32))
-        results = await asyncio.gather(*tasks, return_exceptions=True)
-        assert all(isinstance(each, NoResponse) for each in results)
-        await host.close()
-
-    run(play())
+async def test_urgent_requests_never_share_a_transfer_id_and_the_33rd_is_refused() -> None:
+    _, host, peer = pair(drop=lambda _: True)
+    tasks = [asyncio.ensure_future(host.request(42, read("0x20"), urgent=True, timeout=0.5)) for _ in range(32)]
+    await turns()
+    with pytest.raises(Busy):
+        await host.request(42, read("0x20"), urgent=True)
+    await asyncio.sleep(0.1)
+    assert sorted(each.transfer_id for each in peer.requests) == list(range(32))
+    results = await asyncio.gather(*tasks, return_exceptions=True)
+    assert all(isinstance(each, NoResponse) for each in results)
 
 
-def test_cancelling_the_caller_frees_the_node_at_once() -> None:
-    async def play() -> None:
-        _, host, peer = pair(drop=lambda number: number == 0)
-        stuck = asyncio.ensure_future(host.request(42, read("0x20"), timeout=10, tries=3))
-        queued = asyncio.ensure_future(host.request(42, read("0x21"), timeout=10))
-        following = asyncio.ensure_future(host.request(42, read("0x22")))
-        await asyncio.sleep(0.01)
-        queued.cancel()
-        await turns()
-        began = now()
-        stuck.cancel()
-        answer = await following
-        assert answer.name == "0x22"
-        assert now() - began < 0.002
-        await asyncio.sleep(40)
-        assert peer.names == ["0x20", "0x22"]
-        await host.close()
-
-    run(play())
+async def test_cancelling_the_caller_frees_the_node_at_once() -> None:
+    _, host, peer = pair(drop=lambda number: number == 0)
+    stuck = asyncio.ensure_future(host.request(42, read("0x20"), timeout=10, tries=3))
+    queued = asyncio.ensure_future(host.request(42, read("0x21"), timeout=10))
+    following = asyncio.ensure_future(host.request(42, read("0x22")))
+    await asyncio.sleep(0.01)
+    queued.cancel()
+    await turns()
+    began = now()
+    stuck.cancel()
+    answer = await following
+    assert answer.name == "0x22"
+    assert now() - began < 0.002
+    await asyncio.sleep(40)
+    assert peer.names == ["0x20", "0x22"]
 
 
-def test_a_request_given_up_while_it_waits_is_never_sent() -> None:
-    async def play() -> None:
-        _, host, peer = pair(drop=lambda _: True)
-        stuck = asyncio.ensure_future(host.request(42, read("0x20")))
-        await turns()
-        waiting = host.request(42, read("0x21"))
-        waiting.send(None)
-        waiting.close()
-        with pytest.raises(NoResponse):
-            await stuck
-        await asyncio.sleep(1)
-        assert peer.names == ["0x20"]
-        await host.close()
-
-    run(play())
+async def test_a_request_given_up_while_it_waits_is_never_sent() -> None:
+    _, host, peer = pair(drop=lambda _: True)
+    stuck = asyncio.ensure_future(host.request(42, read("0x20")))
+    await turns()
+    waiting = host.request(42, read("0x21"))
+    waiting.send(None)
+    waiting.close()
+    with pytest.raises(NoResponse):
+        await stuck
+    await asyncio.sleep(1)
+    assert peer.names == ["0x20"]
 
 
-def test_what_the_guard_refuses_comes_to_its_caller_and_nobody_else() -> None:
-    async def play() -> None:
-        bus = MemoryBus()
-        host = participant(GuardedPort(bus.port("host"), writable=frozenset({"0x20"})))
-        peer = Peer(bus.port("peer"), 42, delay=lambda _: 0.01)
-        host.start()
-        before = asyncio.ensure_future(host.request(42, read("0x20")))
-        forbidden = asyncio.ensure_future(host.request(42, GetSetRequest(0, integer(1), "0x49")))
-        after = asyncio.ensure_future(host.request(42, read("0x21")))
-        results = await asyncio.gather(before, forbidden, after, return_exceptions=True)
-        assert [type(each) for each in results] == [GetSetResponse, ForbiddenParameter, GetSetResponse]
-        assert peer.names == ["0x20", "0x21"]
-        await host.close()
-
-    run(play())
+async def test_what_the_guard_refuses_comes_to_its_caller_and_nobody_else() -> None:
+    bus = MemoryBus()
+    host = participant(GuardedPort(bus.port("host"), writable=frozenset({"0x20"})))
+    peer = Peer(bus.port("peer"), 42, delay=lambda _: 0.01)
+    host.start()
+    before = asyncio.ensure_future(host.request(42, read("0x20")))
+    forbidden = asyncio.ensure_future(host.request(42, GetSetRequest(0, integer(1), "0x49")))
+    after = asyncio.ensure_future(host.request(42, read("0x21")))
+    results = await asyncio.gather(before, forbidden, after, return_exceptions=True)
+    assert [type(each) for each in results] == [GetSetResponse, ForbiddenParameter, GetSetResponse]
+    assert peer.names == ["0x20", "0x21"]

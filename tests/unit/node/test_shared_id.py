@@ -6,7 +6,6 @@ import pytest
 
 from hornbill.node.shared_id import ECHO_S, SharedNodeId
 from hornbill.wire.frame import Frame
-from jumping_clock import run
 from unit.node.peer import HOST, participant
 from unit.node.recording import RecordingPort
 
@@ -71,15 +70,13 @@ def test_frames_of_data_types_that_nobody_knows_are_noise(can_id: int) -> None:
 
 
 @pytest.mark.parametrize(("address", "frames"), [("slcan:COM3", 1), ("file:morning.log", 0)])
-def test_what_we_said_ourselves_when_a_recording_was_made_is_not_another_program(address: str, frames: int) -> None:
-    async def play() -> None:
-        port = RecordingPort()
-        port.address = address
-        host = participant(port)
-        host.start()
-        port.deliver([READ_BY_NAME])
-        await asyncio.sleep(0.01)
-        assert host.shared_id.frames == frames
-        await host.close()
-
-    run(play())
+async def test_what_we_said_ourselves_when_a_recording_was_made_is_not_another_program(
+    address: str, frames: int
+) -> None:
+    port = RecordingPort()
+    port.address = address
+    host = participant(port)
+    host.start()
+    port.deliver([READ_BY_NAME])
+    await asyncio.sleep(0.01)
+    assert host.shared_id.frames == frames

@@ -23,122 +23,104 @@ def bench_on(bus: MemoryBus, seed: int = 1) -> Bench:
 
 
 @pytest.mark.parametrize("seed", [1, 2, 3])
-def test_six_demo_servos_are_up_within_8_seconds(seed: int) -> None:
-    async def scenario() -> None:
-        bus = MemoryBus()
-        IdealAllocator(bus.port("host"))
-        bench = bench_on(bus, seed)
-        for recipe in demo_fleet(catalog(), 6, seed):
-            bench.add(recipe)
-        await bench.start()
-        loop = asyncio.get_running_loop()
-        began = loop.time()
-        while not all(servo.node_id for servo in bench.servos.values()):
-            await asyncio.sleep(0.01)
-            assert loop.time() - began < 8.0
-        node_ids = [servo.node_id for servo in bench.servos.values()]
-        assert len(set(node_ids)) == 6
-        await bench.close()
-
-    run(scenario())
+async def test_six_demo_servos_are_up_within_8_seconds(seed: int) -> None:
+    bus = MemoryBus()
+    IdealAllocator(bus.port("host"))
+    bench = bench_on(bus, seed)
+    for recipe in demo_fleet(catalog(), 6, seed):
+        bench.add(recipe)
+    await bench.start()
+    loop = asyncio.get_running_loop()
+    began = loop.time()
+    while not all(servo.node_id for servo in bench.servos.values()):
+        await asyncio.sleep(0.01)
+        assert loop.time() - began < 8.0
+    node_ids = [servo.node_id for servo in bench.servos.values()]
+    assert len(set(node_ids)) == 6
+    await bench.close()
 
 
-def test_a_running_bus_carries_status_of_every_servo() -> None:
-    async def scenario() -> None:
-        bus = MemoryBus(history=4000)
-        bus.port("listener")
-        bench = bench_on(bus)
-        for node_id in range(10, 26):
-            bench.add(Recipe(node_id=node_id))
-        await bench.start()
-        await asyncio.sleep(5.0)
-        sources = [frame.id & 0x7F for _, frame in bus.history]
-        # 10 Status of two frames and one NodeStatus a second.
-        assert {node_id: round(sources.count(node_id) / 105, 1) for node_id in range(10, 26)} == dict.fromkeys(
-            range(10, 26), 1.0
-        )
-        assert bus.load() == pytest.approx(0.042, abs=0.01)
-        await bench.close()
-
-    run(scenario())
+async def test_a_running_bus_carries_status_of_every_servo() -> None:
+    bus = MemoryBus(history=4000)
+    bus.port("listener")
+    bench = bench_on(bus)
+    for node_id in range(10, 26):
+        bench.add(Recipe(node_id=node_id))
+    await bench.start()
+    await asyncio.sleep(5.0)
+    sources = [frame.id & 0x7F for _, frame in bus.history]
+    # 10 Status of two frames and one NodeStatus a second.
+    assert {node_id: round(sources.count(node_id) / 105, 1) for node_id in range(10, 26)} == dict.fromkeys(
+        range(10, 26), 1.0
+    )
+    assert bus.load() == pytest.approx(0.042, abs=0.01)
+    await bench.close()
 
 
-def test_servos_come_and_go_while_the_bus_runs() -> None:
-    async def scenario() -> None:
-        bus = MemoryBus()
-        bus.port("listener")
-        bench = bench_on(bus)
-        await bench.start()
-        await bench.start()
-        servo = bench.add(Recipe(node_id=10))
-        uid = Uid(servo.uid.hex())
-        await asyncio.sleep(0.3)
-        assert servo.node_id == 10
-        assert bench.servo(uid) is servo
+async def test_servos_come_and_go_while_the_bus_runs() -> None:
+    bus = MemoryBus()
+    bus.port("listener")
+    bench = bench_on(bus)
+    await bench.start()
+    await bench.start()
+    servo = bench.add(Recipe(node_id=10))
+    uid = Uid(servo.uid.hex())
+    await asyncio.sleep(0.3)
+    assert servo.node_id == 10
+    assert bench.servo(uid) is servo
+    await bench.remove(uid)
+    assert bench.servos == {}
+    with pytest.raises(Unknown):
         await bench.remove(uid)
-        assert bench.servos == {}
-        with pytest.raises(Unknown):
-            await bench.remove(uid)
-        await asyncio.sleep(1.0)
-        await bench.close()
-        await bench.close()
-
-    run(scenario())
+    await asyncio.sleep(1.0)
+    await bench.close()
+    await bench.close()
 
 
-def test_power_off_is_silence_and_power_on_a_new_start() -> None:
-    async def scenario() -> None:
-        bus = MemoryBus(history=1000)
-        bus.port("listener")
-        bench = bench_on(bus)
-        servo = bench.add(Recipe(node_id=10))
-        uid = Uid(servo.uid.hex())
-        await bench.start()
-        await asyncio.sleep(1.0)
-        bench.power(uid, on=False)
-        await asyncio.sleep(0.1)
-        sent = len(bus.history)
-        assert sent
-        await asyncio.sleep(5.0)
-        assert len(bus.history) == sent
-        bench.power(uid, on=True)
-        await asyncio.sleep(1.0)
-        assert len(bus.history) > sent
-        assert servo.starts == 2
-        await bench.close()
-
-    run(scenario())
+async def test_power_off_is_silence_and_power_on_a_new_start() -> None:
+    bus = MemoryBus(history=1000)
+    bus.port("listener")
+    bench = bench_on(bus)
+    servo = bench.add(Recipe(node_id=10))
+    uid = Uid(servo.uid.hex())
+    await bench.start()
+    await asyncio.sleep(1.0)
+    bench.power(uid, on=False)
+    await asyncio.sleep(0.1)
+    sent = len(bus.history)
+    assert sent
+    await asyncio.sleep(5.0)
+    assert len(bus.history) == sent
+    bench.power(uid, on=True)
+    await asyncio.sleep(1.0)
+    assert len(bus.history) > sent
+    assert servo.starts == 2
+    await bench.close()
 
 
-def test_a_hand_turns_a_horn_without_torque() -> None:
-    async def scenario() -> None:
-        bus = MemoryBus()
-        bus.port("listener")
-        bench = bench_on(bus)
-        servo = bench.add(Recipe(node_id=10, rom={"torque_mode": 1}))
-        await bench.start()
-        await asyncio.sleep(0.5)
-        assert bench.turn_manually(Uid(servo.uid.hex()), 33.0)
-        assert servo.register(0x08) == 330
-        await bench.close()
-
-    run(scenario())
+async def test_a_hand_turns_a_horn_without_torque() -> None:
+    bus = MemoryBus()
+    bus.port("listener")
+    bench = bench_on(bus)
+    servo = bench.add(Recipe(node_id=10, rom={"torque_mode": 1}))
+    await bench.start()
+    await asyncio.sleep(0.5)
+    assert bench.turn_manually(Uid(servo.uid.hex()), 33.0)
+    assert servo.register(0x08) == 330
+    await bench.close()
 
 
-def test_a_bus_that_is_gone_does_not_stop_the_bench() -> None:
-    async def scenario() -> None:
-        bus = MemoryBus()
-        ports = [bus.port("servo")]
-        bench = Bench(lambda _name: ports[0], catalog())
-        servo = bench.add(Recipe(node_id=10))
-        await bench.start()
-        await asyncio.sleep(0.5)
-        await ports[0].close()
-        await asyncio.sleep(2.0)
-        assert servo.next_due() > asyncio.get_running_loop().time()
-        await bench.close()
-
-    run(scenario())
+async def test_a_bus_that_is_gone_does_not_stop_the_bench() -> None:
+    bus = MemoryBus()
+    ports = [bus.port("servo")]
+    bench = Bench(lambda _name: ports[0], catalog())
+    servo = bench.add(Recipe(node_id=10))
+    await bench.start()
+    await asyncio.sleep(0.5)
+    await ports[0].close()
+    await asyncio.sleep(2.0)
+    assert servo.next_due() > asyncio.get_running_loop().time()
+    await bench.close()
 
 
 def test_what_cannot_be_added_is_refused() -> None:
@@ -171,43 +153,37 @@ def test_the_same_seed_gives_the_same_bench() -> None:
     assert len(set(uids(1) + uids(2))) == 6
 
 
-def test_a_servo_taken_off_twice_at_once_is_unknown_the_second_time() -> None:
-    async def scenario() -> None:
-        bus = MemoryBus()
+async def test_a_servo_taken_off_twice_at_once_is_unknown_the_second_time() -> None:
+    bus = MemoryBus()
 
-        def opened(name: str) -> CanPort:
-            port = bus.port(name)
-            close = port.close
+    def opened(name: str) -> CanPort:
+        port = bus.port(name)
+        close = port.close
 
-            async def slowly() -> None:
-                await asyncio.sleep(0.1)
-                await close()
+        async def slowly() -> None:
+            await asyncio.sleep(0.1)
+            await close()
 
-            port.close = slowly  # pyright: ignore[reportAttributeAccessIssue]
-            return port
+        port.close = slowly  # pyright: ignore[reportAttributeAccessIssue]
+        return port
 
-        bench = Bench(opened, catalog())
-        await bench.start()
-        uid = Uid(bench.add(Recipe(node_id=10)).uid.hex())
-        ends = await asyncio.gather(bench.remove(uid), bench.remove(uid), return_exceptions=True)
-        assert [type(end) for end in ends] == [type(None), Unknown]
-
-    run(scenario())
+    bench = Bench(opened, catalog())
+    await bench.start()
+    uid = Uid(bench.add(Recipe(node_id=10)).uid.hex())
+    ends = await asyncio.gather(bench.remove(uid), bench.remove(uid), return_exceptions=True)
+    assert [type(end) for end in ends] == [type(None), Unknown]
 
 
-def test_a_servo_that_finds_no_port_is_not_on_the_bench() -> None:
+async def test_a_servo_that_finds_no_port_is_not_on_the_bench() -> None:
     def opened(name: str) -> CanPort:
         raise PortOpenFailed(f"{name} finds no place.", cause=None, address=name)
 
-    async def scenario() -> None:
-        bench = Bench(opened, catalog())
-        await bench.start()
-        with pytest.raises(PortOpenFailed):
-            bench.add(Recipe(node_id=10))
-        assert bench.servos == {}
-        await bench.close()
-
-    run(scenario())
+    bench = Bench(opened, catalog())
+    await bench.start()
+    with pytest.raises(PortOpenFailed):
+        bench.add(Recipe(node_id=10))
+    assert bench.servos == {}
+    await bench.close()
 
 
 def test_the_same_seed_and_the_same_calls_give_the_same_frames() -> None:
