@@ -1,4 +1,4 @@
-"""The source as syntax trees, parsed once however many tests look at it."""
+"""The source as syntax trees, each file parsed once for all tests."""
 
 import ast
 from functools import cache
@@ -7,7 +7,7 @@ from pathlib import Path
 
 @cache
 def tree(file: Path) -> ast.Module:
-    """The syntax tree of a Python file. Nobody changes it."""
+    """The syntax tree of a Python file. Do not change it."""
     return ast.parse(file.read_text(encoding="utf-8"), str(file))
 
 

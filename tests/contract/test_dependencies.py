@@ -1,6 +1,7 @@
-"""What pyproject.toml declares is what the source imports, bounded and locked; and the notices name all of it."""
+"""Dependencies: declared where imported, bounded, locked by hash, and listed with their licences."""
 
 import ast
+import json
 import re
 import sys
 import tomllib
@@ -46,10 +47,10 @@ USED_WITHOUT_IMPORT = {
     "ruff": "make check",
     "sphinx-copybutton": "blocks of the documentation can be copied",
 }
-"""Why something is declared that nothing imports."""
+"""Why a package is declared that no file imports."""
 
 LOADED_BY_IT = {"pytest"}
-"""What loads a part of us, and is there whenever that part is."""
+"""It loads the plugin, so it is installed whenever the plugin is used."""
 BROUGHT_BY_PYTEST = {"_pytest"}
 TESTS_OWN = {
     "behaviour",
@@ -69,13 +70,13 @@ installed = cache(packages_distributions)
 
 
 def called(node: ast.Call) -> str:
-    """The last name of what is called."""
+    """The last name of the called function."""
     return str(getattr(node.func, "attr", getattr(node.func, "id", "")))
 
 
 @cache
 def imported(folder: Path) -> set[str]:
-    """The distributions, by canonical name, that Python files below `folder` import, wherever in them."""
+    """The distributions, by canonical name, that Python files below `folder` import, at any level."""
     tops: set[str] = set()
     for path in folder.rglob("*.py"):
         for node in nodes(path):
@@ -98,72 +99,68 @@ def names(requirements: list[Requirement]) -> set[str]:
 PRODUCT = names(REQUIRED + [one for those in EXTRAS.values() for one in those])
 
 
-def test_everything_the_product_imports_is_declared() -> None:
-    assert imported(ROOT / "server" / "hornbill") - LOADED_BY_IT <= PRODUCT
-
-
-def test_everything_that_tests_import_is_declared() -> None:
-    used = imported(ROOT / "tests") | imported(ROOT / "server") | imported(ROOT / "tools")
-    assert used <= PRODUCT | names(DEVELOPERS)
-
-
-def test_everything_that_builds_the_documentation_is_declared() -> None:
+def test_every_imported_package_is_declared() -> None:
+    product, tests = imported(ROOT / "server" / "hornbill"), imported(ROOT / "tests")
+    assert product - LOADED_BY_IT <= PRODUCT
+    assert tests | imported(ROOT / "server") | imported(ROOT / "tools") <= PRODUCT | names(DEVELOPERS)
     assert imported(ROOT / "docs" / "site") <= names(DOCUMENTATION)
 
 
-def test_nothing_declared_for_the_product_is_unused() -> None:
-    assert PRODUCT - imported(ROOT / "server" / "hornbill") - USED_WITHOUT_IMPORT.keys() == set()
-
-
-def test_nothing_declared_for_developers_is_unused() -> None:
-    folders = ("tests", "server", "tools", "docs/site")
-    used = set[str]().union(USED_WITHOUT_IMPORT, *(imported(ROOT / folder) for folder in folders))
-    assert names(DEVELOPERS) - used == set()
-
-
-def test_every_reason_for_an_unimported_dependency_is_still_needed() -> None:
+def test_every_declared_package_is_used() -> None:
+    product = imported(ROOT / "server" / "hornbill")
+    everything = product.union(*(imported(ROOT / folder) for folder in ("tests", "server", "tools", "docs/site")))
+    assert PRODUCT - product - USED_WITHOUT_IMPORT.keys() == set()
+    assert names(DEVELOPERS) - everything - USED_WITHOUT_IMPORT.keys() == set()
     assert USED_WITHOUT_IMPORT.keys() <= PRODUCT | names(DEVELOPERS)
-    assert not imported(ROOT / "server" / "hornbill") & USED_WITHOUT_IMPORT.keys()
+    assert not product & USED_WITHOUT_IMPORT.keys()
 
 
-@pytest.mark.parametrize("one", [*REQUIRED, *DEVELOPERS, *(one for those in EXTRAS.values() for one in those)], ids=str)
-def test_every_dependency_says_from_which_version_on(one: Requirement) -> None:
-    assert any(part.operator in (">=", "==", "~=") for part in one.specifier), f"{one} has no lower bound"
-    assert one.url is None, f"{one} names a place"
+def test_every_dependency_has_a_lower_bound() -> None:
+    for one in [*REQUIRED, *DEVELOPERS, *(one for those in EXTRAS.values() for one in those)]:
+        assert any(part.operator in (">=", "==", "~=") for part in one.specifier), one
+        assert one.url is None, one
 
 
 @pytest.mark.parametrize("lock", LOCKS)
-def test_a_lock_holds_what_pyproject_declares_and_in_its_ranges(lock: str) -> None:
-    pinned = _pins((ROOT / lock).read_text(encoding="utf-8"))
+def test_a_python_lock_matches_pyproject_and_has_hashes(lock: str) -> None:
+    text = (ROOT / lock).read_text(encoding="utf-8")
+    assert "://" not in text, "a lock names no package index"
+    pinned: dict[str, list[str]] = {}
+    for name, version in re.findall(r"^([\w.-]+)==([^\s\\;]+)", text, re.MULTILINE):
+        pinned.setdefault(canonicalize_name(name), []).append(version)
+    hashed = re.findall(r"^[\w.-]+==[^\\\n]+\\\n +--hash=sha256:", text, re.MULTILINE)
+    assert len(hashed) == sum(map(len, pinned.values())) > 30
     for one in LOCKS[lock]:
         found = pinned.get(canonicalize_name(one.name), [])
-        assert found, f"{one.name} is declared and not in {lock}: run 'make lock'"
+        assert found, f"{one.name} is not in {lock}: run 'make lock'"
         assert all(one.specifier.contains(version) for version in found), f"{lock} has {one.name} {found}, not {one}"
+    entries = re.split(r"^(?=[\w.-]+==)", text, flags=re.MULTILINE)
+    direct = {
+        canonicalize_name(entry.partition("==")[0])
+        for entry in entries
+        if re.search(r"# .*\bhornbill \(pyproject\.toml", entry)
+    }
+    assert direct == names(LOCKS[lock]), f"{lock} does not match pyproject.toml: run 'make lock'"
 
 
-@pytest.mark.parametrize("lock", LOCKS)
-def test_a_lock_was_made_from_this_pyproject(lock: str) -> None:
-    """Whatever it says it holds on behalf of hornbill itself, pyproject.toml declares, and the other way round."""
-    entries = re.split(r"^(?=[\w.-]+==)", (ROOT / lock).read_text(encoding="utf-8"), flags=re.MULTILINE)
-    whose = {canonicalize_name(entry.partition("==")[0]): entry for entry in entries}
-    ours = {name for name, entry in whose.items() if re.search(r"# .*\bhornbill \(pyproject\.toml", entry)}
-    assert ours == names(LOCKS[lock]), f"{lock} does not match pyproject.toml: run 'make lock'"
+def test_the_lock_of_the_page_has_hashes_and_no_address() -> None:
+    packages = json.loads((ROOT / "web" / "package-lock.json").read_text(encoding="utf-8"))["packages"]
+    assert len(packages) > 20
+    for name, package in packages.items():
+        assert "resolved" not in package, name
+        if name and not package.get("link"):
+            assert package["integrity"].startswith("sha512-"), name
+    declared = json.loads((ROOT / "web" / "package.json").read_text(encoding="utf-8"))["dependencies"]
+    assert sorted(declared) == ["@preact/signals", "preact", "uplot"], "the page has three runtime dependencies"
 
 
-def test_the_notices_name_what_is_locked_and_what_the_page_holds() -> None:
+def test_the_notices_list_every_locked_package() -> None:
     if not (ROOT / "web" / "node_modules" / "preact").is_dir():
         pytest.skip("web/node_modules is not installed: 'make setup' installs it")
     committed = notices.PAGE.read_text(encoding="utf-8")
     assert committed == notices.document(), "THIRD_PARTY.md is out of date: run 'make generate'"
 
 
-def test_a_package_without_a_licence_is_not_passed_over() -> None:
+def test_a_package_without_a_licence_is_an_error() -> None:
     with pytest.raises(FileNotFoundError, match="no-such-package"):
         notices._licence("no-such-package")  # pyright: ignore[reportPrivateUsage]
-
-
-def _pins(text: str) -> dict[str, list[str]]:
-    found: dict[str, list[str]] = {}
-    for name, version in re.findall(r"^([\w.-]+)==([^\s\\;]+)", text, re.MULTILINE):
-        found.setdefault(canonicalize_name(name), []).append(version)
-    return found

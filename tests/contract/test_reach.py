@@ -1,10 +1,10 @@
-"""Every operation of the API can be done from the command line and by the client, or it is said here why not.
+"""Every operation of the API has a command and a method of the client, or a reason here; and every command is tested.
 
-A new operation fails both tests until somebody has decided.
+A new operation fails both tests until it is listed.
 """
 
 import json
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -14,13 +14,15 @@ import typer
 from typer.testing import CliRunner
 
 import hornbill.client
-from contract.answering import UID, Answering, document
+from commands.guides import ROOT, blocks, guides
+from contract.document_server import UID, DocumentServer, document
+from contract.test_doc_references import commands
 from hornbill.cli import app
 from hornbill.client import Hornbill, Servo
 from hornbill.schema.catalog import Catalog
 
 ROWS = {f"{verb}_{key}" for key in Catalog.load().parameters for verb in ("get", "set")}
-"""A route a row, for programs made from the document: `get`, `set` and Servo.reading, write do all of them by key."""
+"""One route per row, for generated clients: `get`, `set` and Servo.reading, write take the key of any row."""
 
 COMMANDS: dict[str, str] = {
     "accept_drift": "drift accept S",
@@ -108,52 +110,33 @@ COMMANDS: dict[str, str] = {
     "take_snapshot": "snapshots create S",
     "create_recording": "recordings create",
 }
-"""S is a servo. What a command does over the socket is not seen here: `watch`."""
+"""S is a servo. Requests over the socket (`watch`) are not covered here."""
 
-LEASE_ENDS = "motion control ends with the command that took it"
-BROWSER = "how a browser comes in; the command line sends its token"
-BENCH = "what a bench could do to a simulated servo: for tests, by the client's ask"
 NO_COMMAND: dict[str, str] = {
-    "add_sim_servo": BENCH,
-    "create_token": "hornbill tokens create writes the data folder, before a server runs: no secret crosses a network",
-    "request_lease": LEASE_ENDS,
-    "start_stream": LEASE_ENDS,
-    "change_matrix": "hornbill apply takes many servos from a file",
-    "change_sim_servo": BENCH,
-    "command_servos": LEASE_ENDS,
-    "end_stream": LEASE_ENDS,
-    "export_telemetry_parquet": "hornbill samples writes CSV, and a terminal can do nothing with Parquet",
-    "forecast_restart": "part of the question of hornbill restart, which nobody is asked here",
-    "get_cautions": "hornbill move says them, and refuses until they are confirmed",
-    "get_lease_request": LEASE_ENDS,
-    "get_parameter": "hornbill get reads the whole set, and prints what was asked for of it",
-    "get_profile": "hornbill profiles export prints it as the file that profiles import takes",
-    "get_servo": "hornbill list has all of it",
-    "get_session": BROWSER,
-    "get_sim_servo": BENCH,
-    "get_stop": "hornbill stop says it; hornbill watch shows it",
-    "get_stream": LEASE_ENDS,
-    "get_telemetry": "who polls what is for programs that poll",
-    "label_servo": "hornbill label also does it for servos that are switched off",
-    "list_sim_servos": BENCH,
-    "list_streams": LEASE_ENDS,
-    "list_tokens": "hornbill tokens list reads the data folder",
-    "log_in": BROWSER,
-    "log_out": BROWSER,
-    "create_ticket": BROWSER,
-    "set_stream_values": LEASE_ENDS,
-    "read_faults": "hornbill faults list, which asks for each",
-    "read_matrix": "hornbill export, or get for each",
-    "refuse_lease_request": LEASE_ENDS,
-    "remove_sim_servo": BENCH,
-    "renew_lease": "done by itself every second while a command holds motion control",
-    "restore_snapshot": "hornbill snapshots restore copies from snapshot:N, which is the same",
-    "revoke_token": "hornbill tokens revoke writes the data folder",
-    "set_parameter": "hornbill set changes several rows, or one, all or nothing",
-    "set_telemetry": "hornbill watch --channel asks for it, over the socket's block",
-    "stream_events": "hornbill watch hears the same over the socket",
-    "withdraw_lease_request": LEASE_ENDS,
+    "motion control ends with the command that took it": """
+        request_lease get_lease_request refuse_lease_request withdraw_lease_request renew_lease
+        start_stream get_stream list_streams set_stream_values end_stream command_servos""",
+    "sessions of a browser; the command line sends its token": "get_session log_in log_out create_ticket",
+    "simulated servos, for tests: Hornbill.request": """
+        add_sim_servo get_sim_servo list_sim_servos change_sim_servo remove_sim_servo""",
+    "hornbill tokens uses the data folder: no secret crosses a network": "create_token list_tokens revoke_token",
+    "hornbill apply changes many servos from a file": "change_matrix",
+    "hornbill samples writes CSV": "export_telemetry_parquet",
+    "hornbill restart shows it in its confirmation": "forecast_restart",
+    "hornbill move shows them and requires confirmation": "get_cautions",
+    "hornbill get reads the whole set and prints the requested part": "get_parameter",
+    "hornbill profiles export prints it as a file": "get_profile",
+    "hornbill list shows all of it": "get_servo",
+    "hornbill stop and hornbill watch show it": "get_stop",
+    "for programs that poll": "get_telemetry",
+    "hornbill label also works for servos that are off": "label_servo",
+    "hornbill faults list reads each servo": "read_faults",
+    "hornbill export, or get for each servo": "read_matrix",
+    "hornbill snapshots restore copies from snapshot:N, which is the same": "restore_snapshot",
+    "hornbill set changes one or several rows at once": "set_parameter",
+    "hornbill watch uses the socket": "set_telemetry stream_events",
 }
+"""Operations without a command, by reason."""
 
 CALLS: dict[str, Callable[[Hornbill, Servo], object]] = {
     "accept_drift": lambda _, s: s.history.accept_drift(),
@@ -260,38 +243,24 @@ CALLS: dict[str, Callable[[Hornbill, Servo], object]] = {
     "release_lease": lambda h, _: _lease(h),
 }
 
-FILE = "a file, by download or ask: there is nothing in it to type"
-PEOPLE = "between people at pages; a program takes motion control with force and a reason, or is told who has it"
-NOT_TYPED: dict[str, str] = {
-    "add_sim_servo": BENCH,
-    "create_token": "made by hand, by hornbill tokens create",
-    "request_lease": PEOPLE,
-    "change_sim_servo": BENCH,
-    "export_profile": FILE,
-    "export_telemetry_parquet": FILE,
-    "get_lease_request": PEOPLE,
-    "get_session": BROWSER,
-    "get_sim_servo": BENCH,
-    "import_profile": FILE,
-    "list_sim_servos": BENCH,
-    "list_streams": "a program knows the stream it began",
-    "list_tokens": "looked at by hand, by hornbill tokens list",
-    "log_in": BROWSER,
-    "log_out": BROWSER,
-    "create_ticket": BROWSER,
-    "refuse_lease_request": PEOPLE,
-    "remove_sim_servo": BENCH,
-    "revoke_token": "done by hand, by hornbill tokens revoke",
-    "stream_events": "a stream without end, for programs that have no WebSocket; hornbill watch shows how to listen",
-    "withdraw_lease_request": PEOPLE,
+NO_METHOD: dict[str, str] = {
+    "between people at pages; a program takes motion control with force and a reason": """
+        request_lease get_lease_request refuse_lease_request withdraw_lease_request""",
+    "sessions of a browser": "get_session log_in log_out create_ticket",
+    "simulated servos, for tests: Hornbill.request": """
+        add_sim_servo get_sim_servo list_sim_servos change_sim_servo remove_sim_servo""",
+    "a file, by download or Hornbill.request": "export_profile export_telemetry_parquet import_profile",
+    "hornbill tokens, with the data folder": "create_token list_tokens revoke_token",
+    "a program knows the streams it started": "list_streams",
+    "an endless stream for programs without WebSocket; hornbill watch shows how to use the socket": "stream_events",
 }
+"""Operations without a method of the client, by reason."""
 
-
-ASKING = (
+CONFIRMED = (
     "restart S", "factory-reset S", "undo S", "snapshots restore S 7", "copy S profile:x", "drift restore S",
     "bus disconnect", "node-ids recycle 3", "stop --restore", "inventory forget S", "step-test S",
 )  # fmt: skip
-"""What asks before it does it."""
+"""Commands that require confirmation."""
 
 
 def _stream(hornbill: Hornbill, servo: Servo) -> None:
@@ -305,24 +274,49 @@ def _lease(hornbill: Hornbill) -> None:
         lease.renew()
 
 
-def operations() -> set[str]:
+@pytest.mark.parametrize(("done", "not_done"), [(COMMANDS, NO_COMMAND), (CALLS, NO_METHOD)], ids=["command", "method"])
+def test_every_operation_is_listed_once(done: dict[str, Any], not_done: dict[str, str]) -> None:
     every = {one["operationId"] for verbs in document()["paths"].values() for one in verbs.values()}
-    return every - ROWS
+    listed = [*done, *" ".join(not_done.values()).split()]
+    assert sorted(listed) == sorted(every - ROWS)
 
 
-@pytest.mark.parametrize(
-    ("done", "not_done"), [(COMMANDS, NO_COMMAND), (CALLS, NOT_TYPED)], ids=["command line", "client"]
-)
-def test_every_operation_is_decided_once(done: dict[str, Any], not_done: dict[str, str]) -> None:
-    assert not done.keys() & not_done.keys()
-    undecided = operations() - done.keys() - not_done.keys()
-    assert undecided == set(), "say how it is done, or why not"
-    assert (done.keys() | not_done.keys()) - operations() == set(), "there is no such operation any more"
-    assert all(len(why) > 20 for why in not_done.values())
+def every_command(group: Any, *words: str) -> Iterator[tuple[str, Any]]:
+    """Every command with its name; groups are left out."""
+    for name, one in getattr(group, "commands", {}).items():
+        if hasattr(one, "commands"):
+            yield from every_command(one, *words, name)
+        else:
+            yield " ".join((*words, name)), one
+
+
+EVERY: dict[str, Any] = dict(every_command(typer.main.get_command(app)))
+
+
+def name_of(words: list[str]) -> str:
+    """The command that a command line begins with."""
+    return next((" ".join(words[:n]) for n in (2, 1) if " ".join(words[:n]) in EVERY), "")
+
+
+def test_every_command_is_run_by_a_test() -> None:
+    """By one in this file, as part of a guide, or by a test that contains its words."""
+    run = {name_of(words.split()) for words in (*COMMANDS.values(), *CONFIRMED)}
+    run |= {
+        name_of(words)
+        for guide in guides()
+        for block in blocks(guide)
+        if not block.needs
+        for words in commands(block.script)
+    }
+    folders = ("commands", "unit/cli", "e2e", "socketcan")
+    files = (file for folder in folders for file in (ROOT / "tests" / folder).rglob("*.py"))
+    source = "".join(file.read_text(encoding="utf-8") for file in files)
+    quoted = {name for name in EVERY if '"{}"'.format('", "'.join(name.split())) in source}
+    assert EVERY.keys() - run - quoted == set()
 
 
 def run(
-    words: str, server: Answering, monkeypatch: pytest.MonkeyPatch, folder: Path, *more: str
+    words: str, server: DocumentServer, monkeypatch: pytest.MonkeyPatch, folder: Path, *more: str
 ) -> tuple[int, str, str]:
     monkeypatch.setattr(hornbill.client, "Hornbill", partial(Hornbill, transport=server.transport()))
     given = [str(folder / word) if word.startswith("FILE") else word for word in words.split()]
@@ -340,63 +334,49 @@ def folder(tmp_path: Path) -> Path:
     return tmp_path
 
 
-@pytest.mark.parametrize("operation", sorted(COMMANDS))
-def test_the_command_asks_for_the_operation_and_prints_what_it_is_told(
-    operation: str, monkeypatch: pytest.MonkeyPatch, folder: Path
-) -> None:
-    server = Answering()
-    code, _, said = run(COMMANDS[operation], server, monkeypatch, folder)
-    assert operation in server.asked, f"{COMMANDS[operation]}: {server.asked} {said}"
-    assert code in (0, 1), said
-    if operation not in ("diagnose_bus", "stop", "clear_stop"):  # whose code says what was found
-        assert code == 0, said
-
-
 def has_json(words: str) -> bool:
-    found: Any = typer.main.get_command(app)
-    for word in words.split():
-        if word not in getattr(found, "commands", ()):
-            break
-        found = found.commands[word]
-    return any("--json" in one.opts for one in found.params)
+    return any("--json" in one.opts for one in EVERY[name_of(words.split())].params)
 
 
-@pytest.mark.parametrize(
-    "words", sorted(words for words in set(COMMANDS.values()) if has_json(words) and "--csv" not in words)
-)
-def test_every_command_that_prints_an_answer_prints_json_that_can_be_read(
+@pytest.mark.parametrize("operation", sorted(COMMANDS))
+def test_the_command_requests_its_operation(operation: str, monkeypatch: pytest.MonkeyPatch, folder: Path) -> None:
+    server = DocumentServer()
+    code, _, errors = run(COMMANDS[operation], server, monkeypatch, folder)
+    assert operation in server.requested, f"{COMMANDS[operation]}: {server.requested} {errors}"
+    assert code in (0, 1), errors
+    if operation not in ("diagnose_bus", "stop", "clear_stop"):  # their exit code reports findings
+        assert code == 0, errors
+
+
+@pytest.mark.parametrize("words", sorted(set(COMMANDS.values())))
+def test_a_command_prints_json_and_accepts_empty_responses(
     words: str, monkeypatch: pytest.MonkeyPatch, folder: Path
 ) -> None:
-    _, out, said = run(words, Answering(), monkeypatch, folder, "--json")
-    assert json.loads(out) is not None, said
+    if has_json(words) and "--csv" not in words:
+        _, out, errors = run(words, DocumentServer(), monkeypatch, folder, "--json")
+        assert json.loads(out) is not None, errors
+    if " S" not in words:
+        code, _, errors = run(words, DocumentServer(full=False), monkeypatch, folder)
+        assert code in (0, 1), errors
 
 
-@pytest.mark.parametrize("words", sorted(words for words in set(COMMANDS.values()) if " S" not in words))
-def test_a_command_that_finds_nothing_says_so_and_does_not_fail(
+@pytest.mark.parametrize("words", CONFIRMED)
+def test_without_a_terminal_a_command_that_requires_confirmation_changes_nothing(
     words: str, monkeypatch: pytest.MonkeyPatch, folder: Path
 ) -> None:
-    code, _, said = run(words, Answering(full=False), monkeypatch, folder)
-    assert code in (0, 1), said
-
-
-@pytest.mark.parametrize(
-    ("words", "more"), [(one, more) for one in ASKING for more in ((), ("--json",)) if not more or has_json(one)]
-)
-def test_what_moves_restarts_or_forgets_does_nothing_when_nobody_can_be_asked(
-    words: str, more: tuple[str, ...], monkeypatch: pytest.MonkeyPatch, folder: Path
-) -> None:
-    server = Answering()
-    code, _, said = run(words, server, monkeypatch, folder, *more)
-    assert code == 2
-    assert "--yes" in said
-    reading = ("get_", "list_", "compare", "forecast_", "preview_")
-    assert [one for one in server.asked if not one.startswith(reading)] == []
+    for more in ((), ("--json",)) if has_json(words) else ((),):
+        server = DocumentServer()
+        code, _, errors = run(words, server, monkeypatch, folder, *more)
+        assert code == 2
+        assert "--yes" in errors
+        reading = ("get_", "list_", "compare", "forecast_", "preview_")
+        assert [one for one in server.requested if not one.startswith(reading)] == []
 
 
 @pytest.mark.parametrize("operation", sorted(CALLS))
-def test_the_client_asks_for_the_operation_as_the_document_wants_it(operation: str) -> None:
-    server = Answering()
+def test_the_client_requests_the_operation_as_documented(operation: str) -> None:
+    server = DocumentServer()
     with Hornbill("http://127.0.0.1", transport=server.transport()) as client:
         (servo,) = client.servos()
         CALLS[operation](client, servo)
-    assert operation in server.asked
+    assert operation in server.requested

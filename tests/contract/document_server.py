@@ -1,7 +1,7 @@
-"""A server that says of everything what the document allows, and refuses what it does not declare.
+"""A server made from the OpenAPI document: it responds with what the document allows, and rejects anything else.
 
-It stands where a real one would be, to see which operations a program asks for, and how it takes answers that are
-full, and answers that are as empty as the document allows.
+It replaces a real server, to see which operations a program requests, and how the program handles full responses and
+responses as empty as the document allows.
 """
 
 import re
@@ -17,7 +17,7 @@ from hornbill.api.openapi.sharing import parameters_of
 from hornbill.schema.catalog import Catalog
 
 FILES = ("get_report", "export_profile")
-"""JSON is one of their forms."""
+"""Operations with several formats, one of them JSON."""
 UID = "0123456789abcdef" * 2
 
 
@@ -27,33 +27,33 @@ def document() -> dict[str, Any]:
     return create_api(Catalog.load()).openapi()
 
 
-class Answering:
-    """Answers by the document. `full`: whatever may be null is there, and lists hold one thing; else neither.
+class DocumentServer:
+    """Responds as the document says. `full`: no optional value is null, and lists have one item; else the opposite.
 
-    `asked` holds the ids of the operations asked for, "preview_" before that of a dry run. Raises AssertionError for a
-    request the document does not declare: another path, a query or a field it does not name, a field it requires.
+    `requested` lists the IDs of the requested operations, "preview_" before that of a dry run. Raises AssertionError
+    for a request that the document does not declare: an unknown path, query or field, or a missing required field.
     """
 
     def __init__(self, *, full: bool = True) -> None:
         self.full = full
-        self.asked: list[str] = []
+        self.requested: list[str] = []
 
     def transport(self) -> httpx.MockTransport:
         """For a client."""
-        return httpx.MockTransport(self._answer)
+        return httpx.MockTransport(self._respond)
 
-    def _answer(self, request: httpx.Request) -> httpx.Response:
+    def _respond(self, request: httpx.Request) -> httpx.Response:
         path = request.url.path
         operation = _operation(request.method.lower(), path)
         planned = b'"dry_run":true' in request.content.replace(b" ", b"")
-        self.asked.append(("preview_" if planned else "") + operation["operationId"])
-        named = {one["name"] for one in parameters_of(document(), operation) if one["in"] == "query"}
+        self.requested.append(("preview_" if planned else "") + operation["operationId"])
+        declared = {one["name"] for one in parameters_of(document(), operation) if one["in"] == "query"}
         sent = {key for key, _ in parse_qsl(request.url.query.decode(), keep_blank_values=True)}
-        assert sent <= named, f"{operation['operationId']} takes no {sent - named}"
+        assert sent <= declared, f"{operation['operationId']} takes no {sent - declared}"
         self._check_body(operation, request)
         status = min(operation["responses"])
-        answer = operation["responses"][status]
-        content = answer.get("content", {})
+        response = operation["responses"][status]
+        content = response.get("content", {})
         if status == "204":
             return httpx.Response(204)
         if "application/json" not in content or operation["operationId"] in FILES:
@@ -72,11 +72,11 @@ class Answering:
         shape = _resolved(next((one for one in declared.get("anyOf", ()) if "$ref" in one), declared))
         body = orjson.loads(request.content)
         known = set(shape["properties"])
-        assert set(body) <= known, f"{name} knows no {set(body) - known}"
-        assert set(shape.get("required", ())) <= set(body), f"{name} wants {shape['required']}"
+        assert set(body) <= known, f"{name} has no {set(body) - known}"
+        assert set(shape.get("required", ())) <= set(body), f"{name} requires {shape['required']}"
 
     def made(self, shape: dict[str, Any], name: str = "") -> Any:
-        """Something of a shape."""
+        """An example value of a schema."""
         shape = _resolved(shape)
         kinds = shape.get("anyOf") or shape.get("oneOf")
         if kinds:
@@ -84,7 +84,7 @@ class Answering:
             return None if nothing and not self.full else self.made(kinds[0], name)
         if "const" in shape or "enum" in shape:
             words = shape.get("enum") or [shape["const"]]
-            # Nobody waits for a job that never ends.
+            # The program would wait for a job that never ends.
             return "succeeded" if "succeeded" in words else words[0]
         match shape.get("type"):
             case "object" if "properties" in shape:
@@ -97,7 +97,7 @@ class Answering:
             case "string":
                 return UID if "uid" in name else "x"
             case "boolean":
-                # A change changes something, and a stop that was cleared is cleared.
+                # A change has an effect, and a cleared stop is not latched.
                 return name not in ("latched", "before")
             case "integer" | "number":
                 return shape.get("minimum", 1)
@@ -107,13 +107,13 @@ class Answering:
     def _object(self, shape: dict[str, Any]) -> dict[str, Any]:
         made = {key: self.made(one, key) for key, one in shape["properties"].items()}
         title = shape.get("title", "")
-        # What the server says beside a success.
+        # A success has none of these.
         if "problem" in made:
             made["problem"] = None
         if title == "Job":
             made["error"] = None
         if title == "Imported":
-            made["profile"] = Answering().made(shape["properties"]["profile"])
+            made["profile"] = DocumentServer().made(shape["properties"]["profile"])
         if title == "Stream":
             made["ended"] = None
         return made
