@@ -25,7 +25,7 @@ class _JumpingSelector(selectors.DefaultSelector):
     def __init__(self) -> None:
         super().__init__()
         self.now: Instant = START
-        self.patience = 1.0
+        self.stuck_after_s = 1.0
         self.waiting: Callable[[], str] = str
 
     def select(self, timeout: float | None = None) -> list[tuple[selectors.SelectorKey, int]]:
@@ -34,10 +34,10 @@ class _JumpingSelector(selectors.DefaultSelector):
             return ready
         if timeout is None:
             # A descriptor or another thread is all that could wake us now, and neither knows our clock.
-            ready = super().select(self.patience)
+            ready = super().select(self.stuck_after_s)
             if not ready:
                 raise Deadlock(
-                    f"nothing is ready, no timer is set, no file descriptor stirred for {self.patience} s: "
+                    f"nothing is ready, no timer is set, no file descriptor stirred for {self.stuck_after_s} s: "
                     f"{self.waiting()} would wait for ever"
                 )
         elif timeout > 0:
@@ -54,7 +54,7 @@ class JumpingLoop(asyncio.SelectorEventLoop):
     descriptors are polled, never waited for while a timer is set. `run_in_executor` runs its function
     at once, in this thread, so that results come in the same order every time; a thread started in any
     other way (anyio's, say) takes an unknown time here, as timers do not wait for it. When neither a task nor
-    a timer nor, for `patience` real seconds, a file descriptor or another thread has anything to do,
+    a timer nor, for `stuck_after_s` real seconds, a file descriptor or another thread has anything to do,
     the loop raises Deadlock and names the tasks that wait.
     """
 
@@ -67,13 +67,13 @@ class JumpingLoop(asyncio.SelectorEventLoop):
         self._jumping.waiting = self._who_waits
 
     @property
-    def patience(self) -> float:
+    def stuck_after_s(self) -> float:
         """Real seconds given to file descriptors and threads before a standstill is a Deadlock."""
-        return self._jumping.patience
+        return self._jumping.stuck_after_s
 
-    @patience.setter
-    def patience(self, seconds: float) -> None:
-        self._jumping.patience = seconds
+    @stuck_after_s.setter
+    def stuck_after_s(self, seconds: float) -> None:
+        self._jumping.stuck_after_s = seconds
 
     def time(self) -> Instant:
         """The virtual instant, in seconds."""

@@ -1,27 +1,17 @@
-"""Section 4.11: what a ROM write keeps, how long it takes, and what becomes of it when the supply fails."""
+"""Section 4.11: what a ROM write stores, how long it takes, and its result if the supply fails meanwhile."""
+
+from collections.abc import Callable
 
 import pytest
 
-from hornbill.sim.behaviour import Behaviour
 from hornbill.sim.device import ServoStage
 from unit.sim.desk import FREE, NODE, QUIET, Desk
 
 ROM_LOST = 1 << 15
 
 
-@pytest.mark.states("B08")
-def test_ram_is_lost_with_the_power_and_rom_is_not() -> None:
-    desk = Desk(rom={"angle_p_gain": 55})
-    desk.write("0x2C", 77)
-    desk.servo.power_off(desk.now)
-    assert desk.wait(1.0) == []
-    desk.servo.power_on(desk.now)
-    desk.wait(0.2)
-    assert desk.read("0x2C") == 55
-
-
 @pytest.mark.states("B44", "B49")
-def test_0x12_keeps_0x20_to_0x46_and_nothing_else() -> None:
+def test_0x12_stores_0x20_to_0x46_and_nothing_else() -> None:
     desk = Desk("BLA21-06U-AB", rom=QUIET)
     changed = {
         "0x20": 2, "0x21": 1, "0x22": 0, "0x23": 1, "0x24": 1, "0x25": 1, "0x26": 2, "0x27": 60_000, "0x2A": 90,
@@ -33,132 +23,69 @@ def test_0x12_keeps_0x20_to_0x46_and_nothing_else() -> None:
     for name, raw in changed.items():
         assert desk.write(name, raw) == raw, name
     product = {f"0x{at:02X}": desk.read(f"0x{at:02X}") for at in range(0x50, 0x5D)}
-    assert desk.write("0x12", 1) == 1
-    desk.wait(0.3)
+    desk.save()
     assert desk.servo.node_id == 77
     assert {name: desk.read(name) for name in changed} == changed
-    assert (desk.read("0x00"), desk.read("0x01")) == (desk.read("0x08"), 0)
+    assert desk.reads("0x00", "0x01") == [desk.read("0x08"), 0]
     assert {name: desk.read(name) for name in product} == product
 
 
 @pytest.mark.states("B48")
-def test_writing_rom_is_50_ms_of_silence_then_a_restart() -> None:
-    desk = Desk(rom=QUIET)
-    desk.write("0x12", 1)
-    assert desk.wait(0.04) == []
-    assert desk.get_set("0x50") is None
-    assert desk.wait(0.1) == []
-    assert [status.uptime_sec for status in desk.node_statuses(desk.wait(0.1))] == [0]
-
-
-@pytest.mark.states("B48")
-def test_rom_is_written_for_50_ms() -> None:
-    desk = Desk(rom=QUIET)
-    desk.write("0x12", 1)
-    desk.wait(0.049)
-    assert desk.servo.stage is ServoStage.SAVING
-    desk.wait(0.002)
-    assert desk.servo.stage is ServoStage.STARTING
-
-
-@pytest.mark.states("B48")
-def test_it_may_go_unanswered() -> None:
-    desk = Desk(rom=QUIET, behaviour=Behaviour(acknowledges_save=False))
-    desk.write("0x2C", 77)
-    assert desk.send_write("0x12", 1) == []
-    desk.wait(0.3)
-    assert desk.read("0x2C") == 77
-
-
-@pytest.mark.states("B48")
-def test_all_motion_stops_while_rom_is_written() -> None:
+def test_writing_rom_is_50_ms_of_silence_without_output_then_a_restart() -> None:
     desk = Desk(rom=FREE)
-    desk.write("0x01", 50)
-    desk.wait(0.5)
+    desk.run("0x01", 50, 0.5)
     desk.write("0x12", 1)
     assert desk.servo.output == 1
-
-
-@pytest.mark.states("B48")
-def test_what_is_sent_meanwhile_is_lost() -> None:
-    desk = Desk(rom=FREE)
-    desk.write("0x12", 1)
-    desk.wait(0.02)
+    assert desk.wait(0.02) == []
+    assert desk.get_set("0x50") is None
     desk.send_write("0x01", 50)
     desk.array(7, 1, 0.5)
+    assert desk.wait(0.029) == []
+    assert desk.servo.stage is ServoStage.SAVING
+    assert desk.wait(0.002) == []
+    assert desk.servo.stage is ServoStage.STARTING
+    assert desk.wait(0.089) == []
+    assert [status.uptime_sec for status in desk.node_statuses(desk.wait(0.1))] == [0]
     desk.wait(1.0)
-    assert (desk.read("0x00"), desk.read("0x09")) == (0, 0)
+    assert (desk.read("0x00"), desk.read("0x09")) == (desk.read("0x08"), 0)
 
 
-@pytest.mark.states("B48", "B56")
-def test_power_that_fails_meanwhile_costs_what_was_saved() -> None:
-    desk = Desk(rom=QUIET | {"angle_p_gain": 55, "node_id": 42})
-    desk.write("0x12", 1)
-    desk.wait(0.02)
+def power_cut(desk: Desk) -> None:
     desk.servo.power_off(desk.now)
     desk.servo.power_on(desk.now)
     desk.wait(0.2)
-    assert desk.servo.register(0x2C) == 40
-    assert desk.servo.register(0x1A) == ROM_LOST
-    assert desk.servo.node_id == 0
 
 
-@pytest.mark.states("B48", "B56")
-def test_a_supply_that_sinks_meanwhile_does_the_same() -> None:
-    desk = Desk(rom=QUIET | {"angle_p_gain": 55})
-    desk.write("0x12", 1)
-    desk.wait(0.02)
+def brownout(desk: Desk) -> None:
     desk.servo.conditions.voltage_v = 0.0
     desk.wait(1.0)
     desk.servo.conditions.voltage_v = 7.4
     desk.wait(0.2)
-    assert (desk.servo.register(0x2C), desk.servo.register(0x1A)) == (40, ROM_LOST)
 
 
-@pytest.mark.states("B48")
-def test_power_that_fails_before_or_after_costs_nothing() -> None:
+@pytest.mark.states("B48", "B56")
+@pytest.mark.parametrize("fail", [power_cut, brownout])
+def test_a_supply_that_fails_while_rom_is_written_loses_the_saved_values(fail: Callable[[Desk], None]) -> None:
+    desk = Desk(rom=QUIET | {"angle_p_gain": 55, "node_id": 42})
+    desk.run("0x12", 1, 0.02)
+    fail(desk)
+    assert (desk.servo.register(0x2C), desk.servo.register(0x1A), desk.servo.node_id) == (40, ROM_LOST, 0)
+
+
+@pytest.mark.states("B08", "B48")
+def test_a_supply_that_fails_before_or_after_a_save_loses_only_ram() -> None:
     desk = Desk(rom=QUIET | {"angle_p_gain": 55})
+    desk.write("0x2C", 77)
     desk.power_cycle()
+    assert desk.read("0x2C") == 55
     desk.write("0x2C", 56)
-    desk.write("0x12", 1)
-    desk.wait(0.06)
+    desk.run("0x12", 1, 0.06)
     desk.power_cycle()
-    assert (desk.read("0x2C"), desk.read("0x1A")) == (56, 0)
-
-
-@pytest.mark.states("B56", "B59")
-def test_a_lost_rom_is_reported_until_it_is_written_again() -> None:
-    desk = Desk(rom=QUIET | {"node_id": 42})
-    desk.servo.memory.rom_sound = False
-    for _ in range(2):
-        desk.servo.power_off(desk.now)
-        desk.servo.power_on(desk.now)
-        desk.wait(0.2)
-        assert desk.servo.register(0x1A) == ROM_LOST
-    desk.servo.memory.put(0x46, 42)
-    desk.servo.memory.save(desk.servo.behaviour)
-    desk.servo.memory.rom_sound = True
-    desk.servo.power_off(desk.now)
-    desk.servo.power_on(desk.now)
-    desk.wait(0.2)
-    assert desk.read("0x1A") == 0
-
-
-@pytest.mark.states("B56", "B59")
-def test_writing_rom_again_heals_it() -> None:
-    desk = Desk(rom=QUIET)
-    desk.servo.memory.rom_sound = False
-    desk.power_cycle()
-    give_node_id(desk)
-    assert desk.read("0x1A") == ROM_LOST
-    assert desk.write("0x12", 1) == 1
-    desk.wait(0.3)
-    give_node_id(desk)
-    assert desk.read("0x1A") == 0
+    assert desk.reads("0x2C", "0x1A") == [56, 0]
 
 
 def give_node_id(desk: Desk) -> None:
-    """Answer its three requests, as an allocator does."""
+    """Answer its three requests as an allocator."""
     for known in (6, 12, 16):
         while not desk.wait(0.01):
             pass
@@ -166,33 +93,31 @@ def give_node_id(desk: Desk) -> None:
     assert desk.servo.node_id == NODE
 
 
-@pytest.mark.states("B51")
-def test_a_servo_with_a_dynamic_node_id_asks_for_one_again_after_a_save() -> None:
-    desk = Desk(node_id=0, rom=QUIET)
+@pytest.mark.states("B56", "B59")
+def test_a_lost_rom_is_reported_until_it_is_written_again() -> None:
+    desk = Desk(rom=QUIET)
+    desk.servo.memory.rom_sound = False
+    for _ in range(2):
+        desk.power_cycle()
+        assert desk.servo.register(0x1A) == ROM_LOST
     give_node_id(desk)
-    assert desk.write("0x12", 1) == 1
-    desk.wait(0.3)
-    assert desk.servo.node_id == 0
-    assert {each.type_id for each in desk.wait(2.0)} == {1}
+    assert desk.read("0x1A") == ROM_LOST
+    desk.save()
     give_node_id(desk)
+    assert desk.read("0x1A") == 0
 
 
 @pytest.mark.states("B50")
 @pytest.mark.parametrize("by", ["0x12", "opcode"])
-def test_a_save_with_soft_start_on_sends_the_horn_to_0(by: str) -> None:
-    desk = Desk(rom={"timeout_action": 0})
-    desk.write("0x00", 900)
+@pytest.mark.parametrize(("soft_start", "ends_at"), [(1, 0), (0, 900)])
+def test_a_save_moves_the_horn_to_0_by_soft_start_and_holds_it_otherwise(
+    by: str, soft_start: int, ends_at: int
+) -> None:
+    desk = Desk(rom={"timeout_action": 0, "soft_start": soft_start})
+    desk.go(900)
+    desk.save(by)
     desk.settle()
-    assert (desk.write("0x12", 1) if by == "0x12" else desk.opcode(0)) == 1
-    desk.wait(0.3)
-    desk.settle()
-    assert desk.read("0x08") == pytest.approx(0, abs=3)
-
-
-@pytest.mark.states("B50")
-def test_without_soft_start_the_horn_holds_where_it_stands() -> None:
-    desk = Desk(rom=QUIET, angle_deg=33.0)
-    desk.wait(1.0)
-    assert desk.read("0x08") == 330
-    assert desk.read("0x00") == 330
+    assert desk.read("0x08") == pytest.approx(ends_at, abs=3)
     assert desk.servo.output == 0
+    if not soft_start:
+        assert desk.read("0x00") == pytest.approx(ends_at, abs=3)

@@ -1,4 +1,4 @@
-"""Section 4.13: torque on, off and brake, and what is left of a command when torque comes back."""
+"""Section 4.13: torque on, off and brake, and what remains of a command when torque is on again."""
 
 import pytest
 
@@ -6,6 +6,7 @@ from hornbill.schema.parameter import DUMMY
 from unit.sim.desk import FREE, Desk
 
 ON, OFF, BRAKE = 0, 1, 2
+without_output = pytest.mark.parametrize("mode", [OFF, BRAKE])
 
 
 @pytest.mark.states("B61")
@@ -15,45 +16,42 @@ def test_0_is_on_1_off_and_2_brake() -> None:
         assert desk.write("0x20", mode) == mode
         assert desk.servo.output == mode
     assert desk.write("0x20", 3) is None
+    assert not desk.turn(90.0), "the motor holds the horn"
+    assert desk.read("0x08") == 0
 
 
 @pytest.mark.states("B61")
-@pytest.mark.parametrize("mode", [OFF, BRAKE])
+@without_output
 @pytest.mark.parametrize(("name", "raw"), [("0x00", 900), ("0x01", 60), ("0x02", 30)])
-def test_off_and_brake_move_nothing_whatever_is_commanded(name: str, raw: int, mode: int) -> None:
+def test_with_torque_off_or_brake_no_command_moves_the_horn(name: str, raw: int, mode: int) -> None:
     desk = Desk(rom=FREE)
     desk.write("0x20", mode)
     assert desk.write(name, raw) == raw
     desk.wait(1.0)
-    assert (desk.read("0x08"), desk.read("0x0A")) == (0, 0)
+    assert desk.reads("0x08", "0x0A") == [0, 0]
 
 
 @pytest.mark.states("B62")
-def test_example_1_holds_the_angle_it_had_when_torque_came_back() -> None:
+def test_example_1_the_angle_at_torque_on_is_held() -> None:
     desk = Desk(rom=FREE)
-    desk.write("0x00", 1_500)
-    desk.wait(0.1)
-    desk.write("0x20", OFF)
-    desk.wait(1.0)
-    there = desk.read("0x08") or 0
+    desk.run("0x00", 1_500, 0.1)
+    desk.run("0x20", OFF, 1.0)
+    there = desk.value("0x08")
     assert 50 < there < 1_400
-    desk.write("0x20", ON)
-    desk.wait(1.0)
+    desk.run("0x20", ON, 1.0)
     assert desk.read("0x08") == pytest.approx(there, abs=3)
     assert desk.read("0x00") == there
 
 
 @pytest.mark.states("B62")
-@pytest.mark.parametrize("mode", [OFF, BRAKE])
-def test_example_2_a_hand_turns_it_meanwhile(mode: int) -> None:
+@without_output
+def test_example_2_the_horn_is_turned_manually_meanwhile(mode: int) -> None:
     desk = Desk(rom=FREE)
-    desk.write("0x00", 450)
-    desk.settle()
+    desk.go(450)
     desk.write("0x20", mode)
-    assert desk.servo.turn_manually(0.0, desk.now)
+    assert desk.turn(0.0)
     assert desk.read("0x08") == 0
-    desk.write("0x20", ON)
-    desk.wait(1.0)
+    desk.run("0x20", ON, 1.0)
     assert desk.read("0x08") == pytest.approx(0, abs=3)
 
 
@@ -61,28 +59,20 @@ def test_example_2_a_hand_turns_it_meanwhile(mode: int) -> None:
 @pytest.mark.parametrize(("name", "raw"), [("0x01", -50), ("0x02", -30)])
 def test_example_3_the_last_kind_of_command_decides(name: str, raw: int) -> None:
     desk = Desk(rom=FREE)
-    desk.write("0x00", 450)
-    desk.settle()
+    desk.go(450)
     desk.write("0x20", OFF)
-    desk.write(name, raw)
-    desk.wait(0.5)
-    assert desk.read(name) == raw
-    assert desk.read("0x09") == 0
-    desk.write("0x20", ON)
-    desk.wait(0.5)
-    assert desk.read(name) == 0
-    assert desk.read("0x00") == DUMMY
-    assert desk.read("0x09") == 0
+    desk.run(name, raw, 0.5)
+    assert desk.reads(name, "0x09") == [raw, 0]
+    desk.run("0x20", ON, 0.5)
+    assert desk.reads(name, "0x00", "0x09") == [0, DUMMY, 0]
 
 
 @pytest.mark.states("B63")
-def test_an_angle_entered_while_a_speed_is_off_is_held_as_angle_when_torque_comes_back() -> None:
+def test_an_angle_commanded_after_a_speed_is_off_is_held_as_angle() -> None:
     desk = Desk(rom=FREE)
-    desk.write("0x01", 50)
-    desk.wait(0.3)
-    desk.write("0x20", OFF)
-    desk.wait(1.0)
-    there = desk.read("0x08") or 0
+    desk.run("0x01", 50, 0.3)
+    desk.run("0x20", OFF, 1.0)
+    there = desk.value("0x08")
     desk.write("0x00", 900)
     desk.write("0x20", ON)
     assert desk.read("0x00") == there
@@ -91,110 +81,53 @@ def test_an_angle_entered_while_a_speed_is_off_is_held_as_angle_when_torque_come
 
 
 @pytest.mark.states("B62")
-@pytest.mark.parametrize("mode", [OFF, BRAKE])
+@without_output
 @pytest.mark.parametrize("name", ["0x01", "0x02"])
-def test_a_speed_or_torque_is_0_when_torque_comes_back(name: str, mode: int) -> None:
+def test_a_speed_or_torque_remains_while_off_or_braked_and_is_0_with_torque_on(name: str, mode: int) -> None:
     desk = Desk(rom=FREE)
-    desk.write(name, 40)
-    desk.wait(0.5)
-    desk.write("0x20", mode)
+    desk.run(name, 40, 0.5)
+    for each in (mode, OFF, BRAKE, mode):
+        desk.write("0x20", each)
+        assert desk.read(name) == 40
     desk.wait(3.0)
-    desk.write("0x20", ON)
-    desk.wait(0.5)
-    assert (desk.read(name), desk.read("0x09"), desk.servo.output) == (0, 0, ON)
-
-
-@pytest.mark.states("B62")
-def test_between_off_and_brake_nothing_is_dropped() -> None:
-    desk = Desk(rom=FREE)
-    desk.write("0x01", 40)
-    for mode in (OFF, BRAKE, OFF):
-        desk.write("0x20", mode)
-        assert desk.read("0x01") == 40
+    desk.run("0x20", ON, 0.5)
+    assert (desk.reads(name, "0x09"), desk.servo.output) == ([0, 0], ON)
 
 
 @pytest.mark.states("B61")
-def test_a_hand_does_not_turn_it_while_torque_is_on() -> None:
-    desk = Desk(rom=FREE)
-    assert not desk.servo.turn_manually(90.0, desk.now)
-    assert desk.read("0x08") == 0
-
-
-@pytest.mark.states("B61")
-def test_the_brake_slows_more_than_nothing_and_less_than_speed_0() -> None:
+def test_brake_stops_faster_than_off_and_more_slowly_than_speed_0() -> None:
     def run_out(name: str, raw: int) -> float:
         desk = Desk(rom=FREE | {"smoothing": 0})
-        desk.write("0x01", 120)
-        desk.wait(1.0)
+        desk.run("0x01", 120, 1.0)
         before = desk.servo.angle_deg
-        desk.write(name, raw)
-        desk.wait(3.0)
+        desk.run(name, raw, 3.0)
         return desk.servo.angle_deg - before
 
     assert run_out("0x01", 0) < run_out("0x20", BRAKE) < run_out("0x20", OFF)
 
 
 @pytest.mark.states("B62")
-def test_on_written_while_it_is_on_changes_nothing() -> None:
+def test_on_written_while_on_has_no_effect() -> None:
     desk = Desk(rom=FREE)
-    desk.write("0x00", 450)
-    desk.wait(0.05)
+    desk.run("0x00", 450, 0.05)
     desk.write("0x20", ON)
     desk.settle()
     assert desk.read("0x08") == pytest.approx(450, abs=3)
 
 
 @pytest.mark.states("B64")
-def test_a_saved_off_is_how_it_starts() -> None:
-    desk = Desk(rom=FREE | {"torque_mode": OFF, "soft_start": 1}, angle_deg=60.0)
-    desk.wait(2.0)
-    assert desk.servo.output == OFF
-    assert desk.read("0x08") == 600
-    assert not desk.servo.soft_starting
-    desk.write("0x20", ON)
-    desk.wait(1.0)
-    assert desk.read("0x08") == pytest.approx(600, abs=3)
-
-
-@pytest.mark.states("B64")
-@pytest.mark.parametrize("mode", [OFF, BRAKE])
-def test_saved_by_0x12_it_holds_from_the_next_start_on(mode: int) -> None:
-    desk = Desk()
+@without_output
+def test_a_saved_mode_applies_from_the_next_start_on_without_soft_start_and_an_unsaved_one_does_not(mode: int) -> None:
+    desk = Desk(rom=FREE | {"soft_start": 1}, angle_deg=170.0)
     desk.write("0x20", mode)
-    desk.write("0x12", 1)
-    desk.wait(0.3)
-    assert (desk.read("0x20"), desk.servo.output) == (mode, mode)
-    desk.power_cycle()
-    assert (desk.read("0x20"), desk.servo.output) == (mode, mode)
-
-
-@pytest.mark.states("B64")
-def test_unsaved_it_is_forgotten() -> None:
-    desk = Desk()
-    desk.write("0x20", OFF)
     desk.power_cycle()
     assert (desk.read("0x20"), desk.servo.output) == (ON, ON)
-
-
-@pytest.mark.states("B65")
-@pytest.mark.parametrize("condition", [{"voltage_v": 3.5}, {"voltage_v": 11.0}, {"temperature_c": 85.0}])
-def test_protection_comes_first_and_its_cause_has_to_go(condition: dict[str, float]) -> None:
-    desk = Desk(rom=FREE).under(**condition)
-    for mode in (OFF, ON):
-        assert desk.write("0x20", mode) == mode
-        assert desk.servo.output == OFF
-    desk.under(voltage_v=7.4, temperature_c=25.0)
-    assert desk.servo.output == ON
-
-
-@pytest.mark.states("B89")
-def test_outside_the_angle_limits_torque_on_holds_there() -> None:
-    desk = Desk(rom=FREE | {"angle_limit_cw": 300})
-    desk.write("0x20", OFF)
-    desk.servo.turn_manually(60.0, desk.now)
-    desk.write("0x20", ON)
-    desk.wait(1.0)
-    assert desk.read("0x08") == pytest.approx(600, abs=3)
-    desk.write("0x00", 900)
-    desk.settle()
-    assert desk.read("0x08") == pytest.approx(300, abs=3)
+    desk.write("0x20", mode)
+    desk.save()
+    there = desk.value("0x08")
+    desk.power_cycle()
+    desk.wait(2.0)
+    assert (desk.reads("0x20", "0x08"), desk.servo.output, desk.servo.soft_starting) == ([mode, there], mode, False)
+    desk.run("0x20", ON, 1.0)
+    assert desk.read("0x08") == pytest.approx(there, abs=3)
+    assert there > 300

@@ -1,4 +1,4 @@
-"""The tests of Adapters: what is plugged in, told in time whatever a driver does, and never in anybody's way."""
+"""The tests of Adapters: what is plugged in, found in time whatever a driver does, and never in anybody's way."""
 
 import asyncio
 import os
@@ -48,22 +48,22 @@ def one(address: str, **more: Any) -> Callable[[], list[FoundAdapter]]:
 # Looking everywhere at once.
 
 
-def test_everything_that_is_found_is_told_in_order() -> None:
+def test_adapters_are_listed_in_order() -> None:
     found = listed(one("socketcan:can0"), list[FoundAdapter], one("slcan:/dev/ttyACM0"))
     assert [(each.interface, each.channel, each.usable) for each in found] == [
         ("socketcan", "can0", True), ("slcan", "/dev/ttyACM0", True),
     ]  # fmt: skip
 
 
-async def test_a_driver_that_hangs_hides_only_its_own_and_is_asked_once(monkeypatch: pytest.MonkeyPatch) -> None:
+async def test_a_hanging_driver_hides_only_its_own_adapters_and_is_called_once(monkeypatch: pytest.MonkeyPatch) -> None:
     assert DETECT_S <= 1.5
     monkeypatch.setattr(adapters_module, "DETECT_S", 0.2)
     go_on = threading.Event()
-    asked = 0
+    calls = 0
 
     def hang() -> list[FoundAdapter]:
-        nonlocal asked
-        asked += 1
+        nonlocal calls
+        calls += 1
         go_on.wait(10)
         return [FoundAdapter("slow:0", "slow")]
 
@@ -80,7 +80,7 @@ async def test_a_driver_that_hangs_hides_only_its_own_and_is_asked_once(monkeypa
         assert late < 2, "the loop went on meanwhile: a look that hangs takes ten"
         (quick,) = looking.result()
         assert quick.usable, "what may just be slow is not listed: perhaps nothing of its kind is plugged in"
-    assert asked == 1
+    assert calls == 1
     monkeypatch.setattr(adapters_module, "HANGS_S", 0.1)
     hung, quick = await adapters.plugged_in()
     assert (hung.state, hung.usable, hung.address) == ("no_driver", False, "slow:")
@@ -92,7 +92,7 @@ async def test_a_driver_that_hangs_hides_only_its_own_and_is_asked_once(monkeypa
     adapters.close()
 
 
-async def test_an_adapter_whose_driver_answers_no_more_is_listed_as_that(monkeypatch: pytest.MonkeyPatch) -> None:
+async def test_an_adapter_whose_driver_stops_responding_is_listed_as_such(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(adapters_module, "DETECT_S", 0.1)
     go_on = threading.Event()
     go_on.set()
@@ -112,7 +112,7 @@ async def test_an_adapter_whose_driver_answers_no_more_is_listed_as_that(monkeyp
     adapters.close()
 
 
-async def test_the_baud_rate_a_serial_adapter_was_last_used_at_is_told() -> None:
+async def test_the_last_baud_rate_of_a_serial_adapter_is_listed() -> None:
     class Memory:
         def baud(self, serial_number: str) -> int | None:
             return {"A1": 1_000_000}.get(serial_number)
@@ -121,11 +121,11 @@ async def test_the_baud_rate_a_serial_adapter_was_last_used_at_is_told() -> None
             raise AssertionError("looking remembers nothing")
 
     found = [FoundAdapter(f"slcan:/dev/{n}", "x", serial_number=n) for n in ("A1", "B2")]
-    told = await Adapters(detectors={"slcan": lambda: found}, memory=Memory()).plugged_in()
-    assert [one.baud for one in told] == [1_000_000, None]
+    found = await Adapters(detectors={"slcan": lambda: found}, memory=Memory()).plugged_in()
+    assert [one.baud for one in found] == [1_000_000, None]
 
 
-def test_two_adapters_alike_are_told_apart_by_their_usb_ports() -> None:
+def test_equal_adapters_are_distinguished_by_their_usb_ports() -> None:
     ports = [Port(f"COM{n}", 0x0403, 0x6015, "A1", "FTDI", "USB-CAN", f"1-{n}") for n in (3, 4)]
     assert [one.name for one in serial_adapters(ports)] == ["USB-CAN A1 (USB 1-3)", "USB-CAN A1 (USB 1-4)"]
     assert serial_adapters(ports[:1])[0].name == "USB-CAN A1"
@@ -134,7 +134,7 @@ def test_two_adapters_alike_are_told_apart_by_their_usb_ports() -> None:
 @pytest.mark.parametrize(
     ("ids", "native"), [((0xAD50, 0x60C4), True), ((0x0403, 0x6015), False), ((None, None), False)]
 )
-def test_what_usb_tells_of_an_adapter(ids: tuple[int | None, int | None], native: bool, tmp_path: Path) -> None:
+def test_usb_properties_of_an_adapter(ids: tuple[int | None, int | None], native: bool, tmp_path: Path) -> None:
     device, link = tmp_path / "ttyUSB7", tmp_path / "by-id"
     link.symlink_to(device)
     ports = [Port("/dev/ttyS0"), Port(str(device), *ids, serial_number="A1")]
@@ -143,45 +143,45 @@ def test_what_usb_tells_of_an_adapter(ids: tuple[int | None, int | None], native
     assert usb_of("COM9", ports) == UNKNOWN_ADAPTER
 
 
-def test_a_driver_that_fails_hides_only_its_own() -> None:
+def test_a_failing_driver_hides_only_its_own_adapters() -> None:
     def fail() -> list[FoundAdapter]:
         raise RuntimeError("a defect in a driver")
 
     assert [each.address for each in listed(fail, one("slcan:/dev/x"))] == ["slcan:/dev/x"]
 
 
-async def test_two_who_ask_at_once_share_one_look() -> None:
-    asked = 0
+async def test_simultaneous_calls_share_one_detection() -> None:
+    calls = 0
 
     def look() -> list[FoundAdapter]:
-        nonlocal asked
-        asked += 1
+        nonlocal calls
+        calls += 1
         time.sleep(0.05)
         return []
 
     adapters = Adapters(detectors={"x": look})
     await asyncio.gather(*(adapters.plugged_in() for _ in range(5)))
-    assert asked == 1
+    assert calls == 1
 
 
-async def test_the_driver_of_the_open_bus_is_not_asked_and_what_it_said_before_is_told_again() -> None:
-    asked: list[str] = []
+async def test_the_driver_of_the_open_bus_is_not_called_and_its_last_result_is_listed() -> None:
+    calls: list[str] = []
 
     def look(name: str) -> Callable[[], list[FoundAdapter]]:
-        return lambda: asked.append(name) or [FoundAdapter(f"{name}:0", name), FoundAdapter(f"{name}:1", name)]
+        return lambda: calls.append(name) or [FoundAdapter(f"{name}:0", name), FoundAdapter(f"{name}:1", name)]
 
     adapters = Adapters(detectors={name: look(name) for name in ("pcan", "kvaser", "slcan")})
     await adapters.plugged_in()
-    asked.clear()
+    calls.clear()
     found = await adapters.plugged_in("pcan:1")
-    assert asked == ["kvaser", "slcan"]
+    assert calls == ["kvaser", "slcan"]
     assert [each.address for each in found] == [f"{name}:{n}" for name in ("pcan", "kvaser", "slcan") for n in (0, 1)]
     assert [each.address for each in found if each.state == "connected"] == ["pcan:1"]
     await adapters.plugged_in("slcan:0")
-    assert "slcan" in asked, "looking at serial ports opens none"
+    assert "slcan" in calls, "looking at serial ports opens none"
 
 
-def test_the_connected_bus_is_told_also_when_nobody_finds_it(tmp_path: Path) -> None:
+def test_the_connected_bus_is_listed_even_if_not_detected(tmp_path: Path) -> None:
     found = listed(one("slcan:/dev/ttyACM9"), connected="kvaser:7")
     assert (found[0].address, found[0].state, found[0].usable) == ("kvaser:7", "connected", True)
     device, link = tmp_path / "ttyACM0", tmp_path / "by-id"
@@ -191,13 +191,13 @@ def test_the_connected_bus_is_told_also_when_nobody_finds_it(tmp_path: Path) -> 
     assert [(each.state, each.reason) for each in found] == [("connected", None)]
 
 
-def test_no_interface_of_python_can_is_forgotten() -> None:
+def test_every_python_can_interface_has_a_detector() -> None:
     looks = adapters_module._all_detectors()  # pyright: ignore[reportPrivateUsage]
     assert set(looks) | OWN_DETECTION == set(can.VALID_INTERFACES)
     assert {"socketcan", "slcan", "pcan", "kvaser", "vector", "gs_usb"} <= set(looks)
 
 
-async def test_on_this_machine_it_answers_in_time_and_says_nothing_on_stderr(capfd: pytest.CaptureFixture[str]) -> None:
+async def test_detection_on_this_machine_prints_nothing(capfd: pytest.CaptureFixture[str]) -> None:
     adapters = Adapters()
     for _ in range(2):
         began = time.monotonic()
@@ -221,7 +221,7 @@ def detecting(monkeypatch: pytest.MonkeyPatch, *configs: dict[str, Any]) -> None
     monkeypatch.setattr(adapters_module, "import_module", load)
 
 
-def test_what_python_can_detects_is_told_with_its_name(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_adapters_detected_by_python_can_are_named(monkeypatch: pytest.MonkeyPatch) -> None:
     config = {"interface": "kvaser", "channel": 1, "device_name": "Kvaser Leaf Light v2", "serial": 1234}
     detecting(monkeypatch, config, {"channel": 2}, {"serial": 7})
     leaf, plain, unnamed = detect("kvaser")
@@ -235,7 +235,7 @@ def test_what_python_can_detects_is_told_with_its_name(monkeypatch: pytest.Monke
 # Serial ports.
 
 
-def test_known_adapters_come_first_then_named_ones_and_possible_ones_last() -> None:
+def test_serial_adapters_are_sorted_known_then_named_then_possible() -> None:
     found = serial_adapters(
         [
             Port("COM9", 0x0403, 0x6001, "A1", "FTDI", "FT232R"),
@@ -263,7 +263,7 @@ def test_known_adapters_come_first_then_named_ones_and_possible_ones_last() -> N
 
 
 @pytest.mark.parametrize("product", ["Scanner", "American Serial", "Mechanical Keyboard", "Candle"])
-def test_a_word_that_only_contains_can_is_no_adapter(product: str) -> None:
+def test_a_product_name_that_only_contains_can_is_not_an_adapter(product: str) -> None:
     assert serial_adapters([Port("COM1", 1, 2, None, None, product)]) == []
 
 
@@ -275,7 +275,7 @@ def device() -> Iterator[str]:
     os.close(theirs)
 
 
-def test_a_serial_port_this_user_may_not_use(device: str, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_serial_port_without_permission(device: str, monkeypatch: pytest.MonkeyPatch) -> None:
     def no_access(_path: str, _mode: int) -> bool:
         return False
 
@@ -286,8 +286,8 @@ def test_a_serial_port_this_user_may_not_use(device: str, monkeypatch: pytest.Mo
     assert found.remedy.startswith(f"Run: sudo usermod -aG {Path(device).group()} $USER")
 
 
-@pytest.mark.skipif(not Path("/proc/self/fd").is_dir(), reason="who has a file open is told by Linux alone")
-def test_a_serial_port_another_program_uses_is_told_with_its_name(device: str) -> None:
+@pytest.mark.skipif(not Path("/proc/self/fd").is_dir(), reason="who has a file open is found by Linux alone")
+def test_a_serial_port_in_use_names_the_program(device: str) -> None:
     (found,) = serial_adapters([Port(device, 0xAD50, 0x60C4)])  # the fixture has it open
     assert (found.state, found.usable) == ("in_use", False)
     assert found.reason is not None
@@ -295,7 +295,7 @@ def test_a_serial_port_another_program_uses_is_told_with_its_name(device: str) -
     assert diagnosis.users_of("/dev/no-such-device") == []
 
 
-def test_a_serial_port_that_has_just_gone() -> None:
+def test_a_serial_port_that_was_just_removed() -> None:
     (found,) = serial_adapters([Port("/dev/no-such-port", 0xAD50, 0x60C4)])
     assert (found.state, found.usable) == ("no_driver", False)
 
@@ -329,11 +329,11 @@ def interface(kernel: Path, name: str, *, up: bool = True, on: Path | None = Non
         (folder / "device").symlink_to(on)
 
 
-def plugged(kernel: Path, name: str, ids: str, *, driver: str = "", net: str = "", **told: str) -> Path:
+def plugged(kernel: Path, name: str, ids: str, *, driver: str = "", net: str = "", **found: str) -> Path:
     device, part = kernel / "usb" / name, kernel / "usb" / f"{name}:1.0"
     device.mkdir()
     vendor, product = ids.split(":")
-    for key, text in ({"idVendor": vendor, "idProduct": product} | told).items():
+    for key, text in ({"idVendor": vendor, "idProduct": product} | found).items():
         (device / key).write_text(f"{text}\n")
     real = device / f"{name}:1.0"
     real.mkdir()
@@ -346,7 +346,7 @@ def plugged(kernel: Path, name: str, ids: str, *, driver: str = "", net: str = "
     return real
 
 
-def test_an_interface_is_told_with_its_product_and_timing(kernel: Path) -> None:
+def test_an_interface_is_listed_with_its_product_and_timing(kernel: Path) -> None:
     real = plugged(
         kernel, "1-1", "1d50:606f", driver="gs_usb", net="can0",
         manufacturer="bytewerk", product="candleLight USB to CAN adapter", serial="0044",
@@ -360,7 +360,7 @@ def test_an_interface_is_told_with_its_product_and_timing(kernel: Path) -> None:
     assert (virtual.name, virtual.state, virtual.bitrate) == ("virtual CAN interface", "ready", None)
 
 
-def test_an_interface_that_cannot_be_used_is_told_with_the_command_that_helps(kernel: Path) -> None:
+def test_an_unusable_interface_is_listed_with_the_remedy(kernel: Path) -> None:
     interface(kernel, "can0", up=False)
     interface(kernel, "can1")
     interface(kernel, "can2")
@@ -376,7 +376,7 @@ def test_an_interface_that_cannot_be_used_is_told_with_the_command_that_helps(ke
     assert "75.0%" in odd.reason
 
 
-def test_an_adapter_without_a_driver_is_told_with_the_module_to_load(kernel: Path) -> None:
+def test_an_adapter_without_a_driver_is_listed_with_the_kernel_module(kernel: Path) -> None:
     interface(kernel, "can0")
     plugged(kernel, "1-1", "0c72:000c", product="PCAN-USB")
     plugged(kernel, "1-2", "1209:2323")
@@ -394,24 +394,24 @@ def test_an_adapter_without_a_driver_is_told_with_the_module_to_load(kernel: Pat
 
 
 @scene()
-async def test_the_route_tells_them_and_which_one_is_connected(rig: Rig) -> None:
+async def test_the_route_lists_adapters_and_marks_the_connected_one(rig: Rig) -> None:
     rig.app.state.adapters = Adapters(
         [FoundAdapter("memory:host", "Simulated servos", bitrate=1_000_000)],
         {"slcan": one("slcan:/dev/x", state="no_permission", reason="Not yours.", remedy="Ask.")},
     )
-    told = json(await rig.call("GET", "/bus/adapters"))
-    assert told[0] == {
+    found = json(await rig.call("GET", "/bus/adapters"))
+    assert found[0] == {
         "address": "memory:host", "interface": "memory", "channel": "host", "name": "Simulated servos",
         "state": "connected", "usable": True, "reason": None, "remedy": None, "cause": None, "params": {},
         "bitrate": 1_000_000, "sample_point": None, "serial_number": None, "baud": None,
     }  # fmt: skip
-    assert (told[1]["state"], told[1]["remedy"]) == ("no_permission", "Ask.")
+    assert (found[1]["state"], found[1]["remedy"]) == ("no_permission", "Ask.")
     json(await rig.call("DELETE", "/bus"))
     assert json(await rig.call("GET", "/bus/adapters"))[0]["state"] == "ready"
 
 
 @scene()
-async def test_a_lost_adapter_is_not_called_connected(rig: Rig) -> None:
+async def test_a_lost_adapter_is_not_listed_as_connected(rig: Rig) -> None:
     await rig.ready()
     rig.cable.bus_off()
     assert json(await rig.call("GET", "/bus/adapters"))[0]["state"] == "connected"

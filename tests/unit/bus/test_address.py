@@ -20,13 +20,13 @@ def failure(address: str, bitrate: int = 1_000_000) -> PortOpenFailed:
     return caught.value
 
 
-def test_an_address_is_an_interface_and_a_channel_which_may_hold_colons() -> None:
+def test_an_address_is_an_interface_and_a_channel_that_may_contain_colons() -> None:
     assert parse("socketcan:can0") == ("socketcan", "can0")
     assert parse("slcan:/dev/ttyACM0@3000000") == ("slcan", "/dev/ttyACM0@3000000")
     assert parse("udp_multicast:ff15::1:2") == ("udp_multicast", "ff15::1:2")
 
 
-def test_what_is_no_address_is_refused_with_examples() -> None:
+def test_an_invalid_address_is_refused_with_examples() -> None:
     assert "INTERFACE:CHANNEL" in failure("can0").detail
     assert "has no channel" in failure("slcan: ").detail
     unknown = failure("canopener:can0").detail
@@ -35,11 +35,11 @@ def test_what_is_no_address_is_refused_with_examples() -> None:
 
 
 @pytest.mark.parametrize("bitrate", [0, 8_000_000])
-def test_a_bitrate_beyond_classic_can_is_refused(bitrate: int) -> None:
+def test_a_bit_rate_outside_classic_can_is_refused(bitrate: int) -> None:
     assert f"{bitrate} bit/s is outside 1 to 1000000" in failure("virtual:x", bitrate).detail
 
 
-def test_a_serial_device_that_is_not_there() -> None:
+def test_a_missing_serial_device_is_refused_with_a_remedy() -> None:
     pytest.importorskip("termios", reason="serial device files are a matter of POSIX")
     error = failure("slcan:/dev/no-such-adapter")
     assert "/dev/no-such-adapter" in error.detail
@@ -60,9 +60,7 @@ def test_a_serial_device_that_is_not_there() -> None:
         (can.CanInitializationError("something else"), "plugged in"),
     ],
 )
-def test_what_the_driver_says_comes_with_a_remedy(
-    error: Exception, remedy: str, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_driver_error_is_quoted_with_a_remedy(error: Exception, remedy: str, monkeypatch: pytest.MonkeyPatch) -> None:
     def refuse(**_: object) -> can.BusABC:
         raise error
 
@@ -75,7 +73,7 @@ def test_what_the_driver_says_comes_with_a_remedy(
 
 @pytest.mark.parametrize("way", ["deadline", "cancelled"])
 @pytest.mark.real_time
-async def test_an_opening_that_succeeds_too_late_is_closed_again(way: str, monkeypatch: pytest.MonkeyPatch) -> None:
+async def test_a_port_that_opens_too_late_is_closed(way: str, monkeypatch: pytest.MonkeyPatch) -> None:
     proceed = threading.Event()
     closed = threading.Event()
 
@@ -103,9 +101,7 @@ async def test_an_opening_that_succeeds_too_late_is_closed_again(way: str, monke
 
 
 @pytest.mark.real_time
-async def test_no_file_in_the_home_folder_changes_what_is_opened(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+async def test_configuration_in_the_home_folder_is_ignored(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (tmp_path / ".canrc").write_text("[default]\nreceive_own_messages = True\nchannel = other\n")
     monkeypatch.setenv("HOME", str(tmp_path))
     monkeypatch.setenv("CAN_CONFIG", '{"receive_own_messages": true}')
@@ -116,17 +112,17 @@ async def test_no_file_in_the_home_folder_changes_what_is_opened(
     await port.close()
 
 
-def test_a_driver_that_times_out_by_itself_is_not_called_hanging(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_timeout_raised_by_a_driver_is_not_reported_as_hanging(monkeypatch: pytest.MonkeyPatch) -> None:
     def refuse(**_: object) -> can.BusABC:
-        raise TimeoutError("no answer from the device")
+        raise TimeoutError("no response from the device")
 
     monkeypatch.setattr(can, "Bus", refuse)
     detail = failure("pcan:PCAN_USBBUS1").detail
     assert "hangs" not in detail
-    assert "no answer from the device" in detail
+    assert "no response from the device" in detail
 
 
-def test_what_is_tried_again_is_refused_at_once_when_it_never_can_be_opened() -> None:
+def test_an_address_that_can_never_be_opened_is_refused_before_retrying() -> None:
     assert check(" slcan : /dev/ttyACM0 ", 500_000) == "slcan:/dev/ttyACM0"
     for address, bitrate in (("can0", 1_000_000), ("slcan:", 1_000_000), ("nothing:1", 1), ("slcan:/dev/x", 0)):
         with pytest.raises(PortOpenFailed):
@@ -134,7 +130,7 @@ def test_what_is_tried_again_is_refused_at_once_when_it_never_can_be_opened() ->
 
 
 @pytest.mark.real_time
-async def test_counters_go_on_in_what_is_given() -> None:
+async def test_counters_continue_in_the_given_statistics() -> None:
     statistics = PortStatistics(rx_frames=7)
     port = await open_port("virtual:counters", statistics=statistics)
     assert port.statistics is statistics

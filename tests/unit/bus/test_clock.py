@@ -83,18 +83,18 @@ async def test_an_executor_runs_inline() -> None:
         await asyncio.get_running_loop().run_in_executor(None, divmod, 1, 0)
 
 
-def test_a_standstill_names_who_waits() -> None:
+def test_a_deadlock_names_the_waiting_tasks() -> None:
     async def main() -> None:
         loop = asyncio.get_running_loop()
         assert isinstance(loop, JumpingLoop)
-        loop.patience = 0.01
+        loop.stuck_after_s = 0.01
         await asyncio.Event().wait()
 
-    with pytest.raises(Deadlock, match=r"test_a_standstill_names_who_waits\.<locals>\.main"):
+    with pytest.raises(Deadlock, match=r"test_a_deadlock_names_the_waiting_tasks\.<locals>\.main"):
         run(main())
 
 
-def test_another_thread_and_a_pipe_can_wake_it() -> None:
+def test_another_thread_can_wake_it_through_a_pipe() -> None:
     async def main() -> bytes:
         loop = asyncio.get_running_loop()
         read, write = os.pipe()
@@ -113,7 +113,7 @@ def test_another_thread_and_a_pipe_can_wake_it() -> None:
     assert run(main()) == b"x"
 
 
-def test_it_closes_without_a_trace() -> None:
+def test_it_closes_without_warnings() -> None:
     async def forever() -> None:
         await asyncio.sleep(1e9)
 
@@ -129,7 +129,7 @@ def test_it_closes_without_a_trace() -> None:
         gc.collect()
 
 
-def test_a_web_application_answers_in_virtual_time() -> None:
+def test_a_web_application_responds_in_virtual_time() -> None:
     app = FastAPI()
 
     @app.get("/slow")

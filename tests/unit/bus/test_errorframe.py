@@ -32,7 +32,7 @@ from hornbill.wire.port import PortState
         (NOW_BUS_OFF, PortState.BUS_OFF),
     ],
 )
-def test_the_state_it_tells(frame: ErrorFrame, state: PortState | None) -> None:
+def test_the_state_of_an_error_frame(frame: ErrorFrame, state: PortState | None) -> None:
     assert frame.state is state
 
 
@@ -42,11 +42,11 @@ def test_lost_arbitration_and_recovery_are_not_errors() -> None:
     assert not any(each.harmless for each in harmful)
 
 
-def test_want_of_an_acknowledgement_is_told_by_class_or_by_place() -> None:
+def test_a_missing_acknowledgement_is_recognised_by_class_or_location() -> None:
     assert all(each.unacknowledged for each in (ErrorFrame(0x020), ErrorFrame(0x088, b"\0\0\0\x19"), UNACKNOWLEDGED))
     assert not any(each.unacknowledged for each in (ErrorFrame(0x088, b"\0\0\0\x08"), ErrorFrame(0x088), NOW_BUS_OFF))
 
 
-def test_an_overflow_is_told() -> None:
+def test_an_overflow_is_recognised() -> None:
     assert OVERFLOW.overflow
     assert not NOW_PASSIVE.overflow

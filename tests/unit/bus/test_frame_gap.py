@@ -57,7 +57,7 @@ def played(
     return run(main())
 
 
-def test_frames_of_one_transfer_leave_a_pause_apart() -> None:
+def test_frames_of_one_transfer_are_sent_with_a_gap() -> None:
     sent = played(lambda gap, _log: gap.send(transfer(1, 4)))
     assert sent == [(0.0, 1, 0), (0.003, 1, 1), (0.006, 1, 2), (0.009, 1, 3)]
 
@@ -81,7 +81,7 @@ def test_transfers_of_one_identifier_keep_their_order_and_do_not_mix() -> None:
     assert played(scene) == [(0.0, 7, 0), (0.003, 7, 1), (0.003, 7, 0), (0.003, 7, 0), (0.006, 7, 1)]
 
 
-def test_a_transfer_cut_off_by_a_lost_bus_never_goes_on() -> None:
+def test_a_transfer_interrupted_by_a_lost_bus_is_not_continued() -> None:
     def scene(gap: FrameGap, log: Log) -> None:
         gap.send(transfer(7, 3))
         log.lost = True
@@ -90,7 +90,7 @@ def test_a_transfer_cut_off_by_a_lost_bus_never_goes_on() -> None:
     assert played(scene) == [(0.0, 7, 0)]
 
 
-def test_a_transfer_cut_off_by_bus_off_never_goes_on() -> None:
+def test_a_transfer_interrupted_by_bus_off_is_not_continued() -> None:
     def scene(gap: FrameGap, log: Log) -> None:
         gap.send(transfer(7, 3))
         log.state = PortState.BUS_OFF
@@ -99,7 +99,7 @@ def test_a_transfer_cut_off_by_bus_off_never_goes_on() -> None:
     assert played(scene) == [(0.0, 7, 0)]
 
 
-def test_nothing_of_a_call_is_held_when_one_of_its_frames_is_impossible() -> None:
+def test_an_invalid_frame_refuses_the_whole_call() -> None:
     def scene(gap: FrameGap, _log: Log) -> None:
         with pytest.raises(ValueError, match="29 bits"):
             gap.send([*transfer(7, 3), Frame(1 << 29, ALONE)])
@@ -116,29 +116,29 @@ def test_nothing_of_a_call_is_held_when_one_of_its_frames_is_impossible() -> Non
         ("slcan:loop://?logging=debug", "slcan:loop://?logging=debug", 0.0),
     ],
 )
-def test_the_pause_is_an_option_of_the_address(address: str, plain: str, gap_s: float) -> None:
+def test_the_gap_is_an_option_of_the_address(address: str, plain: str, gap_s: float) -> None:
     assert parse_frame_gap(address) == (plain, gap_s)
 
 
 @pytest.mark.parametrize("text", ["", "fast", "-1", "21", "nan", "inf"])
-def test_a_pause_that_cannot_be_is_refused_with_the_range(text: str) -> None:
+def test_an_invalid_gap_is_refused_with_the_range(text: str) -> None:
     with pytest.raises(PortOpenFailed, match=r"is not 0 to 20 ms\. Enter the pause"):
         adapter_port(f"virtual:x?frame_gap_ms={text}")
 
 
-def test_options_make_no_other_device() -> None:
+def test_options_do_not_change_the_device() -> None:
     assert same_device("slcan:/dev/ttyUSB0@115200", "slcan:/dev/ttyUSB0?frame_gap_ms=3")
     assert not same_device("slcan:/dev/ttyUSB0", "slcan:/dev/ttyUSB1")
 
 
-def test_the_setting_of_the_server_is_for_adapters_without_one_of_their_own() -> None:
+def test_the_server_setting_applies_to_adapters_without_their_own() -> None:
     assert with_frame_gap("socketcan:can0", 3) == "socketcan:can0?frame_gap_ms=3"
     assert with_frame_gap("socketcan:can0?frame_gap_ms=1", 3) == "socketcan:can0?frame_gap_ms=1"
     assert with_frame_gap("file:bus.log", 3) == "file:bus.log"
     assert with_frame_gap("socketcan:can0", None) == "socketcan:can0"
 
 
-async def test_a_reopening_port_keeps_its_pause_and_drops_what_waits_when_it_is_closed() -> None:
+async def test_a_reopening_port_has_a_gap_and_drops_queued_frames_when_closed() -> None:
     bus = MemoryBus(history=100)
     other = bus.port("other")
 
@@ -164,7 +164,7 @@ async def test_a_reopening_port_keeps_its_pause_and_drops_what_waits_when_it_is_
 
 
 @scene(connect=False)
-async def test_servos_are_read_and_stopped_with_a_pause_and_it_is_shown(rig: Rig) -> None:
+async def test_servos_are_written_and_stopped_with_a_gap_shown_by_the_api(rig: Rig) -> None:
     ports = BusPorts(rig.bus, None)  # pyright: ignore[reportArgumentType]
     rig.host._open_port = ports.open  # pyright: ignore[reportPrivateUsage]
     body = {"address": "memory:demo", "frame_gap_ms": 3}

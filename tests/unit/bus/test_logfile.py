@@ -50,7 +50,7 @@ def read(text: str | bytes) -> tuple[list[LoggedFrame], LogCounters]:
 
 @every_form
 @pytest.mark.parametrize("zone", ["UTC", "America/New_York", "Asia/Tokyo"])
-def test_what_is_written_is_read_back_to_the_microsecond(
+def test_a_log_is_read_back_to_the_microsecond(
     form: LogFormat, zone: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv("TZ", zone)
@@ -73,14 +73,14 @@ def test_what_is_written_is_read_back_to_the_microsecond(
 
 
 @every_form
-def test_sent_frames_are_marked_where_the_form_can(form: LogFormat, tmp_path: Path) -> None:
+def test_sent_frames_are_marked_in_formats_that_support_it(form: LogFormat, tmp_path: Path) -> None:
     path = tmp_path / "log"
     write(path, form, FRAMES)
     marked = [one.sent for one in read_file(path)]
     assert marked == ([False] * len(FRAMES) if form is LogFormat.CSV else [n % 2 == 0 for n in range(len(FRAMES))])
 
 
-def test_candump_names_the_channel_and_the_first_line_is_that_of_can_utils(tmp_path: Path) -> None:
+def test_candump_lines_are_those_of_can_utils_and_name_the_channel(tmp_path: Path) -> None:
     path = tmp_path / "log"
     write(path, LogFormat.CANDUMP, FRAMES[8:9])
     assert path.read_text() == "(1700000000.008219) can0 1003F30B#0001020304050607 T\n"
@@ -88,7 +88,7 @@ def test_candump_names_the_channel_and_the_first_line_is_that_of_can_utils(tmp_p
 
 
 @pytest.mark.parametrize("channel", ["can0", "ttyACM0", "0"])
-def test_lines_of_a_recording_are_those_of_python_can(channel: str, tmp_path: Path) -> None:
+def test_lines_of_a_recording_equal_those_of_python_can(channel: str, tmp_path: Path) -> None:
     logged = [LoggedFrame(frame, channel, n % 2 == 0) for n, frame in enumerate(FRAMES)]
     file = LogWriter(tmp_path / "log", LogFormat.CANDUMP, 10**9)
     file.write(logged)
@@ -97,7 +97,7 @@ def test_lines_of_a_recording_are_those_of_python_can(channel: str, tmp_path: Pa
 
 
 @every_form
-def test_a_log_ends_before_it_would_be_larger_than_its_limit(form: LogFormat, tmp_path: Path) -> None:
+def test_a_log_ends_before_its_size_limit(form: LogFormat, tmp_path: Path) -> None:
     path = tmp_path / "log"
     file = LogWriter(path, form, 5_000)
     room = True
@@ -111,7 +111,7 @@ def test_a_log_ends_before_it_would_be_larger_than_its_limit(form: LogFormat, tm
     assert len(read_file(path)) == file.frames > 10
 
 
-def test_no_log_is_ever_written_over(tmp_path: Path) -> None:
+def test_an_existing_log_is_never_overwritten(tmp_path: Path) -> None:
     path = tmp_path / "log"
     path.write_text("precious")
     with pytest.raises(LogFailed, match="cannot be written"):
@@ -119,7 +119,7 @@ def test_no_log_is_ever_written_over(tmp_path: Path) -> None:
     assert path.read_text() == "precious"
 
 
-def test_a_folder_that_is_missing_is_made_and_one_that_cannot_be_is_told(tmp_path: Path) -> None:
+def test_a_missing_folder_is_created_or_the_failure_reported(tmp_path: Path) -> None:
     write(tmp_path / "a" / "b" / "log", LogFormat.CANDUMP, FRAMES[:1])
     assert (tmp_path / "a" / "b" / "log").exists()
     with pytest.raises(LogFailed, match="cannot be written"):
@@ -128,7 +128,7 @@ def test_a_folder_that_is_missing_is_made_and_one_that_cannot_be_is_told(tmp_pat
 
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="this system has no /dev/full")
 @pytest.mark.parametrize("form", [LogFormat.CANDUMP, LogFormat.ASC, LogFormat.CSV])
-def test_a_full_disk_is_an_os_error_and_closing_lets_go_of_the_file(
+def test_a_full_disk_raises_os_error_and_closing_releases_the_file(
     form: LogFormat, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     opened = Path.open
@@ -182,14 +182,14 @@ def test_candump_lines_of_every_kind() -> None:
         "\udcff\udcfe",
     ],
 )
-def test_a_line_that_is_no_frame_is_counted_and_the_next_one_read(line: str) -> None:
+def test_an_invalid_line_is_counted_and_the_next_is_read(line: str) -> None:
     good = "(1436509052.249713) vcan0 1003F30B#01\n"
     found, counters = read(good + line + "\n" + good)
     assert len(found) == 2
     assert counters.unreadable + counters.error_frames == 1
 
 
-def test_what_log2asc_of_can_utils_writes_is_read() -> None:
+def test_the_output_of_log2asc_is_read() -> None:
     found, counters = read(
         "date Fri Jul 10 06:17:32 2015\n"
         "base hex  timestamps absolute\n"
@@ -220,7 +220,7 @@ def test_an_asc_file_with_a_date_in_an_unknown_language_counts_from_its_start() 
     assert counters == LogCounters(frames=2)
 
 
-def test_a_garbled_line_of_csv_is_counted() -> None:
+def test_an_invalid_csv_line_is_counted() -> None:
     head = "timestamp,arbitration_id,extended,remote,error,dlc,data\n"
     good = "1483389946.197,0x1003f30b,1,0,0,1,Ag==\n"
     found, counters = read(head + good + "1483389946.2,0x10\n" + good + "1483389946.3,0x123,0,0,0,1,Ag==\n")
@@ -229,9 +229,7 @@ def test_a_garbled_line_of_csv_is_counted() -> None:
 
 
 @every_form
-def test_a_file_cut_off_anywhere_gives_what_is_whole_in_it_or_says_that_it_is_damaged(
-    form: LogFormat, tmp_path: Path
-) -> None:
+def test_a_truncated_file_yields_its_complete_frames_or_is_reported_as_damaged(form: LogFormat, tmp_path: Path) -> None:
     path = tmp_path / "log"
     write(path, form, FRAMES)
     whole = path.read_bytes()
@@ -258,24 +256,24 @@ def test_a_blf_file_that_was_never_closed_is_read(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("text", ["hello\n", "\x7fELF\x02\x01", "{}\n", "  can0  123 [1] 00\n"])
-def test_what_is_no_log_is_refused_with_what_would_be_one(text: str) -> None:
+def test_another_file_is_refused_with_the_supported_formats(text: str) -> None:
     with pytest.raises(LogFailed, match=r"the test is not a supported log.* candump -l"):
         read(text)
 
 
-def test_an_empty_file_is_a_recording_of_nothing() -> None:
+def test_an_empty_file_is_an_empty_recording() -> None:
     assert read("") == ([], LogCounters())
     assert read("\n\n") == ([], LogCounters())
 
 
-def test_a_file_that_is_not_there_or_is_a_folder_is_told(tmp_path: Path) -> None:
+def test_a_missing_file_or_a_folder_is_refused(tmp_path: Path) -> None:
     with pytest.raises(LogFailed, match=r"nothing\.log cannot be read: No such file"):
         LogReader.open(tmp_path / "nothing.log")
     with pytest.raises(LogFailed, match="cannot be read: Is a directory"):
         LogReader.open(tmp_path)
 
 
-def test_a_live_pipe_gives_each_frame_as_it_comes() -> None:
+def test_a_pipe_yields_each_frame_as_it_arrives() -> None:
     reading, writing = os.pipe()
     with os.fdopen(reading, "rb") as source, os.fdopen(writing, "w") as sink:
         sink.write("(1.5) can0 1003F30B#01\n")
@@ -291,7 +289,7 @@ def test_a_live_pipe_gives_each_frame_as_it_comes() -> None:
         recording.close()
 
 
-def test_memory_does_not_grow_with_the_recording(tmp_path: Path) -> None:
+def test_a_recording_is_read_as_it_is_iterated(tmp_path: Path) -> None:
     path = tmp_path / "log"
     with path.open("w") as file:
         for n in range(60_000):
@@ -317,7 +315,7 @@ def test_any_bytes_are_read_or_refused(content: bytes) -> None:
 
 @settings(deadline=None)
 @given(st.lists(st.sampled_from([struct.pack("<4sHHLL", b"LOBJ", 16, 1, 0, 10), b"LOBJ", bytes(16), b"\xff" * 9])))
-def test_a_damaged_blf_file_ends(parts: list[bytes]) -> None:
+def test_reading_a_damaged_blf_file_ends(parts: list[bytes]) -> None:
     header = struct.pack("<4sLBBBBBBBBQQLL8H8H", b"LOGG", 144, 5, 0, 0, 0, 2, 6, 8, 1, 0, 0, 0, 0, *[0] * 16)
     with suppress(LogFailed):
         assert read(header.ljust(144, b"\0") + b"".join(parts))[0] == []

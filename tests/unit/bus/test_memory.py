@@ -24,23 +24,23 @@ def ms(milliseconds: float) -> float:
 async def test_a_frame_arrives_at_the_instant_of_its_last_bit() -> None:
     bus = MemoryBus()
     a, b, c = (bus.port(name) for name in "abc")
-    heard: list[tuple[str, float, list[Frame]]] = []
+    received: list[tuple[str, float, list[Frame]]] = []
     loop = asyncio.get_running_loop()
     for port in (a, b, c):
-        port.listen(lambda frames, name=port.name: heard.append((name, loop.time(), frames)))
+        port.listen(lambda frames, name=port.name: received.append((name, loop.time(), frames)))
     frame = Frame(0x1801557F, b"\x01\x02\x03")
     a.send([frame])
     await asyncio.sleep(0.01)
     at = START + (frame_bits(frame) - 3) * BIT
     stamped = Frame(frame.id, frame.data, at)
-    assert heard == [("b", at, [stamped]), ("c", at, [stamped])]
+    assert received == [("b", at, [stamped]), ("c", at, [stamped])]
     assert (a.statistics.tx_frames, a.statistics.rx_frames) == (1, 0)
     assert (b.statistics.tx_frames, b.statistics.rx_frames) == (0, 1)
     for port in (a, b, c):
         assert port.statistics.busy_s == pytest.approx(frame_bits(frame) * BIT)
 
 
-async def test_the_lowest_identifier_wins_whoever_queued_first() -> None:
+async def test_the_lowest_identifier_wins_regardless_of_queueing_order() -> None:
     bus = MemoryBus(history=100)
     a, b, c = (bus.port(name) for name in "abc")
     a.send([Frame(30, b"1"), Frame(30, b"2"), Frame(10, b"3")])
@@ -71,7 +71,7 @@ async def test_a_frame_on_the_wire_is_not_interrupted() -> None:
     assert [name for name, _ in bus.history] == ["a", "b", "a"]
 
 
-async def test_a_late_winner_that_is_shorter_is_delivered_on_time() -> None:
+async def test_a_shorter_frame_that_wins_late_is_delivered_on_time() -> None:
     bus = MemoryBus()
     a, b, c = (bus.port(name) for name in "abc")
     seen: list[float] = []
@@ -83,20 +83,20 @@ async def test_a_late_winner_that_is_shorter_is_delivered_on_time() -> None:
     assert seen[0] == pytest.approx(START + first, abs=1e-12)
 
 
-async def test_who_answers_at_once_answers_after_the_interframe_space() -> None:
+async def test_an_immediate_response_follows_after_the_interframe_space() -> None:
     bus = MemoryBus(history=2)
     a, b = bus.port("a"), bus.port("b")
     b.listen(lambda frames: b.send([Frame(0, b"")]))
     a.send([Frame(9, b"?")])
     await asyncio.sleep(1)
-    (_, asked), (_, answered) = bus.history
-    assert answered.at - asked.at == pytest.approx(frame_bits(answered) * BIT, abs=1e-12)
+    (_, request), (_, response) = bus.history
+    assert response.at - request.at == pytest.approx(frame_bits(response) * BIT, abs=1e-12)
 
 
 def test_55_reads_by_name_take_29_ms() -> None:
     random = Random(55)
 
-    def answer(index: int) -> list[Frame]:
+    def response(index: int) -> list[Frame]:
         value = random.randrange(-1800, 1800).to_bytes(8, "little", signed=True)
         payload = random.randbytes(2) + b"\x01" + value + bytes(3) + b"0x%02X" % index
         identifier, turn = 0x180B_0195 | 24 << 24, index & 31
@@ -110,14 +110,14 @@ def test_55_reads_by_name_take_29_ms() -> None:
         bus = MemoryBus()
         host, servo = bus.port("host"), bus.port("servo")
         loop = asyncio.get_running_loop()
-        answered = asyncio.Event()
+        responded = asyncio.Event()
         index = 0
-        servo.listen(lambda frames: servo.send(answer(index)))
-        host.listen(lambda frames: answered.set() if frames[-1].data[-1] & 0x40 else None)
+        servo.listen(lambda frames: servo.send(response(index)))
+        host.listen(lambda frames: responded.set() if frames[-1].data[-1] & 0x40 else None)
         for index in range(55):
-            answered.clear()
+            responded.clear()
             host.send([Frame(0x180B_9501 | 24 << 24, b"\0\0" + b"0x%02X" % index + bytes([0xC0 | index & 31]))])
-            await answered.wait()
+            await responded.wait()
         assert bus.load() == ms(29.4)
         return loop.time() - START
 
@@ -151,7 +151,7 @@ def test_a_slower_bus_takes_longer() -> None:
     assert run(main(125_000)) == pytest.approx(8 * run(main(1_000_000)))
 
 
-async def test_fast_leaves_out_the_bit_times_but_not_the_order() -> None:
+async def test_a_fast_bus_has_no_bit_times_but_arbitration() -> None:
     bus = MemoryBus(fast=True, history=10)
     a, b = bus.port("a"), bus.port("b")
     b.listen(lambda frames: b.send([Frame(1, b"!")]) if frames[-1].id == 7 else None)
@@ -175,7 +175,7 @@ async def test_a_full_queue_drops_the_least_urgent_and_counts_it() -> None:
     assert [frame.data for _, frame in bus.history] == [b"stop", b"\0", b"\1", b"\2"]
 
 
-async def test_a_closed_port_is_gone_and_its_name_is_free() -> None:
+async def test_a_closed_port_is_disconnected_and_its_name_reusable() -> None:
     bus = MemoryBus(history=10)
     a, b = bus.port("a"), bus.port("b")
     with pytest.raises(ValueError, match="already has an open port 'a'"):
@@ -193,17 +193,17 @@ async def test_a_closed_port_is_gone_and_its_name_is_free() -> None:
     assert bus.port("a").address == "memory:a"
 
 
-async def test_a_sink_that_raises_costs_nobody_else_a_frame() -> None:
+async def test_a_raising_sink_does_not_affect_other_ports() -> None:
     bus = MemoryBus()
     a, b, c = (bus.port(name) for name in "abc")
-    heard: list[Frame] = []
+    received: list[Frame] = []
     raised: list[object] = []
     asyncio.get_running_loop().set_exception_handler(lambda _, context: raised.append(context["exception"]))
     b.listen(lambda frames: print(frames[9]))
-    c.listen(heard.extend)
+    c.listen(received.extend)
     a.send([Frame(1, b""), Frame(2, b"")])
     await asyncio.sleep(1)
-    assert [frame.id for frame in heard] == [1, 2]
+    assert [frame.id for frame in received] == [1, 2]
     assert [type(error) for error in raised] == [IndexError, IndexError]
 
 
@@ -215,17 +215,17 @@ async def stream(port: MemoryPort, count: int = COUNT) -> None:
     await asyncio.sleep(1)
 
 
-def heard_by(port: MemoryPort) -> list[bytes]:
-    heard: list[bytes] = []
-    port.listen(lambda frames: heard.extend(frame.data for frame in frames))
-    return heard
+def received_by(port: MemoryPort) -> list[bytes]:
+    received: list[bytes] = []
+    port.listen(lambda frames: received.extend(frame.data for frame in frames))
+    return received
 
 
-def test_loss_on_the_bus_hits_everybody_and_repeats_with_its_seed() -> None:
+def test_loss_on_the_bus_affects_all_ports_and_repeats_with_its_seed() -> None:
     async def main(seed: int) -> tuple[list[bytes], list[bytes]]:
         bus = MemoryBus()
         a, b, c = (bus.port(name) for name in "abc")
-        at_b, at_c = heard_by(b), heard_by(c)
+        at_b, at_c = received_by(b), received_by(c)
         bus.loss(25, seed=seed)
         await stream(a)
         assert a.statistics.tx_frames == COUNT
@@ -239,7 +239,7 @@ def test_loss_on_the_bus_hits_everybody_and_repeats_with_its_seed() -> None:
     assert run(main(4))[0] != at_b
 
 
-async def test_loss_at_one_port_hits_that_port_alone_and_can_be_taken_away() -> None:
+async def test_loss_at_one_port_affects_only_that_port_and_can_be_ended() -> None:
     bus = MemoryBus()
     a, b, c = (bus.port(name) for name in "abc")
     bus.loss(50, port=b)
@@ -265,7 +265,7 @@ def test_corrupted_frames_are_repeated_in_order_and_cost_time() -> None:
     async def main(pct: float) -> tuple[list[bytes], float, int]:
         bus = MemoryBus()
         a, b, c = (bus.port(name) for name in "abc")
-        heard = heard_by(b)
+        received = received_by(b)
         bus.corruption(pct)
         await stream(a)
         assert b.statistics.errors == c.statistics.errors == a.statistics.errors
@@ -275,7 +275,7 @@ def test_corrupted_frames_are_repeated_in_order_and_cost_time() -> None:
         assert a.statistics.unacknowledged == 0
         assert a.statistics.tx_frames == b.statistics.rx_frames == COUNT
         assert a.state is PortState.ACTIVE
-        return heard, a.statistics.busy_s, a.statistics.errors
+        return received, a.statistics.busy_s, a.statistics.errors
 
     clean, quick, no_errors = run(main(0))
     repeated, slow, errors = run(main(5))
@@ -286,7 +286,7 @@ def test_corrupted_frames_are_repeated_in_order_and_cost_time() -> None:
 
 
 @pytest.mark.parametrize("fast", [False, True])
-async def test_a_sender_that_always_fails_goes_bus_off_and_recovers_on_request(fast: bool) -> None:
+async def test_a_sender_whose_frames_all_fail_goes_bus_off_and_recovers_on_request(fast: bool) -> None:
     bus = MemoryBus(fast=fast)
     a, b = bus.port("a"), bus.port("b")
     bus.corruption(100)
@@ -296,16 +296,16 @@ async def test_a_sender_that_always_fails_goes_bus_off_and_recovers_on_request(f
     assert b.statistics.errors == 32  # 8 up for each failure, off above 255
     assert (a.statistics.bus_offs, a.statistics.unacknowledged) == (1, 0)
     bus.corruption(0)
-    heard = heard_by(b)
+    received = received_by(b)
     a.send([Frame(1, b"lost")])
     bus.recover(a)
     assert a.state is PortState.ACTIVE
     a.send([Frame(1, b"sent")])
     await asyncio.sleep(1)
-    assert heard == [b"sent"]
+    assert received == [b"sent"]
 
 
-async def test_bus_off_neither_sends_nor_hears() -> None:
+async def test_a_port_in_bus_off_neither_sends_nor_receives() -> None:
     bus = MemoryBus(history=10)
     a, b, _ = (bus.port(name) for name in "abc")
     a.send([Frame(1, b""), Frame(2, b"")])
@@ -319,7 +319,7 @@ async def test_bus_off_neither_sends_nor_hears() -> None:
     assert a.statistics.errors == 1
 
 
-async def test_a_mute_port_hears_and_its_frames_vanish() -> None:
+async def test_a_mute_port_receives_and_its_frames_vanish() -> None:
     bus = MemoryBus(history=10)
     a, b = bus.port("a"), bus.port("b")
     a.send([Frame(1, b"")])
@@ -347,18 +347,18 @@ async def test_alone_on_the_bus_a_port_turns_passive_and_keeps_its_frames(fast: 
     assert a.statistics.errors == a.statistics.error_frames == a.statistics.unacknowledged == 16
     assert (a.statistics.tx_frames, a.statistics.bus_offs) == (0, 0)
     b = bus.port("b")
-    heard: list[Frame] = []
-    b.listen(heard.extend)
+    received: list[Frame] = []
+    b.listen(received.extend)
     joined = loop.time()
     await asyncio.sleep(1)
-    assert [frame.id for frame in heard] == [1, 2]
-    assert all(joined <= frame.at < joined + 0.001 for frame in heard)
+    assert [frame.id for frame in received] == [1, 2]
+    assert all(joined <= frame.at < joined + 0.001 for frame in received)
     assert a.statistics.tx_frames == 2
     await stream(a)
     assert a.state is PortState.ACTIVE
 
 
-async def test_two_ports_with_one_identifier_count_errors_and_both_get_through() -> None:
+async def test_two_ports_with_one_identifier_count_errors_and_both_transmit() -> None:
     bus = MemoryBus(history=10)
     a, b, c = (bus.port(name) for name in "abc")
     a.send([Frame(7, b"a1"), Frame(7, b"a2")])
@@ -369,7 +369,7 @@ async def test_two_ports_with_one_identifier_count_errors_and_both_get_through()
     assert c.statistics.errors == 0
 
 
-async def test_want_of_an_acknowledgement_alone_never_leads_to_bus_off() -> None:
+async def test_missing_acknowledgements_never_lead_to_bus_off() -> None:
     bus = MemoryBus()
     a = bus.port("a")
     a.send([Frame(1, b"")])

@@ -14,10 +14,10 @@ from jumping_clock import START, Deadlock, run
 BIT = 1e-6
 
 
-def heard_by(port: MemoryPort) -> list[bytes]:
-    heard: list[bytes] = []
-    port.listen(lambda frames: heard.extend(frame.data for frame in frames))
-    return heard
+def received_by(port: MemoryPort) -> list[bytes]:
+    received: list[bytes] = []
+    port.listen(lambda frames: received.extend(frame.data for frame in frames))
+    return received
 
 
 async def send_every_ms(port: MemoryPort, count: int) -> None:
@@ -27,14 +27,14 @@ async def send_every_ms(port: MemoryPort, count: int) -> None:
 
 
 @pytest.mark.parametrize("fast", [False, True])
-async def test_in_noise_nothing_gets_through_and_who_only_listens_turns_passive_never_bus_off(fast: bool) -> None:
+async def test_in_noise_no_frame_arrives_and_listeners_turn_passive_but_never_bus_off(fast: bool) -> None:
     bus = MemoryBus(fast=fast, history=10)
     a, b, c = (bus.port(name) for name in "abc")
-    heard = heard_by(b)
+    received = received_by(b)
     bus.noise()
     a.send([Frame(1, b"lost")])
     await asyncio.sleep(1)
-    assert heard == []
+    assert received == []
     assert list(bus.history) == []
     assert (a.state, b.state, c.state) == (PortState.BUS_OFF, PortState.PASSIVE, PortState.PASSIVE)
     assert b.statistics.error_frames == c.statistics.error_frames
@@ -57,10 +57,10 @@ async def test_a_sender_in_noise_is_bus_off_after_32_tries_and_its_frames_are_dr
     assert b.statistics.error_frames > 32  # who is bus-off no longer looks
 
 
-async def test_noise_destroys_the_frame_on_the_wire_and_everything_goes_on_when_it_ends() -> None:
+async def test_noise_destroys_the_current_frame_which_is_repeated_afterwards() -> None:
     bus = MemoryBus(history=10)
     a, b = bus.port("a"), bus.port("b")
-    heard = heard_by(b)
+    received = received_by(b)
     a.send([Frame(1, b"again")])
     await asyncio.sleep(40 * BIT)
     bus.noise()
@@ -68,14 +68,14 @@ async def test_noise_destroys_the_frame_on_the_wire_and_everything_goes_on_when_
     bus.noise(False)
     ended = asyncio.get_running_loop().time()
     await asyncio.sleep(0.1)
-    assert heard == [b"again"]
+    assert received == [b"again"]
     (_, frame), *_ = bus.history
     assert frame.at - ended == pytest.approx(frame_bits(frame) * BIT, abs=NOISE_BITS * BIT)
     assert 2 <= a.statistics.error_frames <= 5
     assert a.state is b.state is PortState.ACTIVE
 
 
-async def test_a_passive_listener_is_active_again_with_the_first_good_frame() -> None:
+async def test_a_passive_listener_turns_active_with_the_first_valid_frame() -> None:
     bus = MemoryBus()
     a, b = bus.port("a"), bus.port("b")
     bus.noise()
@@ -85,7 +85,7 @@ async def test_a_passive_listener_is_active_again_with_the_first_good_frame() ->
     a.send([Frame(1, b"")])
     await asyncio.sleep(0.01)
     assert b.state is PortState.ACTIVE
-    assert a.state is PortState.PASSIVE  # it has heard nobody yet
+    assert a.state is PortState.PASSIVE  # it has received nobody yet
     b.send([Frame(1, b"")])
     await asyncio.sleep(0.01)
     assert a.state is PortState.ACTIVE
@@ -101,14 +101,14 @@ def test_noise_keeps_the_bus_busy_and_ends_with_the_last_port() -> None:
         assert a.statistics.busy_s == pytest.approx(1, abs=0.02)
         await a.close()
         loop = asyncio.get_running_loop()
-        loop.patience = 0.01  # pyright: ignore[reportAttributeAccessIssue] - it is a JumpingLoop
+        loop.stuck_after_s = 0.01  # pyright: ignore[reportAttributeAccessIssue] - it is a JumpingLoop
         await loop.create_future()  # nothing is left that could ring
 
     with pytest.raises(Deadlock):
         run(main())
 
 
-async def test_recovering_everybody_ends_bus_off_of_all() -> None:
+async def test_recover_ends_bus_off_of_all_ports() -> None:
     bus = MemoryBus()
     a, b, c = (bus.port(name) for name in "abc")
     bus.noise()
@@ -119,16 +119,16 @@ async def test_recovering_everybody_ends_bus_off_of_all() -> None:
     bus.noise(False)
     bus.recover()
     assert {port.state for port in (a, b, c)} == {PortState.ACTIVE}
-    heard = heard_by(c)
+    received = received_by(c)
     await send_every_ms(a, 3)
-    assert len(heard) == 3
+    assert len(received) == 3
 
 
-async def test_a_port_at_another_bit_rate_hears_errors_alone_and_the_others_go_on_once_it_is_passive() -> None:
+async def test_a_port_at_another_bit_rate_receives_only_errors_and_turns_passive() -> None:
     bus = MemoryBus()
     a, b, wrong = bus.port("a"), bus.port("b"), bus.port("wrong", bitrate=500_000)
     assert wrong.bitrate == 500_000
-    at_b, at_wrong = heard_by(b), heard_by(wrong)
+    at_b, at_wrong = received_by(b), received_by(wrong)
     await send_every_ms(a, 100)
     await asyncio.sleep(0.1)
     assert len(at_b) == 100
@@ -140,10 +140,10 @@ async def test_a_port_at_another_bit_rate_hears_errors_alone_and_the_others_go_o
     assert (wrong.statistics.rx_frames, wrong.statistics.rx_dropped, wrong.statistics.bus_offs) == (0, 0, 0)
 
 
-async def test_a_port_at_another_bit_rate_that_sends_goes_bus_off_and_disturbs_meanwhile() -> None:
+async def test_a_port_that_sends_at_another_bit_rate_causes_errors_until_bus_off() -> None:
     bus = MemoryBus()
     a, b, wrong = bus.port("a"), bus.port("b"), bus.port("wrong", bitrate=500_000)
-    at_b = heard_by(b)
+    at_b = received_by(b)
     wrong.send([Frame(1, b"what?")])
     await asyncio.sleep(0.1)
     assert wrong.state is PortState.BUS_OFF
@@ -168,16 +168,16 @@ async def test_a_port_at_another_bit_rate_acknowledges_nothing() -> None:
     assert a.statistics.tx_frames == 1
 
 
-async def test_without_bit_times_a_port_at_another_bit_rate_keeps_nobody_busy() -> None:
+async def test_a_port_at_another_bit_rate_does_not_keep_a_fast_bus_busy() -> None:
     bus = MemoryBus(fast=True)
     a, wrong = bus.port("a"), bus.port("wrong", bitrate=125_000)
     a.send([Frame(1, b"")])
     await asyncio.sleep(1)
     assert (a.state, wrong.state) == (PortState.PASSIVE, PortState.PASSIVE)
     assert a.statistics.unacknowledged == 16
-    heard = heard_by(bus.port("right"))
+    received = received_by(bus.port("right"))
     await asyncio.sleep(1)
-    assert heard == [b""]
+    assert received == [b""]
 
 
 async def test_bit_times_are_exact_again_after_noise() -> None:

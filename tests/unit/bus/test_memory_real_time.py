@@ -12,7 +12,7 @@ from hornbill.wire.frame import Frame
 pytestmark = pytest.mark.real_time
 
 
-async def test_a_burst_is_stamped_bit_for_bit_and_delivered_in_batches() -> None:
+async def test_a_burst_has_exact_timestamps_and_is_delivered_in_batches() -> None:
     bus = MemoryBus()
     a, b = bus.port("a"), bus.port("b")
     loop = asyncio.get_running_loop()
@@ -34,7 +34,7 @@ async def test_a_burst_is_stamped_bit_for_bit_and_delivered_in_batches() -> None
     assert 1 < len(batches) <= (loop.time() - before) / COALESCE_S + 1
 
 
-async def test_what_is_queued_late_competes_late_even_when_the_bus_wakes_later_still() -> None:
+async def test_a_frame_queued_late_competes_late_even_if_the_loop_was_busy() -> None:
     bus = MemoryBus(history=40)
     a, b = bus.port("a"), bus.port("b")
     loop = asyncio.get_running_loop()

@@ -19,7 +19,7 @@ pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="SocketCAN is a 
 STAMPS = 35  # SO_TIMESTAMPNS, which python-can switches on
 
 
-class Telling(socket.socket):
+class Reporting(socket.socket):
     """A socket of which the kernel says that it dropped frames."""
 
     drops: list[int] = []  # noqa: RUF012
@@ -49,19 +49,21 @@ class Bus(can.BusABC):
 @pytest.fixture
 def pair() -> Iterator[tuple[RawLink, socket.socket]]:
     near, far = socket.socketpair(socket.AF_UNIX, socket.SOCK_DGRAM)
-    with Telling(fileno=near.detach()) as telling, far:
-        telling.setsockopt(socket.SOL_SOCKET, STAMPS, 1)
-        link = RawLink(Bus(telling), telling)
+    with Reporting(fileno=near.detach()) as reporting, far:
+        reporting.setsockopt(socket.SOL_SOCKET, STAMPS, 1)
+        link = RawLink(Bus(reporting), reporting)
         yield link, far
         link.shutdown()
-        assert telling.fileno() == -1
+        assert reporting.fileno() == -1
 
 
 def packed(identifier: int, data: bytes, size: int = 16) -> bytes:
     return struct.pack("=IB3x", identifier, len(data)) + data.ljust(size - 8, b"\xee")
 
 
-def test_all_there_is_comes_at_once_in_order_and_stamped(pair: tuple[RawLink, socket.socket]) -> None:
+def test_all_available_frames_are_received_at_once_in_order_with_timestamps(
+    pair: tuple[RawLink, socket.socket],
+) -> None:
     link, far = pair
     began = time.monotonic()
     for number in range(9):
@@ -75,7 +77,7 @@ def test_all_there_is_comes_at_once_in_order_and_stamped(pair: tuple[RawLink, so
     assert not link.receive(0, 0.0)
 
 
-def test_foreign_frames_and_error_frames_are_told_apart(pair: tuple[RawLink, socket.socket]) -> None:
+def test_foreign_frames_and_error_frames_are_distinguished(pair: tuple[RawLink, socket.socket]) -> None:
     link, far = pair
     for text in (
         packed(0x123, b"standard"),
@@ -90,7 +92,7 @@ def test_foreign_frames_and_error_frames_are_told_apart(pair: tuple[RawLink, soc
     assert (got.ignored, got.errors) == (3, [ErrorFrame(0x0A8, bytes([0, 0, 0, 0x19, 0, 0, 0, 0]))])
 
 
-def test_it_waits_until_there_is_more_to_fetch(pair: tuple[RawLink, socket.socket]) -> None:
+def test_receiving_waits_until_not_before(pair: tuple[RawLink, socket.socket]) -> None:
     link, far = pair
     far.send(packed(0x8000_0001, b""))
     until = time.monotonic() + 0.02
@@ -98,11 +100,11 @@ def test_it_waits_until_there_is_more_to_fetch(pair: tuple[RawLink, socket.socke
     assert time.monotonic() >= until
 
 
-def test_what_the_kernel_dropped_is_counted_once(
+def test_frames_dropped_by_the_kernel_are_counted_once(
     pair: tuple[RawLink, socket.socket], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     link, far = pair
-    monkeypatch.setattr(Telling, "drops", [3, 3, 10])
+    monkeypatch.setattr(Reporting, "drops", [3, 3, 10])
     lost: list[int] = []
     for _ in range(3):
         far.send(packed(0x8000_0001, b""))
@@ -111,7 +113,9 @@ def test_what_the_kernel_dropped_is_counted_once(
     assert Received(lost=1)
 
 
-def test_frames_go_out_as_the_kernel_wants_them_and_wait_while_it_is_full(pair: tuple[RawLink, socket.socket]) -> None:
+def test_frames_are_written_in_kernel_format_and_wait_while_its_queue_is_full(
+    pair: tuple[RawLink, socket.socket],
+) -> None:
     link, far = pair
     sent = 0
     while link.transmit([Frame(0x1234567, b"\x01\x02"), Frame(2, b"")]):
@@ -126,7 +130,7 @@ def test_frames_go_out_as_the_kernel_wants_them_and_wait_while_it_is_full(pair: 
     assert link.transmit([Frame(2, b"")]) == 1
 
 
-def test_an_interface_that_went_away_is_an_error(pair: tuple[RawLink, socket.socket]) -> None:
+def test_a_removed_interface_raises(pair: tuple[RawLink, socket.socket]) -> None:
     link, far = pair
     far.close()
     with pytest.raises(OSError, match=r"."):

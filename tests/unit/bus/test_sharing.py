@@ -11,22 +11,22 @@ from hornbill.wire.frame import Frame
 from hornbill.wire.port import PortState
 
 
-async def test_every_node_hears_the_bus_and_its_neighbours_but_not_itself() -> None:
+async def test_every_node_receives_the_bus_and_its_neighbours_but_not_itself() -> None:
     bus = MemoryBus()
     outside, shared = bus.port("outside"), SharedBus(bus.port("adapter"))
     a, b = shared.port("a"), shared.port("b")
-    heard: dict[str, list[int]] = {"outside": [], "a": [], "b": []}
+    received: dict[str, list[int]] = {"outside": [], "a": [], "b": []}
     for name, port in (("outside", outside), ("a", a), ("b", b)):
-        port.listen(lambda frames, name=name: heard[name].extend(frame.id for frame in frames))
+        port.listen(lambda frames, name=name: received[name].extend(frame.id for frame in frames))
     a.send([Frame(1, b"a")])
     b.send([Frame(2, b"b")])
     outside.send([Frame(3, b"o")])
     await asyncio.sleep(0.01)
-    assert {name: sorted(ids) for name, ids in heard.items()} == {"outside": [1, 2], "a": [2, 3], "b": [1, 3]}
+    assert {name: sorted(ids) for name, ids in received.items()} == {"outside": [1, 2], "a": [2, 3], "b": [1, 3]}
     assert (a.statistics.tx_frames, a.statistics.rx_frames) == (1, 2)
 
 
-async def test_a_neighbour_hears_a_frame_stamped_with_the_instant_it_was_sent() -> None:
+async def test_a_neighbour_receives_a_frame_stamped_when_it_was_sent() -> None:
     bus = MemoryBus()
     bus.port("outside")
     shared = SharedBus(bus.port("adapter"))
@@ -40,17 +40,17 @@ async def test_a_neighbour_hears_a_frame_stamped_with_the_instant_it_was_sent() 
     assert stamps == [now]
 
 
-async def test_one_that_left_neither_hears_nor_sends_while_the_others_go_on() -> None:
+async def test_a_closed_node_neither_receives_nor_sends_while_others_continue() -> None:
     bus = MemoryBus()
     outside, shared = bus.port("outside"), SharedBus(bus.port("adapter"))
     a, b = shared.port("a"), shared.port("b")
-    heard: list[str] = []
-    a.listen(lambda _frames: heard.append("a"))
-    b.listen(lambda _frames: heard.append("b"))
+    received: list[str] = []
+    a.listen(lambda _frames: received.append("a"))
+    b.listen(lambda _frames: received.append("b"))
     await a.close()
     outside.send([Frame(3, b"o")])
     await asyncio.sleep(0.01)
-    assert heard == ["b"]
+    assert received == ["b"]
     assert (a.state, b.state) == (PortState.DISCONNECTED, PortState.ACTIVE)
     with pytest.raises(BusDisconnected):
         a.send([Frame(1, b"")])

@@ -145,7 +145,8 @@ async def test_frames_are_sent_in_order_and_a_stop_overtakes_them() -> None:
         assert adapter.sent.index(b"T10000001473746F70") <= written + 10
         rest = [sent for sent in adapter.sent if sent != b"T10000001473746F70"]
         assert rest == [b"T1F0000012%04X" % n for n in range(400)]
-        assert (port.statistics.tx_frames, port.statistics.errors) == (401, 0)
+        await until(lambda: port.statistics.tx_frames == 401)
+        assert port.statistics.errors == 0
 
 
 def test_several_frames_are_sent_in_one_write(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -16,14 +16,16 @@ def said(text: bytes) -> Received:
     return Lines().feed(text, 1.0)
 
 
-def test_a_frame_is_written_as_the_manuals_show_it() -> None:
+def test_a_frame_is_written_as_in_the_manuals() -> None:
     assert line_of(Frame(0x1234567, b"\x00\xab\xff")) == b"T01234567300ABFF\r"
     assert line_of(Frame(0x1FFFFFFF, b"")) == b"T1FFFFFFF0\r"
     assert len(line_of(Frame(0, bytes(8)))) == LONGEST
 
 
 @given(st.lists(frames, max_size=20), st.data())
-def test_frames_come_back_whole_and_in_order_wherever_the_text_is_cut(sent: list[Frame], data: st.DataObject) -> None:
+def test_frames_are_read_back_complete_and_in_order_wherever_the_text_is_split(
+    sent: list[Frame], data: st.DataObject
+) -> None:
     text = b"".join(map(line_of, sent))
     lines, got, at = Lines(), list[Frame](), 0
     while at < len(text):
@@ -36,7 +38,7 @@ def test_frames_come_back_whole_and_in_order_wherever_the_text_is_cut(sent: list
 
 
 @pytest.mark.parametrize("stamp", [b"", b"EA5F", b"0123ABCD"], ids=["none", "milliseconds", "microseconds"])
-def test_a_time_stamp_after_the_data_is_passed_over(stamp: bytes) -> None:
+def test_a_timestamp_after_the_data_is_ignored(stamp: bytes) -> None:
     assert said(b"T18AABB0121122" + stamp + b"\r").frames == [Frame(0x18AABB01, b"\x11\x22", 1.0)]
 
 
@@ -73,7 +75,7 @@ def test_small_letters_and_line_feeds_are_tolerated() -> None:
         b"Q1231",
     ],
 )
-def test_what_makes_no_sense_is_counted_and_the_next_frame_is_understood(line: bytes) -> None:
+def test_an_invalid_line_is_counted_and_the_next_frame_is_read(line: bytes) -> None:
     got = said(line + b"\rT000000010\r")
     assert got == Received(frames=[Frame(1, b"", 1.0)], garbled=1)
 
@@ -87,7 +89,7 @@ def test_standard_remote_and_fd_frames_are_ignored_and_counted(line: bytes) -> N
     assert said(line + b"\r") == Received(ignored=1)
 
 
-def test_acknowledgements_of_every_kind_say_nothing_is_wrong() -> None:
+def test_acknowledgements_of_every_kind_are_not_errors() -> None:
     lines = Lines()
     assert lines.feed(b"\rz\rZ\rzt1230\rZT123456780\r#\r", 1.0) == Received()
     assert (lines.accepted, lines.refused) == (2, 0)
@@ -96,17 +98,17 @@ def test_acknowledgements_of_every_kind_say_nothing_is_wrong() -> None:
 def test_bell_is_a_refusal_with_or_without_a_line_end() -> None:
     lines = Lines()
     assert lines.feed(b"\a\a\rZ\r\aT000000010\r#4\r", 1.0) == Received(frames=[Frame(1, b"", 1.0)], refused=4)
-    assert (lines.accepted, lines.refused) == (1, 4)  # the CR after a BELL cannot be told from an answer
+    assert (lines.accepted, lines.refused) == (1, 4)  # the CR after a BELL cannot be told from an response
 
 
-def test_status_flags_tell_passive_once_overruns_and_bus_errors_each_time() -> None:
+def test_status_flags_report_passive_once_but_overruns_and_bus_errors_each_time() -> None:
     lines = Lines()
     seen = [lines.feed(flags + b"\r", 1.0).errors for flags in (b"F00", b"F24", b"F24", b"FA0", b"F08", b"F47")]
     assert seen == [[], [NOW_PASSIVE], [], [BUS_ERROR], [OVERFLOW, NOW_ACTIVE], []]
     assert lines.flags == 6
 
 
-def test_what_an_adapter_tells_unasked_becomes_error_frames() -> None:
+def test_unsolicited_reports_become_error_frames() -> None:
     assert said(b"sa057033\rsw097000\rsp128000\rsb255000\r").errors == [
         NOW_ACTIVE, NOW_ACTIVE, NOW_PASSIVE, NOW_BUS_OFF,
     ]  # fmt: skip
@@ -114,7 +116,7 @@ def test_what_an_adapter_tells_unasked_becomes_error_frames() -> None:
 
 
 @given(st.lists(st.binary(max_size=2000) | st.sampled_from([b"\r", b"\a", b"T", b"T123", b"F", b"s", b"e9", b"#"])))
-def test_no_bytes_raise_or_make_memory_grow(pieces: list[bytes]) -> None:
+def test_arbitrary_bytes_neither_raise_nor_accumulate(pieces: list[bytes]) -> None:
     lines = Lines()
     for piece in pieces:
         got = lines.feed(piece, 1.0)
@@ -124,13 +126,13 @@ def test_no_bytes_raise_or_make_memory_grow(pieces: list[bytes]) -> None:
         assert len(lines._rest) <= 2600  # pyright: ignore[reportPrivateUsage]
 
 
-def test_a_line_that_never_ends_is_given_up() -> None:
+def test_an_endless_line_is_dropped() -> None:
     lines = Lines()
     assert sum(lines.feed(b"x" * 100, 1.0).garbled for _ in range(100)) > 10
     assert lines.feed(b"\rT000000010\r", 1.0).frames == [Frame(1, b"", 1.0)]
 
 
-def test_a_frame_behind_noise_is_understood_and_the_noise_is_counted() -> None:
+def test_a_frame_after_noise_is_read_and_the_noise_counted() -> None:
     got = said(b"\xf0\x81T0000000112A\rT000000010\r")
     assert got == Received(frames=[Frame(1, b"\x2a", 1.0), Frame(1, b"", 1.0)], garbled=1)
     assert said(b"\xf0\x81T0000000122A\r") == Received(garbled=1), "half a frame"

@@ -49,17 +49,17 @@ def can(name: str, bitrate: int = 1_000_000, sample_point: object = "0.875", **m
     return {"ifname": name, "link_type": "can", "linkinfo": {"info_kind": "can", "info_data": data}}
 
 
-def ip_says(monkeypatch: pytest.MonkeyPatch, *links: object, text: str | None = None, error: object = None) -> None:
-    def answer(command: tuple[str, ...], **options: Any) -> subprocess.CompletedProcess[bytes]:
+def ip_reports(monkeypatch: pytest.MonkeyPatch, *links: object, text: str | None = None, error: object = None) -> None:
+    def response(command: tuple[str, ...], **options: Any) -> subprocess.CompletedProcess[bytes]:
         assert command[1:] == ("-details", "-json", "link", "show")
         assert options["timeout"] <= 1.0
         if isinstance(error, Exception):
             raise error
-        said = json.dumps(links) if text is None else text
-        return subprocess.CompletedProcess(command, 0, said.encode())
+        output = json.dumps(links) if text is None else text
+        return subprocess.CompletedProcess(command, 0, output.encode())
 
     monkeypatch.setattr(socketcan.shutil, "which", something)
-    monkeypatch.setattr(socketcan.subprocess, "run", answer)
+    monkeypatch.setattr(socketcan.subprocess, "run", response)
 
 
 def failure(channel: str, bitrate: int = 1_000_000) -> PortOpenFailed:
@@ -101,21 +101,23 @@ def test_a_wrong_bit_rate_is_refused_with_the_command_that_corrects_it(
     net: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     interface(net, "can0")
-    ip_says(monkeypatch, can("can0", 500_000))
+    ip_reports(monkeypatch, can("can0", 500_000))
     wrong = failure("can0")
     assert wrong.detail.startswith("can0 runs at 500000 bit/s instead of 1000000.")
     assert wrong.facts["remedy"] == SET_IT
     assert check("can0", 500_000) is not None, "what was asked for"
-    ip_says(monkeypatch, can("can0", 999_000))
+    ip_reports(monkeypatch, can("can0", 999_000))
     assert check("can0", 1_000_000) is not None, "a crystal that does not divide evenly"
-    ip_says(monkeypatch, can("can0", 990_000))
+    ip_reports(monkeypatch, can("can0", 990_000))
     assert failure("can0").facts["remedy"] == SET_IT
 
 
-@pytest.mark.parametrize("told", ["0.750", 0.75])
-def test_another_sample_point_is_allowed_and_shown(told: object, net: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.parametrize("instants", ["0.750", 0.75])
+def test_another_sample_point_is_allowed_and_shown(
+    instants: object, net: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     interface(net, "can0")
-    ip_says(monkeypatch, can("can0", sample_point=told))
+    ip_reports(monkeypatch, can("can0", sample_point=instants))
     assert check("can0", 1_000_000) == Interface("can0", up=True, bitrate=1_000_000, sample_point=0.75)
 
 
@@ -123,7 +125,7 @@ def test_another_sample_point_is_allowed_and_shown(told: object, net: Path, monk
 def test_a_controller_that_stays_off_the_bus(by: str, net: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     interface(net, "can0", carrier=by != "carrier")
     if by == "ip":
-        ip_says(monkeypatch, can("can0", state="BUS-OFF"))
+        ip_reports(monkeypatch, can("can0", state="BUS-OFF"))
     off = failure("can0")
     assert "bus-off" in off.detail
     assert off.facts["remedy"] == "sudo ip link set can0 type can restart"
@@ -146,11 +148,11 @@ def test_a_controller_that_stays_off_the_bus(by: str, net: Path, monkeypatch: py
         ('[{"ifname": "can0", "linkinfo": {"info_data": {"bittiming": {"bitrate": "x", "sample_point": "y"}}}}]', None),
     ],
 )
-def test_where_ip_does_not_tell_the_timing_is_unknown_and_nothing_is_refused(
+def test_without_data_from_ip_the_timing_is_unknown_and_accepted(
     text: str | None, error: object, net: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     interface(net, "can0")
-    ip_says(monkeypatch, text=text, error=error)
+    ip_reports(monkeypatch, text=text, error=error)
     assert check("can0", 1_000_000) == Interface("can0", up=True)
 
 
@@ -167,7 +169,7 @@ def test_every_interface_is_listed_up_or_down(net: Path, monkeypatch: pytest.Mon
     interface(net, "can1", up=False)
     interface(net, "can0")
     interface(net, "vcan0")
-    ip_says(monkeypatch, {"ifname": "eth0"}, can("can0"), can("can1", 250_000), {"ifname": "vcan0"})
+    ip_reports(monkeypatch, {"ifname": "eth0"}, can("can0"), can("can1", 250_000), {"ifname": "vcan0"})
     assert interfaces() == [
         Interface("can0", up=True, bitrate=1_000_000, sample_point=0.875),
         Interface("can1", up=False, bitrate=250_000, sample_point=0.875),

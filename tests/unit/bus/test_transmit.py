@@ -13,7 +13,7 @@ def emptied(queue: TransmitQueue) -> list[Frame]:
 
 
 @given(st.lists(st.integers(0, 5)))
-def test_lowest_identifier_first_and_equals_in_turn(identifiers: list[int]) -> None:
+def test_the_lowest_identifier_comes_first_and_equals_in_order(identifiers: list[int]) -> None:
     queue = TransmitQueue()
     frames = [Frame(identifier, bytes([turn % 256])) for turn, identifier in enumerate(identifiers)]
     for frame in frames:
@@ -22,7 +22,7 @@ def test_lowest_identifier_first_and_equals_in_turn(identifiers: list[int]) -> N
 
 
 @given(st.lists(st.integers(0, 5)), st.integers(1, 6))
-def test_a_full_queue_gives_up_what_would_leave_last(identifiers: list[int], limit: int) -> None:
+def test_a_full_queue_drops_the_frame_that_would_be_sent_last(identifiers: list[int], limit: int) -> None:
     queue = TransmitQueue(limit)
     frames = [Frame(identifier, bytes([turn % 256])) for turn, identifier in enumerate(identifiers)]
     dropped = sum(queue.put(frame, 0.0) for frame in frames)
@@ -30,7 +30,7 @@ def test_a_full_queue_gives_up_what_would_leave_last(identifiers: list[int], lim
     assert emptied(queue) == sorted(frames, key=lambda frame: frame.id)[:limit]
 
 
-def test_what_is_put_back_keeps_its_turn() -> None:
+def test_a_frame_put_back_keeps_its_position() -> None:
     queue = TransmitQueue()
     for data in (b"a", b"b"):
         queue.put(Frame(7, data), 0.0)
@@ -40,7 +40,7 @@ def test_what_is_put_back_keeps_its_turn() -> None:
     assert [frame.data for frame in emptied(queue)] == [b"a", b"b", b"c"]
 
 
-def test_impossible_frames_are_refused() -> None:
+def test_invalid_frames_are_refused() -> None:
     check([Frame(0x1FFF_FFFF, bytes(8)), Frame(0, b"")])
     for frame in (Frame(0x2000_0000, b""), Frame(-1, b""), Frame(0, bytes(9))):
         with pytest.raises(ValueError, match=r"outside|exceed"):

@@ -37,14 +37,14 @@ class Opens:
     def bind(self, _address: tuple[str]) -> None: ...
 
 
-def test_without_one_the_reason_names_the_commands_that_make_one(net: Path) -> None:
+def test_without_an_interface_the_reason_names_the_commands_to_create_one(net: Path) -> None:
     address, why = find_vcan()
     assert address is None
     assert "ip link add dev vcan0 type vcan" in why or not hasattr(socket, "AF_CAN")
 
 
 @pytest.mark.skipif(not hasattr(socket, "AF_CAN"), reason="SocketCAN is available on Linux only")
-def test_the_first_that_is_up_is_taken(net: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_first_interface_that_is_up_is_chosen(net: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(socket, "socket", Opens)
     interface(net, "vcan0", up=False)
     interface(net, "vcan1")
@@ -54,7 +54,7 @@ def test_the_first_that_is_up_is_taken(net: Path, monkeypatch: pytest.MonkeyPatc
 
 
 @pytest.mark.skipif(not hasattr(socket, "AF_CAN"), reason="SocketCAN is available on Linux only")
-def test_one_that_is_down_or_does_not_open_is_named(net: Path) -> None:
+def test_an_interface_that_is_down_or_cannot_be_opened_is_named(net: Path) -> None:
     interface(net, "vcan0", up=False)
     assert find_vcan() == (None, "vcan0 is down (sudo ip link set vcan0 up)")
     (net / "vcan0" / "flags").write_text("0x40081")
@@ -64,7 +64,7 @@ def test_one_that_is_down_or_does_not_open_is_named(net: Path) -> None:
 
 
 @pytest.mark.parametrize(("name", "place"), [("can0", "platform/spi"), ("vcan0", "usb1"), ("slcan0", "virtual")])
-def test_nothing_with_real_servos_behind_it_is_ever_taken(
+def test_an_interface_of_real_hardware_is_never_chosen(
     net: Path, monkeypatch: pytest.MonkeyPatch, name: str, place: str
 ) -> None:
     monkeypatch.setattr(socket, "socket", Opens)
@@ -72,6 +72,6 @@ def test_nothing_with_real_servos_behind_it_is_ever_taken(
     assert find_vcan()[0] is None
 
 
-def test_where_there_is_no_socketcan_it_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_without_socketcan_the_reason_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.delattr(socket, "AF_CAN", raising=False)
     assert virtual.find_vcan() == (None, "SocketCAN is available on Linux only")

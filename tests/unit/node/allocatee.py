@@ -20,14 +20,14 @@ class Allocatee:
         self.preferred = preferred
         self.node_id = 0
         self.given_at = 0.0
-        self.answer_delays: list[float] = []
-        """Seconds from each request that was answered to its answer."""
+        self.response_delays: list[float] = []
+        """Seconds from each request that was responded to its response."""
         self._random = Random(seed)
         self._loop = asyncio.get_running_loop()
         self._reassembler = Reassembler()
         self._request_timer: asyncio.TimerHandle | None = None
         self._follow_up: asyncio.TimerHandle | None = None
-        self._asked_at: float | None = None
+        self._requested_at: float | None = None
         self._born = self._loop.time()
         port.listen(self._receive)
         self.restart()
@@ -49,17 +49,17 @@ class Allocatee:
     def _arm(self) -> None:
         if self._request_timer is not None:
             self._request_timer.cancel()
-        self._request_timer = self._loop.call_later(self._random.uniform(0.6, 1.0), self._ask_first)
+        self._request_timer = self._loop.call_later(self._random.uniform(0.6, 1.0), self._request_first)
 
-    def _ask_first(self) -> None:
+    def _request_first(self) -> None:
         self._arm()
-        self._ask(0)
+        self._request(0)
 
-    def _ask(self, offset: int) -> None:
+    def _request(self, offset: int) -> None:
         part = self.unique_id[offset : offset + 6]
         message = AllocationMessage(self.preferred, offset == 0, part)
         transfer = Transfer(Kind.MESSAGE, 1, 0, 0, 24, 0, message.encode())
-        self._asked_at = self._loop.time()
+        self._requested_at = self._loop.time()
         self.port.send(split(transfer, AllocationMessage.TYPE, discriminator=self._random.randrange(1 << 14)))
 
     def _receive(self, frames: list[Frame]) -> None:
@@ -68,24 +68,24 @@ class Allocatee:
                 continue
             message = AllocationMessage.decode(transfer.payload)
             if message is not None:
-                self._hear(message, anonymous=transfer.source == 0)
+                self._handle(message, anonymous=transfer.source == 0)
 
-    def _hear(self, message: AllocationMessage, *, anonymous: bool) -> None:
+    def _handle(self, message: AllocationMessage, *, anonymous: bool) -> None:
         self._arm()  # rule C
         if self._follow_up is not None:
             self._follow_up.cancel()
             self._follow_up = None
-        told = len(message.unique_id)
+        known = len(message.unique_id)
         if anonymous:
-            self._asked_at = None  # somebody else's request came between
-        if anonymous or self.unique_id[:told] != message.unique_id:
+            self._requested_at = None  # somebody else's request came between
+        if anonymous or self.unique_id[:known] != message.unique_id:
             return
-        if self._asked_at is not None:
-            self.answer_delays.append(self._loop.time() - self._asked_at)
-            self._asked_at = None
-        if told < 16:  # rule D
+        if self._requested_at is not None:
+            self.response_delays.append(self._loop.time() - self._requested_at)
+            self._requested_at = None
+        if known < 16:  # rule D
             delay = self._random.uniform(0.0, 0.4)
-            self._follow_up = self._loop.call_later(delay, self._ask, told)
+            self._follow_up = self._loop.call_later(delay, self._request, known)
         elif message.node_id:  # rule E
             self.stop()
             self.node_id = message.node_id

@@ -32,10 +32,10 @@ class IdealAllocator:
             self._gathered = (b"" if message.first_part_of_unique_id else self._gathered) + message.unique_id
             whole = len(self._gathered) == 16
             node_id = self._given.setdefault(self._gathered, 125 - len(self._given)) if whole else 0
-            answer = AllocationMessage(node_id, False, self._gathered[:16]).encode()
-            asyncio.get_running_loop().call_later(self._delay_s, self._answer, answer)
+            response = AllocationMessage(node_id, False, self._gathered[:16]).encode()
+            asyncio.get_running_loop().call_later(self._delay_s, self._respond, response)
 
-    def _answer(self, answer: bytes) -> None:
+    def _respond(self, response: bytes) -> None:
         self._transfer_id = (self._transfer_id + 1) & 31
-        transfer = Transfer(Kind.MESSAGE, AllocationMessage.TYPE.id, NODE_ID, 0, 24, self._transfer_id, answer)
+        transfer = Transfer(Kind.MESSAGE, AllocationMessage.TYPE.id, NODE_ID, 0, 24, self._transfer_id, response)
         self._port.send(split(transfer, AllocationMessage.TYPE))

@@ -1,4 +1,4 @@
-"""Another node on the embedded bus, that answers requests the way a test wants."""
+"""Another node on the embedded bus, that responses requests the way a test wants."""
 
 import asyncio
 from collections.abc import Callable
@@ -25,16 +25,16 @@ def participant(port: CanPort, *, node_id: int = HOST) -> Participant:
 
 
 def echo(request: GetSetRequest) -> GetSetResponse:
-    """The value asked to be written, or the register's own number, under its name."""
+    """The value request to be written, or the register's own number, under its name."""
     value = integer(int(request.name, 16)) if request.value == EMPTY else request.value
     return GetSetResponse(value, EMPTY, EMPTY, EMPTY, request.name)
 
 
 @dataclass
 class Peer:
-    """Node `node_id` on `port`. Every request is kept; `reply` gives the answer, `delay` after so many seconds.
+    """Node `node_id` on `port`. Every request is kept; `reply` gives the response, `delay` after so many seconds.
 
-    `drop` says which of the requests (counted from 0) stay without an answer.
+    `drop` says which of the requests (counted from 0) stay without an response.
     """
 
     port: CanPort
@@ -52,7 +52,7 @@ class Peer:
 
     @property
     def names(self) -> list[str]:
-        """The registers asked for, in order of arrival."""
+        """The registers request for, in order of arrival."""
         found = [decode(each) for each in self.requests]
         return [each.name for each in found if isinstance(each, GetSetRequest)]
 
@@ -74,12 +74,12 @@ class Peer:
             number = len(self.requests)
             self.requests.append(transfer)
             if not self.drop(number):
-                answer = self.reply(request)
-                asyncio.get_running_loop().call_later(self.delay(number), self._answer, transfer, answer)
+                response = self.reply(request)
+                asyncio.get_running_loop().call_later(self.delay(number), self._respond, transfer, response)
 
-    def _answer(self, asked: Transfer, answer: GetSetResponse) -> None:
-        transfer = asked._replace(
-            kind=Kind.RESPONSE, source=self.node_id, destination=asked.source, payload=answer.encode()
+    def _respond(self, request: Transfer, response: GetSetResponse) -> None:
+        transfer = request._replace(
+            kind=Kind.RESPONSE, source=self.node_id, destination=request.source, payload=response.encode()
         )
         for _ in range(self.copies):
             self.port.send(split(transfer, GetSetResponse.TYPE))

@@ -48,16 +48,16 @@ class MemoryTable:
 class Neighbours:
     """KnownNodes of a bus, as a test says."""
 
-    heard: dict[int, float] = field(default_factory=dict[int, float])
+    seen: dict[int, float] = field(default_factory=dict[int, float])
     uids: dict[int, bytes] = field(default_factory=dict[int, bytes])
 
     def known(self) -> set[int]:
         """Everybody."""
-        return set(self.heard)
+        return set(self.seen)
 
     def occupied(self, now: float) -> set[int]:
-        """Who was heard within three seconds."""
-        return {node_id for node_id, at in self.heard.items() if now - at < 3}
+        """Who was seen within three seconds."""
+        return {node_id for node_id, at in self.seen.items() if now - at < 3}
 
     def unique_id_at(self, node_id: int) -> bytes | None:
         """Their unique id, where it is known."""
@@ -69,29 +69,31 @@ class Neighbours:
 
     def last_seen(self, node_id: int) -> float | None:
         """When."""
-        return self.heard.get(node_id)
+        return self.seen.get(node_id)
 
 
-def ask(
+def request(
     allocator: Allocator, part: bytes, now: float, *, first: bool = False, preferred: int = 0
 ) -> AllocationMessage | None:
-    """One anonymous request, and what it is answered with."""
+    """One anonymous request, and what it is responded with."""
     message = AllocationMessage(preferred, first, part)
     return allocator.handle(message, Transfer(Kind.MESSAGE, 1, 0, 0, 24, 0, message.encode(), now), now)
 
 
-def answer_of(allocator: Allocator, source: int, message: AllocationMessage, now: float) -> AllocationMessage | None:
-    """An answer of another allocator is heard."""
+def competing_response(
+    allocator: Allocator, source: int, message: AllocationMessage, now: float
+) -> AllocationMessage | None:
+    """An response of another allocator is seen."""
     return allocator.handle(message, Transfer(Kind.MESSAGE, 1, source, 0, 24, 0, message.encode(), now), now)
 
 
 def exchange(allocator: Allocator, unique_id: bytes, now: float, *, preferred: int = 0) -> int | None:
     """All three stages, 0.1 s apart from `now` on; the node id given."""
-    first = ask(allocator, unique_id[:6], now, first=True, preferred=preferred)
+    first = request(allocator, unique_id[:6], now, first=True, preferred=preferred)
     assert first == AllocationMessage(0, False, unique_id[:6])
-    second = ask(allocator, unique_id[6:12], now + 0.1, preferred=preferred)
+    second = request(allocator, unique_id[6:12], now + 0.1, preferred=preferred)
     assert second == AllocationMessage(0, False, unique_id[:12])
-    last = ask(allocator, unique_id[12:], now + 0.2, preferred=preferred)
+    last = request(allocator, unique_id[12:], now + 0.2, preferred=preferred)
     if last is None:
         return None
     assert (last.unique_id, last.first_part_of_unique_id) == (unique_id, False)

@@ -11,7 +11,7 @@ from hornbill.node.waiting import AllocationRequest
 from hornbill.wire.datatype import Kind
 from hornbill.wire.messages import AllocationMessage
 from hornbill.wire.transfer import Transfer
-from unit.node.table import MemoryTable, Neighbours, ask, exchange
+from unit.node.table import MemoryTable, Neighbours, exchange, request
 
 A = bytes(range(0xA0, 0xB0))
 B = bytes(range(0xB0, 0xC0))
@@ -54,14 +54,14 @@ SEARCHES: list[tuple[int, set[int], int | None]] = [
 
 
 @pytest.mark.parametrize(("preferred", "taken", "expected"), SEARCHES)
-def test_the_search_goes_up_from_the_preference_and_then_down(
+def test_the_search_goes_up_from_the_preference_then_down(
     preferred: int, taken: set[int], expected: int | None
 ) -> None:
     assert find_free(preferred, taken) == expected
 
 
 @given(preferred=st.integers(0, 127), taken=st.sets(st.integers(0, 127)))
-def test_an_id_is_found_exactly_when_one_is_free(preferred: int, taken: set[int]) -> None:
+def test_an_id_is_found_if_and_only_if_one_is_free(preferred: int, taken: set[int]) -> None:
     found = find_free(preferred, taken)
     free = set(range(1, 126)) - taken
     assert found in free if free else found is None
@@ -69,20 +69,20 @@ def test_an_id_is_found_exactly_when_one_is_free(preferred: int, taken: set[int]
         assert found == preferred
 
 
-def test_a_preference_is_honoured() -> None:
+def test_a_preferred_id_or_the_next_free_one_is_given() -> None:
     it = allocator(MemoryTable({"00" * 16: 20}))
     assert exchange(it, A, 0.0, preferred=20) == 21
     assert exchange(it, B, 10.0, preferred=20) == 22
 
 
-def test_ids_in_use_and_our_own_are_never_given() -> None:
+def test_ids_in_use_and_our_own_are_never_allocated() -> None:
     neighbours = Neighbours({125: 0.0, 123: 0.0})
     it = allocator(neighbours=neighbours, own=frozenset({124, 122}))
     assert exchange(it, A, 1.0) == 121
     assert exchange(it, B, 2.0, preferred=122) == 120
 
 
-def test_the_id_of_a_node_that_is_only_switched_off_is_given_last() -> None:
+def test_the_id_of_a_node_that_is_switched_off_is_allocated_last() -> None:
     neighbours = Neighbours({125: 0.0, **dict.fromkeys(range(1, 124), 1000.0)})
     it = allocator(neighbours=neighbours)
     assert exchange(it, A, 1000.0) == 124
@@ -92,7 +92,7 @@ def test_the_id_of_a_node_that_is_only_switched_off_is_given_last() -> None:
 # The same node again.
 
 
-def test_the_same_unique_id_gets_the_same_id_again_whatever_it_prefers() -> None:
+def test_a_unique_id_gets_the_same_id_again_regardless_of_its_preference() -> None:
     table = MemoryTable()
     it = allocator(table)
     assert exchange(it, A, 0.0) == 125
@@ -102,54 +102,54 @@ def test_the_same_unique_id_gets_the_same_id_again_whatever_it_prefers() -> None
     assert exchange(allocator(table), B, 0.0) == 124  # the server was restarted
 
 
-def test_the_id_is_kept_before_it_is_told() -> None:
+def test_the_allocation_is_stored_before_it_is_sent() -> None:
     table = MemoryTable()
     exchange(allocator(table), A, 0.0)
     assert table.recorded == [(A.hex(), 125)]
 
 
-def test_a_node_that_restarts_keeps_its_id_although_it_was_just_heard() -> None:
+def test_a_node_that_restarts_keeps_its_id_although_it_was_just_seen() -> None:
     neighbours = Neighbours()
     it = allocator(neighbours=neighbours)
     assert exchange(it, A, 0.0) == 125
-    neighbours.heard[125], neighbours.uids[125] = 10.0, A
+    neighbours.seen[125], neighbours.uids[125] = 10.0, A
     assert exchange(it, A, 10.7) == 125  # it asks 0.6 s after its start at the earliest
-    neighbours.heard[125] = 20.4
+    neighbours.seen[125] = 20.4
     assert exchange(it, A, 20.5) == 125
 
 
-def test_while_nobody_knows_who_uses_its_id_a_node_gets_none_and_it_is_found_out() -> None:
+def test_while_the_user_of_its_id_is_unknown_a_node_gets_none_and_the_user_is_identified() -> None:
     neighbours = Neighbours({20: 9.0})
     table = MemoryTable({A.hex(): 20})
     it = allocator(table, neighbours)
-    asked: list[int] = []
-    it.on_unclear.append(asked.append)
+    unclear: list[int] = []
+    it.on_unclear.append(unclear.append)
     assert exchange(it, A, 10.0) is None
-    assert asked == [20]
+    assert unclear == [20]
     assert exchange(it, B, 10.3) == 125  # nobody else waits for that
     neighbours.uids[20] = A  # it was the node itself, before its restart
     assert exchange(it, A, 11.0) == 20
-    neighbours.heard[20], neighbours.uids[20] = 99.0, C
+    neighbours.seen[20], neighbours.uids[20] = 99.0, C
     assert exchange(it, A, 100.0) == 124
-    assert asked == [20]
+    assert unclear == [20]
 
 
-def test_an_id_nobody_explains_is_its_owners_again_after_three_seconds_of_silence() -> None:
+def test_an_id_of_an_unidentified_node_returns_to_its_owner_after_three_seconds_of_silence() -> None:
     it = allocator(MemoryTable({A.hex(): 20}), Neighbours({20: 9.0}))
     assert [exchange(it, A, now) for now in (10.0, 11.0, 12.0)] == [None, None, 20]
 
 
-def test_whoever_talks_while_the_owner_asks_is_another_whatever_it_said_of_itself() -> None:
+def test_a_node_that_sends_while_the_owner_requests_is_another_node() -> None:
     neighbours = Neighbours({125: 9.0}, {125: A})
     table = MemoryTable({A.hex(): 125})
     it = allocator(table, neighbours)
-    ask(it, A[:6], 10.0, first=True)
-    neighbours.heard[125] = 10.05
-    ask(it, A[6:12], 10.1)
-    assert ask(it, A[12:], 10.2) == AllocationMessage(124, False, A)
+    request(it, A[:6], 10.0, first=True)
+    neighbours.seen[125] = 10.05
+    request(it, A[6:12], 10.1)
+    assert request(it, A[12:], 10.2) == AllocationMessage(124, False, A)
 
 
-def test_a_node_met_before_gets_the_id_it_had_unless_it_wishes_for_another() -> None:
+def test_a_node_seen_before_gets_its_former_id_unless_it_prefers_another() -> None:
     """The table is new, or another allocator gave that id."""
     neighbours = Neighbours({20: 5.0, 30: 5.0, 40: 5.0}, {20: A, 30: B, 40: C})
     it = allocator(MemoryTable({"00" * 16: 40}), neighbours)
@@ -158,39 +158,39 @@ def test_a_node_met_before_gets_the_id_it_had_unless_it_wishes_for_another() -> 
     assert exchange(it, C, 12.0) == 125  # its id belongs to somebody else by now
 
 
-def test_ids_of_former_times_are_given_last() -> None:
+def test_remembered_ids_are_allocated_last() -> None:
     it = Allocator(MemoryTable(), own_ids=frozenset(), known_nodes=Directory(remembered=(125, 124)))
     assert exchange(it, A, 0.0) == 123
 
 
-def test_a_node_whose_id_another_one_uses_gets_a_new_one() -> None:
+def test_a_node_whose_id_is_used_by_another_gets_a_new_one() -> None:
     neighbours = Neighbours({125: 9.5}, {125: B})
     table = MemoryTable({A.hex(): 125})
     assert exchange(allocator(table, neighbours), A, 10.0) == 124
     assert table.kept == {A.hex(): 124}
 
 
-def test_whoever_talks_while_its_owner_is_silent_is_another_node() -> None:
+def test_a_node_that_sends_while_the_owner_is_silent_is_another_node() -> None:
     neighbours = Neighbours({125: 9.8})
     table = MemoryTable({A.hex(): 125})
     assert exchange(allocator(table, neighbours), A, 10.0) == 124
 
 
-def test_an_entry_with_an_id_that_became_ours_is_replaced() -> None:
+def test_an_allocation_of_an_id_that_became_ours_is_replaced() -> None:
     table = MemoryTable({A.hex(): 125, B.hex(): 126})
     it = allocator(table, own=frozenset({125}))
     assert exchange(it, A, 0.0) == 124
     assert exchange(it, B, 10.0) == 123
 
 
-def test_a_pinned_id_is_given_and_never_replaced_by_another() -> None:
+def test_a_pinned_id_is_never_replaced() -> None:
     neighbours = Neighbours()
     table = MemoryTable({A.hex(): 10}, frozenset({A.hex()}))
     it = allocator(table, neighbours)
     refusals: list[AllocationRequest] = []
     it.on_refused.append(refusals.append)
     assert exchange(it, A, 0.0) == 10
-    neighbours.heard[10], neighbours.uids[10] = 99.0, B
+    neighbours.seen[10], neighbours.uids[10] = 99.0, B
     assert exchange(it, A, 100.0) is None
     assert exchange(it, A, 101.0) is None
     assert [each.refusal for each in refusals] == ["Node ID 10 is pinned to this node, but another node uses it."]
@@ -202,37 +202,37 @@ def test_a_pinned_id_is_given_and_never_replaced_by_another() -> None:
 
 def test_a_follow_up_after_half_a_second_is_too_late() -> None:
     it = allocator()
-    ask(it, A[:6], 0.0, first=True)
-    assert ask(it, A[6:12], 0.51) is None
-    ask(it, A[:6], 1.0, first=True)
-    assert ask(it, A[6:12], 1.5) == AllocationMessage(0, False, A[:12])
-    assert ask(it, A[12:], 2.01) is None
+    request(it, A[:6], 0.0, first=True)
+    assert request(it, A[6:12], 0.51) is None
+    request(it, A[:6], 1.0, first=True)
+    assert request(it, A[6:12], 1.5) == AllocationMessage(0, False, A[:12])
+    assert request(it, A[12:], 2.01) is None
     assert exchange(it, A, 3.0) == 125
 
 
-def test_a_first_part_begins_anew_at_any_stage() -> None:
+def test_a_first_part_restarts_the_exchange_at_any_stage() -> None:
     it = allocator()
-    ask(it, A[:6], 0.0, first=True)
-    ask(it, A[6:12], 0.1)
+    request(it, A[:6], 0.0, first=True)
+    request(it, A[6:12], 0.1)
     assert exchange(it, B, 0.2) == 125
-    assert ask(it, A[12:], 0.5) is None
+    assert request(it, A[12:], 0.5) is None
     assert exchange(it, A, 1.0) == 124
 
 
-def test_parts_that_fit_nothing_are_ignored_and_disturb_nothing() -> None:
+def test_unexpected_parts_are_ignored() -> None:
     it = allocator()
-    assert ask(it, A[6:12], 0.0) is None
-    assert ask(it, A[12:], 0.0) is None
-    ask(it, A[:6], 1.0, first=True)
-    assert ask(it, A[12:], 1.1) is None  # the third part before the second
+    assert request(it, A[6:12], 0.0) is None
+    assert request(it, A[12:], 0.0) is None
+    request(it, A[:6], 1.0, first=True)
+    assert request(it, A[12:], 1.1) is None  # the third part before the second
     for wrong in (b"", A[:5], A[:7], A):
-        assert ask(it, wrong, 1.1) is None
-        assert ask(it, wrong, 1.1, first=True) is None
-    assert ask(it, A[6:12], 1.2) == AllocationMessage(0, False, A[:12])
-    assert ask(it, A[12:], 1.3) == AllocationMessage(125, False, A)
+        assert request(it, wrong, 1.1) is None
+        assert request(it, wrong, 1.1, first=True) is None
+    assert request(it, A[6:12], 1.2) == AllocationMessage(0, False, A[:12])
+    assert request(it, A[12:], 1.3) == AllocationMessage(125, False, A)
 
 
-def test_an_answer_that_got_lost_is_given_again_from_the_first_part() -> None:
+def test_after_a_lost_response_a_new_exchange_gives_the_same_id() -> None:
     table = MemoryTable()
     it = allocator(table)
     assert exchange(it, A, 0.0) == 125
@@ -240,7 +240,7 @@ def test_an_answer_that_got_lost_is_given_again_from_the_first_part() -> None:
     assert table.kept == {A.hex(): 125}
 
 
-def test_nodes_with_the_same_beginning_are_told_apart_by_the_end() -> None:
+def test_unique_ids_with_the_same_beginning_are_distinguished() -> None:
     it = allocator()
     one, other = A[:12] + b"1111", A[:12] + b"2222"
     assert exchange(it, one, 0.0) == 125
@@ -256,7 +256,7 @@ def test_nodes_with_the_same_beginning_are_told_apart_by_the_end() -> None:
         max_size=60,
     )
 )
-def test_no_message_makes_it_raise_or_break_a_rule(
+def test_no_message_raises_or_breaks_a_rule(
     messages: list[tuple[float, bool, int, bytes, int]],
 ) -> None:
     table = MemoryTable()
@@ -279,14 +279,14 @@ def test_no_message_makes_it_raise_or_break_a_rule(
 # Who waits.
 
 
-def test_a_waiting_node_is_shown_with_what_is_known_of_it() -> None:
+def test_a_pending_request_is_listed_with_its_known_part() -> None:
     it = allocator()
-    ask(it, A[:6], 0.0, first=True)
+    request(it, A[:6], 0.0, first=True)
     assert it.pending(0.0) == [AllocationRequest(A[:6].hex(), 1, 0.0, 0.0, 1)]
-    ask(it, A[6:12], 0.2)
+    request(it, A[6:12], 0.2)
     assert it.pending(0.2) == [AllocationRequest(A[:12].hex(), 2, 0.0, 0.2, 1)]
-    ask(it, B[:6], 0.3, first=True)
-    ask(it, A[:6], 1.3, first=True)
+    request(it, B[:6], 0.3, first=True)
+    request(it, A[:6], 1.3, first=True)
     # It keeps what was known of it, although it had to begin again.
     assert it.pending(1.3) == [
         AllocationRequest(A[:12].hex(), 2, 0.0, 1.3, 2),
@@ -297,19 +297,19 @@ def test_a_waiting_node_is_shown_with_what_is_known_of_it() -> None:
     assert it.pending(61.0) == []
 
 
-def test_strangers_without_number_do_not_fill_the_memory() -> None:
+def test_the_number_of_pending_requests_is_limited() -> None:
     it = allocator()
     for n in range(1000):
-        ask(it, number(n)[-6:], n * 0.01, first=True)
+        request(it, number(n)[-6:], n * 0.01, first=True)
     assert len(it.pending(10.0)) == 256
     assert it.pending(10.0)[-1].partial == number(999)[-6:].hex()
 
 
-def test_switched_off_it_shows_who_waits_and_answers_nobody() -> None:
+def test_switched_off_it_lists_requests_and_does_not_respond() -> None:
     it = allocator()
     it.mode = AllocationMode.OFF
     assert it.state is AllocatorStatus.OFF
-    assert ask(it, A[:6], 0.0, first=True) is None
+    assert request(it, A[:6], 0.0, first=True) is None
     assert [each.partial for each in it.pending(0.0)] == [A[:6].hex()]
     it.mode = AllocationMode.ON
     assert exchange(it, A, 1.0) == 125
@@ -318,7 +318,7 @@ def test_switched_off_it_shows_who_waits_and_answers_nobody() -> None:
 # Before we know the bus.
 
 
-def test_a_new_id_is_not_given_before_the_bus_was_listened_to() -> None:
+def test_a_new_id_is_not_allocated_before_listening_to_the_bus() -> None:
     table = MemoryTable({A.hex(): 99})
     it = Allocator(table, own_ids=frozenset(), known_nodes=Neighbours(), listening_since=100.0)
     assert exchange(it, B, 100.1) is None

@@ -4,7 +4,7 @@ import pytest
 
 from hornbill.node.allocator import AllocationMode, Allocator, AllocatorStatus, CompetingAllocator
 from hornbill.wire.messages import AllocationMessage
-from unit.node.table import MemoryTable, Neighbours, answer_of, ask, exchange
+from unit.node.table import MemoryTable, Neighbours, competing_response, exchange, request
 
 A = bytes(range(0xA0, 0xB0))
 
@@ -13,54 +13,54 @@ def allocator(table: MemoryTable | None = None) -> Allocator:
     return Allocator(table or MemoryTable(), own_ids=frozenset({127}), known_nodes=Neighbours())
 
 
-def test_it_stands_down_when_another_allocator_answers(caplog: pytest.LogCaptureFixture) -> None:
+def test_it_goes_to_standby_when_another_allocator_responds(caplog: pytest.LogCaptureFixture) -> None:
     table = MemoryTable()
     it = allocator(table)
-    ask(it, A[:6], 0.0, first=True)
-    assert answer_of(it, 9, AllocationMessage(0, False, A[:6]), 0.01) is None
+    request(it, A[:6], 0.0, first=True)
+    assert competing_response(it, 9, AllocationMessage(0, False, A[:6]), 0.01) is None
     assert it.state is AllocatorStatus.STANDBY
     assert it.competitor == CompetingAllocator(9, 0.01, 1)
-    assert ask(it, A[6:12], 0.1) is None
-    answer_of(it, 9, AllocationMessage(0, False, A[:12]), 0.11)
+    assert request(it, A[6:12], 0.1) is None
+    competing_response(it, 9, AllocationMessage(0, False, A[:12]), 0.11)
     assert [(each.partial, each.stage) for each in it.pending(0.2)] == [(A[:12].hex(), 2)]
-    assert ask(it, A[12:], 0.3) is None
-    answer_of(it, 9, AllocationMessage(77, False, A), 0.31)
+    assert request(it, A[12:], 0.3) is None
+    competing_response(it, 9, AllocationMessage(77, False, A), 0.31)
     assert it.pending(0.4) == []
     assert table.recorded == []
     assert it.competitor == CompetingAllocator(9, 0.31, 3)
     assert caplog.text.count("competing node ID allocator") == 1
 
 
-def test_it_comes_back_when_the_other_one_leaves_three_requests_unanswered() -> None:
+def test_it_returns_when_the_other_allocator_ignores_three_requests() -> None:
     it = allocator()
     told: list[CompetingAllocator] = []
     it.on_competitor_found.append(told.append)
     it.on_competitor_gone.append(told.append)
-    answer_of(it, 9, AllocationMessage(0, False, A[:6]), 0.0)
+    competing_response(it, 9, AllocationMessage(0, False, A[:6]), 0.0)
     for n in range(3):
-        assert ask(it, A[:6], 1.0 + n, first=True) is None
+        assert request(it, A[:6], 1.0 + n, first=True) is None
     assert len(told) == 1
     assert exchange(it, A, 4.0) == 125
     assert it.state is AllocatorStatus.ON
     assert told == [CompetingAllocator(9, 0.0, 1)] * 2
 
 
-def test_the_other_one_keeps_it_down_for_as_long_as_it_answers() -> None:
+def test_it_stays_in_standby_while_the_other_allocator_responds() -> None:
     it = allocator()
     for n in range(20):
-        ask(it, A[:6], n, first=True)
-        answer_of(it, 9, AllocationMessage(0, False, A[:6]), n + 0.001)
+        request(it, A[:6], n, first=True)
+        competing_response(it, 9, AllocationMessage(0, False, A[:6]), n + 0.001)
     assert it.state is AllocatorStatus.STANDBY
 
 
-def test_when_told_to_insist_it_answers_beside_another_one() -> None:
+def test_in_force_mode_it_responds_beside_another_allocator() -> None:
     it = allocator()
     it.mode = AllocationMode.FORCE
     for n, part in enumerate((A[:6], A[6:12], A[12:])):
         now, before = 0.1 * n, A[: 6 * n]
-        reply = ask(it, part, now, first=n == 0)
+        reply = request(it, part, now, first=n == 0)
         assert reply == AllocationMessage(125 if n == 2 else 0, False, before + part)
-        answer_of(it, 9, AllocationMessage(99 if n == 2 else 0, False, before + part), now + 0.01)
+        competing_response(it, 9, AllocationMessage(99 if n == 2 else 0, False, before + part), now + 0.01)
     assert it.state is AllocatorStatus.ON
     assert it.competitor is not None
     assert it.competitor.responses == 3
@@ -68,8 +68,8 @@ def test_when_told_to_insist_it_answers_beside_another_one() -> None:
     assert it.state is AllocatorStatus.STANDBY
 
 
-def test_a_person_can_let_it_answer_again() -> None:
+def test_an_operator_can_resume_it() -> None:
     it = allocator()
-    answer_of(it, 9, AllocationMessage(0, False, A[:6]), 0.0)
+    competing_response(it, 9, AllocationMessage(0, False, A[:6]), 0.0)
     it.resume()
     assert exchange(it, A, 1.0) == 125

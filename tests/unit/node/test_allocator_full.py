@@ -19,7 +19,7 @@ def number(n: int) -> bytes:
     return n.to_bytes(16, "big")
 
 
-def test_when_every_id_is_taken_it_says_so_and_names_the_node(caplog: pytest.LogCaptureFixture) -> None:
+def test_without_a_free_id_the_request_is_refused_and_logged(caplog: pytest.LogCaptureFixture) -> None:
     table = MemoryTable({number(n).hex(): n for n in range(1, 126)})
     it = allocator(table)
     refusals: list[AllocationRequest] = []
@@ -44,7 +44,7 @@ def away(oldest_s: float, *, pins: frozenset[str] = frozenset()) -> MemoryTable:
     return table
 
 
-def test_in_a_full_table_the_id_of_the_node_away_for_longest_goes_to_the_new_one() -> None:
+def test_in_a_full_table_the_id_unused_for_longest_is_recycled() -> None:
     table = away(RECYCLE_AFTER_S + 100)
     it = allocator(table, Neighbours({1: 2.0, 3: 2.0}))
     lost: list[tuple[Uid, NodeId]] = []
@@ -56,14 +56,14 @@ def test_in_a_full_table_the_id_of_the_node_away_for_longest_goes_to_the_new_one
     assert exchange(it, number(2), 3.0) == 5  # whoever comes back is new
 
 
-def test_in_a_full_table_nobody_loses_an_id_who_is_pinned_here_or_was_away_for_less_than_a_month() -> None:
+def test_in_a_full_table_pinned_present_and_recent_nodes_keep_their_ids() -> None:
     table = away(RECYCLE_AFTER_S + 3.5, pins=frozenset({number(1).hex()}))  # 1, 2 and 3 were away for long enough
     it = allocator(table, Neighbours({2: 0.0}), own=3)
     assert exchange(it, A, 1.0) is None
     assert len(table.kept) == 125
 
 
-def test_as_long_as_an_id_is_left_nobody_loses_one() -> None:
+def test_while_an_id_is_free_none_is_recycled() -> None:
     table = away(RECYCLE_AFTER_S + 100)
     del table.kept[number(60).hex()]
     it = allocator(table)
@@ -71,7 +71,7 @@ def test_as_long_as_an_id_is_left_nobody_loses_one() -> None:
     assert set(table.kept) - {A.hex()} == {number(n).hex() for n in range(1, 126) if n != 60}
 
 
-def test_when_the_table_fails_a_node_is_refused_and_the_next_time_it_is_asked_again() -> None:
+def test_a_failing_table_refuses_the_request_until_it_works_again() -> None:
     table = MemoryTable()
     it = allocator(table)
     refusals: list[AllocationRequest] = []

@@ -30,10 +30,10 @@ ids = st.integers(119, 127)
 
 @dataclass
 class Node:
-    """One node: what it was told of its own unique id so far, and the id it lives on, 0 while it has none."""
+    """One node: what it was known of its own unique id so far, and the id it lives on, 0 while it has none."""
 
     uid: bytes
-    told: bytes = b""
+    known: bytes = b""
     node_id: int = 0
     powered: bool = True
     spoke: bool = False
@@ -49,7 +49,7 @@ class Machine(RuleBasedStateMachine):
         self.table = MemoryTable({f"{number:032x}": number for number in CROWD})
         self.nodes = [Node(uid) for uid in UIDS]
         self.known_nodes: dict[int, Node] = {}
-        """Nodes with an id of their own, by that id; they never asked for it."""
+        """Nodes with an id of their own, by that id; they never unclear for it."""
         self.last: AllocationMessage | None = None
         self.mode = AllocationMode.ON
         self.start_server()
@@ -99,7 +99,7 @@ class Machine(RuleBasedStateMachine):
 
     def speak(self, node: Node) -> None:
         node.spoke = True
-        self.neighbours.heard[node.node_id] = self.now
+        self.neighbours.seen[node.node_id] = self.now
 
     @rule(seconds=st.sampled_from([0.001, 0.1, 0.4, 0.45, 0.6, 1.0, 2.9, 10.0]), talk=st.booleans())
     def wait(self, seconds: float, talk: bool) -> None:
@@ -109,14 +109,14 @@ class Machine(RuleBasedStateMachine):
         """Who lives speaks at least every three seconds, and may at any time."""
         self.now += seconds
         for node in self.living():
-            if talk or self.now - self.neighbours.heard.get(node.node_id, 0.0) > 2.9:
+            if talk or self.now - self.neighbours.seen.get(node.node_id, 0.0) > 2.9:
                 self.speak(node)
 
     @rule(who=applicants)
     def restart(self, who: int) -> None:
         """As after a power cut: it is silent for 0.6 s at least."""
         node = self.nodes[who]
-        node.node_id, node.told, node.powered = 0, b"", True
+        node.node_id, node.known, node.powered = 0, b"", True
         self.pass_by(0.6)
 
     @rule(who=applicants)
@@ -153,18 +153,20 @@ class Machine(RuleBasedStateMachine):
 
     # Messages.
 
-    @rule(who=applicants, preferred=ids | st.just(0), heard=st.booleans(), answered=st.booleans())
-    def ask_first(self, who: int, preferred: int, heard: bool, answered: bool) -> None:
+    @rule(who=applicants, preferred=ids | st.just(0), received=st.booleans(), responded=st.booleans())
+    def request_first(self, who: int, preferred: int, received: bool, responded: bool) -> None:
         node = self.nodes[who]
         if node.powered and not node.node_id:
-            self.ask(node, AllocationMessage(preferred if preferred <= 125 else 0, True, node.uid[:6]), heard, answered)
+            self.request(
+                node, AllocationMessage(preferred if preferred <= 125 else 0, True, node.uid[:6]), seen, responded
+            )
 
-    @rule(who=applicants, preferred=ids | st.just(0), heard=st.booleans(), answered=st.booleans())
-    def follow_up(self, who: int, preferred: int, heard: bool, answered: bool) -> None:
+    @rule(who=applicants, preferred=ids | st.just(0), received=st.booleans(), responded=st.booleans())
+    def follow_up(self, who: int, preferred: int, received: bool, responded: bool) -> None:
         node = self.nodes[who]
-        if node.powered and not node.node_id and node.told:
-            part = node.uid[len(node.told) : len(node.told) + 6]
-            self.ask(node, AllocationMessage(preferred, False, part), heard, answered)
+        if node.powered and not node.node_id and node.known:
+            part = node.uid[len(node.known) : len(node.known) + 6]
+            self.request(node, AllocationMessage(preferred, False, part), received, responded)
 
     @rule(who=applicants)
     def run_through(self, who: int) -> None:
@@ -172,8 +174,8 @@ class Machine(RuleBasedStateMachine):
         node = self.nodes[who]
         for _ in range(3):
             if node.powered and not node.node_id:
-                part = node.uid[len(node.told) : len(node.told) + 6] if node.told else node.uid[:6]
-                self.ask(node, AllocationMessage(0, not node.told, part), heard=True, answered=True)
+                part = node.uid[len(node.known) : len(node.known) + 6] if node.known else node.uid[:6]
+                self.request(node, AllocationMessage(0, not node.known, part), received=True, responded=True)
 
     @precondition(lambda self: self.last is not None)
     @rule()
@@ -192,14 +194,14 @@ class Machine(RuleBasedStateMachine):
         if length < 16 or all(node.node_id != node_id for node in self.living()):
             self.deliver(message, lost=False)
 
-    def ask(self, node: Node, message: AllocationMessage, heard: bool, answered: bool) -> None:
+    def request(self, node: Node, message: AllocationMessage, received: bool, responded: bool) -> None:
         """Rule C for those who hear it: everybody but the sender gives up its turn."""
-        node.told = b""
-        if heard:
+        node.known = b""
+        if received:
             for other in self.nodes:
-                other.told = b""
+                other.known = b""
             self.last = message
-            self.deliver(self.handle(message), lost=not answered)
+            self.deliver(self.handle(message), lost=not responded)
 
     def handle(self, message: AllocationMessage, source: int = 0) -> AllocationMessage | None:
         before, state = dict(self.table.kept), self.it.state
@@ -221,17 +223,17 @@ class Machine(RuleBasedStateMachine):
         uid, node_id = reply.unique_id.hex(), reply.node_id
         assert 1 <= node_id <= 125
         assert node_id != OWN
-        assert self.table.kept[uid] == node_id, "kept before it is told"
+        assert self.table.kept[uid] == node_id, "kept before it is known"
         assert not self.table.broken
         others = [one for one in self.living() if one.node_id == node_id and one.uid != reply.unique_id and one.spoke]
-        assert others == [], "it belongs to somebody who was heard"
+        assert others == [], "it belongs to somebody who was seen"
         if uid in self.table.pins:
             assert node_id == before[uid]
         lost = [other for other in before if other not in self.table.kept]
         assert all(self.table.away_s.get(other, 0) > RECYCLE_AFTER_S for other in lost), "nobody else loses an id"
         if uid in before and node_id != before[uid]:
             was = before[uid]
-            somebody = self.neighbours.heard.get(was)
+            somebody = self.neighbours.seen.get(was)
             assert was == OWN or was > 125 or (somebody is not None and self.now - somebody < 3), "the same id again"
 
     def deliver(self, reply: AllocationMessage | None, *, lost: bool) -> None:
@@ -242,7 +244,7 @@ class Machine(RuleBasedStateMachine):
             if not node.powered or node.node_id:
                 continue
             matches = bool(reply.unique_id) and node.uid.startswith(reply.unique_id)
-            node.told = reply.unique_id if matches and len(reply.unique_id) in (6, 12) else b""
+            node.known = reply.unique_id if matches and len(reply.unique_id) in (6, 12) else b""
             if matches and len(reply.unique_id) == 16 and reply.node_id:
                 node.node_id = reply.node_id
                 self.moved_in(node, known=False)

@@ -21,12 +21,12 @@ def info(unique_id: bytes) -> GetNodeInfoResponse:
     return GetNodeInfoResponse(status(1), SoftwareVersion(1, 0), HardwareVersion(1, 0, unique_id), "org.example")
 
 
-class Told:
-    """The restarts the directory told of, by node id."""
+class Restarts:
+    """The restarts the directory restarts of, by node id."""
 
     def __init__(self, directory: Directory) -> None:
-        self.restarted: list[int] = []
-        directory.on_restarted.append(lambda record: self.restarted.append(record.node_id))
+        self.node_ids: list[int] = []
+        directory.on_restarted.append(lambda record: self.node_ids.append(record.node_id))
 
 
 def test_a_node_is_online_until_three_seconds_after_its_last_status() -> None:
@@ -42,60 +42,60 @@ def test_a_node_is_online_until_three_seconds_after_its_last_status() -> None:
     assert directory.online(104.0) == []
 
 
-def test_online_nodes_come_by_node_id() -> None:
+def test_online_nodes_are_sorted_by_node_id() -> None:
     directory = Directory()
     for node_id in (9, 3, 77):
         directory.record_status(node_id, status(1), 0.0)
     assert [record.node_id for record in directory.online(1.0)] == [3, 9, 77]
 
 
-def test_a_node_that_comes_back_with_the_uptime_it_should_have_has_not_restarted() -> None:
+def test_a_node_that_returns_with_the_expected_uptime_has_not_restarted() -> None:
     directory = Directory()
-    told = Told(directory)
+    restarts = Restarts(directory)
     directory.record_status(42, status(5), 100.0)
     directory.record_status(42, status(16), 111.0)  # a cable was pulled
-    assert told.restarted == []
+    assert restarts.node_ids == []
     assert directory.records[42].boot_count == 0
 
 
-def test_an_uptime_that_goes_back_is_a_restart() -> None:
+def test_a_decreasing_uptime_is_a_restart() -> None:
     directory = Directory()
-    told = Told(directory)
+    restarts = Restarts(directory)
     directory.record_status(42, status(500), 100.0)
     directory.identify(42, info(bytes(16)))
     assert directory.records[42].boot_count == 0
     directory.record_status(42, status(0), 101.0)
-    assert told.restarted == [42]
+    assert restarts.node_ids == [42]
     record = directory.records[42]
     assert (record.restarts, record.leaps, record.boot_count, record.info, record.unique_id) == (1, 0, 1, None, None)
 
 
-def test_a_restart_right_after_a_restart_is_one_more() -> None:
+def test_a_restart_soon_after_a_restart_is_counted() -> None:
     directory = Directory()
     directory.record_status(42, status(1), 100.0)
     directory.record_status(42, status(0), 100.7)
     assert directory.records[42].restarts == 1
 
 
-def test_a_restart_out_of_sight_is_seen_by_an_uptime_that_lags_behind() -> None:
+def test_an_unseen_restart_is_detected_by_a_lagging_uptime() -> None:
     directory = Directory()
-    told = Told(directory)
+    restarts = Restarts(directory)
     directory.record_status(42, status(5), 100.0)
     directory.record_status(42, status(20), 160.0)  # it should have been 65
-    assert told.restarted == [42]
+    assert restarts.node_ids == [42]
 
 
 @pytest.mark.parametrize("delay", [-0.9, 0.0, 0.9, 1.5])
-def test_late_and_early_statuses_are_no_restart(delay: float) -> None:
+def test_late_and_early_statuses_are_not_restarts(delay: float) -> None:
     directory = Directory()
-    told = Told(directory)
+    restarts = Restarts(directory)
     for second in range(10):
         directory.record_status(42, status(second), 100.0 + second + (delay if second % 2 else 0.0))
-    assert told.restarted == []
+    assert restarts.node_ids == []
     assert directory.records[42].leaps == 0
 
 
-def test_two_nodes_with_one_id_restart_and_leap_in_turn() -> None:
+def test_two_nodes_with_one_id_count_as_restarts_and_leaps() -> None:
     directory = Directory()
     for second in range(5):
         directory.record_status(42, status(1000 + second), 100.0 + second)
@@ -104,7 +104,7 @@ def test_two_nodes_with_one_id_restart_and_leap_in_turn() -> None:
     assert (record.restarts, record.leaps) == (5, 4)
 
 
-def test_it_keeps_the_unique_id_of_a_node_it_has_met() -> None:
+def test_the_unique_id_of_a_known_node_is_retained() -> None:
     directory = Directory()
     directory.identify(42, info(bytes(16)))
     assert directory.unique_id_at(42) is None
@@ -114,7 +114,7 @@ def test_it_keeps_the_unique_id_of_a_node_it_has_met() -> None:
     assert directory.unique_id_at(42) == bytes(range(16))
 
 
-def test_it_knows_where_a_node_was_met_last() -> None:
+def test_the_last_node_id_of_a_unique_id_is_known() -> None:
     directory = Directory()
     assert directory.node_id_of(bytes(16)) is None
     for at, node_id in ((0.0, 42), (5.0, 43)):
@@ -124,28 +124,28 @@ def test_it_knows_where_a_node_was_met_last() -> None:
     assert directory.node_id_of(bytes(range(16))) is None
 
 
-def test_ids_of_former_times_are_known_but_nobody_was_heard_on_them() -> None:
+def test_remembered_ids_are_known_but_not_seen() -> None:
     directory = Directory(remembered=(7, 9))
     directory.record_status(9, status(1), 0.0)
     assert directory.known() == {7, 9}
     assert directory.seen() == directory.occupied(1.0) == {9}
 
 
-def test_a_hook_that_fails_keeps_no_other_from_being_called(caplog: pytest.LogCaptureFixture) -> None:
+def test_a_failing_hook_does_not_affect_others(caplog: pytest.LogCaptureFixture) -> None:
     directory = Directory()
 
     def fail(_record: NodeRecord) -> None:
         raise RuntimeError("a bug")
 
     directory.on_restarted.append(fail)
-    told = Told(directory)
+    restarts = Restarts(directory)
     directory.record_status(42, status(5), 0.0)
     directory.record_status(42, status(0), 1.0)
-    assert told.restarted == [42]
+    assert restarts.node_ids == [42]
     assert "a bug" in caplog.text
 
 
-async def test_on_a_bus_it_knows_nodes_that_say_no_status_too() -> None:
+async def test_on_a_bus_nodes_without_status_are_known_too() -> None:
     bus = MemoryBus()
     host = participant(bus.port("host"))
     host.start()
@@ -173,8 +173,8 @@ async def test_on_a_bus_it_knows_nodes_that_say_no_status_too() -> None:
     directory.forget(43)
     assert directory.known() == set()
     assert directory.anonymous_seen is None
-    asking = AllocationMessage(0, True, bytes(6))
-    mute.port.send(split(Transfer(Kind.MESSAGE, 1, 0, 0, 24, 0, asking.encode()), AllocationMessage.TYPE))
+    anonymous = AllocationMessage(0, True, bytes(6))
+    mute.port.send(split(Transfer(Kind.MESSAGE, 1, 0, 0, 24, 0, anonymous.encode()), AllocationMessage.TYPE))
     await asyncio.sleep(0.01)
     assert directory.anonymous_seen == pytest.approx(host.clock(), abs=0.01)
     leave()

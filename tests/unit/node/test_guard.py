@@ -50,7 +50,7 @@ def write(name: str, number: int = 5) -> list[Frame]:
 
 @pytest.mark.parametrize("name", SPELLINGS)
 @pytest.mark.parametrize("value", [b"\0", WRITE_5], ids=["read", "write"])
-def test_no_spelling_of_the_boot_loader_register_leaves(name: str, value: bytes) -> None:
+def test_no_spelling_of_the_boot_loader_register_is_sent(name: str, value: bytes) -> None:
     guarded, inner = port()
     with pytest.raises(ForbiddenParameter):
         guarded.send(raw_request(payload(name.encode(), value)))
@@ -59,7 +59,7 @@ def test_no_spelling_of_the_boot_loader_register_leaves(name: str, value: bytes)
 
 @pytest.mark.parametrize("name", ["0x38", "", "0x00", "0x2A"])
 @pytest.mark.parametrize("value", [b"\0", WRITE_5, b"\2\0\0\0\0", b"\3\1", b"\4\0011"], ids=list("eirbs"))
-def test_index_73_is_refused_whatever_the_name(name: str, value: bytes) -> None:
+def test_index_73_is_refused_with_any_name(name: str, value: bytes) -> None:
     guarded, inner = port()
     with pytest.raises(ForbiddenParameter):
         guarded.send(raw_request(payload(name.encode(), value, index=73)))
@@ -108,7 +108,7 @@ values = st.one_of(
 @given(name=names, value=values, index=st.integers(0, 8191))
 @example(name=b"0x49", value=b"\0", index=0)
 @example(name=b"73", value=WRITE_5, index=0)
-def test_what_passes_is_plainly_another_register(name: bytes, value: bytes, index: int) -> None:
+def test_a_request_that_passes_is_for_another_register(name: bytes, value: bytes, index: int) -> None:
     guarded, inner = port()
     frames = raw_request(payload(name, value, index))
     try:
@@ -125,7 +125,7 @@ def test_what_passes_is_plainly_another_register(name: bytes, value: bytes, inde
 
 
 @given(data=st.binary(max_size=300))
-def test_bytes_that_are_no_request_never_pass_as_one(data: bytes) -> None:
+def test_malformed_requests_never_pass(data: bytes) -> None:
     guarded, inner = port()
     try:
         guarded.send(raw_request(data))
@@ -181,7 +181,7 @@ def test_the_boot_loader_cannot_be_made_writable() -> None:
             port(writable=frozenset({"0x20", name}))
 
 
-def test_one_forbidden_transfer_keeps_the_whole_call_from_leaving() -> None:
+def test_one_forbidden_transfer_refuses_the_whole_call() -> None:
     guarded, inner = port()
     with pytest.raises(ForbiddenParameter):
         guarded.send([*read("0x38"), *write("0x49"), *read("0x39")])
@@ -203,7 +203,7 @@ def test_the_frame_that_would_complete_a_forbidden_transfer_is_refused() -> None
     assert inner.sent == [first, second]
 
 
-def test_a_transfer_handed_over_frame_by_frame_passes_when_it_is_allowed() -> None:
+def test_an_allowed_transfer_passes_frame_by_frame() -> None:
     guarded, inner = port()
     frames = write("0x38")
     for frame in frames:
@@ -259,7 +259,7 @@ def turned(frame: Frame, number: int) -> Frame:
     return frame._replace(data=frame.data[:-1] + bytes((frame.data[-1] & ~0x20 | (0x20 if number & 1 else 0),)))
 
 
-def test_a_transfer_that_never_ends_is_cut_off() -> None:
+def test_an_endless_transfer_is_cut_off() -> None:
     guarded, inner = port()
     first, second, _ = write("0x38")
     for number in range(35):
@@ -305,7 +305,7 @@ WHOLE = payload(b"", b"\1" + struct.pack("<q", 1))
         (payload(b"\xe9"), f"Reading '\xe9' {UNNAMED}"),
     ],
 )
-def test_a_refusal_says_what_is_refused_and_why(data: bytes, refused: str) -> None:
+def test_a_refusal_states_the_request_and_the_reason(data: bytes, refused: str) -> None:
     guarded, inner = port()
     with pytest.raises(ForbiddenParameter) as caught:
         guarded.send(raw_request(data))
@@ -314,7 +314,7 @@ def test_a_refusal_says_what_is_refused_and_why(data: bytes, refused: str) -> No
 
 
 @pytest.mark.parametrize("data", [b"\0\0", payload(b"0x38"), payload(b"0x38", b"\4\2AB"), payload(b"0x38", b"\4\0")])
-def test_the_shortest_requests_that_are_whole_pass(data: bytes) -> None:
+def test_the_shortest_complete_requests_pass(data: bytes) -> None:
     guarded, inner = port()
     guarded.send(raw_request(data))
     assert inner.sent == raw_request(data)
@@ -360,11 +360,11 @@ def test_after_the_port_failed_the_rest_of_the_transfer_is_refused() -> None:
     assert inner.sent == []
 
 
-def test_everything_that_is_no_request_passes() -> None:
+def test_everything_but_getset_requests_passes() -> None:
     guarded, inner = port()
-    answer = GetSetResponse(integer(5), EMPTY, EMPTY, EMPTY, "0x49")
+    response = GetSetResponse(integer(5), EMPTY, EMPTY, EMPTY, "0x49")
     frames = [
-        *split(Transfer(Kind.RESPONSE, 11, 42, 127, 24, 1, answer.encode()), GetSetResponse.TYPE),
+        *split(Transfer(Kind.RESPONSE, 11, 42, 127, 24, 1, response.encode()), GetSetResponse.TYPE),
         *split(Transfer(Kind.REQUEST, 1, 127, 42, 24, 1, b""), GetNodeInfoRequest.TYPE),
         *split(Transfer(Kind.MESSAGE, 341, 127, 0, 24, 1, bytes((73,) * 7)), NodeStatus.TYPE),
         Frame(0x00A6ED00, bytes.fromhex("011a6fe9f660cec0")),
@@ -375,7 +375,7 @@ def test_everything_that_is_no_request_passes() -> None:
     assert inner.sent == frames
 
 
-def test_it_is_the_port_behind_in_everything_else() -> None:
+def test_it_forwards_everything_else_to_its_port() -> None:
     guarded, inner = port()
     as_port: CanPort = guarded
     received: list[list[Frame]] = []
@@ -409,7 +409,7 @@ def test_a_command_to_every_servo_is_refused(actuators: tuple[int, ...]) -> None
 
 @pytest.mark.parametrize("actuators", [(0,), (1, 0), (*range(1, 15), 0), (0, 255)])
 @pytest.mark.parametrize("allow_broadcast", [False, True])
-def test_a_command_to_id_0_is_refused_whatever_is_allowed(actuators: tuple[int, ...], allow_broadcast: bool) -> None:
+def test_a_command_to_id_0_is_always_refused(actuators: tuple[int, ...], allow_broadcast: bool) -> None:
     guarded, inner = port(allow_broadcast=allow_broadcast)
     with pytest.raises(OutOfRange) as caught:
         guarded.send(message(commands(*actuators)))
@@ -421,7 +421,7 @@ def test_a_command_to_id_0_is_refused_whatever_is_allowed(actuators: tuple[int, 
     )
 
 
-def test_a_command_in_the_form_of_can_fd_is_refused() -> None:
+def test_a_command_in_can_fd_format_is_refused() -> None:
     """There a count stands first and shifts the actuator ids by four bits, where nobody would look for them."""
     guarded, inner = port()
     shifted = bytes.fromhex("1ff1003c00")
@@ -431,13 +431,13 @@ def test_a_command_in_the_form_of_can_fd_is_refused() -> None:
     assert inner.sent == []
 
 
-def test_a_command_to_every_servo_passes_where_it_was_allowed() -> None:
+def test_a_command_to_every_servo_passes_if_allowed() -> None:
     guarded, inner = port(allow_broadcast=True)
     guarded.send(message(commands(255)))
     assert len(inner.sent) == 1
 
 
-def test_commands_to_single_servos_pass_whatever_their_values() -> None:
+def test_commands_to_single_servos_pass_with_any_value() -> None:
     guarded, inner = port()
     frames = message(ArrayCommand([ActuatorCommand(n, 255, float("nan")) for n in range(1, 16)]))
     for frame in frames:

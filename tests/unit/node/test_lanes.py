@@ -38,14 +38,14 @@ def test_a_busy_node_gets_nothing_until_it_is_free() -> None:
     assert lanes.take() == "1b"
 
 
-def test_what_is_more_urgent_goes_first_within_a_node_and_among_nodes() -> None:
+def test_higher_priority_goes_first_within_a_node_and_among_nodes() -> None:
     lanes = Lanes[str]()
     for item, priority in (("1a", 24), ("2a", 24), ("3a", 20), ("1b", 17), ("2b", 24)):
         lanes.put(int(item[0]), priority, item)
     assert drain(lanes) == ["1b", "3a", "2a", "1a", "2b"]
 
 
-def test_an_item_gives_way_to_more_urgent_ones_alone_and_comes_back_before_its_equals() -> None:
+def test_an_item_is_preempted_only_by_higher_priority_and_returns_before_its_equals() -> None:
     lanes = Lanes[str]()
     for item, priority in (("1a", 24), ("1b", 24), ("2a", 20)):
         lanes.put(int(item[0]), priority, item)
@@ -60,7 +60,7 @@ def test_an_item_gives_way_to_more_urgent_ones_alone_and_comes_back_before_its_e
     assert drain(lanes) == ["1c", "1d", "1a", "1b"]
 
 
-def test_clearing_drops_what_waits_and_a_busy_node_can_still_be_freed() -> None:
+def test_clearing_drops_queued_items_and_a_busy_node_can_still_be_freed() -> None:
     lanes = Lanes[str]()
     lanes.put(1, 24, "1a")
     lanes.put(1, 24, "1b")
@@ -75,7 +75,7 @@ def test_clearing_drops_what_waits_and_a_busy_node_can_still_be_freed() -> None:
 
 
 @given(st.lists(st.tuples(st.integers(1, 4), st.integers(16, 19)), max_size=40), st.randoms())
-def test_everything_comes_out_once_and_never_two_for_one_node(puts: list[tuple[int, int]], random: Random) -> None:
+def test_every_item_is_taken_once_and_never_two_for_one_node(puts: list[tuple[int, int]], random: Random) -> None:
     lanes = Lanes[tuple[int, int, int]]()
     under_way: dict[int, tuple[int, int, int]] = {}
     taken: list[tuple[int, int, int]] = []
@@ -106,7 +106,7 @@ def test_a_backlog_is_empty_when_the_port_sent_everything() -> None:
     assert backlog.is_empty(1.002)
 
 
-def test_frames_that_were_dropped_do_not_stop_us_for_good() -> None:
+def test_dropped_frames_do_not_block_the_backlog() -> None:
     statistics = PortStatistics()
     backlog = Backlog(statistics)
     backlog.queue(3, 1.0)

@@ -1,4 +1,4 @@
-"""What our own node says, answers, hears and counts."""
+"""What our own node says, responses, hears and counts."""
 
 import asyncio
 from collections.abc import Sequence
@@ -23,7 +23,7 @@ def statuses(peer: Peer) -> list[tuple[float, NodeStatus]]:
     return [(at, each) for at, each in found if isinstance(each, NodeStatus)]
 
 
-async def test_it_says_node_status_at_once_and_then_every_second() -> None:
+async def test_node_status_is_sent_at_once_and_every_second() -> None:
     bus = MemoryBus()
     peer = Peer(bus.port("peer"), 42)
     host = participant(bus.port("host"))
@@ -31,9 +31,9 @@ async def test_it_says_node_status_at_once_and_then_every_second() -> None:
     host.start()
     host.start()
     await asyncio.sleep(3.5)
-    said = statuses(peer)
-    assert [round(at - began, 2) for at, _ in said] == [0, 1, 2, 3]
-    assert [each for _, each in said] == [NodeStatus(n, NodeHealth.OK, Mode.OPERATIONAL) for n in range(4)]
+    sent = statuses(peer)
+    assert [round(at - began, 2) for at, _ in sent] == [0, 1, 2, 3]
+    assert [each for _, each in sent] == [NodeStatus(n, NodeHealth.OK, Mode.OPERATIONAL) for n in range(4)]
     assert [(each.source, each.transfer_id) for each in peer.others] == [(HOST, n) for n in range(4)]
     await host.close()
     await asyncio.sleep(3)
@@ -41,7 +41,7 @@ async def test_it_says_node_status_at_once_and_then_every_second() -> None:
 
 
 @pytest.mark.parametrize("payload", [b"", b"\0", b"\1\2\3"], ids=["none", "the printed byte", "more"])
-async def test_it_answers_get_node_info_whatever_bytes_the_request_has(payload: bytes) -> None:
+async def test_get_node_info_is_answered_with_any_payload(payload: bytes) -> None:
     bus = MemoryBus()
     peer = Peer(bus.port("peer"), 42)
     host = participant(bus.port("host"))
@@ -52,87 +52,87 @@ async def test_it_answers_get_node_info_whatever_bytes_the_request_has(payload: 
     await asyncio.sleep(0.01)
     (transfer,) = peer.others
     assert (transfer.source, transfer.destination, transfer.priority, transfer.transfer_id) == (HOST, 42, 19, 7)
-    answer = decode(transfer)
-    assert isinstance(answer, GetNodeInfoResponse)
-    assert answer.name == "org.hornbill"
-    assert answer.hardware_version.unique_id == bytes(range(16))
-    assert answer.software_version == SoftwareVersion(0, 1)
-    assert answer.status == NodeStatus(2, NodeHealth.OK, Mode.OPERATIONAL)
+    response = decode(transfer)
+    assert isinstance(response, GetNodeInfoResponse)
+    assert response.name == "org.hornbill"
+    assert response.hardware_version.unique_id == bytes(range(16))
+    assert response.software_version == SoftwareVersion(0, 1)
+    assert response.status == NodeStatus(2, NodeHealth.OK, Mode.OPERATIONAL)
 
 
-async def test_two_participants_can_ask_each_other() -> None:
+async def test_two_participants_can_send_requests_to_each_other() -> None:
     bus = MemoryBus()
     one, other = participant(bus.port("one"), node_id=126), participant(bus.port("other"), node_id=127)
     one.start()
     other.start()
-    answer = await one.request(127, GetNodeInfoRequest())
-    assert answer.name == "org.hornbill"
+    response = await one.request(127, GetNodeInfoRequest())
+    assert response.name == "org.hornbill"
 
 
-async def test_subscribers_hear_messages_of_their_type_until_they_leave() -> None:
+async def test_subscribers_receive_messages_of_their_type_until_they_unsubscribe() -> None:
     bus = MemoryBus()
     peer = Peer(bus.port("peer"), 42)
     host = participant(bus.port("host"))
     host.start()
-    heard: list[tuple[str, int, ActuatorStatus]] = []
-    leave = host.subscribe(ActuatorStatus, lambda t, m: heard.append(("first", t.source, m)))
-    host.subscribe(ActuatorStatus, lambda t, m: heard.append(("second", t.source, m)))
+    received: list[tuple[str, int, ActuatorStatus]] = []
+    unsubscribe = host.subscribe(ActuatorStatus, lambda t, m: received.append(("first", t.source, m)))
+    host.subscribe(ActuatorStatus, lambda t, m: received.append(("second", t.source, m)))
     status = ActuatorStatus(5, 1.5, 0.0, 0.0, 0)
     peer.send(Kind.MESSAGE, status)
     peer.say_status(3)
     await asyncio.sleep(0.01)
-    assert heard == [("first", 42, status), ("second", 42, status)]
-    leave()
-    leave()
+    assert received == [("first", 42, status), ("second", 42, status)]
+    unsubscribe()
+    unsubscribe()
     peer.send(Kind.MESSAGE, status, transfer_id=1)
     await asyncio.sleep(0.01)
-    assert [who for who, _, _ in heard] == ["first", "second", "second"]
+    assert [who for who, _, _ in received] == ["first", "second", "second"]
     with pytest.raises(ValueError, match="not a message"):
         host.subscribe(GetSetRequest, lambda _t, _m: None)
 
 
-async def test_a_handler_that_fails_costs_nobody_else_the_message(caplog: pytest.LogCaptureFixture) -> None:
+async def test_a_failing_handler_does_not_affect_others(caplog: pytest.LogCaptureFixture) -> None:
     bus = MemoryBus()
     peer = Peer(bus.port("peer"), 42)
     host = participant(bus.port("host"))
     host.start()
-    heard: list[int] = []
+    received: list[int] = []
 
     def fail(_transfer: Transfer, _message: NodeStatus) -> None:
         raise RuntimeError("a bug")
 
     host.subscribe(NodeStatus, fail)
-    host.subscribe(NodeStatus, lambda _, m: heard.append(m.uptime_sec))
+    host.subscribe(NodeStatus, lambda _, m: received.append(m.uptime_sec))
     peer.say_status(1)
     peer.say_status(2)
     await asyncio.sleep(0.01)
-    assert heard == [1, 2]
+    assert received == [1, 2]
     await host.close()
     assert "a bug" in caplog.text
 
 
-async def test_a_malformed_message_is_counted_and_told_to_nobody() -> None:
+async def test_a_malformed_message_is_counted_and_dropped() -> None:
     port = RecordingPort()
     host = participant(port)
     host.start()
-    heard: list[NodeStatus] = []
-    host.subscribe(NodeStatus, lambda _, m: heard.append(m))
+    received: list[NodeStatus] = []
+    host.subscribe(NodeStatus, lambda _, m: received.append(m))
     port.deliver(split(Transfer(Kind.MESSAGE, 341, 42, 0, 16, 0, b"\1\2"), NodeStatus.TYPE))
-    assert (heard, host.subscriptions.malformed) == ([], 1)
+    assert (received, host.subscriptions.malformed) == ([], 1)
 
 
-async def test_another_node_with_our_id_is_counted_and_not_listened_to(caplog: pytest.LogCaptureFixture) -> None:
+async def test_another_node_with_our_id_is_counted_and_ignored(caplog: pytest.LogCaptureFixture) -> None:
     bus = MemoryBus()
     host = participant(bus.port("host"))
     twin = Peer(bus.port("twin"), HOST)
     host.start()
-    heard: list[int] = []
-    host.subscribe(NodeStatus, lambda t, _: heard.append(t.source))
+    received: list[int] = []
+    host.subscribe(NodeStatus, lambda t, _: received.append(t.source))
     await asyncio.sleep(0.01)
     twin.say_status(1)
     twin.say_status(2)
     await asyncio.sleep(0.01)
-    assert heard == []
+    assert received == []
     assert HOST not in host.last_seen
     assert host.shared_id.frames == 2
     assert host.shared_id.last_seen == pytest.approx(host.clock(), abs=0.02)
@@ -140,7 +140,7 @@ async def test_another_node_with_our_id_is_counted_and_not_listened_to(caplog: p
     assert caplog.text.count("another node uses our node ID 127") == 1
 
 
-async def test_it_knows_when_each_node_was_last_heard_whatever_it_said() -> None:
+async def test_last_seen_is_set_by_every_transfer_but_anonymous_ones() -> None:
     bus = MemoryBus()
     host = participant(bus.port("host"))
     peer = Peer(bus.port("peer"), 42)
@@ -176,7 +176,7 @@ async def test_frame_hooks_see_everything_received_and_sent() -> None:
     assert len(seen) == 7
 
 
-async def test_without_a_bus_it_stays_quiet_and_goes_on_when_it_is_back() -> None:
+async def test_without_a_bus_nothing_is_sent_until_it_is_back() -> None:
     port = RecordingPort()
     host = participant(port)
     host.start()
@@ -190,7 +190,7 @@ async def test_without_a_bus_it_stays_quiet_and_goes_on_when_it_is_back() -> Non
     assert len(port.sent) == 2
 
 
-async def test_after_closing_frames_are_not_listened_to() -> None:
+async def test_after_closing_frames_are_ignored() -> None:
     port = RecordingPort()
     host = participant(port)
     host.start()
@@ -200,7 +200,7 @@ async def test_after_closing_frames_are_not_listened_to() -> None:
     assert not port.closed
 
 
-async def test_what_does_not_fit_is_refused_when_it_is_made() -> None:
+async def test_invalid_arguments_are_refused() -> None:
     for node_id in (0, 128):
         with pytest.raises(ValueError, match="outside 1 to 127"):
             participant(RecordingPort(), node_id=node_id)

@@ -1,4 +1,4 @@
-"""Requests are repeated, paired with their answers and given up as the caller asked."""
+"""Requests are repeated, paired with their responses and given up as the caller requested."""
 
 import asyncio
 from collections.abc import Awaitable
@@ -16,21 +16,21 @@ from hornbill.wire.messages import NodeStatus
 from hornbill.wire.services import EMPTY, GetSetRequest, GetSetResponse, integer
 from hornbill.wire.transfer import split
 from jumping_clock import JumpingLoop
-from unit.node.asking import now, pair, read, turns
 from unit.node.peer import HOST, Peer, participant
+from unit.node.requesting import now, pair, read, turns
 
 
-async def test_an_answer_comes_back_decoded_in_half_a_millisecond_of_bus_time() -> None:
+async def test_a_response_arrives_decoded_in_half_a_millisecond_of_bus_time() -> None:
     _, host, peer = pair()
     await asyncio.sleep(0.01)
     began = now()
-    answer = await host.request(42, read("0x38"))
-    assert answer == GetSetResponse(integer(0x38), EMPTY, EMPTY, EMPTY, "0x38")
+    response = await host.request(42, read("0x38"))
+    assert response == GetSetResponse(integer(0x38), EMPTY, EMPTY, EMPTY, "0x38")
     assert 0.0004 < now() - began < 0.0006
     assert (peer.requests[0].priority, peer.requests[0].source) == (24, HOST)
 
 
-async def test_without_an_answer_every_try_waits_its_time_and_has_its_own_transfer_id() -> None:
+async def test_without_a_response_every_try_times_out_and_has_its_own_transfer_id() -> None:
     _, host, peer = pair(drop=lambda _: True)
     began = now()
     with pytest.raises(NoResponse, match=r"Node 42 did not respond to GetSet in 3 tries of 100 ms\.") as caught:
@@ -43,15 +43,15 @@ async def test_without_an_answer_every_try_waits_its_time_and_has_its_own_transf
     assert (counters.requests, counters.retries, counters.timeouts, counters.responses) == (1, 2, 1, 0)
 
 
-async def test_a_loop_that_was_held_up_does_not_take_its_own_delay_for_the_nodes_silence() -> None:
+async def test_a_stalled_loop_does_not_time_out_requests() -> None:
     _, host, peer = pair()
     await asyncio.sleep(0.01)
     loop = asyncio.get_running_loop()
     assert isinstance(loop, JumpingLoop)
-    asking = asyncio.ensure_future(host.request(42, read("0x38"), timeout=0.1))
+    pending = asyncio.ensure_future(host.request(42, read("0x38"), timeout=0.1))
     await asyncio.sleep(0)
     loop.stall(0.25)
-    assert (await asking).value == integer(0x38)
+    assert (await pending).value == integer(0x38)
     assert len(peer.requests) == 1
 
 
@@ -63,95 +63,95 @@ async def test_one_try_is_sent_once() -> None:
     assert len(peer.requests) == 1
 
 
-async def test_a_lost_answer_costs_one_time_out() -> None:
+async def test_a_lost_response_costs_one_timeout() -> None:
     _, host, _ = pair(drop=lambda number: number == 0)
     began = now()
     await host.request(42, read("0x38"), timeout=0.1, tries=3)
     assert 0.1 < now() - began < 0.102
 
 
-async def test_a_late_answer_to_an_earlier_try_counts() -> None:
+async def test_a_late_response_to_an_earlier_try_counts() -> None:
     _, host, peer = pair(delay=lambda number: 0.13 if number == 0 else 9.0)
     began = now()
-    answer = await host.request(42, read("0x38"), timeout=0.1, tries=3)
-    assert answer.name == "0x38"
+    response = await host.request(42, read("0x38"), timeout=0.1, tries=3)
+    assert response.name == "0x38"
     assert 0.13 < now() - began < 0.132
     assert len(peer.requests) == 2
 
 
-async def test_an_answer_after_the_last_try_is_dropped_and_disturbs_nothing() -> None:
+async def test_a_response_after_the_last_try_is_dropped() -> None:
     _, host, _ = pair(delay=lambda number: 0.2 if number == 0 else 0.0)
     with pytest.raises(NoResponse):
         await host.request(42, read("0x38"), timeout=0.1)
     for register in range(0x20, 0x28):
-        answer = await host.request(42, read(f"0x{register:02X}"), timeout=0.1)
-        assert answer.value == integer(register)
+        response = await host.request(42, read(f"0x{register:02X}"), timeout=0.1)
+        assert response.value == integer(register)
         await asyncio.sleep(0.02)
     assert host.request_counters.late == 1
 
 
-async def test_a_late_answer_is_never_taken_for_one_to_a_later_request() -> None:
+async def test_a_late_response_is_never_matched_to_a_later_request() -> None:
     """The servo takes 0.15 s over the first read; meanwhile 40 more are made, more than there are transfer ids."""
     _, host, peer = pair(delay=lambda number: 0.15 if number == 0 else 0.0)
     with pytest.raises(NoResponse):
         await host.request(42, read("0x00"), timeout=0.1)
     for number in range(1, 41):
-        answer = await host.request(42, read(f"0x{number:02X}"), timeout=0.1)
-        assert answer.value == integer(number)
+        response = await host.request(42, read(f"0x{number:02X}"), timeout=0.1)
+        assert response.value == integer(number)
     first = peer.requests[0].transfer_id
     assert first not in {each.transfer_id for each in peer.requests[1:]}
 
 
-async def test_an_answer_that_names_another_register_is_waited_past_however_late_it_comes() -> None:
+async def test_a_response_for_another_register_is_ignored_however_late() -> None:
     """So late that its transfer id rests no more and has come round, as on a bus whose host had no time."""
     _, host, peer = pair(delay=lambda number: {0: 2.26, 32: 0.09}.get(number, 0.0))
     with pytest.raises(NoResponse):
         await host.request(42, read("0x00"), timeout=0.1)
     await asyncio.sleep(2.1)
     for number in range(1, 33):
-        answer = await host.request(42, read(f"0x{number:02X}"), timeout=0.1)
-        assert (answer.name, answer.value) == (f"0x{number:02X}", integer(number))
+        response = await host.request(42, read(f"0x{number:02X}"), timeout=0.1)
+        assert (response.name, response.value) == (f"0x{number:02X}", integer(number))
     assert peer.requests[0].transfer_id == peer.requests[32].transfer_id
     assert host.request_counters.late == 1
 
 
-async def test_repeated_answers_are_ignored() -> None:
+async def test_repeated_responses_are_ignored() -> None:
     _, host, _ = pair(copies=3)
     for register in range(0x20, 0x28):
-        answer = await host.request(42, read(f"0x{register:02X}"))
-        assert answer.value == integer(register)
+        response = await host.request(42, read(f"0x{register:02X}"))
+        assert response.value == integer(register)
     await asyncio.sleep(0.01)
     assert host.request_counters.responses == 8
     assert host.request_counters.late == 16
 
 
-async def test_answers_of_another_node_or_service_or_number_do_not_count() -> None:
+async def test_responses_of_another_node_or_transfer_id_are_ignored() -> None:
     bus, host, peer = pair(drop=lambda _: True)
-    stranger = Peer(bus.port("stranger"), 43)
+    other = Peer(bus.port("other"), 43)
     waiting = asyncio.ensure_future(host.request(42, read("0x38"), timeout=0.1))
     await asyncio.sleep(0.01)
     right = peer.requests[0].transfer_id
-    answer = GetSetResponse(integer(1), EMPTY, EMPTY, EMPTY, "0x38")
-    stranger.send(Kind.RESPONSE, answer, destination=HOST, transfer_id=right)
-    peer.send(Kind.RESPONSE, answer, destination=HOST, transfer_id=right ^ 1)
-    peer.send(Kind.RESPONSE, answer, destination=99, transfer_id=right)
+    response = GetSetResponse(integer(1), EMPTY, EMPTY, EMPTY, "0x38")
+    other.send(Kind.RESPONSE, response, destination=HOST, transfer_id=right)
+    peer.send(Kind.RESPONSE, response, destination=HOST, transfer_id=right ^ 1)
+    peer.send(Kind.RESPONSE, response, destination=99, transfer_id=right)
     with pytest.raises(NoResponse):
         await waiting
 
 
-async def test_an_answer_that_cannot_be_decoded_is_counted_and_not_taken() -> None:
+async def test_a_malformed_response_is_counted_and_ignored() -> None:
     _, host, peer = pair(drop=lambda _: True)
     waiting = asyncio.ensure_future(host.request(42, read("0x38"), timeout=0.1))
     await asyncio.sleep(0.01)
-    asked = peer.requests[0]
-    bad = asked._replace(kind=Kind.RESPONSE, source=42, destination=HOST, payload=b"\1\2")
+    requested = peer.requests[0]
+    bad = requested._replace(kind=Kind.RESPONSE, source=42, destination=HOST, payload=b"\1\2")
     peer.port.send(split(bad, GetSetResponse.TYPE))
     with pytest.raises(NoResponse):
         await waiting
     assert host.request_counters.malformed == 1
 
 
-async def test_closing_ends_every_waiting_request_at_once() -> None:
+async def test_closing_ends_every_pending_request_at_once() -> None:
     _, host, _ = pair(drop=lambda _: True)
     tasks = [asyncio.ensure_future(host.request(42, read("0x20"), timeout=5, tries=3)) for _ in range(4)]
     tasks.append(asyncio.ensure_future(host.request(42, read("0x20"), timeout=5, urgent=True)))
@@ -165,7 +165,7 @@ async def test_closing_ends_every_waiting_request_at_once() -> None:
         await host.request(42, read("0x20"))
 
 
-async def test_losing_the_port_ends_every_waiting_request() -> None:
+async def test_losing_the_port_ends_every_pending_request() -> None:
     _, host, _ = pair(drop=lambda _: True)
     tasks = [asyncio.ensure_future(host.request(42, read("0x20"), timeout=5, tries=3)) for _ in range(4)]
     await asyncio.sleep(0.3)
@@ -178,18 +178,18 @@ async def test_losing_the_port_ends_every_waiting_request() -> None:
         await host.request(42, read("0x20"))
 
 
-async def test_with_a_fifth_of_all_frames_lost_five_tries_read_nearly_everything() -> None:
+async def test_with_a_fifth_of_all_frames_lost_eight_tries_read_nearly_everything() -> None:
     bus, host, _ = pair()
     bus.loss(20, seed=7)
     jobs = [host.request(42, read("0x20"), timeout=0.02, tries=8) for _ in range(200)]
     results = await asyncio.gather(*jobs, return_exceptions=True)
-    # A try succeeds with 0.8 for the request and 0.8 ** 3 for the answer: 0.41; eight of them with 0.985.
-    answered = sum(isinstance(each, GetSetResponse) for each in results)
-    assert answered >= 190
-    assert answered + sum(isinstance(each, NoResponse) for each in results) == 200
+    # A try succeeds with 0.8 for the request and 0.8 ** 3 for the response: 0.41; eight of them with 0.985.
+    responded = sum(isinstance(each, GetSetResponse) for each in results)
+    assert responded >= 190
+    assert responded + sum(isinstance(each, NoResponse) for each in results) == 200
 
 
-async def test_a_value_that_does_not_fit_is_told_before_anything_is_sent() -> None:
+async def test_invalid_requests_are_refused_before_anything_is_sent() -> None:
     _, host, peer = pair()
     with pytest.raises(ValueError, match="does not fit"):
         await host.request(42, GetSetRequest(0, integer(2**63), "0x20"))
@@ -203,7 +203,7 @@ async def test_a_value_that_does_not_fit_is_told_before_anything_is_sent() -> No
     assert peer.requests == []
 
 
-async def test_a_participant_made_again_does_not_begin_with_the_same_transfer_id() -> None:
+async def test_a_recreated_participant_begins_with_another_transfer_id() -> None:
     """A node remembers the last one for two seconds and would take the same number for a repetition."""
     bus = MemoryBus()
     peer = Peer(bus.port("peer"), 42)
@@ -219,58 +219,58 @@ async def test_a_participant_made_again_does_not_begin_with_the_same_transfer_id
     assert first.transfer_id != second.transfer_id
 
 
-async def test_round_trips_are_told_per_node() -> None:
+async def test_round_trip_times_are_reported_per_node() -> None:
     _, host, _ = pair(delay=lambda _: 0.01, drop=lambda number: number == 0)
-    told: list[tuple[int, float]] = []
-    host.on_round_trip.append(lambda node_id, seconds: told.append((node_id, seconds)))
+    reported: list[tuple[int, float]] = []
+    host.on_round_trip.append(lambda node_id, seconds: reported.append((node_id, seconds)))
     await host.request(42, read("0x20"), timeout=0.1, tries=2)
-    assert [node_id for node_id, _ in told] == [42]
-    assert told[0][1] == pytest.approx(0.0105, abs=0.0005)
+    assert [node_id for node_id, _ in reported] == [42]
+    assert reported[0][1] == pytest.approx(0.0105, abs=0.0005)
 
 
-async def test_messages_pass_while_requests_wait() -> None:
+async def test_messages_are_received_while_requests_are_pending() -> None:
     _, host, peer = pair(drop=lambda _: True)
-    heard: list[int] = []
-    host.subscribe(NodeStatus, lambda transfer, _: heard.append(transfer.source))
+    received: list[int] = []
+    host.subscribe(NodeStatus, lambda transfer, _: received.append(transfer.source))
     waiting = asyncio.ensure_future(host.request(42, read("0x20")))
     await asyncio.sleep(0.01)
     peer.say_status(1)
     await asyncio.sleep(0.01)
-    assert heard == [42]
+    assert received == [42]
     with pytest.raises(NoResponse):
         await waiting
 
 
-def test_each_request_is_given_up_at_its_own_instant() -> None:
+def test_each_request_times_out_at_its_own_instant() -> None:
     async def scene() -> dict[int, float]:
         bus = MemoryBus()
         host = participant(bus.port("host"))
-        bus.port("nobody").listen(lambda _frames: None)
+        bus.port("silent").listen(lambda _frames: None)
         host.start()
         began = now()
 
-        async def ask(node: int, timeout_s: float, tries: int) -> float:
+        async def request(node: int, timeout_s: float, tries: int) -> float:
             try:
                 await host.request(node, read("0x38"), timeout=timeout_s, tries=tries)
             except NoResponse:
                 return now() - began
-            raise AssertionError("there is nobody to answer")
+            raise AssertionError("no node responds")
 
-        wished = {11: (0.5, 1), 12: (0.05, 1), 13: (0.05, 4), 14: (0.2, 1), 15: (0.12, 3)}
-        took = await asyncio.gather(*(ask(node, *patience) for node, patience in wished.items()))
+        settings = {11: (0.5, 1), 12: (0.05, 1), 13: (0.05, 4), 14: (0.2, 1), 15: (0.12, 3)}
+        took = await asyncio.gather(*(request(node, *setting) for node, setting in settings.items()))
         await host.close()
         return {
-            node: took - timeout * tries for (node, (timeout, tries)), took in zip(wished.items(), took, strict=True)
+            node: took - timeout * tries for (node, (timeout, tries)), took in zip(settings.items(), took, strict=True)
         }
 
     for late in clock.run(scene()).values():
         assert 0 <= late < 0.003
 
 
-def test_an_answer_in_time_is_taken_though_an_older_alarm_rings() -> None:
+def test_a_response_in_time_counts_although_an_older_timer_fires() -> None:
     async def scene() -> int:
         _, host, peer = pair(delay=lambda number: 0.09 if number else 0.0)
-        for _ in range(3):  # the first sets the alarm for 100 ms, the others are answered after it has rung
+        for _ in range(3):  # the first sets the alarm for 100 ms, the others are responded after it has rung
             await host.request(42, read("0x38"), timeout=0.1)
         await host.close()
         return len(peer.requests)
@@ -278,13 +278,13 @@ def test_an_answer_in_time_is_taken_though_an_older_alarm_rings() -> None:
     assert clock.run(scene()) == 3
 
 
-def test_a_closed_participant_leaves_no_alarm_that_matters() -> None:
+def test_a_closed_participant_counts_no_timeouts() -> None:
     async def scene() -> Participant:
         _, host, _ = pair(drop=lambda _: True)
-        asking = asyncio.create_task(host.request(42, read("0x38"), timeout=0.1))
+        pending = asyncio.create_task(host.request(42, read("0x38"), timeout=0.1))
         await asyncio.sleep(0.01)
         await host.close()
-        await asyncio.gather(asking, return_exceptions=True)
+        await asyncio.gather(pending, return_exceptions=True)
         await asyncio.sleep(1.0)
         return host
 
@@ -292,14 +292,14 @@ def test_a_closed_participant_leaves_no_alarm_that_matters() -> None:
     assert (host.request_counters.retries, host.request_counters.timeouts) == (0, 0)
 
 
-async def test_one_request_a_node_is_under_way_and_the_rest_go_by_priority_then_in_order() -> None:
+async def test_one_request_per_node_is_active_and_the_rest_follow_by_priority_then_order() -> None:
     _, host, peer = pair(delay=lambda _: 0.02)
-    asked = [("0x21", 24), ("0x22", 20), ("0x23", 24), ("0x24", 17), ("0x25", 20)]
+    requested = [("0x21", 24), ("0x22", 20), ("0x23", 24), ("0x24", 17), ("0x25", 20)]
     await asyncio.sleep(0.01)
     began = now()
     tasks = [asyncio.ensure_future(host.request(42, read("0x20"), priority=24))]
     await turns()
-    tasks += [asyncio.ensure_future(host.request(42, read(name), priority=p)) for name, p in asked]
+    tasks += [asyncio.ensure_future(host.request(42, read(name), priority=p)) for name, p in requested]
     await asyncio.sleep(0.01)
     assert len(peer.requests) == 1
     await asyncio.gather(*tasks)
@@ -307,10 +307,10 @@ async def test_one_request_a_node_is_under_way_and_the_rest_go_by_priority_then_
     assert now() - began > 6 * 0.02
 
 
-async def test_of_what_is_asked_at_once_the_lowest_priority_number_goes_first() -> None:
+async def test_of_simultaneous_requests_the_lowest_priority_number_goes_first() -> None:
     _, host, peer = pair()
-    asked = [("0x20", 24), ("0x21", 20), ("0x22", 17), ("0x23", 24)]
-    await asyncio.gather(*(host.request(42, read(name), priority=p) for name, p in asked))
+    requested = [("0x20", 24), ("0x21", 20), ("0x22", 17), ("0x23", 24)]
+    await asyncio.gather(*(host.request(42, read(name), priority=p) for name, p in requested))
     assert peer.names == ["0x22", "0x21", "0x20", "0x23"]
 
 
@@ -323,7 +323,7 @@ async def test_nodes_do_not_wait_for_each_other() -> None:
     for peer in others:
         jobs.extend(host.request(peer.node_id, read(f"0x{r:02X}")) for r in range(0x20, 0x25))
     await asyncio.gather(*jobs)
-    # Five rounds of 10 ms and 16 answers on the wire each: nobody waited for a neighbour's servo.
+    # Five rounds of 10 ms and 16 responses on the wire each: nobody waited for a neighbour's servo.
     assert now() - began < 5 * (0.010 + 16 * 0.0006)
     assert all(peer.names == ["0x20", "0x21", "0x22", "0x23", "0x24"] for peer in others)
     with pytest.raises(NoResponse):
@@ -375,7 +375,7 @@ async def test_a_dead_node_does_not_hold_up_the_others() -> None:
     await asyncio.gather(*dead, return_exceptions=True)
 
 
-async def test_what_is_more_urgent_waits_for_one_try_of_a_read_and_not_for_all_of_them() -> None:
+async def test_a_higher_priority_waits_for_one_try_of_a_read_only() -> None:
     _, host, peer = pair(drop=lambda number: number < 2)
     reading = asyncio.ensure_future(host.request(42, read("0x38"), timeout=0.1, tries=25))
     later = asyncio.ensure_future(host.request(42, read("0x39"), timeout=0.1))
@@ -390,7 +390,7 @@ async def test_what_is_more_urgent_waits_for_one_try_of_a_read_and_not_for_all_o
     assert host.request_counters.retries == 1
 
 
-async def test_the_late_answer_of_a_read_that_gave_way_counts_and_it_is_not_sent_again() -> None:
+async def test_a_late_response_to_a_preempted_read_counts() -> None:
     _, host, peer = pair(delay=lambda number: 0.12 if number == 0 else 0.05)
     reading = asyncio.ensure_future(host.request(42, read("0x38"), timeout=0.1, tries=25))
     await asyncio.sleep(0.01)
@@ -401,14 +401,14 @@ async def test_the_late_answer_of_a_read_that_gave_way_counts_and_it_is_not_sent
     assert peer.names == ["0x38", "0x00", "0x39"]
 
 
-async def test_an_urgent_request_goes_at_once_with_a_transfer_id_of_its_own() -> None:
+async def test_an_urgent_request_is_sent_at_once_with_its_own_transfer_id() -> None:
     _, host, peer = pair(drop=lambda number: number == 0)
     slow = asyncio.ensure_future(host.request(42, read("0x20"), timeout=0.5))
     queued = [asyncio.ensure_future(host.request(42, read("0x21"), timeout=0.5)) for _ in range(10)]
     await asyncio.sleep(0.1)
     began = now()
-    answer = await host.request(42, GetSetRequest(0, integer(1), "0x20"), priority=16, urgent=True)
-    assert answer.value == integer(1)
+    response = await host.request(42, GetSetRequest(0, integer(1), "0x20"), priority=16, urgent=True)
+    assert response.value == integer(1)
     assert now() - began < 0.002
     assert len({each.transfer_id for each in peer.requests}) == 2
     with pytest.raises(NoResponse):
@@ -438,14 +438,14 @@ async def test_cancelling_the_caller_frees_the_node_at_once() -> None:
     await turns()
     began = now()
     stuck.cancel()
-    answer = await following
-    assert answer.name == "0x22"
+    response = await following
+    assert response.name == "0x22"
     assert now() - began < 0.002
     await asyncio.sleep(40)
     assert peer.names == ["0x20", "0x22"]
 
 
-async def test_a_request_given_up_while_it_waits_is_never_sent() -> None:
+async def test_a_request_cancelled_in_the_queue_is_never_sent() -> None:
     _, host, peer = pair(drop=lambda _: True)
     stuck = asyncio.ensure_future(host.request(42, read("0x20")))
     await turns()
@@ -458,7 +458,7 @@ async def test_a_request_given_up_while_it_waits_is_never_sent() -> None:
     assert peer.names == ["0x20"]
 
 
-async def test_what_the_guard_refuses_comes_to_its_caller_and_nobody_else() -> None:
+async def test_a_refusal_by_the_guard_is_raised_to_its_caller_only() -> None:
     bus = MemoryBus()
     host = participant(GuardedPort(bus.port("host"), writable=frozenset({"0x20"})))
     peer = Peer(bus.port("peer"), 42, delay=lambda _: 0.01)

@@ -12,7 +12,7 @@ from unit.node.recording import RecordingPort
 READ_BY_NAME = Frame(0x1E0B94FF, bytes.fromhex("000030783243c5"))
 WRITE_BEGINS = Frame(0x1E0B94FF, bytes.fromhex("5f2f00012d000086"))
 WRITE_GOES_ON = Frame(0x1E0B94FF, bytes.fromhex("0000000000307826"))
-ANSWER = Frame(0x180BAAFF & ~0x8000, bytes.fromhex("000030783243c5"))
+RESPONSE = Frame(0x180BAAFF & ~0x8000, bytes.fromhex("000030783243c5"))
 NODE_STATUS = Frame(0x1801557F, bytes.fromhex("01000000000000c0"))
 ALLOCATION = Frame(0x1800017F, bytes.fromhex("fac0"))
 
@@ -23,23 +23,21 @@ ALLOCATION = Frame(0x1800017F, bytes.fromhex("fac0"))
         ([READ_BY_NAME], 1, True, False),
         ([READ_BY_NAME._replace(id=0x180B94FF)], 1, False, False),
         ([WRITE_BEGINS, WRITE_GOES_ON], 1, False, False),
-        ([ANSWER], 0, False, False),
+        ([RESPONSE], 0, False, False),
         ([READ_BY_NAME, NODE_STATUS], 1, False, False),
         ([READ_BY_NAME, ALLOCATION], 1, True, True),
     ],
 )
-def test_what_it_says_tells_which_program_it_is(
-    frames: list[Frame], requests: int, makers: bool, allocates: bool
-) -> None:
+def test_its_transfers_identify_the_program(frames: list[Frame], requests: int, makers: bool, allocates: bool) -> None:
     it = SharedNodeId(HOST)
-    told: list[float] = []
-    it.on_seen.append(told.append)
+    reported: list[float] = []
+    it.on_seen.append(reported.append)
     it.receive(frames, 5.0)
     assert (it.frames, it.requests, it.is_makers_program, it.allocates) == (len(frames), requests, makers, allocates)
-    assert (it.last_seen, told) == (5.0, [5.0])
+    assert (it.last_seen, reported) == (5.0, [5.0])
 
 
-def test_a_program_is_what_says_several_things_within_seconds_or_gives_node_ids() -> None:
+def test_several_transfers_within_seconds_or_allocations_indicate_a_program() -> None:
     it = SharedNodeId(HOST)
     for second in (1.0, 2.0, 11.5):
         it.receive([NODE_STATUS], second)
@@ -51,7 +49,7 @@ def test_a_program_is_what_says_several_things_within_seconds_or_gives_node_ids(
     assert giving.is_program
 
 
-def test_a_frame_of_ours_that_comes_back_soon_is_not_one_of_another_program() -> None:
+def test_a_soon_returned_frame_of_ours_is_an_echo() -> None:
     it = SharedNodeId(HOST)
     it.sent([READ_BY_NAME], 1.0)
     it.receive([READ_BY_NAME], 1.0 + ECHO_S - 0.1)
@@ -63,16 +61,14 @@ def test_a_frame_of_ours_that_comes_back_soon_is_not_one_of_another_program() ->
 
 
 @pytest.mark.parametrize("can_id", [0x0012347F, 0x1877947F | 0x80, 0x18FF15FF])
-def test_frames_of_data_types_that_nobody_knows_are_noise(can_id: int) -> None:
+def test_frames_of_unknown_data_types_are_ignored(can_id: int) -> None:
     it = SharedNodeId(HOST)
     it.receive([Frame(can_id, bytes.fromhex("000030783243c5"))], 1.0)
     assert (it.frames, it.last_seen) == (0, None)
 
 
 @pytest.mark.parametrize(("address", "frames"), [("slcan:COM3", 1), ("file:morning.log", 0)])
-async def test_what_we_said_ourselves_when_a_recording_was_made_is_not_another_program(
-    address: str, frames: int
-) -> None:
+async def test_own_frames_in_a_replayed_recording_are_not_another_program(address: str, frames: int) -> None:
     port = RecordingPort()
     port.address = address
     host = participant(port)

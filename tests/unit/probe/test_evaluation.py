@@ -19,10 +19,10 @@ def status(at: float, health: NodeHealth) -> Observed:
 
 
 def read(at: float, name: str, raw: int, *, write: Value = EMPTY) -> list[Observed]:
-    request, answer = GetSetRequest(0, write, name), GetSetResponse(integer(raw), EMPTY, EMPTY, EMPTY, name)
+    request, response = GetSetRequest(0, write, name), GetSetResponse(integer(raw), EMPTY, EMPTY, EMPTY, name)
     return [
         Observed(Transfer(Kind.REQUEST, request.TYPE.id, HOST, SERVO, 24, 3, b"", at), request),
-        Observed(Transfer(Kind.RESPONSE, answer.TYPE.id, SERVO, HOST, 24, 3, b"", at + 0.001), answer),
+        Observed(Transfer(Kind.RESPONSE, response.TYPE.id, SERVO, HOST, 24, 3, b"", at + 0.001), response),
     ]
 
 
@@ -34,7 +34,7 @@ def recording(words: tuple[int, int, int], *health: NodeHealth) -> ProbeEvidence
 
 
 @pytest.mark.parametrize(
-    ("words", "health", "answer"),
+    ("words", "health", "response"),
     [
         ((1 << 8, 0, 0), (NodeHealth.OK, NodeHealth.OK), False),
         ((1 << 8, 0, 0), (NodeHealth.WARNING,), True),
@@ -46,10 +46,10 @@ def recording(words: tuple[int, int, int], *health: NodeHealth) -> ProbeEvidence
     ],
 )
 def test_health_during_a_notification_alone(
-    words: tuple[int, int, int], health: tuple[NodeHealth, ...], answer: bool | None
+    words: tuple[int, int, int], health: tuple[NodeHealth, ...], response: bool | None
 ) -> None:
     found = health_of_notifications(recording(words, *health))
-    assert (found.value, found.switch) == (answer, "health_of_notifications")
+    assert (found.value, found.switch) == (response, "health_of_notifications")
 
 
 @pytest.mark.parametrize(

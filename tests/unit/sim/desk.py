@@ -65,7 +65,7 @@ def catalog() -> Catalog:
 
 
 class Desk:
-    """A servo and its tester. `now` moves only with `wait`; `heard` is every transfer the servo ever sent."""
+    """A servo and its tester. `now` moves only with `wait`; `received` is every transfer the servo ever sent."""
 
     def __init__(
         self,
@@ -87,8 +87,8 @@ class Desk:
         )  # fmt: skip
         self.servo: SimulatedServo = recipe.build(catalog(), seed)
         self.now = START
-        self.heard: list[Transfer] = []
-        self._ears = Reassembler()
+        self.received: list[Transfer] = []
+        self._reassembler = Reassembler()
         self._transfer_id = 0
         if up:
             self.servo.power_on(self.now)
@@ -109,11 +109,42 @@ class Desk:
         self.servo.power_on(self.now)
         self.wait(0.2)
 
+    # Shorthands.
+
+    def go(self, raw: Raw, longest: float = 5.0) -> None:
+        """Command an angle (0.1°) and wait until the horn rests."""
+        self.write("0x00", raw)
+        self.settle(longest)
+
+    def run(self, name: str, raw: Raw, seconds: float) -> None:
+        """Write a register, then let time pass."""
+        self.write(name, raw)
+        self.wait(seconds)
+
+    def save(self, by: str = "0x12") -> None:
+        """Save by 0x12 or by the opcode SAVE, which must be acknowledged, and wait for the restart."""
+        assert (self.write("0x12", 1) if by == "0x12" else self.opcode(0)) == 1
+        self.wait(0.3)
+
+    def turn(self, degrees: float) -> bool:
+        """Turn the horn manually. False if the motor holds it."""
+        return self.servo.turn_manually(degrees, self.now)
+
+    def value(self, name: str) -> Raw:
+        """A register that has a value."""
+        raw = self.read(name)
+        assert raw is not None, name
+        return raw
+
+    def reads(self, *names: str) -> list[Raw | None]:
+        """Several registers."""
+        return [self.read(name) for name in names]
+
     # Time.
 
     def wait(self, seconds: float) -> list[Transfer]:
         """Let time pass; what the servo sent meanwhile, with the instant it was sent."""
-        end, before = self.now + seconds, len(self.heard)
+        end, before = self.now + seconds, len(self.received)
         while (due := self.servo.next_due()) <= end:
             self.now = max(self.now, due)
             self.servo.advance(self.now)
@@ -121,7 +152,7 @@ class Desk:
         self.now = end
         self.servo.advance(end)
         self.collect()
-        return self.heard[before:]
+        return self.received[before:]
 
     def settle(self, longest: float = 5.0) -> None:
         """Wait until the horn rests."""
@@ -133,8 +164,8 @@ class Desk:
 
     def collect(self) -> list[Transfer]:
         """What the servo has put into its outbox."""
-        transfers = self._ears.feed([frame._replace(at=self.now) for frame in self.servo.take_outbox()])
-        self.heard += transfers
+        transfers = self._reassembler.feed([frame._replace(at=self.now) for frame in self.servo.take_outbox()])
+        self.received += transfers
         return transfers
 
     # Bytes.
@@ -158,11 +189,11 @@ class Desk:
         self.servo.on_frames(list(frames), self.now)
         return self.collect()
 
-    def request(self, structure: AnyStructure, answer: type[T]) -> T | None:
-        """The answer to a request, or None when none comes at once."""
+    def request(self, structure: AnyStructure, response: type[T]) -> T | None:
+        """The response to a request, or None when none comes at once."""
         for transfer in self.send(structure):
             decoded = decode(transfer)
-            if isinstance(decoded, answer) and transfer.transfer_id == self._transfer_id:
+            if isinstance(decoded, response) and transfer.transfer_id == self._transfer_id:
                 return decoded
         return None
 
@@ -179,7 +210,7 @@ class Desk:
         return self.request(GetSetRequest(index, value, name), GetSetResponse)
 
     def read(self, name: str) -> Raw | None:
-        """A register's integer, None when the servo refuses; fails when it does not answer."""
+        """A register's integer, None when the servo refuses; fails when it does not response."""
         return self._integer(self.get_set(name), name)
 
     def write(self, name: str, raw: Raw) -> Raw | None:
@@ -190,14 +221,14 @@ class Desk:
         """A write, and everything the servo sends at once."""
         return self.send(GetSetRequest(0, integer(raw), name))
 
-    def _integer(self, answer: GetSetResponse | None, name: str) -> Raw | None:
-        assert answer is not None, f"no answer for {name}"
-        if answer.value == EMPTY:
-            assert answer == GetSetResponse(EMPTY, EMPTY, EMPTY, EMPTY, "")
+    def _integer(self, response: GetSetResponse | None, name: str) -> Raw | None:
+        assert response is not None, f"no response for {name}"
+        if response.value == EMPTY:
+            assert response == GetSetResponse(EMPTY, EMPTY, EMPTY, EMPTY, "")
             return None
-        assert answer.name == name
-        assert isinstance(answer.value.value, int)
-        return answer.value.value
+        assert response.name == name
+        assert isinstance(response.value.value, int)
+        return response.value.value
 
     def node_info(self) -> GetNodeInfoResponse | None:
         """GetNodeInfo."""
@@ -205,13 +236,13 @@ class Desk:
 
     def restart(self, magic: int = MAGIC) -> bool | None:
         """RestartNode's flag."""
-        answer = self.request(RestartNodeRequest(magic), RestartNodeResponse)
-        return None if answer is None else answer.ok
+        response = self.request(RestartNodeRequest(magic), RestartNodeResponse)
+        return None if response is None else response.ok
 
     def opcode(self, opcode: int, argument: int = 0) -> bool | None:
         """ExecuteOpcode's flag."""
-        answer = self.request(ExecuteOpcodeRequest(opcode, argument), ExecuteOpcodeResponse)
-        return None if answer is None else answer.ok
+        response = self.request(ExecuteOpcodeRequest(opcode, argument), ExecuteOpcodeResponse)
+        return None if response is None else response.ok
 
     # Messages.
 
@@ -220,7 +251,7 @@ class Desk:
         self.send(ArrayCommand((ActuatorCommand(actuator_id, kind, value),)))
 
     def allocation(self, node_id: int, unique_id: bytes, *, source: int = TESTER) -> None:
-        """An allocator's answer; source 0 with at most six bytes is another node that asks."""
+        """An allocator's response; source 0 with at most six bytes is another node that asks."""
         self.send(AllocationMessage(node_id, False, unique_id), source=source)
 
     def statuses(self, transfers: list[Transfer]) -> list[ActuatorStatus]:

@@ -1,4 +1,4 @@
-"""How a simulated horn answered a command, sampled as a tester would by reading 0x08."""
+"""How a simulated horn responded a command, sampled as a tester would by reading 0x08."""
 
 from itertools import pairwise
 from typing import NamedTuple

@@ -48,7 +48,7 @@ def test_too_few_or_too_many_are_refused(n: int) -> None:
         demo_fleet(catalog(), n, 1)
 
 
-def told(word: str) -> Recipe:
+def described(word: str) -> Recipe:
     """The servo whose story has this word."""
     (found,) = (recipe for recipe in demo_fleet(catalog(), 11, 1) if word in recipe.story)
     return found
@@ -70,7 +70,7 @@ def test_every_servo_of_the_fleet_has_a_story_of_its_own() -> None:
 
 
 def test_one_hunts_until_its_gain_is_lowered() -> None:
-    desk = at_desk(told("hunts"))
+    desk = at_desk(described("hunts"))
     desk.write("0x26", 0)
     assert step(desk, 300).hunting >= 10
     desk.write("0x2C", 30)
@@ -78,7 +78,7 @@ def test_one_hunts_until_its_gain_is_lowered() -> None:
 
 
 def test_one_runs_hot_and_lets_go_when_it_works() -> None:
-    desk = at_desk(told("hot"))
+    desk = at_desk(described("hot"))
     assert 70 <= (desk.read("0x0B") or 0) <= 80
     desk.write("0x26", 0)
     desk.under(load_pct=60.0)
@@ -100,12 +100,12 @@ def test_every_horn_rests_once_torque_is_off() -> None:
 
 
 def test_one_has_the_first_firmware_and_lacks_its_later_rows() -> None:
-    servo = at_desk(told("first firmware")).servo
+    servo = at_desk(described("first firmware")).servo
     assert (servo.register(0x52), servo.register(0x25), servo.register(0x2A)) == (1_010, 0, 0)
 
 
 def test_one_is_unprovisioned_and_one_lost_its_settings() -> None:
-    new, lost = told("new servo"), at_desk(told("lost")).servo
+    new, lost = described("new servo"), at_desk(described("lost")).servo
     assert (new.model[:5], new.servo_id, new.node_id) == ("BLA15", 0, 0)
     assert (lost.register(0x1A), lost.register(0x25), lost.node_id) == (1 << 15, 0, 0)
 

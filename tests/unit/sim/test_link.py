@@ -51,8 +51,8 @@ def test_what_others_say_is_let_by() -> None:
     link = desk.servo_link()
     for message in (ActuatorStatus(1, 0.5, 0.0, 0.0, 0), NodeStatus(1, NodeHealth.OK, Mode.OPERATIONAL)):
         assert link.accept(desk.frames_of(message, source=17)) == []
-    answer = GetSetResponse(EMPTY, EMPTY, EMPTY, EMPTY, "")
-    assert link.accept(desk.frames_of(answer, source=17)) == []
+    response = GetSetResponse(EMPTY, EMPTY, EMPTY, EMPTY, "")
+    assert link.accept(desk.frames_of(response, source=17)) == []
     assert link.accept(desk.frames_of(GetSetRequest(0, EMPTY, "0x50")))
 
 
@@ -61,7 +61,7 @@ def test_interleaved_requests_of_two_testers_are_both_answered() -> None:
     one = desk.frames_of(GetSetRequest(0, EMPTY, "a long name that takes several frames"), source=100)
     two = desk.frames_of(GetSetRequest(0, EMPTY, "another name that takes several frames"), source=101)
     mixed = [frame for pair in zip(one, two, strict=True) for frame in pair]
-    assert sorted(answer.destination for answer in desk.raw_frames(mixed)) == [100, 101]
+    assert sorted(response.destination for response in desk.raw_frames(mixed)) == [100, 101]
 
 
 def test_nothing_is_heard_while_it_starts() -> None:

@@ -49,7 +49,7 @@ class Reference:
             def stands(_time: float, state: list[float], way: float = way) -> float:
                 return way * state[1] + 1e-12
 
-            stands.terminal = True  # pyright: ignore[reportFunctionMemberAccess] - how scipy is told
+            stands.terminal = True  # pyright: ignore[reportFunctionMemberAccess] - how scipy is described
             state = [self.motor, self.speed, self.torque]
             found = solve(slope, (0.0, left), state, events=stands, rtol=1e-7, atol=1e-9)
             self.motor, self.speed, self.torque = (float(row[-1]) for row in found.y)
@@ -88,12 +88,12 @@ class Reference:
 def orders_of(plant: Plant, controller: Controller, target: float, **more: float) -> Orders:
     """Those of default gains, smoothing off."""
     direct = controller == Controller.ANGLE_DIRECT
-    told: dict[str, float] = {
+    described: dict[str, float] = {
         "angle_p": 40 * (plant.angle_p_direct if direct else plant.angle_p), "angle_d": 40 * plant.angle_d,
         "dead_band": 0.3, "speed_p": 50 * plant.speed_p, "speed_low": -1800.0, "speed_high": 1800.0,
         "torque_low": -1.0, "torque_high": 1.0,
     }  # fmt: skip
-    return Orders(controller, target)._replace(**{**told, **more})
+    return Orders(controller, target)._replace(**{**described, **more})
 
 
 @pytest.mark.parametrize("model", ["BLA21-06U-A0", "BLA21-28U-AB", "BLA15-12U-A0"])
@@ -208,11 +208,11 @@ def test_an_hour_of_random_commands_ends_where_the_last_one_says(
             desk.servo.conditions.load_pct = float(value)
         else:
             desk.write(what, value)
-        heard = desk.wait(seconds)
-        assert all(math.isfinite(status.position) for status in desk.statuses(heard))
+        received = desk.wait(seconds)
+        assert all(math.isfinite(status.position) for status in desk.statuses(received))
         assert math.isfinite(desk.servo.angle_deg)
         assert abs(desk.servo.speed_rpm) < 400
-        desk.heard.clear()
+        desk.received.clear()
     desk.servo.conditions.load_pct = 0.0
     # A load may have turned it a thousand times: speed 0 without 0x24 forgets the turns, or it unwinds them for hours.
     forget = (("0x24", 0), ("0x25", 1), ("0x01", 0))

@@ -12,8 +12,8 @@ def test_the_same_seed_gives_the_same_servo_to_the_last_bit() -> None:
         desk.write("0x00", 1_234)
         desk.wait(0.3)
         desk.write("0x01", -77)
-        heard = [(each.at, each.payload) for each in desk.wait(2.0)]
-        return [*heard, desk.read("0x0C"), desk.servo.angle_deg]
+        received = [(each.at, each.payload) for each in desk.wait(2.0)]
+        return [*received, desk.read("0x0C"), desk.servo.angle_deg]
 
     assert life(3) == life(3)
 
@@ -48,7 +48,7 @@ def test_advanced_late_it_catches_up_and_does_not_pour_out_what_it_missed() -> N
     desk.now += 60.0
     desk.servo.advance(desk.now)
     assert 60 <= len(desk.node_statuses(desk.collect())) <= 61
-    assert desk.node_statuses(desk.heard)[-1].uptime_sec == 60
+    assert desk.node_statuses(desk.received)[-1].uptime_sec == 60
 
 
 def test_a_unique_id_has_16_bytes() -> None:

@@ -128,13 +128,13 @@ def _cut_down(row: list[Frame], node_id: int | None, wanted: Seen) -> list[Frame
 
 
 def load(path: Path) -> tuple[list[Frame], int | None, dict[str, Any]]:
-    """A kept row, the node id it is heard with, and all the file says."""
+    """A kept row, the node id it is received with, and all the file says."""
     kept = json.loads(path.read_text())
     row = [Frame(int(can_id, 16), bytes.fromhex(data), at) for can_id, data, at in kept["frames"]]
     return row, kept["node_id"], kept
 
 
-def told(received: Sequence[Transfer]) -> list[list[Any]]:
+def reported(received: Sequence[Transfer]) -> list[list[Any]]:
     """Transfers as a file holds them."""
     return [[*map(int, found[:6]), found.payload.hex(), found.at] for found in received]
 
@@ -145,7 +145,7 @@ def _keep(new: Seen, row: list[Frame], node_id: int | None) -> Path:
         f'"shows": {json.dumps(f"{new[1]} after {new[0]}")}',
         f'"node_id": {json.dumps(node_id)}',
         '"frames": [\n    ' + ",\n    ".join(json.dumps([f"{f.id:08x}", f.data.hex(), f.at]) for f in row) + "\n  ]",
-        '"transfers": [' + ", ".join(map(json.dumps, told(received))) + "]",
+        '"transfers": [' + ", ".join(map(json.dumps, reported(received))) + "]",
         f'"counters": {json.dumps(counters)}',
     ]
     path = CORPUS / f"{new[1]}-after-{new[0]}.json"

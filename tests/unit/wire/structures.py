@@ -81,7 +81,7 @@ node_infos = st.builds(
 )
 get_set_requests = st.builds(GetSetRequest, bits(13), values, text(92))
 get_set_responses = st.builds(GetSetResponse, values, values, numeric_values, numeric_values, text(92))
-servo_answers = st.builds(
+servo_responses = st.builds(
     GetSetResponse,
     signed(64).map(integer),
     st.just(EMPTY),
@@ -103,7 +103,7 @@ structures: st.SearchStrategy[AnyStructure] = st.one_of(
     st.builds(ExecuteOpcodeResponse, signed(48), st.booleans()),
     get_set_requests,
     get_set_responses,
-    servo_answers,
+    servo_responses,
 )
 
 

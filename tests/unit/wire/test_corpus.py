@@ -18,7 +18,7 @@ KEPT = sorted(fuzz.CORPUS.glob("*.json"))
 def test_a_kept_row_is_treated_as_it_was(path: Path) -> None:
     row, node_id, kept = fuzz.load(path)
     received, counters, seen = fuzz.replay(row, node_id)
-    assert fuzz.told(received) == kept["transfers"]
+    assert fuzz.reported(received) == kept["transfers"]
     assert counters == kept["counters"]
     assert any(f"{now} after {before}" == kept["shows"] for before, now in seen)
     # in one batch only the name of a drop may differ: what is late is swept once a batch, or met by its next frame
@@ -33,7 +33,7 @@ def test_a_plain_receiver_agrees(path: Path) -> None:
     found = [one for one in transfers_in(row) if one.kind == Kind.MESSAGE or node_id in (None, one.destination)]
     missing = len(found) - len(kept["transfers"])
     assert missing == 0 or 0 < missing <= kept["counters"]["evicted"]
-    received = fuzz.told(found)
+    received = fuzz.reported(found)
     assert all(one in received for one in kept["transfers"])
 
 

@@ -1,4 +1,4 @@
-"""How a transfer is told: sentences people can read, an object JSON can carry, and nothing that raises."""
+"""How a transfer is reported: sentences people can read, an object JSON can carry, and nothing that raises."""
 
 import json
 import math
@@ -57,12 +57,12 @@ transfers = st.builds(
 )
 
 
-def answer(value: Value, name: str) -> GetSetResponse:
+def response(value: Value, name: str) -> GetSetResponse:
     return GetSetResponse(value, EMPTY, EMPTY, EMPTY, name)
 
 
 @pytest.mark.parametrize(
-    ("structure", "told"),
+    ("structure", "reported"),
     [
         (NodeStatus(4355, NodeHealth.OK, Mode.OPERATIONAL), "NodeStatus OK, operational, up 1 h 12 min"),
         (NodeStatus(3, NodeHealth.ERROR, Mode.SOFTWARE_UPDATE), "NodeStatus error, software update, up 3 s"),
@@ -106,20 +106,20 @@ def answer(value: Value, name: str) -> GetSetResponse:
         (GetSetRequest(0, EMPTY, "0x08"), "GetSet request read 0x08"),
         (GetSetRequest(8, EMPTY, ""), "GetSet request read index 8"),
         (GetSetRequest(0, integer(-600), "0x39"), "GetSet request write 0x39 = −600"),
-        (answer(integer(600), "0x38"), "GetSet response 0x38 = 600"),
-        (answer(EMPTY, ""), "GetSet response empty: no such parameter, or refused"),
-        (answer(Value(ValueKind.REAL, 0.5), "gain"), "GetSet response gain = 0.5"),
-        (answer(Value(ValueKind.BOOLEAN, 255), "on"), "GetSet response on = 255"),
-        (answer(Value(ValueKind.STRING, "a\x1b[2J"), "s"), 'GetSet response s = "a\\x1b[2J"'),
+        (response(integer(600), "0x38"), "GetSet response 0x38 = 600"),
+        (response(EMPTY, ""), "GetSet response empty: no such parameter, or refused"),
+        (response(Value(ValueKind.REAL, 0.5), "gain"), "GetSet response gain = 0.5"),
+        (response(Value(ValueKind.BOOLEAN, 255), "on"), "GetSet response on = 255"),
+        (response(Value(ValueKind.STRING, "a\x1b[2J"), "s"), 'GetSet response s = "a\\x1b[2J"'),
     ],
     ids=lambda value: value if isinstance(value, str) else type(value).__name__,
 )
-def test_a_transfer_reads_as_a_sentence(structure: AnyStructure, told: str) -> None:
-    assert sentence(transfer(structure), structure) == told
+def test_a_transfer_reads_as_a_sentence(structure: AnyStructure, reported: str) -> None:
+    assert sentence(transfer(structure), structure) == reported
 
 
 @pytest.mark.parametrize(
-    ("message", "source", "told"),
+    ("message", "source", "reported"),
     [
         (AllocationMessage(0, True, UID[:6]), 0, "uid part 1 of 3, 4f0a…"),
         (AllocationMessage(20, True, UID[:6]), 0, "uid part 1 of 3, 4f0a…, prefers node ID 20"),
@@ -130,12 +130,12 @@ def test_a_transfer_reads_as_a_sentence(structure: AnyStructure, told: str) -> N
         (AllocationMessage(0, False, b""), 127, "received 0 of 16 bytes, nothing"),
     ],
 )
-def test_both_sides_of_an_allocation_are_told(message: AllocationMessage, source: int, told: str) -> None:
-    assert sentence(transfer(message, source=source), message) == f"Allocation {told}"
+def test_both_sides_of_an_allocation_are_told(message: AllocationMessage, source: int, reported: str) -> None:
+    assert sentence(transfer(message, source=source), message) == f"Allocation {reported}"
 
 
 @pytest.mark.parametrize(
-    ("kind", "type_id", "payload", "told"),
+    ("kind", "type_id", "payload", "reported"),
     [
         (Kind.MESSAGE, 20003, b"12345", "Unknown message 20003, 5 bytes"),
         (Kind.REQUEST, 200, b"1", "Unknown service 200 request, 1 byte"),
@@ -144,8 +144,8 @@ def test_both_sides_of_an_allocation_are_told(message: AllocationMessage, source
         (Kind.RESPONSE, 5, b"", "RestartNode response not decoded: invalid payload of 0 bytes"),
     ],
 )
-def test_what_cannot_be_decoded_is_told_as_such(kind: Kind, type_id: int, payload: bytes, told: str) -> None:
-    assert sentence(Transfer(kind, type_id, 10, 20, 16, 0, payload), None) == told
+def test_what_cannot_be_decoded_is_told_as_such(kind: Kind, type_id: int, payload: bytes, reported: str) -> None:
+    assert sentence(Transfer(kind, type_id, 10, 20, 16, 0, payload), None) == reported
 
 
 class Known(Names):
@@ -161,17 +161,17 @@ class Known(Names):
 def test_what_the_reader_knows_is_added() -> None:
     written = GetSetRequest(0, integer(600), "0x38")
     assert sentence(transfer(written), written, Known()) == "GetSet request write 0x38 limit = 600, 60.0°"
-    held = answer(integer(600), "0x38")
+    held = response(integer(600), "0x38")
     assert sentence(transfer(held), held, Known()) == "GetSet response 0x38 = 600, 60.0°"
-    plain = answer(integer(7), "0x2C")
+    plain = response(integer(7), "0x2C")
     assert sentence(transfer(plain), plain, Known()) == "GetSet response 0x2C = 7"
 
 
 @given(structures)
 def test_every_structure_has_a_sentence_that_is_safe_to_print(structure: AnyStructure) -> None:
-    told = sentence(transfer(structure), structure)
-    assert told
-    assert told.isprintable()
+    reported = sentence(transfer(structure), structure)
+    assert reported
+    assert reported.isprintable()
 
 
 @given(transfers)
@@ -179,8 +179,8 @@ def test_every_structure_has_a_sentence_that_is_safe_to_print(structure: AnyStru
 def test_any_bytes_of_any_type_are_told_and_never_raise(received: Transfer) -> None:
     structure = decode(received)
     assert sentence(received, structure).isprintable()
-    told = as_object(received, structure, received.at)
-    again = json.loads(json.dumps(told, allow_nan=False))
+    reported = as_object(received, structure, received.at)
+    again = json.loads(json.dumps(reported, allow_nan=False))
     assert list(again) == [
         "timestamp", "type", "kind", "data_type_id", "source", "destination", "priority", "transfer_id", "fields",
         "payload",
@@ -198,11 +198,11 @@ def test_the_number_of_frames_is_that_of_the_transfer(structure: AnyStructure) -
 
 
 @pytest.mark.parametrize(
-    ("seconds", "told"),
+    ("seconds", "reported"),
     [(0, "0 s"), (59, "59 s"), (60, "1 min 0 s"), (3600, "1 h 0 min"), (7383, "2 h 3 min"), (273_600, "3 d 4 h")],
 )
-def test_a_duration_is_told_in_its_two_largest_units(seconds: int, told: str) -> None:
-    assert duration(seconds) == told
+def test_a_duration_is_told_in_its_two_largest_units(seconds: int, reported: str) -> None:
+    assert duration(seconds) == reported
 
 
 @given(st.text(st.characters(max_codepoint=0xFF)))

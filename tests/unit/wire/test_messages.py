@@ -82,11 +82,11 @@ def test_nan_is_written_as_nan() -> None:
 
 
 @pytest.mark.parametrize(
-    ("asked", "sent"),
+    ("requested", "sent"),
     [(65504.0, 65504.0), (65520.0, 65504.0), (1e300, 65504.0), (-1e9, -65504.0), (math.inf, 65504.0)],
 )
-def test_numbers_above_float16_are_clamped_never_infinite(asked: float, sent: float) -> None:
-    decoded = ArrayCommand.decode(ArrayCommand([ActuatorCommand(1, CommandType.POSITION, asked)]).encode())
+def test_numbers_above_float16_are_clamped_never_infinite(requested: float, sent: float) -> None:
+    decoded = ArrayCommand.decode(ArrayCommand([ActuatorCommand(1, CommandType.POSITION, requested)]).encode())
     assert decoded == ArrayCommand((ActuatorCommand(1, CommandType.POSITION, sent),))
 
 

@@ -22,18 +22,18 @@ from unit.wire.reference import transfers_in
 from unit.wire.structures import frames, structures, transfer
 
 STATUS = ActuatorStatus(1, 90.0, 0.0, 0.0, 127)
-ANSWER = GetSetResponse(integer(1234), EMPTY, EMPTY, EMPTY, "0x20")
+RESPONSE = GetSetResponse(integer(1234), EMPTY, EMPTY, EMPTY, "0x20")
 ALIVE = NodeStatus(1, NodeHealth.OK, Mode.OPERATIONAL)
 
 
 def test_frames_may_arrive_in_any_batches() -> None:
     reassembler = Reassembler()
-    first, second, third = frames(ANSWER)
+    first, second, third = frames(RESPONSE)
     assert reassembler.feed([]) == []
     assert reassembler.feed([first]) == []
     assert reassembler.feed([second, *frames(ALIVE)]) == [transfer(ALIVE)]
     assert reassembler.sessions == 1
-    assert reassembler.feed([third]) == [transfer(ANSWER)]
+    assert reassembler.feed([third]) == [transfer(RESPONSE)]
     assert reassembler.sessions == 0
     assert reassembler.counters == ReassemblyCounters(frames=4, transfers=2)
 
@@ -57,8 +57,8 @@ def test_the_same_type_from_two_nodes_at_once() -> None:
 
 def test_request_and_response_of_one_pair_at_once() -> None:
     ask = frames(GetSetRequest(0, integer(5), "0x20"), source=127, destination=10)
-    answer = frames(ANSWER, source=127, destination=10)
-    received = Reassembler().feed([f for pair in zip(ask, answer, strict=True) for f in pair])
+    response = frames(RESPONSE, source=127, destination=10)
+    received = Reassembler().feed([f for pair in zip(ask, response, strict=True) for f in pair])
     assert [t.kind for t in received] == [Kind.REQUEST, Kind.RESPONSE]
 
 
@@ -77,7 +77,7 @@ def test_a_new_transfer_id_begins_anew() -> None:
 
 def test_a_continuation_with_another_transfer_id_ends_the_session() -> None:
     reassembler = Reassembler()
-    one, two = frames(ANSWER, transfer_id=1), frames(ANSWER, transfer_id=2)
+    one, two = frames(RESPONSE, transfer_id=1), frames(RESPONSE, transfer_id=2)
     assert reassembler.feed([one[0], two[1], one[1], one[2]]) == []
     assert reassembler.counters.interrupted == 1
     assert reassembler.counters.unexpected == 2
@@ -86,7 +86,7 @@ def test_a_continuation_with_another_transfer_id_ends_the_session() -> None:
 
 def test_a_lost_frame_is_seen_by_its_toggle() -> None:
     reassembler = Reassembler()
-    first, _, third = frames(ANSWER)
+    first, _, third = frames(RESPONSE)
     assert reassembler.feed([first, third._replace(data=third.data[:-1] + b"\x60")]) == []
     assert reassembler.feed([first, third]) == []
     assert reassembler.counters.bad_toggle == 1
@@ -96,22 +96,22 @@ def test_a_lost_frame_is_seen_by_its_toggle() -> None:
 @pytest.mark.parametrize("repeated", [0, 1])
 def test_a_repeated_frame_does_no_harm(repeated: int) -> None:
     reassembler = Reassembler()
-    sent = frames(ANSWER)
+    sent = frames(RESPONSE)
     sent.insert(repeated, sent[repeated])
-    assert reassembler.feed(sent) == [transfer(ANSWER)]
+    assert reassembler.feed(sent) == [transfer(RESPONSE)]
     assert reassembler.counters.duplicates == 1
 
 
 def test_a_repeated_last_frame_does_no_harm() -> None:
     reassembler = Reassembler()
-    sent = frames(ANSWER)
-    assert reassembler.feed([*sent, sent[-1]]) == [transfer(ANSWER)]
+    sent = frames(RESPONSE)
+    assert reassembler.feed([*sent, sent[-1]]) == [transfer(RESPONSE)]
     assert reassembler.counters.unexpected == 1
 
 
 def test_a_changed_byte_is_seen_by_the_crc() -> None:
     reassembler = Reassembler()
-    sent = frames(ANSWER)
+    sent = frames(RESPONSE)
     sent[1] = sent[1]._replace(data=b"\xff" + sent[1].data[1:])
     assert reassembler.feed(sent) == []
     assert reassembler.counters.bad_crc == 1
@@ -153,9 +153,9 @@ def test_sessions_are_bounded_and_the_oldest_gives_way() -> None:
     assert [t.source for t in received] == list(range(93, 101))
 
 
-def test_a_transfer_that_never_ends_is_cut_off() -> None:
+def test_an_endless_transfer_is_cut_off() -> None:
     reassembler = Reassembler()
-    can_id = frames(ANSWER)[0].id
+    can_id = frames(RESPONSE)[0].id
     endless = [Frame(can_id, bytes(7) + bytes((0x80 if n == 0 else n % 2 << 5,))) for n in range(2000)]
     assert reassembler.feed(endless) == []
     assert reassembler.counters.too_long == 1
@@ -164,15 +164,15 @@ def test_a_transfer_that_never_ends_is_cut_off() -> None:
 
 def test_services_between_others_are_not_ours() -> None:
     reassembler = Reassembler(node_id=127)
-    theirs = frames(ANSWER, source=10, destination=126)
-    ours = frames(ANSWER, source=10, destination=127)
-    assert reassembler.feed([*theirs, *ours]) == [transfer(ANSWER, destination=127)]
+    theirs = frames(RESPONSE, source=10, destination=126)
+    ours = frames(RESPONSE, source=10, destination=127)
+    assert reassembler.feed([*theirs, *ours]) == [transfer(RESPONSE, destination=127)]
     assert reassembler.counters.not_ours == 3
     assert reassembler.feed(frames(STATUS)) != []
 
 
 def test_a_monitor_hears_everybody() -> None:
-    assert len(Reassembler().feed(frames(ANSWER, destination=126) + frames(ANSWER, destination=3))) == 2
+    assert len(Reassembler().feed(frames(RESPONSE, destination=126) + frames(RESPONSE, destination=3))) == 2
 
 
 def test_single_frames_of_unknown_types_come_out() -> None:
@@ -234,33 +234,35 @@ any_frames = st.lists(st.builds(Frame, identifiers, st.binary(max_size=8), st.fl
 def test_a_wrong_toggle_bit_is_told_with_its_frame() -> None:
     one, two, three = frames(GetSetRequest(0, integer(5), "0x2C"), at=1.0)
     wrong = two._replace(data=two.data[:-1] + bytes((two.data[-1] ^ 0x20,)))
-    told: list[tuple[str, int, bytes]] = []
-    reassembler = Reassembler(on_drop=lambda reason, can_id, data: told.append((reason, can_id, data)))
+    reported: list[tuple[str, int, bytes]] = []
+    reassembler = Reassembler(on_drop=lambda reason, can_id, data: reported.append((reason, can_id, data)))
     assert reassembler.feed([one, wrong, three]) == []
-    assert told == [("bad_toggle", wrong.id, wrong.data), ("unexpected", three.id, three.data)]
+    assert reported == [("bad_toggle", wrong.id, wrong.data), ("unexpected", three.id, three.data)]
 
 
 def test_nothing_is_told_of_a_good_bus() -> None:
-    told: list[str] = []
-    reassembler = Reassembler(on_drop=lambda reason, _id, _data: told.append(reason))
-    heard = [
+    reported: list[str] = []
+    reassembler = Reassembler(on_drop=lambda reason, _id, _data: reported.append(reason))
+    received = [
         *frames(NodeStatus(1, NodeHealth.OK, Mode.OPERATIONAL), at=1.0),
         *frames(GetSetRequest(0, integer(5), "0x2C")),
     ]
-    assert len(reassembler.feed(heard)) == 2
-    assert told == []
+    assert len(reassembler.feed(received)) == 2
+    assert reported == []
 
 
 @given(any_frames)
-def test_every_count_was_told(heard: list[Frame]) -> None:
-    told: Counter[str] = Counter()
-    reassembler = Reassembler(timeout=0.5, max_sessions=2, on_drop=lambda reason, _id, _data: told.update((reason,)))
-    for frame in heard:
+def test_every_count_was_told(received: list[Frame]) -> None:
+    reported: Counter[str] = Counter()
+    reassembler = Reassembler(
+        timeout=0.5, max_sessions=2, on_drop=lambda reason, _id, _data: reported.update((reason,))
+    )
+    for frame in received:
         reassembler.feed([frame])
     counters = reassembler.counters
     counted = {field.name: getattr(counters, field.name) for field in fields(ReassemblyCounters)}
     del counted["frames"], counted["transfers"]
-    assert told == Counter(counted)
+    assert reported == Counter(counted)
 
 
 MAX_SESSIONS = 4

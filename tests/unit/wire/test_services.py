@@ -23,7 +23,7 @@ from hornbill.wire.services import (
     integer,
 )
 from hornbill.wire.types import AnyStructure
-from unit.wire.structures import get_set_responses, node_infos, servo_answers
+from unit.wire.structures import get_set_responses, node_infos, servo_responses
 
 INFO = GetNodeInfoResponse(
     NodeStatus(1, NodeHealth.OK, Mode.OPERATIONAL),
@@ -88,27 +88,27 @@ def test_the_answer_no_such_parameter_is_four_zero_bytes() -> None:
     assert GetSetResponse.decode(bytes(4)) == nothing
 
 
-@given(servo_answers)
-def test_the_answer_of_a_servo_has_16_bytes(answer: GetSetResponse) -> None:
-    payload = answer.encode()
+@given(servo_responses)
+def test_the_answer_of_a_servo_has_16_bytes(response: GetSetResponse) -> None:
+    payload = response.encode()
     assert len(payload) == 16
-    assert GetSetResponse.decode(payload) == answer
+    assert GetSetResponse.decode(payload) == response
 
 
 def test_void_bits_of_an_answer_are_ignored() -> None:
-    answer = GetSetResponse(integer(-7), EMPTY, EMPTY, EMPTY, "0x08")
-    payload = bytearray(answer.encode())
+    response = GetSetResponse(integer(-7), EMPTY, EMPTY, EMPTY, "0x08")
+    payload = bytearray(response.encode())
     payload[0] |= 0xF8
     payload[9] |= 0xF8
     payload[10] |= 0xFC
     payload[11] |= 0xFC
-    assert GetSetResponse.decode(bytes(payload)) == answer
+    assert GetSetResponse.decode(bytes(payload)) == response
 
 
 @given(get_set_responses)
-def test_an_answer_cut_inside_its_unions_is_malformed(answer: GetSetResponse) -> None:
-    payload = answer.encode()
-    unions = len(payload) - len(answer.name)
+def test_an_answer_cut_inside_its_unions_is_malformed(response: GetSetResponse) -> None:
+    payload = response.encode()
+    unions = len(payload) - len(response.name)
     for length in range(unions):
         assert GetSetResponse.decode(payload[:length]) is None
     assert GetSetResponse.decode(payload[:unions] + bytes(93)) is None
