@@ -1,4 +1,4 @@
-"""The public Python stack as a second opinion: its objects from our structures, and its fields in our form."""
+"""The public Python stack: its objects from hornbill's structures, and its fields in hornbill's form."""
 
 # The stack is dynamic and has no type hints.
 # pyright: reportUnknownVariableType=false, reportUnknownArgumentType=false, reportAttributeAccessIssue=false
@@ -61,12 +61,12 @@ def fill(value: Any, fields: Fields) -> None:
 
 
 def real(content: Any) -> Any:
-    """What JSON has no number for is text in our form of fields."""
+    """Fields contain text for numbers that JSON lacks."""
     return float(content) if content in NO_NUMBERS else content
 
 
 def oracle_fields(value: Any) -> Fields:
-    """An object of the oracle in our form of fields."""
+    """An object of the oracle in hornbill's form of fields."""
     fields: Fields = {}
     for name, content in transport.get_fields(value).items():
         if name.startswith("_void"):

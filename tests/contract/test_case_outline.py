@@ -1,4 +1,4 @@
-"""The case the page draws below a horn has the sizes of the one in the 3D view."""
+"""The case that the page draws below a horn has the dimensions of the 3D view."""
 
 import re
 from pathlib import Path
@@ -19,6 +19,6 @@ def test_the_page_draws_the_same_case(case: Case) -> None:
     key = case.key.upper()
     (drawn,) = re.findall(rf"const {key}: Case = {{(.*?)}};", PAGE.read_text(encoding="utf-8"), re.DOTALL)
     sizes = {name: float(value) for name, value in re.findall(r"(\w+): (-?[\d.]+),", drawn)}
-    assert sizes == {ours: getattr(case, theirs) for ours, theirs in NAMES.items()}
+    assert sizes == {ts: getattr(case, py) for ts, py in NAMES.items()}
     (holes,) = re.findall(r"holeY: \[(.*?)\]", drawn)
     assert [float(one) for one in holes.split(",")] == list(case.hole_y)

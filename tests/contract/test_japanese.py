@@ -1,4 +1,4 @@
-"""Each code with which the server speaks to people has its wording on the page, and no wording is left over."""
+"""Every code of the server has its Japanese text on the page, and every text has its code."""
 
 import re
 from pathlib import Path
@@ -30,15 +30,15 @@ STEPS = {
 }
 
 
-def test_each_reason_has_its_sentence_and_no_sentence_is_left_over() -> None:
+def test_reasons() -> None:
     codes = {one.reason.code for one in CIRCUMSTANCES} | {"not_saved"}
     for rule in Catalog.load().effects:
         codes |= {rule.code, f"{rule.code}_absent"} if rule.why_absent else {rule.code}
-    assert worded("text/ja/why.ts", 2) == codes
+    assert texts("text/ja/why.ts", 2) == codes
 
 
 @pytest.mark.parametrize("language", ["en", "ja"])
-def test_each_step_of_each_kind_of_job_has_a_name(language: str) -> None:
+def test_steps_of_jobs(language: str) -> None:
     text = (WORDS / f"change/steps.{language}.ts").read_text(encoding="utf-8")
     shared = set(re.findall(r"^  (\w+):", text.split("const saving = {")[1].split("\n};")[0], re.MULTILINE))
     for kind, codes in STEPS.items():
@@ -48,57 +48,48 @@ def test_each_step_of_each_kind_of_job_has_a_name(language: str) -> None:
         assert named == set(get_args(codes)), kind
 
 
-def test_each_evidence_of_a_step_has_a_wording() -> None:
-    assert worded("change/steps.ja.ts", 4, "evidence") == values(job.EvidenceCode)
-
-
-def test_steps_of_jobs_have_the_codes_of_their_kind() -> None:
+def test_codes_of_steps() -> None:
+    assert texts("change/steps.ja.ts", 4, "evidence") == values(job.EvidenceCode)
     for table, codes in ((SAVE_STEPS, job.SaveStep), (RESTART_STEPS, job.RestartStep), (RESET_STEPS, job.ResetStep)):
         assert tuple(table) == get_args(codes)
 
 
-def test_each_finding_has_title_evidence_and_remedy() -> None:
+def test_findings() -> None:
     checks, codes = set(get_args(bus.Check)), values(bus.FindingCode)
-    assert worded("bus/findings.ja.ts", 4, "well") == checks
-    assert worded("bus/findings.ja.ts", 4, "wrong") == codes - {"adapter"}
-    assert worded("bus/findings.ja.ts", 4, "remedy") == values(bus.Advice)
-    assert worded("bus/findings.ja.ts", 6, "well") == checks
-    assert worded("bus/findings.ja.ts", 6, "wrong") == codes - {"adapter"}
+    assert texts("bus/findings.ja.ts", 4, "well") == checks
+    assert texts("bus/findings.ja.ts", 4, "wrong") == codes - {"adapter"}
+    assert texts("bus/findings.ja.ts", 4, "remedy") == values(bus.Advice)
+    assert texts("bus/findings.ja.ts", 6, "well") == checks
+    assert texts("bus/findings.ja.ts", 6, "wrong") == codes - {"adapter"}
 
 
 @pytest.mark.parametrize("language", ["en", "ja"])
-def test_each_reason_of_a_snapshot_has_a_wording(language: str) -> None:
-    assert worded(f"servo/audit.{language}.ts", 4, "reasons") == values(change.ReasonCode)
+def test_reasons_of_snapshots(language: str) -> None:
+    assert texts(f"servo/audit.{language}.ts", 4, "reasons") == values(change.ReasonCode)
 
 
-def test_each_caution_before_a_command_has_a_sentence() -> None:
-    assert worded("text/ja/cautions.ts", 2) == values(motion.CautionCode)
+def test_cautions_notes_events_and_marks_of_recordings() -> None:
+    verbatim, from_audit = "text", "reason"
+    assert texts("text/ja/cautions.ts", 2) == values(motion.CautionCode)
+    assert texts("text/ja/notes.ts", 2, "notes", export=True) == values(note.NoteCode) - {verbatim, from_audit}
+    assert texts("text/ja/events.ts", 2, "happened", export=True) == values(event.EventCode)
+    assert texts("text/ja/events.ts", 2, "marks", export=True) == values(recording.MarkReason) - {"manual"}
+    assert texts("text/ja/events.ts", 2, "refusals", export=True) == values(bus.RefusalCode)
+    assert texts("text/ja/events.ts", 2, "UNSTORED", export=True) == set(get_args(event.Unstored)) - {"servo"}
 
 
-def test_each_event_and_each_mark_of_a_recording_has_a_sentence() -> None:
-    assert worded("text/ja/events.ts", 2, "happened", export=True) == values(event.EventCode)
-    assert worded("text/ja/events.ts", 2, "marks", export=True) == values(recording.MarkReason) - {"manual"}
-    assert worded("text/ja/events.ts", 2, "refusals", export=True) == values(bus.RefusalCode)
-    assert worded("text/ja/events.ts", 2, "UNSTORED", export=True) == set(get_args(event.Unstored)) - {"servo"}
-
-
-def test_each_note_beside_a_value_has_a_sentence() -> None:
-    as_it_is, by_the_audit = "text", "reason"
-    assert worded("text/ja/notes.ts", 2, "notes", export=True) == values(note.NoteCode) - {as_it_is, by_the_audit}
-
-
-def test_each_problem_has_a_sentence_and_each_of_its_causes() -> None:
-    by_the_page = {"no_link", "unexpected"}
-    assert worded("text/ja/problems.ts", 2, "codes", export=True) == set(STATUS) | by_the_page
-    assert worded("text/ja/problems.ts", 2, "causes", export=True) == set(get_args(Cause))
+def test_problems_and_causes() -> None:
+    of_the_page = {"no_link", "unexpected"}
+    assert texts("text/ja/problems.ts", 2, "codes", export=True) == set(STATUS) | of_the_page
+    assert texts("text/ja/problems.ts", 2, "causes", export=True) == set(get_args(Cause))
 
 
 def values(alias: TypeAliasType) -> set[str]:
     return set(get_args(alias.__value__))
 
 
-def worded(path: str, indent: int, part: str | None = None, *, export: bool = False) -> set[str]:
-    """Keys at an indent in a catalogue of the page, or in one part of it, which `export` is a constant of its own."""
+def texts(path: str, indent: int, part: str | None = None, *, export: bool = False) -> set[str]:
+    """Keys at an indent in a catalogue of the page, or in one part of it, with `export` in a constant."""
     text = (WORDS / path).read_text(encoding="utf-8")
     if part is not None and export:
         text = re.split(rf"^(?:export )?const {part}\b.*= {{\n", text, flags=re.MULTILINE)[1].split("\n}")[0]

@@ -1,4 +1,4 @@
-"""The public Python stack as a second opinion: it must write what we write and read what we read."""
+"""Comparison with the public Python stack: both write the same frames and read the same fields."""
 
 # The stack is dynamic and has no type hints.
 # pyright: reportUnknownVariableType=false, reportUnknownArgumentType=false, reportAttributeAccessIssue=false
@@ -25,11 +25,11 @@ from unit.wire.structures import actuator_statuses, allocations, structures, tra
 
 
 @pytest.mark.parametrize("data_type", types.BY_KEY.values(), ids=lambda t: t.name)
-def test_name_signature_and_crc_seed_are_those_of_the_public_definition(data_type: DataType) -> None:
-    theirs = oracle_type(data_type)
-    assert data_type.name == theirs.full_name
-    assert data_type.signature == theirs.get_data_type_signature()
-    assert data_type.crc_seed == theirs.base_crc
+def test_both_have_the_same_name_signature_and_crc_seed(data_type: DataType) -> None:
+    public = oracle_type(data_type)
+    assert data_type.name == public.full_name
+    assert data_type.signature == public.get_data_type_signature()
+    assert data_type.crc_seed == public.base_crc
 
 
 @given(structures, st.integers(0, 31), st.integers(0, 31), st.integers(1, 127), st.integers(1, 127))
@@ -37,7 +37,7 @@ def test_name_signature_and_crc_seed_are_those_of_the_public_definition(data_typ
 def test_both_write_the_same_frames(
     structure: AnyStructure, priority: int, transfer_id: int, source: int, destination: int
 ) -> None:
-    # pydronecan writes an infinite real value as the largest finite one; libcanard and we keep it
+    # pydronecan writes an infinite real value as the largest finite one; libcanard and hornbill do not
     assume(b"\x80\x7f" not in structure.encode() and b"\x80\xff" not in structure.encode())
     sent = transfer(structure, source=source, destination=destination, priority=priority, transfer_id=transfer_id)
     assert split(sent, structure.TYPE) == oracle_frames(structure, sent)
@@ -61,7 +61,7 @@ def test_both_read_the_same_fields(structure: AnyStructure) -> None:
 @pytest.mark.parametrize("structure", [s for s in types.ALL if s is not GetNodeInfoRequest])
 @given(payload=st.binary(max_size=60))
 @settings(max_examples=60, deadline=None)
-def test_what_we_read_from_random_bytes_the_oracle_reads_too(structure: type[AnyStructure], payload: bytes) -> None:
+def test_both_read_the_same_from_random_bytes(structure: type[AnyStructure], payload: bytes) -> None:
     decoded = structure.decode(payload)
     if decoded is None:
         return
@@ -72,7 +72,7 @@ def test_what_we_read_from_random_bytes_the_oracle_reads_too(structure: type[Any
 
 @given(actuator_statuses, st.integers(0, 0xFFFF))
 @settings(max_examples=300, deadline=None)
-def test_every_float16_pattern_reads_the_same(status: ActuatorStatus, pattern: int) -> None:
+def test_both_read_the_same_from_every_float16_pattern(status: ActuatorStatus, pattern: int) -> None:
     payload = bytearray(status.encode())
     payload[1:3] = pattern.to_bytes(2, "little")
     decoded = ActuatorStatus.decode(bytes(payload))
@@ -83,8 +83,8 @@ def test_every_float16_pattern_reads_the_same(status: ActuatorStatus, pattern: i
 
 @given(st.lists(structures, min_size=2, max_size=6), st.randoms(use_true_random=False))
 @settings(max_examples=40, deadline=None)
-def test_both_reassemble_mixed_traffic_alike(talk: list[AnyStructure], chance: Any) -> None:
-    rows = [split(transfer(s, source=n + 1, transfer_id=n), s.TYPE) for n, s in enumerate(talk)]
+def test_both_reassemble_mixed_traffic_alike(structures_: list[AnyStructure], chance: Any) -> None:
+    rows = [split(transfer(s, source=n + 1, transfer_id=n), s.TYPE) for n, s in enumerate(structures_)]
     mixed: list[Frame] = []
     while rows:
         row = chance.choice(rows)

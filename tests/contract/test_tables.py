@@ -1,4 +1,4 @@
-"""The second copy of the document's numbers, typed from its tables by hand, against what the loader gives."""
+"""The numbers of the specification, copied manually from its tables, compared with the loaded tables."""
 
 import pytest
 
@@ -12,7 +12,7 @@ ANGLE = 360_000_000
 ALL_BITS = 2**32 - 1
 
 # Tables 3-1 to 3-11: address, access, unit, counts per unit, default, minimum, maximum.
-# "model" stands where the document refers to the model tables at the end of section 3.1.
+# "model" stands where the specification refers to the model tables at the end of section 3.1.
 LISTS = {
     "command_angle": (0x00, "rw", "°", 10, 0, -ANGLE, ANGLE),
     "command_speed": (0x01, "rw", "rpm", 1, "model"),
@@ -130,7 +130,7 @@ BLA34 = """
 
 
 def bla34(column: int, hardware: int) -> dict[int, Numbers]:
-    """One column of that table, with what the servo says of itself."""
+    """One column of that table, with the identity of the servo."""
     lines = [line.split() for line in BLA34.strip().splitlines()]
     found: dict[int, Numbers] = {0x50: (86, NONE, NONE), 0x53: (hardware, NONE, NONE)}
     for line in lines:
@@ -166,8 +166,8 @@ MODELS: dict[str, dict[int, Numbers]] = {
     "BLA34-28U-AB": bla34(2, 28050),
 }
 
-# Section 5: which registers each version brought.
-BROUGHT: dict[int, set[int]] = {
+# Section 5: the registers that each version added.
+ADDED: dict[int, set[int]] = {
     1010: set(), 1100: {0x25, 0x2A, 0x34, 0x35, 0x36, 0x37}, 1200: {0x2F}, 1300: set(), 1400: set(), 1500: set(),
 }  # fmt: skip
 # Which models were built with which, and from when until when.
@@ -191,12 +191,12 @@ BITS = {
     "fault_warning": {4, 5, 8, 9, 10, 11, 15},
     "fault_failure": {0, 1, 5, 8, 9, 11},
 }
-# Not in the document; the maker's program has names for them.
+# Not in the specification, but named in the maker's program.
 OLDER_BITS = {"fault_warning": {6, 14}, "fault_failure": {4, 10}}
 
 
 def numbers(row: Parameter) -> Numbers:
-    """What a row says about its range."""
+    """Default, minimum and maximum of a row."""
     return row.default, row.minimum, row.maximum
 
 
@@ -214,12 +214,12 @@ def test_access_unit_and_scale(key: str) -> None:
     assert row.name == f"0x{LISTS[key][0]:02X}"
 
 
-def test_the_models_are_the_ten_of_the_document() -> None:
+def test_the_models_are_the_ten_of_the_specification() -> None:
     assert set(CATALOG.models) == set(MODELS)
     assert CATALOG.specification == "Rev 1.11"
 
 
-def test_which_models_were_built_with_which_firmware_and_when() -> None:
+def test_models_and_months_of_each_firmware() -> None:
     assert {
         step: {model.name for model in CATALOG.models.values() if step in model.firmware}
         for step in CATALOG.firmware_steps
@@ -227,7 +227,7 @@ def test_which_models_were_built_with_which_firmware_and_when() -> None:
     assert {step.version: (step.first, step.last) for step in CATALOG.firmware} == MONTHS
 
 
-def test_the_pair_of_0x50_and_0x53_tells_a_bla34_from_a_bla21() -> None:
+def test_0x50_and_0x53_distinguish_a_bla34_from_a_bla21() -> None:
     for hardware, supply in ((12050, "12U"), (28050, "28U")):
         found = [CATALOG.model(series, hardware) for series in (61, 86)]
         assert [one and one.name for one in found] == [f"BLA21-{supply}-AB", f"BLA34-{supply}-AB"]
@@ -257,13 +257,13 @@ def test_unknown_identities_name_no_model() -> None:
 
 
 @pytest.mark.parametrize("model", MODELS)
-@pytest.mark.parametrize("firmware", BROUGHT)
+@pytest.mark.parametrize("firmware", ADDED)
 def test_rows_of_every_model_and_firmware(model: str, firmware: int) -> None:
     everything = {line[0] for line in LISTS.values()} - NEVER_ROWS
     expected = everything - LATE
-    for version, brought in BROUGHT.items():
+    for version, added in ADDED.items():
         if version <= firmware:
-            expected |= brought
+            expected |= added
     if not model.endswith("-AB"):
         expected -= {0x34, 0x35, 0x36, 0x37}
     rows = CATALOG.models[model].rows(firmware)
@@ -271,14 +271,14 @@ def test_rows_of_every_model_and_firmware(model: str, firmware: int) -> None:
 
 
 @pytest.mark.parametrize("model", MODELS)
-def test_firmware_between_and_beyond_the_known_versions(model: str) -> None:
+def test_rows_of_other_firmware_versions(model: str) -> None:
     servo = CATALOG.models[model]
     assert servo.rows(1301) == servo.rows(9999) == servo.rows(None) == servo.rows(1300) == servo.rows(1500)
     assert servo.rows(1199) == servo.rows(1100)
     assert servo.rows(1000) == servo.rows(1010)
 
 
-def test_choices_read_as_the_document_numbers_them() -> None:
+def test_choices_have_the_numbers_of_the_specification() -> None:
     choices = {
         key: {choice.key: choice.raw for choice in row.choices}
         for key, row in CATALOG.parameters.items()
@@ -296,9 +296,9 @@ def test_switches_are_the_registers_that_are_on_or_off() -> None:
     assert switches == {0x21, 0x22, 0x23, 0x24, 0x25}
 
 
-def test_what_a_rom_write_keeps() -> None:
-    kept = {row.address for row in CATALOG.parameters.values() if row.rom}
-    assert kept == {line[0] for line in LISTS.values() if 0x20 <= line[0] <= 0x46}
+def test_rows_stored_in_rom() -> None:
+    stored = {row.address for row in CATALOG.parameters.values() if row.rom}
+    assert stored == {line[0] for line in LISTS.values() if 0x20 <= line[0] <= 0x46}
 
 
 def test_flags() -> None:
@@ -312,7 +312,7 @@ def test_flags() -> None:
 
 
 @pytest.mark.parametrize("register", BITS)
-def test_every_documented_bit_and_no_other(register: str) -> None:
+def test_fault_bits(register: str) -> None:
     everything = [bit for bit in (*CATALOG.overview, *CATALOG.faults) if bit.parameter == register]
     assert {bit.bit for bit in everything if bit.older_firmware} == OLDER_BITS.get(register, set())
     bits = [bit for bit in everything if not bit.older_firmware]
@@ -320,7 +320,7 @@ def test_every_documented_bit_and_no_other(register: str) -> None:
     assert len(bits) == len(BITS[register])
 
 
-def test_what_the_notes_say_of_fault_bits() -> None:
+def test_properties_of_fault_bits() -> None:
     named = {(bit.parameter, bit.bit): bit for bit in CATALOG.faults}
     past = {("fault_warning", 15), ("fault_failure", 8), ("fault_failure", 9), ("fault_failure", 11)}
     assert {place for place, bit in named.items() if bit.past_event} == past
@@ -345,7 +345,7 @@ def test_what_the_notes_say_of_fault_bits() -> None:
     }
 
 
-def test_every_row_names_its_section() -> None:
+def test_every_row_has_its_section() -> None:
     section = {
         0x00: "4.1", 0x01: "4.2", 0x02: "4.3", 0x08: "4.4", 0x09: "4.5", 0x0A: "4.6", 0x0B: "4.7", 0x0C: "4.8",
         0x10: "4.9", 0x11: "4.10", 0x12: "4.11", 0x18: "4.12", 0x19: "4.12", 0x1A: "4.12", 0x1B: "4.12",
@@ -360,11 +360,11 @@ def test_every_row_names_its_section() -> None:
     assert {row.address: row.section for row in CATALOG.parameters.values()} == section
 
 
-def test_the_sign_of_what_turns_is_a_side_and_no_other_sign_is() -> None:
+def test_rows_whose_sign_is_a_direction() -> None:
     sided = {row.address for row in CATALOG.parameters.values() if row.sided}
     assert sided == {0x00, 0x01, 0x02, 0x08, 0x09, 0x0A, 0x38, 0x39, 0x3C, 0x3D, 0x44}
 
 
-def test_the_notifications_that_tell_of_a_limit_are_those_of_angle_speed_and_torque() -> None:
-    told = [bit for bit in CATALOG.faults_of(pwm=False) if bit.level == "notification" and bit.limit]
-    assert sum(bit.mask for bit in told) == 0b111111 << 8
+def test_notifications_of_limits_are_those_of_angle_speed_and_torque() -> None:
+    limits = [bit for bit in CATALOG.faults_of(pwm=False) if bit.level == "notification" and bit.limit]
+    assert sum(bit.mask for bit in limits) == 0b111111 << 8

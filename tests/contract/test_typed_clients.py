@@ -1,4 +1,4 @@
-"""Clients that are generated from the document know the type of every row, on its own and in the whole set."""
+"""Clients generated from the document have the type of each row, alone and in the whole set."""
 
 import json
 import subprocess
@@ -56,9 +56,9 @@ KEY = ParameterKey.ANGLE_P_GAIN
 
 
 def generated(tool: str) -> Path:
-    """The program of a generator, beside this Python or of the page."""
-    beside = Path(sys.executable).parent / tool
-    found = beside if beside.is_file() else TOOLS / tool
+    """The path of a generator, next to this Python or in node_modules."""
+    local = Path(sys.executable).parent / tool
+    found = local if local.is_file() else TOOLS / tool
     if not found.is_file():
         pytest.skip(f"{tool} is not installed: 'make setup' installs it")
     return found
@@ -70,14 +70,14 @@ def run(*command: str | Path, cwd: Path) -> None:
 
 
 def reduced() -> dict[str, Any]:
-    """The document with the routes of two rows and of the whole set, which is enough and quick."""
+    """The document with the routes of two rows and of the whole set only, to be quick."""
     whole = json.loads(DOCUMENT.read_text(encoding="utf-8"))
     start = "/api/v1/servos/{uid}/parameters"
     kept = {start, f"{start}/{{key}}", f"{start}/angle_p_gain", f"{start}/torque_mode"}
     return {**whole, "paths": {path: verbs for path, verbs in whole["paths"].items() if path in kept}}
 
 
-def test_a_typescript_client_knows_the_type_of_each_row(tmp_path: Path) -> None:
+def test_a_typescript_client_has_the_type_of_each_row(tmp_path: Path) -> None:
     (tmp_path / "document.json").write_text(json.dumps(reduced()), encoding="utf-8")
     run(generated("openapi-typescript"), "document.json", "-o", "api.d.ts", cwd=tmp_path)
     (tmp_path / "snippet.ts").write_text(TYPESCRIPT, encoding="utf-8")
@@ -85,7 +85,7 @@ def test_a_typescript_client_knows_the_type_of_each_row(tmp_path: Path) -> None:
         "esnext", "snippet.ts", cwd=tmp_path)  # fmt: skip
 
 
-def test_a_python_client_knows_the_type_of_each_row(tmp_path: Path) -> None:
+def test_a_python_client_has_the_type_of_each_row(tmp_path: Path) -> None:
     (tmp_path / "document.json").write_text(json.dumps(reduced()), encoding="utf-8")
     (tmp_path / "config.yaml").write_text("post_hooks: []\n", encoding="utf-8")
     run(generated("openapi-python-client"), "generate", "--path", "document.json", "--config", "config.yaml",

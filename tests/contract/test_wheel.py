@@ -1,4 +1,4 @@
-"""What travels in a wheel: the package with its tables, page, meshes and migrations, and nothing of the workshop."""
+"""The wheel contains the package with its tables, page, meshes and migrations, and nothing else."""
 
 import shutil
 import subprocess
@@ -14,7 +14,7 @@ COPIED = ("server", "schemas", "pyproject.toml", "README.md", "LICENSE", "THIRD_
 
 @pytest.fixture
 def checkout(tmp_path: Path) -> Path:
-    """A copy of what a wheel is made from, without a built page."""
+    """A copy of the sources of a wheel, without a built page."""
     folder = tmp_path / "checkout"
     folder.mkdir()
     for name in COPIED:
@@ -31,7 +31,7 @@ def build(checkout: Path) -> subprocess.CompletedProcess[str]:
     return subprocess.run(command, cwd=checkout, capture_output=True, text=True, check=False)
 
 
-def test_a_wheel_holds_everything_the_program_needs_and_nothing_else(checkout: Path, tmp_path: Path) -> None:
+def test_the_wheel_contains_the_package_and_its_data_only(checkout: Path, tmp_path: Path) -> None:
     page = checkout / "web" / "dist"
     (page / "assets").mkdir(parents=True)
     (page / "index.html").write_text("<!doctype html><title>hornbill</title>")
@@ -54,7 +54,7 @@ def test_a_wheel_holds_everything_the_program_needs_and_nothing_else(checkout: P
     tops = {name.split("/")[0] for name in names}
     assert {top for top in tops if not top.endswith(".dist-info")} == {"hornbill"}
 
-    # run from elsewhere, with the dependencies of this environment: tables and page come from inside the wheel
+    # outside the checkout, tables and page come from the wheel
     site = tmp_path / "site"
     with zipfile.ZipFile(wheel) as archive:
         archive.extractall(site)
@@ -70,7 +70,7 @@ def test_a_wheel_holds_everything_the_program_needs_and_nothing_else(checkout: P
     assert models == "10"
 
 
-def test_a_wheel_without_the_page_is_refused_with_the_remedy(checkout: Path) -> None:
+def test_a_wheel_without_the_page_is_not_built(checkout: Path) -> None:
     built = build(checkout)
     assert built.returncode != 0
     assert "make build" in built.stderr + built.stdout
