@@ -1,7 +1,8 @@
-"""Moves of limited speed and acceleration, as the simulated horn carries them out."""
+"""Moves with limited speed and acceleration, as the simulated horn performs them."""
 
 import asyncio
 
+from behaviour.actions import move, torque
 from behaviour.rig import Rig, json, problem
 from behaviour.scene import scene
 from hornbill.servo.device.servo import Servo
@@ -9,42 +10,35 @@ from hornbill.servo.device.servo import Servo
 PROFILE = {"speed_deg_s": 60, "accel_deg_s2": 240}
 
 
-async def ready(rig: Rig) -> tuple[Servo, str, str]:
-    servo = (await rig.ready())[0]
+async def torque_on(rig: Rig, servo: Servo) -> str:
+    """The lease under which torque was turned on."""
     lease = await rig.lease()
-    json(await rig.call("POST", f"/servos/{servo.uid}/torque", {"mode": "on"}, lease=lease))
-    return servo, f"/servos/{servo.uid}/command", lease
-
-
-def to(degrees: float, **more: object) -> dict[str, object]:
-    return {"type": "angle", "value": degrees, "profile": PROFILE, **more}
+    await torque(rig, servo, "on", lease)
+    return lease
 
 
 @scene()
-async def test_a_move_with_a_profile_is_never_faster_than_asked_and_arrives(rig: Rig) -> None:
-    servo, path, lease = await ready(rig)
-    sim, loop = rig.sim(servo), asyncio.get_running_loop()
+async def test_a_move_keeps_its_speed_limit_and_arrives(rig: Rig, servo: Servo) -> None:
+    lease, sim, loop = await torque_on(rig, servo), rig.sim(servo), asyncio.get_running_loop()
     began = loop.time()
-    moving = asyncio.create_task(rig.call("POST", path, to(60, wait="settled"), lease=lease))
+    moving = asyncio.create_task(move(rig, servo, lease, 60, profile=PROFILE, wait="settled"))
     fastest = 0.0
     while not moving.done():
         fastest = max(fastest, abs(sim.speed_rpm) * 6)
         await asyncio.sleep(0.002)
-    answer = json(await moving)
-    assert answer["settled"] is True
+    assert (await moving)["settled"] is True
     assert abs(sim.angle_deg - 60) < 0.6
-    assert 1.2 < loop.time() - began < 2.2  # 60° at 60 °/s, and a quarter of a second to get there and to brake
+    assert 1.2 < loop.time() - began < 2.2  # 60° at 60 °/s, and a quarter of a second to accelerate and to brake
     assert fastest < 60 * 1.6  # the servo follows each step of a fiftieth of a second
 
 
 @scene()
-async def test_without_waiting_it_answers_at_once_and_a_new_target_bends_the_way(rig: Rig) -> None:
-    servo, path, lease = await ready(rig)
-    sim = rig.sim(servo)
-    assert json(await rig.call("POST", path, to(90), lease=lease))["settled"] is None
+async def test_without_wait_it_responds_at_once_and_a_new_target_replaces_the_first(rig: Rig, servo: Servo) -> None:
+    lease, sim = await torque_on(rig, servo), rig.sim(servo)
+    assert (await move(rig, servo, lease, 90, profile=PROFILE))["settled"] is None
     await asyncio.sleep(0.7)
     assert 10 < sim.angle_deg < 50
-    json(await rig.call("POST", path, to(0), lease=lease))
+    await move(rig, servo, lease, 0, profile=PROFILE)
     highest = sim.angle_deg
     for _ in range(300):
         await asyncio.sleep(0.01)
@@ -54,38 +48,34 @@ async def test_without_waiting_it_answers_at_once_and_a_new_target_bends_the_way
 
 
 @scene()
-async def test_stop_and_a_direct_command_end_a_move(rig: Rig) -> None:
-    servo, path, lease = await ready(rig)
-    json(await rig.call("POST", path, to(90), lease=lease))
+async def test_a_direct_command_stop_and_a_released_lease_end_a_move(rig: Rig, servo: Servo) -> None:
+    lease, sim = await torque_on(rig, servo), rig.sim(servo)
+    await move(rig, servo, lease, 90, profile=PROFILE)
     await asyncio.sleep(0.4)
-    json(await rig.call("POST", path, {"type": "angle", "value": -10}, lease=lease))
+    await move(rig, servo, lease, -10)
     await asyncio.sleep(1)
-    assert abs(rig.sim(servo).angle_deg + 10) < 0.6
-    json(await rig.call("POST", path, to(90), lease=lease))
-    await asyncio.sleep(0.4)
-    json(await rig.call("POST", "/stop"))
-    written = len(rig.writes())
-    await asyncio.sleep(1)
-    assert {name for _, name, _ in rig.writes()[written:]} <= {"0x20"}
-    assert rig.sim(servo).output == 1
+    assert abs(sim.angle_deg + 10) < 0.6
+    for verb, path in (("POST", "/stop"), ("DELETE", f"/leases/{lease}")):
+        await torque(rig, servo, "on", lease)
+        await move(rig, servo, lease, 90, profile=PROFILE)
+        await asyncio.sleep(0.4)
+        json(await rig.call(verb, path))
+        written = len(rig.writes())
+        await asyncio.sleep(1)
+        assert {name for _, name, _ in rig.writes()[written:]} <= {"0x20"}
+        assert sim.output == 1
+        await rig.call("DELETE", "/stop")
 
 
 @scene()
-async def test_a_lease_given_back_in_the_middle_takes_torque(rig: Rig) -> None:
-    servo, path, lease = await ready(rig)
-    json(await rig.call("POST", path, to(90), lease=lease))
-    await asyncio.sleep(0.4)
-    json(await rig.call("DELETE", f"/leases/{lease}"))
-    await asyncio.sleep(0.3)
-    assert rig.sim(servo).output == 1
-
-
-@scene()
-async def test_a_target_beyond_a_limit_or_a_profile_for_a_speed_is_refused_and_nothing_moves(rig: Rig) -> None:
-    servo, path, lease = await ready(rig)
-    problem(await rig.call("POST", path, to(5000), lease=lease), "out_of_range", 422)
-    problem(await rig.call("POST", path, {"type": "speed", "value": 10, "profile": PROFILE}, lease=lease),
-            "invalid_value", 422)  # fmt: skip
-    problem(await rig.call("POST", path, to(10)), "lease_held", 409)
+async def test_a_rejected_move_moves_nothing(rig: Rig, servo: Servo) -> None:
+    lease, path = await torque_on(rig, servo), f"/servos/{servo.uid}/command"
+    profile = {"profile": PROFILE}
+    for body, code, by in (
+        ({"type": "angle", "value": 5000, **profile}, "out_of_range", lease),
+        ({"type": "speed", "value": 10, **profile}, "invalid_value", lease),
+        ({"type": "angle", "value": 10, **profile}, "lease_held", None),
+    ):
+        problem(await rig.call("POST", path, body, lease=by), code, 409 if by is None else 422)
     await asyncio.sleep(0.5)
     assert abs(rig.sim(servo).angle_deg) < 0.6
