@@ -1,8 +1,9 @@
-"""scene: makes a test of what happens on a rig."""
+"""scene: makes a test of what happens on a rig; settled: with servos that have run for a while."""
 
+import asyncio
 import inspect
 from collections.abc import Awaitable, Callable, Iterable
-from functools import wraps
+from functools import partial, wraps
 from typing import Any
 
 from behaviour.rig import Rig, play
@@ -16,12 +17,14 @@ def scene(
     *recipes: Given,
     store: str | Callable[[Any], str] = "sqlite://",
     seed: int | Callable[[Any], int] = 1,
+    settle_s: float = 0.0,
     **options: Any,
 ) -> Callable[[Callable[..., Awaitable[None]]], Callable[..., None]]:
     """Decorate a coroutine function `(rig, …)`: a test that plays it with the servos of `recipes`.
 
     Named `servo`, its second argument is the first servo that is ready. `options` are those of `play`. A recipe or an
     option that depends on the test's arguments is a function of them, by name; it may return several recipes.
+    With `settle_s`, `servo` has run for so long when the test begins.
     """
 
     options |= {"store": store, "seed": seed}
@@ -34,6 +37,8 @@ def scene(
         def test(**arguments: object) -> None:
             async def whole(rig: Rig) -> None:
                 servo = {"servo": (await rig.ready())[0]} if "servo" in ours else {}
+                if settle_s:
+                    await asyncio.sleep(settle_s)
                 await act(rig, **servo, **arguments)
 
             def given(value: Any) -> Any:
@@ -52,3 +57,7 @@ def scene(
         return test
 
     return make
+
+
+settled = partial(scene, settle_s=4.0)
+"""A scene whose servos have run for a while, so that a save or a restart begins at once."""

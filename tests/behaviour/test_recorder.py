@@ -1,4 +1,4 @@
-"""The recorder: what goes wrong is on file with the time before and after it, and is looked at again without a bus."""
+"""The recorder: a failure is recorded with the time before and after it, and can be replayed without a bus."""
 
 import asyncio
 import csv
@@ -7,6 +7,7 @@ import zipfile
 from collections.abc import Awaitable, Callable
 from dataclasses import replace
 from functools import partial
+from inspect import signature
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
@@ -30,12 +31,32 @@ TWO = (PLAIN, Recipe("BLA15-06U-A0", "1.300", servo_id=2, node_id=12))
 
 
 def record(folder: Path, scene: Callable[[Rig], Awaitable[None]], *recipes: Recipe, most: int = 50) -> None:
+    """Play a scene with a recorder that writes to this folder."""
+
     async def recorded(rig: Rig) -> None:
-        rig.app.state.recordings = shelf = FileFolder(folder, replace(RECORDINGS, most=most))
-        rig.host.recorder.begin(partial(RecordingWriter.begin, shelf))
+        start_recorder(rig, folder, most)
         await scene(rig)
 
     play(recorded, *recipes)
+
+
+def start_recorder(rig: Rig, folder: Path, most: int = 50) -> None:
+    rig.app.state.recordings = shelf = FileFolder(folder, replace(RECORDINGS, most=most))
+    rig.host.recorder.begin(partial(RecordingWriter.begin, shelf))
+
+
+def recorded(*recipes: Recipe, most: int = 50) -> Callable[[Callable[..., Awaitable[None]]], Callable[[Path], None]]:
+    """Decorate a scene `(rig)` or `(rig, tmp_path)`: a test with a recorder that writes to `tmp_path`."""
+
+    def make(act: Callable[..., Awaitable[None]]) -> Callable[[Path], None]:
+        more = "tmp_path" in signature(act).parameters
+
+        def test(tmp_path: Path) -> None:
+            record(tmp_path, lambda rig: act(rig, tmp_path) if more else act(rig), *recipes, most=most)
+
+        return test
+
+    return make
 
 
 async def recordings(rig: Rig) -> list[dict[str, Any]]:
@@ -69,156 +90,142 @@ def frames_of(path: Path) -> list[Frame]:
     return found
 
 
-def test_a_failure_bit_writes_a_recording_with_the_time_before_and_after(tmp_path: Path) -> None:
-    async def scene(rig: Rig) -> None:
-        servo = (await rig.ready(2))[0]
-        await asyncio.sleep(70)
-        json(await rig.call("PATCH", f"/servos/{servo.uid}/parameters", {"values": {"angle_limit_cw": 61}}))
-        at = rig.host.base.utc_now()
-        await break_driver(rig, servo)
-        state = json(await rig.call("GET", "/recorder"))
-        assert state["pending"]["reason"] == "failure"
-        assert state["recording"]
-        assert state["reach_s"] > 70
-        (one,) = await written(rig)
-        assert (one["reason"], one["problem"]) == ("failure", None)
-        assert "reports a failure: Motor driver stopped" in one["text"]
-        assert one["name"].startswith("hornbill-")
-        assert one["name"].endswith("-failure.zip")
-        (mark,) = one["marks"]
-        assert 0 <= mark["at"] - at < 5
-        assert mark["uid"] == servo.uid
-        path = tmp_path / one["name"]
-        with zipfile.ZipFile(path) as archive:
-            assert sorted(archive.namelist()) == sorted(MEMBERS)
-            assert archive.testzip() is None
-            samples = list(csv.DictReader(io.TextIOWrapper(archive.open("telemetry.csv"))))
-            told = [orjson.loads(line) for line in archive.read("events.jsonl").splitlines()]
-            writes = list(csv.DictReader(io.TextIOWrapper(archive.open("writes.csv"))))
-            about = orjson.loads(archive.read("about.json"))
-        frames = frames_of(path)
-        assert mark["at"] - frames[0].at >= 30
-        assert 9.8 <= frames[-1].at - mark["at"] <= 10.1
-        assert about["frames"] == len(frames) > 600
-        assert all(late.at >= early.at for early, late in pairwise(frames))
-        transfers = Reassembler().feed(frames)
-        assert len(transfers) > 300
-        assert None not in map(decode, transfers)
-        on_bus = {(frame.id, frame.data) for _, frame in rig.bus.history}
-        assert {(frame.id, frame.data) for frame in frames} <= on_bus
-        angles = [float(row["time"]) for row in samples if (row["uid"], row["channel"]) == (servo.uid, "current_angle")]
-        assert mark["at"] - angles[0] > 30
-        assert angles[-1] - mark["at"] > 9
-        assert "fault" in "".join(one.get("code", "") for one in told)
-        ours = [row for row in writes if row["kind"] == "parameter" and row["key"] == "angle_limit_cw"]
-        assert [(row["uid"], row["raw"], row["value"]) for row in ours] == [(servo.uid, "610", "61.0")]
-        kept = next(each for each in about["servos"] if each["uid"] == servo.uid)
-        assert kept["readings"]["angle_limit_cw"]["value"] == 61.0
-        assert kept["readings"]["fault_failure"]["raw"] == 1
-
-    record(tmp_path, scene, *TWO)
+@recorded(*TWO)
+async def test_a_failure_bit_writes_a_recording_with_the_time_before_and_after_it(rig: Rig, tmp_path: Path) -> None:
+    servo = (await rig.ready(2))[0]
+    await asyncio.sleep(70)
+    json(await rig.call("PATCH", f"/servos/{servo.uid}/parameters", {"values": {"angle_limit_cw": 61}}))
+    at = rig.host.base.utc_now()
+    await break_driver(rig, servo)
+    state = json(await rig.call("GET", "/recorder"))
+    assert state["pending"]["reason"] == "failure"
+    assert state["recording"]
+    assert state["reach_s"] > 70
+    (one,) = await written(rig)
+    assert (one["reason"], one["problem"]) == ("failure", None)
+    assert "reports a failure: Motor driver stopped" in one["text"]
+    assert one["name"].startswith("hornbill-")
+    assert one["name"].endswith("-failure.zip")
+    (mark,) = one["marks"]
+    assert 0 <= mark["at"] - at < 5
+    assert mark["uid"] == servo.uid
+    path = tmp_path / one["name"]
+    with zipfile.ZipFile(path) as archive:
+        assert sorted(archive.namelist()) == sorted(MEMBERS)
+        assert archive.testzip() is None
+        samples = list(csv.DictReader(io.TextIOWrapper(archive.open("telemetry.csv"))))
+        events = [orjson.loads(line) for line in archive.read("events.jsonl").splitlines()]
+        writes = list(csv.DictReader(io.TextIOWrapper(archive.open("writes.csv"))))
+        about = orjson.loads(archive.read("about.json"))
+    frames = frames_of(path)
+    assert mark["at"] - frames[0].at >= 30
+    assert 9.8 <= frames[-1].at - mark["at"] <= 10.1
+    assert about["frames"] == len(frames) > 600
+    assert all(late.at >= early.at for early, late in pairwise(frames))
+    transfers = Reassembler().feed(frames)
+    assert len(transfers) > 300
+    assert None not in map(decode, transfers)
+    on_bus = {(frame.id, frame.data) for _, frame in rig.bus.history}
+    assert {(frame.id, frame.data) for frame in frames} <= on_bus
+    angles = [float(row["time"]) for row in samples if (row["uid"], row["channel"]) == (servo.uid, "current_angle")]
+    assert mark["at"] - angles[0] > 30
+    assert angles[-1] - mark["at"] > 9
+    assert "fault" in "".join(one.get("code", "") for one in events)
+    ours = [row for row in writes if row["kind"] == "parameter" and row["key"] == "angle_limit_cw"]
+    assert [(row["uid"], row["raw"], row["value"]) for row in ours] == [(servo.uid, "610", "61.0")]
+    kept = next(each for each in about["servos"] if each["uid"] == servo.uid)
+    assert kept["readings"]["angle_limit_cw"]["value"] == 61.0
+    assert kept["readings"]["fault_failure"]["raw"] == 1
 
 
-def test_stop_writes_a_recording(tmp_path: Path) -> None:
-    async def scene(rig: Rig) -> None:
-        await rig.ready()
-        await asyncio.sleep(40)
-        json(await rig.call("POST", "/stop", {"reason": "smoke"}))
-        (one,) = await written(rig)
-        assert one["reason"] == "stop"
-        assert "smoke" in one["text"]
-        content = json(await rig.call("GET", f"/recorder/recordings/{one['name']}/content"))
-        assert [each["latched"] for each in content["events"] if each["type"] == "stop"] == [True]
-        torque = [row for row in content["writes"] if row["key"] == "torque_mode"]
-        assert torque[-1]["raw"] == "1"
-        assert content["complete"]
-
-    record(tmp_path, scene)
+@recorded()
+async def test_stop_writes_a_recording(rig: Rig) -> None:
+    await rig.ready()
+    await asyncio.sleep(40)
+    json(await rig.call("POST", "/stop", {"reason": "smoke"}))
+    (one,) = await written(rig)
+    assert one["reason"] == "stop"
+    assert "smoke" in one["text"]
+    content = json(await rig.call("GET", f"/recorder/recordings/{one['name']}/content"))
+    assert [each["latched"] for each in content["events"] if each["type"] == "stop"] == [True]
+    torque = [row for row in content["writes"] if row["key"] == "torque_mode"]
+    assert torque[-1]["raw"] == "1"
+    assert content["complete"]
 
 
-def test_a_servo_that_goes_silent_writes_a_recording_and_flapping_does_not_fill_the_folder(tmp_path: Path) -> None:
-    async def scene(rig: Rig) -> None:
-        servo = (await rig.ready())[0]
-        uid = servo.uid
-        await asyncio.sleep(35)
-        for _ in range(8):
-            rig.bench.power(uid, False)
-            await asyncio.sleep(15)
-            rig.bench.power(uid, True)
-            await asyncio.sleep(15)
-        found = await recordings(rig)
-        assert [one["reason"] for one in found] == ["lost"]
-        assert len(rig.events("offline")) == 8
-        await asyncio.sleep(70)
+@recorded()
+async def test_a_lost_servo_writes_a_recording_but_not_each_time_it_is_lost_again(rig: Rig) -> None:
+    servo = (await rig.ready())[0]
+    uid = servo.uid
+    await asyncio.sleep(35)
+    for _ in range(4):
         rig.bench.power(uid, False)
-        assert len(await written(rig, 2)) == 2
-
-    record(tmp_path, scene)
-
-
-def test_triggers_within_the_time_of_one_recording_are_marks_in_it(tmp_path: Path) -> None:
-    async def scene(rig: Rig) -> None:
-        servo = (await rig.ready())[0]
-        await asyncio.sleep(40)
-        await break_driver(rig, servo)
-        await asyncio.sleep(6)
-        json(await rig.call("POST", "/stop"))
-        await asyncio.sleep(6)
-        assert await recordings(rig) == [], "ten seconds after the last mark are in it, too"
-        json(await rig.call("POST", "/recorder/recordings", {"reason": "Heard a click"}), 202)
-        (one,) = await written(rig)
-        assert [mark["reason"] for mark in one["marks"]] == ["failure", "stop", "manual"]
-        last = frames_of(tmp_path / one["name"])[-1].at
-        assert last - one["marks"][-1]["at"] > 9.5
-
-    record(tmp_path, scene)
-
-
-def test_a_recording_by_hand_reaches_back_as_far_as_asked(tmp_path: Path) -> None:
-    async def scene(rig: Rig) -> None:
-        await rig.ready()
-        await asyncio.sleep(300)
-        asked = {"reason": "Odd noise, left wing", "before_s": 250}
-        one = json(await rig.call("POST", "/recorder/recordings?wait=true", asked), 201)
-        assert (one["reason"], one["text"]) == ("manual", "Odd noise, left wing")
-        assert one["name"].endswith("-odd-noise-left-wing.zip")
-        assert one["seconds"] == 260.0
-        assert one["marks"][0]["at"] - frames_of(tmp_path / one["name"])[0].at == pytest.approx(250, abs=1.0)
-        for wrong in ({"before_s": 0}, {"before_s": 601}, {"reason": "x" * 201}):
-            problem(await rig.call("POST", "/recorder/recordings", wrong), "invalid_value", 422)
-
-    record(tmp_path, scene)
-
-
-def test_a_servo_met_after_the_mark_is_in_the_recording_as_well(tmp_path: Path) -> None:
-    async def scene(rig: Rig) -> None:
-        assert rig.host.fleet.all() == []
-        one = json(await rig.call("POST", "/recorder/recordings?wait=true"), 201)
-        content = json(await rig.call("GET", f"/recorder/recordings/{one['name']}/content"))
-        assert [servo["uid"] for servo in content["about"]["servos"]] == [servo.uid for servo in rig.host.fleet.all()]
-        assert len(content["about"]["servos"]) == 1
-        assert any(column["channel"] == "current_angle" for column in content["telemetry"])
-
-    record(tmp_path, scene)
-
-
-def test_a_lost_bus_writes_a_recording_and_a_bus_left_on_purpose_does_not(tmp_path: Path) -> None:
-    async def scene(rig: Rig) -> None:
-        await rig.ready()
-        await asyncio.sleep(40)
-        json(await rig.call("DELETE", "/bus"))
         await asyncio.sleep(15)
-        assert await recordings(rig) == []
-        json(await rig.call("PUT", "/bus", {"address": "memory:host"}))
-        await asyncio.sleep(40)
-        await rig.cable.unplug()
-        (one,) = await written(rig)
-        assert one["reason"] == "bus_lost"
+        rig.bench.power(uid, True)
+        await asyncio.sleep(15)
+    found = await recordings(rig)
+    assert [one["reason"] for one in found] == ["lost"]
+    assert len(rig.events("offline")) == 4
+    await asyncio.sleep(70)
+    rig.bench.power(uid, False)
+    assert len(await written(rig, 2)) == 2
 
-    record(tmp_path, scene)
+
+@recorded()
+async def test_triggers_during_a_recording_are_marks_in_it(rig: Rig, tmp_path: Path) -> None:
+    servo = (await rig.ready())[0]
+    await asyncio.sleep(40)
+    await break_driver(rig, servo)
+    await asyncio.sleep(6)
+    json(await rig.call("POST", "/stop"))
+    await asyncio.sleep(6)
+    assert await recordings(rig) == [], "ten seconds after the last mark are in it, too"
+    json(await rig.call("POST", "/recorder/recordings", {"reason": "Heard a click"}), 202)
+    (one,) = await written(rig)
+    assert [mark["reason"] for mark in one["marks"]] == ["failure", "stop", "manual"]
+    last = frames_of(tmp_path / one["name"])[-1].at
+    assert last - one["marks"][-1]["at"] > 9.5
 
 
-def test_a_disk_that_is_full_is_an_event_and_nothing_else(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+@recorded()
+async def test_a_manual_recording_covers_the_requested_time(rig: Rig, tmp_path: Path) -> None:
+    await rig.ready()
+    await asyncio.sleep(130)
+    body = {"reason": "Odd noise, left wing", "before_s": 120}
+    one = json(await rig.call("POST", "/recorder/recordings?wait=true", body), 201)
+    assert (one["reason"], one["text"]) == ("manual", "Odd noise, left wing")
+    assert one["name"].endswith("-odd-noise-left-wing.zip")
+    assert one["seconds"] == 130.0
+    assert one["marks"][0]["at"] - frames_of(tmp_path / one["name"])[0].at == pytest.approx(120, abs=1.0)
+    for wrong in ({"before_s": 0}, {"before_s": 601}, {"reason": "x" * 201}):
+        problem(await rig.call("POST", "/recorder/recordings", wrong), "invalid_value", 422)
+
+
+@recorded()
+async def test_a_servo_found_after_the_mark_is_in_the_recording(rig: Rig) -> None:
+    assert rig.host.fleet.all() == []
+    one = json(await rig.call("POST", "/recorder/recordings?wait=true"), 201)
+    content = json(await rig.call("GET", f"/recorder/recordings/{one['name']}/content"))
+    assert [servo["uid"] for servo in content["about"]["servos"]] == [servo.uid for servo in rig.host.fleet.all()]
+    assert len(content["about"]["servos"]) == 1
+    assert any(column["channel"] == "current_angle" for column in content["telemetry"])
+
+
+@recorded()
+async def test_a_lost_bus_writes_a_recording_and_a_disconnected_one_does_not(rig: Rig) -> None:
+    await rig.ready()
+    await asyncio.sleep(40)
+    json(await rig.call("DELETE", "/bus"))
+    await asyncio.sleep(15)
+    assert await recordings(rig) == []
+    json(await rig.call("PUT", "/bus", {"address": "memory:host"}))
+    await asyncio.sleep(40)
+    await rig.cable.unplug()
+    (one,) = await written(rig)
+    assert one["reason"] == "bus_lost"
+
+
+def test_a_full_disk_is_reported_and_affects_nothing_else(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     def no_space(*_: object) -> None:
         raise OSError(28, "No space left on device")
 
@@ -237,7 +244,7 @@ def test_a_disk_that_is_full_is_an_event_and_nothing_else(tmp_path: Path, monkey
     record(tmp_path, scene)
 
 
-def test_a_server_that_ends_writes_what_was_pending(tmp_path: Path) -> None:
+def test_a_pending_recording_is_written_when_the_server_exits(tmp_path: Path) -> None:
     async def scene(rig: Rig) -> None:
         await rig.ready()
         json(await rig.call("POST", "/recorder/recordings"), 202)
@@ -249,39 +256,35 @@ def test_a_server_that_ends_writes_what_was_pending(tmp_path: Path) -> None:
     assert frames_of(path)
 
 
-def test_only_the_newest_are_kept_and_those_dropped_are_named(tmp_path: Path) -> None:
-    async def scene(rig: Rig) -> None:
-        await rig.ready()
-        names = [json(await rig.call("POST", "/recorder/recordings?wait=true"), 201)["name"] for _ in range(3)]
-        assert sorted(one["name"] for one in await recordings(rig)) == sorted(names[1:])
-        (event,) = rig.events("recordings_deleted")
-        assert names[0] in event.text
-
-    record(tmp_path, scene, most=2)
+@recorded(most=2)
+async def test_only_the_newest_recordings_are_stored_and_deleted_ones_are_reported(rig: Rig) -> None:
+    await rig.ready()
+    names = [json(await rig.call("POST", "/recorder/recordings?wait=true"), 201)["name"] for _ in range(3)]
+    assert sorted(one["name"] for one in await recordings(rig)) == sorted(names[1:])
+    (event,) = rig.events("recordings_deleted")
+    assert names[0] in event.text
 
 
-def test_recordings_are_downloaded_brought_and_deleted(tmp_path: Path) -> None:
-    async def scene(rig: Rig) -> None:
-        await rig.ready()
-        name = json(await rig.call("POST", "/recorder/recordings?wait=true"), 201)["name"]
-        got = await rig.call("GET", f"/recorder/recordings/{name}")
-        assert got.content == (tmp_path / name).read_bytes()
-        assert got.headers["content-disposition"] == f'attachment; filename="{name}"'
-        rest = await rig.http.get(f"/recorder/recordings/{name}", headers={"Range": "bytes=100-"})
-        assert (rest.status_code, rest.content) == (206, got.content[100:]), "a download that broke off goes on"
-        brought = json(await rig.http.put("/recorder/recordings/other.zip", content=got.content), 201)
-        assert (brought["name"], brought["bytes"], brought["reason"]) == ("other.zip", len(got.content), "manual")
-        problem(await rig.http.put("/recorder/recordings/other.zip", content=got.content), "invalid_value", 422)
-        for wrong in (b"", b"PK\x03\x04", got.content[:-30], got.content.replace(b"frames.log", b"../../x.lo")):
-            answer = await rig.http.put("/recorder/recordings/wrong.zip", content=wrong)
-            assert "is no recording of hornbill" in problem(answer, "invalid_value", 422)["detail"]
-        problem(await rig.http.put("/recorder/recordings/wrong.exe", content=got.content), "invalid_value", 422)
-        assert names_in(tmp_path) == sorted([name, "other.zip"])
-        assert (await rig.call("DELETE", "/recorder/recordings/other.zip")).status_code == 204
-        for verb, path in (("DELETE", "other.zip"), ("GET", "other.zip"), ("GET", "other.zip/content")):
-            problem(await rig.call(verb, f"/recorder/recordings/{path}"), "unknown_recording", 404)
-
-    record(tmp_path, scene)
+@recorded()
+async def test_recordings_are_downloaded_uploaded_and_deleted(rig: Rig, tmp_path: Path) -> None:
+    await rig.ready()
+    name = json(await rig.call("POST", "/recorder/recordings?wait=true"), 201)["name"]
+    got = await rig.call("GET", f"/recorder/recordings/{name}")
+    assert got.content == (tmp_path / name).read_bytes()
+    assert got.headers["content-disposition"] == f'attachment; filename="{name}"'
+    rest = await rig.http.get(f"/recorder/recordings/{name}", headers={"Range": "bytes=100-"})
+    assert (rest.status_code, rest.content) == (206, got.content[100:]), "a download that broke off goes on"
+    brought = json(await rig.http.put("/recorder/recordings/other.zip", content=got.content), 201)
+    assert (brought["name"], brought["bytes"], brought["reason"]) == ("other.zip", len(got.content), "manual")
+    problem(await rig.http.put("/recorder/recordings/other.zip", content=got.content), "invalid_value", 422)
+    for wrong in (b"", b"PK\x03\x04", got.content[:-30], got.content.replace(b"frames.log", b"../../x.lo")):
+        response = await rig.http.put("/recorder/recordings/wrong.zip", content=wrong)
+        assert "is no recording of hornbill" in problem(response, "invalid_value", 422)["detail"]
+    problem(await rig.http.put("/recorder/recordings/wrong.exe", content=got.content), "invalid_value", 422)
+    assert names_in(tmp_path) == sorted([name, "other.zip"])
+    assert (await rig.call("DELETE", "/recorder/recordings/other.zip")).status_code == 204
+    for verb, path in (("DELETE", "other.zip"), ("GET", "other.zip"), ("GET", "other.zip/content")):
+        problem(await rig.call(verb, f"/recorder/recordings/{path}"), "unknown_recording", 404)
 
 
 def test_no_path_leads_out_of_the_folder(tmp_path: Path) -> None:
@@ -316,81 +319,79 @@ def taken(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
-def open_recording(folder: Path, scene: Callable[[Rig, str], Awaitable[None]]) -> None:
-    (path,) = folder.glob("*.zip")
+def replayed(act: Callable[[Rig, Uid], Awaitable[None]]) -> Callable[[Path], None]:
+    """Decorate a scene `(rig, uid)`: a test whose bus is the recording `taken` with this servo."""
 
-    async def opened(rig: Rig) -> None:
-        rig.app.state.recordings = shelf = FileFolder(folder, RECORDINGS)
-        rig.host.recorder.begin(partial(RecordingWriter.begin, shelf))
-        await rig.host.attach(await BusPorts(None, folder, folder).open(f"recording:{path.name}", 1_000_000))
-        await scene(rig, (folder / "uid").read_text())
+    def test(taken: Path) -> None:
+        (path,) = taken.glob("*.zip")
 
-    play(opened, connect=False)
+        async def scene(rig: Rig) -> None:
+            start_recorder(rig, taken)
+            await rig.host.attach(await BusPorts(None, taken, taken).open(f"recording:{path.name}", 1_000_000))
+            await act(rig, Uid((taken / "uid").read_text()))
 
+        play(scene, connect=False)
 
-def test_a_recording_shows_its_servos_and_their_angles_without_a_bus(taken: Path) -> None:
-    async def scene(rig: Rig, uid: str) -> None:
-        page = Socket(rig.app)
-        page.say(type="subscribe", topics=["servos", "telemetry", "frames"])
-        await asyncio.sleep(15)
-        servos = {one["uid"]: one for one in json(await rig.call("GET", "/servos"))}
-        assert len(servos) == 2
-        one = servos[uid]
-        assert (one["label"], one["model"], one["online"], one["state"]) == ("Left wing", "BLA21-06U-A0", True, "ready")
-        assert one["angle_deg"] == pytest.approx(30, abs=1.0)
-        heard = page.heard()
-        plotted = [v for m in heard if m["type"] == "telemetry" and m["uid"] == uid
-                   for v in m["channels"].get("current_angle", {"v": []})["v"]]  # fmt: skip
-        assert len(plotted) > 30
-        assert max(v for v in plotted if v is not None) == pytest.approx(30, abs=1.0)
-        assert any(m["type"] == "frames" and m["transfers"] for m in heard)
-        readings = json(await rig.call("GET", f"/servos/{uid}/parameters"))
-        assert readings["parameters"]["torque_mode"]["value"] == "on"
-        await page.close()
-
-    open_recording(taken, scene)
+    return test
 
 
-def test_nothing_of_a_recording_is_asked_moved_kept_or_recorded_again(taken: Path) -> None:
-    async def scene(rig: Rig, uid: str) -> None:
-        await asyncio.sleep(10)
-        lease = await rig.lease()
-        for verb, path, body in (
-            ("POST", "command", {"type": "angle", "value": 5.0}), ("POST", "torque", {"mode": "on"}),
-            ("PATCH", "parameters", {"values": {"angle_limit_cw": 50}}), ("PATCH", "", {"label": "Mine"}),
-        ):  # fmt: skip
-            answer = await rig.call(verb, f"/servos/{uid}/{path}".rstrip("/"), body, lease=lease)
-            problem(answer, "bus_read_only", 409)
-        stopped = json(await rig.call("POST", "/stop"))
-        assert (stopped["latched"], stopped["servos"]) == (True, [])
-        await asyncio.sleep(60)
-        assert rig.host.connected().port.statistics.tx_frames == 0
-        assert list(rig.host.store.servos.all()) == []
-        state = json(await rig.call("GET", "/recorder"))
-        assert (state["recording"], state["frames"], state["pending"]) == (False, 0, None)
-        problem(await rig.call("POST", "/recorder/recordings"), "busy", 409)
-        assert len(await recordings(rig)) == 1
-
-    open_recording(taken, scene)
+@replayed
+async def test_a_recording_shows_its_servos_and_their_angles_without_a_bus(rig: Rig, uid: Uid) -> None:
+    page = Socket(rig.app)
+    page.say(type="subscribe", topics=["servos", "telemetry", "frames"])
+    await asyncio.sleep(15)
+    servos = {one["uid"]: one for one in json(await rig.call("GET", "/servos"))}
+    assert len(servos) == 2
+    one = servos[uid]
+    assert (one["label"], one["model"], one["online"], one["state"]) == ("Left wing", "BLA21-06U-A0", True, "ready")
+    assert one["angle_deg"] == pytest.approx(30, abs=1.0)
+    messages = page.heard()
+    plotted = [v for m in messages if m["type"] == "telemetry" and m["uid"] == uid
+               for v in m["channels"].get("current_angle", {"v": []})["v"]]  # fmt: skip
+    assert len(plotted) > 30
+    assert max(v for v in plotted if v is not None) == pytest.approx(30, abs=1.0)
+    assert any(m["type"] == "frames" and m["transfers"] for m in messages)
+    readings = json(await rig.call("GET", f"/servos/{uid}/parameters"))
+    assert readings["parameters"]["torque_mode"]["value"] == "on"
+    await page.close()
 
 
-def test_the_servos_of_a_recording_go_with_it_and_those_of_the_bus_come(taken: Path) -> None:
-    async def scene(rig: Rig, uid: str) -> None:
-        await asyncio.sleep(5)
-        assert len(rig.host.fleet.all()) == 2
-        json(await rig.call("DELETE", "/bus"))
-        assert json(await rig.call("GET", "/servos")) == []
-        assert list(rig.host.telemetry.channels(Uid(uid))) == [], "samples of then are none of today"
-        json(await rig.call("PUT", "/bus", {"address": "memory:host"}))
-        (servo,) = await rig.ready()
-        assert not servo.recorded
-        await asyncio.sleep(2)
-        assert json(await rig.call("GET", "/recorder"))["frames"] > 20
+@replayed
+async def test_a_recording_is_read_only_and_is_not_stored_or_recorded(rig: Rig, uid: Uid) -> None:
+    await asyncio.sleep(10)
+    lease = await rig.lease()
+    for verb, path, body in (
+        ("POST", "command", {"type": "angle", "value": 5.0}), ("POST", "torque", {"mode": "on"}),
+        ("PATCH", "parameters", {"values": {"angle_limit_cw": 50}}), ("PATCH", "", {"label": "Mine"}),
+    ):  # fmt: skip
+        response = await rig.call(verb, f"/servos/{uid}/{path}".rstrip("/"), body, lease=lease)
+        problem(response, "bus_read_only", 409)
+    stopped = json(await rig.call("POST", "/stop"))
+    assert (stopped["latched"], stopped["servos"]) == (True, [])
+    await asyncio.sleep(60)
+    assert rig.host.connected().port.statistics.tx_frames == 0
+    assert list(rig.host.store.servos.all()) == []
+    state = json(await rig.call("GET", "/recorder"))
+    assert (state["recording"], state["frames"], state["pending"]) == (False, 0, None)
+    problem(await rig.call("POST", "/recorder/recordings"), "busy", 409)
+    assert len(await recordings(rig)) == 1
 
-    open_recording(taken, scene)
+
+@replayed
+async def test_the_servos_of_a_recording_are_replaced_by_those_of_the_next_bus(rig: Rig, uid: Uid) -> None:
+    await asyncio.sleep(5)
+    assert len(rig.host.fleet.all()) == 2
+    json(await rig.call("DELETE", "/bus"))
+    assert json(await rig.call("GET", "/servos")) == []
+    assert list(rig.host.telemetry.channels(uid)) == [], "samples of then are none of today"
+    json(await rig.call("PUT", "/bus", {"address": "memory:host"}))
+    (servo,) = await rig.ready()
+    assert not servo.recorded
+    await asyncio.sleep(2)
+    assert json(await rig.call("GET", "/recorder"))["frames"] > 20
 
 
-def test_a_wrong_file_is_refused_as_a_bus(tmp_path: Path) -> None:
+def test_an_invalid_file_is_refused_as_a_bus(tmp_path: Path) -> None:
     (tmp_path / "a.zip").write_bytes(b"no zip")
 
     async def scene(_rig: Rig) -> None:
