@@ -31,7 +31,7 @@ class Applicant(Peer):
         self._random = Random(unique_id)
         self._transfer_id = 0
         self._alarm: Any = None
-        self.node.add_handler(uavcan.protocol.dynamic_node_id.Allocation, self._hear)
+        self.node.add_handler(uavcan.protocol.dynamic_node_id.Allocation, self._receive)
         self._wait()  # rule A
 
     def _wait(self, offset: int = 0) -> None:
@@ -59,7 +59,7 @@ class Applicant(Peer):
         self.requests += not offset
         self._wait()  # rule B, and the same time for a follow-up that stays unanswered
 
-    def _hear(self, event: Any) -> None:
+    def _receive(self, event: Any) -> None:
         source, message = event.transfer.source_node_id, event.message
         if self.node_id:
             return

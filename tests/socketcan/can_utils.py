@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import pytest
 
-PATIENCE_S = 60.0
+TIMEOUT_S = 60.0
 MARK = "1FF00F00"
 """Anonymous, of the lowest priority, with a type id of which the low bits are 3: nobody's."""
 
@@ -35,7 +35,7 @@ def needed() -> None:
 def cansend(*frames: str) -> None:
     """Put frames on vcan0, one after the other, in the words of cansend."""
     command = ["xargs", "-n1", "cansend", "vcan0"]
-    subprocess.run(command, input="\n".join(frames), text=True, check=True, timeout=PATIENCE_S)
+    subprocess.run(command, input="\n".join(frames), text=True, check=True, timeout=TIMEOUT_S)
 
 
 def mark(what: str) -> None:
@@ -52,18 +52,18 @@ def candump(log: Path) -> Generator[None]:
     """Have candump write everything on vcan0 into `log`, from before this returns until after it ends."""
     with log.open("w") as file, subprocess.Popen(["stdbuf", "-oL", "candump", "-L", "vcan0"], stdout=file) as process:
         try:
-            end = time.monotonic() + PATIENCE_S
+            end = time.monotonic() + TIMEOUT_S
             while not log.read_text():
-                assert time.monotonic() < end, "candump hears nothing"
+                assert time.monotonic() < end, "candump receives nothing"
                 mark("begin")
             yield
             mark("end")
             while _marking("end") not in log.read_text():
-                assert time.monotonic() < end, "candump does not come to the end"
+                assert time.monotonic() < end, "candump did not reach the end"
                 time.sleep(0.05)
         finally:
             process.terminate()
-            process.wait(timeout=PATIENCE_S)
+            process.wait(timeout=TIMEOUT_S)
 
 
 def lines(log: str) -> list[Line]:

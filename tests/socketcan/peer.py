@@ -20,7 +20,7 @@ from dronecan.node import Node
 uavcan: Any = dronecan.uavcan
 """The stack's data types, by their full names."""
 
-PATIENCE_S = 60.0
+TIMEOUT_S = 60.0
 _STEP_S = 0.01
 # Filters of the kernel's: any frame, and an extended one that is no message of type 1011.
 _EVERYTHING = struct.pack("=II", 0, 0)
@@ -28,7 +28,7 @@ _ALL_BUT_STATUS = struct.pack("=II", 1011 << 8 | 0xA000_0000, 0xFFFF << 8 | 0x80
 _SO_RCVBUFFORCE = 33  # asm-generic/socket.h
 
 
-class Heard(NamedTuple):
+class Received(NamedTuple):
     """A transfer as the stack took it: `message` is its own object, `at` the kernel's time of the first frame."""
 
     source: int
@@ -39,7 +39,7 @@ class Heard(NamedTuple):
 
 
 class Register(NamedTuple):
-    """An answer to GetSet: the active kinds of its four unions, the value, and the name."""
+    """An response to GetSet: the active kinds of its four unions, the value, and the name."""
 
     name: str
     kind: str
@@ -63,7 +63,7 @@ class Peer:
         unique_id: bytes = bytes(16),
         monitors: bool = False,
     ) -> None:
-        """`monitors`: it will have a NodeMonitor, which raises when it is asked for its node info itself."""
+        """`monitors`: it will have a NodeMonitor, which raises when it is requested for its node info itself."""
         # The stack's own driver: the one for python-can cannot send on SocketCAN, and waits 1000 times too long.
         from dronecan.driver.socketcan import SocketCAN  # only where there is fcntl
 
@@ -93,20 +93,20 @@ class Peer:
         """Its number on the bus, 0 while it has none."""
         return self.node.node_id or 0
 
-    def listen(self, data_type: Any) -> list[Heard]:
+    def listen(self, data_type: Any) -> list[Received]:
         """The messages of a data type from now on, the list growing while the peer lives."""
-        kept: list[Heard] = []
+        kept: list[Received] = []
 
         def keep(event: Any) -> None:
             transfer = event.transfer
             number, priority = transfer.source_node_id, transfer.transfer_priority
-            kept.append(Heard(number, priority, transfer.transfer_id, transfer.ts_real, event.message))
+            kept.append(Received(number, priority, transfer.transfer_id, transfer.ts_real, event.message))
 
         self.node.add_handler(data_type, keep)
         return kept
 
     @contextmanager
-    def hearing_status(self) -> Generator[None]:
+    def receiving_status(self) -> Generator[None]:
         """Hear actuators' Status for a while. It is filtered away else, as there is so much of it: the stack takes
         milliseconds for a frame where system calls are dear, and would fall behind.
         """
@@ -120,15 +120,15 @@ class Peer:
         """Take part in the bus for a while."""
         self.node.spin(seconds)
 
-    def live_until(self, condition: Callable[[], object], what: str) -> None:
+    def run_until(self, condition: Callable[[], object], what: str) -> None:
         """Take part in the bus until something has come about."""
-        live_until([self], condition, what)
+        run_until([self], condition, what)
 
-    def ask(self, *questions: tuple[int, Any], priority: int = 20) -> list[Heard]:
-        """The answers to requests (node id, request object): one at a time a node, all nodes at once."""
-        answers: dict[int, Heard] = {}
+    def request(self, *requests: tuple[int, Any], priority: int = 20) -> list[Received]:
+        """The responses to requests (node id, request object): one at a time a node, all nodes at once."""
+        responses: dict[int, Received] = {}
         waiting: defaultdict[int, deque[tuple[int, Any]]] = defaultdict(deque)
-        for place, (node_id, request) in enumerate(questions):
+        for place, (node_id, request) in enumerate(requests):
             waiting[node_id].append((place, request))
 
         def next_for(node_id: int) -> None:
@@ -139,7 +139,7 @@ class Peer:
             def take(event: Any) -> None:
                 assert event is not None, f"node {node_id} left {request} unanswered"
                 sent = event.transfer
-                answers[place] = Heard(
+                responses[place] = Received(
                     sent.source_node_id, sent.transfer_priority, sent.transfer_id, sent.ts_real, event.response
                 )
                 next_for(node_id)
@@ -148,12 +148,12 @@ class Peer:
 
         for node_id in list(waiting):
             next_for(node_id)
-        self.live_until(lambda: len(answers) == len(questions), f"{len(questions)} answers")
-        return [answers[place] for place in range(len(questions))]
+        self.run_until(lambda: len(responses) == len(requests), f"{len(requests)} responses")
+        return [responses[place] for place in range(len(requests))]
 
-    def registers(self, *questions: tuple[int, Any], priority: int = 20) -> list[Register]:
-        """As `ask`, for requests of GetSet."""
-        return [_register(answer) for answer in self.ask(*questions, priority=priority)]
+    def registers(self, *requests: tuple[int, Any], priority: int = 20) -> list[Register]:
+        """As `request`, for requests of GetSet."""
+        return [_register(response) for response in self.request(*requests, priority=priority)]
 
 
 def live_together(peers: list[Peer], seconds: float) -> None:
@@ -164,9 +164,9 @@ def live_together(peers: list[Peer], seconds: float) -> None:
             peer.live(_STEP_S)
 
 
-def live_until(peers: list[Peer], condition: Callable[[], object], what: str) -> None:
+def run_until(peers: list[Peer], condition: Callable[[], object], what: str) -> None:
     """Let several peers take part in the bus until something has come about."""
-    end = time.monotonic() + PATIENCE_S
+    end = time.monotonic() + TIMEOUT_S
     while not condition():
         assert time.monotonic() < end, f"never came: {what}"
         for peer in peers:
@@ -198,11 +198,11 @@ def write(name: str, value: float | str) -> Any:
     return request
 
 
-def _register(answer: Heard) -> Register:
-    message = answer.message
+def _register(response: Received) -> Register:
+    message = response.message
     unions = (message.value, message.default_value, message.max_value, message.min_value)
     kind, *others = (transport.get_active_union_field(union) for union in unions)
     value = None if kind == "empty" else getattr(message.value, kind)
     name = bytes(list(message.name)).decode("latin-1")
     first, second, third = others
-    return Register(name, kind, value, (first, second, third), answer.priority)
+    return Register(name, kind, value, (first, second, third), response.priority)

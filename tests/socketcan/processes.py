@@ -13,7 +13,7 @@ from typing import TypeVar
 
 import httpx
 
-PATIENCE_S = 60.0
+TIMEOUT_S = 60.0
 """Starting is slow where system calls are dear."""
 
 Process = subprocess.Popen[bytes]
@@ -30,7 +30,7 @@ def running(command: Sequence[str]) -> Generator[Process]:
             yield process
         finally:
             process.terminate()
-            process.wait(timeout=PATIENCE_S)
+            process.wait(timeout=TIMEOUT_S)
 
 
 @contextmanager
@@ -46,16 +46,16 @@ def serving(bus: str, data: Path, *words: str) -> Generator[httpx.Client]:
     with hornbill("serve", "--bus", bus, "--port", "0", "--data-dir", str(data), *words) as process:
         found = re.search(r"http://\S+/", line(process))
         assert found is not None
-        # A connection a question: one left open may be closed by the server just when it is used again.
+        # A connection a request: one left open may be closed by the server just when it is used again.
         limits = httpx.Limits(max_keepalive_connections=0)
-        with httpx.Client(base_url=found[0] + "api/v1", timeout=PATIENCE_S, limits=limits) as client:
+        with httpx.Client(base_url=found[0] + "api/v1", timeout=TIMEOUT_S, limits=limits) as client:
             yield client
 
 
 def line(process: Process) -> str:
     """The next line a process prints."""
     assert process.stdout is not None
-    end = time.monotonic() + PATIENCE_S
+    end = time.monotonic() + TIMEOUT_S
     got = b""
     while not got.endswith(b"\n"):
         ready, _, _ = select.select([process.stdout], [], [], max(0.0, end - time.monotonic()))
@@ -68,7 +68,7 @@ def line(process: Process) -> str:
 
 def until(look: Callable[[], T], what: str) -> T:
     """What `look` finds, as soon as it finds anything."""
-    end = time.monotonic() + PATIENCE_S
+    end = time.monotonic() + TIMEOUT_S
     while not (found := look()):
         assert time.monotonic() < end, what
         time.sleep(0.2)

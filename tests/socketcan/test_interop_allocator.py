@@ -37,34 +37,34 @@ class Allocation:
         """Nodes whose NodeStatus says that they were started after an instant, in seconds since 1970."""
         return {each.source for each in self.node_status if each.at - each.message.uptime_sec > instant}
 
-    def until_up(self, asking: set[str]) -> dict[str, int]:
-        """The node ids of servos that asked for one, once each is in use."""
-        self.peer.live_until(lambda: asking <= self.table().keys(), "every servo has its node id")
-        given = {uid: node_id for uid, node_id in self.table().items() if uid in asking}
-        self.peer.live_until(lambda: all(self.uptime(each) > 0 for each in given.values()), "they are on the bus")
+    def until_up(self, requesting: set[str]) -> dict[str, int]:
+        """The node ids of servos that requested one, once each is in use."""
+        self.peer.run_until(lambda: requesting <= self.table().keys(), "every servo has its node id")
+        given = {uid: node_id for uid, node_id in self.table().items() if uid in requesting}
+        self.peer.run_until(lambda: all(self.uptime(each) > 0 for each in given.values()), "they are on the bus")
         return given
 
 
-def test_several_servos_are_given_ids_at_once_and_the_same_after_a_restart(vcan0: str, tmp_path: Path) -> None:
+def test_simultaneous_servos_get_ids_and_the_same_after_a_restart(vcan0: str, tmp_path: Path) -> None:
     with Peer(OWN, name="org.example.allocator") as peer:
         allocation = Allocation(peer, tmp_path / "table.db")
         with hornbill("sim", "--bus", vcan0, "--servos", "6", "--seed", "5") as process:
             printed = [line(process) for _ in range(6)]
-            asking = {each.split()[0] for each in printed if each.endswith("asked for")}
-            assert len(asking) == 3
-            given = allocation.until_up(asking)
+            requesting = {each.split()[0] for each in printed if each.endswith("requested")}
+            assert len(requesting) == 3
+            given = allocation.until_up(requesting)
             assert sorted(given.values()) == [123, 124, 125], "no preference: from the highest free one down"
             for uid, node_id in given.items():
-                (answer,) = peer.ask((node_id, uavcan.protocol.GetNodeInfo.Request()))
-                assert bytes(list(answer.message.hardware_version.unique_id)).hex() == uid
+                (response,) = peer.request((node_id, uavcan.protocol.GetNodeInfo.Request()))
+                assert bytes(list(response.message.hardware_version.unique_id)).hex() == uid
 
             restart = uavcan.protocol.RestartNode.Request()
             restart.magic_number = MAGIC
-            asked = time.time()
-            answers = peer.ask(*((node_id, restart) for node_id in given.values()))
-            assert all(each.message.ok for each in answers)
+            requested = time.time()
+            responses = peer.request(*((node_id, restart) for node_id in given.values()))
+            assert all(each.message.ok for each in responses)
 
-            peer.live_until(lambda: allocation.started_since(asked) >= set(given.values()), "the three are back")
-            assert allocation.until_up(asking) == given
+            peer.run_until(lambda: allocation.started_since(requested) >= set(given.values()), "the three are back")
+            assert allocation.until_up(requesting) == given
         allocation.server.close()
         allocation.monitor.close()

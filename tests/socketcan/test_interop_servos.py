@@ -13,7 +13,7 @@ from hornbill.schema.parameter import DUMMY, Parameter
 from hornbill.sim.bench.demo import demo_fleet
 from hornbill.sim.bench.recipe import Recipe
 from hornbill.wire.services import MAGIC
-from socketcan.peer import REFUSED, Heard, Peer, read, uavcan, write
+from socketcan.peer import REFUSED, Peer, Received, read, uavcan, write
 from socketcan.processes import hornbill, line
 
 CATALOG = Catalog.load()
@@ -22,7 +22,7 @@ STEERING, SMALL, TURNTABLE, RUDDER, RECEIVER = range(FIRST_NODE_ID, FIRST_NODE_I
 """Their node ids: the first five stories of sim.demo; RUDDER has the first firmware, RECEIVER takes pulses too."""
 SAVE, ERASE = (getattr(uavcan.protocol.param.ExecuteOpcode.Request(), f"OPCODE_{name}") for name in ("SAVE", "ERASE"))
 HUNDRED_DEGREES = 100.0
-"""The simulator's unit of positions unless told."""
+"""The simulator's unit of positions by default."""
 
 
 @dataclass(frozen=True)
@@ -31,8 +31,8 @@ class Bench:
 
     peer: Peer
     printed: Mapping[int, str]
-    node_status: list[Heard]
-    status: list[Heard]
+    node_status: list[Received]
+    status: list[Received]
 
     def angles(self) -> dict[int, float]:
         """What the last Status of each servo said, in degrees."""
@@ -46,13 +46,13 @@ class Bench:
             angles = self.angles()
             return all(each in angles and abs(angles[each] - angle) < 1.0 for each, angle in wanted.items())
 
-        with self.peer.hearing_status():
-            self.peer.live_until(there, f"servos at {wanted}")
+        with self.peer.receiving_status():
+            self.peer.run_until(there, f"servos at {wanted}")
 
     def at_rest(self) -> dict[int, float]:
         """Wait until no servo's angle changes over 0.5 s, and return the angles (degrees)."""
         before: dict[int, float] = {}
-        with self.peer.hearing_status():
+        with self.peer.receiving_status():
             while True:
                 self.status.clear()
                 self.peer.live(0.5)
@@ -61,20 +61,20 @@ class Bench:
                     return now
                 before = now
 
-    def restart_by(self, node_id: int, request: object) -> Heard:
-        """The answer to a request that restarts a servo, once its uptime has fallen and its horn is at 0°."""
+    def restart_by(self, node_id: int, request: object) -> Received:
+        """The response to a request that restarts a servo, once its uptime has fallen and its horn is at 0°."""
 
         def uptimes(since: int = 0) -> list[int]:
             return [each.message.uptime_sec for each in self.node_status[since:] if each.source == node_id]
 
-        self.peer.live_until(lambda: uptimes()[-1] > 0, f"node {node_id} is up for a second")
+        self.peer.run_until(lambda: uptimes()[-1] > 0, f"node {node_id} is up for a second")
         before, seen = uptimes()[-1], len(self.node_status)
-        (answer,) = self.peer.ask((node_id, request))
-        self.peer.live_until(lambda: any(uptime < before for uptime in uptimes(seen)), f"node {node_id} restarts")
+        (response,) = self.peer.request((node_id, request))
+        self.peer.run_until(lambda: any(uptime < before for uptime in uptimes(seen)), f"node {node_id} restarts")
         self.peer.live(0.2)
         self.until_at({node_id: 0.0})
         self.peer.live(0.2)
-        return answer
+        return response
 
 
 @lru_cache
@@ -124,10 +124,10 @@ def bench(vcan0: str) -> Iterator[Bench]:
             yield made
 
 
-def test_every_servo_tells_who_it_is(bench: Bench) -> None:
-    answers = bench.peer.ask(*((node_id, uavcan.protocol.GetNodeInfo.Request()) for node_id in ALL), priority=7)
-    for node_id, answer in zip(ALL, answers, strict=True):
-        info, made = answer.message, recipe(node_id)
+def test_every_servo_identifies_itself(bench: Bench) -> None:
+    responses = bench.peer.request(*((node_id, uavcan.protocol.GetNodeInfo.Request()) for node_id in ALL), priority=7)
+    for node_id, response in zip(ALL, responses, strict=True):
+        info, made = response.message, recipe(node_id)
         assert bytes(list(info.hardware_version.unique_id)).hex() == bench.printed[node_id].split()[0]
         assert bytes(list(info.name)).decode() == f"jp.co.futaba.{made.model.lower()}"
         software = info.software_version
@@ -135,19 +135,19 @@ def test_every_servo_tells_who_it_is(bench: Bench) -> None:
         assert software.optional_field_flags == 0
         assert list(info.hardware_version.certificate_of_authenticity) == []
         assert (info.status.health, info.status.mode, info.status.sub_mode) == (0, 0, 0)
-        assert answer.priority == 7, "an answer has the priority of its request"
+        assert response.priority == 7, "an response has the priority of its request"
 
 
-def test_every_parameter_reads_by_name_what_the_tables_and_its_rom_say(bench: Bench) -> None:
-    asked = [(node_id, name) for node_id in ALL for name in rows(node_id)]
-    answers = bench.peer.registers(*((node_id, read(name)) for node_id, name in asked))
-    assert len(asked) > 4 * 50
+def test_every_parameter_reads_by_name_as_in_tables_and_rom(bench: Bench) -> None:
+    requested = [(node_id, name) for node_id in ALL for name in rows(node_id)]
+    responses = bench.peer.registers(*((node_id, read(name)) for node_id, name in requested))
+    assert len(requested) > 4 * 50
     wrong: list[str] = []
-    for (node_id, name), answer in zip(asked, answers, strict=True):
-        assert (answer.name, answer.kind) == (name, "integer_value"), (node_id, name, answer)
-        assert answer.others == ("empty", "empty", "empty"), "a servo gives no limits (table 2-16)"
+    for (node_id, name), response in zip(requested, responses, strict=True):
+        assert (response.name, response.kind) == (name, "integer_value"), (node_id, name, response)
+        assert response.others == ("empty", "empty", "empty"), "a servo gives no limits (table 2-16)"
         row, known = rows(node_id)[name], saved(node_id).get(name)
-        value = answer.value
+        value = response.value
         assert isinstance(value, int)
         inside = (row.minimum is None or row.minimum <= value) and (row.maximum is None or value <= row.maximum)
         if not (value == known if known is not None else inside or (row.dummy and value == DUMMY)):
@@ -155,42 +155,42 @@ def test_every_parameter_reads_by_name_what_the_tables_and_its_rom_say(bench: Be
     assert not wrong, "\n".join(wrong)
 
 
-def test_every_index_reads_what_its_name_reads_and_every_hole_is_empty(bench: Bench) -> None:
-    # 0x49 is the boot loader: it is not asked for, not even here. Actions are W only: reading them means nothing.
+def test_every_index_reads_as_its_name_and_gaps_are_empty(bench: Bench) -> None:
+    # 0x49 is the boot loader: it is not requested for, not even here. Actions are W only: reading them means nothing.
     spared = {"0x49"} | {row.name for row in CATALOG.actions.values()}
     names = [f"0x{index:02X}" for index in range(0x70)]
-    asked = [(node_id, name) for node_id in (RUDDER,) for name in names if name not in spared]
-    answers = bench.peer.registers(*((node_id, read(int(name, 16))) for node_id, name in asked))
-    for (node_id, name), answer in zip(asked, answers, strict=True):
+    requested = [(node_id, name) for node_id in (RUDDER,) for name in names if name not in spared]
+    responses = bench.peer.registers(*((node_id, read(int(name, 16))) for node_id, name in requested))
+    for (node_id, name), response in zip(requested, responses, strict=True):
         if name not in rows(node_id):
             said = (name, "integer_value", 0) if name in TABLES else REFUSED[:3]
-            assert answer[:3] == said, (node_id, name, answer)
+            assert response[:3] == said, (node_id, name, response)
             continue
-        assert (answer.name, answer.kind) == (name, "integer_value"), (node_id, name, answer)
-        assert answer.value == saved(node_id).get(name, answer.value), (node_id, name)
+        assert (response.name, response.kind) == (name, "integer_value"), (node_id, name, response)
+        assert response.value == saved(node_id).get(name, response.value), (node_id, name)
 
 
 @pytest.mark.parametrize("name", ["0x03", "0x28", "0x5D", "0x60", "0x2a", "2A", "torque_mode", "0x2A ", "x" * 92])
-def test_a_register_that_is_not_there_is_refused_and_the_next_question_answered(bench: Bench, name: str) -> None:
+def test_an_unknown_register_is_refused_and_the_next_request_served(bench: Bench, name: str) -> None:
     refused, torque_mode = bench.peer.registers((STEERING, read(name)), (STEERING, read("0x20")), priority=28)
     assert refused == (*REFUSED, 28)
     assert torque_mode[:3] == ("0x20", "integer_value", 0)
 
 
-def test_a_name_goes_before_an_index(bench: Bench) -> None:
+def test_a_name_takes_precedence_over_an_index(bench: Bench) -> None:
     request = read(0x45)
     request.name = b"0x46"
-    (answer,) = bench.peer.registers((STEERING, request))
-    assert (answer.name, answer.value) == ("0x46", STEERING)
+    (response,) = bench.peer.registers((STEERING, request))
+    assert (response.name, response.value) == ("0x46", STEERING)
 
 
 def test_a_row_of_newer_firmware_or_another_model_reads_zero(bench: Bench) -> None:
     assert "0x2A" not in rows(RUDDER)
     assert "0x34" not in rows(STEERING)
     assert "0x34" in rows(RECEIVER)
-    answers = bench.peer.registers((RUDDER, read("0x2A")), (STEERING, read("0x34")), (RECEIVER, read("0x34")))
-    assert [answer.name for answer in answers] == ["0x2A", "0x34", "0x34"]
-    assert [answer.value for answer in answers[:2]] == [0, 0]
+    responses = bench.peer.registers((RUDDER, read("0x2A")), (STEERING, read("0x34")), (RECEIVER, read("0x34")))
+    assert [response.name for response in responses] == ["0x2A", "0x34", "0x34"]
+    assert [response.value for response in responses[:2]] == [0, 0]
 
 
 @pytest.mark.parametrize(
@@ -206,13 +206,11 @@ def test_a_row_of_newer_firmware_or_another_model_reads_zero(bench: Bench) -> No
         ("0x0D", 1),  # reserved
     ],
 )
-def test_a_value_that_may_not_be_written_is_refused_and_changes_nothing(
-    bench: Bench, name: str, value: float | str
-) -> None:
-    before, answer, after = bench.peer.registers(
+def test_an_invalid_write_is_refused_and_changes_nothing(bench: Bench, name: str, value: float | str) -> None:
+    before, response, after = bench.peer.registers(
         (TURNTABLE, read(name)), (TURNTABLE, write(name, value)), (TURNTABLE, read(name))
     )
-    assert answer[:4] == REFUSED
+    assert response[:4] == REFUSED
     assert before == after
 
 
@@ -228,7 +226,7 @@ def restart(magic: int) -> object:
     return request
 
 
-def test_a_value_set_is_gone_after_a_restart_and_kept_after_a_save(bench: Bench) -> None:
+def test_a_written_value_is_lost_at_a_restart_unless_saved(bench: Bench) -> None:
     def values(*requests: object) -> list[object]:
         return [each.value for each in bench.peer.registers(*((STEERING, request) for request in requests))]
 
@@ -249,9 +247,9 @@ def test_a_value_set_is_gone_after_a_restart_and_kept_after_a_save(bench: Bench)
     assert values(*limits) == [600, -600]
 
 
-def test_erase_brings_back_defaults_until_the_next_restart(bench: Bench) -> None:
+def test_erase_restores_defaults_at_the_next_restart(bench: Bench) -> None:
     default = rows(RUDDER)["0x38"].default
-    before, erased, after = bench.peer.ask((RUDDER, read("0x38")), (RUDDER, opcode(ERASE)), (RUDDER, read("0x38")))
+    before, erased, after = bench.peer.request((RUDDER, read("0x38")), (RUDDER, opcode(ERASE)), (RUDDER, read("0x38")))
     assert before.message.value.integer_value == 450 != default
     assert (erased.message.ok, erased.message.argument) == (True, 0)
     assert after.message.value.integer_value == default
@@ -262,30 +260,30 @@ def test_erase_brings_back_defaults_until_the_next_restart(bench: Bench) -> None
 @pytest.mark.parametrize("magic", [0, MAGIC & 0xFFFFFFFF, MAGIC + 1, MAGIC ^ 0x8000000000])
 def test_a_wrong_magic_number_restarts_nothing(bench: Bench, magic: int) -> None:
     info = uavcan.protocol.GetNodeInfo.Request()
-    before, answer, after = bench.peer.ask((SMALL, info), (SMALL, restart(magic)), (SMALL, info))
-    assert not answer.message.ok
+    before, response, after = bench.peer.request((SMALL, info), (SMALL, restart(magic)), (SMALL, info))
+    assert not response.message.ok
     assert after.message.status.uptime_sec >= before.message.status.uptime_sec > 0
     bench.peer.live(0.3)
-    assert bench.peer.ask((SMALL, info))[0].message.status.uptime_sec >= after.message.status.uptime_sec
+    assert bench.peer.request((SMALL, info))[0].message.status.uptime_sec >= after.message.status.uptime_sec
 
 
 @pytest.mark.parametrize(("number", "argument"), [(2, 0), (255, 0), (0, 1), (0, -1), (1, 2**47 - 1)])
-def test_an_opcode_that_is_not_known_is_refused(bench: Bench, number: int, argument: int) -> None:
-    asked = read("0x38"), opcode(number, argument), read("0x38")
-    before, answer, after = bench.peer.ask(*((RUDDER, request) for request in asked))
-    assert (answer.message.ok, answer.message.argument) == (False, 0)
+def test_an_unknown_opcode_is_refused(bench: Bench, number: int, argument: int) -> None:
+    requested = read("0x38"), opcode(number, argument), read("0x38")
+    before, response, after = bench.peer.request(*((RUDDER, request) for request in requested))
+    assert (response.message.ok, response.message.argument) == (False, 0)
     assert after.message.value.integer_value == before.message.value.integer_value == 450
 
 
-def test_a_question_in_a_can_fd_frame_is_left_alone(bench: Bench) -> None:
+def test_a_request_in_a_can_fd_frame_is_ignored(bench: Bench) -> None:
     unanswered: list[object] = []
     bench.peer.node.request(read("0x20"), STEERING, unanswered.append, timeout=0.5, canfd=True)
-    bench.peer.live_until(lambda: unanswered, "the time-out")
+    bench.peer.run_until(lambda: unanswered, "the timeout")
     assert unanswered == [None]
     assert bench.peer.registers((STEERING, read("0x20")))[0].value == 0
 
 
-def test_a_burst_of_commands_moves_whom_it_names_and_nobody_else(bench: Bench) -> None:
+def test_a_burst_of_commands_moves_only_the_addressed_servos(bench: Bench) -> None:
     burst = uavcan.equipment.actuator.ArrayCommand()
     wanted = {STEERING: 30.0, RUDDER: -20.0, RECEIVER: 12.5}
     for node_id, degrees in wanted.items():
@@ -304,16 +302,16 @@ def test_a_burst_of_commands_moves_whom_it_names_and_nobody_else(bench: Bench) -
         assert register.value / 10 == pytest.approx(angles[node_id], abs=1.0), "Status and 0x08 agree"
 
 
-def test_the_periodic_messages_come_at_their_rates_with_rising_transfer_ids(bench: Bench) -> None:
+def test_periodic_messages_have_their_rates_and_rising_transfer_ids(bench: Bench) -> None:
     bench.node_status.clear()
     bench.status.clear()
     began = time.monotonic()
-    with bench.peer.hearing_status():
+    with bench.peer.receiving_status():
         bench.peer.live(3.2)
     took = time.monotonic() - began
-    for heard, period in ((bench.node_status, 1.0), (bench.status, 0.1)):
+    for received, period in ((bench.node_status, 1.0), (bench.status, 0.1)):
         for node_id in ALL:
-            own = [each for each in heard if each.source == node_id]
+            own = [each for each in received if each.source == node_id]
             # Counted: a machine that is busy delays one and lets the next come sooner.
             assert 0.8 * took / period - 1 <= len(own) <= 1.2 * took / period + 1
             ids = [each.transfer_id for each in own]
@@ -321,13 +319,13 @@ def test_the_periodic_messages_come_at_their_rates_with_rising_transfer_ids(benc
             assert {each.priority for each in own} == {16}, "table 2-2"
 
 
-def test_status_says_servo_id_and_angle_and_leaves_the_rest_unused(bench: Bench) -> None:
-    with bench.peer.hearing_status():
-        bench.peer.live_until(lambda: {each.source for each in bench.status} >= set(ALL), "Status of all")
-    for heard in bench.status:
-        said = heard.message
-        assert said.actuator_id == recipe(heard.source).servo_id
+def test_status_contains_servo_id_and_angle_only(bench: Bench) -> None:
+    with bench.peer.receiving_status():
+        bench.peer.run_until(lambda: {each.source for each in bench.status} >= set(ALL), "Status of all")
+    for received in bench.status:
+        said = received.message
+        assert said.actuator_id == recipe(received.source).servo_id
         assert (said.force, said.speed, said.power_rating_pct) == (0.0, 0.0, 0)
-    for heard in bench.node_status:
-        said = heard.message
+    for received in bench.node_status:
+        said = received.message
         assert (said.health, said.mode, said.sub_mode, said.vendor_specific_status_code) == (0, 0, 0, 0)

@@ -71,13 +71,13 @@ async def wait_for(condition: Callable[[], object], within_s: float) -> float:
     return time.monotonic() - began
 
 
-def test_lost_within_a_second_with_the_command_that_helps_and_back_by_itself() -> None:
+def test_an_interface_that_goes_down_is_lost_with_a_remedy_and_reopens_automatically() -> None:
     async def scene(port: ReopeningPort) -> None:
         other = await open_port(f"socketcan:{LINK}")
-        heard: list[Frame] = []
-        port.listen(heard.extend)
+        received: list[Frame] = []
+        port.listen(received.extend)
         other.send([Frame(0x18AABB01, b"one")])
-        await wait_for(lambda: heard, 5)
+        await wait_for(lambda: received, 5)
         set_up(False)
         took = await wait_for(lambda: port.state is PortState.LOST, 5)
         took += await wait_for(lambda: REMEDY in str(port.trouble), 5)
@@ -96,16 +96,16 @@ def test_lost_within_a_second_with_the_command_that_helps_and_back_by_itself() -
         other.listen(theirs.extend)
         port.send([Frame(0x18AABB03, b"new")])
         other.send([Frame(0x18AABB01, b"two")])
-        await wait_for(lambda: len(heard) == 2 and theirs, 5)
+        await wait_for(lambda: len(received) == 2 and theirs, 5)
         assert [frame.data for frame in theirs] == [b"new"]
-        assert [frame.data for frame in heard] == [b"one", b"two"]
+        assert [frame.data for frame in received] == [b"one", b"two"]
         assert port.statistics.rx_frames == 2, "counters go on"
         await other.close()
 
     play(scene)
 
 
-def test_down_and_up_again_and_again_no_file_is_left_open() -> None:
+def test_repeated_losses_leave_no_file_open() -> None:
     async def scene(port: ReopeningPort) -> None:
         descriptors = len(os.listdir("/proc/self/fd"))  # noqa: PTH208
         for turn in range(4):
@@ -119,7 +119,7 @@ def test_down_and_up_again_and_again_no_file_is_left_open() -> None:
     play(scene)
 
 
-def test_the_server_tells_goes_on_by_itself_and_lets_go_of_what_was_under_command(tmp_path: Any) -> None:
+def test_the_server_reports_the_loss_recovers_and_releases_commanded_servos(tmp_path: Any) -> None:
     """The interface is down when the server starts, comes up, and goes down while a servo is under command."""
     set_up(False)
     bus = f"socketcan:{LINK}"

@@ -27,18 +27,18 @@ async def until(condition: Callable[[], object]) -> None:
             await asyncio.sleep(0.005)
 
 
-def test_four_hundred_frames_arrive_whole_and_in_order(vcan0: str) -> None:
+def test_four_hundred_frames_arrive_complete_and_in_order(vcan0: str) -> None:
     async def main() -> None:
         a, b = await open_port(vcan0), await open_port(vcan0)
-        heard: list[Frame] = []
-        b.listen(heard.extend)
+        received: list[Frame] = []
+        b.listen(received.extend)
         loop = asyncio.get_running_loop()
         began = loop.time()
         sent = [Frame(0x18AABB01, number.to_bytes(8, "big")[: 4 + number % 5]) for number in range(400)]
         a.send(sent)
-        await until(lambda: len(heard) == 400)
-        assert [(frame.id, frame.data) for frame in heard] == [(frame.id, frame.data) for frame in sent]
-        stamps = [frame.at for frame in heard]
+        await until(lambda: len(received) == 400)
+        assert [(frame.id, frame.data) for frame in received] == [(frame.id, frame.data) for frame in sent]
+        stamps = [frame.at for frame in received]
         assert stamps == sorted(stamps)
         assert began - 0.01 <= stamps[0]
         assert stamps[-1] <= loop.time()
@@ -53,12 +53,12 @@ def test_four_hundred_frames_arrive_whole_and_in_order(vcan0: str) -> None:
 def test_a_stop_overtakes_a_queue(vcan0: str) -> None:
     async def main() -> None:
         a, b = await open_port(vcan0), await open_port(vcan0)
-        heard: list[Frame] = []
-        b.listen(heard.extend)
+        received: list[Frame] = []
+        b.listen(received.extend)
         a.send([Frame(0x1F000001, bytes(8)) for _ in range(400)])
         a.send([Frame(0x10000001, b"stop")])
-        await until(lambda: len(heard) == 401)
-        assert [frame.data for frame in heard].index(b"stop") < 200
+        await until(lambda: len(received) == 401)
+        assert [frame.data for frame in received].index(b"stop") < 200
         await a.close()
         await b.close()
 
@@ -68,22 +68,22 @@ def test_a_stop_overtakes_a_queue(vcan0: str) -> None:
 def test_standard_remote_and_fd_frames_are_counted_only(vcan0: str) -> None:
     async def main() -> None:
         port = await open_port(vcan0)
-        heard: list[Frame] = []
-        port.listen(heard.extend)
+        received: list[Frame] = []
+        port.listen(received.extend)
         with can.Bus(interface="socketcan", channel="vcan0", fd=True, ignore_config=True) as other:
             other.send(can.Message(arbitration_id=0x123, is_extended_id=False, data=b"x"))
             other.send(can.Message(arbitration_id=0x123, is_remote_frame=True))
             other.send(can.Message(arbitration_id=0x123, is_fd=True, data=bytes(12)))
             other.send(can.Message(arbitration_id=0x456, data=b"ours"))
-            await until(lambda: heard)
-        assert [(frame.id, frame.data) for frame in heard] == [(0x456, b"ours")]
+            await until(lambda: received)
+        assert [(frame.id, frame.data) for frame in received] == [(0x456, b"ours")]
         assert (port.statistics.ignored, port.statistics.rx_dropped, port.statistics.errors) == (3, 0, 0)
         await port.close()
 
     asyncio.run(main())
 
 
-def test_frames_the_kernel_had_no_room_for_are_counted(vcan0: str, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_frames_dropped_by_the_kernel_are_counted(vcan0: str, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(rawcan, "_BUFFER_BYTES", 1)
     bus = SocketcanBus("vcan0")
     link = RawLink(bus, bus.socket)
@@ -100,8 +100,8 @@ def test_frames_the_kernel_had_no_room_for_are_counted(vcan0: str, monkeypatch: 
     link.shutdown()
 
 
-def test_a_missing_interface_is_told_with_the_ones_there_are(vcan0: str) -> None:
-    with pytest.raises(PortOpenFailed, match=r"There is no CAN interface can77\..*vcan0"):
+def test_a_missing_interface_is_refused_with_the_available_ones(vcan0: str) -> None:
+    with pytest.raises(PortOpenFailed, match=r"CAN interface can77 not found\..*vcan0"):
         asyncio.run(open_port("socketcan:can77"))
 
 

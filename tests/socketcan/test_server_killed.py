@@ -1,4 +1,4 @@
-"""A server that is killed while a horn turns: the servo's own time-out is the last defence (0x26, 0x27, B74)."""
+"""A server that is killed while a horn turns: the servo's own timeout is the last defence (0x26, 0x27, B74)."""
 
 import re
 import signal
@@ -8,7 +8,7 @@ from pathlib import Path
 import httpx
 
 from socketcan.peer import Peer, uavcan
-from socketcan.processes import PATIENCE_S, hornbill, line, until
+from socketcan.processes import TIMEOUT_S, hornbill, line, until
 
 TIME_OUT_S = 1.0
 """Default of 0x27; that of 0x26 is: output off."""
@@ -17,7 +17,7 @@ SLOWING_S = 1.0
 """What a horn without output may take to stand still, and a busy machine to notice."""
 
 
-def test_the_horn_stops_within_its_time_out_when_the_server_is_killed(vcan0: str, tmp_path: Path) -> None:
+def test_the_horn_stops_within_its_timeout_when_the_server_is_killed(vcan0: str, tmp_path: Path) -> None:
     data = str(tmp_path / "data")
     sim = hornbill("sim", "--bus", vcan0, "--servos", "1", "--node-id", "20")
     serve = hornbill("serve", "--bus", vcan0, "--port", "0", "--data-dir", data)
@@ -26,7 +26,7 @@ def test_the_horn_stops_within_its_time_out_when_the_server_is_killed(vcan0: str
         found = re.search(r"http://\S+/", line(server))
         assert found is not None
         limits = httpx.Limits(max_keepalive_connections=0)
-        with httpx.Client(base_url=found[0] + "api/v1", timeout=PATIENCE_S, limits=limits) as api:
+        with httpx.Client(base_url=found[0] + "api/v1", timeout=TIMEOUT_S, limits=limits) as api:
             until(lambda: [one for one in api.get("/servos").json() if one["state"] == "ready"], "the servo is ready")
             path = f"/servos/{uid}"
             patched = api.patch(path + "/parameters", json={"values": {"speed_torque_control": True}}).json()
@@ -35,9 +35,9 @@ def test_the_horn_stops_within_its_time_out_when_the_server_is_killed(vcan0: str
             turn = {"type": "speed", "value": 60}
             api.post(path + "/command", json=turn, headers={"Lease": lease}).raise_for_status()
         time.sleep(3 * TIME_OUT_S)
-        assert _speed(peer) > 40, "kept alive for longer than the time-out"
+        assert _speed(peer) > 40, "kept alive for longer than the timeout"
         server.send_signal(signal.SIGKILL)
-        server.wait(timeout=PATIENCE_S)
+        server.wait(timeout=TIMEOUT_S)
         killed = time.monotonic()
         while _speed(peer) != 0:
             assert time.monotonic() - killed < TIME_OUT_S + SLOWING_S, "it turns on"
@@ -49,7 +49,7 @@ def _speed(peer: Peer) -> float:
 
 
 def _register(peer: Peer, name: str) -> float:
-    question = uavcan.protocol.param.GetSet.Request(name=name)
-    (answer,) = peer.registers((20, question))
-    assert isinstance(answer.value, int)
-    return answer.value
+    request = uavcan.protocol.param.GetSet.Request(name=name)
+    (response,) = peer.registers((20, request))
+    assert isinstance(response.value, int)
+    return response.value

@@ -20,7 +20,7 @@ import pytest
 
 from hornbill.wire.messages import Mode, NodeHealth, NodeStatus
 from socketcan import can_utils
-from socketcan.processes import PATIENCE_S, hornbill, line, until
+from socketcan.processes import TIMEOUT_S, hornbill, line, until
 
 ROOT: Final = Path(__file__).parents[2]
 SIM, SERVE = (
@@ -59,7 +59,7 @@ def bench(vcan0: str, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Benc
                 said = line(server)
             url, _, token = said.strip().partition("#token=")
             with httpx.Client(
-                base_url=url + "api/v1", timeout=PATIENCE_S, headers={"Authorization": f"Bearer {token}"},
+                base_url=url + "api/v1", timeout=TIMEOUT_S, headers={"Authorization": f"Bearer {token}"},
                 limits=httpx.Limits(max_keepalive_connections=0),
             ) as api:  # fmt: skip
                 until(lambda: _ready(api) >= set(uids), f"all {COUNT} servos are ready")
@@ -75,25 +75,25 @@ def _json(response: httpx.Response) -> Any:
     return response.json()
 
 
-def test_a_demo_told_to_choose_takes_the_kernels_bus_and_says_so(vcan0: str) -> None:
+def test_a_demo_with_automatic_bus_uses_and_reports_the_kernels_bus(vcan0: str) -> None:
     with hornbill("demo", "--bus", "auto", "--servos", "2", "--port", "0") as process:
         found = re.search(r"http://\S+/", line(process))
         assert found is not None
         assert line(process).startswith(f"bus: {vcan0}, as vcan0 is up")
-        with httpx.Client(base_url=found[0] + "api/v1", timeout=PATIENCE_S) as api:
+        with httpx.Client(base_url=found[0] + "api/v1", timeout=TIMEOUT_S) as api:
             assert _json(api.get("/bus"))["address"] == vcan0
             with can.Bus(interface="socketcan", channel="vcan0") as bus:
                 until(lambda: (got := bus.recv(0.1)) is not None and got.is_extended_id, "a frame on the kernel's bus")
             until(lambda: len(_ready(api)) == 2, "both servos are ready")
 
 
-def test_the_first_start_tells_a_link_and_nobody_else_gets_in(bench: Bench) -> None:
-    stranger = httpx.get(str(bench.api.base_url) + "servos", timeout=PATIENCE_S)
+def test_the_first_start_prints_a_link_and_access_needs_a_token(bench: Bench) -> None:
+    stranger = httpx.get(str(bench.api.base_url) + "servos", timeout=TIMEOUT_S)
     assert (stranger.status_code, stranger.json()["code"]) == (401, "unauthorized")
     assert _json(bench.api.get("/health"))["demo"] is False
 
 
-def test_list_read_change_save_move_and_stop_over_rest_and_candump_sees_it(bench: Bench, tmp_path: Path) -> None:
+def test_servos_are_controlled_over_rest_as_recorded_by_candump(bench: Bench, tmp_path: Path) -> None:
     can_utils.needed()
     log = tmp_path / "candump.log"
     uid = bench.uids[0]
@@ -103,13 +103,13 @@ def test_list_read_change_save_move_and_stop_over_rest_and_candump_sees_it(bench
         node_id = found[uid]["node_id"]
         read = _json(bench.api.get(f"/servos/{uid}/parameters/angle_limit_cw"))
         wanted = read["value"] - 5
-        # Its own time-out of one second could strike while a busy machine lets neither process run.
+        # Its own timeout of one second could strike while a busy machine lets neither process run.
         values = {"angle_limit_cw": wanted, "timeout_time": 5000}
         changed = _json(bench.api.patch(f"/servos/{uid}/parameters", json={"values": values}))
         assert changed["outcome"] == "applied"
         # It was on before the server was, so what its ROM holds as torque mode is for the caller to say.
-        asked = bench.api.post(f"/servos/{uid}/save?wait=true")
-        assert (asked.status_code, asked.json()["choices"]) == (409, ["torque_on_in_rom", "torque_off_in_rom"])
+        requested = bench.api.post(f"/servos/{uid}/save?wait=true")
+        assert (requested.status_code, requested.json()["choices"]) == (409, ["torque_on_in_rom", "torque_off_in_rom"])
         saved = _json(bench.api.post(f"/servos/{uid}/save?wait=true", json={"confirm": ["torque_on_in_rom"]}))
         assert (saved["state"], saved["error"]) == ("succeeded", None)
         again = _json(bench.api.get(f"/servos/{uid}/parameters/angle_limit_cw"))
@@ -132,10 +132,10 @@ def test_list_read_change_save_move_and_stop_over_rest_and_candump_sees_it(bench
         "uavcan.protocol.param.GetSet", "uavcan.protocol.param.ExecuteOpcode",
     }  # fmt: skip
     answering = {one["source"] for one in seen if one["kind"] == "response"}
-    assert {one["node_id"] for one in found.values()} <= answering, "every servo answered the stop"
+    assert {one["node_id"] for one in found.values()} <= answering, "every servo served the stop"
 
 
-def test_a_python_can_program_joins_hears_the_servos_and_is_listed(bench: Bench) -> None:
+def test_a_python_can_program_receives_the_servos_and_is_listed(bench: Bench) -> None:
     alive = NodeStatus(1, NodeHealth.OK, Mode.OPERATIONAL, 0, 0).encode() + b"\xc0"
     sources: set[int] = set()
     with can.Bus(interface="socketcan", channel="vcan0") as bus:
@@ -153,7 +153,7 @@ def test_a_python_can_program_joins_hears_the_servos_and_is_listed(bench: Bench)
         period.stop()
 
 
-def test_the_bus_of_the_compose_file_lives_in_a_namespace_of_its_own_without_privileges(vcan0: str) -> None:
+def test_the_bus_of_the_compose_file_works_in_its_own_namespace(vcan0: str) -> None:
     """As the containers do: one makes vcan0 with NET_ADMIN alone, and who joins it has no capability at all."""
     if os.geteuid() != 0 or not all(map(shutil.which, ("unshare", "setpriv", "ip"))):
         pytest.skip("this takes root, unshare, setpriv and ip")
@@ -171,7 +171,7 @@ def test_the_bus_of_the_compose_file_lives_in_a_namespace_of_its_own_without_pri
     )
     done = subprocess.run(
         ["unshare", "--net", "sh", "-c", script, sys.executable, talk], cwd=ROOT, capture_output=True, text=True,
-        timeout=PATIENCE_S, check=False,
+        timeout=TIMEOUT_S, check=False,
     )  # fmt: skip
     assert done.returncode == 0, done.stderr
     assert done.stdout.splitlines() == ["vcan0 is up", "1000 hornbill"]
@@ -188,5 +188,5 @@ def _nodes(bench: Bench) -> list[dict[str, Any]]:
 
 def _decoded(log: Path) -> list[dict[str, Any]]:
     command = [sys.executable, "-m", "hornbill", "decode", "--json", str(log)]
-    done = subprocess.run(command, capture_output=True, text=True, check=True, timeout=PATIENCE_S)
+    done = subprocess.run(command, capture_output=True, text=True, check=True, timeout=TIMEOUT_S)
     return [json.loads(each) for each in done.stdout.splitlines()]

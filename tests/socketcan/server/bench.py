@@ -8,21 +8,21 @@ import httpx
 
 @dataclass(frozen=True)
 class Bench:
-    """The server's API, and the unique ids of a servo that has its node id and one that asked for it."""
+    """The server's API, and the unique ids of a servo that has its node id and one that requested for it."""
 
     api: httpx.Client
     resident: str
-    asking: str
+    requesting: str
 
     @property
     def uids(self) -> set[str]:
         """Of both servos."""
-        return {self.resident, self.asking}
+        return {self.resident, self.requesting}
 
     def ready(self) -> list[dict[str, Any]]:
         """Both servos, the resident first, when both are ready; else nothing."""
         found = {each["uid"]: each for each in self.api.get("/servos").json() if each["state"] == "ready"}
-        return [found[self.resident], found[self.asking]] if found.keys() == self.uids else []
+        return [found[self.resident], found[self.requesting]] if found.keys() == self.uids else []
 
     def allocations(self) -> dict[str, int]:
         """Node ids by unique id, as the server keeps them."""

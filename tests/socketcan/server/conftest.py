@@ -14,8 +14,8 @@ from socketcan.server.bench import Bench
 def bench(vcan0: str, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Bench]:
     data = Path(tmp_path_factory.mktemp("data"))
     with hornbill("sim", "--bus", vcan0, "--servos", "2") as sim, serving(vcan0, data) as api:
-        resident, asking = line(sim), line(sim)
-        assert asking.endswith("asked for")
-        made = Bench(api, resident.split()[0], asking.split()[0])
+        resident, requesting = line(sim), line(sim)
+        assert requesting.endswith("requested")
+        made = Bench(api, resident.split()[0], requesting.split()[0])
         until(made.ready, "both servos are ready")
         yield made

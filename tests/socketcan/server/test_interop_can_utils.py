@@ -28,7 +28,7 @@ class Witnesses(NamedTuple):
 
 @pytest.fixture(scope="module")
 def seen(bench: Bench, tmp_path_factory: pytest.TempPathFactory) -> Witnesses:
-    """What both saw while every parameter was read, one was written, and candump heard the same."""
+    """What both saw while every parameter was read, one was written, and candump received the same."""
     can_utils.needed()
     file = Path(tmp_path_factory.mktemp("candump")) / "candump.log"
     begun = bench.api.post("/bus/log", json={"format": "candump", "name": "beside-candump"})
@@ -47,7 +47,7 @@ def seen(bench: Bench, tmp_path_factory: pytest.TempPathFactory) -> Witnesses:
 
 
 def stretch(lines: list[Line], *, sent_by_us: bool) -> list[Line]:
-    """What node 127, or everybody else, said between the marks."""
+    """What node 127, or any other node, said between the marks."""
     found = can_utils.between(lines, "first", "last")
     return [line for line in found if (int(line.can_id, 16) & 0x7F == OURS) == sent_by_us]
 
@@ -57,19 +57,19 @@ def data(lines: list[Line], can_id: str) -> str:
     return " ".join(line.data for line in lines if line.can_id == can_id)
 
 
-def test_candump_hears_every_frame_of_our_log_and_no_other(seen: Witnesses) -> None:
+def test_candump_receives_exactly_the_frames_of_our_log(seen: Witnesses) -> None:
     theirs, ours = (stretch(lines, sent_by_us=False) for lines in (seen.theirs, seen.ours))
-    assert len(theirs) > 3 * 51, "three frames an answer"
+    assert len(theirs) > 3 * 51, "three frames an response"
     assert [line[1:] for line in ours] == [line[1:] for line in theirs]
     # What we sent stands in our log where the adapter got it: it lets lower identifiers go first, and takes its time.
     theirs, ours = (stretch(lines, sent_by_us=True) for lines in (seen.theirs, seen.ours))
-    assert len(theirs) > 51, "a frame a question"
+    assert len(theirs) > 51, "a frame a request"
     for part, whole in ((theirs, seen.ours), (ours, seen.theirs)):
         for can_id in {line.can_id for line in part}:
             assert data(part, can_id) in data(whole, can_id)
 
 
-def test_our_log_tells_the_kernels_time_of_what_others_send(seen: Witnesses) -> None:
+def test_our_log_has_kernel_timestamps_of_received_frames(seen: Witnesses) -> None:
     pairs = zip(*(stretch(lines, sent_by_us=False) for lines in (seen.ours, seen.theirs)), strict=True)
     apart = [abs(ours.at - theirs.at) for ours, theirs in pairs]
     assert median(apart) < 0.001
@@ -78,7 +78,7 @@ def test_our_log_tells_the_kernels_time_of_what_others_send(seen: Witnesses) -> 
     assert times == sorted(times), "and what we send stands among it where we gave it to the adapter"
 
 
-def test_a_recording_of_candump_decodes_to_the_fields_the_public_stack_finds(seen: Witnesses) -> None:
+def test_a_candump_recording_decodes_as_in_the_public_stack(seen: Witnesses) -> None:
     command = [sys.executable, "-m", "hornbill", "decode", "--json", str(seen.file)]
     done = subprocess.run(command, capture_output=True, text=True, check=True, timeout=60)
     ours = [json.loads(each) for each in done.stdout.splitlines()]

@@ -8,7 +8,7 @@ def test_a_servo_of_another_process_is_configured_saved_and_moved(bench: Bench) 
     api = bench.api
     one, other = until(bench.ready, "two servos ready")
     assert (one["model"], other["model"]) == ("BLA21-06U-A0", "BLA15-06U-A0")
-    assert bench.allocations()[other["uid"]] == other["node_id"], "one of the two asked for its node id"
+    assert bench.allocations()[other["uid"]] == other["node_id"], "one of the two requested for its node id"
     assert one["uid"] not in bench.allocations()
     path = f"/servos/{one['uid']}"
     patched = api.patch(path + "/parameters", json={"values": {"angle_limit_cw": 75}}).json()
@@ -38,7 +38,7 @@ def test_every_parameter_of_both_servos_is_read_and_listed(bench: Bench) -> None
 
 
 def test_a_saved_servo_keeps_its_allocated_node_id(bench: Bench) -> None:
-    path = f"/servos/{bench.asking}"
+    path = f"/servos/{bench.requesting}"
     before = bench.api.get(path).json()
     changed = bench.api.patch(path + "/parameters", json={"values": {"servo_id": 9}}).json()
     assert changed["outcome"] == "applied"

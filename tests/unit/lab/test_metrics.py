@@ -31,7 +31,7 @@ def measured(zeta: float, omega: float, *, size: float = 10.0, start: float = 0.
 
 
 @given(zeta=some.floats(0.2, 0.9), omega=some.floats(10, 60), size=some.floats(1, 45), back=some.booleans())
-def test_overshoot_is_that_of_the_damping(zeta: float, omega: float, size: float, back: bool) -> None:
+def test_overshoot_follows_the_damping(zeta: float, omega: float, size: float, back: bool) -> None:
     found = measured(zeta, omega, size=-size if back else size, start=7.0)
     expected = math.exp(-math.pi * zeta / math.sqrt(1 - zeta**2)) * 100
     assert found.overshoot_pct == pytest.approx(expected, abs=0.5)
@@ -49,7 +49,7 @@ def test_rise_delay_and_first_crossing_are_within_one_sample() -> None:
     assert found.rise_s == pytest.approx(first[2] - first[1], abs=SAMPLE_S)
 
 
-def test_settling_is_when_the_band_is_entered_for_good() -> None:
+def test_settling_is_the_last_entry_into_the_band() -> None:
     t = [i * 0.01 for i in range(200)]
     y = [10.0 if time >= 0.5 else 10.4 if 0.3 <= time < 0.31 else 0.0 if time < 0.2 else 12.0 for time in t]
     found = of_step(t, y, 0.0, 10.0, band_deg=0.5)
@@ -57,14 +57,14 @@ def test_settling_is_when_the_band_is_entered_for_good() -> None:
     assert found.steady_state_error_deg == pytest.approx(0.0)
 
 
-def test_a_horn_that_never_arrives_has_no_rise_no_settling_and_no_overshoot() -> None:
+def test_a_horn_that_never_arrives_has_no_rise_settling_or_overshoot() -> None:
     t = [i * 0.01 for i in range(100)]
     found = of_step(t, [min(5.0, one * 10) for one in t], 0.0, 10.0, band_deg=0.5)
     assert (found.rise_s, found.settling_s, found.overshoot_pct, found.crossing_s) == (None, None, None, None)
     assert found.peak_deg == pytest.approx(5.0)
 
 
-def test_a_dwell_that_is_cut_short_is_not_settled() -> None:
+def test_too_short_a_dwell_is_not_settled() -> None:
     t = [i * 0.01 for i in range(100)]
     found = of_step(t, [0.0 if one < 0.85 else 10.0 for one in t], 0.0, 10.0, band_deg=0.5)
     assert found.settling_s is None
@@ -74,7 +74,7 @@ def test_a_dwell_that_is_cut_short_is_not_settled() -> None:
     ("swing_deg", "hertz", "word"),
     [(0.0, 5.0, "none"), (0.2, 5.0, "slight"), (0.45, 5.0, "hunting"), (0.45, 0.2, "none")],
 )
-def test_hunting_is_a_swing_that_goes_on_after_settling(swing_deg: float, hertz: float, word: str) -> None:
+def test_hunting_is_an_oscillation_after_settling(swing_deg: float, hertz: float, word: str) -> None:
     t = [i * 0.005 for i in range(600)]
     y = [10.0 + swing_deg * math.sin(2 * math.pi * hertz * one) for one in t]
     found = of_step(t, y, 0.0, 10.0, band_deg=0.5)
@@ -94,7 +94,7 @@ def limit_cycle(hertz: float, peak_deg: float, sample_s: float, seconds: float, 
 
 @pytest.mark.parametrize("hertz", [4.0, 9.0, 16.0, 30.0])
 @pytest.mark.parametrize(("peak_deg", "off_deg"), [(0.8, 0.0), (1.0, 0.0), (1.0, -1.5), (4.0, 0.0)])
-def test_a_horn_that_never_settles_because_it_swings_hunts(hertz: float, peak_deg: float, off_deg: float) -> None:
+def test_a_horn_that_oscillates_without_settling_hunts(hertz: float, peak_deg: float, off_deg: float) -> None:
     found = limit_cycle(hertz, peak_deg, 0.002, 1.0, off_deg)
     assert found.settling_s is None
     assert found.hunting == "hunting"
@@ -103,7 +103,7 @@ def test_a_horn_that_never_settles_because_it_swings_hunts(hertz: float, peak_de
 
 
 @pytest.mark.parametrize("sample_s", [0.02, 0.035, 0.05])
-def test_a_swing_that_is_sampled_too_seldom_hunts_at_a_frequency_nobody_knows(sample_s: float) -> None:
+def test_an_undersampled_oscillation_hunts_at_an_unknown_frequency(sample_s: float) -> None:
     found = limit_cycle(16.0, 1.0, sample_s, 1.5, 0.0)
     assert found.hunting == "hunting"
     assert found.hunting_hz is None
@@ -120,13 +120,13 @@ UNSETTLED: dict[str, Callable[[float], float]] = {
 
 
 @pytest.mark.parametrize("angle", UNSETTLED.values(), ids=UNSETTLED)
-def test_what_never_settles_for_another_reason_does_not_hunt(angle: Callable[[float], float]) -> None:
+def test_an_unsettled_response_without_oscillation_does_not_hunt(angle: Callable[[float], float]) -> None:
     t = [i * 0.002 for i in range(500)]
     found = of_step(t, [angle(one) for one in t], 0.0, 5.0, band_deg=0.5)
     assert (found.settling_s, found.hunting, found.hunting_hz) == (None, "none", None)
 
 
-def test_a_steady_error_is_told_with_its_sign() -> None:
+def test_the_steady_state_error_has_a_sign() -> None:
     t = [i * 0.01 for i in range(100)]
     found = of_step(t, [-10.3] * 100, 0.0, -10.0, band_deg=0.5)
     assert found.steady_state_error_deg == pytest.approx(-0.3)
@@ -136,6 +136,6 @@ def test_a_steady_error_is_told_with_its_sign() -> None:
     ("t", "y", "to"),
     [([0.0], [0.0], 1.0), ([0.0, 0.1], [0.0, 0.0], 0.0), ([0.0, 0.0], [0.0, 1.0], 1.0), ([0.0], [], 1.0)],
 )
-def test_what_is_no_step_response_is_refused(t: list[float], y: list[float], to: float) -> None:
+def test_an_invalid_step_response_is_refused(t: list[float], y: list[float], to: float) -> None:
     with pytest.raises(ValueError, match="step response"):
         of_step(t, y, 0.0, to, band_deg=0.5)

@@ -158,7 +158,7 @@ class Machine(RuleBasedStateMachine):
         node = self.nodes[who]
         if node.powered and not node.node_id:
             self.request(
-                node, AllocationMessage(preferred if preferred <= 125 else 0, True, node.uid[:6]), seen, responded
+                node, AllocationMessage(preferred if preferred <= 125 else 0, True, node.uid[:6]), received, responded
             )
 
     @rule(who=applicants, preferred=ids | st.just(0), received=st.booleans(), responded=st.booleans())

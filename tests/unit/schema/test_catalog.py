@@ -21,13 +21,13 @@ def test_a_row_is_the_same_by_key_and_by_address() -> None:
 
 
 @pytest.mark.parametrize("key", ["initialize", "reboot", "write_rom", "boot_loader", "0x49", "", "colour"])
-def test_actions_and_the_boot_loader_are_no_keys(key: str) -> None:
+def test_actions_and_the_boot_loader_have_no_keys(key: str) -> None:
     with pytest.raises(Unknown) as caught:
         CATALOG.parameter(key)
     assert caught.value.code == "unknown_parameter"
 
 
-def test_a_misspelt_key_is_told_its_neighbour() -> None:
+def test_a_misspelled_key_suggests_the_nearest() -> None:
     with pytest.raises(Unknown, match=r"Did you mean angle_limit_cw\?"):
         CATALOG.parameter("angle_limt_cw")
     assert CATALOG.parameter("angle_limit_cw").address == 0x38
@@ -57,7 +57,7 @@ def test_the_revision_follows_the_content(tmp_path: Path) -> None:
     assert Catalog.load(copy).revision != CATALOG.revision
 
 
-def test_models_tell_their_supply() -> None:
+def test_models_have_a_nominal_voltage() -> None:
     assert {name: model.nominal_v for name, model in CATALOG.models.items()} == {
         "BLA15-06U-A0": 7.4,
         "BLA15-12U-A0": 12.0,
@@ -85,7 +85,7 @@ def test_models_tell_their_supply() -> None:
         ((86, None), None),
     ],
 )
-def test_an_unknown_hardware_number_is_the_newest_known_of_its_series_with_the_same_supply_first(
+def test_an_unknown_hardware_number_counts_as_the_newest_of_its_series_with_the_same_supply(
     identity: tuple[int, int | None], treated_as: str | None
 ) -> None:
     model = CATALOG.treated_as(*identity)
@@ -105,7 +105,7 @@ def test_an_unknown_hardware_number_is_the_newest_known_of_its_series_with_the_s
         ("BLA34-12U-AB", 2000, "1.500"),
     ],
 )
-def test_an_unknown_firmware_is_the_newest_known_of_its_series_that_it_has_reached(
+def test_an_unknown_firmware_counts_as_the_newest_known_below_it(
     model: str, version: int, treated_as: str | None
 ) -> None:
     servo = CATALOG.models[model]
@@ -114,7 +114,7 @@ def test_an_unknown_firmware_is_the_newest_known_of_its_series_that_it_has_reach
         assert servo.rows(version) == servo.rows(firmware.from_text(treated_as))
 
 
-def test_the_note_on_a_firmware_is_told_of_known_ones_alone() -> None:
+def test_only_known_firmware_has_a_note() -> None:
     model = CATALOG.models["BLA21-06U-A0"]
     assert "1.400 fixes a stall at low speed" in (CATALOG.note_on(model, 1300) or "")
     assert "with no other servo on the bus" in (CATALOG.note_on(model, 1300) or "")
@@ -124,7 +124,7 @@ def test_the_note_on_a_firmware_is_told_of_known_ones_alone() -> None:
 
 
 @pytest.mark.parametrize(("raw", "text"), [(1010, "1.010"), (1300, "1.300"), (12_005, "12.005")])
-def test_firmware_versions_as_people_write_them(raw: int, text: str) -> None:
+def test_firmware_versions_as_text(raw: int, text: str) -> None:
     assert firmware.to_text(raw) == text
     assert firmware.from_text(text) == raw
 

@@ -84,7 +84,7 @@ def test_the_last_command_decides(last: LastCommand, ignored: set[str]) -> None:
     assert without_effect(fresh(speed_torque_control=1), last) == ignored
 
 
-def test_torque_limits_hold_for_every_command_while_control_is_on() -> None:
+def test_torque_limits_apply_to_every_command_while_control_is_on() -> None:
     for last in ("angle", "speed", "torque"):
         found = why_not(CATALOG, "torque_limit_cw", fresh(speed_torque_control=1), last)
         assert found == Effect(True, None)
@@ -118,7 +118,7 @@ def test_the_reason_is_a_sentence(key: str, values: Values, sentence: str) -> No
     assert found[:2] == (False, f"No effect now: {sentence}.")
 
 
-def test_an_unread_deciding_value_leaves_the_answer_open() -> None:
+def test_an_unread_deciding_value_leaves_the_effect_unknown() -> None:
     found = why_not(CATALOG, "torque_limit_cw", {}, rows=PWM.rows())
     assert found == Effect(
         None, "Effect unknown: speed and torque control (0x25) has not been read.",
@@ -128,20 +128,20 @@ def test_an_unread_deciding_value_leaves_the_answer_open() -> None:
     assert found == Effect(None, "Effect unknown: the last command is unknown.", Why("last_command_unknown"))
 
 
-def test_a_rule_that_holds_outweighs_one_that_is_open() -> None:
+def test_a_rule_that_applies_outweighs_an_unknown_one() -> None:
     found = why_not(CATALOG, "speed_limit_cw", {"speed_torque_control": 0}, rows=PWM.rows())
     assert found.in_effect is False
     found = why_not(CATALOG, "speed_limit_cw", {"speed_torque_control": None}, "torque", rows=PWM.rows())
     assert found.in_effect is False
 
 
-def test_one_false_condition_settles_a_rule_of_two() -> None:
+def test_one_false_condition_decides_a_rule_of_two() -> None:
     values: Values = {"pwm_mode": 0, "speed_torque_control": None}
     assert why_not(CATALOG, "pwm_range", values, rows=PWM.rows()) == Effect(True, None)
 
 
 @pytest.mark.parametrize("mode", [1, 2])
-def test_without_output_no_angle_is_held_and_nothing_is_limited(mode: int) -> None:
+def test_without_torque_commands_gains_and_limits_have_no_effect(mode: int) -> None:
     found = without_effect(fresh(speed_torque_control=1, torque_mode=mode), "angle")
     shaping = {key for key in PWM.rows() if key.startswith(("angle_", "speed_")) or "_limit_c" in key}
     assert found == (shaping - {"speed_torque_control"}) | {
@@ -161,7 +161,7 @@ def test_firmware_without_0x25_counts_as_off() -> None:
     assert why_not(CATALOG, "angle_p_gain", {"torque_mode": 0}, rows=rows) == Effect(True, None)
 
 
-def test_the_time_out_time_waits_for_nothing_under_hold_unless_pwm_may_take_over() -> None:
+def test_the_timeout_time_has_no_effect_under_hold_without_pwm_input() -> None:
     values: Values = {"timeout_action": 0}
     found = why_not(CATALOG, "timeout_time", values, rows=PLAIN.rows())
     assert found == Effect(
@@ -173,7 +173,7 @@ def test_the_time_out_time_waits_for_nothing_under_hold_unless_pwm_may_take_over
     assert why_not(CATALOG, "timeout_time", {"timeout_action": 1}, rows=PLAIN.rows()) == Effect(True, None)
 
 
-def test_rows_that_no_rule_names_always_act() -> None:
+def test_rows_without_a_rule_always_have_effect() -> None:
     for key in ("overcurrent_limit", "smoothing", "reverse", "temperature_limit_upper", "voltage_limit_lower"):
         assert why_not(CATALOG, key, {}) == Effect(True, None)
 
@@ -193,12 +193,12 @@ def test_rows_that_no_rule_names_always_act() -> None:
         (DUMMY, DUMMY, DUMMY, None),
     ],
 )
-def test_the_command_in_force_is_the_one_that_is_no_dummy(
+def test_the_active_command_is_the_one_that_is_not_dummy(
     angle: int | None, speed: int | None, torque: int | None, kind: str | None
 ) -> None:
     values: Values = {"command_angle": angle, "command_speed": speed, "command_torque": torque}
     assert commanded(values) == kind
 
 
-def test_only_an_angle_can_be_in_force_while_control_is_off() -> None:
+def test_only_an_angle_can_be_active_while_control_is_off() -> None:
     assert commanded({"speed_torque_control": 0}) == "angle"

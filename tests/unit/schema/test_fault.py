@@ -14,7 +14,7 @@ CATALOG = Catalog.load()
 
 
 @given(st.integers(0, 2**32 - 1))
-def test_a_register_is_its_bits(word: int) -> None:
+def test_a_register_is_split_into_bits(word: int) -> None:
     assert word_of(bits_of(word)) == word
 
 
@@ -40,7 +40,7 @@ def test_there_are_32_bits(bit: int) -> None:
         ({"fault_warning": 1 << 8, "fault_failure": 1 << 5}, 1 << 9 | 1 << 2),
     ],
 )
-def test_the_overview_says_which_level_has_something_in_which_group(words: dict[str, int], overview: int) -> None:
+def test_the_overview_shows_level_and_group_of_every_fault(words: dict[str, int], overview: int) -> None:
     assert overview_of(words) == overview
 
 

@@ -58,7 +58,7 @@ def test_a_mistake_in_an_overlay(refusal: Refusal, file: str, row: str, line: st
 
 
 @pytest.mark.parametrize(("file", "pattern", "replacement", "blamed", "row", "words"), IDENTITIES)
-def test_a_mistake_in_what_a_model_is(
+def test_a_mistake_in_the_identity_of_a_model(
     refusal: Refusal, file: str, pattern: str, replacement: str, blamed: str, row: str | None, words: str
 ) -> None:
     error = refusal(file, pattern, replacement)

@@ -54,7 +54,7 @@ def test_a_mistake_in_a_fault_bit(refusal: Refusal, old: str, new: str, row: str
     assert words in error.detail
 
 
-def test_a_detail_bit_of_a_register_that_holds_no_bits(refusal: Refusal) -> None:
+def test_a_detail_bit_of_a_register_without_bits(refusal: Refusal) -> None:
     error = refusal("parameters.toml", r'(key = "fault_warning"\n(?:.+\n)*?)kind = "bits"', r'\g<1>kind = "number"')
     assert error.facts == {"cause": "table_invalid", "file": "faults.toml", "row": "sensor_weak"}
     assert "unknown fault parameter fault_warning" in error.detail

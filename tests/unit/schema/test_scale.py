@@ -28,7 +28,7 @@ def settings(draw: st.DrawFn) -> tuple[Parameter, int, dict[str, int | None]]:
 
 
 @given(settings())
-def test_every_legal_value_comes_back(setting: tuple[Parameter, int, dict[str, int | None]]) -> None:
+def test_every_legal_value_round_trips(setting: tuple[Parameter, int, dict[str, int | None]]) -> None:
     row, raw, values = setting
     assert to_raw(row, to_value(row, raw, values), values) == raw
 
@@ -42,7 +42,7 @@ def outcome(row: Parameter, value: float) -> int | OutOfRange | InvalidValue:
 
 
 @given(st.sampled_from(NUMBERS), st.floats(allow_nan=False, allow_infinity=False))
-def test_any_float_is_a_raw_value_or_refused_with_what_is_legal(key: str, value: float) -> None:
+def test_any_float_is_a_raw_value_or_refused_with_legal_values(key: str, value: float) -> None:
     row = ROWS[key]
     assert row.minimum is not None
     assert row.maximum is not None
@@ -87,13 +87,13 @@ def test_any_float_is_a_raw_value_or_refused_with_what_is_legal(key: str, value:
         ("fault_overview", -1, 0xFFFF_FFFF),
     ],
 )
-def test_what_a_raw_value_means(key: str, raw: int, value: object) -> None:
+def test_the_meaning_of_a_raw_value(key: str, raw: int, value: object) -> None:
     found = to_value(ROWS[key], raw)
     assert found == value
     assert type(found) is type(value)
 
 
-def test_the_dummy_is_a_number_where_it_means_nothing() -> None:
+def test_the_dummy_is_a_plain_number_in_other_rows() -> None:
     assert to_value(ROWS["angle_limit_cw"], DUMMY) == 55_555_555.5
 
 
@@ -109,7 +109,7 @@ def test_the_dummy_is_a_number_where_it_means_nothing() -> None:
         ("servo_id", 10**400, "1.000000000e+400 is above this model's limit of 254. Enter 0 to 254."),
     ],
 )
-def test_a_value_out_of_range_is_told_its_limit(key: str, value: float, sentence: str) -> None:
+def test_a_value_out_of_range_is_refused_with_its_limit(key: str, value: float, sentence: str) -> None:
     with pytest.raises(OutOfRange) as caught:
         to_raw(ROWS[key], value)
     assert caught.value.detail == sentence
@@ -132,7 +132,7 @@ def test_out_of_range_facts_are_engineering_values() -> None:
         ("angle_p_gain", 1.5, "1.5 is between two steps of 1. Enter 1 or 2.", [1, 2]),
     ],
 )
-def test_a_value_between_steps_is_told_its_neighbours(
+def test_a_value_between_steps_is_refused_with_its_neighbours(
     key: str, value: float, sentence: str, nearest: list[float]
 ) -> None:
     with pytest.raises(InvalidValue) as caught:
@@ -156,7 +156,7 @@ def test_a_command_is_rounded_to_the_nearest_step(key: str, value: float, raw: i
     assert to_nearest_raw(ROWS[key], value) == raw
 
 
-def test_a_command_that_rounds_to_beyond_the_range_is_refused() -> None:
+def test_a_command_that_rounds_out_of_range_is_refused() -> None:
     with pytest.raises(OutOfRange):
         to_nearest_raw(ROWS["command_torque"], 100.6)
     for wrong in (True, "5", None, float("nan")):
@@ -164,7 +164,7 @@ def test_a_command_that_rounds_to_beyond_the_range_is_refused() -> None:
             to_nearest_raw(ROWS["command_torque"], wrong)
 
 
-def test_sums_of_tenths_are_taken_as_the_step_they_mean() -> None:
+def test_sums_of_tenths_count_as_the_nearest_step() -> None:
     assert to_raw(ROWS["origin"], 0.1 + 0.2) == 3
     assert to_raw(ROWS["command_angle"], 35_999_999.9) == 359_999_999
 
@@ -185,13 +185,13 @@ def test_sums_of_tenths_are_taken_as_the_step_they_mean() -> None:
         ("servo_id", float("-inf"), "Servo ID cannot be infinite. Enter 0 to 254."),
     ],
 )
-def test_the_wrong_kind_of_value_is_told_the_right_one(key: str, value: object, sentence: str) -> None:
+def test_a_value_of_the_wrong_kind_is_refused_with_the_right_one(key: str, value: object, sentence: str) -> None:
     with pytest.raises(InvalidValue) as caught:
         to_raw(ROWS[key], value)
     assert caught.value.detail == sentence
 
 
-def test_a_choice_names_what_is_allowed() -> None:
+def test_an_invalid_choice_is_refused_with_the_allowed_ones() -> None:
     with pytest.raises(InvalidValue) as caught:
         to_raw(ROWS["pwm_mode"], "torque")
     assert caught.value.facts == {
@@ -257,11 +257,11 @@ class TestPwmOutputRange:
         ("servo_id", 7, "7"),
     ],
 )
-def test_text_for_people(key: str, raw: int, text: str) -> None:
+def test_text_for_users(key: str, raw: int, text: str) -> None:
     assert to_text(ROWS[key], raw) == text
 
 
-def test_a_row_without_a_range_takes_any_number() -> None:
+def test_a_row_without_a_range_accepts_any_number() -> None:
     row = ROWS["product_number"]
     assert allowed(row) == "a number"
     assert to_raw(row, 123_456) == 123_456

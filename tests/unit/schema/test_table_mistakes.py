@@ -105,7 +105,7 @@ def test_a_missing_folder(tmp_path: Path, kind: str) -> None:
         Catalog.load(folder)
 
 
-def test_a_file_that_is_no_text(tmp_path: Path) -> None:
+def test_a_file_that_is_not_text(tmp_path: Path) -> None:
     folder = tmp_path / "schemas"
     shutil.copytree(resources.schemas(), folder)
     (folder / "faults.toml").write_bytes(b"\xff\xfe\x00")

@@ -1,4 +1,4 @@
-"""What a servo does, told from samples alone: also of swings that Status meets at one phase only, without flapping."""
+"""The activity of a servo, from samples alone: also of oscillations that alias with Status, without flapping."""
 
 import math
 from collections.abc import Callable
@@ -18,41 +18,41 @@ from hornbill.units import Uid
 from hornbill.wire.messages import Mode, NodeHealth, NodeStatus
 
 CATALOG = Catalog.load()
-Where = Callable[[float], float]
+Signal = Callable[[float], float]
 START = 100.0
 
 
 @dataclass
-class Desk:
-    """One servo that is heard, its torque polled, and its angle as often as it is asked for."""
+class Rig:
+    """One online servo: its torque is polled, and its angle as often as it is subscribed."""
 
     model: str = "BLA21-06U-A0"
     now: float = START
-    looks: list[tuple[str, float]] = field(default_factory=list[tuple[str, float]])
-    said: list[LogEvent] = field(default_factory=list[LogEvent])
+    reads: list[tuple[str, float]] = field(default_factory=list[tuple[str, float]])
+    events: list[LogEvent] = field(default_factory=list[LogEvent])
     states: list[str] = field(default_factory=list[str])
 
     def __post_init__(self) -> None:
         hub = self.hub = Hub()
         self.servo = ready(1, self.model)
-        self._until, self._looked, self._polled, self._torque = -math.inf, "", -math.inf, START
+        self._until, self._read_key, self._polled, self._torque = -math.inf, "", -math.inf, START
         base = TimeBase(lambda: self.now, lambda: self.now)
         self.activities = Activities(hub, base, cast(Polling, self), lambda _uid: self.servo, lambda _uid: True)
-        hub.subscribe(self.said.append, LogEvent)
+        hub.subscribe(self.events.append, LogEvent)
 
     def subscribe(self, _servo: Servo, channels: list[str], rate_hz: float, *, owner: str, ttl_s: float) -> None:
-        """Stands for Polling."""
+        """As Polling does."""
         assert owner == "activity"
-        self.looks.append((channels[0], rate_hz))
-        self._until, self._looked = self.now + ttl_s, channels[0]
+        self.reads.append((channels[0], rate_hz))
+        self._until, self._read_key = self.now + ttl_s, channels[0]
 
-    def run(self, seconds: float, angle: Where, torque: Where = lambda _at: 0.0, watched_hz: float = 0.0) -> None:
-        """Samples as the bus brings them: Status every 0.1 s, unless 0x08 was read just before, and what is polled."""
+    def run(self, seconds: float, angle: Signal, torque: Signal = lambda _at: 0.0, watched_hz: float = 0.0) -> None:
+        """Publish samples as from a bus: Status every 0.1 s, unless 0x08 was just read, and polled rows."""
         end, status = self.now + seconds, self.now
         while self.now < end:
-            self.now = round(self.now + 0.001, 3)
-            looked = self.now < self._until
-            hz = max(watched_hz, self.looks[-1][1] if looked and self._looked == "current_angle" else 0.0)
+            self.now = round(self.now + 0.005, 3)
+            read = self.now < self._until
+            hz = max(watched_hz, self.reads[-1][1] if read and self._read_key == "current_angle" else 0.0)
             if hz and self.now - self._polled >= 1 / hz:
                 self._polled = self.now
                 self._sample("current_angle", angle)
@@ -61,8 +61,8 @@ class Desk:
                 if self.now - self._polled > 0.15:
                     self._sample("current_angle", angle)
             every = (
-                1 / self.looks[-1][1]
-                if looked and self._looked == "current_torque"
+                1 / self.reads[-1][1]
+                if read and self._read_key == "current_torque"
                 else CATALOG.polled["current_torque"]
             )
             if self.now - self._torque >= every:
@@ -73,7 +73,7 @@ class Desk:
             if not self.states or self.states[-1] != doing:
                 self.states.append(doing)
 
-    def _sample(self, key: str, of: Where) -> None:
+    def _sample(self, key: str, of: Signal) -> None:
         value = round(of(self.now), 1)
         self.servo.note(key, round(value * self.servo.registers[key].parameter.per_unit), self.now)
         self.hub.publish(Sampled(self.servo.uid, key, self.now, value))
@@ -83,7 +83,7 @@ class Desk:
         return self.activities.of(self.servo).doing
 
     def codes(self) -> list[str]:
-        return [one.code for one in self.said]
+        return [one.code for one in self.events]
 
 
 def ready(number: int, model: str = "BLA21-06U-A0") -> Servo:
@@ -100,91 +100,90 @@ def ready(number: int, model: str = "BLA21-06U-A0") -> Servo:
     return servo
 
 
-def swing(hz: float, peak: float) -> Where:
+def swing(hz: float, peak: float) -> Signal:
     return lambda at: peak * math.sin(2 * math.pi * hz * at + 0.4)
 
 
 @pytest.mark.parametrize("hz", [2.0, 3.1, 5.0, 7.7, 9.4, 9.9, 10.0, 10.1, 16.0, 20.0, 23.7, 30.0])
-def test_hunting_is_found_at_every_frequency_told_once_and_ends_once(hz: float) -> None:
-    desk = Desk()
-    desk.run(60.0, swing(hz, 1.0), swing(hz, 90.0))
-    assert desk.doing == "hunting"
-    assert desk.codes() == ["hunting"]
-    assert desk.states[-1:] == ["hunting"]
-    assert desk.states.count("hunting") == 1, desk.states
-    (told,) = desk.said
-    assert told.params["peak_to_peak_deg"] == pytest.approx(2.0, abs=0.7)
-    desk.run(20.0, lambda _at: 0.2)
-    assert desk.doing == "holding"
-    assert desk.codes() == ["hunting", "hunting_ended"]
-    assert desk.states.count("hunting") == 1, desk.states
+def test_hunting_is_found_at_every_frequency_and_reported_once(hz: float) -> None:
+    rig = Rig()
+    rig.run(30.0, swing(hz, 1.0), swing(hz, 90.0))
+    assert rig.doing == "hunting"
+    assert rig.codes() == ["hunting"]
+    assert rig.states.count("hunting") == 1, rig.states
+    (event,) = rig.events
+    assert event.params["peak_to_peak_deg"] == pytest.approx(2.0, abs=0.7)
+    rig.run(10.0, lambda _at: 0.2)
+    assert rig.doing == "holding"
+    assert rig.codes() == ["hunting", "hunting_ended"]
+    assert rig.states.count("hunting") == 1, rig.states
 
 
-def test_what_status_shows_needs_no_other_reads() -> None:
-    desk = Desk()
-    desk.run(30.0, swing(16.0, 1.0))
-    assert desk.doing == "hunting"
-    assert len(desk.looks) <= 1
-    quiet = Desk()
+def test_what_status_shows_needs_no_additional_reads() -> None:
+    rig = Rig()
+    rig.run(30.0, swing(16.0, 1.0))
+    assert rig.doing == "hunting"
+    assert len(rig.reads) <= 1
+    quiet = Rig()
     quiet.run(60.0, lambda _at: 12.3, lambda _at: 20.0)
-    assert quiet.looks == []
+    assert quiet.reads == []
 
 
-def test_few_servos_are_looked_at_closely_at_a_time() -> None:
-    desk = Desk()
+def test_only_a_few_servos_are_polled_fast_at_a_time() -> None:
+    rig = Rig()
     others = [ready(number) for number in range(2, 12)]
-    servos = {one.uid: one for one in (desk.servo, *others)}
-    looked: list[str] = []
+    servos = {one.uid: one for one in (rig.servo, *others)}
+    read: list[str] = []
 
     class Reads:
         def subscribe(self, servo: Servo, *_: object, **__: object) -> None:
-            looked.append(servo.uid)
+            read.append(servo.uid)
 
-    base = TimeBase(lambda: desk.now, lambda: desk.now)
-    activities = Activities(desk.hub, base, cast(Polling, Reads()), servos.get, lambda _uid: True)
+    base = TimeBase(lambda: rig.now, lambda: rig.now)
+    activities = Activities(rig.hub, base, cast(Polling, Reads()), servos.get, lambda _uid: True)
     for tick in range(40):
-        desk.now = START + 2 + tick / 10
+        rig.now = START + 2 + tick / 10
         for servo in others:
-            desk.hub.publish(Sampled(servo.uid, "current_angle", desk.now, 0.0))
-            desk.hub.publish(Sampled(servo.uid, "current_torque", desk.now, 80.0 * (tick // 5 % 2)))
+            rig.hub.publish(Sampled(servo.uid, "current_angle", rig.now, 0.0))
+            rig.hub.publish(Sampled(servo.uid, "current_torque", rig.now, 80.0 * (tick // 5 % 2)))
         if tick == 19:
-            assert len(set(looked)) == MAX_FAST_POLLED
+            assert len(set(read)) == MAX_FAST_POLLED
     assert all(activities.of(servo).doing == "holding" for servo in others)
 
 
 @pytest.mark.parametrize("watched_hz", [0.0, 20.0])
-def test_loads_that_change_under_a_horn_at_rest_are_no_hunting(watched_hz: float) -> None:
-    desk = Desk()
-    desk.run(120.0, lambda at: 0.1 * math.sin(at), lambda at: 60.0 * math.sin(at * 1.3), watched_hz)
-    assert desk.codes() == []
-    assert set(desk.states) <= {"unknown", "holding"}
+def test_a_changing_load_on_a_horn_at_rest_is_no_hunting(watched_hz: float) -> None:
+    rig = Rig()
+    rig.run(60.0, lambda at: 0.1 * math.sin(at), lambda at: 60.0 * math.sin(at * 1.3), watched_hz)
+    assert rig.codes() == []
+    assert set(rig.states) <= {"unknown", "holding"}
 
 
-def test_a_motor_at_its_limit_at_rest_is_saturated_told_once_and_ends_once() -> None:
-    desk = Desk()
-    desk.run(10.0, lambda _at: 5.0, lambda _at: 40.0)
-    desk.run(30.0, lambda _at: 5.0, lambda at: 95.0 if math.sin(at * 7) > -0.9 else 85.0)
-    assert desk.doing == "saturated"
-    (told,) = desk.said
-    assert (told.code, told.params["torque_limit_pct"]) == ("saturated", 100.0)
-    desk.run(30.0, lambda _at: 5.0, lambda _at: 30.0)
-    assert desk.codes() == ["saturated", "saturated_ended"]
-    assert desk.states == ["unknown", "holding", "saturated", "holding"]
+def test_a_motor_at_its_limit_at_rest_is_saturated_and_reported_once() -> None:
+    rig = Rig()
+    rig.run(10.0, lambda _at: 5.0, lambda _at: 40.0)
+    rig.run(30.0, lambda _at: 5.0, lambda at: 95.0 if math.sin(at * 7) > -0.9 else 85.0)
+    assert rig.doing == "saturated"
+    (event,) = rig.events
+    assert (event.code, event.params["torque_limit_pct"]) == ("saturated", 100.0)
+    rig.run(30.0, lambda _at: 5.0, lambda _at: 30.0)
+    assert rig.codes() == ["saturated", "saturated_ended"]
+    assert rig.states == ["unknown", "holding", "saturated", "holding"]
 
 
-def test_torque_of_a_move_is_no_saturation() -> None:
-    desk = Desk()
+def test_torque_during_a_move_is_no_saturation() -> None:
+    rig = Rig()
     for turn in range(20):
-        begun, to = desk.now, 60.0 * (turn % 2)
-        desk.servo.note("command_angle", round(to * 10), desk.now)
+        begun, to = rig.now, 60.0 * (turn % 2)
+        rig.servo.note("command_angle", round(to * 10), rig.now)
 
         def where(at: float, begun: float = begun, to: float = to) -> float:
             share = min(1.0, (at - begun) / 1.5)
             return to * share + (60.0 - to) * (1 - share)
 
-        desk.run(4.0, where, lambda at, begun=begun: 100.0 if at - begun < 1.5 else 5.0)
-    assert desk.codes() == []
-    assert "saturated" not in desk.states
+        rig.run(4.0, where, lambda at, begun=begun: 100.0 if at - begun < 1.5 else 5.0)
+    assert rig.codes() == []
+    assert "saturated" not in rig.states
 
 
 @pytest.mark.parametrize(
@@ -199,34 +198,36 @@ def test_torque_of_a_move_is_no_saturation() -> None:
         ({"current_voltage": 60}, 50.0, 81.1),
     ],
 )
-def test_the_limit_is_the_lowest_of_what_holds_on_that_side(raws: dict[str, int], pct: float, limit: float) -> None:
+def test_the_torque_limit_is_the_lowest_that_applies_in_that_direction(
+    raws: dict[str, int], pct: float, limit: float
+) -> None:
     servo = ready(1)
     for key, raw in raws.items():
         servo.note(key, raw, START)
     assert torque_limit_pct(servo, pct) == limit
 
 
-def test_a_command_ends_rest_and_a_swing_counts_only_after_it() -> None:
-    desk = Desk()
-    desk.run(10.0, swing(16.0, 1.0))
-    assert desk.doing == "hunting"
+def test_a_command_restarts_the_detection_of_hunting() -> None:
+    rig = Rig()
+    rig.run(10.0, swing(16.0, 1.0))
+    assert rig.doing == "hunting"
     for turn in range(20):
-        desk.servo.note("command_angle", 100 + turn, desk.now)
-        desk.run(0.4, swing(16.0, 1.0))
-        assert desk.doing != "hunting" or turn == 0
-    assert desk.codes() == ["hunting"], "it neither ended nor began anew"
-    desk.run(5.0, swing(16.0, 1.0))
-    assert desk.doing == "hunting"
-    assert desk.codes() == ["hunting"]
+        rig.servo.note("command_angle", 100 + turn, rig.now)
+        rig.run(0.4, swing(16.0, 1.0))
+        assert rig.doing != "hunting" or turn == 0
+    assert rig.codes() == ["hunting"], "it neither ended nor started again"
+    rig.run(5.0, swing(16.0, 1.0))
+    assert rig.doing == "hunting"
+    assert rig.codes() == ["hunting"]
 
 
-def test_silence_is_unknown_and_clears_nothing_but_a_restart_does() -> None:
-    desk = Desk()
-    desk.run(10.0, swing(16.0, 1.0))
-    desk.now += 1.5
-    desk.activities.tick()
-    assert desk.doing == "unknown"
-    assert desk.activities.of(desk.servo).peak_to_peak_deg is None
-    desk.run(10.0, swing(16.0, 1.0))
-    assert desk.codes() == ["hunting"]
-    assert desk.doing == "hunting"
+def test_an_offline_servo_is_unknown_and_its_hunting_has_not_ended() -> None:
+    rig = Rig()
+    rig.run(10.0, swing(16.0, 1.0))
+    rig.now += 1.5
+    rig.activities.tick()
+    assert rig.doing == "unknown"
+    assert rig.activities.of(rig.servo).peak_to_peak_deg is None
+    rig.run(10.0, swing(16.0, 1.0))
+    assert rig.codes() == ["hunting"]
+    assert rig.doing == "hunting"

@@ -1,4 +1,4 @@
-"""Which moves need a word, and what float16 makes of angles (features B25, B34, B71, B88)."""
+"""Moves that need a confirmation, and angles as float16 (features B25, B34, B71, B88)."""
 
 import pytest
 from hypothesis import given
@@ -25,70 +25,70 @@ def servo(model: str = "BLA21-06U-A0") -> Servo:
     return made
 
 
-def words(found: list[Caution]) -> list[str]:
+def confirmations(found: list[Caution]) -> list[str]:
     return [one.confirm for one in found if one.confirm is not None]
 
 
 @given(raw=st.integers(-36000, 36000), here=st.lists(st.integers(-36000, 36000), max_size=3))
-def test_turns_are_asked_for_exactly_beyond_one_turn_from_where_the_horn_may_be(raw: int, here: list[int]) -> None:
+def test_a_move_beyond_one_turn_requires_a_confirmation(raw: int, here: list[int]) -> None:
     far = max((abs(raw - angle) for angle in here), default=0)
-    assert ("turns" in words(cautions(servo(), "angle", raw, here, 0.06))) == (far > 3600)
+    assert ("turns" in confirmations(cautions(servo(), "angle", raw, here, 0.06))) == (far > 3600)
 
 
 @given(raw=st.integers(-300, 300), kind=st.sampled_from(["speed", "torque"]))
-def test_only_what_turns_is_called_endless_and_no_word_is_asked_for_it(raw: int, kind: str) -> None:
-    said = cautions(servo(), kind, raw, [], 0.06)
-    assert any("rotates continuously" in one.text for one in said) == (raw != 0)
-    assert words(said) == []
+def test_continuous_rotation_is_a_caution_without_a_confirmation(raw: int, kind: str) -> None:
+    found = cautions(servo(), kind, raw, [], 0.06)
+    assert any("rotates continuously" in one.text for one in found) == (raw != 0)
+    assert confirmations(found) == []
 
 
 @pytest.mark.parametrize("kind", ["speed", "torque"])
 @pytest.mark.parametrize(
     ("raw", "warned"), [(0, False), (1, True), (-9, True), (10, False), (-10, False), (100, False)]
 )
-def test_what_is_too_small_to_be_usable_is_said(kind: str, raw: int, warned: bool) -> None:
-    said = [one for one in cautions(servo(), kind, raw, [], 0.06) if one.code == "below_minimum"]
-    assert bool(said) is warned
-    for one in said:
+def test_a_value_below_the_usable_minimum_is_a_caution(kind: str, raw: int, warned: bool) -> None:
+    found = [one for one in cautions(servo(), kind, raw, [], 0.06) if one.code == "below_minimum"]
+    assert bool(found) is warned
+    for one in found:
         assert "at least ±10 " in one.text
         assert one.params == {"value": raw, "smallest": 10}
         assert one.confirm is None
 
 
-def test_no_angle_is_too_small() -> None:
+def test_no_angle_is_below_the_usable_minimum() -> None:
     assert [one.code for one in cautions(servo(), "angle", 1, [0], 0.06)] == []
 
 
-def test_with_lost_turns_only_a_short_move_from_a_known_place_needs_no_word() -> None:
+def test_with_lost_turns_only_a_short_move_from_a_known_angle_needs_no_confirmation() -> None:
     lost = servo()
     lost.turns_lost_deg = 270.0
-    assert words(cautions(lost, "angle", 450, [0], 0.06)) == []
-    assert words(cautions(lost, "angle", 451, [0], 0.06)) == ["turn_count"]
-    assert words(cautions(lost, "angle", 0, [], 0.06)) == ["turn_count"], "nobody knows where it is"
-    assert words(cautions(lost, "speed", 0, [], 0.06)) == []
+    assert confirmations(cautions(lost, "angle", 450, [0], 0.06)) == []
+    assert confirmations(cautions(lost, "angle", 451, [0], 0.06)) == ["turn_count"]
+    assert confirmations(cautions(lost, "angle", 0, [], 0.06)) == ["turn_count"], "its angle is unknown"
+    assert confirmations(cautions(lost, "speed", 0, [], 0.06)) == []
 
 
-def test_all_missing_words_are_named_at_once() -> None:
-    said = [
+def test_all_missing_confirmations_are_listed_at_once() -> None:
+    found = [
         Caution("warning", "turns", "One.", "turns", {"turns": 2.0, "to_deg": 720.0}),
         Caution("failure", "timeout_hold", "Two.", None, {}),
         Caution("warning", "turn_count", "Three.", "turn_count", {"before_deg": 10.5}),
     ]
     one = servo()
     with pytest.raises(NeedsConfirmation) as caught:
-        require(one, said, ())
+        require(one, found, ())
     assert caught.value.facts == {
-        "confirm": "turns", "words": ["turns", "turn_count"], "cause": "turns", "also": ["turn_count"],
+        "confirm": "turns", "confirmations": ["turns", "turn_count"], "cause": "turns", "also": ["turn_count"],
         "servo": one.title, "turns": 2.0, "to_deg": 720.0, "before_deg": 10.5,
     }  # fmt: skip
     with pytest.raises(NeedsConfirmation) as caught:
-        require(one, said, ["turns"])
-    assert (caught.value.facts["words"], caught.value.facts["cause"]) == (["turn_count"], "turn_count")
-    require(one, said, ["turn_count", "turns"])
+        require(one, found, ["turns"])
+    assert (caught.value.facts["confirmations"], caught.value.facts["cause"]) == (["turn_count"], "turn_count")
+    require(one, found, ["turn_count", "turns"])
 
 
 @given(raw=st.integers(-36000, 36000) | st.integers(-1810, 1810), unit=st.sampled_from(list(DEGREES)))
-def test_no_angle_beyond_half_a_turn_leaves_and_float16_moves_none_by_more_than_a_step(
+def test_no_angle_beyond_half_a_turn_is_sent_and_float16_changes_none_by_more_than_a_step(
     raw: int, unit: PositionUnit
 ) -> None:
     one = servo()

@@ -1,4 +1,4 @@
-"""The order of commissioning: whatever ids are exchanged, no two servos ever share one, and nobody waits for ever."""
+"""The order of commissioning: no two servos ever share an ID, and every servo gets its turn."""
 
 from collections.abc import Mapping
 
@@ -21,7 +21,7 @@ def stages(
 @st.composite
 def scenes(draw: st.DrawFn) -> tuple[list[Wanted], dict[Uid, int | None], dict[Uid, int | None]]:
     """Servos with ids (0: none), and what they are to become; a servo that is not to change an id may keep it only
-    when nobody is to get it, as Commissioning demands before it plans.
+    when no other is to get it, as Commissioning requires before it plans.
     """
     count = draw(st.integers(1, 7))
     uids = [Uid(f"{place:032x}") for place in range(count)]
@@ -42,7 +42,7 @@ def scenes(draw: st.DrawFn) -> tuple[list[Wanted], dict[Uid, int | None], dict[U
 
 
 @given(scenes())
-def test_no_two_servos_ever_share_an_id_and_all_end_with_theirs(
+def test_no_two_servos_share_an_id_at_any_time_and_all_get_theirs(
     scene: tuple[list[Wanted], dict[Uid, int | None], dict[Uid, int | None]],
 ) -> None:
     wanted, servo_ids, node_ids = scene
@@ -68,24 +68,24 @@ def test_no_two_servos_ever_share_an_id_and_all_end_with_theirs(
 A, B, C = (Uid(letter * 32) for letter in "abc")
 
 
-def test_new_servos_come_in_the_order_they_were_named() -> None:
+def test_new_servos_keep_their_order() -> None:
     wanted = [Wanted(uid, place) for place, uid in enumerate((C, A, B), start=1)]
-    nobody = dict.fromkeys((A, B, C), 0)
-    assert stages(wanted, nobody, {A: 125, B: 124, C: 123}) == [
+    no_ids = dict.fromkeys((A, B, C), 0)
+    assert stages(wanted, no_ids, {A: 125, B: 124, C: 123}) == [
         IdTurn(C),
         IdTurn(A),
         IdTurn(B),
     ]
 
 
-def test_a_chain_needs_nobody_to_step_aside_and_a_cycle_one() -> None:
+def test_a_chain_needs_no_parked_servo_and_a_cycle_one() -> None:
     chain = stages([Wanted(A, 2), Wanted(B, 3)], {A: 1, B: 2}, {})
     assert chain == [IdTurn(B), IdTurn(A)]
     cycle = stages([Wanted(A, 2), Wanted(B, 1)], {A: 1, B: 2}, {})
     assert cycle == [IdTurn(B, "servo_id"), IdTurn(A), IdTurn(B)]
 
 
-def test_a_cycle_of_node_ids_needs_one_servo_to_go_away() -> None:
+def test_a_cycle_of_node_ids_needs_one_parked_servo() -> None:
     wanted = [Wanted(A, None, 12), Wanted(B, None, 13), Wanted(C, None, 11)]
     assert stages(wanted, {}, {A: 11, B: 12, C: 13}) == [
         IdTurn(B, "node_id"),
@@ -95,7 +95,7 @@ def test_a_cycle_of_node_ids_needs_one_servo_to_go_away() -> None:
     ]
 
 
-def test_an_id_asked_for_twice_names_who_asked_first() -> None:
+def test_an_id_wanted_twice_is_a_conflict_that_names_the_first_servo() -> None:
     with pytest.raises(Conflict) as caught:
         check_wanted([Wanted(A, 1, 20), Wanted(B, 2, 20)])
     assert (caught.value.facts["key"], caught.value.facts["owner"]) == ("node_id", A)

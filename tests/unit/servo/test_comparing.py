@@ -1,4 +1,4 @@
-"""Comparing two sides, and choosing what a servo takes of one: pure, so every pair of models is tried."""
+"""Comparison of two sides, and the choice of the values to restore, for every pair of models."""
 
 from collections.abc import Mapping
 from dataclasses import replace
@@ -18,7 +18,7 @@ from hornbill.servo.profiles.comparing import Side, compare, side_of
 from hornbill.servo.profiles.restoring import choose
 from hornbill.units import Raw
 
-IT = Note("It does not have it.", "not_in_servo")
+NOT_IN_SERVO = Note("The servo does not have it.", "not_in_servo")
 
 CATALOG = Catalog.load()
 PWM = next(model for model in CATALOG.models.values() if model.pwm and "1.300" in model.firmware)
@@ -44,14 +44,14 @@ def side(held: Held, name: str = "snapshot:1") -> Side:
 
 
 @given(servos())
-def test_a_side_does_not_differ_from_itself(held: Held) -> None:
+def test_a_side_equals_itself(held: Held) -> None:
     found = compare(CATALOG, side(held), side(held), identity=True)
     assert found.differences == []
     assert found.same == len(held[1])
 
 
 @given(servos(), servos())
-def test_a_comparison_the_other_way_round_is_its_mirror(left: Held, right: Held) -> None:
+def test_a_comparison_with_exchanged_sides_is_its_mirror(left: Held, right: Held) -> None:
     one = compare(CATALOG, side(left), side(right), identity=True)
     other = compare(CATALOG, side(right), side(left), identity=True)
     assert other.same == one.same
@@ -67,10 +67,10 @@ def test_a_comparison_the_other_way_round_is_its_mirror(left: Held, right: Held)
 
 
 @given(servos(), servos())
-def test_after_a_restore_nothing_of_what_was_written_differs(there: Held, here: Held) -> None:
+def test_restored_rows_do_not_differ(there: Held, here: Held) -> None:
     rows, raws = here
     try:
-        values, left_out = choose(rows, raws, side(there), IT, identity=True)
+        values, left_out = choose(rows, raws, side(there), NOT_IN_SERVO, identity=True)
     except BadRequest as error:
         problems = error.facts["problems"]
         assert isinstance(problems, list)
@@ -86,7 +86,7 @@ def test_after_a_restore_nothing_of_what_was_written_differs(there: Held, here: 
 
 
 @given(servos(), st.data())
-def test_what_is_not_known_equals_nothing_and_is_not_restored(held: Held, data: st.DataObject) -> None:
+def test_an_unknown_value_differs_and_is_not_restored(held: Held, data: st.DataObject) -> None:
     rows, raws = held
     gone = data.draw(st.sampled_from(sorted(set(raws) - {TORQUE, "pwm_mode"})))
     known = side_of("snapshot:2", "snapshot 2", rows, {key: raw for key, raw in raws.items() if key != gone})
@@ -94,7 +94,7 @@ def test_what_is_not_known_equals_nothing_and_is_not_restored(held: Held, data: 
         found = compare(CATALOG, left, right, identity=True).differences
         assert [one.key for one in found] == [gone]
         assert (found[0].left, found[0].left_has, found[0].right_has) == (None, True, True)
-    values, left_out = choose(rows, raws, known, IT, identity=True)
+    values, left_out = choose(rows, raws, known, NOT_IN_SERVO, identity=True)
     assert gone not in values
     assert [one.why for one in left_out if one.key == gone] == ["The value in snapshot 2 is unknown."]
 
@@ -111,44 +111,44 @@ def test_the_same_number_in_another_unit_is_a_difference() -> None:
     assert (found.left, found.left_unit, found.right, found.right_unit) == (90.0, "°", 90, "rpm")
 
 
-def test_a_number_whose_unit_is_not_known_is_not_known() -> None:
+def test_a_number_of_unknown_unit_is_unknown() -> None:
     assert side(pwm(None, 900)).values["pwm_output_range"] is None
 
 
-def test_a_number_is_not_restored_in_another_unit_than_it_was_taken_in() -> None:
+def test_a_number_is_restored_only_in_its_unit() -> None:
     rows = PWM.rows(1300)
     with pytest.raises(InvalidValue, match="Restore pwm_mode together with it"):
-        choose(rows, {"pwm_mode": 1}, side(pwm(0, 900)), IT, keys=["pwm_output_range"])
-    values, _ = choose(rows, {"pwm_mode": 1}, side(pwm(0, 900)), IT, keys=["pwm_output_range", "pwm_mode"])
+        choose(rows, {"pwm_mode": 1}, side(pwm(0, 900)), NOT_IN_SERVO, keys=["pwm_output_range"])
+    values, _ = choose(rows, {"pwm_mode": 1}, side(pwm(0, 900)), NOT_IN_SERVO, keys=["pwm_output_range", "pwm_mode"])
     assert values == {"pwm_output_range": 90.0, "pwm_mode": "angle"}
 
 
-def test_identity_is_compared_and_restored_only_when_asked_for() -> None:
+def test_identity_is_compared_and_restored_only_if_requested() -> None:
     rows = PWM.rows(1300)
     there, here = {"servo_id": 3, "angle_p_gain": 40}, {"servo_id": 4, "angle_p_gain": 40}
     left, right = side((rows, there)), side((rows, here))
     assert "servo_id" not in {one.key for one in compare(CATALOG, left, right).differences}
     assert "servo_id" in {one.key for one in compare(CATALOG, left, right, identity=True).differences}
-    assert choose(rows, here, left, IT)[0] == {"angle_p_gain": 40}
-    assert choose(rows, here, left, IT, keys=["servo_id"])[0] == {"servo_id": 3}
+    assert choose(rows, here, left, NOT_IN_SERVO)[0] == {"angle_p_gain": 40}
+    assert choose(rows, here, left, NOT_IN_SERVO, keys=["servo_id"])[0] == {"servo_id": 3}
 
 
-def test_torque_is_taken_only_when_named_and_never_turned_on() -> None:
+def test_torque_mode_is_restored_only_if_requested_and_never_to_on() -> None:
     rows = PWM.rows(1300)
-    assert choose(rows, {TORQUE: 0}, side((rows, {TORQUE: 1})), IT)[0] == {}
-    assert choose(rows, {TORQUE: 0}, side((rows, {TORQUE: 1})), IT, keys=[TORQUE])[0] == {TORQUE: "off"}
-    values, left_out = choose(rows, {TORQUE: 1}, side((rows, {TORQUE: 0})), IT, keys=[TORQUE])
+    assert choose(rows, {TORQUE: 0}, side((rows, {TORQUE: 1})), NOT_IN_SERVO)[0] == {}
+    assert choose(rows, {TORQUE: 0}, side((rows, {TORQUE: 1})), NOT_IN_SERVO, keys=[TORQUE])[0] == {TORQUE: "off"}
+    values, left_out = choose(rows, {TORQUE: 1}, side((rows, {TORQUE: 0})), NOT_IN_SERVO, keys=[TORQUE])
     assert values == {}
     assert "never turns torque on" in left_out[0].why
 
 
-def test_every_value_that_does_not_fit_is_named_at_once() -> None:
+def test_all_invalid_values_are_listed_at_once() -> None:
     rows = dict(PWM.rows(1300))
     for key in ("angle_p_gain", "angle_d_gain"):
         rows[key] = rows[key].model_copy(update={"maximum": 10})
     there = side((PWM.rows(1300), {"angle_p_gain": 50, "angle_d_gain": 30, "smoothing": 0}))
     with pytest.raises(OutOfRange, match="2 rows of snapshot:1 are not valid for this servo") as caught:
-        choose(rows, {}, there, IT)
+        choose(rows, {}, there, NOT_IN_SERVO)
     problems = cast("list[dict[str, str]]", caught.value.facts["problems"])
     assert [(one["key"], one["code"]) for one in problems] == [
         ("angle_p_gain", "out_of_range"), ("angle_d_gain", "out_of_range"),

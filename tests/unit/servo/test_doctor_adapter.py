@@ -1,4 +1,4 @@
-"""The tests of what the doctor says of an adapter, from what a port says of itself."""
+"""The findings of the doctor about an adapter, from the state of a port."""
 
 import asyncio
 from collections.abc import Callable, Coroutine
@@ -28,41 +28,41 @@ def refused(fault: socketcan.InterfaceFault) -> PortOpenFailed:
 
 
 @dataclass
-class Ward:
-    """A doctor, and the port he looks at, on which node 20 says NodeStatus unless it is `quiet`."""
+class Case:
+    """A doctor and the port it checks, on which node 20 sends NodeStatus unless it is `quiet`."""
 
     doctor: Doctor
     port: RecordingPort
     quiet: bool = False
-    said: int = 0
+    sent: int = 0
 
     async def live(self, seconds: float, act: Callable[[], object] = lambda: None) -> None:
         """Let time pass, `act` ten times a second."""
         for number in range(round(seconds * 10)):
             await asyncio.sleep(0.1)
             if not number % 10 and not self.quiet:
-                self.say_status()
+                self.receive_status()
             act()
             self.doctor.tick(asyncio.get_running_loop().time())
 
-    def say_status(self, ahead: int = 0) -> None:
-        """Node 20 is heard; `ahead`: or its twin, whose uptime and transfer ids are so far ahead."""
-        self.said += not ahead
-        status = NodeStatus(self.said + ahead, NodeHealth.OK, Mode.OPERATIONAL).encode()
-        transfer = Transfer(Kind.MESSAGE, NodeStatus.TYPE.id, 20, 0, 24, (self.said + ahead) % 32, status)
+    def receive_status(self, ahead: int = 0) -> None:
+        """Receive a NodeStatus of node 20, or of its twin, whose uptime and transfer IDs are `ahead`."""
+        self.sent += not ahead
+        status = NodeStatus(self.sent + ahead, NodeHealth.OK, Mode.OPERATIONAL).encode()
+        transfer = Transfer(Kind.MESSAGE, NodeStatus.TYPE.id, 20, 0, 24, (self.sent + ahead) % 32, status)
         now = asyncio.get_running_loop().time()
         frames = [frame._replace(at=now) for frame in split(transfer, NodeStatus.TYPE)]
         self.port.statistics.rx_frames += len(frames)
         self.port.deliver(frames)
 
     def only(self) -> Finding:
-        """The one thing he finds."""
+        """The only finding."""
         (found,) = self.doctor.findings()
         return found
 
 
-def with_ward(
-    scene: Callable[[Ward], Coroutine[Any, Any, None]], address: str = "socketcan:can0", bitrate: int = 1_000_000
+def with_case(
+    scene: Callable[[Case], Coroutine[Any, Any, None]], address: str = "socketcan:can0", bitrate: int = 1_000_000
 ) -> None:
     async def main() -> None:
         port = RecordingPort()
@@ -73,13 +73,13 @@ def with_ward(
         allocator = Allocator(MemoryTable(), own_ids=frozenset({127}), known_nodes=directory)
         doctor.follow(port, node, allocator, directory)
         node.start()
-        await scene(Ward(doctor, port))
+        await scene(Case(doctor, port))
         await node.close()
 
     run(main())
 
 
-def test_an_interface_that_is_down_when_it_is_to_be_opened() -> None:
+def test_an_interface_that_is_down() -> None:
     assert DOWN is not None
     doctor = Doctor(lambda: 0.0, list)
     doctor.could_not_open("socketcan:can0", refused(DOWN))
@@ -88,7 +88,7 @@ def test_an_interface_that_is_down_when_it_is_to_be_opened() -> None:
     assert found.remedy == "sudo ip link set can0 up type can bitrate 1000000 sample-point 0.875"
 
 
-def test_an_interface_that_runs_at_another_bit_rate() -> None:
+def test_an_interface_with_another_bit_rate() -> None:
     fault = socketcan.fault_of(socketcan.Interface("can0", up=True, bitrate=500_000, sample_point=0.875), 1_000_000)
     assert fault is not None
     doctor = Doctor(lambda: 0.0, list)
@@ -99,25 +99,25 @@ def test_an_interface_that_runs_at_another_bit_rate() -> None:
     assert "sudo ip link set can0 down && sudo ip link set can0 up type can bitrate 1000000" in found.remedy
 
 
-def test_an_interface_that_is_taken_down_while_it_is_used_and_up_again() -> None:
-    async def scene(ward: Ward) -> None:
+def test_an_interface_that_goes_down_while_in_use_and_up_again() -> None:
+    async def scene(case: Case) -> None:
         assert DOWN is not None
-        await ward.live(3)
-        assert ward.doctor.findings() == []
-        ward.port.state, ward.quiet = PortState.LOST, True
-        ward.port.trouble, ward.port.retry_in_s = refused(DOWN), 2.0
-        await ward.live(7)
-        found = ward.only()
+        await case.live(3)
+        assert case.doctor.findings() == []
+        case.port.state, case.quiet = PortState.LOST, True
+        case.port.trouble, case.port.retry_in_s = refused(DOWN), 2.0
+        await case.live(7)
+        found = case.only()
         assert (found.code, found.severity) == ("interface_down", "failure")
         assert found.evidence == "For 7 s; earlier reconnects: 0. Next attempt in 2 s."
         assert found.remedy is not None
         assert "sudo ip link set can0 up" in found.remedy
-        ward.port.state, ward.quiet = PortState.ACTIVE, False
-        ward.port.trouble = ward.port.retry_in_s = None
-        await ward.live(1)
-        assert ward.doctor.findings() == []
+        case.port.state, case.quiet = PortState.ACTIVE, False
+        case.port.trouble = case.port.retry_in_s = None
+        await case.live(1)
+        assert case.doctor.findings() == []
 
-    with_ward(scene)
+    with_case(scene)
 
 
 def test_an_adapter_that_never_opened_is_not_called_lost() -> None:
@@ -142,169 +142,169 @@ def test_an_adapter_that_never_opened_is_not_called_lost() -> None:
     run(main())
 
 
-def test_the_sample_point_of_the_servos_and_others() -> None:
-    async def scene(ward: Ward) -> None:
-        await ward.live(2)
-        ward.port.sample_point = 0.8751
-        assert ward.doctor.findings() == []
-        (told,) = [one for one in ward.doctor.findings(everything=True) if one.code == "bit_rate"]
-        assert told.evidence == "1 Mbit/s, 87.5 %, read back from socketcan:can0."
-        ward.port.sample_point = 0.857
-        assert (ward.only().code, ward.only().severity) == ("sample_point", "notice")
-        ward.port.sample_point = 0.75
-        found = ward.only()
+def test_a_sample_point_other_than_that_of_the_servos() -> None:
+    async def scene(case: Case) -> None:
+        await case.live(2)
+        case.port.sample_point = 0.8751
+        assert case.doctor.findings() == []
+        (listed,) = [one for one in case.doctor.findings(everything=True) if one.code == "bit_rate"]
+        assert listed.evidence == "1 Mbit/s, 87.5 %, read back from socketcan:can0."
+        case.port.sample_point = 0.857
+        assert (case.only().code, case.only().severity) == ("sample_point", "notice")
+        case.port.sample_point = 0.75
+        found = case.only()
         assert (found.code, found.severity) == ("sample_point", "warning")
         assert found.text == "The sample point is 75.0 %, but the servos use 87.5 %"
         assert found.remedy == (
             "sudo ip link set can0 down && sudo ip link set can0 up type can bitrate 1000000 sample-point 0.875"
         )
 
-    with_ward(scene)
+    with_case(scene)
 
 
 def test_another_bit_rate_is_a_failure_until_frames_come_in() -> None:
-    async def scene(ward: Ward) -> None:
-        await ward.live(1)
-        found = ward.only()
+    async def scene(case: Case) -> None:
+        await case.live(1)
+        found = case.only()
         assert (found.code, found.severity) == ("bit_rate", "notice")
         assert found.remedy == "Connect again at 1000000 bit/s."
 
-    with_ward(scene, "slcan:/dev/ttyACM0", 500_000)
+    with_case(scene, "slcan:/dev/ttyACM0", 500_000)
 
-    async def silent(ward: Ward) -> None:
-        ward.quiet = True
-        await ward.live(4)
-        assert [(one.code, one.severity) for one in ward.doctor.findings()] == [
+    async def silent(case: Case) -> None:
+        case.quiet = True
+        await case.live(4)
+        assert [(one.code, one.severity) for one in case.doctor.findings()] == [
             ("no_traffic", "failure"),
             ("bit_rate", "failure"),
         ]
 
-    with_ward(silent, "slcan:/dev/ttyACM0", 500_000)
+    with_case(silent, "slcan:/dev/ttyACM0", 500_000)
 
 
 def test_standard_and_fd_frames_are_a_notice_for_ten_seconds() -> None:
-    async def scene(ward: Ward) -> None:
+    async def scene(case: Case) -> None:
         def foreign() -> None:
-            ward.port.statistics.ignored += 3
+            case.port.statistics.ignored += 3
 
-        await ward.live(5, foreign)
-        found = ward.only()
+        await case.live(5, foreign)
+        found = case.only()
         assert (found.code, found.severity) == ("foreign_frames", "notice")
         assert found.evidence.startswith("150 standard, remote or CAN FD frames in 5 s")
-        await ward.live(12)
-        assert ward.doctor.findings() == []
+        await case.live(12)
+        assert case.doctor.findings() == []
 
-    with_ward(scene)
+    with_case(scene)
 
 
-def test_an_adapter_that_only_says_passive_is_alone_and_one_that_counts_errors_sees_errors() -> None:
-    async def scene(ward: Ward) -> None:
-        ward.quiet = True
-        ward.port.state = PortState.PASSIVE
-        await ward.live(3)
-        assert ward.only().code == "unacknowledged"
+def test_a_passive_adapter_is_unacknowledged_or_receives_errors() -> None:
+    async def scene(case: Case) -> None:
+        case.quiet = True
+        case.port.state = PortState.PASSIVE
+        await case.live(3)
+        assert case.only().code == "unacknowledged"
 
         def errors() -> None:
-            ward.port.statistics.errors += 2
-            ward.port.statistics.error_frames += 2
+            case.port.statistics.errors += 2
+            case.port.statistics.error_frames += 2
 
-        await ward.live(3, errors)
-        assert ward.only().code == "only_errors"
-        ward.port.state, ward.quiet = PortState.ACTIVE, False
-        await ward.live(1)
-        assert ward.only().code == "errors_rising"
-        await ward.live(11)
-        assert ward.doctor.findings() == []
+        await case.live(3, errors)
+        assert case.only().code == "only_errors"
+        case.port.state, case.quiet = PortState.ACTIVE, False
+        await case.live(1)
+        assert case.only().code == "errors_rising"
+        await case.live(11)
+        assert case.doctor.findings() == []
 
-    with_ward(scene)
-
-
-def test_errors_of_a_while_ago_do_not_explain_a_silence() -> None:
-    async def scene(ward: Ward) -> None:
-        await ward.live(2)
-        ward.port.statistics.errors += 50
-        ward.port.statistics.error_frames += 50
-        ward.quiet = True
-        await ward.live(2.5)
-        assert ward.only().code == "only_errors"
-        await ward.live(5)
-        assert ward.only().code == "no_traffic"
-
-    with_ward(scene)
+    with_case(scene)
 
 
-def test_two_nodes_with_one_node_id_are_told_and_not_the_errors_they_make() -> None:
-    async def scene(ward: Ward) -> None:
+def test_past_errors_do_not_explain_a_silence() -> None:
+    async def scene(case: Case) -> None:
+        await case.live(2)
+        case.port.statistics.errors += 50
+        case.port.statistics.error_frames += 50
+        case.quiet = True
+        await case.live(2.5)
+        assert case.only().code == "only_errors"
+        await case.live(5)
+        assert case.only().code == "no_traffic"
+
+    with_case(scene)
+
+
+def test_a_duplicate_node_id_is_reported_instead_of_its_errors() -> None:
+    async def scene(case: Case) -> None:
         number = 0
 
         def clash() -> None:
             nonlocal number
             number += 1
             if number % 10 == 5:
-                ward.say_status(ahead=13)
-                ward.port.statistics.errors += 3
-                ward.port.statistics.error_frames += 3
+                case.receive_status(ahead=13)
+                case.port.statistics.errors += 3
+                case.port.statistics.error_frames += 3
 
-        await ward.live(8, clash)
-        assert (ward.only().code, ward.only().node_ids) == ("duplicate_node_id", (20,))
-        await ward.live(4)  # one of them is gone; the errors were a moment ago
-        assert ward.only().code == "errors_rising"
-        await ward.live(8)
-        assert ward.doctor.findings() == []
+        await case.live(8, clash)
+        assert (case.only().code, case.only().node_ids) == ("duplicate_node_id", (20,))
+        await case.live(4)  # one of them is gone; the errors were recent
+        assert case.only().code == "errors_rising"
+        await case.live(8)
+        assert case.doctor.findings() == []
 
-    with_ward(scene)
+    with_case(scene)
 
 
-def test_a_burst_of_errors_is_not_a_counter_that_rises() -> None:
-    async def scene(ward: Ward) -> None:
-        await ward.live(3)
-        ward.port.statistics.errors += 40
-        ward.port.statistics.error_frames += 40
-        await ward.live(5)
-        assert ward.doctor.findings() == []
+def test_a_burst_of_errors_is_not_rising_errors() -> None:
+    async def scene(case: Case) -> None:
+        await case.live(3)
+        case.port.statistics.errors += 40
+        case.port.statistics.error_frames += 40
+        await case.live(5)
+        assert case.doctor.findings() == []
 
         def now_and_then() -> None:
-            ward.port.statistics.errors += 1
+            case.port.statistics.errors += 1
 
-        await ward.live(4, now_and_then)
-        found = ward.only()
+        await case.live(4, now_and_then)
+        found = case.only()
         assert found.code == "errors_rising"
         assert "40 on the bus" in found.evidence
-        await ward.live(12)
-        assert ward.doctor.findings() == []
+        await case.live(12)
+        assert case.doctor.findings() == []
 
-    with_ward(scene)
-
-
-def test_of_a_recording_only_who_is_who_is_told() -> None:
-    async def scene(ward: Ward) -> None:
-        await ward.live(2)
-        ward.quiet = True
-        await ward.live(30)
-        assert ward.doctor.findings() == []
-        told = {one.code for one in ward.doctor.findings(everything=True)}
-        assert told == {"adapter", "duplicate_node_id", "duplicate_servo_id", "foreign_frames"}
-
-    with_ward(scene, "file:can0.log")
+    with_case(scene)
 
 
-def test_the_reopened_adapter_goes_on_where_it_was() -> None:
-    async def scene(ward: Ward) -> None:
-        await ward.live(2)
-        ward.port.state = PortState.BUS_OFF
-        ward.port.statistics.bus_offs = 1
-        ward.quiet = True
-        await ward.live(1)
-        assert (ward.only().code, ward.only().severity) == ("bus_off", "failure")
-        ward.port.state = PortState.LOST
-        ward.port.trouble = PortError("socketcan:can0 is off the bus after too many errors.", cause=None)
-        await ward.live(1)
-        assert (ward.only().code, ward.only().severity) == ("bus_off", "failure")
-        ward.port.state, ward.quiet = PortState.ACTIVE, False
-        ward.port.statistics.reopened = 1
-        await ward.live(1)
-        assert (ward.only().code, ward.only().severity) == ("bus_off", "warning")
-        await ward.live(31)
-        assert ward.doctor.findings() == []
+def test_only_the_identity_of_nodes_is_checked_in_a_recording() -> None:
+    async def scene(case: Case) -> None:
+        await case.live(2)
+        case.quiet = True
+        await case.live(30)
+        assert case.doctor.findings() == []
+        listed = {one.code for one in case.doctor.findings(everything=True)}
+        assert listed == {"adapter", "duplicate_node_id", "duplicate_servo_id", "foreign_frames"}
 
-    with_ward(scene)
+    with_case(scene, "file:can0.log")
+
+
+def test_bus_off_is_a_warning_for_a_while_after_the_adapter_was_reopened() -> None:
+    async def scene(case: Case) -> None:
+        await case.live(2)
+        case.port.state = PortState.BUS_OFF
+        case.port.statistics.bus_offs = 1
+        case.quiet = True
+        await case.live(1)
+        assert (case.only().code, case.only().severity) == ("bus_off", "failure")
+        case.port.state = PortState.LOST
+        case.port.trouble = PortError("socketcan:can0 is off the bus after too many errors.", cause=None)
+        await case.live(1)
+        assert (case.only().code, case.only().severity) == ("bus_off", "failure")
+        case.port.state, case.quiet = PortState.ACTIVE, False
+        case.port.statistics.reopened = 1
+        await case.live(1)
+        assert (case.only().code, case.only().severity) == ("bus_off", "warning")
+        await case.live(31)
+        assert case.doctor.findings() == []
+
+    with_case(scene)

@@ -1,4 +1,4 @@
-"""The tests of how the doctor tells two nodes with one node id, and lost answers, from what is well."""
+"""Detection of two nodes with one node ID, and of lost responses."""
 
 from random import Random
 
@@ -21,7 +21,7 @@ def test_one_counter_is_one_node(start: int) -> None:
 
 
 @given(IDS, IDS, st.integers(0, 8))
-def test_a_node_that_starts_anew_is_one_node(before: int, after: int, where: int) -> None:
+def test_a_restarted_node_is_one_node(before: int, after: int, where: int) -> None:
     assert not two_counters(counter(before, where) + counter(after, 8 - where))
 
 
@@ -33,12 +33,12 @@ def test_two_counters_in_turn_are_two_nodes(one: int, other: int) -> None:
 
 @given(IDS, st.lists(st.booleans(), min_size=24, max_size=24))
 def test_one_counter_on_a_lossy_bus_is_one_node(start: int, lost: list[bool]) -> None:
-    heard = [each for each, is_lost in zip(counter(start, 24), lost, strict=True) if not is_lost]
-    assert not two_counters(heard[-8:])
+    received = [each for each, is_lost in zip(counter(start, 24), lost, strict=True) if not is_lost]
+    assert not two_counters(received[-8:])
 
 
 @given(IDS, st.integers(0, 31))
-def test_a_node_that_counts_in_steps_of_its_own_is_one_node(start: int, step: int) -> None:
+def test_a_node_that_counts_in_other_steps_is_one_node(start: int, step: int) -> None:
     assert not two_counters([(start + step * number) % 32 for number in range(8)])
 
 
@@ -47,7 +47,7 @@ def test_no_sequence_raises(ids: list[int]) -> None:
     two_counters(ids)
 
 
-def test_a_stream_is_doubled_only_while_it_is_heard() -> None:
+def test_a_stream_is_doubled_only_while_it_is_received() -> None:
     stream = MessageTimes()
     for number in range(8):
         stream.take(number // 2 + (17 if number % 2 else 0), 100.0 + number / 2)
@@ -67,32 +67,32 @@ def test_a_lossy_stream_of_a_thousand_messages_is_never_doubled(loss: float) -> 
             assert not stream.doubled(number / 10, 0.1)
 
 
-def test_an_answer_is_lost_only_when_the_node_goes_on_talking() -> None:
-    questions = RequestWatch()
-    questions.on_request(1, 10.0)
-    questions.on_request(2, 10.1)
-    questions.on_response(2)
-    questions.on_other_message(10.25)
-    assert questions.unanswered == 0
-    questions.on_other_message(10.35)
-    assert (questions.unanswered, questions.unanswered_since, list(questions.lost)) == (1, 10.0, [10.0])
-    questions.on_request(3, 11.0)
-    questions.on_response(3)
-    assert (questions.unanswered, questions.unanswered_since, list(questions.lost)) == (0, None, [10.0])
+def test_a_response_is_lost_only_if_the_node_sends_other_messages() -> None:
+    requests = RequestWatch()
+    requests.on_request(1, 10.0)
+    requests.on_request(2, 10.1)
+    requests.on_response(2)
+    requests.on_other_message(10.25)
+    assert requests.unanswered == 0
+    requests.on_other_message(10.35)
+    assert (requests.unanswered, requests.unanswered_since, list(requests.lost)) == (1, 10.0, [10.0])
+    requests.on_request(3, 11.0)
+    requests.on_response(3)
+    assert (requests.unanswered, requests.unanswered_since, list(requests.lost)) == (0, None, [10.0])
 
 
-def test_an_answer_that_comes_late_is_not_lost() -> None:
-    questions = RequestWatch()
+def test_a_late_response_is_not_lost() -> None:
+    requests = RequestWatch()
     for transfer_id in (1, 2):
-        questions.on_request(transfer_id, 10.0 + transfer_id / 100)
-    questions.on_other_message(10.5)
-    questions.on_response(1)
-    assert list(questions.lost) == [10.02]
-    questions.on_response(1)
-    assert list(questions.lost) == [10.02]
+        requests.on_request(transfer_id, 10.0 + transfer_id / 100)
+    requests.on_other_message(10.5)
+    requests.on_response(1)
+    assert list(requests.lost) == [10.02]
+    requests.on_response(1)
+    assert list(requests.lost) == [10.02]
 
 
-def test_what_was_asked_before_a_restart_is_not_lost() -> None:
+def test_a_request_before_a_restart_is_not_lost() -> None:
     node = NodeWatch()
     node.on_node_status(0, 70, 100.0)
     node.registers.on_request(5, 100.1)
@@ -101,7 +101,7 @@ def test_what_was_asked_before_a_restart_is_not_lost() -> None:
     assert list(node.registers.lost) == []
 
 
-def test_what_was_asked_before_a_silence_is_not_lost() -> None:
+def test_a_request_before_a_silence_is_not_lost() -> None:
     node = NodeWatch()
     node.on_status(0, 7, 100.0)
     node.registers.on_request(5, 100.05)
@@ -111,5 +111,5 @@ def test_what_was_asked_before_a_silence_is_not_lost() -> None:
 
 
 @given(IDS, IDS, IDS, st.integers(1, 4), st.integers(1, 3))
-def test_a_node_that_starts_anew_twice_is_one_node(one: int, two: int, three: int, first: int, second: int) -> None:
+def test_a_node_that_restarts_twice_is_one_node(one: int, two: int, three: int, first: int, second: int) -> None:
     assert not two_counters(counter(one, first) + counter(two, second) + counter(three, 8 - first - second))

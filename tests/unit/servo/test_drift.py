@@ -1,4 +1,4 @@
-"""What is learned of ROM beside what was kept of it: any order of learning, saving and meddling ends in the truth."""
+"""Drift: ROM as read beside ROM as stored, in any order of reads, saves and changes by another tool."""
 
 from collections.abc import Callable
 
@@ -20,7 +20,7 @@ KEYS: tuple[str, ...] = ("angle_limit_cw", "speed_limit_cw", "servo_id")
 
 
 class Bench:
-    """A servo whose ROM we see through `look` alone, and a model of what must be flagged."""
+    """A servo whose ROM becomes known in `start` only, and a model of the drift to be found."""
 
     def __init__(self, store: Store) -> None:
         self.inventory: Servos = store.servos
@@ -32,19 +32,19 @@ class Bench:
         self.rom = dict.fromkeys(KEYS, 1)
         self.wanted: dict[str, int] = {}
 
-    def start(self, learned: set[str]) -> None:
-        """The servo starts anew, and these rows of it are learned."""
+    def start(self, known: set[str]) -> None:
+        """The servo restarts, and these rows of its ROM become known."""
         self.servo.restarted()
-        for key in learned:
+        for key in known:
             self.servo.registers[key].rom = self.rom[key]
         rom = self.drift.check(self.servo, self.inventory.get(UID))
         self.inventory.seen(UID)
         self.inventory.put_rom(UID, rom)
-        for key in learned:
+        for key in known:
             self.wanted.setdefault(key, self.rom[key])
 
     def save(self, key: str, raw: int) -> None:
-        """We save a new value, which every row then is proved to hold."""
+        """Save a new value, which then is proved."""
         if raw != self.rom[key]:
             self.wanted[key] = raw
         self.rom[key] = raw
@@ -53,10 +53,10 @@ class Bench:
         self.servo.expected_rom = None
 
 
-Deed = Callable[[Bench], None]
+Change = Callable[[Bench], None]
 
 
-def meddle(key: str, raw: int) -> Deed:
+def changed_by_another_tool(key: str, raw: int) -> Change:
     def do(bench: Bench) -> None:
         bench.rom[key] = raw
         bench.start(set(KEYS))
@@ -64,27 +64,27 @@ def meddle(key: str, raw: int) -> Deed:
     return do
 
 
-def save(key: str, raw: int) -> Deed:
+def save(key: str, raw: int) -> Change:
     return lambda bench: bench.save(key, raw)
 
 
-def start(learned: set[str]) -> Deed:
-    return lambda bench: bench.start(learned)
+def start(known: set[str]) -> Change:
+    return lambda bench: bench.start(known)
 
 
 def new_server(bench: Bench) -> None:
-    """It finds all that was kept; what drifted and is in doubt besides stays flagged until it is proved or accepted."""
+    """Another server loads what was stored; drift remains until it is proved or accepted."""
     bench.start(set(KEYS))
-    kept = bench.inventory.get(UID)
-    assert kept is not None
+    stored = bench.inventory.get(UID)
+    assert stored is not None
     bench.drift = DriftDetector(bench.inventory, bench.hub, bench.audit)
-    bench.servo.drift = drifted(kept)
+    bench.servo.drift = drifted(stored)
 
 
 row = st.sampled_from(KEYS)
-deeds = st.lists(
+changes = st.lists(
     st.one_of(
-        st.builds(meddle, row, st.integers(1, 3)),
+        st.builds(changed_by_another_tool, row, st.integers(1, 3)),
         st.builds(save, row, st.integers(1, 3)),
         st.builds(start, st.sets(row)),
         st.just(new_server),
@@ -93,48 +93,48 @@ deeds = st.lists(
 )
 
 
-def test_what_is_flagged_is_what_rom_holds_otherwise_than_anybody_here_wanted() -> None:
-    with Store("sqlite://") as store:  # one for all examples: making its tables takes longer than they do
+def test_drift_is_where_rom_differs_from_what_was_last_stored_or_saved() -> None:
+    with Store("sqlite://") as store:  # one for all examples, as creating its tables takes long
 
         @settings(deadline=None)
-        @given(deeds)
-        def whatever_is(done: list[Deed]) -> None:
+        @given(changes)
+        def check(done: list[Change]) -> None:
             store.servos.forget(UID)
             bench = Bench(store)
             bench.start(set(KEYS))
-            for deed in done:
-                deed(bench)
+            for change in done:
+                change(bench)
             bench.start(set(KEYS))
             expected = {key: was for key, was in bench.wanted.items() if bench.rom[key] != was}
             assert bench.servo.drift == expected
-            kept = store.servos.get(UID)
-            assert kept is not None
-            assert (kept.rom, drifted(kept), doubtful(kept)) == (bench.rom, expected, set())
+            stored = store.servos.get(UID)
+            assert stored is not None
+            assert (stored.rom, drifted(stored), doubtful(stored)) == (bench.rom, expected, set())
 
-        whatever_is()
+        check()
 
 
-def test_a_row_that_is_not_learned_yet_keeps_its_last_value_and_is_in_doubt() -> None:
+def test_a_row_that_is_not_known_yet_keeps_its_last_value_and_is_doubtful() -> None:
     with Store("sqlite://") as store:
         bench = Bench(store)
         bench.start(set(KEYS))
         bench.start({"servo_id"})
-        kept = store.servos.get(UID)
-        assert kept is not None
-        assert kept.rom == dict.fromkeys(KEYS, 1)
-        assert doubtful(kept) == {"angle_limit_cw", "speed_limit_cw"}
-        assert drifted(kept) == {}
+        stored = store.servos.get(UID)
+        assert stored is not None
+        assert stored.rom == dict.fromkeys(KEYS, 1)
+        assert doubtful(stored) == {"angle_limit_cw", "speed_limit_cw"}
+        assert drifted(stored) == {}
         assert bench.servo.drift == {}
 
 
-def test_after_a_crash_between_the_two_writes_the_change_is_still_found() -> None:
+def test_drift_is_found_after_a_crash_between_the_two_writes() -> None:
     with Store("sqlite://") as store:
         bench = Bench(store)
         bench.start(set(KEYS))
         bench.rom["servo_id"] = 2
         for key in KEYS:
             bench.servo.registers[key].rom = bench.rom[key]
-        bench.drift.check(bench.servo, store.servos.get(UID))  # and the process dies before ROM is kept
+        bench.drift.check(bench.servo, store.servos.get(UID))  # and the process is killed before ROM is stored
         again = Bench(store)
         again.rom = bench.rom
         again.start(set(KEYS))

@@ -1,4 +1,4 @@
-"""Fault words as they are read, one after the other: what counts as coming up, as going, and as the same as before."""
+"""Fault words as they are read: new appearances, cleared bits, and bits that are the same as before."""
 
 import asyncio
 from collections.abc import Iterator
@@ -28,7 +28,7 @@ HOT, COLD, ROM, DRIVER, WATCHDOG = 1 << 8, 1 << 9, 1 << 15, 1 << 0, 1 << 9
 
 @dataclass
 class Desk:
-    """One servo, a store, and a clock that is set; `commits` are the times something was kept."""
+    """One servo, a store, and a clock that is set; `commits` are what was stored."""
 
     store: Store
     model: str = "BLA21-06U-A0"
@@ -50,12 +50,12 @@ class Desk:
             CATALOG, self.store, self.hub, base, {UID: self.servo}.get, Audit(self.store.audit, self.hub)
         )
         self.hub.subscribe(self._note)
-        self._hear()
+        self._receive_status()
 
     def read(self, word: str, raw: int, after: float = 1.0) -> None:
-        """The servo is asked for a word, and tells it whether or not it changed."""
+        """Read a word; it is published whether or not it changed."""
         self.now += after
-        self._hear()
+        self._receive_status()
         self.servo.note(word, raw, self.now)
         self.hub.publish(ReadingChanged(UID, word))
 
@@ -70,18 +70,18 @@ class Desk:
 
     def notice_restart(self) -> None:
         self.servo.restarted()
-        self._hear()
+        self._receive_status()
         self.hub.publish(ServoChanged(UID))
 
     def one(self, key: str) -> Fault:
         return next(fault for fault in self.faults.of(UID) if fault.key == key)
 
-    def told(self) -> list[tuple[str, str]]:
+    def events(self) -> list[tuple[str, str]]:
         found = [(one.level, one.code) for one in self.happened]
         self.happened.clear()
         return found
 
-    def _hear(self) -> None:
+    def _receive_status(self) -> None:
         self.servo.status = NodeStatus(int(self.now - self.started), NodeHealth.OK, Mode.OPERATIONAL)
         self.servo.status_at = self.now
 
@@ -108,16 +108,16 @@ def desk(store: Store, monkeypatch: pytest.MonkeyPatch) -> Desk:
     return desk
 
 
-def test_a_bit_is_told_and_kept_when_it_comes_up_and_when_it_goes_and_never_between(desk: Desk) -> None:
+def test_a_bit_is_reported_and_stored_when_it_is_set_and_when_it_is_cleared(desk: Desk) -> None:
     desk.read(WARNING, 0)
-    assert (desk.commits, desk.told()) == ([], [])
+    assert (desk.commits, desk.events()) == ([], [])
     for _ in range(20):
         desk.read(WARNING, HOT)
-    assert desk.told() == [("warning", "fault")]
+    assert desk.events() == [("warning", "fault")]
     assert len(desk.commits) == 1
     for _ in range(20):
         desk.read(WARNING, 0)
-    assert desk.told() == [("info", "fault_cleared")]
+    assert desk.events() == [("info", "fault_cleared")]
     assert len(desk.commits) == 2
     fault = desk.one("temperature_high")
     assert (fault.active, fault.stale, fault.count) == (False, False, 1)
@@ -127,7 +127,7 @@ def test_a_bit_is_told_and_kept_when_it_comes_up_and_when_it_goes_and_never_betw
 @pytest.mark.parametrize(
     ("word", "bit", "level"), [(NOTIFICATION, 8, "notice"), (WARNING, 8, "warning"), (FAILURE, 0, "failure")]
 )
-def test_a_bit_is_told_as_loud_as_its_level_with_what_to_do(desk: Desk, word: str, bit: int, level: str) -> None:
+def test_a_bit_is_reported_at_its_level_with_its_advice(desk: Desk, word: str, bit: int, level: str) -> None:
     desk.read(word, 1 << bit)
     (said,) = desk.happened
     row = next(one for one in CATALOG.faults if (one.parameter, one.bit) == (word, bit))
@@ -135,52 +135,52 @@ def test_a_bit_is_told_as_loud_as_its_level_with_what_to_do(desk: Desk, word: st
     assert said.text == f"Rudder: {row.label}. {row.advice}"
 
 
-def test_the_servo_is_told_to_have_changed_with_each_bit_and_with_each_acknowledgement(desk: Desk) -> None:
-    told: list[int] = []
-    desk.hub.subscribe(lambda _change: told.append(desk.faults.unacknowledged(UID)), ServoChanged)
+def test_a_change_of_the_servo_is_published_with_each_bit_and_acknowledgement(desk: Desk) -> None:
+    counts: list[int] = []
+    desk.hub.subscribe(lambda _change: counts.append(desk.faults.unacknowledged(UID)), ServoChanged)
     desk.read(WARNING, HOT)
     desk.read(WARNING, HOT)
     asyncio.run(desk.faults.acknowledge(UID, "Ada"))
     desk.read(WARNING, 0)
-    assert told == [1, 0, 0]
+    assert counts == [1, 0, 0]
 
 
-def test_two_bits_that_change_together_are_one_commit_and_each_its_own_event(desk: Desk) -> None:
+def test_bits_that_change_together_are_one_commit_and_several_events(desk: Desk) -> None:
     desk.read(WARNING, HOT | ROM)
-    desk.told()
+    desk.events()
     desk.read(WARNING, COLD | ROM)
-    assert desk.told() == [("warning", "fault"), ("info", "fault_cleared")]
+    assert desk.events() == [("warning", "fault"), ("info", "fault_cleared")]
     assert len(desk.commits) == 2
     assert [(one.key, one.active) for one in desk.faults.of(UID)] == [
         ("temperature_low", True), ("rom_lost", True), ("temperature_high", False)
     ]  # fmt: skip
 
 
-def test_bits_the_document_does_not_know_are_told_by_number(desk: Desk) -> None:
+def test_undocumented_bits_are_reported_by_number(desk: Desk) -> None:
     desk.read(FAILURE, 1 << 31 | 1 << 3)
     found = [(one.key, one.label, one.group, one.level) for one in desk.faults.of(UID)]
     assert found == [
         ("failure_bit_3", "Bit 3 (undocumented)", "hardware", "failure"),
         ("failure_bit_31", "Bit 31 (undocumented)", "other", "failure"),
     ]
-    assert desk.told() == [("failure", "fault")] * 2
+    assert desk.events() == [("failure", "fault")] * 2
 
 
-def test_a_bit_that_is_set_again_after_a_start_counts_anew(desk: Desk) -> None:
+def test_a_bit_that_is_set_after_a_restart_is_a_new_appearance(desk: Desk) -> None:
     desk.read(WARNING, HOT)
     asyncio.run(desk.faults.acknowledge(UID, "Ada"))
     desk.power_cycle()
     desk.notice_restart()
-    desk.told()
-    desk.hub.publish(ReadingChanged(UID, WARNING))  # told again by somebody, but not read since
-    assert (desk.one("temperature_high").count, desk.told()) == (1, [])
+    desk.events()
+    desk.hub.publish(ReadingChanged(UID, WARNING))  # published again, but not read since
+    assert (desk.one("temperature_high").count, desk.events()) == (1, [])
     desk.read(WARNING, HOT)
-    assert desk.told() == [("warning", "fault")]
+    assert desk.events() == [("warning", "fault")]
     fault = desk.one("temperature_high")
     assert (fault.count, fault.active, fault.acknowledged_by) == (2, True, None)
 
 
-def test_a_bit_read_after_a_start_that_is_noticed_later_counts_once(desk: Desk) -> None:
+def test_a_bit_read_before_the_restart_is_detected_counts_once(desk: Desk) -> None:
     desk.read(WARNING, HOT)
     desk.read(FAILURE, 0)
     desk.power_cycle()
@@ -189,10 +189,10 @@ def test_a_bit_read_after_a_start_that_is_noticed_later_counts_once(desk: Desk) 
     desk.read(FAILURE, WATCHDOG)
     desk.read(WARNING, 0)
     assert desk.one("watchdog_restart").count == 1
-    assert desk.told() == [("warning", "fault"), ("failure", "fault"), ("info", "fault_cleared")]
+    assert desk.events() == [("warning", "fault"), ("failure", "fault"), ("info", "fault_cleared")]
 
 
-def test_what_a_start_took_away_while_nobody_looked_was_last_seen_before(desk: Desk) -> None:
+def test_a_bit_cleared_by_an_unobserved_restart_was_last_seen_before_it(desk: Desk) -> None:
     desk.read(FAILURE, WATCHDOG)
     desk.silence(3600.0)
     desk.power_cycle()
@@ -202,10 +202,10 @@ def test_what_a_start_took_away_while_nobody_looked_was_last_seen_before(desk: D
     assert (fault.active, fault.last_seen) == (False, EPOCH + 1001.0)
 
 
-def test_silence_makes_it_stale_and_the_same_bit_afterwards_is_the_same_appearance(desk: Desk) -> None:
+def test_a_fault_of_an_offline_servo_is_stale_and_then_the_same_appearance(desk: Desk) -> None:
     desk.read(WARNING, HOT)
     desk.read(WARNING, HOT)
-    desk.told()
+    desk.events()
     desk.servo.online = False
     desk.hub.publish(ServoChanged(UID))
     fault = desk.one("temperature_high")
@@ -214,10 +214,10 @@ def test_silence_makes_it_stale_and_the_same_bit_afterwards_is_the_same_appearan
     desk.read(WARNING, HOT)
     fault = desk.one("temperature_high")
     assert (fault.active, fault.stale, fault.count) == (True, False, 1)
-    assert desk.told() == []
+    assert desk.events() == []
 
 
-def test_a_word_that_is_not_read_any_more_is_stale(desk: Desk) -> None:
+def test_a_fault_that_is_no_longer_read_is_stale(desk: Desk) -> None:
     desk.read(WARNING, HOT)
     assert desk.one("temperature_high").active
     desk.now += 10
@@ -226,7 +226,7 @@ def test_a_word_that_is_not_read_any_more_is_stale(desk: Desk) -> None:
 
 
 @pytest.mark.parametrize("key", ["rom_lost", "watchdog_restart"])
-def test_only_bits_known_to_stay_are_latched_and_only_while_set(desk: Desk, key: str) -> None:
+def test_only_documented_bits_are_latched_while_set(desk: Desk, key: str) -> None:
     word, bit = (WARNING, ROM) if key == "rom_lost" else (FAILURE, WATCHDOG)
     desk.read(word, bit)
     fault = desk.one(key)
@@ -241,14 +241,14 @@ def test_only_bits_known_to_stay_are_latched_and_only_while_set(desk: Desk, key:
 
 
 @pytest.mark.parametrize(("model", "keys"), [("BLA21-06U-A0", []), ("BLA21-06U-AB", ["pwm_missing"])])
-def test_pwm_bits_mean_nothing_on_a_model_without_it(store: Store, model: str, keys: list[str]) -> None:
+def test_pwm_bits_are_ignored_on_a_model_without_pwm(store: Store, model: str, keys: list[str]) -> None:
     desk = Desk(store, model)
     desk.read(NOTIFICATION, 1 << 20)
     assert [one.key for one in desk.faults.of(UID)] == keys
-    assert len(desk.told()) == len(keys)
+    assert len(desk.events()) == len(keys)
 
 
-def test_warnings_and_failures_want_to_be_acknowledged_and_notifications_do_not(desk: Desk) -> None:
+def test_warnings_and_failures_require_an_acknowledgement(desk: Desk) -> None:
     desk.read(NOTIFICATION, 1 << 8)
     assert desk.faults.unacknowledged(UID) == 0
     desk.read(WARNING, HOT)
@@ -260,33 +260,33 @@ def test_warnings_and_failures_want_to_be_acknowledged_and_notifications_do_not(
     assert desk.faults.unacknowledged(UID) == 0
 
 
-def test_another_server_goes_on_with_the_appearance_it_finds(desk: Desk) -> None:
+def test_another_server_continues_the_stored_appearance(desk: Desk) -> None:
     desk.read(WARNING, HOT)
-    desk.told()
+    desk.events()
     desk.now += 60.0
     desk.start_server()
     fault = desk.one("temperature_high")
     assert (fault.active, fault.stale) == (False, True)
     desk.read(WARNING, HOT)
-    assert (desk.one("temperature_high").count, desk.told()) == (1, [])
+    assert (desk.one("temperature_high").count, desk.events()) == (1, [])
     desk.read(WARNING, 0)
-    assert desk.told() == [("info", "fault_cleared")]
+    assert desk.events() == [("info", "fault_cleared")]
 
 
-def test_another_server_counts_anew_what_came_with_another_start(desk: Desk) -> None:
+def test_another_server_counts_a_bit_set_after_a_restart_as_new(desk: Desk) -> None:
     desk.read(WARNING, HOT)
     desk.read(FAILURE, WATCHDOG)
-    desk.told()
+    desk.events()
     desk.now += 60.0
     desk.power_cycle()
     desk.start_server()
     desk.read(WARNING, HOT)
     desk.read(FAILURE, 0)
-    assert desk.told() == [("warning", "fault"), ("info", "fault_cleared")]
+    assert desk.events() == [("warning", "fault"), ("info", "fault_cleared")]
     assert (desk.one("temperature_high").count, desk.one("watchdog_restart").active) == (2, False)
 
 
-def test_a_store_that_fails_is_said_once_and_faults_show_all_the_same(
+def test_a_failing_store_is_reported_once_and_faults_are_still_shown(
     desk: Desk, store: Store, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def fail(*_: object) -> dict[str, FaultEntry]:
@@ -297,7 +297,7 @@ def test_a_store_that_fails_is_said_once_and_faults_show_all_the_same(
     desk.read(WARNING, HOT)
     desk.read(WARNING, 0)
     desk.read(WARNING, HOT)
-    assert sorted(desk.told()) == sorted(
+    assert sorted(desk.events()) == sorted(
         [("warning", "store_failed"), ("warning", "fault"), ("info", "fault_cleared"), ("warning", "fault")]
     )
     assert (desk.one("temperature_high").count, desk.faults.unacknowledged(UID)) == (2, 1)
@@ -306,7 +306,7 @@ def test_a_store_that_fails_is_said_once_and_faults_show_all_the_same(
     assert desk.faults.unacknowledged(UID) == 1
 
 
-def test_what_was_kept_before_the_store_failed_is_there_when_it_works_again(
+def test_stored_faults_are_shown_once_the_store_works_again(
     desk: Desk, store: Store, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     store.faults.record(FaultReading(UID, 5.0, appeared=frozenset(["voltage_low"])))
@@ -321,7 +321,7 @@ def test_what_was_kept_before_the_store_failed_is_there_when_it_works_again(
     assert {one.key for one in desk.faults.of(UID)} == {"motor_driver", "voltage_low"}
 
 
-def test_a_servo_that_is_forgotten_starts_with_nothing(desk: Desk) -> None:
+def test_a_forgotten_servo_has_no_faults(desk: Desk) -> None:
     desk.read(WARNING, HOT)
     desk.silence(10.0)
     asyncio.run(desk.faults.forget(UID))

@@ -1,4 +1,4 @@
-"""The loop over many servos: who fails, who is left out, and what a cancelled run still brings to its end."""
+"""Runs over many servos: failed and skipped servos, and what a cancelled run still completes."""
 
 import asyncio
 from collections.abc import Awaitable, Callable, Mapping
@@ -20,15 +20,15 @@ LEFT_OUT = Evidence("job_ended", "left out")
 
 
 class Run(FleetJob[RunTarget]):
-    """A run whose one step comes to what `said` has for its servo."""
+    """A run whose only step ends as `outcomes` says for its servo."""
 
     ENDS = (Stopped,)
-    said: Mapping[Uid, Exception]
+    outcomes: Mapping[Uid, Exception]
 
     async def act(self, target: RunTarget) -> Evidence:
         await asyncio.sleep(1)
-        if target.uid in self.said:
-            raise self.said[target.uid]
+        if target.uid in self.outcomes:
+            raise self.outcomes[target.uid]
         return DONE
 
     async def execute(self, *, whole: bool = False) -> None:
@@ -40,7 +40,7 @@ class Run(FleetJob[RunTarget]):
 
 
 def play(
-    said: Mapping[Uid, Exception],
+    outcomes: Mapping[Uid, Exception],
     on_anomaly: OnAnomaly = "continue",
     *,
     whole: bool = False,
@@ -55,7 +55,7 @@ def play(
 
             async def work(job: RunningJob) -> dict[str, object]:
                 run = Run(job=job, targets=targets, on_anomaly=on_anomaly)
-                run.said = said
+                run.outcomes = outcomes
                 return await run.work(run.execute(whole=whole))
 
             job = jobs.start("profile", None, [target.step("do", "Done") for target in targets], work)
@@ -74,7 +74,7 @@ def verdicts(job: RunningJob) -> list[str]:
     return [one.verdict for one in of_result(job.result).values()]
 
 
-def test_a_problem_is_that_servos_own_and_the_first_is_the_jobs() -> None:
+def test_a_problem_fails_its_servo_and_the_first_one_the_job() -> None:
     job = play({A: NoResponse("silent", cause=None), C: Busy("saving", cause=None, seconds=3)})
     assert states(job) == ["failed", "done", "failed"]
     assert isinstance(job.error, NoResponse)
@@ -86,13 +86,13 @@ def test_a_problem_is_that_servos_own_and_the_first_is_the_jobs() -> None:
     assert verdicts(job) == ["failed", "not_tried", "failed"]
 
 
-def test_with_stop_the_first_problem_leaves_out_the_rest() -> None:
+def test_with_stop_the_first_problem_skips_the_rest() -> None:
     job = play({B: NoResponse("silent", cause=None)}, "stop")
     assert states(job) == ["done", "failed", "skipped"]
     assert job.steps[2].evidence == "left out"
 
 
-def test_what_concerns_every_servo_ends_the_run_as_it_is() -> None:
+def test_a_problem_of_all_servos_ends_the_run() -> None:
     job = play({B: Stopped("stop was pressed", cause=None)})
     assert states(job) == ["done", "failed", "waiting"]
     assert isinstance(job.error, Stopped)
@@ -100,14 +100,14 @@ def test_what_concerns_every_servo_ends_the_run_as_it_is() -> None:
     assert verdicts(job) == ["not_tried", "failed", "not_tried"]
 
 
-def test_a_step_with_nothing_to_do_is_left_out_and_no_problem() -> None:
+def test_a_step_with_nothing_to_do_is_skipped() -> None:
     job = play({B: NotNeeded(Evidence("save_not_needed", "nothing to do"))}, "stop")
     assert states(job) == ["done", "skipped", "done"]
     assert (job.state, job.steps[1].evidence) == ("succeeded", "nothing to do")
 
 
 @pytest.mark.parametrize(("whole", "expected"), [(True, "done"), (False, "failed")])
-def test_a_cancelled_run_ends_the_step_that_must_be_whole_and_keeps_its_result(whole: bool, expected: str) -> None:
+def test_a_cancelled_run_completes_an_indivisible_step(whole: bool, expected: str) -> None:
     async def cancel(jobs: Jobs, job: RunningJob) -> None:
         await asyncio.sleep(1.5)
         await jobs.cancel(job.id)

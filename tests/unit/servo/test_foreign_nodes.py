@@ -1,4 +1,4 @@
-"""How often nodes that are no servos are asked, over hours, and which of them may be servos."""
+"""Foreign nodes: how often they are requested over hours, and which of them may be servos."""
 
 from collections.abc import Callable
 from itertools import pairwise
@@ -27,17 +27,17 @@ def record(restarts: int = 0) -> NodeRecord:
 
 
 def rounds(outcome: Outcome, hours: float = 10, *, actuator: bool = False) -> list[float]:
-    """The instants at which a node is asked that always behaves the same; it says NodeStatus once a second."""
-    clock, asked = Clock(), list[float]()
+    """The times of the requests to a node with this behaviour, which sends NodeStatus once a second."""
+    clock, requests = Clock(), list[float]()
     foreign_nodes = ForeignNodes(clock)
     for second in range(round(hours * 3600)):
         clock.now = second
         if actuator:
             foreign_nodes.on_status(NODE)
         if foreign_nodes.due(record()):
-            asked.append(second)
+            requests.append(second)
             outcome(foreign_nodes)
-    return asked
+    return requests
 
 
 def no_node_info(foreign_nodes: ForeignNodes) -> None:
@@ -53,28 +53,28 @@ def refused(foreign_nodes: ForeignNodes) -> None:
 
 
 @pytest.mark.parametrize("outcome", [no_node_info, no_parameters])
-def test_a_node_that_does_not_answer_is_asked_ever_more_rarely(outcome: Outcome) -> None:
-    asked = rounds(outcome)
-    assert asked[:7] == [0, 2, 10, 42, 170, 682, 2730]
-    pauses = [after - before for before, after in pairwise(asked)]
+def test_a_node_that_does_not_respond_is_requested_less_and_less_often(outcome: Outcome) -> None:
+    requests = rounds(outcome)
+    assert requests[:7] == [0, 2, 10, 42, 170, 682, 2730]
+    pauses = [after - before for before, after in pairwise(requests)]
     assert pauses == sorted(pauses)
     assert set(pauses[6:]) == {3600}
 
 
-def test_a_foreign_node_is_asked_four_times_and_never_again() -> None:
+def test_a_foreign_node_is_requested_four_times_only() -> None:
     assert rounds(refused) == [0, 2, 10, 42]
 
 
 @pytest.mark.parametrize(("outcome", "longest"), [(no_node_info, 30), (no_parameters, 30), (refused, 300)])
-def test_an_actuator_is_asked_for_ever_for_it_may_be_a_servo(outcome: Outcome, longest: float) -> None:
-    asked = rounds(outcome, 1, actuator=True)
-    pauses = [after - before for before, after in pairwise(asked)]
+def test_an_actuator_is_requested_without_end_as_it_may_be_a_servo(outcome: Outcome, longest: float) -> None:
+    requests = rounds(outcome, 1, actuator=True)
+    pauses = [after - before for before, after in pairwise(requests)]
     assert pauses == sorted(pauses)
     assert pauses[:3] == [1, 1, 2]
     assert pauses[-1] == longest
 
 
-def test_an_actuator_may_be_a_servo_until_it_refused_five_times() -> None:
+def test_an_actuator_may_be_a_servo_until_it_has_refused_five_times() -> None:
     foreign_nodes = ForeignNodes(Clock())
     assert not foreign_nodes.is_foreign(NODE)
     assert foreign_nodes.due(record())
@@ -89,7 +89,7 @@ def test_an_actuator_may_be_a_servo_until_it_refused_five_times() -> None:
     assert "Stop" not in getattr(foreign_nodes.note(NODE), "text", "")
 
 
-def test_what_never_answers_and_broadcasts_status_may_always_be_a_servo() -> None:
+def test_a_node_that_broadcasts_status_and_never_responds_may_be_a_servo() -> None:
     clock = Clock()
     foreign_nodes = ForeignNodes(clock)
     for second in range(100):
@@ -109,7 +109,7 @@ def test_without_status_a_node_is_foreign_after_one_round(outcome: Outcome) -> N
     assert foreign_nodes.note(NODE)
 
 
-def test_a_node_that_starts_anew_is_asked_at_once_and_knows_no_past() -> None:
+def test_a_restarted_node_is_requested_at_once_and_has_no_history() -> None:
     clock = Clock()
     foreign_nodes = ForeignNodes(clock)
     assert foreign_nodes.due(record())
@@ -135,7 +135,7 @@ def test_the_first_status_of_an_actuator_ends_the_wait() -> None:
     assert foreign_nodes.retry_policy(NODE) == UNKNOWN_ACTUATOR
 
 
-def test_somebody_who_needs_to_know_does_not_wait() -> None:
+def test_retry_now_ends_the_wait_and_postpone_and_forget_change_it() -> None:
     clock = Clock()
     foreign_nodes = ForeignNodes(clock)
     foreign_nodes.retry_now(NODE)

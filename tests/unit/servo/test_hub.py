@@ -1,4 +1,4 @@
-"""The hub: who hears what."""
+"""The hub: subscriptions by kind of change."""
 
 import pytest
 
@@ -9,7 +9,7 @@ SAMPLE = Sampled(Uid("a"), "current_angle", 1.0, 2.0)
 CHANGES: list[Change] = [SAMPLE, BusChanged(), ServoChanged(Uid("a")), LogEvent("info", "ready", "Something."), SAMPLE]
 
 
-def test_a_listener_without_kinds_hears_all_and_one_with_kinds_those() -> None:
+def test_a_subscriber_receives_all_changes_or_those_of_its_kinds() -> None:
     hub = Hub()
     everything: list[Change] = []
     samples: list[Change] = []
@@ -24,28 +24,28 @@ def test_a_listener_without_kinds_hears_all_and_one_with_kinds_those() -> None:
     assert some == [CHANGES[1], CHANGES[3]]
 
 
-def test_a_listener_taken_off_hears_no_more_even_if_taken_off_twice() -> None:
+def test_an_unsubscribed_subscriber_receives_nothing_more() -> None:
     hub = Hub()
     first: list[Change] = []
     second: list[Change] = []
-    forget = hub.subscribe(first.append, Sampled)
+    unsubscribe = hub.subscribe(first.append, Sampled)
     hub.subscribe(second.append, Sampled)
     hub.publish(SAMPLE)
-    forget()
-    forget()
+    unsubscribe()
+    unsubscribe()
     hub.publish(SAMPLE)
     assert (len(first), len(second)) == (1, 2)
 
 
-def test_a_listener_that_fails_costs_the_others_nothing(caplog: pytest.LogCaptureFixture) -> None:
+def test_a_failing_subscriber_does_not_affect_others(caplog: pytest.LogCaptureFixture) -> None:
     hub = Hub()
-    heard: list[Change] = []
+    received: list[Change] = []
 
     def fail(_change: Change) -> None:
         raise RuntimeError("no")
 
     hub.subscribe(fail)
-    hub.subscribe(heard.append)
+    hub.subscribe(received.append)
     hub.publish(SAMPLE)
-    assert heard == [SAMPLE]
+    assert received == [SAMPLE]
     assert "a subscriber failed" in caplog.text

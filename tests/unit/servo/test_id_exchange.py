@@ -1,4 +1,4 @@
-"""What an exchange of IDs puts back when it fails, in which order, and what it must leave."""
+"""An exchange of IDs that fails: what is restored, in which order, and what remains."""
 
 from typing import cast
 
@@ -12,7 +12,7 @@ from hornbill.units import Uid
 
 
 class Named:
-    """As much of a servo as an exchange looks at."""
+    """The part of a servo that an exchange uses."""
 
     def __init__(self, name: str) -> None:
         self.uid = Uid(name * 32)
@@ -40,7 +40,7 @@ class Writes:
 
 
 def undone(writes: Writes, *moves: IdMove, within_s: float = 0.0, settled: Servo | None = None) -> list[HornbillError]:
-    """Make the moves, put them back by `writes`, and answer why some stay."""
+    """Make the moves, undo them with `writes`, and return why some remain."""
 
     async def inside() -> list[HornbillError]:
         exchange, well = IdExchange(), Writes()
@@ -55,32 +55,32 @@ def undone(writes: Writes, *moves: IdMove, within_s: float = 0.0, settled: Servo
     return clock.run(inside())
 
 
-def test_it_goes_back_last_first_through_the_same_states() -> None:
+def test_moves_are_undone_in_reverse_order() -> None:
     writes = Writes()
     assert undone(writes, PARK_A, B_TAKES_1, A_TAKES_2) == []
     assert writes.done == [("a", 0), ("b", 2), ("a", 1)]
 
 
-def test_a_number_that_its_servo_could_not_leave_is_given_to_no_other() -> None:
+def test_an_id_that_its_servo_still_has_is_not_given_to_another() -> None:
     writes = Writes(refusing=B)
     problems = undone(writes, PARK_A, B_TAKES_1)
     assert [one.detail for one in problems] == ["another servo uses it now", "silent"][::-1]
     assert writes.done == []
 
 
-def test_it_is_tried_again_until_its_time_is_over() -> None:
+def test_undoing_is_retried_until_the_timeout() -> None:
     writes = Writes(refusing=B, silent=3)
     assert undone(writes, PARK_A, B_TAKES_1, within_s=2.0) == []
     assert writes.done == [("b", 2), ("a", 1)]
 
 
-def test_what_is_settled_stays() -> None:
+def test_a_settled_move_remains() -> None:
     writes = Writes()
     assert undone(writes, PARK_A, B_TAKES_1, settled=A) == []
     assert writes.done == [("b", 2)]
 
 
-def test_a_write_that_failed_is_put_back_because_it_may_have_arrived() -> None:
+def test_a_failed_write_is_undone_as_it_may_have_arrived() -> None:
     async def inside() -> list[tuple[str, int]]:
         exchange, well = IdExchange(), Writes()
         await exchange.move(PARK_A, well)

@@ -1,4 +1,4 @@
-"""In whatever order ids are passed round, no two servos ever share one."""
+"""The order in which IDs are exchanged: no two servos ever share one."""
 
 from collections.abc import Mapping
 
@@ -16,7 +16,7 @@ A, B, C = UIDS[:3]
 
 
 def follow(current: Ids, found: list[tuple[Uid, int]]) -> dict[Uid, int]:
-    """Do the moves, looking after each that no id but 0 is there twice."""
+    """Make the moves; after each, every ID but 0 is unique."""
     now = dict(current)
     for uid, number in found:
         assert now.get(uid, 0) != number, "a move that moves nothing"
@@ -27,7 +27,7 @@ def follow(current: Ids, found: list[tuple[Uid, int]]) -> dict[Uid, int]:
 
 
 def cycles(current: Ids, wanted: Ids) -> int:
-    """How many rings of servos there are in which each wants the next one's id."""
+    """The number of cycles of servos in which each is to get the ID of the next."""
     owner = {number: uid for uid, number in current.items() if number}
     count, seen = 0, set[Uid]()
     for start in wanted:
@@ -43,7 +43,7 @@ def cycles(current: Ids, wanted: Ids) -> int:
 
 @st.composite
 def rearrangements(draw: st.DrawFn) -> tuple[Ids, Ids]:
-    """Ids there are, some 0, and a legal wish for any part of the servos."""
+    """Present IDs, some 0, and valid new IDs of any of the servos."""
     uids = UIDS[: draw(st.integers(1, len(UIDS)))]
     places = draw(st.permutations(range(1, 16)))
     current = {uid: draw(st.sampled_from((0, place, place, place))) for uid, place in zip(uids, places, strict=False)}
@@ -56,14 +56,14 @@ def rearrangements(draw: st.DrawFn) -> tuple[Ids, Ids]:
 
 
 @given(rearrangements())
-def test_no_two_share_an_id_at_any_moment_and_all_end_as_wanted(case: tuple[Ids, Ids]) -> None:
+def test_no_two_servos_share_an_id_at_any_time_and_all_get_theirs(case: tuple[Ids, Ids]) -> None:
     current, wanted = case
     found = moves(current, wanted)
     assert follow(current, found) == {**current, **wanted}
 
 
 @given(rearrangements())
-def test_there_is_one_extra_move_a_cycle_and_no_other(case: tuple[Ids, Ids]) -> None:
+def test_there_is_one_additional_move_for_each_cycle(case: tuple[Ids, Ids]) -> None:
     current, wanted = case
     needed = sum(current[uid] != number for uid, number in wanted.items())
     assert len(moves(current, wanted)) == needed + cycles(current, wanted)
@@ -84,7 +84,7 @@ def test_a_swap_is_opened_by_parking_one() -> None:
     assert moves({A: 1, B: 2}, {A: 2, B: 1}) == [(A, 0), (B, 1), (A, 2)]
 
 
-def test_many_may_be_parked_and_a_new_one_has_no_id_yet() -> None:
+def test_several_servos_may_have_no_id() -> None:
     assert moves({A: 0, B: 0}, {A: 1, B: 0, C: 2}) == [(A, 1), (C, 2)]
 
 
@@ -95,9 +95,9 @@ def test_many_may_be_parked_and_a_new_one_has_no_id_yet() -> None:
         ({A: 1, B: 2}, {A: 2}),
         ({A: 1, B: 2}, {A: 2, B: 2}),
     ],
-    ids=["wanted twice", "kept by another", "asked for by its owner"],
+    ids=["wanted twice", "kept by another", "requested by its owner"],
 )
-def test_what_cannot_be_is_a_conflict(current: Ids, wanted: Ids) -> None:
+def test_an_id_wanted_twice_is_a_conflict(current: Ids, wanted: Ids) -> None:
     with pytest.raises(Conflict) as caught:
         moves(current, wanted)
     assert caught.value.facts["requested"] in wanted.values()

@@ -1,4 +1,4 @@
-"""A job ends once, visibly, says why, and is remembered by the next process."""
+"""Jobs: they end once, with a reason, and are stored for the next process."""
 
 import asyncio
 import logging
@@ -18,7 +18,7 @@ A = Uid("a0" * 16)
 
 
 def run(work: Callable[[Jobs], Awaitable[None]], *later: Callable[[Jobs], Awaitable[None]]) -> list[str]:
-    """Play `work`, and each of `later` as another process on the same store would; what states were told."""
+    """Run `work`, then each of `later` as another process with the same store; the published states."""
     seen: list[str] = []
 
     async def inside() -> None:
@@ -31,7 +31,7 @@ def run(work: Callable[[Jobs], Awaitable[None]], *later: Callable[[Jobs], Awaita
     return seen
 
 
-async def for_ever(job: RunningJob) -> dict[str, object]:
+async def endless(job: RunningJob) -> dict[str, object]:
     await asyncio.sleep(1e6)
     return {}
 
@@ -40,7 +40,7 @@ def steps() -> list[Step]:
     return [Step("one", "First"), Step("two", "Second", uid=A), Step("three", "Third")]
 
 
-def test_success_carries_the_result_and_the_evidence() -> None:
+def test_a_succeeded_job_has_a_result_and_evidence() -> None:
     async def work(jobs: Jobs) -> None:
         async def body(job: RunningJob) -> dict[str, object]:
             job.begin("one")
@@ -56,7 +56,7 @@ def test_success_carries_the_result_and_the_evidence() -> None:
     assert run(work)[-1] == "succeeded"
 
 
-def test_an_error_fails_the_running_step_and_is_kept() -> None:
+def test_an_error_fails_the_running_step_and_the_job() -> None:
     async def work(jobs: Jobs) -> None:
         async def body(job: RunningJob) -> dict[str, object]:
             job.begin("one")
@@ -71,7 +71,7 @@ def test_an_error_fails_the_running_step_and_is_kept() -> None:
     run(work)
 
 
-def test_a_defect_ends_the_job_instead_of_leaving_it_running() -> None:
+def test_an_internal_error_fails_the_job() -> None:
     async def work(jobs: Jobs) -> None:
         async def body(job: RunningJob) -> dict[str, object]:
             raise ZeroDivisionError
@@ -83,24 +83,13 @@ def test_a_defect_ends_the_job_instead_of_leaving_it_running() -> None:
     run(work)
 
 
-def test_cancelling_ends_it_at_once() -> None:
+@pytest.mark.parametrize("after_s", [0, 1])
+def test_cancelling_ends_a_job_at_once_even_before_it_has_begun(after_s: float) -> None:
     async def work(jobs: Jobs) -> None:
-        async def body(job: RunningJob) -> dict[str, object]:
-            await asyncio.sleep(1e6)
-            return {}
-
-        job = jobs.start("save", Uid("aa"), [], body)
-        await asyncio.sleep(1)
-        assert jobs.running(Uid("aa")) is job
-        assert (await jobs.cancel(job.id)).state == "cancelled"
-        assert jobs.running(Uid("aa")) is None
-
-    run(work)
-
-
-def test_cancelling_one_that_has_not_begun_ends_it_too() -> None:
-    async def work(jobs: Jobs) -> None:
-        job = jobs.start("save", A, [], for_ever)
+        job = jobs.start("save", A, [], endless)
+        if after_s:
+            await asyncio.sleep(after_s)
+        assert jobs.running(A) is job
         assert (await jobs.cancel(job.id)).state == "cancelled"
         assert job.ended
         assert jobs.running(A) is None
@@ -108,19 +97,19 @@ def test_cancelling_one_that_has_not_begun_ends_it_too() -> None:
     run(work)
 
 
-def test_only_the_last_finished_jobs_are_kept() -> None:
+def test_only_the_last_ended_jobs_are_stored() -> None:
     async def work(jobs: Jobs) -> None:
         async def body(job: RunningJob) -> dict[str, object]:
             return {}
 
-        for _ in range(MAX_ROWS + 20):
+        for _ in range(MAX_ROWS + 5):
             await jobs.wait(jobs.start("save", None, [], body))
         assert len(jobs.all()) <= MAX_ROWS + 1
 
     run(work)
 
 
-def test_the_next_process_knows_how_each_ended() -> None:
+def test_the_next_process_loads_ended_jobs() -> None:
     async def work(jobs: Jobs) -> None:
         async def well(job: RunningJob) -> dict[str, object]:
             job.begin("one")
@@ -156,7 +145,7 @@ def test_the_next_process_knows_how_each_ended() -> None:
 
 
 async def killed(jobs: Jobs) -> None:
-    """A process that dies in the second of three steps."""
+    """A process that is killed in the second of three steps."""
 
     async def body(job: RunningJob) -> dict[str, object]:
         job.begin("one")
@@ -167,15 +156,15 @@ async def killed(jobs: Jobs) -> None:
 
     jobs.start("commissioning", None, steps(), body, {"count": 12})
     await asyncio.sleep(1)
-    jobs.start("save", A, [], for_ever)
+    jobs.start("save", A, [], endless)
     await asyncio.sleep(1)
-    for job in jobs.all():  # nothing of this process may be kept any more
+    for job in jobs.all():  # this process must store nothing more
         job.on_change = lambda job: None
         assert job.task is not None
     jobs._stored.put = lambda job: None  # pyright: ignore[reportPrivateUsage, reportAttributeAccessIssue]
 
 
-def test_what_the_end_of_the_server_cut_off_says_so_and_claims_nothing() -> None:
+def test_a_job_that_the_exit_of_the_server_interrupted_has_failed() -> None:
     async def later(jobs: Jobs) -> None:
         cut, save = jobs.all()
         assert (cut.state, save.state) == ("failed", "failed")
@@ -205,7 +194,7 @@ def run_killed(*later: Callable[[Jobs], Awaitable[None]]) -> None:
     clock.run(inside())
 
 
-def test_a_job_is_resumed_as_itself_with_what_was_done_behind_it() -> None:
+def test_an_interrupted_job_is_resumed_after_its_completed_steps() -> None:
     async def later(jobs: Jobs) -> None:
         ran: list[str] = []
 
@@ -248,7 +237,7 @@ def test_a_job_is_resumed_as_itself_with_what_was_done_behind_it() -> None:
     run_killed(later, last)
 
 
-def test_a_resumer_that_refuses_leaves_the_job_as_it_was() -> None:
+def test_a_refused_resume_leaves_the_job_unchanged() -> None:
     async def later(jobs: Jobs) -> None:
         def resumer(job: RunningJob) -> Work:
             raise Stopped("Stop is latched.", cause=None)
@@ -264,12 +253,12 @@ def test_a_resumer_that_refuses_leaves_the_job_as_it_was() -> None:
     run_killed(later)
 
 
-def test_one_servo_is_worked_on_by_one_job_also_when_one_is_resumed() -> None:
+def test_a_job_is_not_resumed_while_another_runs_on_its_servo() -> None:
     async def work(jobs: Jobs) -> None:
-        jobs.resumers["save"] = lambda job: for_ever
-        first = jobs.start("save", A, [], for_ever, {})
+        jobs.resumers["save"] = lambda job: endless
+        first = jobs.start("save", A, [], endless, {})
         await jobs.cancel(first.id)
-        second = jobs.start("restart", A, [], for_ever)
+        second = jobs.start("restart", A, [], endless)
         with pytest.raises(Busy, match="A restart job is running"):
             jobs.resume(first.id)
         await jobs.cancel(second.id)
@@ -280,9 +269,9 @@ def test_one_servo_is_worked_on_by_one_job_also_when_one_is_resumed() -> None:
     run(work)
 
 
-def test_what_ends_because_the_server_closes_was_interrupted_not_cancelled() -> None:
+def test_a_job_that_ends_with_the_server_is_interrupted_and_not_cancelled() -> None:
     async def work(jobs: Jobs) -> None:
-        jobs.start("save", A, steps(), for_ever)
+        jobs.start("save", A, steps(), endless)
         await asyncio.sleep(1)
         await jobs.close()
 
@@ -295,7 +284,7 @@ def test_what_ends_because_the_server_closes_was_interrupted_not_cancelled() -> 
     run(work, later)
 
 
-def test_a_store_that_fails_stops_no_job_and_is_told_once(caplog: pytest.LogCaptureFixture) -> None:
+def test_a_failing_store_stops_no_job_and_is_logged_once(caplog: pytest.LogCaptureFixture) -> None:
     async def work(jobs: Jobs) -> None:
         async def body(job: RunningJob) -> dict[str, object]:
             for name in ("one", "two", "three"):
@@ -315,11 +304,11 @@ def test_a_store_that_fails_stops_no_job_and_is_told_once(caplog: pytest.LogCapt
     assert [record.getMessage().split(";")[0] for record in caplog.records] == ["jobs cannot be stored"]
 
 
-def test_a_row_nobody_can_read_keeps_no_server_from_starting(caplog: pytest.LogCaptureFixture) -> None:
+def test_an_unreadable_stored_job_is_skipped(caplog: pytest.LogCaptureFixture) -> None:
     async def work(jobs: Jobs) -> None:
-        kept = jobs._stored  # pyright: ignore[reportPrivateUsage]
-        kept.put(StoredJob("odd", "save", None, "running", 1.0, None, None, {"steps": [{"nonsense": 1}]}))
-        kept.put(
+        stored = jobs._stored  # pyright: ignore[reportPrivateUsage]
+        stored.put(StoredJob("odd", "save", None, "running", 1.0, None, None, {"steps": [{"nonsense": 1}]}))
+        stored.put(
             StoredJob("old", "save", None, "failed", 2.0, 3.0, None,
                       {"steps": [], "result": None,
                        "error": {"class": "Gone", "code": "gone", "detail": "It is gone.", "facts": {}}})

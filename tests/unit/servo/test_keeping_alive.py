@@ -1,4 +1,4 @@
-"""Whether a servo that missed a command has restarted: what whole seconds of uptime prove, however late they come."""
+"""Whether a servo that missed a command has restarted, from its uptime in whole seconds."""
 
 import asyncio
 from types import SimpleNamespace
@@ -14,9 +14,9 @@ from hornbill.servo.runtime.timebase import TimeBase
 AGE_S = st.floats(0, 3, allow_nan=False)
 
 
-def runs_on(*, uptime_s: float, age_s: float, way_s: float, restarted_after_s: float | None = None) -> bool:
-    """What is made of a servo whose last status, at `uptime_s`, is `age_s` old when it is asked, and whose answer
-    takes `way_s` to reach us; it may have restarted so long after that status.
+def has_not_restarted(*, uptime_s: float, age_s: float, delay_s: float, restarted_after_s: float | None = None) -> bool:
+    """The verdict on a servo whose last status, at `uptime_s`, is `age_s` old at the request, and whose response takes
+    `delay_s`; it may have restarted that long after the status.
     """
     now = 1000.0
     status = SimpleNamespace(uptime_sec=int(uptime_s))
@@ -25,7 +25,7 @@ def runs_on(*, uptime_s: float, age_s: float, way_s: float, restarted_after_s: f
     async def node_info(node: int) -> object:
         nonlocal now
         true = uptime_s + age_s if restarted_after_s is None else age_s - restarted_after_s
-        now += way_s
+        now += delay_s
         return SimpleNamespace(status=SimpleNamespace(uptime_sec=int(true)))
 
     never = cast(Any, None)
@@ -34,15 +34,13 @@ def runs_on(*, uptime_s: float, age_s: float, way_s: float, restarted_after_s: f
     return asyncio.run(keeping._has_not_restarted(cast(Any, servo), 1))  # pyright: ignore[reportPrivateUsage]
 
 
-@given(uptime_s=st.floats(3, 1e6), age_s=AGE_S, way_s=st.floats(0, 1.9))
-def test_a_servo_that_ran_on_is_known_to_however_late_we_hear_its_answer(
-    uptime_s: float, age_s: float, way_s: float
+@given(uptime_s=st.floats(3, 1e6), age_s=AGE_S, delay_s=st.floats(0, 1.9))
+def test_a_servo_that_has_not_restarted_is_recognised_however_late_its_response(
+    uptime_s: float, age_s: float, delay_s: float
 ) -> None:
-    assert runs_on(uptime_s=uptime_s, age_s=age_s, way_s=way_s)
+    assert has_not_restarted(uptime_s=uptime_s, age_s=age_s, delay_s=delay_s)
 
 
-@given(uptime_s=st.floats(0, 1e6), age_s=AGE_S, way_s=AGE_S, share=st.floats(0, 1))
-def test_one_that_restarted_since_is_never_taken_for_one_that_ran_on(
-    uptime_s: float, age_s: float, way_s: float, share: float
-) -> None:
-    assert not runs_on(uptime_s=uptime_s, age_s=age_s, way_s=way_s, restarted_after_s=age_s * share)
+@given(uptime_s=st.floats(0, 1e6), age_s=AGE_S, delay_s=AGE_S, share=st.floats(0, 1))
+def test_a_restarted_servo_is_always_recognised(uptime_s: float, age_s: float, delay_s: float, share: float) -> None:
+    assert not has_not_restarted(uptime_s=uptime_s, age_s=age_s, delay_s=delay_s, restarted_after_s=age_s * share)

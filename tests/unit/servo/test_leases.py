@@ -1,4 +1,4 @@
-"""One writer at a time, and never a moment longer than its last sign of life."""
+"""Leases: one holder at a time, until the lease is released or expires."""
 
 from collections.abc import Callable, Mapping
 from contextvars import Context
@@ -14,7 +14,7 @@ from hornbill.servo.runtime.leases import Leases
 HELD = (LeaseHeld, {"cause": "lease_held_by_other", "holder": "Rig 3", "expires_in_s": 17.877})
 PROMISED = (Busy, {"cause": "control_transfer_pending", "by": "Page 2"})
 NONE = (LeaseRequired, {"cause": "lease_missing"})
-OVER = (LeaseRequired, {"cause": "lease_ended"})
+ENDED_LEASE = (LeaseRequired, {"cause": "lease_ended"})
 UNKNOWN = (Unknown, {"cause": "lease_ended"})
 IS_HELD = "Rig 3 has motion control for 18 s more. Request it, or wait."
 ENDED = "This lease has ended. Take a new one."
@@ -42,7 +42,7 @@ REFUSED: tuple[tuple[float, Callable[[Leases], object], Refusal, str], ...] = (
      "Rig 3 has motion control for 1 s more. Request it, or wait."),
     (2, lambda leases: leases.require(None, 102.0), NONE,
      "Motion requires a valid lease."),
-    (2, lambda leases: leases.require(OTHER, 102.0), OVER,
+    (2, lambda leases: leases.require(OTHER, 102.0), ENDED_LEASE,
      "This lease has ended, and torque is off on the servos it commanded. Take a new one."),
     (2, lambda leases: leases.renew(OTHER, 102.0), UNKNOWN, ENDED),
     (2, lambda leases: promise(leases).grant("Page 1", 3.0, 102.0), PROMISED,
@@ -51,7 +51,7 @@ REFUSED: tuple[tuple[float, Callable[[Leases], object], Refusal, str], ...] = (
 
 
 @pytest.mark.parametrize(("ttl_s", "act", "expected", "detail"), REFUSED)
-def test_who_is_refused_is_told_why_and_the_remedy(
+def test_a_refusal_has_a_cause_and_a_remedy(
     ttl_s: float,
     act: Callable[[Leases], object],
     expected: Refusal,
@@ -68,7 +68,7 @@ def test_who_is_refused_is_told_why_and_the_remedy(
 
 
 @pytest.mark.parametrize(("ttl_s", "grace_s", "first_s"), [(2.0, 5.0, 5.0), (8.0, 5.0, 8.0)])
-def test_a_lease_that_is_handed_over_lives_for_the_grace_until_it_is_renewed(
+def test_a_transferred_lease_lasts_for_the_grace_period_until_it_is_renewed(
     ttl_s: float, grace_s: float, first_s: float
 ) -> None:
     leases = promise(Leases())
@@ -78,7 +78,7 @@ def test_a_lease_that_is_handed_over_lives_for_the_grace_until_it_is_renewed(
     assert leases.current(11.0) is lease
 
 
-def test_every_way_a_lease_ends_is_counted_and_none_of_them_is_a_lapse() -> None:
+def test_every_end_of_a_lease_is_counted_and_only_an_expired_one_is_expired() -> None:
     leases = Leases()
     assert leases.revoke(0.0) is None
     first = leases.grant("Rig", 2.0, now=0.0)
@@ -97,11 +97,11 @@ def test_every_way_a_lease_ends_is_counted_and_none_of_them_is_a_lapse() -> None
 
 
 @pytest.mark.parametrize(
-    ("token", "own", "said"),
+    ("token", "own", "name"),
     [(None, False, "no lease"), ("ci", False, "ci"), (None, True, "Rig 3"), ("ci", True, "ci · Rig 3")],
 )
-def test_the_audit_names_the_holder_while_the_lease_lives_else_the_token(
-    token: str | None, own: bool, said: str
+def test_the_audit_names_the_holder_until_the_lease_ends_then_the_token(
+    token: str | None, own: bool, name: str
 ) -> None:
     leases = Leases()
     lease = leases.grant("Rig 3", 20.0, now=100.0)
@@ -111,21 +111,21 @@ def test_the_audit_names_the_holder_while_the_lease_lives_else_the_token(
         act_as(token)
         return leases.who(lease_id, 101.0), leases.who(lease_id, 120.0)
 
-    assert Context().run(names) == (said, token or "no lease")
+    assert Context().run(names) == (name, token or "no lease")
 
 
-def test_what_everybody_sees_of_a_leases_id_tells_it_from_others_and_lets_nobody_use_it() -> None:
+def test_the_shown_id_of_a_lease_is_unique_and_cannot_be_used() -> None:
     leases = Leases()
     lease = leases.grant("Page 1", 3.0, now=0.0)
     assert lease.id.startswith(lease.shown_id)
-    assert len(lease.id) - len(lease.shown_id) >= 24, "96 bits nobody is told"
+    assert len(lease.id) - len(lease.shown_id) >= 24, "96 bits are secret"
     with pytest.raises(LeaseHeld):
         leases.require(lease.shown_id, now=1.0)
     leases.release(lease.id, now=1.0)
     assert leases.grant("Page 1", 3.0, now=1.0).shown_id != lease.shown_id
 
 
-def test_a_lapsed_lease_is_no_lease_and_is_handed_out_once() -> None:
+def test_an_expired_lease_is_refused_and_returned_once() -> None:
     leases = Leases()
     lease = leases.grant("Rig", 2.0, now=10.0)
     assert leases.expired(11.9) is None
@@ -137,7 +137,7 @@ def test_a_lapsed_lease_is_no_lease_and_is_handed_out_once() -> None:
         leases.renew(lease.id, now=12.1)
 
 
-def test_a_lapse_is_seen_even_when_somebody_else_was_quicker_with_a_new_lease() -> None:
+def test_an_expired_lease_is_returned_even_if_another_was_granted_first() -> None:
     leases = Leases()
     old = leases.grant("Rig", 1.0, now=0.0)
     new = leases.grant("Page", 5.0, now=1.01)
@@ -146,16 +146,7 @@ def test_a_lapse_is_seen_even_when_somebody_else_was_quicker_with_a_new_lease() 
     assert leases.current(1.03) is new
 
 
-def test_somebody_elses_id_moves_nothing() -> None:
-    leases = Leases()
-    leases.grant("Rig", 5.0, now=0.0)
-    with pytest.raises(LeaseHeld):
-        leases.require("0" * 32, now=1.0)
-    with pytest.raises(LeaseHeld):
-        leases.allow_write(None, now=1.0)
-
-
-def test_parameters_need_no_lease_while_nobody_holds_one() -> None:
+def test_writes_need_no_lease_while_there_is_none() -> None:
     leases = Leases()
     leases.allow_write(None, now=0.0)
     lease = leases.grant("Rig", 1.0, now=0.0)
@@ -164,7 +155,7 @@ def test_parameters_need_no_lease_while_nobody_holds_one() -> None:
 
 
 @given(ttl=st.floats(0.2, 60), beats=st.lists(st.floats(0.0, 80.0), max_size=20))
-def test_a_lease_lives_exactly_ttl_after_its_last_renewal(ttl: float, beats: list[float]) -> None:
+def test_a_lease_expires_ttl_after_its_last_renewal(ttl: float, beats: list[float]) -> None:
     leases, now = Leases(), 0.0
     lease = leases.grant("Rig", ttl, now)
     for beat in beats:

@@ -1,4 +1,4 @@
-"""Swings of a horn at rest are found at any frequency that Status can show, and nothing else is taken for one."""
+"""Oscillation of a horn at rest: found at any frequency that Status can show, and nothing else is taken for one."""
 
 import math
 import struct
@@ -16,14 +16,14 @@ STATUS_HZ = 10.0
 
 
 def read(degrees: float) -> float:
-    """As Status tells it: tenths of a degree in hundreds of degrees as a float16."""
+    """As in Status: tenths of a degree in hundreds of degrees as a float16."""
     return struct.unpack("<e", struct.pack("<e", round(degrees * 10) / 1000))[0] * 100
 
 
 def watch(
     found: Oscillation, where: Where, seconds: float, *, hz: float = STATUS_HZ, start: float = 0.0, loss: float = 0.0
 ) -> float | None:
-    """When it is proved first; None if never."""
+    """The time at which it is first proved; None if never."""
     random, first = Random(1), None
     for tick in range(int(seconds * hz)):
         at = start + tick / hz
@@ -46,7 +46,7 @@ def still(degrees: float) -> Where:
 @pytest.mark.parametrize("hz", [1.0, 1.7, 2.5, 3.7, 4.6, 5.4, 7.3, 8.7, 12.0, 16.0, 18.3, 23.4, 33.7, 61.3])
 @pytest.mark.parametrize("peak_deg", [0.4, 1.0, 6.0])
 @pytest.mark.parametrize("loss", [0.0, 0.2])
-def test_a_swing_is_found_from_status_alone_whatever_its_frequency(hz: float, peak_deg: float, loss: float) -> None:
+def test_an_oscillation_is_found_from_status_alone_at_any_frequency(hz: float, peak_deg: float, loss: float) -> None:
     found = Oscillation()
     first = watch(found, swing(hz, peak_deg, middle=-40.0), 5.0, loss=loss)
     assert first is not None
@@ -56,7 +56,7 @@ def test_a_swing_is_found_from_status_alone_whatever_its_frequency(hz: float, pe
 
 @settings(max_examples=200)
 @given(hz=some.floats(1.2, 80), phase=some.floats(0, 6.28), peak_deg=some.floats(0.5, 10))
-def test_any_phase_will_do_but_where_the_period_divides_the_time_between_samples(
+def test_an_oscillation_is_found_at_any_phase_unless_it_aliases_to_rest(
     hz: float, phase: float, peak_deg: float
 ) -> None:
     off = abs(hz / STATUS_HZ * 2 - round(hz / STATUS_HZ * 2)) * STATUS_HZ / 2
@@ -65,7 +65,7 @@ def test_any_phase_will_do_but_where_the_period_divides_the_time_between_samples
 
 
 @pytest.mark.parametrize("hz", [10.0, 20.0, 200.0])
-def test_a_faster_look_shows_it_as_well(hz: float) -> None:
+def test_faster_samples_show_it_too(hz: float) -> None:
     found = Oscillation()
     assert watch(found, swing(63.0, 1.0), 3.0, hz=hz) is not None
     assert found.peak_to_peak_deg() == pytest.approx(2.0, abs=0.3)
@@ -73,13 +73,13 @@ def test_a_faster_look_shows_it_as_well(hz: float) -> None:
 
 @pytest.mark.parametrize("hz", [10.0, 20.0, 200.0])
 @pytest.mark.parametrize("degrees", [0.0, 0.05, 179.95, 900.3, 3600.0])
-def test_noise_and_rounding_are_no_swing(hz: float, degrees: float) -> None:
+def test_noise_and_rounding_are_no_oscillation(hz: float, degrees: float) -> None:
     random = Random(2)
     assert watch(Oscillation(), lambda _at: degrees + random.uniform(-0.12, 0.12), 120.0, hz=hz) is None
 
 
 @pytest.mark.parametrize("hz", [10.0, 20.0])
-def test_ten_minutes_of_a_noisy_sensor_are_no_swing(hz: float) -> None:
+def test_a_noisy_sensor_is_no_oscillation(hz: float) -> None:
     random = Random(3)
     assert watch(Oscillation(), lambda _at: random.gauss(12.0, 0.08), 600.0, hz=hz) is None
 
@@ -90,7 +90,7 @@ def ring(hz: float, decay_s: float, size: float) -> Where:
 
 @pytest.mark.parametrize("hz", [2.0, 5.0, 8.0, 16.0])
 @pytest.mark.parametrize(("decay_s", "size"), [(0.1, 30.0), (0.3, 10.0), (0.5, 5.0)])
-def test_what_rings_after_a_push_and_calms_down_is_no_swing(hz: float, decay_s: float, size: float) -> None:
+def test_decaying_ringing_is_no_oscillation(hz: float, decay_s: float, size: float) -> None:
     assert watch(Oscillation(), ring(hz, decay_s, size), 10.0) is None
 
 
@@ -98,17 +98,17 @@ MOVES: dict[str, Where] = {
     "fast ramp": lambda at: 30.0 * at,
     "slow ramp": lambda at: 0.5 * at,
     "slow sweep": lambda at: 20.0 * math.sin(2 * math.pi * 0.2 * at),
-    "to and fro once a second": lambda at: 0.0 if at % 2 < 1 else 40.0,
+    "back and forth once a second": lambda at: 0.0 if at % 2 < 1 else 40.0,
     "round and round": lambda at: (at * 360.0 + 180.0) % 360.0 - 180.0,
 }
 
 
 @pytest.mark.parametrize("where", MOVES.values(), ids=MOVES)
-def test_moves_are_no_swing(where: Where) -> None:
+def test_moves_are_no_oscillation(where: Where) -> None:
     assert watch(Oscillation(), where, 60.0) is None
 
 
-def test_it_ends_when_the_swing_does() -> None:
+def test_it_ends_with_the_oscillation() -> None:
     found = Oscillation()
     assert watch(found, swing(16.0, 1.0), 10.0) is not None
     assert found.since_turn(10.0) < 0.4

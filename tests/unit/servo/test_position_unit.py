@@ -1,4 +1,4 @@
-"""A unit is confirmed only when it is the right one: any unit, any angles, any rounding, and while the horn moves."""
+"""The unit of positions: only the right one is confirmed, for any angles and rounding, and while the horn moves."""
 
 import math
 import struct
@@ -49,9 +49,9 @@ def watch(
         at = start + tick / 10
         degrees = where(at)
         # a firmware may put into Status what it puts into 0x08, or the angle itself
-        told = degrees if rounding == "none" else tenths(degrees, rounding)
+        reported = degrees if rounding == "none" else tenths(degrees, rounding)
         if random.random() >= loss:
-            position = half(told / DEGREES[unit])
+            position = half(reported / DEGREES[unit])
             estimate.add_status(position, at, reading)
             angle = estimate.shown(position)
             if angle is not None:
@@ -66,9 +66,9 @@ def still(degrees: float) -> Where:
     return lambda _at: degrees
 
 
-@settings(max_examples=300)
+@settings(max_examples=150)
 @given(UNITS, st.floats(2.05, 3000).flatmap(lambda a: st.sampled_from((a, -a))), ROUNDINGS)
-def test_a_horn_that_rests_off_zero_is_enough_whatever_is_rounded(
+def test_the_unit_is_measured_on_a_horn_at_rest_off_zero(
     unit: PositionUnit, degrees: float, rounding: Rounding
 ) -> None:
     estimate = Estimate()
@@ -78,11 +78,9 @@ def test_a_horn_that_rests_off_zero_is_enough_whatever_is_rounded(
     assert f"{PAIRS_AT_ONE_ANGLE} times" in estimate.evidence.text
 
 
-@settings(max_examples=200)
+@settings(max_examples=100)
 @given(UNITS, st.floats(-36_000_000, 36_000_000), ROUNDINGS, st.integers(0, 9))
-def test_no_angle_at_all_is_taken_for_another_unit(
-    unit: PositionUnit, degrees: float, rounding: Rounding, seed: int
-) -> None:
+def test_no_angle_confirms_another_unit(unit: PositionUnit, degrees: float, rounding: Rounding, seed: int) -> None:
     """Beyond float16 and near zero nothing is concluded; everywhere else the right thing."""
     estimate = Estimate()
     watch(estimate, still(degrees), unit, rounding=rounding, loss=0.2, seed=seed)
@@ -92,16 +90,16 @@ def test_no_angle_at_all_is_taken_for_another_unit(
 
 @pytest.mark.parametrize("unit", get_args(PositionUnit.__value__))
 @pytest.mark.parametrize("degrees", [0.0, 0.1, -0.4, 1.0, -1.9])
-def test_near_zero_nothing_is_concluded_and_what_is_shown_is_not_far_off(unit: PositionUnit, degrees: float) -> None:
+def test_near_zero_no_unit_is_measured_and_the_shown_angle_is_close(unit: PositionUnit, degrees: float) -> None:
     estimate = Estimate()
     shown = watch(estimate, still(degrees), unit)
     assert estimate.state == "assumed"
     assert max(shown, default=0.0) <= 0.3
 
 
-@settings(max_examples=300)
+@settings(max_examples=150)
 @given(UNITS, ROUNDINGS, st.floats(-300, 300), st.floats(0, 300), st.floats(0.05, 2), st.integers(0, 999))
-def test_a_horn_that_swings_never_confirms_another_unit_nor_a_conflict(
+def test_an_oscillating_horn_confirms_no_other_unit_and_no_conflict(
     unit: PositionUnit, rounding: Rounding, middle: float, size: float, hz: float, seed: int
 ) -> None:
     def swing(at: float) -> float:
@@ -113,12 +111,12 @@ def test_a_horn_that_swings_never_confirms_another_unit_nor_a_conflict(
     assert not estimate.clash
 
 
-@settings(max_examples=200)
+@settings(max_examples=100)
 @given(UNITS, st.lists(st.floats(-300, 300), min_size=2, max_size=12), st.floats(20, 600), st.integers(0, 999))
-def test_a_horn_sent_from_place_to_place_never_confirms_another_unit_nor_a_conflict(
+def test_a_moving_horn_confirms_no_other_unit_and_no_conflict(
     unit: PositionUnit, places: list[float], speed: float, seed: int
 ) -> None:
-    """At a servo's speed, with stops too short for five readings, and answers that come late."""
+    """At a servo's speed, with stops too short for five readings, and late responses."""
 
     def where(at: float) -> float:
         here, left = places[0], at
@@ -146,7 +144,7 @@ def test_two_angles_need_fewer_readings_than_one(unit: PositionUnit) -> None:
     assert estimate.measured == unit
 
 
-def test_five_are_needed_at_one_angle_and_four_are_not_enough() -> None:
+def test_five_readings_are_needed_at_one_angle() -> None:
     def after(pairs: int) -> Estimate:
         estimate = Estimate()
         for tick in range(pairs + 2):
@@ -158,7 +156,7 @@ def test_five_are_needed_at_one_angle_and_four_are_not_enough() -> None:
     assert after(PAIRS_AT_ONE_ANGLE).measured == "radian"
 
 
-def test_pairs_that_fit_another_unit_in_between_begin_the_count_anew() -> None:
+def test_pairs_that_fit_another_unit_restart_the_count() -> None:
     estimate = Estimate()
     for tick in range(40):
         degrees = 50.0 if tick % 5 else 50.0 * DEGREES["radian"] / 100
@@ -196,7 +194,7 @@ def test_a_wrong_assumption_is_never_shown(unit: PositionUnit) -> None:
     assert max(shown) < 0.1
 
 
-def test_the_literal_unit_is_shown_as_soon_as_one_reading_bears_it_out_also_while_the_horn_turns() -> None:
+def test_the_documented_unit_is_shown_after_one_matching_reading_even_while_the_horn_turns() -> None:
     estimate = Estimate()
     shown = watch(estimate, lambda at: 60.0 * at, "hundred_degrees", seconds=1.0)
     assert len(shown) >= 7
@@ -204,7 +202,7 @@ def test_the_literal_unit_is_shown_as_soon_as_one_reading_bears_it_out_also_whil
     assert estimate.state == "assumed"
 
 
-def test_what_is_forced_is_used_and_what_is_measured_is_kept_beside_it() -> None:
+def test_a_forced_unit_is_used_and_the_measured_one_is_kept_too() -> None:
     estimate = Estimate(forced="degree")
     watch(estimate, still(40.0), "radian")
     assert (estimate.unit, estimate.state, estimate.measured) == ("degree", "forced", "radian")

@@ -1,4 +1,4 @@
-"""Files of profiles: written and read back they say the same, and an edited one gets a verdict on every line."""
+"""Profile files: a written file reads back as the same profile, and every line of an edited one has a verdict."""
 
 import asyncio
 import json
@@ -79,7 +79,7 @@ def read(text: str, form: Form = "toml", *, identity: bool = False) -> profile_f
 
 
 def edited(*changes: tuple[str, str]) -> list[LineVerdict]:
-    """The lines that are not ok once these texts of the file were replaced; nothing is kept then."""
+    """The lines that are not ok after these replacements in the file."""
     text = GRIPPER_TOML
     for old, new in changes:
         assert old in text
@@ -113,7 +113,7 @@ def profiles(draw: st.DrawFn) -> Profile:
 
 @settings(suppress_health_check=[HealthCheck.too_slow])  # every profile is checked and kept on its way
 @given(profiles(), st.sampled_from(FORMS))
-def test_a_profile_written_to_a_file_and_read_back_is_the_same(profile: Profile, form: Form) -> None:
+def test_a_written_profile_reads_back_as_the_same(profile: Profile, form: Form) -> None:
     text = profile_file.to_toml(profile, CATALOG) if form == "toml" else profile_file.to_json(profile)
     found = read(text, form, identity=True)
     assert found.draft is not None, found.lines
@@ -127,7 +127,7 @@ def test_a_profile_written_to_a_file_and_read_back_is_the_same(profile: Profile,
 
 
 @given(profiles(), st.sampled_from(FORMS))
-def test_every_verdict_names_the_line_its_key_stands_on(profile: Profile, form: Form) -> None:
+def test_every_verdict_has_the_line_of_its_key(profile: Profile, form: Form) -> None:
     text = profile_file.to_toml(profile, CATALOG) if form == "toml" else profile_file.to_json(profile)
     written = text.split("\n")
     for one in read(text, form, identity=True).lines:
@@ -137,7 +137,7 @@ def test_every_verdict_names_the_line_its_key_stands_on(profile: Profile, form: 
 @given(
     st.text() | st.from_regex(r'(\[values\]\n|"?[a-z_]+"? ?[=:] ?[-0-9.a-z"{}\[\]]+,?\n?){1,5}'), st.sampled_from(FORMS)
 )
-def test_no_text_whatever_raises(text: str, form: Form) -> None:
+def test_any_text_has_a_verdict(text: str, form: Form) -> None:
     found = read(text, form)
     assert found.lines
     assert found.draft is None or all(one.verdict == "ok" for one in found.lines)
@@ -151,13 +151,13 @@ def test_no_text_whatever_raises(text: str, form: Form) -> None:
      ("[values]\ntimeout_time = " + "9" * 4000 + "\n", "toml"), ("[values]\nsmoothing = 1979-05-27\n", "toml")],
     ids=["deep JSON", "deep TOML", "long number", "half a character", "NaN", "large number", "a date"],
 )  # fmt: skip
-def test_a_hostile_file_is_refused_and_told(text: str, form: Form) -> None:
+def test_a_hostile_file_is_refused_with_a_reason(text: str, form: Form) -> None:
     found = read(text, form)
     assert found.draft is None
     assert any(one.verdict in ("invalid", "out_of_range") and one.text for one in found.lines)
 
 
-def test_the_file_is_for_people_chapter_by_chapter_with_label_and_unit() -> None:
+def test_the_file_has_groups_labels_and_units() -> None:
     assert profile_file.to_toml(GRIPPER, CATALOG) == GRIPPER_TOML
     assert tomllib.loads(GRIPPER_TOML)["values"] == dict(GRIPPER.values)
     assert json.loads(profile_file.to_json(GRIPPER))["values"] == dict(GRIPPER.values)
@@ -193,15 +193,13 @@ def test_the_file_is_for_people_chapter_by_chapter_with_label_and_unit() -> None
         ("soft_start = false", 'timeout_action = "off"', "", 14, "invalid"),
     ],
 )  # fmt: skip
-def test_each_mistake_is_told_on_its_line_and_nothing_is_kept(
-    old: str, new: str, key: str, line: int, verdict: str
-) -> None:
+def test_each_mistake_has_a_verdict_on_its_line(old: str, new: str, key: str, line: int, verdict: str) -> None:
     wrong = edited((old, new))
     assert (key, line, verdict) in [(one.key, one.line, one.verdict) for one in wrong]
     assert all(len(one.text) > 15 for one in wrong)
 
 
-def test_two_mistakes_get_two_verdicts_and_the_other_lines_are_ok() -> None:
+def test_two_mistakes_have_two_verdicts() -> None:
     wrong = edited(("= false", "= 3"), ("= 90 ", "= 900000 "))
     assert [(one.key, one.verdict) for one in wrong] == [
         ("soft_start", "invalid"),
@@ -209,7 +207,7 @@ def test_two_mistakes_get_two_verdicts_and_the_other_lines_are_ok() -> None:
     ]
 
 
-def test_tables_of_another_revision_are_told_and_not_refused() -> None:
+def test_another_schema_revision_is_noted_and_accepted() -> None:
     found = read(GRIPPER_TOML.replace(CATALOG.revision, "0123456789ab"))
     assert found.draft is not None
     (line,) = [one for one in found.lines if one.key == "schema_revision"]
@@ -217,7 +215,7 @@ def test_tables_of_another_revision_are_told_and_not_refused() -> None:
     assert CATALOG.revision in line.text
 
 
-def test_identity_rows_are_taken_when_asked_for() -> None:
+def test_identity_rows_are_accepted_if_requested() -> None:
     text = GRIPPER_TOML.replace("soft_start = false", "servo_id = 7")
     found = read(text, identity=True)
     assert found.draft is not None
@@ -230,26 +228,26 @@ def test_identity_rows_are_taken_when_asked_for() -> None:
      '[ "values" ]\n  smoothing=true\n"timeout_time" = 5_00\n',
      "[values]\r\nsmoothing = true\r\ntimeout_time = 500\r\n"],
 )  # fmt: skip
-def test_toml_laid_out_by_hand_is_read_as_well(text: str) -> None:
+def test_toml_in_another_layout_is_read(text: str) -> None:
     found = read(text)
     assert found.draft is not None
     assert dict(found.draft.values) == {"smoothing": True, "timeout_time": 500}
     assert all(one.line > 0 for one in found.lines)
 
 
-def test_a_key_in_a_text_over_several_lines_is_not_taken_for_the_key() -> None:
+def test_a_key_inside_a_multi_line_text_is_ignored() -> None:
     found = read('description = """\n[values]\nsmoothing = 1\n"""\n[values]\nsmoothing = 2\n')
     (line,) = [one for one in found.lines if one.key == "smoothing"]
     assert (line.line, line.verdict) == (6, "invalid")
 
 
-def test_json_with_a_key_twice_is_refused_where_toml_is_too() -> None:
+def test_json_with_a_duplicate_key_is_refused() -> None:
     found = read('{"values": {"smoothing": true, "smoothing": false}}', "json")
     assert found.draft is None
     assert "duplicate" in found.lines[0].text
 
 
-def test_without_a_model_a_value_must_be_legal_in_one_at_least() -> None:
+def test_without_a_model_a_value_must_be_valid_for_at_least_one() -> None:
     def verdict(values: dict[str, Any], **more: Any) -> str:
         (one,) = PROFILES.check(Draft(values, **more))
         return one.verdict
@@ -273,8 +271,8 @@ def test_without_a_model_a_value_must_be_legal_in_one_at_least() -> None:
     ],
     ids=["blanks", "blanks in a bracket", "dots", "many keys", "many keys in JSON", "many texts in JSON"],
 )
-def test_no_file_holds_up_the_loop_and_with_it_stop(text: str, form: Form) -> None:
+def test_no_file_blocks_the_loop(text: str, form: Form) -> None:
     assert len(text) < 256 * 1024
     began = time.process_time()
     assert read(text, form).lines
-    assert time.process_time() - began < 2.0  # most take some ms; what they took before were minutes
+    assert time.process_time() - began < 2.0  # most take some ms

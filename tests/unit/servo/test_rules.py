@@ -1,4 +1,4 @@
-"""The rules over several rows: ids with one owner each, and no output switched off unasked."""
+"""Rules over several rows: unique IDs, and limits that would turn torque off."""
 
 from collections.abc import Mapping
 from typing import Final
@@ -24,7 +24,7 @@ raws = st.integers(-60, 600)
 
 
 @pytest.mark.parametrize("model", CATALOG.models.values(), ids=lambda model: model.name)
-def test_no_lower_limit_can_be_set_above_its_upper_one_and_both_may_be_equal(model: ServoModel) -> None:
+def test_the_ranges_of_a_lower_and_an_upper_limit_meet(model: ServoModel) -> None:
     rows = model.rows(1300)
     for reading in READINGS:
         assert reading.limits is not None
@@ -32,29 +32,29 @@ def test_no_lower_limit_can_be_set_above_its_upper_one_and_both_may_be_equal(mod
 
 
 @given(windows, raws, raws, raws, st.sampled_from(("lower", "upper")))
-def test_a_limit_is_asked_about_exactly_when_it_is_drawn_in_to_within_the_margin_of_the_reading(
+def test_a_limit_tightened_to_within_the_margin_of_the_reading_requires_a_confirmation(
     row: Parameter, before: Raw, after: Raw, reading: Raw, which: str
 ) -> None:
     limits, side = row.limits, 1 if which == "upper" else -1
     assert limits is not None
     key = limits.upper if which == "upper" else limits.lower
     margin = limits.tolerance or 0
-    drawn_in = (after - before) * side < 0
+    tightened = (after - before) * side < 0
     too_near = (after - reading) * side < margin
     now = {key: before, row.key: reading}
     for confirm in ((), ("torque_off_in_rom",)):
-        if not (drawn_in and too_near):
+        if not (tightened and too_near):
             rules.check_readings(ROWS, now, {key: after}, confirm)
             continue
-        with pytest.raises(NeedsConfirmation) as asks:
+        with pytest.raises(NeedsConfirmation) as confirms:
             rules.check_readings(ROWS, now, {key: after}, confirm)
-        assert (asks.value.facts["confirm"], asks.value.facts["key"]) == (limits.confirm, key)
-        assert f"±{margin / row.per_unit:g}" in asks.value.detail
+        assert (confirms.value.facts["confirm"], confirms.value.facts["key"]) == (limits.confirm, key)
+        assert f"±{margin / row.per_unit:g}" in confirms.value.detail
     rules.check_readings(ROWS, now, {key: after}, (str(limits.confirm),))
 
 
 @given(windows, raws, raws, raws, st.sampled_from(("lower", "upper")))
-def test_the_remedy_of_a_question_is_a_limit_that_is_not_asked_about(
+def test_a_limit_outside_the_margin_requires_no_confirmation(
     row: Parameter, before: Raw, after: Raw, reading: Raw, which: str
 ) -> None:
     limits, side = row.limits, 1 if which == "upper" else -1
@@ -71,14 +71,14 @@ def test_the_remedy_of_a_question_is_a_limit_that_is_not_asked_about(
 
 
 @pytest.mark.parametrize("row", READINGS, ids=lambda row: row.key)
-def test_without_a_reading_a_limit_that_is_drawn_in_is_asked_about(row: Parameter) -> None:
+def test_without_a_reading_a_tightened_limit_requires_a_confirmation(row: Parameter) -> None:
     assert row.limits is not None
     upper = row.limits.upper
     with pytest.raises(NeedsConfirmation, match="is unknown"):
         rules.check_readings(ROWS, {upper: 200, row.key: None}, {upper: 199}, ())
 
 
-def test_the_other_limit_and_the_reading_are_to_be_read_and_nothing_twice() -> None:
+def test_the_readings_to_be_read_for_limits() -> None:
     assert rules.to_read(ROWS, ["angle_p_gain", "servo_id"]) == []
     assert rules.to_read(ROWS, ["voltage_limit_upper"]) == ["current_voltage"]
     both = ["voltage_limit_upper", "voltage_limit_lower", "temperature_limit_lower"]
@@ -90,9 +90,7 @@ claims = st.lists(st.builds(Claim, st.integers(1, 254), owners, st.just("elbow")
 
 
 @given(st.sampled_from(CATALOG.unique), st.integers(0, 254), claims)
-def test_an_id_is_refused_exactly_when_somebody_has_it_and_the_one_offered_is_free(
-    key: str, requested: int, taken: list[Claim]
-) -> None:
+def test_an_id_in_use_is_refused_and_a_free_one_suggested(key: str, requested: int, taken: list[Claim]) -> None:
     numbers = {one.number for one in taken}
     if requested not in numbers:
         rules.check_id(ROWS[key], requested, taken)
@@ -111,11 +109,11 @@ def test_an_id_is_refused_exactly_when_somebody_has_it_and_the_one_offered_is_fr
     rules.check_id(ROWS[key], free, taken)
 
 
-def test_zero_is_nobodys_id() -> None:
+def test_id_zero_is_never_in_use() -> None:
     rules.check_id(ROWS["servo_id"], 0, [Claim(0, Uid("aa" * 16), "elbow", "on the bus")])
 
 
-def test_when_every_id_is_taken_none_is_offered() -> None:
+def test_no_id_is_suggested_if_none_is_free() -> None:
     taken = [Claim(number, None, f"node {number}", "on the bus") for number in range(1, 128)]
     with pytest.raises(Conflict, match="No number is free") as refused:
         rules.check_id(ROWS["node_id"], 5, taken)
@@ -123,7 +121,7 @@ def test_when_every_id_is_taken_none_is_offered() -> None:
 
 
 @pytest.mark.parametrize(
-    ("key", "before", "after", "asks"),
+    ("key", "before", "after", "confirms"),
     [
         ("angle_limit_cw", 1799, 9990, True),
         ("angle_limit_ccw", -1800, -9990, True),
@@ -135,11 +133,11 @@ def test_when_every_id_is_taken_none_is_offered() -> None:
         ("angle_limit_ccw", -600, -1800, False),
     ],
 )
-def test_an_angle_limit_moved_outward_beyond_half_a_turn_is_asked_about(
-    key: str, before: Raw | None, after: Raw, asks: bool
+def test_an_angle_limit_moved_outward_beyond_half_a_turn_requires_a_confirmation(
+    key: str, before: Raw | None, after: Raw, confirms: bool
 ) -> None:
     rules.check_turns(ROWS, {key: before}, {key: after}, ["multi_turn"])
-    if not asks:
+    if not confirms:
         rules.check_turns(ROWS, {key: before}, {key: after}, [])
         return
     with pytest.raises(NeedsConfirmation) as caught:

@@ -57,20 +57,20 @@ def run(slots: int, before: Callable[[int], float], end_after_s: float | None = 
     return jumping_clock.run(scene()), events
 
 
-def test_slots_keep_their_time() -> None:
+def test_slots_are_sent_on_time() -> None:
     source, events = run(5, lambda _slot: 0.005)
     assert source.at == pytest.approx([0.005, 0.025, 0.045, 0.065, 0.085], abs=0.001)
     assert (source.misses, source.why, events) == (0, None, [])
 
 
-def test_slots_that_passed_are_counted_and_not_caught_up() -> None:
+def test_missed_slots_are_counted_and_not_caught_up() -> None:
     source, _events = run(4, lambda slot: 0.07 if slot == 1 else 0.0)
     assert source.at == pytest.approx([0.0, 0.09, 0.09, 0.1], abs=0.001)
     assert source.misses == 2
     assert source.worst_late_s == pytest.approx(0.05, abs=0.001)
 
 
-def test_what_motion_refuses_ends_a_run_with_one_notice() -> None:
+def test_a_refusal_ends_a_run_with_one_notice() -> None:
     def refuse(slot: int) -> float:
         if slot == 2:
             raise Stopped("Stopped.", cause=None)
@@ -81,14 +81,14 @@ def test_what_motion_refuses_ends_a_run_with_one_notice() -> None:
     assert [(one.level, one.text) for one in events] == [("notice", "Stopped.")]
 
 
-def test_a_defect_of_ours_ends_a_run_as_a_failure() -> None:
+def test_an_internal_error_ends_a_run_as_a_failure() -> None:
     source, events = run(9, lambda slot: 1 / (1 - slot))
     assert len(source.at) == 1
     assert source.why is not None
     assert [one.level for one in events] == ["failure"]
 
 
-def test_a_run_that_is_ended_sends_nothing_more_and_tells_nothing() -> None:
+def test_an_ended_run_sends_and_reports_nothing_more() -> None:
     source, events = run(100, lambda _slot: 0.0, end_after_s=0.03)
     assert len(source.at) == 2
     assert events == []

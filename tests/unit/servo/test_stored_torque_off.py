@@ -1,4 +1,4 @@
-"""What is noted of outputs that are on for a save, while a server runs whose store is written by a thread."""
+"""The note of servos with torque on for a save, in a store that a thread writes."""
 
 import asyncio
 from pathlib import Path
@@ -15,26 +15,26 @@ from hornbill.units import Raw, Uid
 CATALOG = Catalog.load()
 
 
-def test_outputs_that_come_on_at_once_are_all_noted_in_the_database_and_each_until_it_is_over(tmp_path: Path) -> None:
+def test_every_servo_with_torque_on_for_a_save_is_noted_until_the_save_ends(tmp_path: Path) -> None:
     servos = [Servo(Uid(f"{number:02x}" * 16), CATALOG) for number in range(5)]
 
     def noted() -> set[str]:
         with Store(tmp_path) as other:
-            kept = other.settings.get(SAVES_KEY, {})
-            assert isinstance(kept, dict)
-            return set(kept)
+            stored = other.settings.get(SAVES_KEY, {})
+            assert isinstance(stored, dict)
+            return set(stored)
 
     async def scene(store: Store) -> None:
-        nobody = cast(Any, None)  # nothing is owed, and nobody stops
-        kept = StoredTorqueOff(store, nobody, nobody, TimeBase(lambda: 0.0), Hub())
-        await asyncio.gather(*(kept.energising(one, Raw(0), one.output_state) for one in servos))
+        unused = cast(Any, None)
+        stored = StoredTorqueOff(store, unused, unused, TimeBase(lambda: 0.0), Hub())
+        await asyncio.gather(*(stored.energising(one, Raw(0), one.output_state) for one in servos))
         assert noted() == {one.uid for one in servos}
-        await asyncio.gather(kept.energising(servos[0], Raw(0), servos[0].output_state), over(kept, servos[1]))
+        await asyncio.gather(stored.energising(servos[0], Raw(0), servos[0].output_state), over(stored, servos[1]))
         await store.settled()
         assert noted() == {one.uid for one in servos} - {servos[1].uid}
 
-    async def over(kept: StoredTorqueOff, servo: Servo) -> None:
-        kept.over(servo)
+    async def over(stored: StoredTorqueOff, servo: Servo) -> None:
+        stored.over(servo)
 
     async def run() -> None:
         with Store(tmp_path) as store:

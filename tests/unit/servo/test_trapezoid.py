@@ -1,4 +1,4 @@
-"""The way of a rate-limited move: never faster than asked, never more abrupt, and it ends where it should."""
+"""The trapezoid profile: within its speed and acceleration, and exact at the target."""
 
 from hypothesis import given
 from hypothesis import strategies as some
@@ -29,7 +29,7 @@ def test_a_move_arrives_within_its_limits_and_does_not_overshoot(
 
 
 @given(targets=some.lists(some.tuples(ANGLES, some.integers(1, 60)), min_size=2, max_size=6), profile=PROFILES)
-def test_a_target_that_jumps_about_never_makes_the_way_abrupt(
+def test_a_changing_target_keeps_speed_and_acceleration_within_the_limits(
     targets: list[tuple[float, int]], profile: TrapezoidProfile
 ) -> None:
     track = Track(0.0)

@@ -1,4 +1,4 @@
-"""What could change a servo is found in the frames of a recording, and nothing else is."""
+"""Writes to servos in the frames of a recording."""
 
 from hornbill.domain.recording import RecordedWrite
 from hornbill.schema.catalog import Catalog
@@ -13,7 +13,7 @@ from hornbill.wire.types import AnyStructure
 UID = "0" * 31 + "a"
 
 
-def test_only_what_could_change_a_servo_is_a_write_of_ours() -> None:
+def test_requests_of_the_host_that_can_change_a_servo_are_writes() -> None:
     finder = WriteFinder(Catalog.load(), {11: UID})
 
     def found(structure: AnyStructure, sent: bool = True) -> list[RecordedWrite]:

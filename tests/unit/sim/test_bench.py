@@ -40,7 +40,7 @@ async def test_six_demo_servos_are_up_within_8_seconds(seed: int) -> None:
     await bench.close()
 
 
-async def test_a_running_bus_carries_status_of_every_servo() -> None:
+async def test_a_running_bus_carries_the_status_of_every_servo() -> None:
     bus = MemoryBus(history=4000)
     bus.port("listener")
     bench = bench_on(bus)
@@ -57,7 +57,7 @@ async def test_a_running_bus_carries_status_of_every_servo() -> None:
     await bench.close()
 
 
-async def test_servos_come_and_go_while_the_bus_runs() -> None:
+async def test_servos_are_added_and_removed_while_the_bus_runs() -> None:
     bus = MemoryBus()
     bus.port("listener")
     bench = bench_on(bus)
@@ -77,7 +77,7 @@ async def test_servos_come_and_go_while_the_bus_runs() -> None:
     await bench.close()
 
 
-async def test_power_off_is_silence_and_power_on_a_new_start() -> None:
+async def test_power_off_ends_transmission_and_power_on_restarts() -> None:
     bus = MemoryBus(history=1000)
     bus.port("listener")
     bench = bench_on(bus)
@@ -98,7 +98,7 @@ async def test_power_off_is_silence_and_power_on_a_new_start() -> None:
     await bench.close()
 
 
-async def test_a_hand_turns_a_horn_without_torque() -> None:
+async def test_a_horn_without_torque_can_be_turned_manually() -> None:
     bus = MemoryBus()
     bus.port("listener")
     bench = bench_on(bus)
@@ -110,7 +110,7 @@ async def test_a_hand_turns_a_horn_without_torque() -> None:
     await bench.close()
 
 
-async def test_a_bus_that_is_gone_does_not_stop_the_bench() -> None:
+async def test_a_closed_port_does_not_stop_the_bench() -> None:
     bus = MemoryBus()
     ports = [bus.port("servo")]
     bench = Bench(lambda _name: ports[0], catalog())
@@ -123,7 +123,7 @@ async def test_a_bus_that_is_gone_does_not_stop_the_bench() -> None:
     await bench.close()
 
 
-def test_what_cannot_be_added_is_refused() -> None:
+def test_invalid_servos_are_refused() -> None:
     names = count()
     bench = Bench(lambda _name: MemoryBus().port(f"{next(names)}"), catalog())
     with pytest.raises(InvalidValue, match="Unknown model"):
@@ -153,7 +153,7 @@ def test_the_same_seed_gives_the_same_bench() -> None:
     assert len(set(uids(1) + uids(2))) == 6
 
 
-async def test_a_servo_taken_off_twice_at_once_is_unknown_the_second_time() -> None:
+async def test_of_two_simultaneous_removals_the_second_fails() -> None:
     bus = MemoryBus()
 
     def opened(name: str) -> CanPort:
@@ -174,7 +174,7 @@ async def test_a_servo_taken_off_twice_at_once_is_unknown_the_second_time() -> N
     assert [type(end) for end in ends] == [type(None), Unknown]
 
 
-async def test_a_servo_that_finds_no_port_is_not_on_the_bench() -> None:
+async def test_a_servo_without_a_port_is_not_added() -> None:
     def opened(name: str) -> CanPort:
         raise PortOpenFailed(f"{name} finds no place.", cause=None, address=name)
 

@@ -21,7 +21,7 @@ def test_every_recipe_can_be_built_and_no_static_id_is_used_twice(n: int) -> Non
     assert all(10 <= node_id <= 115 for node_id in static)
 
 
-def test_six_are_mixed_and_at_most_half_ask_for_their_id() -> None:
+def test_six_servos_are_mixed_and_at_most_half_request_an_id() -> None:
     fleet = demo_fleet(catalog(), 6, 1)
     assert len({recipe.model for recipe in fleet}) >= 4
     assert len({recipe.firmware for recipe in fleet}) >= 3
@@ -32,18 +32,18 @@ def test_six_are_mixed_and_at_most_half_ask_for_their_id() -> None:
     assert any(recipe.rom.get("angle_limit_cw") for recipe in fleet)
 
 
-def test_only_firmware_a_model_was_built_with() -> None:
+def test_the_firmware_is_one_the_model_was_built_with() -> None:
     for recipe in demo_fleet(catalog(), 8, 1):
         assert recipe.firmware in catalog().models[recipe.model].firmware
 
 
-def test_a_seed_decides_and_a_larger_fleet_begins_like_a_smaller_one() -> None:
+def test_a_seed_determines_the_fleet_and_a_larger_one_begins_like_a_smaller_one() -> None:
     assert demo_fleet(catalog(), 6, 5) == demo_fleet(catalog(), 12, 5)[:6]
     assert demo_fleet(catalog(), 6, 5)[0].uid != demo_fleet(catalog(), 6, 6)[0].uid
 
 
 @pytest.mark.parametrize("n", [0, 101])
-def test_too_few_or_too_many_are_refused(n: int) -> None:
+def test_too_few_or_too_many_servos_are_refused(n: int) -> None:
     with pytest.raises(ValueError, match="outside 1 to 100"):
         demo_fleet(catalog(), n, 1)
 
@@ -63,13 +63,13 @@ def at_desk(recipe: Recipe) -> Desk:
     return desk
 
 
-def test_every_servo_of_the_fleet_has_a_story_of_its_own() -> None:
+def test_every_servo_of_the_fleet_has_its_own_story() -> None:
     stories = [recipe.story for recipe in demo_fleet(catalog(), 11, 1)]
     assert all(stories)
     assert len(set(stories)) == 11
 
 
-def test_one_hunts_until_its_gain_is_lowered() -> None:
+def test_one_servo_hunts_until_its_gain_is_lowered() -> None:
     desk = at_desk(described("hunts"))
     desk.write("0x26", 0)
     assert step(desk, 300).hunting >= 10
@@ -77,7 +77,7 @@ def test_one_hunts_until_its_gain_is_lowered() -> None:
     assert step(desk, 0).hunting == 0
 
 
-def test_one_runs_hot_and_lets_go_when_it_works() -> None:
+def test_one_servo_overheats_under_load_and_disables_torque() -> None:
     desk = at_desk(described("hot"))
     assert 70 <= (desk.read("0x0B") or 0) <= 80
     desk.write("0x26", 0)
@@ -89,7 +89,7 @@ def test_one_runs_hot_and_lets_go_when_it_works() -> None:
     assert (desk.servo.output, (desk.read("0x1A") or 0) & 1 << 8) == (1, 1 << 8)
 
 
-def test_every_horn_rests_once_torque_is_off() -> None:
+def test_every_horn_rests_after_torque_off() -> None:
     for recipe in demo_fleet(catalog(), 11, 1):
         desk = at_desk(replace(recipe, node_id=NODE, rom_sound=True))
         desk.write("0x20", 1)
@@ -99,23 +99,23 @@ def test_every_horn_rests_once_torque_is_off() -> None:
         assert desk.servo.angle_deg == rested, recipe.story
 
 
-def test_one_has_the_first_firmware_and_lacks_its_later_rows() -> None:
+def test_one_servo_has_the_first_firmware_without_later_rows() -> None:
     servo = at_desk(described("first firmware")).servo
     assert (servo.register(0x52), servo.register(0x25), servo.register(0x2A)) == (1_010, 0, 0)
 
 
-def test_one_is_unprovisioned_and_one_lost_its_settings() -> None:
+def test_one_servo_is_new_and_one_lost_its_settings() -> None:
     new, lost = described("new servo"), at_desk(described("lost")).servo
     assert (new.model[:5], new.servo_id, new.node_id) == ("BLA15", 0, 0)
     assert (lost.register(0x1A), lost.register(0x25), lost.node_id) == (1 << 15, 0, 0)
 
 
-def test_every_series_is_there() -> None:
+def test_the_fleet_contains_every_series() -> None:
     series = {catalog().models[recipe.model].series for recipe in demo_fleet(catalog(), 11, 1)}
     assert series == set(catalog().series)
 
 
-def test_of_a_hundred_four_ask_for_their_id_and_the_others_come_up_with_their_own() -> None:
+def test_of_a_hundred_servos_four_request_an_id_and_the_others_have_one() -> None:
     asking = 0
     for recipe in demo_fleet(catalog(), 100, 1):
         servo = recipe.build(catalog(), 1)

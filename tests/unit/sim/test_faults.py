@@ -12,7 +12,7 @@ def faults() -> SimFaults:
     return SimFaults(catalog().faults_of(True))
 
 
-def test_a_condition_and_an_injected_bit_of_the_same_name_are_one_bit() -> None:
+def test_a_condition_and_an_injected_fault_share_their_bit() -> None:
     found = faults()
     found.inject(HOT, True)
     found.show([HOT])
@@ -23,7 +23,7 @@ def test_a_condition_and_an_injected_bit_of_the_same_name_are_one_bit() -> None:
     assert found.words == (0, 0, 0)
 
 
-def test_only_bits_that_tell_of_a_restart_ask_for_one() -> None:
+def test_only_restart_bits_request_a_restart() -> None:
     found = faults()
     for key in (WEAK, DRIVER, "rom_lost"):
         found.inject(key, True)
@@ -34,7 +34,7 @@ def test_only_bits_that_tell_of_a_restart_ask_for_one() -> None:
     assert found.crashed == set()
 
 
-def test_a_start_keeps_what_it_found_and_what_is_broken_and_forgets_the_past() -> None:
+def test_a_start_keeps_permanent_faults_and_clears_others() -> None:
     found = faults()
     for key in (WEAK, DRIVER, WATCHDOG):
         found.inject(key, True)
@@ -43,7 +43,7 @@ def test_a_start_keeps_what_it_found_and_what_is_broken_and_forgets_the_past() -
     assert found.active == {WEAK, DRIVER, "ram_restart"}
 
 
-def test_latching_failures_is_a_switch_and_touches_no_warning() -> None:
+def test_latching_is_a_switch_that_affects_failures_only() -> None:
     found = faults()
     found.failures_latch = True
     for key in (WEAK, DRIVER):
@@ -55,7 +55,7 @@ def test_latching_failures_is_a_switch_and_touches_no_warning() -> None:
     assert found.active == set()
 
 
-def test_conditions_a_model_does_not_have_are_left_out() -> None:
+def test_conditions_a_model_does_not_have_are_ignored() -> None:
     found = SimFaults(catalog().faults_of(False))
     found.show(["pwm_missing", WEAK])
     assert found.words == (0, 1 << 4, 0)

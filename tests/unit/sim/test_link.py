@@ -39,14 +39,14 @@ any_frames = st.lists(
 
 @settings(max_examples=150, deadline=None)
 @given(any_frames, st.sampled_from([0, NODE]))
-def test_no_frames_can_make_it_raise(frames: list[Frame], node_id: int) -> None:
+def test_arbitrary_frames_never_raise(frames: list[Frame], node_id: int) -> None:
     desk = Desk(node_id=node_id)
     desk.raw_frames(frames)
     desk.wait(1.5)
     assert desk.servo.starts >= 1
 
 
-def test_what_others_say_is_let_by() -> None:
+def test_transfers_of_other_nodes_are_ignored() -> None:
     desk = Desk()
     link = desk.servo_link()
     for message in (ActuatorStatus(1, 0.5, 0.0, 0.0, 0), NodeStatus(1, NodeHealth.OK, Mode.OPERATIONAL)):
@@ -56,7 +56,7 @@ def test_what_others_say_is_let_by() -> None:
     assert link.accept(desk.frames_of(GetSetRequest(0, EMPTY, "0x50")))
 
 
-def test_interleaved_requests_of_two_testers_are_both_answered() -> None:
+def test_interleaved_requests_of_two_testers_both_get_responses() -> None:
     desk = Desk()
     one = desk.frames_of(GetSetRequest(0, EMPTY, "a long name that takes several frames"), source=100)
     two = desk.frames_of(GetSetRequest(0, EMPTY, "another name that takes several frames"), source=101)
@@ -64,7 +64,7 @@ def test_interleaved_requests_of_two_testers_are_both_answered() -> None:
     assert sorted(response.destination for response in desk.raw_frames(mixed)) == [100, 101]
 
 
-def test_nothing_is_heard_while_it_starts() -> None:
+def test_nothing_is_received_while_it_starts() -> None:
     desk = Desk()
     desk.restart()
     assert desk.get_set("0x50") is None

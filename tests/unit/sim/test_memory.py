@@ -16,13 +16,13 @@ def memory(model: str = "BLA21-06U-A0", firmware: int = 1300, rom: dict[str, int
 
 @pytest.mark.parametrize("model", MODELS)
 @pytest.mark.parametrize("firmware", FIRMWARE)
-def test_rom_holds_the_configuration_and_nothing_else(model: str, firmware: str) -> None:
+def test_rom_contains_only_the_configuration(model: str, firmware: str) -> None:
     kept = memory(model, round(float(firmware) * 1000))
     for at in range(0x60):
         assert (kept.stored(at) is not None) == (at in kept.rows and 0x20 <= at <= 0x46)
 
 
-def test_ram_changes_reach_rom_by_save_alone() -> None:
+def test_ram_changes_reach_rom_only_by_saving() -> None:
     kept = memory(rom={"angle_p_gain": 50})
     kept.put(0x2C, 60)
     assert (kept.get(0x2C), kept.stored(0x2C)) == (60, 50)
@@ -48,7 +48,7 @@ def test_product_rows_survive_everything() -> None:
     assert [kept.get(at) for at in (0x51, 0x52, 0x58, 0x59, 0x5A, 0x5B, 0x5C)] == [4711, 1300, *DATE]
 
 
-def test_soft_start_values_lie_over_what_is_written() -> None:
+def test_soft_start_values_override_written_ones() -> None:
     kept = memory()
     kept.apply_soft_start(True)
     kept.put(0x3A, 100)
@@ -57,6 +57,6 @@ def test_soft_start_values_lie_over_what_is_written() -> None:
     assert kept.get(0x3A) == 100
 
 
-def test_a_firmware_newer_than_all_has_the_newest_rows() -> None:
+def test_firmware_newer_than_all_known_has_the_newest_rows() -> None:
     assert set(memory(firmware=1400).rows) == set(memory(firmware=1300).rows)
     assert memory(firmware=1400).get(0x52) == 1400

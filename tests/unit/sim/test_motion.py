@@ -23,7 +23,7 @@ def test_steps_are_at_least_200_a_second() -> None:
     assert STEP_S <= 0.005
 
 
-def test_a_free_horn_stays_where_it_is_and_sleeps() -> None:
+def test_a_free_horn_stays_and_sleeps() -> None:
     horn = motion(angle=12.5)
     horn.advance(0.1)
     assert horn.asleep
@@ -38,7 +38,7 @@ def test_friction_holds_a_small_load(load: float, moves: bool) -> None:
     assert horn.asleep is not moves
 
 
-def test_it_wakes_for_other_orders_and_for_a_hand_only() -> None:
+def test_it_wakes_only_for_changed_orders_and_manual_turning() -> None:
     horn = motion(HOLD)
     horn.advance(0.1)
     assert horn.asleep
@@ -53,7 +53,7 @@ def test_it_wakes_for_other_orders_and_for_a_hand_only() -> None:
     assert not horn.asleep
 
 
-def test_a_day_of_sleep_costs_nothing_and_moves_nothing() -> None:
+def test_a_day_of_sleep_moves_nothing() -> None:
     horn = motion(HOLD._replace(target=30.0))
     horn.advance(2.0)
     rest = horn.angle
@@ -61,7 +61,7 @@ def test_a_day_of_sleep_costs_nothing_and_moves_nothing() -> None:
     assert horn.angle == rest
 
 
-def test_sleeping_under_load_still_warms() -> None:
+def test_sleeping_under_load_heats_up() -> None:
     horn = motion(HOLD._replace(load=0.5, dead_band=0.0))
     horn.advance(3.0)
     assert horn.asleep
@@ -71,7 +71,7 @@ def test_sleeping_under_load_still_warms() -> None:
     assert horn.heat() == pytest.approx(horn.torque**2 * 10, rel=0.01)
 
 
-def test_small_and_large_advances_lead_to_the_same_place() -> None:
+def test_small_and_large_steps_give_the_same_angle() -> None:
     whole, bits = motion(HOLD._replace(target=90.0)), motion(HOLD._replace(target=90.0))
     whole.advance(0.1 + 1e-9)
     for n in range(1, 1001):
@@ -79,7 +79,7 @@ def test_small_and_large_advances_lead_to_the_same_place() -> None:
     assert (bits.angle, bits.speed) == (whole.angle, whole.speed)
 
 
-def test_time_that_goes_back_is_ignored() -> None:
+def test_backward_time_is_ignored() -> None:
     horn = motion(HOLD._replace(target=90.0))
     horn.advance(0.1)
     before = horn.angle
@@ -88,7 +88,7 @@ def test_time_that_goes_back_is_ignored() -> None:
 
 
 @pytest.mark.parametrize("model", MODELS)
-def test_no_load_speed_is_that_of_the_model_and_goes_with_the_voltage(model: str) -> None:
+def test_the_no_load_speed_is_that_of_the_model_and_proportional_to_voltage(model: str) -> None:
     full = Orders(Controller.TORQUE, 1.0, torque_low=-1.0, torque_high=1.0)
     top = plant_of(catalog().models[model]).top_rpm * 6
     speeds: list[float] = []
@@ -100,14 +100,14 @@ def test_no_load_speed_is_that_of_the_model_and_goes_with_the_voltage(model: str
     assert speeds[1] == pytest.approx(top / 2, rel=0.03)
 
 
-def test_a_controller_that_takes_over_starts_where_the_horn_is() -> None:
+def test_a_new_controller_starts_at_the_current_angle() -> None:
     horn = motion(angle=100.0)
     horn.obey(HOLD._replace(target=100.0, smooth=True))
     horn.advance(1.0)
     assert horn.angle == 100.0
 
 
-def test_limits_that_hold_back_are_told() -> None:
+def test_active_limits_are_reported() -> None:
     orders = HOLD._replace(
         controller=Controller.SPEED, target=500.0, speed_p=0.01, speed_high=100.0, torque_high=0.05
     )  # fmt: skip
@@ -120,7 +120,7 @@ def test_limits_that_hold_back_are_told() -> None:
 
 
 @pytest.mark.parametrize("gain", [0.015, 0.15])
-def test_what_pushed_it_into_the_dead_band_does_not_push_it_on_through(gain: float) -> None:
+def test_the_integral_is_reset_in_the_deadband(gain: float) -> None:
     plant = plant_of(catalog().models["BLA21-12U-A0"])
     orders = HOLD._replace(
         controller=Controller.ANGLE_CASCADE, target=45.0, angle_p=100 * plant.angle_p, dead_band=3.0, inertia=3.0,
@@ -132,7 +132,7 @@ def test_what_pushed_it_into_the_dead_band_does_not_push_it_on_through(gain: flo
     assert abs(horn.angle - 45.0) <= 3.0
 
 
-def test_in_the_dead_band_the_integral_still_holds_a_load() -> None:
+def test_in_the_deadband_the_integral_still_holds_a_load() -> None:
     plant = plant_of(catalog().models["BLA21-06U-A0"])
     orders = HOLD._replace(
         controller=Controller.ANGLE_CASCADE, angle_p=40 * plant.angle_p, speed_p=50 * plant.speed_p, speed_i=0.015,

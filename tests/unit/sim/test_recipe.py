@@ -9,7 +9,7 @@ from hornbill.sim.bench.recipe import Recipe
 from unit.sim.desk import START, catalog
 
 
-def test_surroundings_and_spoilt_rom_are_those_of_the_recipe() -> None:
+def test_conditions_and_invalid_rom_are_those_of_the_recipe() -> None:
     recipe = Recipe(node_id=9, room_c=60.0, load_pct=-12.0, load_inertia=2.0, rom={"angle_p_gain": 50}, rom_sound=False)
     servo = recipe.build(catalog(), 1)
     servo.power_on(START)
@@ -20,24 +20,24 @@ def test_surroundings_and_spoilt_rom_are_those_of_the_recipe() -> None:
     assert servo.node_id == 0
 
 
-def test_what_is_not_said_comes_from_the_seed() -> None:
+def test_values_not_given_come_from_the_seed() -> None:
     one, same, other = (Recipe().build(catalog(), seed) for seed in (1, 1, 2))
     assert (one.uid, one.serial) == (same.uid, same.serial) != (other.uid, other.serial)
 
 
 @pytest.mark.parametrize("recipe", [Recipe("BLA99"), Recipe(firmware="2.000")])
-def test_a_model_or_firmware_that_does_not_exist_is_refused_with_those_that_do(recipe: Recipe) -> None:
+def test_an_unknown_model_or_firmware_is_refused_with_the_known_ones(recipe: Recipe) -> None:
     with pytest.raises(InvalidValue, match=r"BLA21-06U-A0|1\.300"):
         recipe.build(catalog(), 1)
 
 
 @pytest.mark.parametrize("rom", [{"nothing": 1}, {"angle_p_gain": 101}, {"command_angle": 5}, {"angle_boost": 5}])
-def test_rom_holds_only_what_it_could(rom: dict[str, int]) -> None:
+def test_invalid_rom_values_are_refused(rom: dict[str, int]) -> None:
     with pytest.raises(ValueError, match="is not valid in ROM"):
         Recipe(firmware="1.010", rom=rom).build(catalog(), 1)
 
 
-def test_only_what_a_servo_is_recognised_by_can_read_something_else() -> None:
+def test_only_identifying_rows_can_read_other_values() -> None:
     servo = Recipe(reads={"model_number": 99, "firmware_version": 3_210}).build(catalog(), 1)
     servo.power_on(START)
     servo.advance(START + 0.3)
@@ -46,7 +46,7 @@ def test_only_what_a_servo_is_recognised_by_can_read_something_else() -> None:
         Recipe(reads={"angle_p_gain": 1}).build(catalog(), 1)
 
 
-def test_a_firmware_the_model_was_never_built_with_has_to_be_allowed() -> None:
+def test_firmware_the_model_was_never_built_with_must_be_allowed() -> None:
     for model in catalog().models.values():
         for step in catalog().firmware_steps:
             recipe = Recipe(model.name, step)

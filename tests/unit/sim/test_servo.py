@@ -18,7 +18,7 @@ def test_the_same_seed_gives_the_same_servo_to_the_last_bit() -> None:
     assert life(3) == life(3)
 
 
-def test_however_often_it_is_looked_at_the_horn_moves_alike() -> None:
+def test_reading_does_not_change_the_motion() -> None:
     def travel(step: float) -> float:
         desk = Desk(rom=FREE)
         desk.write("0x00", 900)
@@ -31,7 +31,7 @@ def test_however_often_it_is_looked_at_the_horn_moves_alike() -> None:
     assert travel(0.0013) == pytest.approx(travel(0.2), abs=1.5)
 
 
-def test_it_says_when_it_is_needed_next_and_is_needed_never_without_supply() -> None:
+def test_next_due_is_the_next_transmission_or_never_without_supply() -> None:
     desk = Desk(up=False)
     assert desk.servo.next_due() == float("inf")
     desk.servo.power_on(START)
@@ -43,7 +43,7 @@ def test_it_says_when_it_is_needed_next_and_is_needed_never_without_supply() -> 
     assert desk.servo.next_due() == float("inf")
 
 
-def test_advanced_late_it_catches_up_and_does_not_pour_out_what_it_missed() -> None:
+def test_a_late_advance_catches_up_without_a_burst() -> None:
     desk = Desk()
     desk.now += 60.0
     desk.servo.advance(desk.now)
@@ -67,7 +67,7 @@ def test_an_update_that_ends_without_supply_needs_no_second_start() -> None:
     assert desk.servo.output == 0
 
 
-def test_an_update_that_a_start_falls_into_still_takes_the_output() -> None:
+def test_a_start_during_an_update_still_loses_the_output() -> None:
     desk = Desk(rom=QUIET).under(software_update=True)
     desk.power_cycle()
     assert desk.servo.output == 1

@@ -45,7 +45,7 @@ def test_the_reference_knows_the_check_value_and_the_rule() -> None:
 @given(st.integers(0, 0x1FFF_FFFF), st.binary(max_size=8))
 @example(0, bytes(8))
 @example(0x1FFF_FFFF, b"\xff" * 8)
-def test_every_frame_takes_what_counting_bit_by_bit_says(identifier: int, data: bytes) -> None:
+def test_frame_bits_equal_counting_bit_by_bit(identifier: int, data: bytes) -> None:
     frame = Frame(identifier, data)
     assert frame_bits(frame) == reference_bits(frame)
 
@@ -57,13 +57,13 @@ def test_stuffing_stays_within_its_bounds(identifier: int, data: bytes) -> None:
 
 
 @pytest.mark.parametrize("length", range(9))
-def test_random_payloads_cost_about_a_thirtieth_in_stuffing(length: int) -> None:
+def test_random_payloads_need_about_a_thirtieth_of_stuffing(length: int) -> None:
     random = Random(length)
     frames = [Frame(random.getrandbits(29), random.randbytes(length)) for _ in range(2000)]
     mean = sum(map(frame_bits, frames)) / len(frames)
     assert 1.01 < mean / (67 + 8 * length) < 1.05
 
 
-def test_zeros_are_the_dear_payload() -> None:
+def test_zeros_need_the_most_stuffing() -> None:
     identifier = 0x1801557F
     assert frame_bits(Frame(identifier, bytes(8))) > frame_bits(Frame(identifier, b"\x5a" * 8)) + 10

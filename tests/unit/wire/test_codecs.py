@@ -15,18 +15,18 @@ from unit.wire.structures import structures
 
 
 @given(structures)
-def test_what_is_encoded_decodes_to_the_same(structure: AnyStructure) -> None:
+def test_encoding_and_decoding_round_trip(structure: AnyStructure) -> None:
     assert type(structure).decode(structure.encode()) == structure
 
 
 @given(structures)
-def test_fields_and_back(structure: AnyStructure) -> None:
+def test_fields_round_trip(structure: AnyStructure) -> None:
     assert from_fields(structure.TYPE.name, structure.KIND, to_fields(structure)) == structure
 
 
 @pytest.mark.parametrize("structure", ALL)
 @given(payload=st.binary(max_size=400))
-def test_any_bytes_decode_or_give_none(structure: type[AnyStructure], payload: bytes) -> None:
+def test_any_bytes_decode_or_yield_none(structure: type[AnyStructure], payload: bytes) -> None:
     decoded = structure.decode(payload)
     assert decoded is None or isinstance(decoded, structure)
     if decoded is not None:
@@ -42,7 +42,7 @@ def test_any_bytes_decode_or_give_none(structure: type[AnyStructure], payload: b
     tags=st.lists(st.integers(0, 7), min_size=4, max_size=4),
     filling=st.binary(max_size=140),
 )
-def test_any_unions_decode_or_give_none(
+def test_any_unions_decode_or_yield_none(
     structure: type[GetSetRequest | GetSetResponse], start: bytes, tags: list[int], filling: bytes
 ) -> None:
     """Bytes that look like unions more often than random ones do."""
@@ -68,7 +68,7 @@ def test_infinity_is_text_in_fields() -> None:
 
 
 @pytest.mark.parametrize("word", ["NaN", "Infinity", "-Infinity"])
-def test_a_name_or_string_that_reads_like_no_number_stays_text(word: str) -> None:
+def test_names_and_strings_stay_text(word: str) -> None:
     request = GetSetRequest(0, Value(ValueKind.STRING, word), word)
     assert from_fields(GetSetRequest.TYPE.name, Kind.REQUEST, to_fields(request)) == request
 
@@ -90,6 +90,6 @@ def test_a_name_or_string_that_reads_like_no_number_stays_text(word: str) -> Non
         ),
     ],
 )
-def test_fields_that_make_no_structure_are_refused(name: str, kind: Kind, fields: dict[str, object]) -> None:
+def test_invalid_fields_are_refused(name: str, kind: Kind, fields: dict[str, object]) -> None:
     with pytest.raises(ValueError, match=r".+"):
         from_fields(name, kind, fields)

@@ -15,7 +15,7 @@ KEPT = sorted(fuzz.CORPUS.glob("*.json"))
 
 
 @pytest.mark.parametrize("path", KEPT, ids=lambda path: path.stem)
-def test_a_kept_row_is_treated_as_it_was(path: Path) -> None:
+def test_corpus_rows_are_decoded_as_recorded(path: Path) -> None:
     row, node_id, kept = fuzz.load(path)
     received, counters, seen = fuzz.replay(row, node_id)
     assert fuzz.reported(received) == kept["transfers"]
@@ -37,6 +37,6 @@ def test_a_plain_receiver_agrees(path: Path) -> None:
     assert all(one in received for one in kept["transfers"])
 
 
-def test_every_way_to_drop_a_frame_is_in_the_corpus() -> None:
+def test_every_reason_for_a_drop_is_in_the_corpus() -> None:
     counted = {name for path in KEPT for name in fuzz.load(path)[2]["counters"]}
     assert counted == set(asdict(ReassemblyCounters()))

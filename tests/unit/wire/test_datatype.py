@@ -49,7 +49,7 @@ def test_crc_seed_is_the_crc_of_the_signature() -> None:
     ("type_id", "signature", "service"),
     [(256, 0, True), (65536, 0, False), (-1, 0, False), (1, 1 << 64, False)],
 )
-def test_a_type_that_does_not_fit_is_refused(type_id: int, signature: int, service: bool) -> None:
+def test_an_invalid_type_is_refused(type_id: int, signature: int, service: bool) -> None:
     with pytest.raises(ValueError, match="Some"):
         DataType("Some", type_id, signature, service)
 

@@ -130,7 +130,7 @@ def test_a_transfer_reads_as_a_sentence(structure: AnyStructure, reported: str) 
         (AllocationMessage(0, False, b""), 127, "received 0 of 16 bytes, nothing"),
     ],
 )
-def test_both_sides_of_an_allocation_are_told(message: AllocationMessage, source: int, reported: str) -> None:
+def test_both_sides_of_an_allocation_are_described(message: AllocationMessage, source: int, reported: str) -> None:
     assert sentence(transfer(message, source=source), message) == f"Allocation {reported}"
 
 
@@ -144,7 +144,7 @@ def test_both_sides_of_an_allocation_are_told(message: AllocationMessage, source
         (Kind.RESPONSE, 5, b"", "RestartNode response not decoded: invalid payload of 0 bytes"),
     ],
 )
-def test_what_cannot_be_decoded_is_told_as_such(kind: Kind, type_id: int, payload: bytes, reported: str) -> None:
+def test_undecodable_transfers_are_described_as_such(kind: Kind, type_id: int, payload: bytes, reported: str) -> None:
     assert sentence(Transfer(kind, type_id, 10, 20, 16, 0, payload), None) == reported
 
 
@@ -158,7 +158,7 @@ class Known(Names):
         return f"{raw / 10:.1f}°" if name == "0x38" else str(raw)
 
 
-def test_what_the_reader_knows_is_added() -> None:
+def test_known_names_are_added() -> None:
     written = GetSetRequest(0, integer(600), "0x38")
     assert sentence(transfer(written), written, Known()) == "GetSet request write 0x38 limit = 600, 60.0°"
     held = response(integer(600), "0x38")
@@ -176,7 +176,7 @@ def test_every_structure_has_a_sentence_that_is_safe_to_print(structure: AnyStru
 
 @given(transfers)
 @settings(max_examples=500)
-def test_any_bytes_of_any_type_are_told_and_never_raise(received: Transfer) -> None:
+def test_any_bytes_of_any_type_are_described_without_raising(received: Transfer) -> None:
     structure = decode(received)
     assert sentence(received, structure).isprintable()
     reported = as_object(received, structure, received.at)
@@ -201,15 +201,15 @@ def test_the_number_of_frames_is_that_of_the_transfer(structure: AnyStructure) -
     ("seconds", "reported"),
     [(0, "0 s"), (59, "59 s"), (60, "1 min 0 s"), (3600, "1 h 0 min"), (7383, "2 h 3 min"), (273_600, "3 d 4 h")],
 )
-def test_a_duration_is_told_in_its_two_largest_units(seconds: int, reported: str) -> None:
+def test_a_duration_is_given_in_its_two_largest_units(seconds: int, reported: str) -> None:
     assert duration(seconds) == reported
 
 
 @given(st.text(st.characters(max_codepoint=0xFF)))
-def test_text_from_the_bus_cannot_command_a_terminal(text: str) -> None:
+def test_text_from_the_bus_contains_no_terminal_controls(text: str) -> None:
     assert printable(text).isprintable()
 
 
-def test_every_reason_to_drop_a_frame_has_words() -> None:
+def test_every_reason_for_a_drop_has_a_text() -> None:
     reasons = set(ReassemblyCounters.__slots__) - {"frames", "transfers"}
     assert set(PROBLEMS) == reasons

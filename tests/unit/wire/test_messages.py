@@ -33,7 +33,7 @@ def test_reserved_modes_stay_numbers() -> None:
 
 
 @given(node_statuses)
-def test_known_health_and_mode_come_out_as_enumerations(status: NodeStatus) -> None:
+def test_known_health_and_mode_decode_to_enumerations(status: NodeStatus) -> None:
     decoded = NodeStatus.decode(status.encode())
     assert decoded is not None
     assert isinstance(decoded.health, NodeHealth)
@@ -46,7 +46,7 @@ def test_allocation_bits() -> None:
 
 
 @pytest.mark.parametrize(("message", "length"), [(AllocationMessage, 0), (AllocationMessage, 18), (ArrayCommand, 64)])
-def test_lengths_no_message_has(message: type[AllocationMessage | ArrayCommand], length: int) -> None:
+def test_invalid_lengths_do_not_decode(message: type[AllocationMessage | ArrayCommand], length: int) -> None:
     assert message.decode(bytes(length)) is None
 
 
@@ -97,7 +97,7 @@ def test_whole_numbers_to_2048_are_exact(number: int) -> None:
     assert decoded.commands[0].command_value == number
 
 
-def test_command_types_come_out_as_enumerations_and_others_as_numbers() -> None:
+def test_command_types_decode_to_enumerations_and_others_to_numbers() -> None:
     decoded = ArrayCommand.decode(bytes((1, 3, 0, 0, 2, 9, 0, 0)))
     assert decoded is not None
     assert [command.command_type for command in decoded.commands] == [CommandType.SPEED, 9]
@@ -105,7 +105,7 @@ def test_command_types_come_out_as_enumerations_and_others_as_numbers() -> None:
 
 
 @given(array_commands)
-def test_an_explicit_length_is_read_only_when_asked_for(message: ArrayCommand) -> None:
+def test_an_explicit_length_is_decoded_only_on_request(message: ArrayCommand) -> None:
     plain = message.encode()
     count = len(message.commands)
     shifted = (count << 8 * len(plain) | int.from_bytes(plain, "big")) << 4
@@ -115,12 +115,12 @@ def test_an_explicit_length_is_read_only_when_asked_for(message: ArrayCommand) -
     assert ArrayCommand.decode(plain, explicit_length=True) == message
 
 
-def test_an_explicit_length_must_be_the_true_one() -> None:
+def test_an_explicit_length_must_be_correct() -> None:
     assert ArrayCommand.decode(b"\x20\x00\x00\x00\x00", explicit_length=True) is None
 
 
 @pytest.mark.parametrize("length", [2, 3, 6, 61, 65])
-def test_lengths_an_array_of_commands_cannot_have(length: int) -> None:
+def test_invalid_lengths_of_an_array_command_do_not_decode(length: int) -> None:
     assert ArrayCommand.decode(bytes(length), explicit_length=True) is None
 
 
@@ -141,7 +141,7 @@ def test_lengths_an_array_of_commands_cannot_have(length: int) -> None:
         (ActuatorStatus(0, 0.0, 0.0, 0.0, 128), "power_rating_pct"),
     ],
 )
-def test_a_value_that_does_not_fit_is_named(
+def test_a_value_out_of_range_is_named(
     message: NodeStatus | AllocationMessage | ArrayCommand | ActuatorStatus, named: str
 ) -> None:
     with pytest.raises(ValueError, match=named):

@@ -44,7 +44,7 @@ def test_a_transfer_has_the_instant_of_its_last_frame() -> None:
     assert received.at == 6.0
 
 
-def test_frames_without_an_instant_get_now() -> None:
+def test_frames_without_a_timestamp_get_the_current_time() -> None:
     (received,) = Reassembler().feed(frames(ALIVE), now=7.5)
     assert received.at == 7.5
 
@@ -62,13 +62,13 @@ def test_request_and_response_of_one_pair_at_once() -> None:
     assert [t.kind for t in received] == [Kind.REQUEST, Kind.RESPONSE]
 
 
-def test_a_urgent_transfer_overtakes_a_slow_one_of_the_same_type() -> None:
+def test_an_urgent_transfer_overtakes_a_slow_one_of_the_same_type() -> None:
     slow, urgent = frames(STATUS, priority=24, transfer_id=1), frames(STATUS, priority=16, transfer_id=2)
     received = Reassembler().feed([slow[0], *urgent, slow[1]])
     assert [t.transfer_id for t in received] == [2, 1]
 
 
-def test_a_new_transfer_id_begins_anew() -> None:
+def test_a_new_transfer_id_starts_a_new_transfer() -> None:
     reassembler = Reassembler()
     received = reassembler.feed([frames(STATUS, transfer_id=1)[0], *frames(STATUS, transfer_id=2)])
     assert [t.transfer_id for t in received] == [2]
@@ -84,7 +84,7 @@ def test_a_continuation_with_another_transfer_id_ends_the_session() -> None:
     assert reassembler.sessions == 0
 
 
-def test_a_lost_frame_is_seen_by_its_toggle() -> None:
+def test_a_lost_frame_is_detected_by_the_toggle_bit() -> None:
     reassembler = Reassembler()
     first, _, third = frames(RESPONSE)
     assert reassembler.feed([first, third._replace(data=third.data[:-1] + b"\x60")]) == []
@@ -94,7 +94,7 @@ def test_a_lost_frame_is_seen_by_its_toggle() -> None:
 
 
 @pytest.mark.parametrize("repeated", [0, 1])
-def test_a_repeated_frame_does_no_harm(repeated: int) -> None:
+def test_a_repeated_frame_is_ignored(repeated: int) -> None:
     reassembler = Reassembler()
     sent = frames(RESPONSE)
     sent.insert(repeated, sent[repeated])
@@ -102,14 +102,14 @@ def test_a_repeated_frame_does_no_harm(repeated: int) -> None:
     assert reassembler.counters.duplicates == 1
 
 
-def test_a_repeated_last_frame_does_no_harm() -> None:
+def test_a_repeated_last_frame_is_ignored() -> None:
     reassembler = Reassembler()
     sent = frames(RESPONSE)
     assert reassembler.feed([*sent, sent[-1]]) == [transfer(RESPONSE)]
     assert reassembler.counters.unexpected == 1
 
 
-def test_a_changed_byte_is_seen_by_the_crc() -> None:
+def test_a_changed_byte_is_detected_by_the_crc() -> None:
     reassembler = Reassembler()
     sent = frames(RESPONSE)
     sent[1] = sent[1]._replace(data=b"\xff" + sent[1].data[1:])
@@ -117,7 +117,7 @@ def test_a_changed_byte_is_seen_by_the_crc() -> None:
     assert reassembler.counters.bad_crc == 1
 
 
-def test_a_transfer_may_take_two_seconds_and_no_more() -> None:
+def test_a_transfer_times_out_after_two_seconds() -> None:
     reassembler = Reassembler()
     first, last = frames(STATUS)
     assert reassembler.feed([first._replace(at=10.0), last._replace(at=12.0)]) != []
@@ -127,14 +127,14 @@ def test_a_transfer_may_take_two_seconds_and_no_more() -> None:
     assert reassembler.sessions == 0
 
 
-def test_a_first_frame_repeated_later_begins_anew() -> None:
+def test_a_first_frame_repeated_later_starts_a_new_transfer() -> None:
     reassembler = Reassembler()
     first, last = frames(STATUS)
     received = reassembler.feed([first._replace(at=10.0), first._replace(at=11.9), last._replace(at=13.0)])
     assert len(received) == 1
 
 
-def test_a_silent_sender_is_forgotten_while_others_go_on() -> None:
+def test_a_silent_sender_times_out_while_others_continue() -> None:
     reassembler = Reassembler()
     reassembler.feed(frames(STATUS, at=10.0)[:1])
     assert reassembler.sessions == 1
@@ -143,7 +143,7 @@ def test_a_silent_sender_is_forgotten_while_others_go_on() -> None:
     assert reassembler.counters.timed_out == 1
 
 
-def test_sessions_are_bounded_and_the_oldest_gives_way() -> None:
+def test_sessions_are_limited_and_the_oldest_is_dropped() -> None:
     reassembler = Reassembler(max_sessions=8)
     begun = [frames(STATUS, source=source) for source in range(1, 101)]
     reassembler.feed([first for first, _ in begun])
@@ -162,7 +162,7 @@ def test_an_endless_transfer_is_cut_off() -> None:
     assert reassembler.sessions == 0
 
 
-def test_services_between_others_are_not_ours() -> None:
+def test_services_for_other_nodes_are_ignored() -> None:
     reassembler = Reassembler(node_id=127)
     theirs = frames(RESPONSE, source=10, destination=126)
     ours = frames(RESPONSE, source=10, destination=127)
@@ -171,11 +171,11 @@ def test_services_between_others_are_not_ours() -> None:
     assert reassembler.feed(frames(STATUS)) != []
 
 
-def test_a_monitor_hears_everybody() -> None:
+def test_a_monitor_receives_services_of_all_nodes() -> None:
     assert len(Reassembler().feed(frames(RESPONSE, destination=126) + frames(RESPONSE, destination=3))) == 2
 
 
-def test_single_frames_of_unknown_types_come_out() -> None:
+def test_single_frames_of_unknown_types_are_returned() -> None:
     reassembler = Reassembler()
     can_id = make_message_id(16, 20000, 5)
     (received,) = reassembler.feed([Frame(can_id, b"abc\xc1", 1.0)])
@@ -206,13 +206,13 @@ def test_longer_transfers_of_unknown_types_are_counted_once() -> None:
         (Frame(-1, bytes(7) + b"\xc0"), "bad_identifier"),
     ],
 )
-def test_frames_no_node_should_send(frame: Frame, counter: str) -> None:
+def test_invalid_frames_are_dropped(frame: Frame, counter: str) -> None:
     reassembler = Reassembler()
     assert reassembler.feed([frame]) == []
     assert reassembler.counters == ReassemblyCounters(frames=1, **{counter: 1})
 
 
-def test_a_drop_is_logged_for_those_who_look(caplog: pytest.LogCaptureFixture) -> None:
+def test_a_drop_is_logged_at_debug_level(caplog: pytest.LogCaptureFixture) -> None:
     with caplog.at_level(logging.DEBUG, "hornbill.wire.reassembly"):
         Reassembler().feed(frames(STATUS)[1:])
     assert "unexpected" in caplog.text
@@ -220,7 +220,7 @@ def test_a_drop_is_logged_for_those_who_look(caplog: pytest.LogCaptureFixture) -
 
 
 @pytest.mark.parametrize(("node_id", "timeout", "sessions"), [(0, 2.0, 1), (128, 2.0, 1), (1, 0.0, 1), (1, 2.0, 0)])
-def test_a_reassembler_that_could_not_work_is_refused(node_id: int, timeout: float, sessions: int) -> None:
+def test_invalid_limits_are_refused(node_id: int, timeout: float, sessions: int) -> None:
     with pytest.raises(ValueError, match=r"Use|above 0"):
         Reassembler(node_id, timeout=timeout, max_sessions=sessions)
 
@@ -231,7 +231,7 @@ identifiers = st.sampled_from([0x100BB4FF, 0x1001550B, 0x104E2314, 0x18000100, 0
 any_frames = st.lists(st.builds(Frame, identifiers, st.binary(max_size=8), st.floats(1.0, 9.0)), max_size=40)
 
 
-def test_a_wrong_toggle_bit_is_told_with_its_frame() -> None:
+def test_a_wrong_toggle_bit_is_reported_with_its_frame() -> None:
     one, two, three = frames(GetSetRequest(0, integer(5), "0x2C"), at=1.0)
     wrong = two._replace(data=two.data[:-1] + bytes((two.data[-1] ^ 0x20,)))
     reported: list[tuple[str, int, bytes]] = []
@@ -240,7 +240,7 @@ def test_a_wrong_toggle_bit_is_told_with_its_frame() -> None:
     assert reported == [("bad_toggle", wrong.id, wrong.data), ("unexpected", three.id, three.data)]
 
 
-def test_nothing_is_told_of_a_good_bus() -> None:
+def test_nothing_is_reported_on_a_healthy_bus() -> None:
     reported: list[str] = []
     reassembler = Reassembler(on_drop=lambda reason, _id, _data: reported.append(reason))
     received = [
@@ -252,7 +252,7 @@ def test_nothing_is_told_of_a_good_bus() -> None:
 
 
 @given(any_frames)
-def test_every_count_was_told(received: list[Frame]) -> None:
+def test_every_counted_drop_was_reported(received: list[Frame]) -> None:
     reported: Counter[str] = Counter()
     reassembler = Reassembler(
         timeout=0.5, max_sessions=2, on_drop=lambda reason, _id, _data: reported.update((reason,))
@@ -297,7 +297,7 @@ def mix(draw: st.DrawFn, talks: list[list[Transfer]]) -> list[tuple[Transfer, Fr
 
 @given(st.data(), senders())
 @settings(max_examples=60)
-def test_mixed_transfers_all_come_out(data: st.DataObject, talks: list[list[Transfer]]) -> None:
+def test_interleaved_transfers_are_all_returned(data: st.DataObject, talks: list[list[Transfer]]) -> None:
     mixed = data.draw(st.composite(mix)(talks))
     received = Reassembler().feed([frame for _, frame in mixed])
     assert [[t for t in received if t.source == n] for n in range(1, len(talks) + 1)] == talks
@@ -305,7 +305,7 @@ def test_mixed_transfers_all_come_out(data: st.DataObject, talks: list[list[Tran
 
 @given(st.data(), senders())
 @settings(max_examples=60)
-def test_a_loss_costs_its_own_transfer_and_no_other(data: st.DataObject, talks: list[list[Transfer]]) -> None:
+def test_a_loss_affects_only_its_own_transfer(data: st.DataObject, talks: list[list[Transfer]]) -> None:
     mixed = data.draw(st.composite(mix)(talks))
     lost = data.draw(st.sets(st.integers(0, len(mixed) - 1), max_size=4))
     hit = [mixed[n][0] for n in lost]
@@ -315,7 +315,7 @@ def test_a_loss_costs_its_own_transfer_and_no_other(data: st.DataObject, talks: 
 
 @given(st.data(), senders())
 @settings(max_examples=60)
-def test_repeated_frames_change_no_longer_transfer(data: st.DataObject, talks: list[list[Transfer]]) -> None:
+def test_repeated_frames_do_not_change_multi_frame_transfers(data: st.DataObject, talks: list[list[Transfer]]) -> None:
     mixed = data.draw(st.composite(mix)(talks))
     times = data.draw(st.lists(st.integers(1, 3), min_size=len(mixed), max_size=len(mixed)))
     received = Reassembler().feed([frame for (_, frame), count in zip(mixed, times, strict=True) for _ in range(count)])
@@ -327,7 +327,7 @@ def test_repeated_frames_change_no_longer_transfer(data: st.DataObject, talks: l
 
 @given(st.data(), senders(), st.integers(0, 1 << 32), st.integers(1, 8))
 @settings(max_examples=200)
-def test_of_damaged_frames_comes_what_a_plain_receiver_finds(
+def test_damaged_frames_yield_what_the_reference_receiver_finds(
     data: st.DataObject, talks: list[list[Transfer]], seed: int, times: int
 ) -> None:
     mixed = data.draw(st.composite(mix)(talks))
@@ -352,7 +352,7 @@ frames_of_garbage = st.builds(
 
 @given(st.lists(frames_of_garbage, max_size=60), st.none() | st.floats(), st.none() | st.integers(1, 127))
 @settings(max_examples=300)
-def test_garbage_never_raises(garbage: list[Frame], now: float | None, node_id: int | None) -> None:
+def test_arbitrary_frames_never_raise(garbage: list[Frame], now: float | None, node_id: int | None) -> None:
     reassembler = Reassembler(node_id, max_sessions=MAX_SESSIONS)
     received = reassembler.feed(garbage, now)
     for found in received:
@@ -362,7 +362,7 @@ def test_garbage_never_raises(garbage: list[Frame], now: float | None, node_id: 
     assert reassembler.sessions <= MAX_SESSIONS
 
 
-def test_identifiers_never_met_again_are_not_remembered_for_ever() -> None:
+def test_identifiers_not_seen_again_are_forgotten() -> None:
     reassembler = Reassembler()
     chance = Random(1)
     most = 0

@@ -33,7 +33,7 @@ INFO = GetNodeInfoResponse(
 )
 
 
-def test_a_node_info_request_accepts_the_byte_the_table_prints() -> None:
+def test_a_node_info_request_accepts_the_byte_of_the_table() -> None:
     assert GetNodeInfoRequest.decode(b"") == GetNodeInfoRequest()
     assert GetNodeInfoRequest.decode(b"\x00") == GetNodeInfoRequest()
 
@@ -50,7 +50,7 @@ def test_the_name_follows_the_certificate_and_its_length() -> None:
 
 
 @given(node_infos)
-def test_node_info_cut_short_is_malformed(info: GetNodeInfoResponse) -> None:
+def test_truncated_node_info_is_malformed(info: GetNodeInfoResponse) -> None:
     payload = info.encode()
     least = 41 + len(info.hardware_version.certificate_of_authenticity)
     assert GetNodeInfoResponse.decode(payload[: least - 1]) is None
@@ -82,20 +82,20 @@ def test_index_and_tag_share_a_byte() -> None:
     assert GetSetRequest.decode(bytes((0x55, 0xF8)) + b"0x2A") == GetSetRequest(0x1F55, EMPTY, "0x2A")
 
 
-def test_the_answer_no_such_parameter_is_four_zero_bytes() -> None:
+def test_the_response_for_an_unknown_parameter_is_four_zero_bytes() -> None:
     nothing = GetSetResponse(EMPTY, EMPTY, EMPTY, EMPTY, "")
     assert nothing.encode() == bytes(4)
     assert GetSetResponse.decode(bytes(4)) == nothing
 
 
 @given(servo_responses)
-def test_the_answer_of_a_servo_has_16_bytes(response: GetSetResponse) -> None:
+def test_the_response_of_a_servo_has_16_bytes(response: GetSetResponse) -> None:
     payload = response.encode()
     assert len(payload) == 16
     assert GetSetResponse.decode(payload) == response
 
 
-def test_void_bits_of_an_answer_are_ignored() -> None:
+def test_void_bits_of_a_response_are_ignored() -> None:
     response = GetSetResponse(integer(-7), EMPTY, EMPTY, EMPTY, "0x08")
     payload = bytearray(response.encode())
     payload[0] |= 0xF8
@@ -106,7 +106,7 @@ def test_void_bits_of_an_answer_are_ignored() -> None:
 
 
 @given(get_set_responses)
-def test_an_answer_cut_inside_its_unions_is_malformed(response: GetSetResponse) -> None:
+def test_a_response_truncated_inside_its_unions_is_malformed(response: GetSetResponse) -> None:
     payload = response.encode()
     unions = len(payload) - len(response.name)
     for length in range(unions):
@@ -115,16 +115,16 @@ def test_an_answer_cut_inside_its_unions_is_malformed(response: GetSetResponse) 
 
 
 @pytest.mark.parametrize("tag", [5, 6, 7])
-def test_a_tag_no_value_has(tag: int) -> None:
+def test_an_undefined_value_tag_is_malformed(tag: int) -> None:
     assert GetSetRequest.decode(bytes((0, tag)) + bytes(20)) is None
     assert GetSetResponse.decode(bytes((tag,)) + bytes(20)) is None
 
 
-def test_a_limit_has_no_third_kind() -> None:
+def test_a_third_kind_of_limit_is_malformed() -> None:
     assert GetSetResponse.decode(b"\x00\x00\x03\x00\x00\x00") is None
 
 
-def test_a_string_longer_than_its_type_allows() -> None:
+def test_a_string_longer_than_its_type_is_malformed() -> None:
     assert GetSetRequest.decode(b"\x00\x04\x81" + bytes(0x81)) is None
     assert GetSetRequest.decode(b"\x00\x04\x80" + bytes(0x80)) is not None
 
@@ -161,6 +161,6 @@ def test_a_string_longer_than_its_type_allows() -> None:
         ),
     ],
 )
-def test_a_value_that_does_not_fit_is_named(structure: AnyStructure, named: str) -> None:
+def test_a_value_out_of_range_is_named(structure: AnyStructure, named: str) -> None:
     with pytest.raises(ValueError, match=named):
         structure.encode()

@@ -15,7 +15,7 @@ from unit.wire.structures import bits, structures, transfer
 
 
 @given(structures, bits(5), bits(5), st.integers(1, 127), st.integers(1, 127))
-def test_what_is_split_comes_together_again(
+def test_split_transfers_are_reassembled(
     structure: AnyStructure, priority: int, transfer_id: int, source: int, destination: int
 ) -> None:
     sent = transfer(structure, source=source, destination=destination, priority=priority, transfer_id=transfer_id)
