@@ -1,11 +1,11 @@
-"""Stop: explicit, immediate, latched, repeated until answered, and never behind anything (section 4.13)."""
+"""Stop: explicit, immediate, latched, repeated until confirmed, and never delayed (section 4.13)."""
 
 import asyncio
 
 import pytest
 
 from behaviour.losing import PAIR, back, commanded
-from behaviour.rig import PLAIN, Rig, json, play, problem
+from behaviour.rig import PLAIN, Rig, json, problem
 from behaviour.scene import scene
 from hornbill.servo.device.servo import Servo, State
 from hornbill.servo.runtime.hub import Change, ReadingChanged, StopChanged
@@ -15,7 +15,7 @@ THREE = [Recipe("BLA21-06U-A0", "1.300", servo_id=n, node_id=10 + n) for n in (1
 
 
 @scene(*THREE)
-async def test_torque_goes_off_on_every_servo_within_milliseconds_and_the_latch_holds(rig: Rig) -> None:
+async def test_stop_turns_torque_off_on_every_servo_within_milliseconds_and_is_latched(rig: Rig) -> None:
     servos = await rig.ready(3)
     began = asyncio.get_running_loop().time()
     state = json(await rig.call("POST", "/stop"))
@@ -28,7 +28,7 @@ async def test_torque_goes_off_on_every_servo_within_milliseconds_and_the_latch_
 
 
 @scene()
-async def test_motion_is_refused_until_it_is_cleared_and_clearing_turns_nothing_on(rig: Rig, servo: Servo) -> None:
+async def test_stop_refuses_motion_until_cleared_and_clearing_turns_no_torque_on(rig: Rig, servo: Servo) -> None:
     lease = await rig.lease()
     await rig.call("POST", "/stop")
     path = f"/servos/{servo.uid}"
@@ -47,33 +47,33 @@ async def test_motion_is_refused_until_it_is_cleared_and_clearing_turns_nothing_
 
 
 @scene()
-async def test_brake_is_asked_for_by_name(rig: Rig, servo: Servo) -> None:
+async def test_stop_applies_the_brake_if_requested(rig: Rig, servo: Servo) -> None:
     json(await rig.call("POST", "/stop", {"mode": "brake"}))
     assert rig.sim(servo).output == 2
     assert servo.raw("torque_mode") == 2
 
 
 @scene(*THREE)
-async def test_a_servo_that_does_not_answer_is_named_and_asked_until_it_does(rig: Rig) -> None:
+async def test_stop_is_repeated_to_a_servo_that_does_not_respond_until_it_does(rig: Rig) -> None:
     quiet, other, _ = await rig.ready(3)
     rig.sim(quiet).conditions.drop_responses_pct = 100
     state = json(await rig.call("POST", "/stop"))
-    told = {one["uid"]: one for one in state["servos"]}
-    assert told[quiet.uid]["confirmed"] is False
-    assert told[other.uid]["confirmed"] is True
-    asked = sum(node == quiet.node_id and name == "0x20" for node, name, _ in rig.writes())
-    assert asked >= 5
+    shown = {one["uid"]: one for one in state["servos"]}
+    assert shown[quiet.uid]["confirmed"] is False
+    assert shown[other.uid]["confirmed"] is True
+    sent = sum(node == quiet.node_id and name == "0x20" for node, name, _ in rig.writes())
+    assert sent >= 5
     rig.sim(quiet).conditions.drop_responses_pct = 0
     await asyncio.sleep(1)
     state = json(await rig.call("GET", "/stop"))
     assert all(one["confirmed"] for one in state["servos"])
-    asked = len(rig.writes())
+    sent = len(rig.writes())
     await asyncio.sleep(2)
-    assert len(rig.writes()) == asked, "once answered, nothing more is sent"
+    assert len(rig.writes()) == sent, "nothing more is sent once it has responded"
 
 
 @scene()
-async def test_a_servo_that_is_moving_coasts_out_and_stays_where_it_came_to_rest(rig: Rig, servo: Servo) -> None:
+async def test_a_moving_servo_coasts_and_stays_where_it_comes_to_rest(rig: Rig, servo: Servo) -> None:
     lease = await rig.lease()
     command = {"type": "angle", "value": 150}
     json(await rig.call("POST", f"/servos/{servo.uid}/command", command, lease=lease))
@@ -89,9 +89,8 @@ async def test_a_servo_that_is_moving_coasts_out_and_stays_where_it_came_to_rest
 
 
 @scene()
-async def test_a_command_that_waits_for_an_answer_is_not_carried_out_after_the_stop(rig: Rig, servo: Servo) -> None:
-    """Torque on and commands are under way to a deaf servo; then stop; nothing may energise it when it hears again."""
-
+async def test_a_pending_torque_on_is_not_sent_after_stop(rig: Rig, servo: Servo) -> None:
+    """Torque on is repeated to a servo that receives nothing, then Stop is pressed."""
     lease = await rig.lease()
     json(await rig.call("POST", f"/servos/{servo.uid}/torque", {"mode": "off"}))
     rig.bus.loss(100)
@@ -121,14 +120,15 @@ async def test_stop_overtakes_a_full_read_of_every_servo(rig: Rig) -> None:
 @scene()
 async def test_a_servo_that_restarts_while_stopped_is_stopped_again(rig: Rig, servo: Servo) -> None:
     await rig.call("POST", "/stop")
-    sim = rig.sim(servo)
     rig.bench.power(servo.uid, False)
     await asyncio.sleep(0.5)
     rig.bench.power(servo.uid, True)
-    await asyncio.sleep(4)
-    assert sim.starts == 2
-    assert sim.output == 1, "it came up with torque on and must not stay so"
+    await asyncio.sleep(6)
+    sim = rig.sim(servo)
+    assert (sim.starts, sim.output) == (2, 1), "it started with torque on"
     assert json(await rig.call("GET", "/stop"))["servos"][0]["confirmed"] is True
+    assert sim.memory.stored(0x20) == 0
+    assert servo.registers["torque_mode"].rom in (0, None), "torque off is not taken for the value in ROM"
 
 
 @scene(connect=False)
@@ -138,7 +138,7 @@ async def test_stop_needs_no_bus_no_body_and_no_lease(rig: Rig) -> None:
 
 
 @scene(PLAIN)
-async def test_torque_off_and_brake_never_need_a_lease_even_while_somebody_holds_one(rig: Rig, servo: Servo) -> None:
+async def test_torque_off_and_brake_require_no_lease_even_while_another_client_has_one(rig: Rig, servo: Servo) -> None:
     await rig.lease()
     for mode, output in (("off", 1), ("brake", 2)):
         reading = json(await rig.call("POST", f"/servos/{servo.uid}/torque", {"mode": mode}))
@@ -148,7 +148,7 @@ async def test_torque_off_and_brake_never_need_a_lease_even_while_somebody_holds
 
 
 @scene()
-async def test_one_press_that_arrives_by_two_roads_is_one_stop(rig: Rig) -> None:
+async def test_one_press_that_arrives_twice_is_one_stop(rig: Rig) -> None:
     await rig.ready()
     first = json(await rig.call("POST", "/stop?by=Page 1"))
     second = json(await rig.call("POST", "/stop?by=Page 1"))
@@ -160,46 +160,20 @@ async def test_one_press_that_arrives_by_two_roads_is_one_stop(rig: Rig) -> None
     assert all(one["confirmed"] for one in third["servos"])
 
 
-def test_a_restart_job_that_waits_does_not_restart_the_servo_after_a_stop() -> None:
-    far = Recipe("BLA21-06U-A0", "1.300", servo_id=1, node_id=11, rom={"soft_start": 0}, angle_deg=20)
-
-    async def scene(rig: Rig) -> None:
-        servo = (await rig.ready())[0]
-        job = json(await rig.call("POST", f"/servos/{servo.uid}/restart"), 202)
-        json(await rig.call("POST", "/stop"))
-        await asyncio.sleep(6)
-        assert rig.sim(servo).starts == 1
-        assert json(await rig.call("GET", f"/jobs/{job['id']}"))["error"]["code"] == "stopped"
-        assert rig.sim(servo).output == 1
-
-    play(scene, far)
-
-
-@scene()
-async def test_a_save_job_that_waits_does_not_save_the_stop(rig: Rig, servo: Servo) -> None:
-    json(await rig.call("POST", f"/servos/{servo.uid}/save"), 202)
+@pytest.mark.parametrize("verb", ["restart", "save"])
+@scene(Recipe("BLA21-06U-A0", "1.300", servo_id=1, node_id=11, rom={"soft_start": 0}, angle_deg=20))
+async def test_a_waiting_restart_or_save_job_is_ended_by_stop(rig: Rig, servo: Servo, verb: str) -> None:
+    job = json(await rig.call("POST", f"/servos/{servo.uid}/{verb}"), 202)
     json(await rig.call("POST", "/stop"))
     await asyncio.sleep(8)
     assert rig.sim(servo).starts == 1
-    assert rig.sim(servo).memory.stored(0x20) == 0
-
-
-@scene()
-async def test_a_servo_stopped_while_it_starts_is_not_believed_to_have_torque_off_in_rom(
-    rig: Rig, servo: Servo
-) -> None:
-    await rig.call("POST", "/stop")
-    rig.bench.power(servo.uid, False)
-    await asyncio.sleep(0.5)
-    rig.bench.power(servo.uid, True)
-    await asyncio.sleep(6)
+    assert json(await rig.call("GET", f"/jobs/{job['id']}"))["error"]["code"] == "stopped"
     assert rig.sim(servo).output == 1
     assert rig.sim(servo).memory.stored(0x20) == 0
-    assert servo.registers["torque_mode"].rom in (0, None)
 
 
 @scene()
-async def test_a_new_servo_with_torque_on_is_shown_unconfirmed_until_it_is_stopped(rig: Rig) -> None:
+async def test_a_servo_that_appears_after_stop_is_stopped(rig: Rig) -> None:
     await rig.ready()
     await rig.call("POST", "/stop")
     sim = rig.bench.add(Recipe("BLA21-12U-A0", "1.300", servo_id=2, node_id=12))
@@ -210,9 +184,8 @@ async def test_a_new_servo_with_torque_on_is_shown_unconfirmed_until_it_is_stopp
 
 
 @scene()
-async def test_a_servo_whose_rows_cannot_be_read_is_stopped_all_the_same(rig: Rig) -> None:
-    """It answers who it is, and then its answers to most reads are lost."""
-
+async def test_a_servo_whose_rows_cannot_be_read_is_stopped(rig: Rig) -> None:
+    """It responds to GetNodeInfo; then its responses are lost."""
     await rig.ready()
     await rig.call("POST", "/stop")
     sim = rig.bench.add(Recipe("BLA21-12U-A0", "1.300", servo_id=2, node_id=12))
@@ -224,8 +197,16 @@ async def test_a_servo_whose_rows_cannot_be_read_is_stopped_all_the_same(rig: Ri
     assert sim.output == 1
 
 
+def turn_on(rig: Rig, servo: Servo) -> None:
+    """Turn torque on as another tool would."""
+    rig.sim(servo).memory.put(0x20, 0)
+    rig.sim(servo)._device.commander.configured()  # pyright: ignore[reportPrivateUsage]
+
+
 @scene()
-async def test_a_servo_that_somebody_turns_on_again_is_no_longer_called_confirmed(rig: Rig, servo: Servo) -> None:
+async def test_a_servo_that_another_tool_turns_on_is_unconfirmed_until_it_is_stopped_again(
+    rig: Rig, servo: Servo
+) -> None:
     await rig.call("POST", "/stop")
     seen: list[bool] = []
 
@@ -234,57 +215,54 @@ async def test_a_servo_that_somebody_turns_on_again_is_no_longer_called_confirme
             seen.append(rig.host.stop.latch.servos[servo.uid].confirmed)
 
     rig.host.hub.subscribe(watch)
-    rig.sim(servo).memory.put(0x20, 0)
-    rig.sim(servo)._device.commander.configured()  # pyright: ignore[reportPrivateUsage]
+    turn_on(rig, servo)
     await asyncio.sleep(3)
     assert seen == [False, True]
     assert rig.sim(servo).output == 1
 
 
 @scene()
-async def test_a_second_press_is_sent_to_every_servo_again(rig: Rig, servo: Servo) -> None:
+async def test_a_second_stop_is_sent_to_every_servo_again(rig: Rig, servo: Servo) -> None:
     json(await rig.call("POST", "/stop"))
-    rig.sim(servo).memory.put(0x20, 0)  # another tool turned it on
-    rig.sim(servo)._device.commander.configured()  # pyright: ignore[reportPrivateUsage]
+    turn_on(rig, servo)
     assert rig.sim(servo).output == 0
     json(await rig.call("POST", "/stop"))
     await asyncio.sleep(0.01)
     assert rig.sim(servo).output == 1
 
 
-def test_a_failure_of_ours_does_not_end_the_repetition_of_a_stop(monkeypatch: pytest.MonkeyPatch) -> None:
-    async def scene(rig: Rig) -> None:
-        servo = (await rig.ready())[0]
-        write, failed = rig.host.requests.write, 0
+@scene()
+async def test_an_internal_error_does_not_end_the_repetition_of_stop(
+    rig: Rig, servo: Servo, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    write, failed = rig.host.requests.write, 0
 
-        async def fail_once(*args: object) -> int:
-            nonlocal failed
-            failed += 1
-            if failed == 1:
-                raise RuntimeError("a defect")
-            return await write(*args)  # pyright: ignore[reportArgumentType]
+    async def fail_once(*args: object) -> int:
+        nonlocal failed
+        failed += 1
+        if failed == 1:
+            raise RuntimeError("a defect")
+        return await write(*args)  # pyright: ignore[reportArgumentType]
 
-        monkeypatch.setattr(rig.host.requests, "write", fail_once)
-        json(await rig.call("POST", "/stop"))
-        assert rig.sim(servo).output == 1
-
-    play(scene)
+    monkeypatch.setattr(rig.host.requests, "write", fail_once)
+    json(await rig.call("POST", "/stop"))
+    assert rig.sim(servo).output == 1
 
 
 @scene()
-async def test_clearing_a_stop_does_not_let_go_of_a_servo_that_has_not_answered_yet(rig: Rig, servo: Servo) -> None:
+async def test_clearing_stop_still_turns_torque_off_on_a_servo_that_has_not_responded(rig: Rig, servo: Servo) -> None:
     rig.bus.loss(100)
     json(await rig.call("POST", "/stop"))
     json(await rig.call("DELETE", "/stop"))
-    said = rig.events("stop_cleared")[0]
-    assert servo.title in said.text
+    event = rig.events("stop_cleared")[0]
+    assert servo.title in event.text
     rig.bus.loss(0)
     await asyncio.sleep(1)
     assert rig.sim(servo).output == 1
 
 
 @scene()
-async def test_a_stop_with_the_brake_is_not_undone_by_a_torque_off_that_was_still_owed(rig: Rig, servo: Servo) -> None:
+async def test_a_pending_torque_off_does_not_release_the_brake_of_stop(rig: Rig, servo: Servo) -> None:
     lease = await rig.lease(ttl_s=1)
     json(await rig.call("POST", f"/servos/{servo.uid}/command", {"type": "angle", "value": 20}, lease=lease))
     rig.bus.loss(100)
@@ -295,38 +273,35 @@ async def test_a_stop_with_the_brake_is_not_undone_by_a_torque_off_that_was_stil
     assert rig.sim(servo).output == 2
 
 
-def test_a_stop_in_the_instant_of_an_answer_leaves_nothing_repeating() -> None:
-    async def scene(rig: Rig) -> None:
-        servo = (await rig.ready())[0]
-        lease = await rig.lease()
-        path, done = f"/servos/{servo.uid}", False
+@scene()
+async def test_stop_at_the_moment_of_a_response_leaves_no_command_repeating(rig: Rig, servo: Servo) -> None:
+    lease = await rig.lease()
+    path, done = f"/servos/{servo.uid}", False
 
-        def press(change: Change) -> None:
-            nonlocal done
-            if isinstance(change, ReadingChanged) and change.key == "command_angle" and not done:
-                done = True
-                asyncio.get_running_loop().call_soon(rig.host.stop.now, "off", "test", "")
+    def press(change: Change) -> None:
+        nonlocal done
+        if isinstance(change, ReadingChanged) and change.key == "command_angle" and not done:
+            done = True
+            asyncio.get_running_loop().call_soon(rig.host.stop.now, "off", "test", "")
 
-        rig.host.hub.subscribe(press)
-        problem(await rig.call("POST", path + "/command", {"type": "angle", "value": 90}, lease=lease), "stopped", 423)
-        assert done
-        await asyncio.sleep(1)
-        assert rig.writes()[-1][1:] == ("0x20", 1)
-        json(await rig.call("DELETE", "/stop"))
-        rig.bench.turn_manually(servo.uid, 10.0)
-        json(await rig.call("POST", path + "/torque", {"mode": "on"}, lease=lease))
-        await asyncio.sleep(2)
-        assert abs(rig.sim(servo).angle_deg - 10) < 1
-        assert (
-            not rig.host.motion.is_commanded(servo.uid)
-            or len({raw for _, name, raw in rig.writes() if name == "0x00"}) == 2
-        )
-
-    play(scene)
+    rig.host.hub.subscribe(press)
+    problem(await rig.call("POST", path + "/command", {"type": "angle", "value": 90}, lease=lease), "stopped", 423)
+    assert done
+    await asyncio.sleep(1)
+    assert rig.writes()[-1][1:] == ("0x20", 1)
+    json(await rig.call("DELETE", "/stop"))
+    rig.bench.turn_manually(servo.uid, 10.0)
+    json(await rig.call("POST", path + "/torque", {"mode": "on"}, lease=lease))
+    await asyncio.sleep(2)
+    assert abs(rig.sim(servo).angle_deg - 10) < 1
+    assert (
+        not rig.host.motion.is_commanded(servo.uid)
+        or len({raw for _, name, raw in rig.writes() if name == "0x00"}) == 2
+    )
 
 
-async def _again(rig: Rig) -> None:
-    """Connect anew, with a cable that carries everything."""
+async def reconnect(rig: Rig) -> None:
+    """Connect again, without frame loss."""
     rig.bus.loss(0)
     json(await rig.call("PUT", "/bus", {"address": "memory:host"}))
     await rig.ready(2)
@@ -334,7 +309,7 @@ async def _again(rig: Rig) -> None:
 
 
 @scene(*PAIR)
-async def test_a_servo_that_never_answered_is_stopped_although_stop_was_pressed_anew_and_cleared_without_a_bus(
+async def test_a_servo_that_never_responded_is_stopped_although_stop_was_repeated_and_cleared_without_a_bus(
     rig: Rig,
 ) -> None:
     servo = (await rig.ready(2))[0]
@@ -343,17 +318,17 @@ async def test_a_servo_that_never_answered_is_stopped_although_stop_was_pressed_
     json(await rig.call("POST", "/stop", {"mode": "off"}, By="one"))
     json(await rig.call("DELETE", "/bus"))
     stop = json(await rig.call("POST", "/stop", {"mode": "off"}, By="another"))
-    assert {one["uid"] for one in stop["servos"]} >= {servo.uid}, "it has not said that its torque is off"
+    assert {one["uid"] for one in stop["servos"]} >= {servo.uid}, "it has not confirmed torque off"
     json(await rig.call("DELETE", "/stop"))
     assert servo.title in rig.events("stop_cleared")[0].text
     assert rig.sim(servo).output == 0
-    await _again(rig)
+    await reconnect(rig)
     assert rig.sim(servo).output == 1
 
 
 @pytest.mark.parametrize("cleared", [False, True])
 @scene(*PAIR)
-async def test_an_owed_torque_off_does_not_follow_the_brake_of_a_stop(rig: Rig, cleared: bool) -> None:
+async def test_a_torque_off_pending_on_a_lost_bus_does_not_release_the_brake_of_stop(rig: Rig, cleared: bool) -> None:
     servo = (await rig.ready(2))[0]
     await commanded(rig, servo)
     rig.bus.loss(100)
@@ -363,13 +338,13 @@ async def test_an_owed_torque_off_does_not_follow_the_brake_of_a_stop(rig: Rig, 
     assert [one["confirmed"] for one in stop["servos"] if one["uid"] == servo.uid] == [False]
     if cleared:
         json(await rig.call("DELETE", "/stop"))
-    await _again(rig)
+    await reconnect(rig)
     assert rig.sim(servo).output == 2
 
 
 @pytest.mark.parametrize("end", ["disconnect", "close"])
 @scene(*PAIR)
-async def test_a_stop_that_has_not_been_answered_is_repeated_before_the_bus_is_left(rig: Rig, end: str) -> None:
+async def test_an_unconfirmed_stop_is_repeated_before_the_bus_is_disconnected(rig: Rig, end: str) -> None:
     servo = (await rig.ready(2))[0]
     await commanded(rig, servo)
     rig.bus.loss(100)
@@ -383,11 +358,11 @@ async def test_a_stop_that_has_not_been_answered_is_repeated_before_the_bus_is_l
 
 
 @scene(*PAIR)
-async def test_a_lease_that_lapses_is_noticed_although_looking_at_the_bus_fails(
+async def test_an_expired_lease_turns_torque_off_although_the_check_of_the_bus_fails(
     rig: Rig, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def fail() -> None:
-        raise RuntimeError("a driver's surprise")
+        raise RuntimeError("unexpected error of a driver")
 
     servo = (await rig.ready(2))[0]
     lease = await rig.lease(ttl_s=2)
@@ -398,7 +373,7 @@ async def test_a_lease_that_lapses_is_noticed_although_looking_at_the_bus_fails(
 
 
 @scene(*PAIR)
-async def test_an_impostor_on_its_node_id_confirms_no_stop_of_a_servo_that_was_away(rig: Rig) -> None:
+async def test_another_servo_on_the_same_node_id_does_not_confirm_the_stop_of_a_lost_one(rig: Rig) -> None:
     servo = next(one for one in await rig.ready(2) if one.node_id == 11)
     await commanded(rig, servo)
     await rig.cable.unplug()
@@ -416,7 +391,7 @@ async def test_an_impostor_on_its_node_id_confirms_no_stop_of_a_servo_that_was_a
 
 
 @scene(*PAIR)
-async def test_a_controller_that_was_off_the_bus_between_two_looks_ends_commands_too(rig: Rig) -> None:
+async def test_a_short_bus_off_between_two_checks_ends_commands(rig: Rig) -> None:
     servo = (await rig.ready(2))[0]
     await commanded(rig, servo)
     rig.cable.bus_off()
@@ -429,9 +404,8 @@ async def test_a_controller_that_was_off_the_bus_between_two_looks_ends_commands
 
 
 @scene(*PAIR)
-async def test_a_brake_that_was_asked_for_and_not_answered_is_owed_as_the_brake(rig: Rig) -> None:
-    """Off in its place would let a load drop that the brake holds."""
-
+async def test_an_unacknowledged_brake_is_repeated_as_the_brake(rig: Rig) -> None:
+    """Torque off instead would let a load drop that the brake holds."""
     servo = (await rig.ready(2))[0]
     await commanded(rig, servo)
     rig.bus.loss(100)

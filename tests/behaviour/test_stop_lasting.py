@@ -1,4 +1,4 @@
-"""A stop that lasts: over a restart of the server, over the servo's own time-out, over servos that say nothing."""
+"""A lasting stop: over a restart of the server, the timeout of a servo, and servos that do not respond."""
 
 import asyncio
 from dataclasses import replace
@@ -19,7 +19,7 @@ from hornbill.wire.services import GetSetRequest
 
 
 def at(folder: Path) -> str:
-    return f"sqlite:///{folder / 'kept.sqlite'}"
+    return f"sqlite:///{folder / 'store.sqlite'}"
 
 
 async def press(rig: Rig, mode: str = "off", reason: str = "smoke") -> dict[str, Any]:
@@ -27,17 +27,17 @@ async def press(rig: Rig, mode: str = "off", reason: str = "smoke") -> dict[str,
     return found
 
 
-def asked(rig: Rig, node: int | None) -> int:
-    """How many writes of 0x20 a node was sent."""
+def writes(rig: Rig, node: int | None) -> int:
+    """The number of writes of 0x20 to a node."""
     return sum(where == node and name == "0x20" for where, name, _ in rig.writes())
 
 
 def killed(rig: Rig) -> None:
-    """Nothing of the host runs any more that could keep anything."""
+    """Let the host store nothing more."""
     rig.host.stored_torque_off._store_latch = lambda: asyncio.sleep(0)  # pyright: ignore[reportPrivateUsage]
 
 
-def test_a_server_started_anew_is_stopped_says_so_and_stops_what_it_finds(tmp_path: Path) -> None:
+def test_a_restarted_server_is_stopped_and_stops_the_servos_it_finds(tmp_path: Path) -> None:
     async def before(rig: Rig) -> float:
         await rig.ready()
         state = await press(rig, "brake")
@@ -54,15 +54,15 @@ def test_a_server_started_anew_is_stopped_says_so_and_stops_what_it_finds(tmp_pa
         assert state["at"] == pytest.approx(pressed_at, abs=1)
         await rig.host.connect("memory:host", 1_000_000)
         servo = (await rig.ready())[0]
-        assert rig.sim(servo).output == 2, "it came up with torque on"
+        assert rig.sim(servo).output == 2, "it started with torque on"
         state = json(await rig.call("GET", "/stop"))
         assert [one["confirmed"] for one in state["servos"]] == [True]
 
     play(after, store=at(tmp_path), connect=False)
-    play(after, store=at(tmp_path), connect=False)  # a second time, and the reason is not said twice
+    play(after, store=at(tmp_path), connect=False)  # the reason is not extended a second time
 
 
-def test_the_latch_is_set_before_any_frame_of_a_bus_is_sent(tmp_path: Path) -> None:
+def test_a_restarted_server_sets_the_latch_before_it_sends_a_frame(tmp_path: Path) -> None:
     async def before(rig: Rig) -> None:
         await press(rig)
 
@@ -79,7 +79,7 @@ def test_the_latch_is_set_before_any_frame_of_a_bus_is_sent(tmp_path: Path) -> N
     play(after, store=at(tmp_path), connect=False)
 
 
-def test_a_stop_is_kept_within_a_quarter_of_a_second_even_when_a_servo_is_silent(tmp_path: Path) -> None:
+def test_a_stop_is_stored_within_a_quarter_of_a_second_even_if_a_servo_does_not_respond(tmp_path: Path) -> None:
     async def before(rig: Rig) -> None:
         servo = (await rig.ready())[0]
         rig.sim(servo).conditions.drop_responses_pct = 100
@@ -95,7 +95,7 @@ def test_a_stop_is_kept_within_a_quarter_of_a_second_even_when_a_servo_is_silent
     play(after, store=at(tmp_path), connect=False)
 
 
-def test_a_stop_that_was_cleared_does_not_come_back(tmp_path: Path) -> None:
+def test_a_cleared_stop_is_not_restored(tmp_path: Path) -> None:
     async def before(rig: Rig) -> None:
         await rig.ready()
         await press(rig)
@@ -113,7 +113,7 @@ def test_a_stop_that_was_cleared_does_not_come_back(tmp_path: Path) -> None:
 
 
 @scene(*PAIR)
-async def test_nothing_is_written_to_the_disk_before_every_frame_of_the_stop_has_left(
+async def test_nothing_is_stored_before_every_frame_of_a_stop_is_sent(
     rig: Rig, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     servos = await rig.ready(2)
@@ -133,10 +133,9 @@ async def test_nothing_is_written_to_the_disk_before_every_frame_of_the_stop_has
 
 
 @scene()
-async def test_a_store_that_fails_keeps_nobody_from_stopping_and_is_said(
+async def test_a_failing_store_does_not_prevent_a_stop_and_is_reported(
     rig: Rig, servo: Servo, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-
     def fail(*_: object) -> None:
         raise OSError("no space left on device")
 
@@ -147,46 +146,38 @@ async def test_a_store_that_fails_keeps_nobody_from_stopping_and_is_said(
     assert "a restart of the server would lose it" in rig.events("store_failed")[0].text
 
 
-LETS_GO = Recipe("BLA21-06U-A0", "1.300", servo_id=1, node_id=11)
+TIMES_OUT = Recipe("BLA21-06U-A0", "1.300", servo_id=1, node_id=11)
 
 
-@pytest.mark.parametrize("time_out_ms", [100, 1000, 5000])
-@scene(lambda time_out_ms: replace(LETS_GO, rom={"timeout_time": time_out_ms}))
-async def test_the_brake_of_a_stop_is_not_let_go_by_the_servos_own_time_out(
-    rig: Rig, servo: Servo, time_out_ms: int
+@pytest.mark.parametrize("timeout_ms", [100, 1000, 5000])
+@scene(lambda timeout_ms: replace(TIMES_OUT, rom={"timeout_time": timeout_ms}))
+async def test_the_timeout_of_a_servo_does_not_release_the_brake_of_a_stop(
+    rig: Rig, servo: Servo, timeout_ms: int
 ) -> None:
-    """On a servo where the time-out (0x26 off, 0x27) takes the brake away, too: 4.19 names no exception."""
+    """On a servo whose timeout (0x26 off, 0x27) releases the brake, too: 4.19 names no exception."""
     sim = rig.sim(servo)
     _any_output(sim)
     await press(rig, "brake")
     for _ in range(400):
         await asyncio.sleep(0.05)
         assert sim.output == 2
-    before, began = asked(rig, servo.node_id), now()
+    before, began = writes(rig, servo.node_id), now()
     await asyncio.sleep(10)
-    rate = (asked(rig, servo.node_id) - before) / (now() - began)
-    assert rate <= 3.5 * 1000 / time_out_ms, "a third of the time-out, and no oftener"
+    rate = (writes(rig, servo.node_id) - before) / (now() - began)
+    assert rate <= 3.5 * 1000 / timeout_ms, "a third of the timeout, and no more often"
     json(await rig.call("DELETE", "/stop"))
-    written = asked(rig, servo.node_id)
+    written = writes(rig, servo.node_id)
     await asyncio.sleep(10)
-    assert asked(rig, servo.node_id) == written, "only while it is latched"
-    assert sim.output == 1, "as this servo is made"
+    assert writes(rig, servo.node_id) == written, "only while it is latched"
+    assert sim.output == 1, "the behaviour of this servo"
 
 
 def _any_output(sim: SimulatedServo) -> None:
     sim.behaviour = replace(sim.behaviour, timeout_changes="any_output")
 
 
-@scene(replace(PLAIN, rom={"timeout_action": 0}))
-async def test_a_brake_that_the_servos_time_out_cannot_let_go_is_written_once(rig: Rig, servo: Servo) -> None:
-    await press(rig, "brake")
-    written = asked(rig, servo.node_id)
-    await asyncio.sleep(5)
-    assert asked(rig, servo.node_id) == written
-
-
-@scene(*(replace(LETS_GO, servo_id=n, node_id=10 + n) for n in (1, 2)))
-async def test_a_brake_that_somebody_takes_off_by_name_is_not_put_on_again(rig: Rig) -> None:
+@scene(*(replace(TIMES_OUT, servo_id=n, node_id=10 + n) for n in (1, 2)))
+async def test_a_brake_that_a_client_releases_is_not_applied_again(rig: Rig) -> None:
     servo, other = await rig.ready(2)
     await press(rig, "brake")
     json(await rig.call("POST", f"/servos/{servo.uid}/torque", {"mode": "off"}))
@@ -194,16 +185,19 @@ async def test_a_brake_that_somebody_takes_off_by_name_is_not_put_on_again(rig: 
     assert (rig.sim(servo).output, rig.sim(other).output) == (1, 2)
 
 
-@scene()
-async def test_after_a_stop_without_the_brake_nothing_is_repeated(rig: Rig, servo: Servo) -> None:
-    await press(rig)
-    written = asked(rig, servo.node_id)
+@pytest.mark.parametrize(("mode", "timeout_action"), [("off", 1), ("brake", 0)])
+@scene(lambda timeout_action: replace(PLAIN, rom={"timeout_action": timeout_action}))
+async def test_a_stop_that_the_timeout_of_the_servo_does_not_change_is_written_once(
+    rig: Rig, servo: Servo, mode: str, timeout_action: int
+) -> None:
+    await press(rig, mode)
+    written = writes(rig, servo.node_id)
     await asyncio.sleep(5)
-    assert asked(rig, servo.node_id) == written
+    assert writes(rig, servo.node_id) == written
 
 
 @scene(*PAIR)
-async def test_a_servo_that_does_not_answer_is_named_in_an_event_after_a_second_and_again_when_it_does(
+async def test_a_servo_that_does_not_respond_is_reported_after_a_second_and_again_when_it_does(
     rig: Rig,
 ) -> None:
     servo, other = await rig.ready(2)
@@ -213,34 +207,28 @@ async def test_a_servo_that_does_not_answer_is_named_in_an_event_after_a_second_
     await asyncio.sleep(0.7)
     assert not rig.events("no_response")
     await asyncio.sleep(2)
-    said = rig.events("no_response")
-    assert len(said) == 1
-    assert servo.title in said[0].text
-    assert other.title not in said[0].text
-    assert said[0].uid == servo.uid
+    (event,) = rig.events("no_response")
+    assert servo.title in event.text
+    assert other.title not in event.text
+    assert event.uid == servo.uid
     rig.sim(servo).conditions.drop_responses_pct = 0
     await asyncio.sleep(0.5)
     assert servo.title in rig.events("stopped_late")[0].text
 
 
-def test_twenty_servos_behind_a_lost_bus_are_named_in_one_event() -> None:
-    twenty = [replace(PLAIN, servo_id=n, node_id=10 + n) for n in range(1, 21)]
-
-    async def scene(rig: Rig) -> None:
-        servos = await rig.ready(20)
-        rig.bus.loss(100)
-        rig.host.stop.now("off", "test", "")
-        await asyncio.sleep(1.5)
-        said = rig.events("no_response")
-        assert len(said) == 1
-        assert all(servo.title in said[0].text for servo in servos)
-        rig.bus.loss(0)
-
-    play(scene, *twenty)
+@scene(*(replace(PLAIN, servo_id=n, node_id=10 + n) for n in range(1, 7)))
+async def test_all_servos_behind_a_lost_bus_are_in_one_event(rig: Rig) -> None:
+    servos = await rig.ready(6)
+    rig.bus.loss(100)
+    rig.host.stop.now("off", "test", "")
+    await asyncio.sleep(1.5)
+    (event,) = rig.events("no_response")
+    assert all(servo.title in event.text for servo in servos)
+    rig.bus.loss(0)
 
 
 @scene(*PAIR)
-async def test_a_servo_switched_off_after_a_cleared_stop_is_asked_once_a_second_and_at_once_when_it_is_back(
+async def test_torque_off_to_an_offline_servo_is_repeated_once_a_second_and_at_once_when_it_is_back(
     rig: Rig,
 ) -> None:
     servo = (await rig.ready(2))[0]
@@ -250,34 +238,33 @@ async def test_a_servo_switched_off_after_a_cleared_stop_is_asked_once_a_second_
     json(await rig.call("DELETE", "/stop"))
     await asyncio.sleep(10)
     assert servo.state is State.OFFLINE
-    before = asked(rig, node)
+    before = writes(rig, node)
     await asyncio.sleep(60)
-    assert 55 <= asked(rig, node) - before <= 61
+    assert 55 <= writes(rig, node) - before <= 61
     rig.bench.power(servo.uid, True)
     async with asyncio.timeout(10):
         while not sim.powered or not servo.online:
             await asyncio.sleep(0.005)
     await asyncio.sleep(0.05)
     assert sim.output == 1
-    settled = asked(rig, node)
+    settled = writes(rig, node)
     await asyncio.sleep(5)
-    assert asked(rig, node) == settled
+    assert writes(rig, node) == settled
 
 
 @scene()
-async def test_a_servo_that_is_heard_and_does_not_answer_is_asked_four_times_a_second(rig: Rig, servo: Servo) -> None:
+async def test_torque_off_to_an_online_servo_is_repeated_four_times_a_second(rig: Rig, servo: Servo) -> None:
     rig.sim(servo).conditions.drop_responses_pct = 100
     await press(rig)
     await asyncio.sleep(3)
-    before = asked(rig, servo.node_id)
+    before = writes(rig, servo.node_id)
     await asyncio.sleep(10)
-    assert 33 <= asked(rig, servo.node_id) - before <= 41
+    assert 33 <= writes(rig, servo.node_id) - before <= 41
 
 
 @scene()
-async def test_a_node_that_may_be_a_servo_keeps_the_brake_as_well(rig: Rig) -> None:
-    """It is not identified while nothing of it is answered but writes."""
-
+async def test_the_brake_is_applied_to_a_node_that_may_be_a_servo(rig: Rig) -> None:
+    """It cannot be identified while it responds to writes only."""
     await rig.ready()
     await press(rig, "brake")
     sim = rig.bench.add(Recipe("BLA21-12U-A0", "1.300", servo_id=2, node_id=12))
@@ -297,7 +284,7 @@ def first_write(rig: Rig) -> float:
 
 
 @scene()
-async def test_the_first_frame_of_a_stop_leaves_before_anything_is_kept(rig: Rig) -> None:
+async def test_the_first_frame_of_a_stop_is_sent_before_anything_is_stored(rig: Rig) -> None:
     await rig.ready()
     pressed = now()
     rig.host.stop.now("off", "test", "")
