@@ -63,7 +63,7 @@ class Peer:
         unique_id: bytes = bytes(16),
         monitors: bool = False,
     ) -> None:
-        """`monitors`: it will have a NodeMonitor, which raises when it is requested for its node info itself."""
+        """`monitors`: it will have a NodeMonitor, which raises when its own node info is requested."""
         # The stack's own driver: the one for python-can cannot send on SocketCAN, and waits 1000 times too long.
         from dronecan.driver.socketcan import SocketCAN  # only where there is fcntl
 

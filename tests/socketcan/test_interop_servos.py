@@ -156,7 +156,7 @@ def test_every_parameter_reads_by_name_as_in_tables_and_rom(bench: Bench) -> Non
 
 
 def test_every_index_reads_as_its_name_and_gaps_are_empty(bench: Bench) -> None:
-    # 0x49 is the boot loader: it is not requested for, not even here. Actions are W only: reading them means nothing.
+    # 0x49 is the boot loader: never read, not even here. Actions are write-only.
     spared = {"0x49"} | {row.name for row in CATALOG.actions.values()}
     names = [f"0x{index:02X}" for index in range(0x70)]
     requested = [(node_id, name) for node_id in (RUDDER,) for name in names if name not in spared]

@@ -8,7 +8,7 @@ import httpx
 
 @dataclass(frozen=True)
 class Bench:
-    """The server's API, and the unique ids of a servo that has its node id and one that requested for it."""
+    """The server's API, and the unique ids of a servo that has its node id and one that requested it."""
 
     api: httpx.Client
     resident: str

@@ -8,7 +8,7 @@ def test_a_servo_of_another_process_is_configured_saved_and_moved(bench: Bench) 
     api = bench.api
     one, other = until(bench.ready, "two servos ready")
     assert (one["model"], other["model"]) == ("BLA21-06U-A0", "BLA15-06U-A0")
-    assert bench.allocations()[other["uid"]] == other["node_id"], "one of the two requested for its node id"
+    assert bench.allocations()[other["uid"]] == other["node_id"], "one of the two requested its node ID"
     assert one["uid"] not in bench.allocations()
     path = f"/servos/{one['uid']}"
     patched = api.patch(path + "/parameters", json={"values": {"angle_limit_cw": 75}}).json()

@@ -1,4 +1,4 @@
-"""The tests of MemoryBus in virtual time: arbitration, bit times, delivery, load."""
+"""MemoryBus in virtual time: arbitration, bit times, delivery, load, loss and bus-off."""
 
 import asyncio
 from itertools import pairwise
@@ -21,9 +21,7 @@ def ms(milliseconds: float) -> float:
     return pytest.approx(milliseconds * 1e-3, rel=0.02)  # pyright: ignore[reportReturnType]
 
 
-async def test_a_frame_arrives_at_the_instant_of_its_last_bit() -> None:
-    bus = MemoryBus()
-    a, b, c = (bus.port(name) for name in "abc")
+async def test_a_frame_arrives_at_the_instant_of_its_last_bit(a: MemoryPort, b: MemoryPort, c: MemoryPort) -> None:
     received: list[tuple[str, float, list[Frame]]] = []
     loop = asyncio.get_running_loop()
     for port in (a, b, c):
@@ -40,9 +38,9 @@ async def test_a_frame_arrives_at_the_instant_of_its_last_bit() -> None:
         assert port.statistics.busy_s == pytest.approx(frame_bits(frame) * BIT)
 
 
-async def test_the_lowest_identifier_wins_regardless_of_queueing_order() -> None:
-    bus = MemoryBus(history=100)
-    a, b, c = (bus.port(name) for name in "abc")
+async def test_the_lowest_identifier_wins_regardless_of_queueing_order(
+    bus: MemoryBus, a: MemoryPort, b: MemoryPort, c: MemoryPort
+) -> None:
     a.send([Frame(30, b"1"), Frame(30, b"2"), Frame(10, b"3")])
     b.send([Frame(20, b"4"), Frame(5, b"5")])
     await asyncio.sleep(0)
@@ -61,9 +59,9 @@ async def test_the_lowest_identifier_wins_regardless_of_queueing_order() -> None
     assert [b - a for a, b in pairwise(ends)] == pytest.approx([count * BIT for count in bits[1:]], abs=1e-12)
 
 
-async def test_a_frame_on_the_wire_is_not_interrupted() -> None:
-    bus = MemoryBus(history=10)
-    a, b, _ = (bus.port(name) for name in "abc")
+async def test_a_frame_on_the_wire_is_not_interrupted(
+    bus: MemoryBus, a: MemoryPort, b: MemoryPort, c: MemoryPort
+) -> None:
     a.send([Frame(100, bytes(8)), Frame(100, bytes(8))])
     await asyncio.sleep(1 * BIT)
     b.send([Frame(1, b"")])
@@ -71,9 +69,7 @@ async def test_a_frame_on_the_wire_is_not_interrupted() -> None:
     assert [name for name, _ in bus.history] == ["a", "b", "a"]
 
 
-async def test_a_shorter_frame_that_wins_late_is_delivered_on_time() -> None:
-    bus = MemoryBus()
-    a, b, c = (bus.port(name) for name in "abc")
+async def test_a_shorter_frame_that_wins_late_is_delivered_on_time(a: MemoryPort, b: MemoryPort, c: MemoryPort) -> None:
     seen: list[float] = []
     c.listen(lambda frames: seen.append(asyncio.get_running_loop().time()))
     a.send([Frame(100, bytes(8))])  # the alarm is set for this one
@@ -83,9 +79,9 @@ async def test_a_shorter_frame_that_wins_late_is_delivered_on_time() -> None:
     assert seen[0] == pytest.approx(START + first, abs=1e-12)
 
 
-async def test_an_immediate_response_follows_after_the_interframe_space() -> None:
-    bus = MemoryBus(history=2)
-    a, b = bus.port("a"), bus.port("b")
+async def test_an_immediate_response_follows_after_the_interframe_space(
+    bus: MemoryBus, a: MemoryPort, b: MemoryPort
+) -> None:
     b.listen(lambda frames: b.send([Frame(0, b"")]))
     a.send([Frame(9, b"?")])
     await asyncio.sleep(1)
@@ -124,10 +120,8 @@ def test_55_reads_by_name_take_29_ms() -> None:
     assert run(main()) == ms(29.4)
 
 
-async def test_load_is_the_busy_share_of_the_last_second() -> None:
-    bus = MemoryBus()
+async def test_load_is_the_busy_share_of_the_last_second(bus: MemoryBus, a: MemoryPort, b: MemoryPort) -> None:
     assert bus.load() == 0
-    a, _ = bus.port("a"), bus.port("b")
     frame = Frame(0x155, b"\x55" * 8)
     for _ in range(500):
         a.send([frame])
@@ -175,9 +169,9 @@ async def test_a_full_queue_drops_the_least_urgent_and_counts_it() -> None:
     assert [frame.data for _, frame in bus.history] == [b"stop", b"\0", b"\1", b"\2"]
 
 
-async def test_a_closed_port_is_disconnected_and_its_name_reusable() -> None:
-    bus = MemoryBus(history=10)
-    a, b = bus.port("a"), bus.port("b")
+async def test_a_closed_port_is_disconnected_and_its_name_reusable(
+    bus: MemoryBus, a: MemoryPort, b: MemoryPort
+) -> None:
     with pytest.raises(ValueError, match="already has an open port 'a'"):
         bus.port("a")
     a.send([Frame(1, b""), Frame(2, b"")])
@@ -193,9 +187,7 @@ async def test_a_closed_port_is_disconnected_and_its_name_reusable() -> None:
     assert bus.port("a").address == "memory:a"
 
 
-async def test_a_raising_sink_does_not_affect_other_ports() -> None:
-    bus = MemoryBus()
-    a, b, c = (bus.port(name) for name in "abc")
+async def test_a_raising_sink_does_not_affect_other_ports(a: MemoryPort, b: MemoryPort, c: MemoryPort) -> None:
     received: list[Frame] = []
     raised: list[object] = []
     asyncio.get_running_loop().set_exception_handler(lambda _, context: raised.append(context["exception"]))
@@ -239,9 +231,9 @@ def test_loss_on_the_bus_affects_all_ports_and_repeats_with_its_seed() -> None:
     assert run(main(4))[0] != at_b
 
 
-async def test_loss_at_one_port_affects_only_that_port_and_can_be_ended() -> None:
-    bus = MemoryBus()
-    a, b, c = (bus.port(name) for name in "abc")
+async def test_loss_at_one_port_affects_only_that_port_and_can_be_ended(
+    bus: MemoryBus, a: MemoryPort, b: MemoryPort, c: MemoryPort
+) -> None:
     bus.loss(50, port=b)
     await stream(a)
     assert 0.4 < b.statistics.rx_dropped / COUNT < 0.6
@@ -305,9 +297,9 @@ async def test_a_sender_whose_frames_all_fail_goes_bus_off_and_recovers_on_reque
     assert received == [b"sent"]
 
 
-async def test_a_port_in_bus_off_neither_sends_nor_receives() -> None:
-    bus = MemoryBus(history=10)
-    a, b, _ = (bus.port(name) for name in "abc")
+async def test_a_port_in_bus_off_neither_sends_nor_receives(
+    bus: MemoryBus, a: MemoryPort, b: MemoryPort, c: MemoryPort
+) -> None:
     a.send([Frame(1, b""), Frame(2, b"")])
     await asyncio.sleep(1e-6)  # the first is on the wire
     bus.bus_off(a)
@@ -319,9 +311,7 @@ async def test_a_port_in_bus_off_neither_sends_nor_receives() -> None:
     assert a.statistics.errors == 1
 
 
-async def test_a_mute_port_receives_and_its_frames_vanish() -> None:
-    bus = MemoryBus(history=10)
-    a, b = bus.port("a"), bus.port("b")
+async def test_a_mute_port_receives_and_its_frames_vanish(bus: MemoryBus, a: MemoryPort, b: MemoryPort) -> None:
     a.send([Frame(1, b"")])
     a.mute = True
     a.send([Frame(2, b"")])
@@ -358,9 +348,9 @@ async def test_alone_on_the_bus_a_port_turns_passive_and_keeps_its_frames(fast: 
     assert a.state is PortState.ACTIVE
 
 
-async def test_two_ports_with_one_identifier_count_errors_and_both_transmit() -> None:
-    bus = MemoryBus(history=10)
-    a, b, c = (bus.port(name) for name in "abc")
+async def test_two_ports_with_one_identifier_count_errors_and_both_transmit(
+    bus: MemoryBus, a: MemoryPort, b: MemoryPort, c: MemoryPort
+) -> None:
     a.send([Frame(7, b"a1"), Frame(7, b"a2")])
     b.send([Frame(7, b"b1")])
     await asyncio.sleep(1)
@@ -369,12 +359,10 @@ async def test_two_ports_with_one_identifier_count_errors_and_both_transmit() ->
     assert c.statistics.errors == 0
 
 
-async def test_missing_acknowledgements_never_lead_to_bus_off() -> None:
-    bus = MemoryBus()
-    a = bus.port("a")
+async def test_missing_acknowledgements_never_lead_to_bus_off(bus: MemoryBus, a: MemoryPort) -> None:
     a.send([Frame(1, b"")])
     await asyncio.sleep(1)
-    for _ in range(40):  # each time somebody is there when the frame begins, and gone when it ends
+    for _ in range(40):  # present when the frame begins, and gone when it ends
         b = bus.port("b")
         await asyncio.sleep(10e-6)
         await b.close()

@@ -1,4 +1,4 @@
-"""The tests of what is on an embedded bus instead of frames: noise, and a controller at another bit rate."""
+"""MemoryBus with noise, and with a controller at another bit rate."""
 
 import asyncio
 
@@ -43,9 +43,9 @@ async def test_in_noise_no_frame_arrives_and_listeners_turn_passive_but_never_bu
     assert (b.statistics.bus_offs, b.statistics.rx_frames) == (0, 0)
 
 
-async def test_a_sender_in_noise_is_bus_off_after_32_tries_and_its_frames_are_dropped() -> None:
-    bus = MemoryBus()
-    a, b = bus.port("a"), bus.port("b")
+async def test_a_sender_in_noise_is_bus_off_after_32_tries_and_its_frames_are_dropped(
+    bus: MemoryBus, a: MemoryPort, b: MemoryPort
+) -> None:
     bus.noise()
     a.send([Frame(1, b""), Frame(2, b"")])
     await asyncio.sleep(32 * NOISE_BITS * BIT)
@@ -54,12 +54,12 @@ async def test_a_sender_in_noise_is_bus_off_after_32_tries_and_its_frames_are_dr
     assert a.statistics.error_frames == 32
     assert a.statistics.errors == 32 + 2
     assert (a.statistics.bus_offs, a.statistics.unacknowledged, a.statistics.tx_frames) == (1, 0, 0)
-    assert b.statistics.error_frames > 32  # who is bus-off no longer looks
+    assert b.statistics.error_frames > 32  # a port in bus-off counts no errors
 
 
-async def test_noise_destroys_the_current_frame_which_is_repeated_afterwards() -> None:
-    bus = MemoryBus(history=10)
-    a, b = bus.port("a"), bus.port("b")
+async def test_noise_destroys_the_current_frame_which_is_repeated_afterwards(
+    bus: MemoryBus, a: MemoryPort, b: MemoryPort
+) -> None:
     received = received_by(b)
     a.send([Frame(1, b"again")])
     await asyncio.sleep(40 * BIT)
@@ -75,9 +75,9 @@ async def test_noise_destroys_the_current_frame_which_is_repeated_afterwards() -
     assert a.state is b.state is PortState.ACTIVE
 
 
-async def test_a_passive_listener_turns_active_with_the_first_valid_frame() -> None:
-    bus = MemoryBus()
-    a, b = bus.port("a"), bus.port("b")
+async def test_a_passive_listener_turns_active_with_the_first_valid_frame(
+    bus: MemoryBus, a: MemoryPort, b: MemoryPort
+) -> None:
     bus.noise()
     await asyncio.sleep(0.1)
     bus.noise(False)
@@ -85,7 +85,7 @@ async def test_a_passive_listener_turns_active_with_the_first_valid_frame() -> N
     a.send([Frame(1, b"")])
     await asyncio.sleep(0.01)
     assert b.state is PortState.ACTIVE
-    assert a.state is PortState.PASSIVE  # it has received nobody yet
+    assert a.state is PortState.PASSIVE  # it has received nothing yet
     b.send([Frame(1, b"")])
     await asyncio.sleep(0.01)
     assert a.state is PortState.ACTIVE
@@ -108,9 +108,7 @@ def test_noise_keeps_the_bus_busy_and_ends_with_the_last_port() -> None:
         run(main())
 
 
-async def test_recover_ends_bus_off_of_all_ports() -> None:
-    bus = MemoryBus()
-    a, b, c = (bus.port(name) for name in "abc")
+async def test_recover_ends_bus_off_of_all_ports(bus: MemoryBus, a: MemoryPort, b: MemoryPort, c: MemoryPort) -> None:
     bus.noise()
     for port in (a, b):
         port.send([Frame(1, b"")])
@@ -124,9 +122,10 @@ async def test_recover_ends_bus_off_of_all_ports() -> None:
     assert len(received) == 3
 
 
-async def test_a_port_at_another_bit_rate_receives_only_errors_and_turns_passive() -> None:
-    bus = MemoryBus()
-    a, b, wrong = bus.port("a"), bus.port("b"), bus.port("wrong", bitrate=500_000)
+async def test_a_port_at_another_bit_rate_receives_only_errors_and_turns_passive(
+    bus: MemoryBus, a: MemoryPort, b: MemoryPort
+) -> None:
+    wrong = bus.port("wrong", bitrate=500_000)
     assert wrong.bitrate == 500_000
     at_b, at_wrong = received_by(b), received_by(wrong)
     await send_every_ms(a, 100)
@@ -135,14 +134,15 @@ async def test_a_port_at_another_bit_rate_receives_only_errors_and_turns_passive
     assert at_wrong == []
     assert wrong.state is PortState.PASSIVE
     assert a.state is PortState.ACTIVE
-    assert a.statistics.error_frames == b.statistics.error_frames == 16  # 8 up for who hears it first
+    assert a.statistics.error_frames == b.statistics.error_frames == 16  # the first to detect an error counts 8
     assert wrong.statistics.error_frames == 16 + 100
     assert (wrong.statistics.rx_frames, wrong.statistics.rx_dropped, wrong.statistics.bus_offs) == (0, 0, 0)
 
 
-async def test_a_port_that_sends_at_another_bit_rate_causes_errors_until_bus_off() -> None:
-    bus = MemoryBus()
-    a, b, wrong = bus.port("a"), bus.port("b"), bus.port("wrong", bitrate=500_000)
+async def test_a_port_that_sends_at_another_bit_rate_causes_errors_until_bus_off(
+    bus: MemoryBus, a: MemoryPort, b: MemoryPort
+) -> None:
+    wrong = bus.port("wrong", bitrate=500_000)
     at_b = received_by(b)
     wrong.send([Frame(1, b"what?")])
     await asyncio.sleep(0.1)
@@ -154,13 +154,12 @@ async def test_a_port_that_sends_at_another_bit_rate_causes_errors_until_bus_off
     assert len(at_b) == 10
 
 
-async def test_a_port_at_another_bit_rate_acknowledges_nothing() -> None:
-    bus = MemoryBus()
-    a, wrong = bus.port("a"), bus.port("wrong", bitrate=125_000)
+async def test_a_port_at_another_bit_rate_acknowledges_nothing(bus: MemoryBus, a: MemoryPort) -> None:
+    wrong = bus.port("wrong", bitrate=125_000)
     a.send([Frame(1, b"")])
     await asyncio.sleep(0.1)
     assert a.statistics.tx_frames == 0
-    assert a.statistics.unacknowledged > 100  # somebody is there, so it goes on trying
+    assert a.statistics.unacknowledged > 100  # another port is present, so it continues
     assert a.state is wrong.state is PortState.PASSIVE
     await wrong.close()
     bus.port("right")
@@ -180,9 +179,7 @@ async def test_a_port_at_another_bit_rate_does_not_keep_a_fast_bus_busy() -> Non
     assert received == [b""]
 
 
-async def test_bit_times_are_exact_again_after_noise() -> None:
-    bus = MemoryBus(history=2)
-    a, _ = bus.port("a"), bus.port("b")
+async def test_bit_times_are_exact_again_after_noise(bus: MemoryBus, a: MemoryPort, b: MemoryPort) -> None:
     bus.noise()
     await asyncio.sleep(0.5)
     bus.noise(False)

@@ -1,4 +1,4 @@
-"""The tests of MemoryBus on an ordinary event loop: stamps stay exact, wake-ups stay few."""
+"""MemoryBus in real time: exact timestamps and few wake-ups."""
 
 import asyncio
 from itertools import pairwise
@@ -6,15 +6,14 @@ from itertools import pairwise
 import pytest
 
 from hornbill.bus.embedded.memory import COALESCE_S, MemoryBus
+from hornbill.bus.embedded.memory_port import MemoryPort
 from hornbill.wire.bittime import frame_bits
 from hornbill.wire.frame import Frame
 
 pytestmark = pytest.mark.real_time
 
 
-async def test_a_burst_has_exact_timestamps_and_is_delivered_in_batches() -> None:
-    bus = MemoryBus()
-    a, b = bus.port("a"), bus.port("b")
+async def test_a_burst_has_exact_timestamps_and_is_delivered_in_batches(a: MemoryPort, b: MemoryPort) -> None:
     loop = asyncio.get_running_loop()
     batches: list[tuple[float, list[Frame]]] = []
     b.listen(lambda frames: batches.append((loop.time(), frames)))
@@ -34,9 +33,9 @@ async def test_a_burst_has_exact_timestamps_and_is_delivered_in_batches() -> Non
     assert 1 < len(batches) <= (loop.time() - before) / COALESCE_S + 1
 
 
-async def test_a_frame_queued_late_competes_late_even_if_the_loop_was_busy() -> None:
-    bus = MemoryBus(history=40)
-    a, b = bus.port("a"), bus.port("b")
+async def test_a_frame_queued_late_competes_late_even_if_the_loop_was_busy(
+    bus: MemoryBus, a: MemoryPort, b: MemoryPort
+) -> None:
     loop = asyncio.get_running_loop()
     a.send([Frame(100, bytes(8)) for _ in range(30)])
     began = loop.time()

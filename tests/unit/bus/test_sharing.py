@@ -1,4 +1,4 @@
-"""Many nodes behind one adapter hear the bus and each other, and leave it one by one."""
+"""Several nodes behind one adapter receive the bus and each other, and leave one by one."""
 
 import asyncio
 
@@ -11,8 +11,7 @@ from hornbill.wire.frame import Frame
 from hornbill.wire.port import PortState
 
 
-async def test_every_node_receives_the_bus_and_its_neighbours_but_not_itself() -> None:
-    bus = MemoryBus()
+async def test_every_node_receives_the_bus_and_its_neighbours_but_not_itself(bus: MemoryBus) -> None:
     outside, shared = bus.port("outside"), SharedBus(bus.port("adapter"))
     a, b = shared.port("a"), shared.port("b")
     received: dict[str, list[int]] = {"outside": [], "a": [], "b": []}
@@ -26,8 +25,7 @@ async def test_every_node_receives_the_bus_and_its_neighbours_but_not_itself() -
     assert (a.statistics.tx_frames, a.statistics.rx_frames) == (1, 2)
 
 
-async def test_a_neighbour_receives_a_frame_stamped_when_it_was_sent() -> None:
-    bus = MemoryBus()
+async def test_a_neighbour_receives_a_frame_stamped_when_it_was_sent(bus: MemoryBus) -> None:
     bus.port("outside")
     shared = SharedBus(bus.port("adapter"))
     a, b = shared.port("a"), shared.port("b")
@@ -40,8 +38,7 @@ async def test_a_neighbour_receives_a_frame_stamped_when_it_was_sent() -> None:
     assert stamps == [now]
 
 
-async def test_a_closed_node_neither_receives_nor_sends_while_others_continue() -> None:
-    bus = MemoryBus()
+async def test_a_closed_node_neither_receives_nor_sends_while_others_continue(bus: MemoryBus) -> None:
     outside, shared = bus.port("outside"), SharedBus(bus.port("adapter"))
     a, b = shared.port("a"), shared.port("b")
     received: list[str] = []

@@ -1,16 +1,16 @@
-"""Who is on the bus: appearing, falling silent, starting anew."""
+"""Nodes on the bus: appearing, going offline, restarting."""
 
 import asyncio
 
 import pytest
 
-from hornbill.bus.embedded.memory import MemoryBus
 from hornbill.node.directory import Directory, NodeRecord
 from hornbill.wire.datatype import Kind
 from hornbill.wire.messages import ActuatorStatus, AllocationMessage, Mode, NodeHealth, NodeStatus
 from hornbill.wire.services import GetNodeInfoResponse, HardwareVersion, SoftwareVersion
 from hornbill.wire.transfer import Transfer, split
-from unit.node.peer import Peer, participant
+from unit.node.peer import Peer
+from unit.node.requesting import pair
 
 
 def status(uptime: int, health: NodeHealth = NodeHealth.OK) -> NodeStatus:
@@ -22,7 +22,7 @@ def info(unique_id: bytes) -> GetNodeInfoResponse:
 
 
 class Restarts:
-    """The restarts the directory restarts of, by node id."""
+    """Node IDs of the restarts reported by the directory."""
 
     def __init__(self, directory: Directory) -> None:
         self.node_ids: list[int] = []
@@ -49,49 +49,34 @@ def test_online_nodes_are_sorted_by_node_id() -> None:
     assert [record.node_id for record in directory.online(1.0)] == [3, 9, 77]
 
 
-def test_a_node_that_returns_with_the_expected_uptime_has_not_restarted() -> None:
+@pytest.mark.parametrize(
+    ("before", "after", "seconds", "restarts"),
+    [
+        (5, 16, 11.0, 0),  # out of sight, with the expected uptime
+        (5, 20, 60.0, 1),  # out of sight, with a lagging uptime
+        (500, 0, 1.0, 1),
+        (1, 0, 0.7, 1),
+    ],
+)
+def test_a_restart_is_detected_by_the_uptime(before: int, after: int, seconds: float, restarts: int) -> None:
     directory = Directory()
-    restarts = Restarts(directory)
-    directory.record_status(42, status(5), 100.0)
-    directory.record_status(42, status(16), 111.0)  # a cable was pulled
-    assert restarts.node_ids == []
-    assert directory.records[42].boot_count == 0
-
-
-def test_a_decreasing_uptime_is_a_restart() -> None:
-    directory = Directory()
-    restarts = Restarts(directory)
-    directory.record_status(42, status(500), 100.0)
+    found = Restarts(directory)
+    directory.record_status(42, status(before), 100.0)
     directory.identify(42, info(bytes(16)))
-    assert directory.records[42].boot_count == 0
-    directory.record_status(42, status(0), 101.0)
-    assert restarts.node_ids == [42]
+    directory.record_status(42, status(after), 100.0 + seconds)
+    assert found.node_ids == [42] * restarts
     record = directory.records[42]
-    assert (record.restarts, record.leaps, record.boot_count, record.info, record.unique_id) == (1, 0, 1, None, None)
-
-
-def test_a_restart_soon_after_a_restart_is_counted() -> None:
-    directory = Directory()
-    directory.record_status(42, status(1), 100.0)
-    directory.record_status(42, status(0), 100.7)
-    assert directory.records[42].restarts == 1
-
-
-def test_an_unseen_restart_is_detected_by_a_lagging_uptime() -> None:
-    directory = Directory()
-    restarts = Restarts(directory)
-    directory.record_status(42, status(5), 100.0)
-    directory.record_status(42, status(20), 160.0)  # it should have been 65
-    assert restarts.node_ids == [42]
+    assert (record.restarts, record.leaps, record.boot_count) == (restarts, 0, restarts)
+    assert record.unique_id == (None if restarts else bytes(16))
 
 
 @pytest.mark.parametrize("delay", [-0.9, 0.0, 0.9, 1.5])
 def test_late_and_early_statuses_are_not_restarts(delay: float) -> None:
     directory = Directory()
-    restarts = Restarts(directory)
+    found = Restarts(directory)
     for second in range(10):
         directory.record_status(42, status(second), 100.0 + second + (delay if second % 2 else 0.0))
-    assert restarts.node_ids == []
+    assert found.node_ids == []
     assert directory.records[42].leaps == 0
 
 
@@ -146,9 +131,7 @@ def test_a_failing_hook_does_not_affect_others(caplog: pytest.LogCaptureFixture)
 
 
 async def test_on_a_bus_nodes_without_status_are_known_too() -> None:
-    bus = MemoryBus()
-    host = participant(bus.port("host"))
-    host.start()
+    bus, host, _ = pair()
     directory = Directory()
     leave = directory.follow(host)
     talker, mute = Peer(bus.port("talker"), 42), Peer(bus.port("mute"), 43)
@@ -163,7 +146,7 @@ async def test_on_a_bus_nodes_without_status_are_known_too() -> None:
     await asyncio.sleep(3)
     assert directory.occupied(host.clock()) == set()
     assert directory.known() == {42, 43}
-    # Whatever it sends, a node that is heard is there.
+    # A node is online while it sends anything.
     talker.say_status(5)
     await asyncio.sleep(2.5)
     talker.send(Kind.MESSAGE, ActuatorStatus(1, 0.0, 0.0, 0.0, 0))

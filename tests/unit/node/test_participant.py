@@ -1,4 +1,4 @@
-"""What our own node says, responses, hears and counts."""
+"""Our own node: status, node info, subscriptions, hooks and counters."""
 
 import asyncio
 from collections.abc import Sequence
@@ -16,6 +16,7 @@ from hornbill.wire.transfer import Transfer, split
 from hornbill.wire.types import decode
 from unit.node.peer import HOST, Peer, participant
 from unit.node.recording import RecordingPort
+from unit.node.requesting import pair
 
 
 def statuses(peer: Peer) -> list[tuple[float, NodeStatus]]:
@@ -42,10 +43,7 @@ async def test_node_status_is_sent_at_once_and_every_second() -> None:
 
 @pytest.mark.parametrize("payload", [b"", b"\0", b"\1\2\3"], ids=["none", "the printed byte", "more"])
 async def test_get_node_info_is_answered_with_any_payload(payload: bytes) -> None:
-    bus = MemoryBus()
-    peer = Peer(bus.port("peer"), 42)
-    host = participant(bus.port("host"))
-    host.start()
+    _, _, peer = pair()
     await asyncio.sleep(2.5)
     peer.others.clear()
     peer.port.send(split(Transfer(Kind.REQUEST, 1, 42, HOST, 19, 7, payload), GetNodeInfoRequest.TYPE))
@@ -70,10 +68,7 @@ async def test_two_participants_can_send_requests_to_each_other() -> None:
 
 
 async def test_subscribers_receive_messages_of_their_type_until_they_unsubscribe() -> None:
-    bus = MemoryBus()
-    peer = Peer(bus.port("peer"), 42)
-    host = participant(bus.port("host"))
-    host.start()
+    _, host, peer = pair()
     received: list[tuple[str, int, ActuatorStatus]] = []
     unsubscribe = host.subscribe(ActuatorStatus, lambda t, m: received.append(("first", t.source, m)))
     host.subscribe(ActuatorStatus, lambda t, m: received.append(("second", t.source, m)))
@@ -92,10 +87,7 @@ async def test_subscribers_receive_messages_of_their_type_until_they_unsubscribe
 
 
 async def test_a_failing_handler_does_not_affect_others(caplog: pytest.LogCaptureFixture) -> None:
-    bus = MemoryBus()
-    peer = Peer(bus.port("peer"), 42)
-    host = participant(bus.port("host"))
-    host.start()
+    _, host, peer = pair()
     received: list[int] = []
 
     def fail(_transfer: Transfer, _message: NodeStatus) -> None:
@@ -141,10 +133,7 @@ async def test_another_node_with_our_id_is_counted_and_ignored(caplog: pytest.Lo
 
 
 async def test_last_seen_is_set_by_every_transfer_but_anonymous_ones() -> None:
-    bus = MemoryBus()
-    host = participant(bus.port("host"))
-    peer = Peer(bus.port("peer"), 42)
-    host.start()
+    _, host, peer = pair()
     peer.send(Kind.MESSAGE, ActuatorStatus(1, 0.0, 0.0, 0.0, 0))
     peer.port.send(
         split(Transfer(Kind.MESSAGE, 1, 0, 0, 24, 0, b"\1abcdef"), AllocationMessage.TYPE)  # anonymous
