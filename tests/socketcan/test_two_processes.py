@@ -79,7 +79,7 @@ def test_a_demo_with_automatic_bus_uses_and_reports_the_kernels_bus(vcan0: str) 
     with hornbill("demo", "--bus", "auto", "--servos", "2", "--port", "0") as process:
         found = re.search(r"http://\S+/", line(process))
         assert found is not None
-        assert line(process).startswith(f"bus: {vcan0}, as vcan0 is up")
+        assert line(process).startswith(f"bus: {vcan0}, because vcan0 is up")
         with httpx.Client(base_url=found[0] + "api/v1", timeout=TIMEOUT_S) as api:
             assert _json(api.get("/bus"))["address"] == vcan0
             with can.Bus(interface="socketcan", channel="vcan0") as bus:
