@@ -134,7 +134,7 @@ async def test_a_node_never_seen_or_with_a_fixed_id_can_be_pinned(rig: Rig, serv
 async def test_an_invalid_pin_is_rejected(rig: Rig) -> None:
     servo = (await rig.ready(2))[0]
     rig.host.store.allocations.record(FOREIGN, NodeId(90))
-    Neighbour(rig.bus.port("gps"), 20).speak()
+    Neighbour(rig.bus.port("gps"), 20).start()
     await asyncio.sleep(2)
     path = f"/allocations/{servo.uid}"
     for node_id in (0, 126, 127, -1, 10**20):
@@ -201,12 +201,12 @@ async def test_the_mode_is_changed_over_rest_and_stored_but_an_option_takes_prec
 
 def respond(competitor: Neighbour) -> None:
     """Another allocator responds to a first part."""
-    competitor.say(Kind.MESSAGE, AllocationMessage(0, False, bytes(6)))
+    competitor.send(Kind.MESSAGE, AllocationMessage(0, False, bytes(6)))
 
 
 @scene()
 async def test_the_allocator_is_on_standby_beside_another_one_unless_forced(rig: Rig) -> None:
-    competitor = Neighbour(rig.bus.port("competitor"), 9).speak()
+    competitor = Neighbour(rig.bus.port("competitor"), 9).start()
     respond(competitor)
     await asyncio.sleep(0.01)
     found = await allocator(rig)
@@ -308,7 +308,7 @@ async def test_an_allocated_node_that_is_no_servo_is_online_in_the_table(rig: Ri
     gps = Neighbour(rig.bus.port("gps"), 20)
     uid = Uid(gps.unique_id.hex())
     rig.host.store.allocations.record(uid, NodeId(20))
-    gps.speak()
+    gps.start()
     await asyncio.sleep(3)
     assert (await row(rig, uid))["online"]
 

@@ -35,7 +35,7 @@ async def stop(rig: Rig, verb: str = "POST") -> Any:
 
 def neighbour(rig: Rig, node_id: int, name: str | None = "org.ardupilot", **more: Any) -> Neighbour:
     """A foreign node without parameters that sends its status from now on."""
-    return Neighbour(rig.bus.port(f"neighbour {node_id}"), node_id, name, refuse, **more).speak()
+    return Neighbour(rig.bus.port(f"neighbour {node_id}"), node_id, name, refuse, **more).start()
 
 
 def starting(rig: Rig) -> Any:
@@ -54,11 +54,11 @@ async def power_cycle(rig: Rig, uid: Any, off_s: float = 0.5) -> None:
 @scene(PLAIN)
 async def test_every_node_is_listed_with_its_kind(rig: Rig) -> None:
     neighbour(rig, 10)
-    Neighbour(rig.bus.port("gps"), 20, "org.example.gps", None, unique_id=bytes(16)).speak()
-    Neighbour(rig.bus.port("silent"), 30, None).speak()
+    Neighbour(rig.bus.port("gps"), 20, "org.example.gps", None, unique_id=bytes(16)).start()
+    Neighbour(rig.bus.port("silent"), 30, None).start()
     neighbour(rig, 126, "org.hornbill")
     without_status = Neighbour(rig.bus.port("no status"), 40)
-    without_status.say(Kind.MESSAGE, ActuatorStatus(1, 0.0, 0.0, 0.0, 0))
+    without_status.send(Kind.MESSAGE, ActuatorStatus(1, 0.0, 0.0, 0.0, 0))
     rig.bench.add(Recipe("BLA21-06U-A0", "1.300"))
     await rig.ready(2)
     await asyncio.sleep(5)
@@ -93,28 +93,28 @@ async def test_every_node_is_listed_with_its_kind(rig: Rig) -> None:
 
 @scene()
 async def test_a_restarted_node_is_counted_and_identified_again(rig: Rig) -> None:
-    gps = Neighbour(rig.bus.port("gps"), 20).speak()
+    gps = Neighbour(rig.bus.port("gps"), 20).start()
     await asyncio.sleep(3)
-    before = gps.infos
+    before = gps.info_requests
     gps.uptime, gps.name = 0, "org.example.other"
     await asyncio.sleep(3)
     found = (await nodes(rig))[20]
     assert (found["restarts"], found["name"]) == (1, "org.example.other")
-    assert gps.infos == before + 1
+    assert gps.info_requests == before + 1
 
 
 @scene()
 async def test_foreign_nodes_get_few_requests_and_no_writes(rig: Rig) -> None:
-    silent = Neighbour(rig.bus.port("silent"), 31, None).speak()
+    silent = Neighbour(rig.bus.port("silent"), 31, None).start()
     autopilot = neighbour(rig, 10)
     esc = neighbour(rig, 33, "org.example.esc", actuator=True, unique_id=bytes(range(16, 32)))
     await asyncio.sleep(10)
-    assert silent.infos <= 9
+    assert silent.info_requests <= 9
     await asyncio.sleep(20)
-    assert len(esc.asked) <= 8
+    assert len(esc.requests) <= 8
     await asyncio.sleep(90)
-    assert len(silent.asked) == silent.infos <= 15
-    assert autopilot.infos == 1
+    assert len(silent.requests) == silent.info_requests <= 15
+    assert autopilot.info_requests == 1
     assert autopilot.reads == [MODEL_NUMBER] * 4
     found = await nodes(rig)
     assert {number: found[number]["kind"] for number in (10, 31, 33)} == {10: "foreign", 31: "unknown", 33: "foreign"}
@@ -143,7 +143,7 @@ async def test_stop_reaches_nodes_that_may_be_servos_and_no_others(rig: Rig) -> 
     await rig.ready()
     sim = starting(rig)
     autopilot = neighbour(rig, 10)
-    gps = Neighbour(rig.bus.port("gps"), 20).speak()
+    gps = Neighbour(rig.bus.port("gps"), 20).start()
     await asyncio.sleep(2)
     state = await stop(rig)
     assert sim.output == 1
@@ -205,11 +205,11 @@ async def test_a_node_that_takes_over_the_node_id_of_a_servo_is_not_that_servo(
     await asyncio.sleep(5)
     rig.bench.power(servo.uid, False)
     await asyncio.sleep(0.5)
-    other = Neighbour(rig.bus.port("other"), 11, name, refuse if name else None, uptime=1).speak()
+    other = Neighbour(rig.bus.port("other"), 11, name, refuse if name else None, uptime=1).start()
     await asyncio.sleep(30)
     assert (servo.state, servo.node_id) == (State.OFFLINE, None)
     assert (await nodes(rig))[11]["kind"] == kind
-    assert len(other.asked) < 60
+    assert len(other.requests) < 60
     if name:
         await stop(rig)
         await asyncio.sleep(2)
@@ -230,15 +230,15 @@ async def test_a_servo_that_is_busy_after_a_restart_is_identified_later(rig: Rig
 @scene()
 async def test_unknown_or_incomplete_transfers_do_not_accumulate(rig: Rig) -> None:
     """A GNSS receiver's Fix2 (type 1063, 62 bytes), an unknown service and frames of another bus, never complete."""
-    gps = Neighbour(rig.bus.port("gps"), 20).speak()
+    gps = Neighbour(rig.bus.port("gps"), 20).start()
     fix = DataType("uavcan.equipment.gnss.Fix2", 1063, 0xCA41E7000F37435F, service=False)
     unknown = DataType("org.example.Service", 99, 0x1122334455667788, service=True)
     assert rig.host.connection is not None
     reassembler = rig.host.connection.participant._reassembler  # pyright: ignore[reportPrivateUsage]
     most = 0
     for number in range(500):
-        gps.send(fix, bytes(62), transfer_id=number & 31)
-        gps.send(unknown, bytes(30), Kind.REQUEST, 127, number & 31)
+        gps.send_payload(fix, bytes(62), transfer_id=number & 31)
+        gps.send_payload(unknown, bytes(30), Kind.REQUEST, 127, number & 31)
         gps.port.send([Frame(0x1842_7F14 | number << 8 & 0xFFFF00, bytes((number & 255, 0x80 | number & 31)))])
         await asyncio.sleep(0.01)
         most = max(most, reassembler.sessions)
@@ -253,7 +253,7 @@ async def test_unknown_or_incomplete_transfers_do_not_accumulate(rig: Rig) -> No
 @scene()
 async def test_silent_nodes_do_not_delay_identification(rig: Rig) -> None:
     for number in range(20):
-        Neighbour(rig.bus.port(f"silent{number}"), 60 + number, None, actuator=True).speak()
+        Neighbour(rig.bus.port(f"silent{number}"), 60 + number, None, actuator=True).start()
     loop = asyncio.get_running_loop()
     began = loop.time()
     rig.bench.add(replace(PLAIN, node_id=50, servo_id=5))
@@ -300,9 +300,9 @@ async def test_random_transfers_break_no_response(rig: Rig, seed: int) -> None:
 
     await rig.ready(2)
     pages = [Socket(rig.app) for _ in range(3)]
-    pages[0].say(type="subscribe", topics=["frames", "servos"])
-    pages[1].say(type="subscribe", topics=["frames"], frames={"view": "raw", "problems_only": True})
-    pages[2].say(type="subscribe", topics=["frames"], frames={"text": "\0(([*\\", "type": "", "node_id": 0})
+    pages[0].send(type="subscribe", topics=["frames", "servos"])
+    pages[1].send(type="subscribe", topics=["frames"], frames={"view": "raw", "problems_only": True})
+    pages[2].send(type="subscribe", topics=["frames"], frames={"text": "\0(([*\\", "type": "", "node_id": 0})
     port = rig.bus.port("odd")
     for value in (math.nan, math.inf, -math.inf, 65504.0):
         payload = ActuatorStatus(1, value, value, value, 0).encode()
@@ -317,6 +317,6 @@ async def test_random_transfers_break_no_response(rig: Rig, seed: int) -> None:
         assert b"NaN" not in response.content
         assert b"Infinity" not in response.content
     for page in pages[:2]:
-        assert sum(len(one.get("transfers", [])) + len(one.get("frames", [])) for one in page.heard()) > 100
+        assert sum(len(one.get("transfers", [])) + len(one.get("frames", [])) for one in page.received()) > 100
     for page in pages:
         await page.close()
