@@ -1,4 +1,4 @@
-"""What many sockets cost each other: everything is packed once, a slow one gets less, and a crowd comes in turns."""
+"""Socket queues: messages are encoded once for all, a slow reader gets fewer, and a fleet is sent in batches."""
 
 import asyncio
 from collections.abc import Callable
@@ -8,12 +8,13 @@ import orjson
 import pytest
 from pydantic import TypeAdapter
 
-from behaviour.rig import Rig, play
+from behaviour.rig import Rig
 from behaviour.scene import scene
 from hornbill.api import present
+from hornbill.api.live import event_log, socket_queue
 from hornbill.api.live.event_log import EventLog
 from hornbill.api.live.messages import ServerMessage
-from hornbill.api.live.socket_queue import ENTRIES_A_TIME, SERVOS_A_TIME, SocketQueue
+from hornbill.api.live.socket_queue import SocketQueue
 from hornbill.api.live.telemetry_batches import ALL_PER_S, BATCH_S, KEPT_S
 from hornbill.errors import Busy
 from hornbill.servo.device.servo import Servo
@@ -26,23 +27,27 @@ MESSAGE: TypeAdapter[Any] = TypeAdapter(ServerMessage)
 UID = Uid("0a" * 16)
 
 
-def box_of(log: EventLog, *topics: Any, uids: list[str] | None = None) -> SocketQueue:
-    box = SocketQueue(log)
-    box.subscribe(list(topics), uids)
-    return box
+def queue_of(log: EventLog, *topics: Any, uids: list[str] | None = None) -> SocketQueue:
+    queue = SocketQueue(log)
+    queue.subscribe(list(topics), uids)
+    return queue
 
 
-async def taken_by(box: SocketQueue) -> list[str]:
-    """What waits, and what is packed meanwhile."""
+async def drain(queue: SocketQueue) -> list[str]:
+    """What waits, and what is queued in the next ten batches."""
     found: list[str] = []
     for _ in range(10):
-        found += box.take()
+        found += queue.take()
         await asyncio.sleep(BATCH_S)
     return found
 
 
 def telemetry(taken: list[str]) -> list[dict[str, Any]]:
     return [message for one in taken if (message := orjson.loads(one))["type"] == "telemetry"]
+
+
+def times(messages: list[dict[str, Any]]) -> list[float]:
+    return [t for message in messages for t in message["channels"]["current_angle"]["t"]]
 
 
 async def stream(rig: Rig, seconds: float, hz: float = 100.0) -> None:
@@ -53,15 +58,14 @@ async def stream(rig: Rig, seconds: float, hz: float = 100.0) -> None:
 
 
 @scene()
-async def test_every_message_is_of_the_form_the_contract_gives_and_in_order(rig: Rig, servo: Servo) -> None:
-    box = box_of(EventLog(rig.host, demo=False), "servos", "telemetry", "events", "jobs", "bus")
+async def test_every_message_is_valid_by_the_contract_and_numbered_in_order(rig: Rig, servo: Servo) -> None:
+    queue = queue_of(EventLog(rig.host, demo=False), "servos", "telemetry", "events", "jobs", "bus")
     rig.host.hub.publish(ReadingChanged(servo.uid, "angle_p_gain"))
-    box.refuse(Busy("a reason", cause=None))
+    queue.refuse(Busy("a reason", cause=None))
     rig.host.restarting.start(servo, "restart")
     await asyncio.sleep(2)
     begun = rig.host.base.now()
-    taken = [box.hello(), *await taken_by(box)]
-    found = [MESSAGE.validate_json(one) for one in taken]
+    found = [MESSAGE.validate_json(one) for one in [queue.hello(), *await drain(queue)]]
     assert {one.type for one in found} >= {
         "hello", "stop", "lease", "bus", "error", "job", "servos", "parameter", "event", "telemetry",
     }  # fmt: skip
@@ -70,114 +74,112 @@ async def test_every_message_is_of_the_form_the_contract_gives_and_in_order(rig:
 
 
 @scene(connect=False)
-async def test_a_slow_reader_gets_fewer_and_larger_messages_and_no_other_waits_for_it(rig: Rig) -> None:
+async def test_a_slow_reader_gets_fewer_and_larger_messages_and_delays_no_other(rig: Rig) -> None:
     log = EventLog(rig.host, demo=False)
-    fast, slow = (box_of(log, "telemetry", uids=[UID]) for _ in range(2))
+    fast, slow = (queue_of(log, "telemetry", uids=[UID]) for _ in range(2))
     streaming = asyncio.create_task(stream(rig, 10))
     got: dict[SocketQueue, list[dict[str, Any]]] = {fast: [], slow: []}
 
-    async def take(box: SocketQueue, every_s: float) -> None:
+    async def read(queue: SocketQueue, every_s: float) -> None:
         while not streaming.done():
             await asyncio.sleep(every_s)
-            got[box] += telemetry(box.take())
+            got[queue] += telemetry(queue.take())
 
-    await asyncio.gather(take(fast, BATCH_S), take(slow, 1.0))
-    for box in (fast, slow):
-        got[box] += telemetry(box.take())
-        times = [t for message in got[box] for t in message["channels"]["current_angle"]["t"]]
-        assert times == sorted(times)
-        assert len(times) == pytest.approx(1000, abs=5)
-        assert not any(message["dropped"] for message in got[box])
+    await asyncio.gather(read(fast, BATCH_S), read(slow, 1.0))
+    for queue in (fast, slow):
+        got[queue] += telemetry(queue.take())
+        assert times(got[queue]) == sorted(times(got[queue]))
+        assert len(times(got[queue])) == pytest.approx(1000, abs=5)
+        assert not any(message["dropped"] for message in got[queue])
     assert len(got[slow]) < 13 < 200 < len(got[fast]) <= 10 / BATCH_S + 2
 
 
 @scene(connect=False)
-async def test_a_reader_that_is_too_slow_is_told_how_many_samples_it_missed(rig: Rig) -> None:
+async def test_a_reader_that_is_too_slow_gets_the_number_of_dropped_samples(rig: Rig) -> None:
     log = EventLog(rig.host, demo=False)
-    box = box_of(log, "telemetry", uids=[UID])
-    other = box_of(log, "telemetry", uids=["0b" * 16])
+    queue = queue_of(log, "telemetry", uids=[UID])
+    other = queue_of(log, "telemetry", uids=["0b" * 16])
     await stream(rig, KEPT_S + 10)
-    (message,) = telemetry(box.take())
-    assert len(message["channels"]["current_angle"]["t"]) + message["dropped"] == pytest.approx(3000, abs=5)
+    (message,) = telemetry(queue.take())
+    assert len(times([message])) + message["dropped"] == pytest.approx(3000, abs=5)
     assert message["dropped"] == pytest.approx(1000, abs=20)
     assert telemetry(other.take()) == []
 
 
-def test_ten_sockets_pack_once(monkeypatch: pytest.MonkeyPatch) -> None:
+@scene()
+async def test_a_change_is_encoded_once_for_ten_sockets(
+    rig: Rig, servo: Servo, monkeypatch: pytest.MonkeyPatch
+) -> None:
     made: list[str] = []
-    packed: Callable[[Host, Servo], Any] = present.servo
+    encode: Callable[[Host, Servo], Any] = present.servo
 
     def counting(host: Host, one: Servo) -> Any:
         made.append(one.uid)
-        return packed(host, one)
+        return encode(host, one)
 
     monkeypatch.setattr(present, "servo", counting)
-
-    async def scene(rig: Rig) -> None:
-        servo = (await rig.ready())[0]
-        log = EventLog(rig.host, demo=False)
-        boxes = [box_of(log, "servos") for _ in range(10)]
-        for box in boxes:
-            await taken_by(box)
-        made.clear()
-        rig.host.hub.publish(ServoChanged(servo.uid))
-        await asyncio.sleep(BATCH_S)
-        taken = {orjson.dumps(orjson.loads(box.take()[0])["servos"]) for box in boxes}
-        assert len(taken) == 1
-        assert made == [servo.uid]
-        servo.label = "another"
-        rig.host.hub.publish(ServoChanged(servo.uid))
-        await asyncio.sleep(BATCH_S)
-        assert orjson.loads(boxes[0].take()[0])["servos"][0]["label"] == "another"
-
-    play(scene)
+    log = EventLog(rig.host, demo=False)
+    queues = [queue_of(log, "servos") for _ in range(10)]
+    for queue in queues:
+        await drain(queue)
+    made.clear()
+    rig.host.hub.publish(ServoChanged(servo.uid))
+    await asyncio.sleep(BATCH_S)
+    assert len({orjson.dumps(orjson.loads(queue.take()[0])["servos"]) for queue in queues}) == 1
+    assert made == [servo.uid]
+    servo.label = "another"
+    rig.host.hub.publish(ServoChanged(servo.uid))
+    await asyncio.sleep(BATCH_S)
+    assert orjson.loads(queues[0].take()[0])["servos"][0]["label"] == "another"
 
 
 @scene(connect=False)
-async def test_many_sockets_are_told_of_less_often_all_together(rig: Rig) -> None:
+async def test_all_sockets_together_get_a_limited_number_of_telemetry_messages(rig: Rig) -> None:
     uids = [f"{number:032x}" for number in range(20)]
     log = EventLog(rig.host, demo=False)
-    boxes = [box_of(log, "telemetry", uids=uids) for _ in range(10)]
+    queues = [queue_of(log, "telemetry", uids=uids) for _ in range(10)]
     sent = 0
     loop = asyncio.get_running_loop()
     for _ in range(200):
         for uid in uids:
             rig.host.hub.publish(Sampled(Uid(uid), "current_angle", loop.time(), 1.0))
         await asyncio.sleep(0.02)
-        sent += sum(len(telemetry(box.take())) for box in boxes)
+        sent += sum(len(telemetry(queue.take())) for queue in queues)
     assert sent <= 4 * ALL_PER_S * 1.1 + 200
 
 
-@scene(*(Recipe("BLA21-06U-A0", "1.300", servo_id=1 + n, node_id=10 + n) for n in range(60)))
-async def test_what_changes_with_a_crowd_is_sent_in_turns_and_all_of_it(rig: Rig) -> None:
-    servos = await rig.ready(60)
-    box = box_of(EventLog(rig.host, demo=False), "servos")
-    await taken_by(box)
-    told = {(servo.uid, key) for servo in servos for key in servo.registers}
-    for uid, key in told:
+@scene(*(Recipe("BLA21-06U-A0", "1.300", servo_id=1 + n, node_id=10 + n) for n in range(12)))
+async def test_many_changes_are_sent_completely_in_limited_batches(rig: Rig, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(socket_queue, "ENTRIES_A_TIME", 60)
+    for module in (event_log, socket_queue):
+        monkeypatch.setattr(module, "SERVOS_A_TIME", 5)
+    servos = await rig.ready(12)
+    queue = queue_of(EventLog(rig.host, demo=False), "servos")
+    await drain(queue)
+    published = {(servo.uid, key) for servo in servos for key in servo.registers}
+    for uid, key in published:
         rig.host.hub.publish(ReadingChanged(uid, key))
     seen: set[tuple[str, str]] = set()
-    goes = 0
-    while seen != told:
+    batches = 0
+    while seen != published:
         async with asyncio.timeout(1):
-            await box.waiting.wait()
-        messages = [orjson.loads(one) for one in box.take()]
+            await queue.waiting.wait()
+        messages = [orjson.loads(one) for one in queue.take()]
         readings = [one for one in messages if one["type"] == "parameter"]
-        assert len(readings) <= ENTRIES_A_TIME
-        assert all(len(one["servos"]) <= SERVOS_A_TIME for one in messages if one["type"] == "servos")
+        assert len(readings) <= 60
+        assert all(len(one["servos"]) <= 5 for one in messages if one["type"] == "servos")
         seen |= {(one["uid"], one["reading"]["key"]) for one in readings}
-        goes += 1
-    assert goes >= len(told) / ENTRIES_A_TIME
+        batches += 1
+    assert batches >= len(published) / 60
 
 
 @scene(connect=False)
-async def test_a_socket_that_is_gone_costs_nothing_more(rig: Rig) -> None:
-    log = EventLog(rig.host, demo=False)
-    box = box_of(log, "telemetry", uids=[UID])
-    box.close()
+async def test_a_closed_queue_gets_nothing_until_it_subscribes_again(rig: Rig) -> None:
+    queue = queue_of(EventLog(rig.host, demo=False), "telemetry", uids=[UID])
+    queue.close()
     await stream(rig, 1)
-    assert telemetry(box.take()) == []
-    box.subscribe(["telemetry"], [UID])
+    assert telemetry(queue.take()) == []
+    queue.subscribe(["telemetry"], [UID])
     await stream(rig, 1)
-    (message,) = telemetry(box.take())
-    assert len(message["channels"]["current_angle"]["t"]) == pytest.approx(100, abs=5)
+    (message,) = telemetry(queue.take())
+    assert len(times([message])) == pytest.approx(100, abs=5)

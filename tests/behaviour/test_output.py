@@ -5,6 +5,7 @@ from typing import Any
 
 import pytest
 
+from behaviour.actions import torque, write
 from behaviour.neighbour import Neighbour
 from behaviour.rig import Rig, Socket, json
 from behaviour.scene import scene
@@ -17,7 +18,9 @@ async def output(rig: Rig, servo: Servo) -> Any:
     return json(await rig.call("GET", f"/servos/{servo.uid}"))["output"]
 
 
-async def becomes(rig: Rig, servo: Servo, state: str, reason: str, by: str | None, within_s: float = 3.0) -> float:
+async def becomes(
+    rig: Rig, servo: Servo, state: str, reason: str, by: str | None = None, within_s: float = 3.0
+) -> float:
     """Wait for this output; since when it is so."""
     async with asyncio.timeout(within_s):
         while True:
@@ -28,40 +31,53 @@ async def becomes(rig: Rig, servo: Servo, state: str, reason: str, by: str | Non
             await asyncio.sleep(0.02)
 
 
+async def stop(rig: Rig, mode: str = "off") -> None:
+    json(await rig.call("POST", "/stop?by=Aki", {"mode": mode}))
+
+
+async def identify(rig: Rig, servo: Servo) -> None:
+    """Command a servo, and return it to how it was."""
+    json(await rig.call("POST", f"/servos/{servo.uid}/identify?wait=true"))
+
+
 @scene()
-async def test_a_servo_that_has_just_started_is_on_as_configured(rig: Rig, servo: Servo) -> None:
+async def test_a_started_servo_is_on_as_configured_also_after_a_restart(rig: Rig, servo: Servo) -> None:
     found = await output(rig, servo)
     assert (found["state"], found["reason"], found["by"]) == ("on", "configured", None)
     assert rig.host.base.utc_now() - 30 < found["since"] <= rig.host.base.utc_now()
+    await torque(rig, servo, "off")
+    await asyncio.sleep(3)
+    before = rig.host.base.utc_now()
+    json(await rig.call("POST", f"/servos/{servo.uid}/restart?wait=true"))
+    assert await becomes(rig, servo, "on", "configured") >= before
 
 
 @scene()
-async def test_every_way_to_switch_an_output_is_told_with_its_reason_author_and_time(rig: Rig, servo: Servo) -> None:
-    path = f"/servos/{servo.uid}/torque"
+async def test_commands_stop_and_the_end_of_a_lease_are_reported_with_reason_author_and_time(
+    rig: Rig, servo: Servo
+) -> None:
     began = rig.host.base.utc_now()
-    json(await rig.call("POST", path, {"mode": "off"}))
+    await torque(rig, servo, "off")
     assert await becomes(rig, servo, "off", "command", "no lease") >= began
     lease = await rig.lease()
-    json(await rig.call("POST", path, {"mode": "on"}, lease=lease))
+    await torque(rig, servo, "on", lease)
     await becomes(rig, servo, "on", "command", "test")
-    json(await rig.call("POST", path, {"mode": "brake"}, lease=lease))
+    await torque(rig, servo, "brake", lease)
     await becomes(rig, servo, "brake", "command", "test")
-    json(await rig.call("POST", path, {"mode": "on"}, lease=lease))
+    await torque(rig, servo, "on", lease)
     await rig.call("DELETE", f"/leases/{lease}")
     since = await becomes(rig, servo, "off", "lease", "test")
-    json(await rig.call("POST", "/stop?by=Aki", {"mode": "off"}))
-    assert (await output(rig, servo))["since"] == since, "it was off already: stop switched nothing"
-    json(await rig.call("POST", "/stop?by=Aki", {"mode": "brake"}))
+    await stop(rig)
+    assert (await output(rig, servo))["since"] == since, "it was off already, so stop switched nothing"
+    await stop(rig, "brake")
     await becomes(rig, servo, "brake", "stop", "Aki")
 
 
 @scene()
-async def test_an_expired_lease_and_a_lost_bus_are_told_as_the_end_of_the_lease(rig: Rig, servo: Servo) -> None:
-    lease = await rig.lease(ttl_s=0.5)
-    json(await rig.call("POST", f"/servos/{servo.uid}/torque", {"mode": "on"}, lease=lease))
+async def test_an_expired_lease_and_a_lost_bus_are_reported_as_the_end_of_the_lease(rig: Rig, servo: Servo) -> None:
+    await torque(rig, servo, "on", await rig.lease(ttl_s=0.5))
     await becomes(rig, servo, "off", "lease", "test")
-    lease = await rig.lease()
-    json(await rig.call("POST", f"/servos/{servo.uid}/torque", {"mode": "on"}, lease=lease))
+    await torque(rig, servo, "on", await rig.lease())
     await rig.cable.unplug()
     await asyncio.sleep(0.5)
     rig.cable.plug_in()
@@ -69,8 +85,8 @@ async def test_an_expired_lease_and_a_lost_bus_are_told_as_the_end_of_the_lease(
 
 
 @scene()
-async def test_a_stop_that_meets_a_servo_at_its_start_is_told_as_the_stop(rig: Rig, servo: Servo) -> None:
-    json(await rig.call("POST", "/stop?by=Aki"))
+async def test_a_servo_that_starts_while_stop_is_latched_is_off_by_stop(rig: Rig, servo: Servo) -> None:
+    await stop(rig)
     rig.bench.power(servo.uid, False)
     await asyncio.sleep(4)
     assert (await output(rig, servo))["state"] == "unknown"
@@ -79,89 +95,70 @@ async def test_a_stop_that_meets_a_servo_at_its_start_is_told_as_the_stop(rig: R
 
 
 @scene()
-async def test_another_tool_that_switches_it_is_nobody_known(rig: Rig, servo: Servo) -> None:
-    rig.sim(servo).memory.put(0x20, 1)
-    await becomes(rig, servo, "off", "command", None)
-    rig.sim(servo).memory.put(0x20, 0)
-    await becomes(rig, servo, "on", "command", None)
-
-
-@scene()
-async def test_a_restart_makes_it_as_configured_again(rig: Rig, servo: Servo) -> None:
-    json(await rig.call("POST", f"/servos/{servo.uid}/torque", {"mode": "off"}))
-    await asyncio.sleep(3)
-    before = rig.host.base.utc_now()
-    json(await rig.call("POST", f"/servos/{servo.uid}/restart?wait=true"))
-    assert await becomes(rig, servo, "on", "configured", None) >= before
+async def test_torque_switched_by_another_tool_has_no_author(rig: Rig, servo: Servo) -> None:
+    for raw, state in ((1, "off"), (0, "on")):
+        rig.sim(servo).memory.put(0x20, raw)
+        await becomes(rig, servo, state, "command")
 
 
 @pytest.mark.parametrize(("action", "state"), [(1, "off"), (2, "brake")])
 @scene()
-async def test_the_servos_own_time_out_is_told_when_nobody_commands_it_any_more(
+async def test_the_timeout_of_the_servo_is_reported_when_its_commands_end(
     rig: Rig, servo: Servo, action: int, state: str
 ) -> None:
     rig.sim(servo).memory.put(0x26, action)
-    json(await rig.call("POST", f"/servos/{servo.uid}/identify?wait=true"))  # commands it, and hands it back
+    await identify(rig, servo)
     assert (await output(rig, servo))["state"] == "on"
     assert rig.sim(servo).output == 0
-    await becomes(rig, servo, state, "timeout", None)
+    await becomes(rig, servo, state, "timeout")
     assert rig.sim(servo).output == action
-    lease = await rig.lease()
-    json(await rig.call("POST", f"/servos/{servo.uid}/torque", {"mode": "on"}, lease=lease))
+    await torque(rig, servo, "on", await rig.lease())
     assert (await output(rig, servo))["state"] == "on"
     await asyncio.sleep(3)
-    assert (await output(rig, servo))["state"] == "on", "it is kept alive under the lease"
+    assert (await output(rig, servo))["state"] == "on", "commands are repeated under the lease"
     assert rig.sim(servo).output == 0
 
 
 @scene()
-async def test_there_is_no_time_out_where_it_holds_nor_while_another_tool_commands(rig: Rig, servo: Servo) -> None:
-    json(await rig.call("PATCH", f"/servos/{servo.uid}/parameters", {"values": {"timeout_action": "hold"}}))
-    json(await rig.call("POST", f"/servos/{servo.uid}/identify?wait=true"))
+async def test_no_timeout_is_reported_if_the_servo_holds_or_another_tool_commands_it(rig: Rig, servo: Servo) -> None:
+    await write(rig, servo, timeout_action="hold")
+    await identify(rig, servo)
     await asyncio.sleep(3)
     assert (await output(rig, servo))["state"] == "on"
-    json(await rig.call("PATCH", f"/servos/{servo.uid}/parameters", {"values": {"timeout_action": "off"}}))
-    await becomes(rig, servo, "off", "timeout", None)
-    pilot = Neighbour(rig.bus.port("pilot"), 90)
-    here = round(rig.sim(servo).angle_deg) / 100
+    await write(rig, servo, timeout_action="off")
+    await becomes(rig, servo, "off", "timeout")
+    autopilot = Neighbour(rig.bus.port("autopilot"), 90)
+    command = ArrayCommand((ActuatorCommand(1, CommandType.POSITION, round(rig.sim(servo).angle_deg) / 100),))
     for number in range(20):
-        told = ArrayCommand((ActuatorCommand(1, CommandType.POSITION, here),))
-        pilot.say(Kind.MESSAGE, told, transfer_id=number)
+        autopilot.send(Kind.MESSAGE, command, transfer_id=number)
         await asyncio.sleep(0.1)
     assert (await output(rig, servo))["state"] == "on"
     assert rig.sim(servo).output == 0
-    await becomes(rig, servo, "off", "timeout", None)
+    await becomes(rig, servo, "off", "timeout")
 
 
 @scene()
-async def test_protection_is_told_for_as_long_as_it_lasts(rig: Rig, servo: Servo) -> None:
+async def test_protection_is_reported_while_it_lasts(rig: Rig, servo: Servo) -> None:
     rig.sim(servo).conditions.temperature_c = 110.0
-    await becomes(rig, servo, "off", "protection", None)
+    await becomes(rig, servo, "off", "protection")
     assert rig.sim(servo).output == 1
     rig.sim(servo).conditions.temperature_c = 25.0
-    await becomes(rig, servo, "on", "configured", None)
+    await becomes(rig, servo, "on", "configured")
 
 
 @scene()
-async def test_an_identified_servo_is_off_for_the_reason_it_was_off_for_before(rig: Rig, servo: Servo) -> None:
-    json(await rig.call("POST", "/stop?by=Aki"))
+async def test_stop_is_published_at_once_and_remains_the_reason_after_identify(rig: Rig, servo: Servo) -> None:
+    socket = Socket(rig.app)
+    socket.send(type="subscribe", topics=["servos"])
+    await socket.receive("servos")
+    await stop(rig)
+    async with asyncio.timeout(1):
+        found: Any = {"state": None}
+        while found["state"] != "off":
+            (found,) = [one["output"] for one in (await socket.receive("servos"))["servos"]]
+    assert (found["reason"], found["by"]) == ("stop", "Aki")
+    await socket.close()
     json(await rig.call("DELETE", "/stop"))
     since = await becomes(rig, servo, "off", "stop", "Aki")
-    json(await rig.call("POST", f"/servos/{servo.uid}/identify?wait=true"))
+    await identify(rig, servo)
     assert await becomes(rig, servo, "off", "stop", "Aki") == since
-
-
-@scene()
-async def test_a_socket_is_told_at_once(rig: Rig, servo: Servo) -> None:
-    socket = Socket(rig.app)
-    socket.say(type="subscribe", topics=["servos"])
-    await socket.hear("servos")
-    json(await rig.call("POST", "/stop?by=Aki"))
-    async with asyncio.timeout(1):
-        while True:
-            told = await socket.hear("servos")
-            found = [one["output"] for one in told["servos"] if one["uid"] == servo.uid]
-            if found and found[0]["state"] == "off":
-                break
-    assert (found[0]["reason"], found[0]["by"]) == ("stop", "Aki")
-    await socket.close()

@@ -1,9 +1,8 @@
-"""Measures the way of one change: which functions of ours lie between the route of PATCH, the bus and the response.
+"""The path of one change: our functions between the PATCH route, the bus and the response, counted.
 
-Counted is every function that calls, or awaits, what comes after it on the way of the write: from the route down to the
-adapter's port, and from there back to the request that waits. Each counts once; what returns before the next step
-begins (a check, a property, a codec) does not. The middleware before the route is every request's and counted apart.
-The bus and the servo behind the port are not ours to count.
+A function counts, once, if it calls or awaits what follows it on the path: from the route down to the port of the
+adapter, and back to the request that waits. Functions that return earlier (checks, properties, codecs) do not count.
+The middleware before the route serves every request and is counted separately.
 """
 
 import asyncio
@@ -25,7 +24,7 @@ Step = tuple[str, str]
 
 
 def steps(frame: FrameType | None) -> list[Step]:
-    """What of ours is on the stack, the caller first."""
+    """Our functions on the stack, the caller first."""
     found: list[Step] = []
     while frame is not None:
         if frame.f_code.co_filename.startswith(PACKAGE):
@@ -36,27 +35,27 @@ def steps(frame: FrameType | None) -> list[Step]:
     return found[::-1]
 
 
-class Way:
-    """The steps of the first write that is asked for while this is watched."""
+class Trace:
+    """The steps of the first write that is requested while it is watched."""
 
     def __init__(self) -> None:
         self.steps: list[Step] = []
         self._began: dict[asyncio.Task[Any], list[Step]] = {}
-        self._awaited = ["Requests.ask", "MemoryPort.send", "Requests.answered"]
+        self._awaited = ["Requests.request", "MemoryPort.send", "Requests.receive"]
 
     def task(self, loop: asyncio.AbstractEventLoop, work: Coroutine[Any, Any, Any], **named: Any) -> asyncio.Task[Any]:
-        """Task factory: who starts a task is on the way of what the task does."""
+        """Task factory: the functions that start a task are on its path."""
         began = steps(sys._getframe())  # pyright: ignore[reportPrivateUsage]
         made = asyncio.Task(work, loop=loop, **named)
         current = asyncio.current_task(loop)
         self._began[made] = [*(self._began.get(current, []) if current else []), *began]
         return made
 
-    def look(self, frame: FrameType, event: str, _value: object) -> None:
-        """Profile function: note the stack where the way passes from one part to the next."""
+    def profile(self, frame: FrameType, event: str, _value: object) -> None:
+        """Profile function: record the stack where the path passes from one part to the next."""
         if event != "call" or not self._awaited or frame.f_code.co_qualname != self._awaited[0]:
             return
-        if self._awaited[0] == "Requests.ask":
+        if self._awaited[0] == "Requests.request":
             request = frame.f_locals["request"]
             if not isinstance(request, GetSetRequest) or request.value.kind is ValueKind.EMPTY:
                 return
@@ -67,21 +66,21 @@ class Way:
 
 
 def measured(values: dict[str, object]) -> list[Step]:
-    """The way of this change, in order, each function once."""
+    """The path of this change, in order, each function once."""
 
     async def scene(rig: Rig) -> list[Step]:
         (servo,) = await rig.ready()
         await asyncio.sleep(5)
-        way, loop = Way(), asyncio.get_running_loop()
-        loop.set_task_factory(way.task)  # pyright: ignore[reportArgumentType]
-        sys.setprofile(way.look)
+        trace, loop = Trace(), asyncio.get_running_loop()
+        loop.set_task_factory(trace.task)  # pyright: ignore[reportArgumentType]
+        sys.setprofile(trace.profile)
         try:
             answer = await rig.call("PATCH", f"/servos/{servo.uid}/parameters", {"values": values})
         finally:
             sys.setprofile(None)
             loop.set_task_factory(None)
         assert json(answer)["outcome"] == "applied"
-        return list(dict.fromkeys(way.steps))
+        return list(dict.fromkeys(trace.steps))
 
     return play(scene)
 
@@ -90,17 +89,14 @@ MOST_FUNCTIONS = 14
 MOST_FILES = 9
 
 
-def test_a_change_passes_few_functions_on_its_way_to_the_bus_and_back() -> None:
-    way = measured({"angle_p_gain": 50})
-    route = next(at for at, (file, _) in enumerate(way) if file.startswith("api/routes/"))
-    middleware, own = way[:route], way[route:]
+def test_a_change_passes_few_functions_and_none_that_switches_torque() -> None:
+    path = measured({"angle_p_gain": 50})
+    route = next(at for at, (file, _) in enumerate(path) if file.startswith("api/routes/"))
+    middleware, own = path[:route], path[route:]
     assert own[0][1].endswith("change_parameters")
     assert ("servo/configuration/writing.py", "Writing.all_or_nothing") in own
-    assert own[-1] == ("node/requests.py", "Requests.answered")
+    assert own[-1] == ("node/requests.py", "Requests.receive")
     assert len(own) <= MOST_FUNCTIONS, own
     assert len({file for file, _ in own}) <= MOST_FILES, own
     assert len(middleware) <= 4, middleware
-
-
-def test_no_change_of_a_row_passes_what_switches_torque() -> None:
-    assert not [step for step in measured({"angle_p_gain": 50}) if step[0].startswith(("servo/motion", "servo/torque"))]
+    assert not [step for step in path if step[0].startswith(("servo/motion", "servo/torque"))]
