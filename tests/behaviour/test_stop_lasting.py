@@ -37,10 +37,13 @@ def killed(rig: Rig) -> None:
     rig.host.stored_torque_off._store_latch = lambda: asyncio.sleep(0)  # pyright: ignore[reportPrivateUsage]
 
 
-def test_a_restarted_server_is_stopped_and_stops_the_servos_it_finds(tmp_path: Path) -> None:
+@pytest.mark.parametrize(("mode", "output"), [("brake", 2), ("off", 1)])
+def test_a_restarted_server_is_stopped_before_its_first_frame_and_stops_the_servos_it_finds(
+    tmp_path: Path, mode: str, output: int
+) -> None:
     async def before(rig: Rig) -> float:
         await rig.ready()
-        state = await press(rig, "brake")
+        state = await press(rig, mode)
         await asyncio.sleep(0.3)
         killed(rig)
         return float(state["at"])
@@ -48,35 +51,21 @@ def test_a_restarted_server_is_stopped_and_stops_the_servos_it_finds(tmp_path: P
     pressed_at = play(before, store=at(tmp_path))
 
     async def after(rig: Rig) -> None:
+        assert rig.host.stop.latched
+        assert not rig.transfers("host")
         state = json(await rig.call("GET", "/stop"))
-        assert (state["latched"], state["mode"], state["by"]) == (True, "brake", "Ann")
+        assert (state["latched"], state["mode"], state["by"]) == (True, mode, "Ann")
         assert state["reason"] == "smoke. Pressed before the server restarted."
         assert state["at"] == pytest.approx(pressed_at, abs=1)
         await rig.host.connect("memory:host", 1_000_000)
         servo = (await rig.ready())[0]
-        assert rig.sim(servo).output == 2, "it started with torque on"
+        assert rig.sim(servo).output == output, "it started with torque on"
+        assert all(raw == output for _, name, raw in rig.writes() if name == "0x20")
         state = json(await rig.call("GET", "/stop"))
         assert [one["confirmed"] for one in state["servos"]] == [True]
 
     play(after, store=at(tmp_path), connect=False)
     play(after, store=at(tmp_path), connect=False)  # the reason is not extended a second time
-
-
-def test_a_restarted_server_sets_the_latch_before_it_sends_a_frame(tmp_path: Path) -> None:
-    async def before(rig: Rig) -> None:
-        await press(rig)
-
-    play(before, store=at(tmp_path))
-
-    async def after(rig: Rig) -> None:
-        assert rig.host.stop.latched
-        assert not rig.transfers("host")
-        await rig.host.connect("memory:host", 1_000_000)
-        servo = (await rig.ready())[0]
-        assert rig.sim(servo).output == 1
-        assert all(raw == 1 for _, name, raw in rig.writes() if name == "0x20")
-
-    play(after, store=at(tmp_path), connect=False)
 
 
 def test_a_stop_is_stored_within_a_quarter_of_a_second_even_if_a_servo_does_not_respond(tmp_path: Path) -> None:

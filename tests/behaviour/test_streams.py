@@ -1,7 +1,7 @@
 """Streams of setpoints: together, at their rate, counted, under a lease, and refused where the bus has no room."""
 
 import asyncio
-from collections.abc import Mapping
+from collections.abc import Awaitable, Callable, Mapping
 from itertools import pairwise
 
 import pytest
@@ -16,9 +16,10 @@ from hornbill.wire.messages import ArrayCommand
 
 TURNED = [Recipe("BLA21-06U-A0", "1.300", servo_id=n, node_id=10 + n, angle_deg=20.0 + n) for n in range(1, 5)]
 CROWD = [Recipe("BLA21-06U-A0", "1.300", servo_id=n, node_id=n, angle_deg=15.0 + n / 4) for n in range(1, 61)]
+GENTLE = {"speed_deg_s": 40, "accel_deg_s2": 160}
 
 
-async def held(rig: Rig, count: int) -> tuple[list[Servo], str]:
+async def with_torque(rig: Rig, count: int) -> tuple[list[Servo], str]:
     """Servos with torque on under a lease."""
     servos = await rig.ready(count, within_s=120)
     lease = await rig.lease()
@@ -44,7 +45,7 @@ def bursts(rig: Rig) -> list[tuple[float, list[tuple[int, float]]]]:
 
 @scene(*TURNED)
 async def test_a_stream_holds_until_values_arrive_and_then_all_servos_follow_together(rig: Rig) -> None:
-    servos, lease = await held(rig, 4)
+    servos, lease = await with_torque(rig, 4)
     before = {servo.uid: rig.sim(servo).angle_deg for servo in servos}
     stream = await begun(rig, servos, lease)
     await asyncio.sleep(1)
@@ -68,7 +69,7 @@ async def test_a_stream_holds_until_values_arrive_and_then_all_servos_follow_tog
 
 @scene(*CROWD)
 async def test_sixty_servos_at_50_hz_start_within_5_ms_and_a_rate_beyond_the_bus_is_refused(rig: Rig) -> None:
-    servos, lease = await held(rig, 60)
+    servos, lease = await with_torque(rig, 60)
     body = {"uids": [servo.uid for servo in servos], "rate_hz": 150}
     refused = problem(await rig.call("POST", "/streams", body, lease=lease), "bus_budget", 409)
     assert rig.array_commands() == []
@@ -91,7 +92,7 @@ async def test_sixty_servos_at_50_hz_start_within_5_ms_and_a_rate_beyond_the_bus
 
 @scene(*TURNED)
 async def test_a_stream_needs_a_lease_and_servos_that_are_in_no_other_stream(rig: Rig) -> None:
-    servos, lease = await held(rig, 4)
+    servos, lease = await with_torque(rig, 4)
     uids = [servo.uid for servo in servos]
     problem(await rig.call("POST", "/streams", {"uids": uids}), "lease_held", 409)
     stream = await begun(rig, servos[:2], lease)
@@ -108,45 +109,54 @@ async def test_a_stream_needs_a_lease_and_servos_that_are_in_no_other_stream(rig
     problem(await rig.call("GET", "/streams/nothing"), "unknown_stream", 404)
 
 
-@scene(*TURNED)
-async def test_the_end_of_the_lease_ends_the_stream_and_turns_torque_off(rig: Rig) -> None:
-    servos, lease = await held(rig, 4)
-    stream = await begun(rig, servos, lease)
-    await asyncio.sleep(0.5)
+async def release(rig: Rig, lease: str, _page: Socket) -> None:
     json(await rig.call("DELETE", f"/leases/{lease}"))
-    await asyncio.sleep(0.2)
-    assert [rig.sim(servo).output for servo in servos] == [1, 1, 1, 1]
-    sent = len(rig.array_commands())
-    await asyncio.sleep(1)
-    assert len(rig.array_commands()) == sent
-    shown = json(await rig.call("GET", f"/streams/{stream}"))
-    assert shown["ended"]
-    refused = await rig.call("PUT", f"/streams/{stream}", {"values": {servos[0].uid: 1.0}}, lease=await rig.lease())
-    problem(refused, "busy", 409)
 
 
-@scene(*TURNED)
-async def test_stop_ends_a_stream_before_its_next_burst(rig: Rig) -> None:
-    servos, lease = await held(rig, 4)
-    await begun(rig, servos, lease)
-    await asyncio.sleep(0.51)
+async def press_stop(rig: Rig, _lease: str, _page: Socket) -> None:
     rig.host.stop.now("off", "test", "")
+
+
+async def close_page(_rig: Rig, _lease: str, page: Socket) -> None:
+    await page.close()
+
+
+@pytest.mark.parametrize("end", [release, press_stop, close_page])
+@scene(*TURNED)
+async def test_the_lease_stop_and_a_closed_page_end_a_stream_and_turn_torque_off(
+    rig: Rig, end: Callable[[Rig, str, Socket], Awaitable[None]]
+) -> None:
+    servos, lease = await with_torque(rig, 4)
+    page = Socket(rig.app)
+    page.send(type="heartbeat", lease=lease)
+    stream = await begun(rig, servos, lease)
+    values = {servo.uid: 90.0 for servo in servos}
+    page.send(type="stream", lease=lease, id=stream, values=values, profile=GENTLE)
+    await asyncio.sleep(0.51)
+    assert json(await rig.call("GET", f"/streams/{stream}"))["moving"] is True
+    await end(rig, lease, page)
     at = asyncio.get_running_loop().time()
     await asyncio.sleep(1)
-    assert [one for one, _ in bursts(rig) if one > at + 0.002] == []
+    assert [one for one, _ in bursts(rig) if one > at + 0.002] == [], "it ends before the next burst"
     assert [rig.sim(servo).output for servo in servos] == [1, 1, 1, 1]
+    shown = json(await rig.call("GET", f"/streams/{stream}"))
+    assert shown["ended"]
+    assert shown["moving"] is False
+    if end is not press_stop:
+        refused = await rig.call("PUT", f"/streams/{stream}", {"values": {servos[0].uid: 1.0}}, lease=await rig.lease())
+        problem(refused, "busy", 409)
 
 
 @scene(*TURNED)
 async def test_missed_slots_are_counted_and_not_caught_up(rig: Rig) -> None:
-    servos, lease = await held(rig, 4)
+    servos, lease = await with_torque(rig, 4)
     stream = await begun(rig, servos, lease)
     await asyncio.sleep(1)
     before = json(await rig.call("GET", f"/streams/{stream}"))
     one = rig.host.streams.get(stream)
-    now, held_up = rig.host.base.now, 0.2
+    now, delay_s = rig.host.base.now, 0.2
     # the clock goes on, and no task runs
-    rig.host.base.now = lambda: now() + held_up
+    rig.host.base.now = lambda: now() + delay_s
     await asyncio.sleep(0.1)
     shown = json(await rig.call("GET", f"/streams/{stream}"))
     assert shown["misses"] - before["misses"] == 10
@@ -157,7 +167,7 @@ async def test_missed_slots_are_counted_and_not_caught_up(rig: Rig) -> None:
 
 @scene(*TURNED)
 async def test_a_restarted_servo_ends_the_stream_and_is_named(rig: Rig) -> None:
-    servos, lease = await held(rig, 4)
+    servos, lease = await with_torque(rig, 4)
     stream = await begun(rig, servos, lease)
     await asyncio.sleep(4)
     uid = servos[2].uid
@@ -170,12 +180,9 @@ async def test_a_restarted_servo_ends_the_stream_and_is_named(rig: Rig) -> None:
     assert rig.events("stream_ended")
 
 
-GENTLE = {"speed_deg_s": 40, "accel_deg_s2": 160}
-
-
 @scene(*TURNED)
 async def test_with_a_profile_all_servos_keep_the_speed_limit_and_arrive_together(rig: Rig) -> None:
-    servos, lease = await held(rig, 4)
+    servos, lease = await with_torque(rig, 4)
     stream = await begun(rig, servos, lease)
     goals = {servo.uid: 10.0 * (n + 1) + 21 for n, servo in enumerate(servos)}
     body = {"values": goals, "profile": GENTLE}
@@ -210,7 +217,7 @@ async def test_a_profile_renews_only_moving_servos_once_a_slot(rig: Rig, monkeyp
         renewed.append(len(values))
         return plain(bursts, prepared, values, clamp=clamp)
 
-    servos, lease = await held(rig, 4)
+    servos, lease = await with_torque(rig, 4)
     stream = await begun(rig, servos, lease)
     goals = {servo.uid: 40.0 for servo in servos[:3]}
     body = {"values": goals, "profile": {"speed_deg_s": 30, "accel_deg_s2": 200}}
@@ -230,7 +237,7 @@ async def test_a_profile_renews_only_moving_servos_once_a_slot(rig: Rig, monkeyp
 
 @scene(*TURNED[:2])
 async def test_a_goal_beyond_one_limit_moves_no_servo_and_a_value_ends_a_profile(rig: Rig) -> None:
-    servos, lease = await held(rig, 2)
+    servos, lease = await with_torque(rig, 2)
     first, second = servos
     json(await rig.call("PUT", f"/servos/{second.uid}/parameters/angle_limit_cw", {"value": 30}, lease=lease))
     stream = await begun(rig, servos, lease)
@@ -244,19 +251,3 @@ async def test_a_goal_beyond_one_limit_moves_no_servo_and_a_value_ends_a_profile
     json(await rig.call("PUT", f"/streams/{stream}", {"values": {first.uid: 25}}, lease=lease))
     await asyncio.sleep(1)
     assert abs(rig.sim(first).angle_deg - 25) < 0.6
-
-
-@scene(*TURNED)
-async def test_a_page_that_disconnects_during_a_move_leaves_torque_off(rig: Rig) -> None:
-    servos, lease = await held(rig, 4)
-    page = Socket(rig.app)
-    page.say(type="heartbeat", lease=lease)
-    stream = await begun(rig, servos, lease)
-    values = {servo.uid: 90.0 for servo in servos}
-    page.say(type="stream", lease=lease, id=stream, values=values, profile=GENTLE)
-    await asyncio.sleep(0.5)
-    assert json(await rig.call("GET", f"/streams/{stream}"))["moving"] is True
-    await page.close()
-    await asyncio.sleep(0.1)
-    assert {rig.sim(servo).output for servo in servos} == {1}
-    assert json(await rig.call("GET", f"/streams/{stream}"))["moving"] is False
