@@ -1,4 +1,4 @@
-"""A wall clock that a test sets."""
+"""A wall clock for tests."""
 
 
 class Wall:

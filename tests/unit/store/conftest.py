@@ -1,4 +1,4 @@
-"""`place`: a new, empty database, on each kind that hornbill runs on."""
+"""`place`: a new, empty database of each kind; `store`: opened there, with the clock `wall`."""
 
 import os
 import secrets
@@ -8,6 +8,8 @@ from pathlib import Path
 import pytest
 from sqlalchemy import URL, create_engine, make_url, text
 
+from hornbill.store.store import Store
+from unit.store.clock import Wall
 from unit.store.postgres import Cluster, Missing
 
 TEST_DATABASE = "HORNBILL_TEST_DATABASE"
@@ -15,7 +17,7 @@ TEST_DATABASE = "HORNBILL_TEST_DATABASE"
 
 @pytest.fixture(scope="session")
 def postgresql() -> Iterator[URL]:
-    """A PostgreSQL database: the one of the environment, or of a server of our own."""
+    """A PostgreSQL database: that of the environment, or of a server started for the tests."""
     pytest.importorskip("psycopg", reason="psycopg is not installed")
     given = os.environ.get(TEST_DATABASE)
     if given is not None:
@@ -31,7 +33,7 @@ def postgresql() -> Iterator[URL]:
 
 @pytest.fixture(params=["sqlite", "postgresql"])
 def place(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[str]:
-    """What `Store` opens. On PostgreSQL a schema of its own, so that nothing else in the database is touched."""
+    """The address of a database for `Store`; on PostgreSQL, a schema that no other test uses."""
     if request.param == "sqlite":
         yield str(tmp_path / "data")
         return
@@ -48,3 +50,14 @@ def place(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[str]:
             connection.execute(text(f"DROP SCHEMA {schema} CASCADE"))
     finally:
         engine.dispose()
+
+
+@pytest.fixture
+def wall() -> Wall:
+    return Wall(1000.0)
+
+
+@pytest.fixture
+def store(place: str, wall: Wall) -> Iterator[Store]:
+    with Store(place, wall=wall) as opened:
+        yield opened

@@ -1,7 +1,7 @@
-"""A program that writes rows of every kind in a child, kills it at random points, and looks what is left.
+"""Writes rows of every kind in a child process, kills it at random points, and checks the database.
 
 `python killing.py SEED ROUNDS PLACE [FRESH]`; with FRESH every tenth round has a new database, so that some kills
-fall into the making of its tables. Ends with 1 and says what was lost. It runs as a program because it forks.
+happen while its tables are created. Exits with 1 and the lost row. It is a program because it forks.
 """
 
 import os
@@ -13,7 +13,7 @@ import time
 from collections.abc import Callable
 from pathlib import Path
 
-import alembic.command as _command  # so that no child has to
+import alembic.command as _command  # so that children need not
 import alembic.script as _script
 
 from hornbill.store.audit import NewAuditEntry
@@ -24,11 +24,11 @@ from hornbill.units import NodeId, Uid
 
 LOADED = (_command, _script)
 ROWS = 12
-"""A round is killed before its child has told so many rows,"""
+"""A child is killed after fewer reported rows than this,"""
 AFTER_S = 0.006
-"""and up to so long after the last of them: a row takes some milliseconds."""
+"""and at most this long after the last: a row takes some milliseconds."""
 OPENING_S = 0.06
-"""What opening takes on a machine with something else to do; the making of tables takes longer."""
+"""Duration of opening on a busy machine; creating tables takes longer."""
 OPEN = "open"
 
 
@@ -52,12 +52,12 @@ def servo_is(store: Store, n: int, what: Callable[[str, dict[str, int]], bool]) 
     return found is not None and what(found.label, dict(found.rom))
 
 
-def kept_again(store: Store, n: int) -> None:
+def put_twice(store: Store, n: int) -> None:
     store.jobs.put(StoredJob(f"job{n}", "save", None, "running", float(n), None, None, {"n": 0}))
     store.jobs.put(StoredJob(f"job{n}", "save", None, "running", float(n), None, None, {"n": n}))
 
 
-DEEDS: dict[str, tuple[Callable[[Store, int], object], Callable[[Store, int], bool]]] = {
+WRITES: dict[str, tuple[Callable[[Store, int], object], Callable[[Store, int], bool]]] = {
     "allocation": (
         lambda store, n: store.allocations.record(uid(node(n)), node(n)),
         lambda store, n: store.allocations.entries().get(uid(node(n))) == node(n),
@@ -85,23 +85,23 @@ DEEDS: dict[str, tuple[Callable[[Store, int], object], Callable[[Store, int], bo
         lambda store, n: store.settings.put(f"S{n}", n),
         lambda store, n: store.settings.get(f"S{n}") == n,
     ),
-    "job": (kept_again, lambda store, n: {"n": n} in [one.document for one in store.jobs.all()]),
+    "job": (put_twice, lambda store, n: {"n": n} in [one.document for one in store.jobs.all()]),
 }
-KINDS = list(DEEDS)
+KINDS = list(WRITES)
 
 
-def write(place: str, first: int, told: int) -> None:
-    """Write for ever, and tell each row once it is committed."""
+def write(place: str, first: int, pipe: int) -> None:
+    """Write endlessly, and report each committed row."""
     with Store(place) as store:
-        os.write(told, f"{OPEN} 0\n".encode())
+        os.write(pipe, f"{OPEN} 0\n".encode())
         for n in range(first, first + 1_000_000):
             kind = KINDS[n % len(KINDS)]
-            DEEDS[kind][0](store, n)
-            os.write(told, f"{kind} {n}\n".encode())
+            WRITES[kind][0](store, n)
+            os.write(pipe, f"{kind} {n}\n".encode())
 
 
 def play(place: str, first: int, opening_s: float | None, rows: int, after_s: float) -> list[tuple[str, int]]:
-    """One round: what the child had told when it was killed, so long after its start, or after so many rows."""
+    """One round: the rows reported by the child until it was killed, `opening_s` after its start, or after `rows`."""
     reading, writing = os.pipe()
     child = os.fork()
     if child == 0:
@@ -111,59 +111,59 @@ def play(place: str, first: int, opening_s: float | None, rows: int, after_s: fl
         finally:
             os._exit(3)
     os.close(writing)
-    told = b""
+    reported = b""
     if opening_s is None:
-        while told.count(b"\n") <= rows and (more := os.read(reading, 4096)):
-            told += more
+        while reported.count(b"\n") <= rows and (more := os.read(reading, 4096)):
+            reported += more
     time.sleep(after_s if opening_s is None else opening_s)
     os.kill(child, signal.SIGKILL)
     _, status = os.waitpid(child, 0)
     with os.fdopen(reading, "rb") as pipe:
-        told += pipe.read()
+        reported += pipe.read()
     if not os.WIFSIGNALED(status):
-        sys.exit(f"the child ended by itself ({status}) after {told[-80:]!r}")
-    return [(kind, int(n)) for kind, n in (line.split() for line in told.decode().splitlines())][1:]
+        sys.exit(f"the child ended ({status}) after {reported[-80:]!r}")
+    return [(kind, int(n)) for kind, n in (line.split() for line in reported.decode().splitlines())][1:]
 
 
-def examine(place: str, told: list[tuple[str, int]]) -> None:
-    """Open as the next start would, and look for every row."""
+def check(place: str, written: list[tuple[str, int]]) -> None:
+    """Open as the next start would, and check every row."""
     if "://" not in place and (file := Path(place) / FILE_NAME).exists():
         connection = sqlite3.connect(file)
-        answer = connection.execute("PRAGMA integrity_check").fetchall()
+        result = connection.execute("PRAGMA integrity_check").fetchall()
         connection.close()
-        if answer != [("ok",)]:
-            sys.exit(f"damaged: {answer}")
+        if result != [("ok",)]:
+            sys.exit(f"damaged: {result}")
     with Store(place) as store:
-        for kind, n in told:
-            if not DEEDS[kind][1](store, n):
+        for kind, n in written:
+            if not WRITES[kind][1](store, n):
                 sys.exit(f"lost: {kind} {n}")
 
 
 def main(seed: int, rounds: int, place: str, *, fresh: bool) -> None:
     chance = random.Random(seed)
-    with Store("sqlite://") as store:  # what is made once a process is made before the children are
-        for deed, _ in DEEDS.values():
-            deed(store, 0)
-    began, kept, killed_early = time.monotonic(), dict[str, list[tuple[str, int]]](), 0
+    with Store("sqlite://") as store:  # so that children inherit what is set up once
+        for add, _ in WRITES.values():
+            add(store, 0)
+    began, written, killed_early = time.monotonic(), dict[str, list[tuple[str, int]]](), 0
     for at in range(rounds):
         here = str(Path(place) / str(at // 10)) if fresh else place
-        # the first kill in a new database falls into the making of its tables
-        opening = here not in kept or chance.random() < 0.2
-        told = play(
+        # the first kill in a new database happens while its tables are created
+        opening = here not in written or chance.random() < 0.2
+        reported = play(
             here,
             at * 10_000,
             chance.uniform(0.0, OPENING_S) if opening else None,
             chance.randrange(ROWS),
             chance.uniform(0.0, AFTER_S),
         )
-        examine(here, told)
-        kept.setdefault(here, []).extend(told)
-        killed_early += not told
-    for here, told in kept.items():
-        examine(here, told)  # and no later kill took what an earlier round had kept
-    rows = sum(map(len, kept.values()))
+        check(here, reported)
+        written.setdefault(here, []).extend(reported)
+        killed_early += not reported
+    for here, rows_there in written.items():
+        check(here, rows_there)  # later kills lost no row of an earlier round
+    total = sum(map(len, written.values()))
     took_s = time.monotonic() - began
-    print(f"{rounds} kills, {rows} rows acknowledged, {killed_early} kills before the first, {took_s:.1f} s")
+    print(f"{rounds} kills, {total} rows acknowledged, {killed_early} kills before the first, {took_s:.1f} s")
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-"""A PostgreSQL server of a test run's own, gone with it."""
+"""A temporary PostgreSQL server."""
 
 import os
 import pwd
@@ -11,11 +11,11 @@ from typing import Self
 
 
 class Missing(Exception):
-    """There is no PostgreSQL on this machine that can be started."""
+    """No PostgreSQL on this machine can be started."""
 
 
 class Cluster:
-    """Made and started on entering, stopped and removed on leaving. It listens on a socket in its own folder only."""
+    """Created and started on entering, stopped and removed on leaving. Listens on a socket in its folder only."""
 
     def __init__(self) -> None:
         """Raises Missing."""
@@ -46,16 +46,16 @@ class Cluster:
 
     @property
     def url(self) -> str:
-        """Where its database is."""
+        """The URL of its database."""
         return f"postgresql://hornbill@/postgres?host={self._folder}"
 
     def _remove(self) -> None:
         shutil.rmtree(self._folder, ignore_errors=True)
 
     def _run(self, program: str, *words: str | Path) -> None:
-        # It refuses to run as root. Nothing of its output is piped: the server inherits it, and lives on.
-        told = self._folder / "told"
-        with told.open("a") as out:
+        # It rejects running as root. Its output is not piped, because the server inherits it.
+        log = self._folder / "output"
+        with log.open("a") as out:
             done = subprocess.run(
                 [self._programs / program, *words], cwd=self._folder, stdin=subprocess.DEVNULL, stdout=out, stderr=out,
                 env={"PATH": os.defpath, "LC_ALL": "C"}, timeout=60, check=False, user=self._user,
@@ -63,7 +63,7 @@ class Cluster:
                 extra_groups=None if self._user is None else [],
             )  # fmt: skip
         if done.returncode != 0:
-            raise Missing(f"{program} failed: {told.read_text()[-500:]}")
+            raise Missing(f"{program} failed: {log.read_text()[-500:]}")
 
 
 def _programs() -> Path:
@@ -77,7 +77,7 @@ def _programs() -> Path:
 
 
 def _user() -> str | None:
-    """Who it runs as when we are root, None for ourselves."""
+    """The user it runs as if this process runs as root, else None."""
     if os.geteuid() != 0:
         return None
     for name in ("postgres", "nobody"):

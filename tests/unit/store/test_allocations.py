@@ -1,6 +1,4 @@
-"""Which node id belongs to whom, for good."""
-
-from collections.abc import Iterator
+"""Allocations of node IDs are stored."""
 
 import pytest
 
@@ -15,18 +13,7 @@ A = Uid("a0" * 16)
 B = Uid("b0" * 16)
 
 
-@pytest.fixture
-def wall() -> Wall:
-    return Wall(1000.0)
-
-
-@pytest.fixture
-def store(place: str, wall: Wall) -> Iterator[Store]:
-    with Store(place, wall=wall) as opened:
-        yield opened
-
-
-def test_it_is_what_the_allocator_asks_for(store: Store) -> None:
+def test_it_is_the_table_of_the_allocator(store: Store) -> None:
     table: AllocationTable = store.allocations
     table.record(A, NodeId(125))
     assert table.entries() == {A: 125}
@@ -34,7 +21,7 @@ def test_it_is_what_the_allocator_asks_for(store: Store) -> None:
     assert not table.pinned(B)
 
 
-def test_a_row_says_since_when_and_until_when(store: Store, wall: Wall) -> None:
+def test_a_row_has_first_and_last_seen(store: Store, wall: Wall) -> None:
     store.allocations.record(A, NodeId(125))
     wall.now = 1234.5
     store.allocations.record(A, NodeId(125))
@@ -45,7 +32,7 @@ def test_a_row_says_since_when_and_until_when(store: Store, wall: Wall) -> None:
     ]
 
 
-def test_a_pin_lasts_and_is_given(store: Store, wall: Wall) -> None:
+def test_a_pin_is_kept_when_the_node_id_is_used(store: Store, wall: Wall) -> None:
     store.allocations.pin(A, NodeId(10))
     assert store.allocations.rows() == [AllocationEntry(A, NodeId(10), True, None, None)]
     assert store.allocations.pinned(A)
@@ -54,20 +41,20 @@ def test_a_pin_lasts_and_is_given(store: Store, wall: Wall) -> None:
     assert store.allocations.rows() == [AllocationEntry(A, NodeId(10), True, 2000.0, 2000.0)]
 
 
-def test_pinning_moves_a_node_and_keeps_its_history(store: Store) -> None:
+def test_pinning_changes_the_node_id_and_keeps_the_times(store: Store) -> None:
     store.allocations.record(A, NodeId(125))
     store.allocations.pin(A, NodeId(10))
     assert store.allocations.rows() == [AllocationEntry(A, NodeId(10), True, 1000.0, 1000.0)]
 
 
-def test_another_id_than_the_pinned_one_ends_the_pin(store: Store) -> None:
+def test_another_node_id_ends_the_pin(store: Store) -> None:
     store.allocations.pin(A, NodeId(10))
     store.allocations.record(A, NodeId(11))
     assert not store.allocations.pinned(A)
     assert store.allocations.entries() == {A: 11}
 
 
-def test_nodes_that_are_there_are_seen_now_and_others_are_not(store: Store, wall: Wall) -> None:
+def test_seen_updates_known_nodes_only(store: Store, wall: Wall) -> None:
     store.allocations.record(A, NodeId(125))
     store.allocations.record(B, NodeId(124))
     wall.now = 2000.0
@@ -78,7 +65,7 @@ def test_nodes_that_are_there_are_seen_now_and_others_are_not(store: Store, wall
     assert len(store.allocations.rows()) == 2
 
 
-def test_the_longest_unseen_come_first_and_pinned_ones_never(store: Store, wall: Wall) -> None:
+def test_idle_is_ordered_by_last_seen_without_pinned_nodes(store: Store, wall: Wall) -> None:
     for seconds, uid in ((2000.0, A), (1000.0, B), (1500.0, Uid("c0" * 16)), (1200.0, Uid("d0" * 16))):
         wall.now = seconds
         store.allocations.record(uid, NodeId(int(seconds) // 100))
@@ -90,7 +77,7 @@ def test_the_longest_unseen_come_first_and_pinned_ones_never(store: Store, wall:
     assert store.allocations.idle(0.0) == [B, "c0" * 16, A]
 
 
-def test_an_id_belongs_to_one_node(store: Store) -> None:
+def test_a_node_id_is_allocated_to_one_node(store: Store) -> None:
     store.allocations.record(A, NodeId(125))
     for method in (store.allocations.record, store.allocations.pin):
         with pytest.raises(InvalidValue, match=f"Node ID 125 is allocated to {A}") as caught:
@@ -102,15 +89,15 @@ def test_an_id_belongs_to_one_node(store: Store) -> None:
 
 
 @pytest.mark.parametrize("node_id", [0, 126, 127, -1])
-def test_ids_nobody_may_be_given_cannot_be_pinned(store: Store, node_id: int) -> None:
-    with pytest.raises(OutOfRange, match="Enter 1 to 125") as caught:
+def test_reserved_node_ids_cannot_be_pinned(store: Store, node_id: int) -> None:
+    with pytest.raises(OutOfRange) as caught:
         store.allocations.pin(A, NodeId(node_id))
     cause = "node_id_out_of_range"
     assert caught.value.facts == {"minimum": 1, "maximum": 125, "unit": "", "requested": node_id, "cause": cause}
     assert store.allocations.entries() == {}
 
 
-def test_what_is_not_there_cannot_be_forgotten(store: Store) -> None:
+def test_unknown_nodes_are_errors(store: Store) -> None:
     for method in (store.allocations.drop, store.allocations.get):
         with pytest.raises(Unknown) as caught:
             method(A)

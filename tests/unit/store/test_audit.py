@@ -1,4 +1,4 @@
-"""Who did what, for good."""
+"""The audit is stored."""
 
 from collections.abc import Iterator
 
@@ -15,18 +15,7 @@ A = Uid("a0" * 16)
 B = Uid("b0" * 16)
 
 
-@pytest.fixture
-def wall() -> Wall:
-    return Wall(1000.0)
-
-
-@pytest.fixture
-def store(place: str, wall: Wall) -> Iterator[Store]:
-    with Store(place, wall=wall) as opened:
-        yield opened
-
-
-def test_everything_about_an_entry_comes_back(place: str, store: Store) -> None:
+def test_an_entry_is_stored_whole(place: str, store: Store) -> None:
     entry = NewAuditEntry(
         "Ada", "write", "clamped", A, "origin", -90.0, 200, 180, Note.words("clamped by the servo"), "0011"
     )
@@ -38,7 +27,7 @@ def test_everything_about_an_entry_comes_back(place: str, store: Store) -> None:
 
 
 @pytest.mark.parametrize("value", [None, False, True, 0, 0.5, "", "off", [], {"a": None}])
-def test_any_value_comes_back_as_it_was(store: Store, value: Json) -> None:
+def test_any_value_is_stored_with_its_type(store: Store, value: Json) -> None:
     store.audit.add([NewAuditEntry("Ada", "write", "applied", before=value, requested=value, after=value)])
     (row,) = store.audit.rows()
     found = row.entry.before, row.entry.requested, row.entry.after
@@ -46,7 +35,7 @@ def test_any_value_comes_back_as_it_was(store: Store, value: Json) -> None:
     assert [type(one) for one in found] == [type(value)] * 3
 
 
-def test_rows_come_newest_first_page_by_page(store: Store) -> None:
+def test_rows_are_paged_newest_first(store: Store) -> None:
     store.audit.add(NewAuditEntry("Ada", "write", "applied", notes=Note.words(str(n))) for n in range(5))
     page = store.audit.rows(limit=2)
     assert [row.entry.detail for row in page] == ["4", "3"]
@@ -57,7 +46,7 @@ def test_rows_come_newest_first_page_by_page(store: Store) -> None:
     assert store.audit.rows(before_id=-5) == []
 
 
-def test_rows_are_found_by_servo_key_action_and_time(store: Store, wall: Wall) -> None:
+def test_rows_are_filtered_by_servo_key_action_and_time(store: Store, wall: Wall) -> None:
     store.audit.add([NewAuditEntry("Ada", "write", "applied", A, "origin")])
     wall.now = 2000.0
     store.audit.add(
@@ -74,7 +63,7 @@ def test_rows_are_found_by_servo_key_action_and_time(store: Store, wall: Wall) -
     assert found(uid=A, since=2000.0, action="write") == []
 
 
-def test_entries_of_one_deed_are_kept_together_or_not_at_all(store: Store) -> None:
+def test_entries_are_added_all_or_none(store: Store) -> None:
     def entries() -> Iterator[NewAuditEntry]:
         yield NewAuditEntry("Ada", "write", "applied")
         raise ZeroDivisionError
@@ -84,7 +73,7 @@ def test_entries_of_one_deed_are_kept_together_or_not_at_all(store: Store) -> No
     assert store.audit.rows() == []
 
 
-def test_whatever_people_call_themselves_is_kept(store: Store) -> None:
+def test_long_and_invalid_texts_are_cut_and_replaced(store: Store) -> None:
     store.audit.add(
         [NewAuditEntry("a\0b\ud800 🐦" + "x" * 200, "label", "applied", A, key="k" * 200, notes=Note.words("\0" * 3))]
     )

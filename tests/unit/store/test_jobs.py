@@ -1,6 +1,5 @@
-"""Jobs and how far they came, beyond the process."""
+"""Jobs and their progress are stored."""
 
-from collections.abc import Iterator
 from dataclasses import replace
 
 import pytest
@@ -14,13 +13,7 @@ A = Uid("a0" * 16)
 JOB = StoredJob("j1", "commissioning", A, "running", 1000.0, None, {"count": 12}, {"steps": [], "result": None})
 
 
-@pytest.fixture
-def store(place: str) -> Iterator[Store]:
-    with Store(place) as opened:
-        yield opened
-
-
-def test_a_job_comes_back_as_it_was_kept_last(place: str, store: Store) -> None:
+def test_the_last_state_of_a_job_is_stored(place: str, store: Store) -> None:
     store.jobs.put(JOB)
     ended = replace(JOB, state="failed", ended_at=1001.5, document={"steps": [1]})
     store.jobs.put(ended)
@@ -31,17 +24,17 @@ def test_a_job_comes_back_as_it_was_kept_last(place: str, store: Store) -> None:
         assert again.jobs.all() == [other, ended]
 
 
-def test_jobs_come_oldest_first(store: Store) -> None:
+def test_jobs_are_ordered_oldest_first(store: Store) -> None:
     for n in (3, 1, 2):
         store.jobs.put(replace(JOB, id=str(n), created_at=float(n)))
     assert [one.id for one in store.jobs.all()] == ["1", "2", "3"]
 
 
-def test_old_jobs_make_room_but_never_one_that_has_not_ended(store: Store, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_old_jobs_are_deleted_but_running_ones_kept(store: Store, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(jobs, "MAX_ROWS", 3)
     store.jobs.put(replace(JOB, id="under way", created_at=0.0))
     for n in range(1, 7):
         store.jobs.put(replace(JOB, id=str(n), created_at=float(n), ended_at=float(n)))
     assert [one.id for one in store.jobs.all()] == ["under way", "3", "4", "5", "6"]
-    store.jobs.put(replace(JOB, id="6", ended_at=7.0))  # one that is kept already makes no room
+    store.jobs.put(replace(JOB, id="6", ended_at=7.0))  # already stored: deletes no other
     assert len(store.jobs.all()) == 5

@@ -1,6 +1,4 @@
-"""What is remembered of a servo that is switched off."""
-
-from collections.abc import Iterator
+"""Servos are stored while they are off."""
 
 import pytest
 
@@ -25,18 +23,7 @@ FACTS = ServoFacts(
 )
 
 
-@pytest.fixture
-def wall() -> Wall:
-    return Wall(1000.0)
-
-
-@pytest.fixture
-def store(place: str, wall: Wall) -> Iterator[Store]:
-    with Store(place, wall=wall) as opened:
-        yield opened
-
-
-def test_everything_about_a_servo_comes_back(place: str, store: Store) -> None:
+def test_a_servo_is_stored_whole(place: str, store: Store) -> None:
     store.servos.seen(A, FACTS)
     store.servos.set_label(A, "Elevator L")
     store.servos.put_rom(A, {"torque_mode": 0, "origin": -900})
@@ -50,7 +37,7 @@ def test_everything_about_a_servo_comes_back(place: str, store: Store) -> None:
         assert again.servos.all() == [expected]
 
 
-def test_facts_that_are_not_known_this_time_change_nothing(store: Store, wall: Wall) -> None:
+def test_unknown_facts_keep_the_stored_ones(store: Store, wall: Wall) -> None:
     store.servos.seen(A, FACTS)
     wall.now = 2000.0
     store.servos.seen(A, ServoFacts(node_id=124, servo_id=7))
@@ -64,7 +51,7 @@ def test_facts_that_are_not_known_this_time_change_nothing(store: Store, wall: W
     assert found.facts.servo_id == 0
 
 
-def test_a_label_can_come_before_the_servo_and_be_taken_away(store: Store) -> None:
+def test_a_label_can_be_set_before_the_servo_is_seen_and_removed(store: Store) -> None:
     store.servos.set_label(B, "spare")
     assert store.servos.get(B) == StoredServo(B, "spare")
     store.servos.seen(B)
@@ -72,13 +59,13 @@ def test_a_label_can_come_before_the_servo_and_be_taken_away(store: Store) -> No
     assert store.servos.get(B) == StoredServo(B, "", ServoFacts(), 1000.0, 1000.0)
 
 
-def test_a_label_that_is_too_long_is_refused(store: Store) -> None:
+def test_a_label_that_is_too_long_is_rejected(store: Store) -> None:
     store.servos.set_label(A, "x" * 200)
     with pytest.raises(ValueError, match="at most 200"):
         store.servos.set_label(A, "x" * 201)
 
 
-def test_rom_values_are_replaced_whole(store: Store) -> None:
+def test_rom_values_are_replaced(store: Store) -> None:
     store.servos.put_rom(A, {"origin": 1, "servo_id": 2})
     store.servos.put_rom(A, {"origin": 3})
     found = store.servos.get(A)
@@ -86,7 +73,7 @@ def test_rom_values_are_replaced_whole(store: Store) -> None:
     assert found.rom == {"origin": 3}
 
 
-def test_servos_come_by_unique_id_and_can_be_forgotten(store: Store) -> None:
+def test_servos_are_ordered_by_unique_id_and_can_be_forgotten(store: Store) -> None:
     store.servos.seen(B)
     store.servos.seen(A)
     assert [each.uid for each in store.servos.all()] == [A, B]
@@ -96,7 +83,7 @@ def test_servos_come_by_unique_id_and_can_be_forgotten(store: Store) -> None:
     assert [each.uid for each in store.servos.all()] == [B]
 
 
-def test_those_that_are_not_needed_are_left_out(store: Store) -> None:
+def test_servos_can_be_excluded(store: Store) -> None:
     for uid in (A, B):
         store.servos.seen(uid)
     assert [one.uid for one in store.servos.all(but=[A])] == [B]

@@ -1,4 +1,4 @@
-"""Writing behind: what is changed is there at once, follows into the database in order, and waits for nobody."""
+"""Write-behind: changes are visible immediately, and written to the database in order without blocking."""
 
 import asyncio
 import threading
@@ -19,7 +19,7 @@ UID, OTHER = Uid("ab" * 16), Uid("cd" * 16)
 
 
 class Gate:
-    """Holds every call to a database up until it is opened, or lets it fail."""
+    """Blocks every call to a database while it is closed, or makes it fail."""
 
     def __init__(self, store: Store) -> None:
         self._free = threading.Event()
@@ -30,7 +30,7 @@ class Gate:
         database._usable = self._enter
 
     def _enter(self) -> Any:
-        assert self._free.wait(60), "the event loop waited"
+        assert self._free.wait(60), "the event loop was blocked"
         if self.error is not None:
             raise self.error
         return self._usable()
@@ -42,7 +42,7 @@ class Gate:
         self._free.set()
 
 
-def behind(
+def write_behind(
     place: str, scene: Callable[[Store, Gate], Awaitable[None]], wall: Callable[[], float] | None = None
 ) -> None:
     async def run() -> None:
@@ -58,7 +58,7 @@ def behind(
     asyncio.run(run())
 
 
-def test_what_is_small_is_read_and_changed_while_the_database_hangs_and_follows_in_order(place: str) -> None:
+def test_tables_in_memory_are_usable_while_the_database_is_blocked(place: str) -> None:
     async def scene(store: Store, gate: Gate) -> None:
         gate.close()
         store.servos.seen(UID, ServoFacts(model="M", firmware=1300))
@@ -69,26 +69,26 @@ def test_what_is_small_is_read_and_changed_while_the_database_hangs_and_follows_
         store.allocations.record(UID, NodeId(20))
         store.profiles.put("gains", {"values": {}})
         store.faults.record(FaultReading(UID, 5.0, appeared=frozenset(["voltage_low"])))
-        kept = store.servos.get(UID)
-        assert kept is not None
-        assert (kept.label, kept.rom, kept.facts.model) == ("rudder", {"angle_p_gain": 19}, "M")
+        servo = store.servos.get(UID)
+        assert servo is not None
+        assert (servo.label, servo.rom, servo.facts.model) == ("rudder", {"angle_p_gain": 19}, "M")
         assert store.settings.get("latest") == 19
         assert store.allocations.entries() == {UID: 20}
         assert [one.name for one in store.profiles.all()] == ["gains"]
         assert list(store.faults.of(UID)) == ["voltage_low"]
         assert [one.uid for one in store.servos.all(but=[OTHER])] == [UID]
 
-    behind(place, scene)
+    write_behind(place, scene)
     with Store(place) as again:
-        kept = again.servos.get(UID)
-        assert kept is not None
-        assert (kept.label, kept.rom, kept.facts.firmware) == ("rudder", {"angle_p_gain": 19}, 1300)
+        servo = again.servos.get(UID)
+        assert servo is not None
+        assert (servo.label, servo.rom, servo.facts.firmware) == ("rudder", {"angle_p_gain": 19}, 1300)
         assert again.settings.get("latest") == 19
         assert again.allocations.entries() == {UID: 20}
         assert list(again.faults.of(UID)) == ["voltage_low"]
 
 
-def test_what_was_there_before_is_in_memory_from_the_beginning(place: str) -> None:
+def test_stored_rows_are_in_memory_from_the_start(place: str) -> None:
     with Store(place) as before:
         before.servos.set_label(UID, "rudder")
         before.allocations.pin(UID, NodeId(7))
@@ -102,43 +102,43 @@ def test_what_was_there_before_is_in_memory_from_the_beginning(place: str) -> No
         assert (store.servos.all(), store.allocations.rows(), store.profiles.all(), store.faults.of(UID)) == rows
         assert store.settings.get("one") == {"a": [1, None]}
 
-    behind(place, scene)
+    write_behind(place, scene)
 
 
-def test_what_is_read_from_the_database_comes_after_every_change_before_it(place: str) -> None:
+def test_a_read_from_the_database_follows_earlier_changes(place: str) -> None:
     async def scene(store: Store, gate: Gate) -> None:
         gate.close()
         for number in range(10):
-            store.audit.add([NewAuditEntry("somebody", "write", "applied", UID, after=number)])
+            store.audit.add([NewAuditEntry("Ada", "write", "applied", UID, after=number)])
         reading = asyncio.create_task(store.run(store.audit.rows))
         await asyncio.sleep(0)
         assert not reading.done()
         gate.open()
         assert [row.entry.after for row in await reading] == list(reversed(range(10)))
 
-    behind(place, scene)
+    write_behind(place, scene)
 
 
-def test_rows_have_the_instant_of_the_change_and_not_of_the_write(place: str) -> None:
+def test_rows_have_the_time_of_the_change_not_of_the_write(place: str) -> None:
     now = 100.0
 
     async def scene(store: Store, gate: Gate) -> None:
         nonlocal now
         gate.close()
-        store.audit.add([NewAuditEntry("somebody", "write", "applied")])
+        store.audit.add([NewAuditEntry("Ada", "write", "applied")])
         store.servos.seen(UID)
         now = 9000.0
         gate.open()
         assert [row.at for row in await store.run(store.audit.rows)] == [100.0]
 
-    behind(place, scene, lambda: now)
+    write_behind(place, scene, lambda: now)
     with Store(place) as again:
-        kept = again.servos.get(UID)
-        assert kept is not None
-        assert kept.last_seen == 100.0
+        servo = again.servos.get(UID)
+        assert servo is not None
+        assert servo.last_seen == 100.0
 
 
-def test_a_change_that_is_waited_for_is_made_in_the_database_first_or_not_at_all(place: str) -> None:
+def test_an_awaited_change_is_made_in_the_database_or_fails(place: str) -> None:
     async def scene(store: Store, gate: Gate) -> None:
         await store.run(store.servos.set_label, UID, "rudder")
         gate.error = StoreFailed("The disk is full.", cause=None)
@@ -146,9 +146,9 @@ def test_a_change_that_is_waited_for_is_made_in_the_database_first_or_not_at_all
             await store.run(store.servos.set_label, UID, "elbow")
         with pytest.raises(StoreFailed):
             await store.run(store.profiles.put, "gains", {})
-        kept = store.servos.get(UID)
-        assert kept is not None
-        assert (kept.label, store.profiles.all()) == ("rudder", [])
+        servo = store.servos.get(UID)
+        assert servo is not None
+        assert (servo.label, store.profiles.all()) == ("rudder", [])
         gate.error = None
         with pytest.raises(Unknown):
             await store.run(store.profiles.drop, "gains")
@@ -157,10 +157,10 @@ def test_a_change_that_is_waited_for_is_made_in_the_database_first_or_not_at_all
             await store.run(store.allocations.pin, UID, NodeId(9))
         assert store.allocations.entries() == {OTHER: 9}
 
-    behind(place, scene)
+    write_behind(place, scene)
 
 
-def test_whoever_stops_waiting_for_a_change_leaves_it_whole(place: str) -> None:
+def test_cancelling_an_awaited_change_leaves_it_complete(place: str) -> None:
     async def scene(store: Store, gate: Gate) -> None:
         gate.close()
         waiting = asyncio.create_task(store.run(store.servos.set_label, UID, "rudder"))
@@ -174,25 +174,25 @@ def test_whoever_stops_waiting_for_a_change_leaves_it_whole(place: str) -> None:
         while store.servos.get(UID) is None:
             await asyncio.sleep(0)
 
-    behind(place, scene)
+    write_behind(place, scene)
     with Store(place) as again:
-        kept = again.servos.get(UID)
-        assert kept is not None
-        assert kept.label == "rudder"
+        servo = again.servos.get(UID)
+        assert servo is not None
+        assert servo.label == "rudder"
 
 
-def test_an_installation_has_the_same_unique_id_at_every_start(place: str) -> None:
+def test_the_unique_id_of_an_installation_is_permanent(place: str) -> None:
     found: list[bytes] = []
 
     async def scene(store: Store, _gate: Gate) -> None:
         found.append(store.settings.own_unique_id())
 
-    behind(place, scene)
-    behind(place, scene)
+    write_behind(place, scene)
+    write_behind(place, scene)
     assert found[0] == found[1]
 
 
-def test_what_settled_was_waited_for_is_in_the_database(place: str) -> None:
+def test_settled_waits_until_changes_are_in_the_database(place: str) -> None:
     async def scene(store: Store, gate: Gate) -> None:
         gate.close()
         store.settings.put("one", 1)
@@ -205,32 +205,32 @@ def test_what_settled_was_waited_for_is_in_the_database(place: str) -> None:
         with Store(place) as other:
             assert other.settings.get("one") == 1
 
-    behind(place, scene)
+    write_behind(place, scene)
 
 
-def test_a_change_that_does_not_follow_is_told_and_the_next_one_that_does_too(place: str) -> None:
+def test_listeners_receive_failed_writes_and_the_next_success(place: str) -> None:
     async def scene(store: Store, gate: Gate) -> None:
-        told: list[Exception | None] = []
-        store.listen(told.append)
+        results: list[Exception | None] = []
+        store.listen(results.append)
         gate.error = failure = StoreFailed("The disk is full.", cause=None)
         job = StoredJob("1", "save", UID, "running", 1.0, None, None, {"steps": []})
         store.jobs.put(job)
         store.settings.put("one", 1)
-        while len(told) < 2:
+        while len(results) < 2:
             await asyncio.sleep(0)
-        assert told == [failure, failure]
+        assert results == [failure, failure]
         gate.error = None
         store.jobs.put(job)
         assert store.posted(store.jobs) is not None
-        while len(told) < 3:
+        while len(results) < 3:
             await asyncio.sleep(0)
-        assert told[2] is None
+        assert results[2] is None
         assert [one.id for one in await store.run(store.jobs.all)] == ["1"]
 
-    behind(place, scene)
+    write_behind(place, scene)
 
 
-def test_without_a_server_every_change_is_made_at_once(place: str) -> None:
+def test_without_a_server_every_change_is_written_immediately(place: str) -> None:
     with Store(place) as store, Store(place) as other:
         store.servos.set_label(UID, "rudder")
         assert other.servos.get(UID) == store.servos.get(UID)
