@@ -1,4 +1,4 @@
-"""A node of the public Python stack that asks for its node id, which that stack has no code for."""
+"""A node of the public Python stack that requests a node ID, which that stack does not implement."""
 
 # The stack is dynamic and has no type hints.
 # pyright: reportUnknownVariableType=false, reportUnknownArgumentType=false, reportAttributeAccessIssue=false

@@ -1,4 +1,4 @@
-"""The use of can-utils: candump as an independent witness of the bus, cansend and cangen as a careless node."""
+"""Use of can-utils: candump as an independent witness of the bus, cansend and cangen as other nodes."""
 
 import re
 import shutil
@@ -13,7 +13,7 @@ import pytest
 
 TIMEOUT_S = 60.0
 MARK = "1FF00F00"
-"""Anonymous, of the lowest priority, with a type id of which the low bits are 3: nobody's."""
+"""Anonymous, lowest priority, with a type ID whose low bits are 3: used by no node."""
 
 _LINE = re.compile(r"\((?P<at>[0-9.]+)\) (?P<channel>\S+) (?P<id>[0-9A-F]+)#(?P<data>[0-9A-F]*)( [RT])?")
 
@@ -39,7 +39,7 @@ def cansend(*frames: str) -> None:
 
 
 def mark(what: str) -> None:
-    """Send a whole transfer of 1 to 7 characters that no node takes for anything, to tell where we are."""
+    """Send a complete transfer of 1 to 7 characters that no node handles, as a mark in the log."""
     cansend(f"{MARK}#{_marking(what)}")
 
 

@@ -1,4 +1,4 @@
-"""A node of the public Python stack on vcan0, in the process of the test, as a second opinion."""
+"""A node of the public Python stack on vcan0, in the process of the test, as an independent reference."""
 
 # The stack is dynamic and has no type hints.
 # pyright: reportUnknownVariableType=false, reportUnknownArgumentType=false, reportAttributeAccessIssue=false
@@ -53,7 +53,7 @@ REFUSED = ("", "empty", None, ("empty", "empty", "empty"))
 
 
 class Peer:
-    """A node with `node_id`, or anonymous with 0. It lives only while one of its methods runs."""
+    """A node with `node_id`, or anonymous with 0. It runs only within its methods."""
 
     def __init__(
         self,
@@ -94,7 +94,7 @@ class Peer:
         return self.node.node_id or 0
 
     def listen(self, data_type: Any) -> list[Received]:
-        """The messages of a data type from now on, the list growing while the peer lives."""
+        """The messages of a data type from now on; the list grows while the peer runs."""
         kept: list[Received] = []
 
         def keep(event: Any) -> None:
@@ -174,7 +174,7 @@ def run_until(peers: list[Peer], condition: Callable[[], object], what: str) -> 
 
 
 def read(which: str | int) -> Any:
-    """A GetSet request that asks for a register, by name or by index."""
+    """A GetSet request to read a register, by name or by index."""
     request = uavcan.protocol.param.GetSet.Request()
     if isinstance(which, int):
         request.index = which

@@ -1,4 +1,4 @@
-"""The other processes of these tests: hornbill as a user starts it, and waiting for what they do."""
+"""Other processes of these tests: hornbill as a user starts it, and waiting for its effects."""
 
 import os
 import re
@@ -22,7 +22,7 @@ T = TypeVar("T")
 
 @contextmanager
 def running(command: Sequence[str]) -> Generator[Process]:
-    """A process with its standard output on a pipe; told to end afterwards."""
+    """A process with its standard output on a pipe; terminated afterwards."""
     # As in a user's shell: what a program does not flush is not seen.
     environment = {name: value for name, value in os.environ.items() if name != "PYTHONUNBUFFERED"}
     with subprocess.Popen(command, stdout=subprocess.PIPE, bufsize=0, env=environment) as process:

@@ -1,4 +1,4 @@
-"""The allocator of the public Python stack gives our simulated servos their node ids over a kernel's CAN."""
+"""The allocator of the public Python stack gives our simulated servos their node IDs on a Linux CAN bus."""
 
 import time
 from pathlib import Path

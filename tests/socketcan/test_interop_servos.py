@@ -1,4 +1,4 @@
-"""The public Python stack asks, configures, saves, restarts and moves our simulated servos over a kernel's CAN."""
+"""The public Python stack reads, configures, saves, restarts and moves our simulated servos on a Linux CAN bus."""
 
 import time
 from collections.abc import Iterator, Mapping

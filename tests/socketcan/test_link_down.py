@@ -1,4 +1,4 @@
-"""The tests of an interface that goes down under an open bus, and comes up again: lost, told, back by itself."""
+"""An interface that goes down under an open bus and comes up again: loss, remedy, automatic reopening."""
 
 import asyncio
 import errno
@@ -85,8 +85,8 @@ def test_an_interface_that_goes_down_is_lost_with_a_remedy_and_reopens_automatic
         assert port.retry_in_s is not None
         with pytest.raises(BusDisconnected, match=REMEDY):
             port.send([Frame(0x18AABB02, b"old")])
-        (told,) = [one for one in kernel_adapters() if one.channel == LINK]
-        assert (told.state, told.usable, told.remedy) == ("down", False, REMEDY)
+        (shown,) = [one for one in kernel_adapters() if one.channel == LINK]
+        assert (shown.state, shown.usable, shown.remedy) == ("down", False, REMEDY)
         await other.close()
         set_up(True)
         await wait_for(lambda: port.state is PortState.ACTIVE, 10)
@@ -124,9 +124,9 @@ def test_the_server_reports_the_loss_recovers_and_releases_commanded_servos(tmp_
     set_up(False)
     bus = f"socketcan:{LINK}"
     with serving(bus, tmp_path / "data") as api:
-        told = api.get("/bus").json()
-        assert told["state"] in ("lost", "connecting")
-        assert REMEDY in told["trouble"]
+        shown = api.get("/bus").json()
+        assert shown["state"] in ("lost", "connecting")
+        assert REMEDY in shown["trouble"]
         assert listed(api, bus) == "down"
         set_up(True)
         until(lambda: state(api) == "active", "open once the link is up")

@@ -1,4 +1,4 @@
-"""The tests of PythonCanPort on a real SocketCAN interface. They ask for order and loss, never for speed."""
+"""PythonCanPort on a real SocketCAN interface: order and loss, not speed."""
 
 import asyncio
 import errno
@@ -93,10 +93,10 @@ def test_frames_dropped_by_the_kernel_are_counted(vcan0: str, monkeypatch: pytes
         for _ in range(500):
             other.send(frame)
         kept = link.receive(5, 0.0)
-        other.send(frame)  # with the next that there is room for, the kernel tells
-        told = link.receive(5, 0.0)
+        other.send(frame)  # the kernel reports it with the next frame that fits
+        later = link.receive(5, 0.0)
     assert 0 < len(kept.frames) < 500
-    assert len(kept.frames) + len(told.frames) + told.lost == 501
+    assert len(kept.frames) + len(later.frames) + later.lost == 501
     link.shutdown()
 
 

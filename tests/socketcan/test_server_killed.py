@@ -1,4 +1,4 @@
-"""A server that is killed while a horn turns: the servo's own timeout is the last defence (0x26, 0x27, B74)."""
+"""A server killed while a horn turns: the servo's own timeout stops it (0x26, 0x27, B74)."""
 
 import re
 import signal
@@ -41,7 +41,7 @@ def test_the_horn_stops_within_its_timeout_when_the_server_is_killed(vcan0: str,
         killed = time.monotonic()
         while _speed(peer) != 0:
             assert time.monotonic() - killed < TIME_OUT_S + SLOWING_S, "it turns on"
-        assert _register(peer, "0x20") == 0, "nobody wrote torque off: the servo did it by itself"
+        assert _register(peer, "0x20") == 0, "the servo itself disabled torque"
 
 
 def _speed(peer: Peer) -> float:

@@ -1,4 +1,4 @@
-"""The test of `serve --sim-api` on a kernel's CAN: simulated servos join the bus that is served."""
+"""`serve --sim-api` on a Linux CAN bus: simulated servos join the served bus."""
 
 from pathlib import Path
 

@@ -29,14 +29,14 @@ SIM, SERVE = (
 )
 COUNT: Final = int(SIM[SIM.index("--servos") + 1])
 OURS: Final = 127
-STRANGER: Final = 42
+FOREIGN: Final = 42
 NODE_STATUS_ID: Final = 0x18015500
 """Priority 24, data type 341, a message: the source goes into the last seven bits."""
 
 
 @dataclass(frozen=True)
 class Bench:
-    """Both processes are up, and everybody has been met."""
+    """Both processes are up, and all servos were seen."""
 
     api: httpx.Client
     uids: list[str]
@@ -88,8 +88,8 @@ def test_a_demo_with_automatic_bus_uses_and_reports_the_kernels_bus(vcan0: str) 
 
 
 def test_the_first_start_prints_a_link_and_access_needs_a_token(bench: Bench) -> None:
-    stranger = httpx.get(str(bench.api.base_url) + "servos", timeout=TIMEOUT_S)
-    assert (stranger.status_code, stranger.json()["code"]) == (401, "unauthorized")
+    anonymous = httpx.get(str(bench.api.base_url) + "servos", timeout=TIMEOUT_S)
+    assert (anonymous.status_code, anonymous.json()["code"]) == (401, "unauthorized")
     assert _json(bench.api.get("/health"))["demo"] is False
 
 
@@ -131,25 +131,25 @@ def test_servos_are_controlled_over_rest_as_recorded_by_candump(bench: Bench, tm
     assert {one["type"] for one in requests if one["destination"] == node_id} >= {
         "uavcan.protocol.param.GetSet", "uavcan.protocol.param.ExecuteOpcode",
     }  # fmt: skip
-    answering = {one["source"] for one in seen if one["kind"] == "response"}
-    assert {one["node_id"] for one in found.values()} <= answering, "every servo served the stop"
+    responding = {one["source"] for one in seen if one["kind"] == "response"}
+    assert {one["node_id"] for one in found.values()} <= responding, "every servo served the stop"
 
 
 def test_a_python_can_program_receives_the_servos_and_is_listed(bench: Bench) -> None:
     alive = NodeStatus(1, NodeHealth.OK, Mode.OPERATIONAL, 0, 0).encode() + b"\xc0"
     sources: set[int] = set()
     with can.Bus(interface="socketcan", channel="vcan0") as bus:
-        period = bus.send_periodic(can.Message(arbitration_id=NODE_STATUS_ID | STRANGER, data=alive), 0.5)
+        period = bus.send_periodic(can.Message(arbitration_id=NODE_STATUS_ID | FOREIGN, data=alive), 0.5)
         nodes = {one["node_id"] for one in _json(bench.api.get("/servos"))} | {OURS}
 
-        def all_heard() -> bool:
+        def all_seen() -> bool:
             while (got := bus.recv(0.05)) is not None and not nodes <= sources:
                 if got.arbitration_id & ~0x7F == NODE_STATUS_ID & ~0x7F or got.arbitration_id >> 8 & 0xFFFF == 341:
                     sources.add(got.arbitration_id & 0x7F)
             return nodes <= sources
 
-        until(all_heard, "NodeStatus of all servos, and of the server")
-        until(lambda: STRANGER in {one["node_id"] for one in _nodes(bench)}, "the stranger is listed")
+        until(all_seen, "NodeStatus of all servos, and of the server")
+        until(lambda: FOREIGN in {one["node_id"] for one in _nodes(bench)}, "the foreign node is listed")
         period.stop()
 
 

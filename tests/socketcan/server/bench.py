@@ -1,4 +1,4 @@
-"""What the tests beside it ask of the server and the two servos they share."""
+"""The server and the two servos shared by the tests of this folder."""
 
 from dataclasses import dataclass
 from typing import Any

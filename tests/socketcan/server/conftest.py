@@ -1,4 +1,4 @@
-"""The bench these tests share: our server and two simulated servos, each in a process of its own."""
+"""The bench shared by these tests: our server and two simulated servos, each in its own process."""
 
 from collections.abc import Iterator
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""candump is a second witness of the bus on a kernel's CAN: it hears what we log, and what we decode others decode."""
+"""candump as an independent witness on a Linux CAN bus: the same frames, and the same decoded fields."""
 
 import json
 import subprocess

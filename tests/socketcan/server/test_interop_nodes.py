@@ -1,4 +1,4 @@
-"""Our server among nodes of the public Python stack on a kernel's CAN: it gives them ids, or stands down."""
+"""Our server among nodes of the public Python stack on a Linux CAN bus: node IDs, standby and the list of nodes."""
 
 from pathlib import Path
 from typing import Any
@@ -46,11 +46,11 @@ def test_our_node_is_conforming_and_ignores_unknown_services(bench: Bench) -> No
 
 
 def test_simultaneous_nodes_get_different_ids_near_their_preference(bench: Bench) -> None:
-    with Applicant(uid(1)) as nobody, Applicant(uid(2), 42) as first, Applicant(uid(3), 42) as second:
-        applicants = [nobody, first, second]
+    with Applicant(uid(1)) as undecided, Applicant(uid(2), 42) as first, Applicant(uid(3), 42) as second:
+        applicants = [undecided, first, second]
         run_until([*applicants], lambda: all(each.node_id for each in applicants), "each of three has its node id")
     assert {first.node_id, second.node_id} == {42, 43}, "upward from what they prefer"
-    assert nobody.node_id == 124, "no preference: the highest free one, as the servo has 125"
+    assert undecided.node_id == 124, "no preference: the highest free one, as the servo has 125"
     for each in applicants:
         assert {source for source, _ in each.said} == {OURS}
         assert [length for _, length in each.said][-3:] == [6, 12, 16], "one response for each part of the unique id"

@@ -1,4 +1,4 @@
-"""Frames that belong to nobody on a kernel's CAN: our server counts them, and is disturbed by none."""
+"""Foreign and malformed frames on a Linux CAN bus: our server counts them and continues."""
 
 import subprocess
 
@@ -29,13 +29,13 @@ BROKEN = [
     "1003F222#112233445566778B",
     "1003F222#112233445566772B",
     "1003F222#112233445566774B",  # wrong checksum
-    "00000100#0102030405060708",  # Allocation of nobody, broken
+    "00000100#0102030405060708",  # anonymous Allocation, malformed
     "180CB900#C0",  # Allocation of an unknown part of a unique id
     "00000180#C0",  # a service of node 0
     "18018000#C0",
     "100B7FA1#00000000000000C0",  # an response to a request never requested
     "100BFFA1#8100010203040542",  # the rest of a request that never began
-    "18EEFFA1#C0",  # a service nobody has, requested of us
+    "18EEFFA1#C0",  # an unknown service, requested from us
     "1001557F#00000000000000C0",  # NodeStatus with our own node id
     "1F0FFFFF#FFFFFFFFFFFFFFFF",
     "00000000#0000000000000000",
@@ -68,7 +68,7 @@ def test_random_frames_of_every_kind_are_harmless(bench: Bench) -> None:
 
 
 def _all_is_well(bench: Bench) -> None:
-    """The bus works, both servos are there and respond, nobody else is taken for one, and nothing was given an id."""
+    """The bus works, both servos respond, no other node is listed as one, and no ID was allocated."""
     servos = until(bench.ready, "both servos are ready")
     assert bench.bus()["state"] == "active"
     assert {each["uid"] for each in bench.api.get("/servos").json()} == bench.uids

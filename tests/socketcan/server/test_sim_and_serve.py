@@ -1,4 +1,4 @@
-"""A whole job by REST on a kernel's CAN: what a technician does to a servo of another process."""
+"""A complete job over REST on a Linux CAN bus, on a servo of another process."""
 
 from socketcan.processes import until
 from socketcan.server.bench import Bench

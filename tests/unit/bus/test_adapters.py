@@ -1,4 +1,4 @@
-"""The tests of Adapters: what is plugged in, found in time whatever a driver does, and never in anybody's way."""
+"""Adapters: detection of every kind, in time even if a driver hangs, and without opening any."""
 
 import asyncio
 import os

@@ -1,4 +1,4 @@
-"""The tests of open_port: every way it fails names the remedy, and an opening that comes late is closed."""
+"""open_port: every failure names the remedy, and a port that opens late is closed."""
 
 import asyncio
 import threading

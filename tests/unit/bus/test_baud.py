@@ -61,7 +61,7 @@ HEARTBEATS = (
 class VirtualLine:
     """A serial line to an adapter at `rate`, None for any. See FakeAdapter for `responds`, `bus` and `noise`.
 
-    `deaf_s`: it ignores everything for so long. `heartbeat`: sent every `period_s`, from 0.01 s on.
+    `deaf_s`: it ignores everything until then. `heartbeat`: sent every `period_s`, from 0.01 s on.
     """
 
     rate: int | None = None

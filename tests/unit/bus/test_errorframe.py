@@ -1,4 +1,4 @@
-"""The tests of ErrorFrame: the classes and bytes of linux/can/error.h that matter here."""
+"""ErrorFrame: the relevant classes and bytes of linux/can/error.h."""
 
 import pytest
 

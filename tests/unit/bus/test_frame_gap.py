@@ -1,4 +1,4 @@
-"""Tests of the pause between the frames of one transfer: in the address, on the bus, and never in the way of a stop."""
+"""The gap between the frames of one transfer: in the address, on the bus, and never delaying a stop."""
 
 import asyncio
 from collections.abc import Callable

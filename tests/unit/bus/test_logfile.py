@@ -1,4 +1,4 @@
-"""Recordings in files: what is written is read back, in every form, and what is no frame does no harm."""
+"""Log files: round trip in every format, and invalid content."""
 
 import io
 import os

@@ -1,4 +1,4 @@
-"""The tests of RawLink on a pair of sockets that carry what a SocketCAN socket would."""
+"""RawLink on a pair of sockets that carry the data of a SocketCAN socket."""
 
 import socket
 import struct

@@ -1,4 +1,4 @@
-"""The tests of the slcan language: every form of a line, and whatever else a serial line may bring."""
+"""Lines of the slcan protocol: every form, and invalid data."""
 
 import pytest
 from hypothesis import given
@@ -98,7 +98,7 @@ def test_acknowledgements_of_every_kind_are_not_errors() -> None:
 def test_bell_is_a_refusal_with_or_without_a_line_end() -> None:
     lines = Lines()
     assert lines.feed(b"\a\a\rZ\r\aT000000010\r#4\r", 1.0) == Received(frames=[Frame(1, b"", 1.0)], refused=4)
-    assert (lines.accepted, lines.refused) == (1, 4)  # the CR after a BELL cannot be told from an response
+    assert (lines.accepted, lines.refused) == (1, 4)  # the CR after a BELL cannot be distinguished from a response
 
 
 def test_status_flags_report_passive_once_but_overruns_and_bus_errors_each_time() -> None:

@@ -1,4 +1,4 @@
-"""The tests of SocketCAN interfaces: what is wrong with one, the command that helps, and `ip` that is absent."""
+"""SocketCAN interfaces: faults with their remedies, and a missing `ip`."""
 
 import json
 import subprocess
@@ -105,7 +105,7 @@ def test_a_wrong_bit_rate_is_refused_with_the_command_that_corrects_it(
     wrong = failure("can0")
     assert wrong.detail.startswith("can0 runs at 500000 bit/s instead of 1000000.")
     assert wrong.facts["remedy"] == SET_IT
-    assert check("can0", 500_000) is not None, "what was asked for"
+    assert check("can0", 500_000) is not None, "the requested rate"
     ip_reports(monkeypatch, can("can0", 999_000))
     assert check("can0", 1_000_000) is not None, "a crystal that does not divide evenly"
     ip_reports(monkeypatch, can("can0", 990_000))
@@ -160,7 +160,7 @@ def test_without_ip_and_without_sysfs(net: Path, monkeypatch: pytest.MonkeyPatch
     interface(net, "can0")
     assert check("can0", 1_000_000) == Interface("can0", up=True)
     monkeypatch.setattr(socketcan, "NET", net / "nowhere")
-    assert check("can0", 1_000_000) is None, "opening it will tell"
+    assert check("can0", 1_000_000) is None, "unknown until opened"
     assert interfaces() == []
 
 

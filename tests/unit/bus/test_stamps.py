@@ -1,4 +1,4 @@
-"""The times of frames: those of the wall clock become instants, at the price of a look at one clock each."""
+"""Timestamps of frames: wall-clock times become instants of the loop."""
 
 import pytest
 

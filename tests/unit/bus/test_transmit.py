@@ -1,4 +1,4 @@
-"""The tests of TransmitQueue: the order of arbitration, and what a full queue gives up."""
+"""TransmitQueue: the order of arbitration, and the frame dropped from a full queue."""
 
 import pytest
 from hypothesis import given

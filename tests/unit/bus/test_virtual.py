@@ -1,4 +1,4 @@
-"""The tests of which virtual CAN interface simulated servos take, and that they take no other."""
+"""The virtual CAN interface chosen for simulated servos, never one of real hardware."""
 
 import socket
 from pathlib import Path

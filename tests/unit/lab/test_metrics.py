@@ -1,4 +1,4 @@
-"""The numbers of a step response, held against second-order systems whose answers are known in closed form."""
+"""Metrics of a step response, against second-order systems with closed-form solutions."""
 
 import math
 from collections.abc import Callable

@@ -1,4 +1,4 @@
-"""A node without an id, that asks for one by the rules of the public Allocation type."""
+"""A node without an ID that requests one by the rules of the public Allocation type."""
 
 import asyncio
 from random import Random
@@ -12,7 +12,7 @@ from hornbill.wire.transfer import Transfer, split
 
 
 class Allocatee:
-    """Boots at once. `node_id` is 0 until it is given one; then it says NodeStatus every second."""
+    """Starts at once. `node_id` is 0 until allocated; then it sends NodeStatus every second."""
 
     def __init__(self, port: CanPort, unique_id: bytes, *, seed: int, preferred: int = 0) -> None:
         self.port = port
@@ -40,7 +40,7 @@ class Allocatee:
         self._arm()
 
     def stop(self) -> None:
-        """Say and ask nothing any more."""
+        """Send nothing any more."""
         for timer in (self._request_timer, self._follow_up):
             if timer is not None:
                 timer.cancel()
@@ -77,7 +77,7 @@ class Allocatee:
             self._follow_up = None
         known = len(message.unique_id)
         if anonymous:
-            self._requested_at = None  # somebody else's request came between
+            self._requested_at = None  # a request of another node came between
         if anonymous or self.unique_id[:known] != message.unique_id:
             return
         if self._requested_at is not None:

@@ -1,4 +1,4 @@
-"""The fastest allocator there can be, which ours is measured against."""
+"""The fastest possible allocator, as a reference for ours."""
 
 import asyncio
 
@@ -13,7 +13,7 @@ NODE_ID = 127
 
 
 class IdealAllocator:
-    """Answers after `delay_s`, knows no rule and no neighbour, and forgets nobody."""
+    """Responds after `delay_s`, without rules or neighbours. Allocates 125, 124, … in order of completed requests."""
 
     def __init__(self, port: CanPort, delay_s: float = 0.0) -> None:
         self._port = port

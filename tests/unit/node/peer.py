@@ -1,4 +1,4 @@
-"""Another node on the embedded bus, that responses requests the way a test wants."""
+"""Another node on the embedded bus, with configurable responses."""
 
 import asyncio
 from collections.abc import Callable

@@ -1,4 +1,4 @@
-"""A CanPort that keeps what it was asked to send and receives what a test says, guarded or not."""
+"""A CanPort that records sent frames and delivers given ones, guarded or not."""
 
 from collections.abc import Sequence
 
@@ -9,7 +9,7 @@ from hornbill.wire.port import PLAIN, FrameSink, PortState, PortStatistics
 
 
 class RecordingPort:
-    """`sent` grows by every frame; `deliver` hands frames to whoever listens."""
+    """`sent` grows by every frame; `deliver` hands frames to the listener."""
 
     def __init__(self) -> None:
         self.address = "recording:0"

@@ -1,4 +1,4 @@
-"""What the tests of requests share: a host and a peer on one bus, and a read request."""
+"""Helpers of the tests of requests: a host and a peer on one bus, and a read request."""
 
 import asyncio
 from collections.abc import Callable

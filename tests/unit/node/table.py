@@ -1,4 +1,4 @@
-"""What an allocator needs around it, without a database and without a bus."""
+"""The environment of an allocator, without a database and without a bus."""
 
 from dataclasses import dataclass, field
 
@@ -52,7 +52,7 @@ class Neighbours:
     uids: dict[int, bytes] = field(default_factory=dict[int, bytes])
 
     def known(self) -> set[int]:
-        """Everybody."""
+        """All nodes ever seen."""
         return set(self.seen)
 
     def occupied(self, now: float) -> set[int]:
@@ -64,7 +64,7 @@ class Neighbours:
         return self.uids.get(node_id)
 
     def node_id_of(self, unique_id: bytes) -> int | None:
-        """Where it lives."""
+        """The node ID of a unique ID."""
         return next((node_id for node_id, uid in self.uids.items() if uid == unique_id), None)
 
     def last_seen(self, node_id: int) -> float | None:

@@ -1,17 +1,18 @@
-"""Who gets which node id: the rules of uavcan.protocol.dynamic_node_id.Allocation, and what may go wrong on a bus."""
+"""The allocator: the rules of uavcan.protocol.dynamic_node_id.Allocation, a full table and competing allocators."""
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hornbill.node.allocator import AllocationMode, Allocator, AllocatorStatus
+from hornbill.node.allocator import RECYCLE_AFTER_S, AllocationMode, Allocator, AllocatorStatus, CompetingAllocator
 from hornbill.node.directory import Directory
 from hornbill.node.node_ids import find_free
 from hornbill.node.waiting import AllocationRequest
+from hornbill.units import NodeId, Uid
 from hornbill.wire.datatype import Kind
 from hornbill.wire.messages import AllocationMessage
 from hornbill.wire.transfer import Transfer
-from unit.node.table import MemoryTable, Neighbours, exchange, request
+from unit.node.table import MemoryTable, Neighbours, competing_response, exchange, request
 
 A = bytes(range(0xA0, 0xB0))
 B = bytes(range(0xB0, 0xC0))
@@ -113,7 +114,7 @@ def test_a_node_that_restarts_keeps_its_id_although_it_was_just_seen() -> None:
     it = allocator(neighbours=neighbours)
     assert exchange(it, A, 0.0) == 125
     neighbours.seen[125], neighbours.uids[125] = 10.0, A
-    assert exchange(it, A, 10.7) == 125  # it asks 0.6 s after its start at the earliest
+    assert exchange(it, A, 10.7) == 125  # it sends its first request at least 0.6 s after its start
     neighbours.seen[125] = 20.4
     assert exchange(it, A, 20.5) == 125
 
@@ -126,7 +127,7 @@ def test_while_the_user_of_its_id_is_unknown_a_node_gets_none_and_the_user_is_id
     it.on_unclear.append(unclear.append)
     assert exchange(it, A, 10.0) is None
     assert unclear == [20]
-    assert exchange(it, B, 10.3) == 125  # nobody else waits for that
+    assert exchange(it, B, 10.3) == 125  # other nodes do not wait
     neighbours.uids[20] = A  # it was the node itself, before its restart
     assert exchange(it, A, 11.0) == 20
     neighbours.seen[20], neighbours.uids[20] = 99.0, C
@@ -155,7 +156,7 @@ def test_a_node_seen_before_gets_its_former_id_unless_it_prefers_another() -> No
     it = allocator(MemoryTable({"00" * 16: 40}), neighbours)
     assert exchange(it, A, 10.0) == 20
     assert exchange(it, B, 11.0, preferred=60) == 60
-    assert exchange(it, C, 12.0) == 125  # its id belongs to somebody else by now
+    assert exchange(it, C, 12.0) == 125  # its former ID is allocated to another node
 
 
 def test_remembered_ids_are_allocated_last() -> None:
@@ -324,3 +325,136 @@ def test_a_new_id_is_not_allocated_before_listening_to_the_bus() -> None:
     assert exchange(it, B, 100.1) is None
     assert exchange(it, A, 100.2) == 99  # who was here before need not wait
     assert exchange(it, B, 100.9) == 125
+
+
+# A full table.
+
+
+def test_without_a_free_id_the_request_is_refused_and_logged(caplog: pytest.LogCaptureFixture) -> None:
+    table = MemoryTable({number(n).hex(): n for n in range(1, 126)})
+    it = allocator(table)
+    refusals: list[AllocationRequest] = []
+    it.on_refused.append(refusals.append)
+    assert exchange(it, A, 0.0) is None
+    assert exchange(it, A, 1.0) is None
+    (refusal,) = refusals
+    assert refusal.partial == A.hex()
+    assert refusal.refusal == "All 125 node IDs are taken. Remove allocations of nodes no longer in use."
+    assert A.hex() in caplog.text
+    (waiting,) = it.pending(1.2)
+    assert (waiting.refusal, waiting.attempts) == (refusal.refusal, 2)
+    del table.kept[number(7).hex()]
+    assert exchange(it, A, 2.0) == 7
+    assert it.pending(2.2) == []
+
+
+def away(oldest_s: float, *, pins: frozenset[str] = frozenset()) -> MemoryTable:
+    """A full table; number(n) was away for a second less than its predecessor."""
+    table = MemoryTable({number(n).hex(): n for n in range(1, 126)}, pins)
+    table.away_s = {number(n).hex(): oldest_s - n for n in range(1, 126)}
+    return table
+
+
+def test_in_a_full_table_the_id_unused_for_longest_is_recycled() -> None:
+    table = away(RECYCLE_AFTER_S + 100)
+    it = allocator(table, Neighbours({1: 2.0, 3: 2.0}))
+    lost: list[tuple[Uid, NodeId]] = []
+    it.on_recycled.append(lambda uid, node_id: lost.append((uid, node_id)))
+    assert exchange(it, A, 1.0, preferred=77) == 2  # number(1) is here
+    assert exchange(it, B, 2.0) == 4
+    assert lost == [(number(2).hex(), 2), (number(4).hex(), 4)]
+    assert len(table.kept) == 125
+    assert exchange(it, number(2), 3.0) == 5  # a returning node counts as new
+
+
+def test_in_a_full_table_pinned_present_and_recent_nodes_keep_their_ids() -> None:
+    table = away(RECYCLE_AFTER_S + 3.5, pins=frozenset({number(1).hex()}))  # 1, 2 and 3 were away for long enough
+    it = allocator(table, Neighbours({2: 0.0}), own=frozenset({3, 127}))
+    assert exchange(it, A, 1.0) is None
+    assert len(table.kept) == 125
+
+
+def test_while_an_id_is_free_none_is_recycled() -> None:
+    table = away(RECYCLE_AFTER_S + 100)
+    del table.kept[number(60).hex()]
+    it = allocator(table)
+    assert exchange(it, A, 1.0) == 60
+    assert set(table.kept) - {A.hex()} == {number(n).hex() for n in range(1, 126) if n != 60}
+
+
+def test_a_failing_table_refuses_the_request_until_it_works_again() -> None:
+    table = MemoryTable()
+    it = allocator(table)
+    refusals: list[AllocationRequest] = []
+    it.on_refused.append(refusals.append)
+    table.broken = True
+    assert exchange(it, A, 0.0) is None
+    assert [each.partial for each in refusals] == [A.hex()]
+    assert "data folder" in (refusals[0].refusal or "")
+    table.broken = False
+    assert exchange(it, A, 1.0) == 125
+
+
+# Another allocator.
+
+
+def test_it_goes_to_standby_when_another_allocator_responds(caplog: pytest.LogCaptureFixture) -> None:
+    table = MemoryTable()
+    it = allocator(table)
+    request(it, A[:6], 0.0, first=True)
+    assert competing_response(it, 9, AllocationMessage(0, False, A[:6]), 0.01) is None
+    assert it.state is AllocatorStatus.STANDBY
+    assert it.competitor == CompetingAllocator(9, 0.01, 1)
+    assert request(it, A[6:12], 0.1) is None
+    competing_response(it, 9, AllocationMessage(0, False, A[:12]), 0.11)
+    assert [(each.partial, each.stage) for each in it.pending(0.2)] == [(A[:12].hex(), 2)]
+    assert request(it, A[12:], 0.3) is None
+    competing_response(it, 9, AllocationMessage(77, False, A), 0.31)
+    assert it.pending(0.4) == []
+    assert table.recorded == []
+    assert it.competitor == CompetingAllocator(9, 0.31, 3)
+    assert caplog.text.count("competing node ID allocator") == 1
+
+
+def test_it_returns_when_the_other_allocator_ignores_three_requests() -> None:
+    it = allocator()
+    reported: list[CompetingAllocator] = []
+    it.on_competitor_found.append(reported.append)
+    it.on_competitor_gone.append(reported.append)
+    competing_response(it, 9, AllocationMessage(0, False, A[:6]), 0.0)
+    for n in range(3):
+        assert request(it, A[:6], 1.0 + n, first=True) is None
+    assert len(reported) == 1
+    assert exchange(it, A, 4.0) == 125
+    assert it.state is AllocatorStatus.ON
+    assert reported == [CompetingAllocator(9, 0.0, 1)] * 2
+
+
+def test_it_stays_in_standby_while_the_other_allocator_responds() -> None:
+    it = allocator()
+    for n in range(20):
+        request(it, A[:6], n, first=True)
+        competing_response(it, 9, AllocationMessage(0, False, A[:6]), n + 0.001)
+    assert it.state is AllocatorStatus.STANDBY
+
+
+def test_in_force_mode_it_responds_beside_another_allocator() -> None:
+    it = allocator()
+    it.mode = AllocationMode.FORCE
+    for n, part in enumerate((A[:6], A[6:12], A[12:])):
+        now, before = 0.1 * n, A[: 6 * n]
+        reply = request(it, part, now, first=n == 0)
+        assert reply == AllocationMessage(125 if n == 2 else 0, False, before + part)
+        competing_response(it, 9, AllocationMessage(99 if n == 2 else 0, False, before + part), now + 0.01)
+    assert it.state is AllocatorStatus.ON
+    assert it.competitor is not None
+    assert it.competitor.responses == 3
+    it.mode = AllocationMode.ON
+    assert it.state is AllocatorStatus.STANDBY
+
+
+def test_an_operator_can_resume_it() -> None:
+    it = allocator()
+    competing_response(it, 9, AllocationMessage(0, False, A[:6]), 0.0)
+    it.resume()
+    assert exchange(it, A, 1.0) == 125

@@ -30,7 +30,7 @@ ids = st.integers(119, 127)
 
 @dataclass
 class Node:
-    """One node: what it was known of its own unique id so far, and the id it lives on, 0 while it has none."""
+    """One node: the part of its unique ID echoed so far, and its node ID, 0 if none."""
 
     uid: bytes
     known: bytes = b""
@@ -41,7 +41,7 @@ class Node:
 
 
 class Machine(RuleBasedStateMachine):
-    """`nodes` follow rules A to E of the public type as far as the losses let them; strangers follow none."""
+    """`nodes` follow rules A to E of the public type as far as losses allow; foreign nodes follow none."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -92,7 +92,7 @@ class Machine(RuleBasedStateMachine):
     def a_month_goes_by(self, number: int) -> None:
         self.table.away_s[f"{number:032x}"] = RECYCLE_AFTER_S + number
 
-    # Time, and who lives on the bus.
+    # Time and nodes on the bus.
 
     def living(self) -> list[Node]:
         return [node for node in [*self.nodes, *self.known_nodes.values()] if node.node_id and node.powered]
@@ -106,7 +106,7 @@ class Machine(RuleBasedStateMachine):
         self.pass_by(seconds, talk=talk)
 
     def pass_by(self, seconds: float, *, talk: bool = False) -> None:
-        """Who lives speaks at least every three seconds, and may at any time."""
+        """Every powered node sends at least every three seconds."""
         self.now += seconds
         for node in self.living():
             if talk or self.now - self.neighbours.seen.get(node.node_id, 0.0) > 2.9:
@@ -148,7 +148,7 @@ class Machine(RuleBasedStateMachine):
         self.speak(node)
 
     @rule()
-    def everybody_says_who_they_are(self) -> None:
+    def every_node_identifies_itself(self) -> None:
         self.neighbours.uids.update({node.node_id: node.uid for node in self.living() if node.spoke})
 
     # Messages.
@@ -184,7 +184,7 @@ class Machine(RuleBasedStateMachine):
         self.deliver(self.handle(self.last), lost=False)
 
     @rule(node_id=st.integers(0, 127), first=st.booleans(), part=st.binary(max_size=16))
-    def a_stranger_sends_anything(self, node_id: int, first: bool, part: bytes) -> None:
+    def a_foreign_node_sends_anything(self, node_id: int, first: bool, part: bytes) -> None:
         self.deliver(self.handle(AllocationMessage(node_id, first, part)), lost=True)
 
     @rule(who=applicants, length=st.sampled_from([0, 6, 7, 12, 16]), node_id=st.integers(0, 127))
@@ -195,7 +195,7 @@ class Machine(RuleBasedStateMachine):
             self.deliver(message, lost=False)
 
     def request(self, node: Node, message: AllocationMessage, received: bool, responded: bool) -> None:
-        """Rule C for those who hear it: everybody but the sender gives up its turn."""
+        """Rule C: all nodes but the sender restart their exchange."""
         node.known = b""
         if received:
             for other in self.nodes:
@@ -226,15 +226,15 @@ class Machine(RuleBasedStateMachine):
         assert self.table.kept[uid] == node_id, "kept before it is known"
         assert not self.table.broken
         others = [one for one in self.living() if one.node_id == node_id and one.uid != reply.unique_id and one.spoke]
-        assert others == [], "it belongs to somebody who was seen"
+        assert others == [], "used by another node that was seen"
         if uid in self.table.pins:
             assert node_id == before[uid]
         lost = [other for other in before if other not in self.table.kept]
-        assert all(self.table.away_s.get(other, 0) > RECYCLE_AFTER_S for other in lost), "nobody else loses an id"
+        assert all(self.table.away_s.get(other, 0) > RECYCLE_AFTER_S for other in lost), "no other node loses its ID"
         if uid in before and node_id != before[uid]:
             was = before[uid]
-            somebody = self.neighbours.seen.get(was)
-            assert was == OWN or was > 125 or (somebody is not None and self.now - somebody < 3), "the same id again"
+            seen_at = self.neighbours.seen.get(was)
+            assert was == OWN or was > 125 or (seen_at is not None and self.now - seen_at < 3), "the same id again"
 
     def deliver(self, reply: AllocationMessage | None, *, lost: bool) -> None:
         """Rules C, D and E for every node that waits."""

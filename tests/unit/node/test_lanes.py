@@ -1,4 +1,4 @@
-"""Whose turn it is: priority, then nodes in turn, then order of arrival."""
+"""Order of requests: priority, then nodes in turn, then order of arrival."""
 
 from random import Random
 
@@ -112,7 +112,7 @@ def test_dropped_frames_do_not_block_the_backlog() -> None:
     backlog.queue(3, 1.0)
     assert not backlog.is_empty(1.004)
     assert backlog.is_empty(1.006)
-    statistics.tx_frames = 10  # somebody else counts on the same port
+    statistics.tx_frames = 10  # another sender on the same port
     backlog.queue(1, 2.0)
     assert not backlog.is_empty(2.0)
     statistics.tx_frames = 11

@@ -307,7 +307,7 @@ async def test_nodes_do_not_wait_for_each_other() -> None:
     for peer in others:
         jobs.extend(host.request(peer.node_id, read(f"0x{r:02X}")) for r in range(0x20, 0x25))
     await asyncio.gather(*jobs)
-    # Five rounds of 10 ms and 16 responses on the wire each: nobody waited for a neighbour's servo.
+    # Five rounds of 10 ms and 16 responses on the wire each: no node waited for another.
     assert now() - began < 5 * (0.010 + 16 * 0.0006)
     assert all(peer.names == ["0x20", "0x21", "0x22", "0x23", "0x24"] for peer in others)
     with pytest.raises(NoResponse):

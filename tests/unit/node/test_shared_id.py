@@ -1,4 +1,4 @@
-"""What another program says with our node id: what counts as that, and what it tells of the program."""
+"""Another program with our node ID: which transfers count, and how they identify the program."""
 
 import asyncio
 

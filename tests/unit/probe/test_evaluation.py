@@ -1,4 +1,4 @@
-"""Answers of a probe, derived from recordings written down here."""
+"""Results of a probe, derived from given recordings."""
 
 import pytest
 

@@ -1,4 +1,4 @@
-"""The fixture that spoils a copy of the tables in one place and gives back the refusal."""
+"""A fixture that changes one place in a copy of the tables and returns the error."""
 
 import re
 import shutil

@@ -1,4 +1,4 @@
-"""The catalogue: found by key, address and model; frozen; one revision for one content."""
+"""The catalogue: lookup by key, address and model; immutable; one revision per content."""
 
 import shutil
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""Effect rules: what has no effect now, and the sentence that says why."""
+"""Effect rules: parameters without effect, and the reason as a sentence."""
 
 import pytest
 

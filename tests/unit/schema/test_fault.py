@@ -1,4 +1,4 @@
-"""Fault bits: registers to bits and back, and the overview that sums them up."""
+"""Fault bits: registers to bits and back, and the overview that summarises them."""
 
 import re
 

@@ -1,4 +1,4 @@
-"""Raw integers and engineering values: there and back for every row, and a sentence for what is not allowed."""
+"""Raw integers and engineering values: round trips for every row, and errors for invalid values."""
 
 from typing import Any, cast
 

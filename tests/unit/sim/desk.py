@@ -1,4 +1,4 @@
-"""One simulated servo and a tester that speaks DroneCAN to it, frame by frame, on a clock of its own."""
+"""One simulated servo and a tester that exchanges DroneCAN frames with it, on its own clock."""
 
 from collections.abc import Iterable
 from functools import cache
@@ -251,7 +251,7 @@ class Desk:
         self.send(ArrayCommand((ActuatorCommand(actuator_id, kind, value),)))
 
     def allocation(self, node_id: int, unique_id: bytes, *, source: int = TESTER) -> None:
-        """An allocator's response; source 0 with at most six bytes is another node that asks."""
+        """An allocator's response; source 0 with at most six bytes is another requesting node."""
         self.send(AllocationMessage(node_id, False, unique_id), source=source)
 
     def statuses(self, transfers: list[Transfer]) -> list[ActuatorStatus]:

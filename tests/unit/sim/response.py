@@ -1,4 +1,4 @@
-"""How a simulated horn responded a command, sampled as a tester would by reading 0x08."""
+"""The response of a simulated horn to a command, sampled by reading 0x08."""
 
 from itertools import pairwise
 from typing import NamedTuple
@@ -27,7 +27,7 @@ class Response(NamedTuple):
 
     @property
     def hunting(self) -> int:
-        """How far it still goes to and fro in the last second, from end to end in 0.1°."""
+        """Peak-to-peak oscillation in the last second, 0.1°."""
         late = self.readings[-round(1.0 / SAMPLE_S) :]
         return max(late) - min(late)
 

@@ -16,7 +16,7 @@ from hornbill.units import Uid
 from hornbill.wire.frame import Frame
 from hornbill.wire.port import CanPort
 from jumping_clock import run
-from unit.sim.allocator import IdealAllocator
+from unit.node.ideal import IdealAllocator
 from unit.sim.desk import catalog
 
 

@@ -1,4 +1,4 @@
-"""The demo fleet: mixed, buildable, stable for a seed, quick to come up, and true to its stories."""
+"""The demo fleet: mixed, buildable, reproducible, quickly online, and with the described faults."""
 
 from dataclasses import replace
 
@@ -55,7 +55,7 @@ def described(word: str) -> Recipe:
 
 
 def at_desk(recipe: Recipe) -> Desk:
-    """That servo on a desk, at rest, with a node id so that it can be asked."""
+    """That servo on a desk, at rest, with a node ID so that it can be read."""
     desk = Desk(up=False)
     desk.servo = recipe.build(catalog(), 1)
     desk.servo.power_on(START)
@@ -116,11 +116,11 @@ def test_the_fleet_contains_every_series() -> None:
 
 
 def test_of_a_hundred_servos_four_request_an_id_and_the_others_have_one() -> None:
-    asking = 0
+    requesting = 0
     for recipe in demo_fleet(catalog(), 100, 1):
         servo = recipe.build(catalog(), 1)
         servo.power_on(START)
         servo.advance(START + 0.2)
         assert servo.node_id == recipe.node_id
-        asking += not servo.node_id
-    assert asking == 4
+        requesting += not servo.node_id
+    assert requesting == 4

@@ -1,4 +1,4 @@
-"""SimFaults: conditions, injected bits and latches add up to the four words, and a start sorts them out."""
+"""SimFaults: conditions, injected bits and latches in the four words, and the effect of a start."""
 
 import pytest
 

@@ -1,4 +1,4 @@
-"""What reaches a servo from the bus: frames for others are filtered out, and nothing on the wire can raise."""
+"""Frames received by a servo: frames for other nodes are ignored, and no frame raises."""
 
 from hypothesis import given, settings
 from hypothesis import strategies as st

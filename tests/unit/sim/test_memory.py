@@ -1,4 +1,4 @@
-"""Memory: RAM and ROM apart, and what a reset spares."""
+"""Memory: RAM and ROM, and what a reset preserves."""
 
 import pytest
 

@@ -1,4 +1,4 @@
-"""The horn as physics: friction, load, brake, sleep, and independence of how often it is looked at."""
+"""Physics of the horn: friction, load, brake, sleep, and independence of the step size."""
 
 import pytest
 

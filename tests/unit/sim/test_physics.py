@@ -1,4 +1,4 @@
-"""The simulated horn against physics: an independent integration, energy, and an hour of whatever comes."""
+"""The simulated horn against an independent integration, energy, and random commands."""
 
 import math
 from typing import Any

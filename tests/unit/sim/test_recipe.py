@@ -1,4 +1,4 @@
-"""Recipe: what is said of a servo is what is built, and what cannot be is refused."""
+"""Recipe: the servo is built as described, and invalid descriptions are refused."""
 
 from dataclasses import replace
 

@@ -1,4 +1,4 @@
-"""A simulated servo as a function of frames and time: equal seeds give equal lives, and looking changes nothing."""
+"""A simulated servo as a function of frames and time: reproducible, and unaffected by reading."""
 
 import pytest
 

@@ -1,4 +1,4 @@
-"""What can happen to frames between two controllers and on adapters, one thing at a time."""
+"""Damage to frames between two controllers and on adapters."""
 
 from collections.abc import Callable
 from random import Random
@@ -20,7 +20,7 @@ def repeat(row: list[Frame], place: int, _chance: Random) -> None:
 
 
 def repeat_later(row: list[Frame], place: int, chance: Random) -> None:
-    """A frame arrives once more when others have gone by."""
+    """A frame arrives again after others."""
     late = chance.randrange(place, len(row))
     row.insert(late + 1, row[place]._replace(at=row[late].at))
 
@@ -62,7 +62,7 @@ def readdress(row: list[Frame], place: int, chance: Random) -> None:
 
 
 def invent(row: list[Frame], place: int, chance: Random) -> None:
-    """A frame nobody sent, on an identifier somebody uses."""
+    """A frame no node sent, with an identifier in use."""
     row.insert(place, row[place]._replace(data=chance.randbytes(chance.randrange(9))))
 
 

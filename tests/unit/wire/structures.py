@@ -1,4 +1,4 @@
-"""The hypothesis strategies for every structure of the wire, shared by the wire and contract tests."""
+"""Hypothesis strategies for every structure of the wire, shared by unit and contract tests."""
 
 from hypothesis import strategies as st
 

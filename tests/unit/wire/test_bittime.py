@@ -1,4 +1,4 @@
-"""The tests of frame_bits, against a bit-by-bit reference and the limits of an extended data frame."""
+"""frame_bits, against a bit-by-bit reference and the limits of an extended data frame."""
 
 from itertools import groupby
 from random import Random

@@ -1,4 +1,4 @@
-"""All structures alike: round trips, and any bytes at all without an exception."""
+"""All structures: round trips, and arbitrary bytes without an exception."""
 
 import math
 

@@ -1,4 +1,4 @@
-"""Rows of frames the fuzzer found: what reassembly did with each when it was found, it does today."""
+"""Rows of frames found by the fuzzer: reassembly still treats each as recorded."""
 
 from dataclasses import asdict
 from pathlib import Path
@@ -21,7 +21,7 @@ def test_corpus_rows_are_decoded_as_recorded(path: Path) -> None:
     assert fuzz.reported(received) == kept["transfers"]
     assert counters == kept["counters"]
     assert any(f"{now} after {before}" == kept["shows"] for before, now in seen)
-    # in one batch only the name of a drop may differ: what is late is swept once a batch, or met by its next frame
+    # in one batch only the name of a drop may differ: late transfers are dropped once a batch, or at their next frame
     assert Reassembler(node_id, max_sessions=fuzz.MAX_SESSIONS).feed(row) == received
     for transfer in received:
         decode(transfer)

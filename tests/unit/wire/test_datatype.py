@@ -1,4 +1,4 @@
-"""Data types: the constants of the specification, and the numbers derived from them."""
+"""Data types: constants of the specification, and derived numbers."""
 
 import pytest
 

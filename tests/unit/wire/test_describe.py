@@ -1,4 +1,4 @@
-"""How a transfer is reported: sentences people can read, an object JSON can carry, and nothing that raises."""
+"""Descriptions of transfers: readable sentences and valid JSON, without exceptions."""
 
 import json
 import math

@@ -1,4 +1,4 @@
-"""Identifiers: the bits of the three forms, and refusal of what does not fit."""
+"""Identifiers: the bits of the three forms, and values out of range."""
 
 import pytest
 from hypothesis import given

@@ -1,4 +1,4 @@
-"""Messages: bits where the tables say, clamped numbers, and None for every wrong length."""
+"""Messages: bits as in the tables, clamped numbers, and None for every invalid length."""
 
 import math
 

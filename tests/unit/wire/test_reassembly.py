@@ -57,9 +57,9 @@ def test_the_same_type_from_two_nodes_at_once() -> None:
 
 
 def test_request_and_response_of_one_pair_at_once() -> None:
-    ask = frames(GetSetRequest(0, integer(5), "0x20"), source=127, destination=10)
+    request = frames(GetSetRequest(0, integer(5), "0x20"), source=127, destination=10)
     response = frames(RESPONSE, source=127, destination=10)
-    received = Reassembler().feed([f for pair in zip(ask, response, strict=True) for f in pair])
+    received = Reassembler().feed([f for pair in zip(request, response, strict=True) for f in pair])
     assert [t.kind for t in received] == [Kind.REQUEST, Kind.RESPONSE]
 
 

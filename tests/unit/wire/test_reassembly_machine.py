@@ -1,4 +1,4 @@
-"""Nodes that speak at their own pace on a bus that loses, repeats and damages frames, beside a model of both ends."""
+"""Nodes on a bus that loses, repeats and damages frames, beside a model of both ends."""
 
 from random import Random
 
@@ -104,7 +104,7 @@ class Bus(RuleBasedStateMachine):
 
     @rule(source=SOURCES, does=st.booleans())
     def restart(self, source: int, does: bool) -> None:
-        """A node starts anew in the middle of what it said; half as often as other things happen."""
+        """A node restarts in the middle of a transfer, half as often as other events."""
         if does:
             self.next_id = {key: number for key, number in self.next_id.items() if key[0] != source}
             self.under_way = {can_id: at for can_id, at in self.under_way.items() if can_id & 0x7F != source}
@@ -132,7 +132,7 @@ class Bus(RuleBasedStateMachine):
         assert (counters.frames, counters.transfers) == (len(self.fed), len(self.received))
 
     def teardown(self) -> None:
-        """The other end agrees, and when everybody is silent nothing is kept."""
+        """The model agrees, and after silence no session remains."""
         self.check_all()
         self.now += 2 * TIMEOUT_S
         self.feed([Frame(0x1001557F, bytes(7) + b"\xc0")])

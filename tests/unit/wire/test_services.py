@@ -1,4 +1,4 @@
-"""Services: byte layouts the tables print or leave out, and None for what is cut short."""
+"""Services: byte layouts, and None for truncated data."""
 
 import pytest
 from hypothesis import given

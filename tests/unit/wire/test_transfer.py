@@ -1,4 +1,4 @@
-"""Splitting: how many frames, which tail bytes, where the CRC stands, and what is refused."""
+"""Splitting of transfers: number of frames, tail bytes, CRC, and refusals."""
 
 import pytest
 from hypothesis import given
