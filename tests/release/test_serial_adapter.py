@@ -4,7 +4,7 @@ import asyncio
 
 import pytest
 
-pytest.importorskip("termios", reason="pseudo terminals are a matter of POSIX")
+pytest.importorskip("termios", reason="pseudo terminals exist on POSIX only")
 
 from behaviour.rig import CATALOG, PLAIN
 from hornbill.bus.embedded.memory import MemoryBus
@@ -25,7 +25,7 @@ BAUD = 115_200
 SERVOS = 6
 
 
-def test_six_servos_stay_online_over_a_real_port_at_115200_baud_and_nothing_is_dropped() -> None:
+def test_six_servos_stay_online_over_a_real_port_at_115200_baud_without_loss() -> None:
     async def main(adapter: FakeAdapter) -> None:
         loop = asyncio.get_running_loop()
         bus = MemoryBus()
@@ -63,11 +63,11 @@ def test_six_servos_stay_online_over_a_real_port_at_115200_baud_and_nothing_is_d
                 while [one.state for one in host.fleet.all()] != [State.READY] * SERVOS:
                     await asyncio.sleep(0.05)
             statistics = connection.port.statistics
-            received, asked, began = statistics.line_bytes, host.requests.outcomes.copy(), loop.time()
+            received, outcomes, began = statistics.line_bytes, host.requests.outcomes.copy(), loop.time()
             for _ in range(50):
                 await asyncio.sleep(0.1)
                 assert all(servo.online for servo in host.fleet.all())
-            took, polled = loop.time() - began, (host.requests.outcomes - asked)["poll", "responded"]
+            took, polled = loop.time() - began, (host.requests.outcomes - outcomes)["poll", "responded"]
             assert (adapter.dropped, statistics.rx_dropped, statistics.errors) == (0, 0, 0)
             assert 0 < polled * READ_BYTES / took <= BUDGET * BAUD / 10 * 1.05
             assert (statistics.line_bytes - received) / took <= FULL * BAUD / 10
