@@ -1,4 +1,4 @@
-"""How far a server may be reached: this machine without a token, a network never, but for a demo in a container."""
+"""Network access requires a token, except for this machine and a demo in a container."""
 
 from pathlib import Path
 from typing import Any
@@ -28,43 +28,39 @@ def test_this_machine_needs_no_token(tmp_path: Path, demo: bool, host: str) -> N
 
 @pytest.mark.parametrize("demo", [True, False])
 @pytest.mark.parametrize(
-    "wider",
+    "network",
     [{"host": "0.0.0.0"}, {"host": "::"}, {"host": "192.0.2.7"}, {"behind_proxy": True}, {"allow_host": ["bench"]}],
 )
-def test_anything_wider_is_refused_without_a_token_and_says_how_to_make_one(
-    tmp_path: Path, demo: bool, wider: dict[str, Any]
-) -> None:
+def test_network_access_without_a_token_is_rejected(tmp_path: Path, demo: bool, network: dict[str, Any]) -> None:
     with pytest.raises(NotExposed) as refused:
-        decide(settings(tmp_path, **wider), demo=demo, environment=OUTSIDE)
+        decide(settings(tmp_path, **network), demo=demo, environment=OUTSIDE)
     assert ("--token" if demo else "hornbill tokens create NAME --role admin") in refused.value.detail
 
 
-def test_with_a_token_of_the_data_folder_or_of_the_command_line_it_may_be_wider(tmp_path: Path) -> None:
+def test_a_token_allows_network_access(tmp_path: Path) -> None:
     given = decide(settings(tmp_path, host="192.0.2.7", token=LONG), demo=False, environment=OUTSIDE)
     assert given == NetworkPolicy(LOCAL | {"192.0.2.7"}, addresses=True, required=True)
     with Store(tmp_path) as store:
         store.tokens.add("me", "admin")
     wide = settings(tmp_path, host="0.0.0.0", allow_host="Bench.local, rig")
-    kept = decide(wide, demo=False, environment=OUTSIDE)
-    assert kept == NetworkPolicy(LOCAL | {"bench.local", "rig"}, addresses=True, required=True)
+    stored = decide(wide, demo=False, environment=OUTSIDE)
+    assert stored == NetworkPolicy(LOCAL | {"bench.local", "rig"}, addresses=True, required=True)
 
 
 @pytest.mark.parametrize("demo", [True, False])
 @pytest.mark.parametrize("where", [{"host": "0.0.0.0"}, {"host": "127.0.0.1"}, {"behind_proxy": True}])
-def test_a_token_of_fewer_than_16_characters_can_be_guessed_and_is_refused_with_the_way_to_make_one(
-    tmp_path: Path, demo: bool, where: dict[str, Any]
-) -> None:
+def test_a_token_of_fewer_than_16_characters_is_rejected(tmp_path: Path, demo: bool, where: dict[str, Any]) -> None:
     with pytest.raises(NotExposed, match=r"15 characters and could be guessed.*tokens create NAME --role admin"):
         decide(settings(tmp_path, token="x" * 15, **where), demo=demo, environment=OUTSIDE)
     assert decide(settings(tmp_path, token="x" * 16, **where), demo=demo, environment=OUTSIDE).required
 
 
-def test_an_empty_token_is_a_mistake_and_not_an_open_door() -> None:
+def test_an_empty_token_is_rejected() -> None:
     with pytest.raises(ValueError, match="The token is empty"):
         Settings.model_validate({"token": " "})
 
 
-def test_a_demo_in_a_container_is_open_to_local_names_and_has_simulated_servos_only(tmp_path: Path) -> None:
+def test_a_demo_in_a_container_has_local_names_and_simulated_servos_only(tmp_path: Path) -> None:
     exposed = decide(settings(tmp_path, host="0.0.0.0"), demo=True, environment=INSIDE)
     assert exposed == NetworkPolicy(simulated_only=True)
     assert exposed.hosts == LOCAL
@@ -74,7 +70,7 @@ def test_a_demo_in_a_container_is_open_to_local_names_and_has_simulated_servos_o
     may_open(exposed, None, "memory:demo")
 
 
-def test_a_server_in_a_container_makes_a_token_at_its_first_start_only(tmp_path: Path) -> None:
+def test_a_server_in_a_container_creates_a_token_at_its_first_start(tmp_path: Path) -> None:
     first = decide(settings(tmp_path, host="0.0.0.0"), demo=False, environment=INSIDE)
     assert first.required
     assert first.first_token is not None
@@ -83,7 +79,7 @@ def test_a_server_in_a_container_makes_a_token_at_its_first_start_only(tmp_path:
     assert again.first_token is None
 
 
-def test_over_a_network_only_recordings_of_the_data_folder_are_opened() -> None:
+def test_network_clients_open_only_recordings_of_the_data_folder() -> None:
     network = NetworkPolicy(required=True)
     may_open(network, None, "socketcan:can0")
     may_open(network, None, "file:run.log")
@@ -95,7 +91,7 @@ def test_over_a_network_only_recordings_of_the_data_folder_are_opened() -> None:
 
 
 @pytest.mark.parametrize("address", ["slcan:spy:///dev/null?file=/etc/motd", "serial:socket://192.0.2.1:22"])
-def test_over_a_network_no_adapter_behind_a_url_is_opened(address: str) -> None:
+def test_network_clients_open_no_adapter_by_url(address: str) -> None:
     with pytest.raises(PortOpenFailed, match="only at start"):
         may_open(NetworkPolicy(required=True), None, address)
     with pytest.raises(PortOpenFailed):
@@ -117,12 +113,12 @@ OTHERS = (
 
 
 @pytest.mark.parametrize("address", PORTS)
-def test_with_a_token_the_adapters_of_this_machine_are_opened(address: str) -> None:
+def test_network_clients_open_adapters_of_the_server(address: str) -> None:
     may_open(NetworkPolicy(required=True), None, address)
 
 
 @pytest.mark.parametrize("address", OTHERS)
-def test_with_a_token_no_other_path_and_no_network_is_opened_unless_it_was_named_at_start(address: str) -> None:
+def test_network_clients_open_other_addresses_only_if_named_at_start(address: str) -> None:
     with pytest.raises(PortOpenFailed, match="at start, with --bus") as refused:
         may_open(NetworkPolicy(required=True), None, address)
     assert refused.value.facts["address"] == address
@@ -130,12 +126,12 @@ def test_with_a_token_no_other_path_and_no_network_is_opened_unless_it_was_named
     may_open(NetworkPolicy(), None, address)
 
 
-@pytest.mark.parametrize(("told", "found"), [("1", True), ("yes", True), ("0", False), ("", False)])
-def test_whether_it_is_a_container_can_be_told(told: str, found: bool) -> None:
-    assert in_container({"HORNBILL_CONTAINER": told}) is found
+@pytest.mark.parametrize(("value", "found"), [("1", True), ("yes", True), ("0", False), ("", False)])
+def test_a_container_can_be_declared(value: str, found: bool) -> None:
+    assert in_container({"HORNBILL_CONTAINER": value}) is found
 
 
-def test_a_certificate_without_its_key_is_refused(tmp_path: Path) -> None:
+def test_a_certificate_requires_its_key(tmp_path: Path) -> None:
     cert = tmp_path / "cert.pem"
     cert.touch()
     with pytest.raises(NotExposed, match="Add --tls-key"):
@@ -144,7 +140,7 @@ def test_a_certificate_without_its_key_is_refused(tmp_path: Path) -> None:
         decide(settings(tmp_path, tls_cert=cert, tls_key=tmp_path / "none"), demo=True, environment=OUTSIDE)
 
 
-def test_a_sub_path_is_a_plain_path() -> None:
+def test_the_root_path_is_a_plain_path() -> None:
     assert Settings.model_validate({"root_path": "/bench/hornbill/"}).root_path == "/bench/hornbill"
     for wrong in ("hornbill", "/a b", '/"><script>', "//evil.example"):
         with pytest.raises(ValueError, match="root_path"):

@@ -1,4 +1,4 @@
-"""The socket the server listens on, and what it says in its log."""
+"""The listening socket of the server, and its log."""
 
 import asyncio
 import logging
@@ -7,7 +7,7 @@ import socket
 from hornbill.app.serving import REPEAT_S, RateLimit, listen
 
 
-def test_what_is_accepted_sends_at_once_and_waits_for_no_acknowledgement() -> None:
+def test_accepted_connections_have_no_delay() -> None:
     async def scene() -> int:
         found: asyncio.Future[int] = asyncio.get_running_loop().create_future()
 
@@ -25,26 +25,26 @@ def test_what_is_accepted_sends_at_once_and_waits_for_no_acknowledgement() -> No
             await writer.wait_closed()
         return no_delay
 
-    assert asyncio.run(scene()), "with Nagle's delay an answer of two writes comes 40 ms late"
+    assert asyncio.run(scene()), "with Nagle's delay a response of two writes arrives 40 ms late"
 
 
-def said(sparing: RateLimit, text: str) -> str | None:
+def logged(limit: RateLimit, text: str) -> str | None:
     record = logging.LogRecord("uvicorn.error", logging.WARNING, "", 0, text, (), None)
-    return record.getMessage() if sparing(record) else None
+    return record.getMessage() if limit(record) else None
 
 
-def test_a_flood_of_malformed_requests_is_one_line_in_a_while_that_counts_them() -> None:
+def test_malformed_requests_are_logged_as_one_line_with_their_number() -> None:
     now, text = 0.0, "Invalid HTTP request received."
-    sparing = RateLimit(lambda: now)
-    assert [said(sparing, text) for _ in range(1000)] == [text, *[None] * 999]
+    limit = RateLimit(lambda: now)
+    assert [logged(limit, text) for _ in range(1000)] == [text, *[None] * 999]
     now = REPEAT_S
-    assert said(sparing, text) == f"{text} 999 more since the last message."
+    assert logged(limit, text) == f"{text} 999 more since the last message."
     now = 2 * REPEAT_S
-    assert said(sparing, text) == text
+    assert logged(limit, text) == text
 
 
-def test_every_other_line_of_the_log_stays_but_for_one_that_is_wrong() -> None:
-    sparing = RateLimit(lambda: 0.0)
+def test_other_log_lines_are_kept_except_one() -> None:
+    limit = RateLimit(lambda: 0.0)
     for _ in range(2):
-        assert said(sparing, "Exception in ASGI application") == "Exception in ASGI application"
-    assert said(sparing, "ASGI callable returned without completing handshake.") is None
+        assert logged(limit, "Exception in ASGI application") == "Exception in ASGI application"
+    assert logged(limit, "ASGI callable returned without completing handshake.") is None

@@ -1,4 +1,4 @@
-"""When routes are built: once, and not while somebody waits for an answer, least of all while a stop does."""
+"""Routes are built once, not while a request is handled; above all not during a stop."""
 
 import asyncio
 from collections.abc import Callable
@@ -15,37 +15,37 @@ from hornbill.schema.catalog import Catalog
 
 @pytest.fixture
 def built(monkeypatch: pytest.MonkeyPatch) -> list[object]:
-    """What pydantic is asked to build, as it is asked."""
-    asked: list[object] = []
+    """The types for which pydantic builds an adapter."""
+    types: list[object] = []
     init = cast("Callable[..., None]", vars(pydantic.TypeAdapter)["__init__"])
 
     def note(self: pydantic.TypeAdapter[Any], type: Any, **options: Any) -> None:
-        asked.append(type)
+        types.append(type)
         init(self, type, **options)
 
     monkeypatch.setattr(pydantic.TypeAdapter, "__init__", note)
-    return asked
+    return types
 
 
-def ask(app: FastAPI, method: str, path: str) -> None:
-    async def one() -> None:
+def send(app: FastAPI, method: str, path: str) -> None:
+    async def main() -> None:
         transport = httpx.ASGITransport(app, raise_app_exceptions=False)
         async with httpx.AsyncClient(transport=transport, base_url="http://test") as http:
             await http.request(method, path)
 
-    asyncio.run(one())
+    asyncio.run(main())
 
 
 @pytest.mark.parametrize(("method", "path"), [("GET", "/api/v1/no-such-thing"), ("POST", "/api/v1/stop")])
-def test_no_request_builds_anything_once_the_application_is_made(built: list[object], method: str, path: str) -> None:
+def test_a_request_builds_nothing(built: list[object], method: str, path: str) -> None:
     app = create_api(Catalog.load())
     built.clear()
-    ask(app, method, path)
+    send(app, method, path)
     assert built == []
 
 
-def test_an_application_builds_little_that_the_modules_have_not_built_already(built: list[object]) -> None:
+def test_an_application_reuses_what_modules_have_built(built: list[object]) -> None:
     create_api(Catalog.load())
     built.clear()
     create_api(Catalog.load())
-    assert 0 < len(built) < 60, "a route that is included a second time is built a second time; a row needs no route"
+    assert 0 < len(built) < 60, "a route that is included twice is built twice"

@@ -1,4 +1,4 @@
-"""The documentation is served as it was built; without it, and where a page is missing, people read what to do."""
+"""The documentation is served as built; without it, or for a missing page, an error page names the remedy."""
 
 import asyncio
 from pathlib import Path
@@ -20,14 +20,14 @@ INDEX = """<!doctype html>
 
 
 def get(path: str, docs: Path | None, page: Path | None, language: str = "en-GB", root: str = "") -> httpx.Response:
-    async def ask() -> httpx.Response:
+    async def send() -> httpx.Response:
         api = create_api(CATALOG, page_folder=lambda: page, docs_folder=lambda: docs)
         transport = httpx.ASGITransport(api, root_path=root)
         headers = {"Accept-Language": language}
         async with httpx.AsyncClient(transport=transport, base_url="http://127.0.0.1", headers=headers) as client:
             return await client.get(root + path)
 
-    return asyncio.run(ask())
+    return asyncio.run(send())
 
 
 @pytest.fixture
@@ -44,39 +44,39 @@ def docs(tmp_path: Path) -> Path:
     return tmp_path / "docs"
 
 
-def test_what_was_built_is_served(docs: Path, page: Path) -> None:
-    answer = get("/docs/", docs, page)
-    assert (answer.status_code, "Documentation" in answer.text) == (200, True)
-    assert "default-src 'none'" in answer.headers["content-security-policy"]
+def test_the_built_documentation_is_served(docs: Path, page: Path) -> None:
+    response = get("/docs/", docs, page)
+    assert (response.status_code, "Documentation" in response.text) == (200, True)
+    assert "default-src 'none'" in response.headers["content-security-policy"]
 
 
 @pytest.mark.parametrize(("language", "back"), [("en-GB,en", "Back to hornbill"), ("ja-JP,ja;q=0.9", "hornbillに戻る")])
 @pytest.mark.parametrize(("checkout", "remedy"), [(True, "make docs"), (False, "")])
-def test_without_it_a_page_in_our_look_names_a_remedy_that_is_possible_there(
+def test_without_it_an_error_page_names_the_remedy(
     page: Path, monkeypatch: pytest.MonkeyPatch, language: str, back: str, checkout: bool, remedy: str
 ) -> None:
     monkeypatch.setattr(resources, "checkout", lambda: page if checkout else None)
-    answer = get("/docs/how-to/move.html", None, page, language, root="/hornbill")
-    assert answer.status_code == 503
-    assert answer.headers["content-type"].startswith("text/html")
-    assert "default-src 'none'" in answer.headers["content-security-policy"]
-    assert ("make docs" in answer.text) == bool(remedy)
-    assert back in answer.text
-    assert 'href="/hornbill/"' in answer.text
-    assert 'href="/hornbill/assets/index-1.css"' in answer.text
-    assert "module" not in answer.text, "the page itself is not started"
+    response = get("/docs/how-to/move.html", None, page, language, root="/hornbill")
+    assert response.status_code == 503
+    assert response.headers["content-type"].startswith("text/html")
+    assert "default-src 'none'" in response.headers["content-security-policy"]
+    assert ("make docs" in response.text) == bool(remedy)
+    assert back in response.text
+    assert 'href="/hornbill/"' in response.text
+    assert 'href="/hornbill/assets/index-1.css"' in response.text
+    assert "module" not in response.text, "the scripts of the page do not run"
 
 
-def test_a_page_it_does_not_have_leads_to_its_contents(docs: Path, page: Path) -> None:
-    answer = get("/docs/nothing.html", docs, page)
-    assert answer.status_code == 404
-    assert 'href="/docs/"' in answer.text
+def test_a_missing_page_links_to_the_contents(docs: Path, page: Path) -> None:
+    response = get("/docs/nothing.html", docs, page)
+    assert response.status_code == 404
+    assert 'href="/docs/"' in response.text
     assert get("/docs/../page/index.html", docs, page).text != INDEX
 
 
-def test_without_a_built_page_either_it_is_plain_text(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_without_a_built_page_the_error_is_plain_text(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(resources, "checkout", lambda: Path())
-    answer = get("/docs/", None, None)
-    assert answer.status_code == 503
-    assert "make docs" in answer.text
-    assert "<" not in answer.text
+    response = get("/docs/", None, None)
+    assert response.status_code == 503
+    assert "make docs" in response.text
+    assert "<" not in response.text

@@ -1,4 +1,4 @@
-"""The page is served with a strict policy, never from outside its folder, and says how to build it when it is not."""
+"""The page is served with a strict policy, and never a file from outside its folder."""
 
 import asyncio
 from pathlib import Path
@@ -23,27 +23,27 @@ def folder(tmp_path: Path) -> Path:
 
 
 def get(path: str, folder: Path | None) -> httpx.Response:
-    async def ask() -> httpx.Response:
+    async def send() -> httpx.Response:
         transport = httpx.ASGITransport(create_api(CATALOG, page_folder=lambda: folder))
         async with httpx.AsyncClient(transport=transport, base_url="http://127.0.0.1") as client:
             return await client.get(path)
 
-    return asyncio.run(ask())
+    return asyncio.run(send())
 
 
 @pytest.mark.parametrize("path", ["/", "/servos", "/servos/0123/parameters"])
-def test_links_into_the_page_open_the_page(path: str, folder: Path) -> None:
-    answer = get(path, folder)
-    assert answer.status_code == 200
-    assert "<title>hornbill</title>" in answer.text
-    policy = answer.headers["content-security-policy"]
+def test_every_path_of_the_page_opens_it(path: str, folder: Path) -> None:
+    response = get(path, folder)
+    assert response.status_code == 200
+    assert "<title>hornbill</title>" in response.text
+    policy = response.headers["content-security-policy"]
     assert "default-src 'none'" in policy
     assert "unsafe" not in policy
-    assert answer.headers["x-content-type-options"] == "nosniff"
-    assert answer.headers["cache-control"] == "no-cache"
+    assert response.headers["x-content-type-options"] == "nosniff"
+    assert response.headers["cache-control"] == "no-cache"
 
 
-def test_files_with_a_hash_in_their_name_are_kept_for_ever(folder: Path) -> None:
+def test_files_with_a_hash_in_their_name_are_immutable(folder: Path) -> None:
     assert "immutable" in get("/assets/a-1234.js", folder).headers["cache-control"]
 
 
@@ -52,19 +52,17 @@ def test_nothing_outside_the_folder_is_served(path: str, folder: Path) -> None:
     assert "not for you" not in get(path, folder).text
 
 
-@pytest.mark.parametrize("path", ["/" + "a" * 5000 + ".js", "/assets/%00.js", "/%00/a.js"])
-def test_a_name_no_disk_can_have_is_a_file_that_is_not_there(path: str, folder: Path) -> None:
-    assert get(path, folder).status_code == 404
+@pytest.mark.parametrize(
+    "path",
+    ["/nothing.js", "/api/v1/nothing", "/api/nothing", "/" + "a" * 5000 + ".js", "/assets/%00.js", "/%00/a.js"],
+)
+def test_a_missing_file_is_a_problem(path: str, folder: Path) -> None:
+    response = get(path, folder)
+    assert response.status_code == 404
+    assert response.json()["code"] == "not_found"
 
 
-@pytest.mark.parametrize("path", ["/nothing.js", "/api/v1/nothing", "/api/nothing"])
-def test_what_is_not_there_is_a_problem(path: str, folder: Path) -> None:
-    answer = get(path, folder)
-    assert answer.status_code == 404
-    assert answer.json()["code"] == "not_found"
-
-
-def test_without_a_built_page_the_remedy_is_named(folder: Path) -> None:
-    answer = get("/", None)
-    assert answer.status_code == 503
-    assert "make build" in answer.text
+def test_without_a_built_page_the_error_names_the_remedy(folder: Path) -> None:
+    response = get("/", None)
+    assert response.status_code == 503
+    assert "make build" in response.text

@@ -1,4 +1,4 @@
-"""Every route is declared with its role; what is not declared is an admin's."""
+"""Every route has a declared role; undeclared routes require admin."""
 
 from functools import lru_cache
 
@@ -19,7 +19,7 @@ def table() -> RouteTable:
 
 
 def everything() -> set[tuple[str, str, int]]:
-    """Every method, path template and role there is."""
+    """All methods, path templates and roles."""
     return {
         (method, row.route.path, row.least)
         for row in table().rows
@@ -27,7 +27,7 @@ def everything() -> set[tuple[str, str, int]]:
     }
 
 
-def test_the_application_serves_the_routes_of_the_table_and_no_others() -> None:
+def test_the_application_serves_exactly_the_routes_of_the_table() -> None:
     served = create_api(Catalog.load()).routes
     assert not any(isinstance(route, Mount) for route in served)
     assert [getattr(one, "path", "") for one in served] == [one.route.path for one in table_of(Catalog.load()).rows]
@@ -36,7 +36,7 @@ def test_the_application_serves_the_routes_of_the_table_and_no_others() -> None:
     assert len(found) > 130
 
 
-def test_what_changes_something_takes_more_than_looking() -> None:
+def test_changes_require_at_least_operate() -> None:
     without = {("POST", "/api/v1/stop"), ("POST", "/api/v1/tickets")}
     without |= {("POST", "/api/v1/session"), ("DELETE", "/api/v1/session")}
     for method, path, least in everything():
@@ -69,5 +69,5 @@ def test_what_changes_something_takes_more_than_looking() -> None:
         ("GET", "/viseral", Role.ADMIN),
     ],
 )
-def test_a_request_takes_the_role_of_its_route_and_without_one_an_admins(method: str, path: str, role: int) -> None:
+def test_a_request_requires_the_role_of_its_route(method: str, path: str, role: int) -> None:
     assert needed(table().find(method, path)) == role

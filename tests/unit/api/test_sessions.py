@@ -1,4 +1,4 @@
-"""Logins, tickets and failed attempts end when they should, on a clock of the test."""
+"""Sessions, tickets and failed attempts expire."""
 
 import pytest
 
@@ -6,7 +6,7 @@ from hornbill.api.security.sessions import IDLE_S, LASTING_S, TICKET_S, TRIES, W
 from hornbill.errors import TooManyAttempts
 
 
-def test_a_session_lasts_while_it_is_used_and_a_shift_longer() -> None:
+def test_an_idle_session_expires() -> None:
     sessions = Sessions()
     made, secret = sessions.begin("digest", 0.0)
     assert made.token == "digest"
@@ -15,7 +15,7 @@ def test_a_session_lasts_while_it_is_used_and_a_shift_longer() -> None:
     assert sessions.get(secret, 3 * IDLE_S) is None
 
 
-def test_a_session_ends_after_a_week_however_much_it_is_used() -> None:
+def test_a_session_in_use_expires_after_a_week() -> None:
     sessions = Sessions()
     made, secret = sessions.begin("digest", 0.0)
     now = 0.0
@@ -25,7 +25,7 @@ def test_a_session_ends_after_a_week_however_much_it_is_used() -> None:
     assert sessions.get(secret, LASTING_S) is None
 
 
-def test_a_session_that_has_run_out_is_still_known_for_stop_until_it_is_logged_out() -> None:
+def test_an_expired_session_can_stop_until_it_is_logged_out() -> None:
     sessions = Sessions()
     made, secret = sessions.begin("digest", 0.0)
     assert sessions.get(secret, LASTING_S + 1) is None
@@ -34,7 +34,7 @@ def test_a_session_that_has_run_out_is_still_known_for_stop_until_it_is_logged_o
     assert sessions.spent(secret) is None
 
 
-def test_nothing_but_the_secret_opens_a_session() -> None:
+def test_only_the_secret_opens_a_session() -> None:
     sessions = Sessions()
     made, secret = sessions.begin("digest", 0.0)
     for other in ("", "x", secret[:-1], secret + "x", made.key, "\ud800"):
@@ -42,14 +42,14 @@ def test_nothing_but_the_secret_opens_a_session() -> None:
         assert sessions.spent(other) is None
 
 
-def test_a_flood_of_logins_does_not_grow_without_end_and_drops_the_oldest() -> None:
+def test_the_number_of_sessions_is_limited() -> None:
     sessions = Sessions()
     secrets = [sessions.begin("digest", 0.0)[1] for _ in range(1001)]
     assert sessions.get(secrets[0], 1.0) is None
     assert sessions.get(secrets[1], 1.0) is not None
 
 
-def test_a_ticket_works_once_and_not_for_long() -> None:
+def test_a_ticket_can_be_used_once_and_expires() -> None:
     tickets = Tickets()
     first, second = tickets.issue("token", "session", 0.0), tickets.issue("token", "session", 0.0)
     assert tickets.take(first, TICKET_S - 1) == ("token", "session")
@@ -58,7 +58,7 @@ def test_a_ticket_works_once_and_not_for_long() -> None:
     assert tickets.take("", 0.0) is None
 
 
-def test_too_many_failures_from_one_address_wait_and_others_do_not() -> None:
+def test_failures_from_one_address_are_limited() -> None:
     attempts = Attempts()
     for _ in range(TRIES):
         attempts.allow("bad", 0.0)
@@ -70,7 +70,7 @@ def test_too_many_failures_from_one_address_wait_and_others_do_not() -> None:
     attempts.allow("bad", WINDOW_S)
 
 
-def test_failures_from_many_addresses_together_are_limited_as_well() -> None:
+def test_failures_from_many_addresses_are_limited() -> None:
     attempts = Attempts()
     for n in range(TRIES * 10):
         attempts.allow(f"10.0.0.{n}", 0.0)

@@ -1,4 +1,4 @@
-"""The tests of the bench file's form: every complaint has its line, and all come at once."""
+"""The format of the bench file; all errors are reported at once, each with its line."""
 
 import tomllib
 from pathlib import Path
@@ -14,13 +14,13 @@ from hornbill.errors import InvalidValue
 FILE = Path("bench.toml")
 
 
-def wrong(text: str) -> list[str]:
+def errors_of(text: str) -> list[str]:
     with pytest.raises(InvalidValue) as caught:
         parse(FILE, text)
     return caught.value.detail.splitlines()
 
 
-def test_a_file_names_servos_values_profile_and_whether_to_save() -> None:
+def test_a_file_contains_servos_values_profile_and_save() -> None:
     text = """save = true
 
 [[servo]]
@@ -45,7 +45,7 @@ values = { timeout_action = "brake" }
     assert second.lines[""] == 10
 
 
-def test_every_complaint_has_its_line_and_all_come_at_once() -> None:
+def test_all_errors_are_reported_with_their_lines() -> None:
     text = """sav = true
 [[servo]]
 uid = "a"
@@ -58,14 +58,14 @@ save = 1
 [servo.values]
 angle_p_gain = [1]
 """
-    found = wrong(text)
+    found = errors_of(text)
     assert [line.split(": ")[0] for line in found] == [f"bench.toml:{n}" for n in (1, 2, 8, 9, 11)]
     assert "Did you mean save?" in found[0]
     assert "one of uid, serial and label" in found[1]
 
 
 @pytest.mark.parametrize(
-    ("text", "said"),
+    ("text", "error"),
     [
         ("", "The file contains no servos"),
         ('[[servo]]\nuid = "a"\n', "bench.toml:1: The servo has neither values nor a profile"),
@@ -74,11 +74,11 @@ angle_p_gain = [1]
         ('[[servo]]\nuid = ""\nprofile = "x"\n', "exactly one of"),
     ],
 )
-def test_what_cannot_be_meant_is_told(text: str, said: str) -> None:
-    assert said in wrong(text)[0]
+def test_an_invalid_file_is_an_error(text: str, error: str) -> None:
+    assert error in errors_of(text)[0]
 
 
-def test_a_key_that_is_none_is_told_with_its_line_and_the_nearest() -> None:
+def test_an_unknown_key_is_reported_with_its_line_and_a_suggestion() -> None:
     entries = parse(FILE, '[[servo]]\nuid = "a"\n[servo.values]\nsmoothing = true\nangle_pgain = 4\n')
     errors = FileErrors("bench.toml")
     check_keys(entries, ["angle_p_gain", "smoothing"], errors)
@@ -88,7 +88,7 @@ def test_a_key_that_is_none_is_told_with_its_line_and_the_nearest() -> None:
 
 
 @given(st.text(max_size=200))
-def test_any_text_is_read_or_complained_about(text: str) -> None:
+def test_any_text_is_parsed_or_an_error(text: str) -> None:
     try:
         found = parse(FILE, text)
     except InvalidValue as error:
@@ -103,7 +103,7 @@ def test_any_text_is_read_or_complained_about(text: str) -> None:
     number=st.one_of(st.integers(-9999, 9999), st.floats(-1e4, 1e4)),
     rom=st.booleans(),
 )
-def test_what_is_written_is_what_is_read(label: str, word: str, number: float, rom: bool) -> None:
+def test_a_written_file_is_read_as_written(label: str, word: str, number: float, rom: bool) -> None:
     values: dict[str, Any] = {"a": number, "b": True, "c": word}
     readings = {key: {"value": value, "rom": value if rom else None, "unit": "°"} for key, value in values.items()}
     known: Any = {"uid": "0" * 32, "label": label, "model": "M", "serial": None}

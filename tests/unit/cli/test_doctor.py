@@ -1,4 +1,4 @@
-"""The tests of `hornbill doctor`: what it prints of the server's findings, and its exit code."""
+"""Output and exit code of `hornbill doctor`."""
 
 import json
 from typing import Any
@@ -17,18 +17,18 @@ def finding(severity: str, text: str, remedy: str | None = None) -> dict[str, An
     }  # fmt: skip
 
 
-OK = [finding("ok", "Frames come in"), finding("ok", "One allocator")]
-NOTICE = finding("notice", "Odd frames", "Let them be.")
-WARNING = finding("warning", "Errors rise", "Look at the plugs.")
-FAILURE = finding("failure", "Nobody is heard", "Check the supply.")
+OK = [finding("ok", "Frames received"), finding("ok", "One allocator")]
+NOTICE = finding("notice", "Unknown frames", "Ignore them.")
+WARNING = finding("warning", "Errors increase", "Check the connectors.")
+FAILURE = finding("failure", "No node seen", "Check the supply.")
 
 
 def doctor(found: list[dict[str, Any]], monkeypatch: pytest.MonkeyPatch, *flags: str) -> tuple[int, str]:
-    def ask(_self: Connection, verb: str, path: str, body: object = None, **query: object) -> object:
+    def request(_self: Connection, verb: str, path: str, body: object = None, **query: object) -> object:
         assert (verb, path, body, query) == ("GET", "/bus/doctor", None, {"all": True})
         return found
 
-    monkeypatch.setattr(Connection, "request", ask)
+    monkeypatch.setattr(Connection, "request", request)
     result = CliRunner().invoke(app, ["doctor", *flags])
     return result.exit_code, result.stdout
 
@@ -38,26 +38,23 @@ def test_a_healthy_bus_is_one_line_and_exit_code_0(monkeypatch: pytest.MonkeyPat
 
 
 @pytest.mark.parametrize(("found", "code"), [([FAILURE], 1), ([WARNING], 1), ([NOTICE], 0), ([WARNING, NOTICE], 1)])
-def test_only_warnings_and_failures_make_exit_code_1(
+def test_warnings_and_failures_set_exit_code_1(
     found: list[dict[str, Any]], code: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     assert doctor([*found, *OK], monkeypatch)[0] == code
     assert doctor([*found, *OK], monkeypatch, "--json")[0] == code
 
 
-def test_a_finding_is_told_with_its_evidence_and_remedy(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_finding_is_printed_with_evidence_and_remedy(monkeypatch: pytest.MonkeyPatch) -> None:
     _, text = doctor([FAILURE, WARNING, *OK], monkeypatch)
     assert text.splitlines() == [
-        "Failure: Nobody is heard",
-        "  Nobody is heard: 3 times.",
+        "Failure: No node seen",
+        "  No node seen: 3 times.",
         "  → Check the supply.",
-        "Warning: Errors rise",
-        "  Errors rise: 3 times.",
-        "  → Look at the plugs.",
+        "Warning: Errors increase",
+        "  Errors increase: 3 times.",
+        "  → Check the connectors.",
         "2 findings, 2 checks passed.",
     ]
-
-
-def test_json_holds_what_is_wrong_and_nothing_else(monkeypatch: pytest.MonkeyPatch) -> None:
     _, text = doctor([WARNING, *OK], monkeypatch, "--json")
     assert json.loads(text) == [WARNING]

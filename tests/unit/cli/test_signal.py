@@ -1,4 +1,4 @@
-"""The test of SIGUSR1: the process itself takes the stop, when no page and no program does."""
+"""SIGUSR1 stops every servo, without a page or a client."""
 
 import os
 import re
@@ -11,25 +11,25 @@ from collections.abc import Callable
 import httpx
 import pytest
 
-PATIENCE_S = 60.0
+TIMEOUT_S = 60.0
 
 
-def until(look: Callable[[], bool], what: str) -> None:
-    end = time.monotonic() + PATIENCE_S
-    while not look():
+def until(done: Callable[[], bool], what: str) -> None:
+    end = time.monotonic() + TIMEOUT_S
+    while not done():
         assert time.monotonic() < end, what
         time.sleep(0.05)
 
 
-@pytest.mark.skipif(sys.platform == "win32", reason="there are no such signals")
-def test_sigusr1_stops_every_servo_and_says_who_it_was() -> None:
+@pytest.mark.skipif(sys.platform == "win32", reason="Windows has no SIGUSR1")
+def test_sigusr1_stops_every_servo() -> None:
     command = [sys.executable, "-m", "hornbill", "demo", "--port", "0", "--servos", "2"]
     with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:
         try:
             assert process.stdout is not None
             found = re.search(r"http://\S+/", process.stdout.readline())
             assert found is not None
-            with httpx.Client(base_url=found[0] + "api/v1", timeout=PATIENCE_S) as api:
+            with httpx.Client(base_url=found[0] + "api/v1", timeout=TIMEOUT_S) as api:
                 until(lambda: len(api.get("/servos").json()) == 2, "both servos are found")
                 assert api.get("/stop").json()["latched"] is False
                 os.kill(process.pid, signal.SIGUSR1)
@@ -41,4 +41,4 @@ def test_sigusr1_stops_every_servo_and_says_who_it_was() -> None:
                 assert process.poll() is None
         finally:
             process.terminate()
-            process.wait(timeout=PATIENCE_S)
+            process.wait(timeout=TIMEOUT_S)

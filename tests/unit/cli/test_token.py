@@ -1,4 +1,4 @@
-"""`hornbill tokens`, and how far `hornbill serve` and `demo` may be reached."""
+"""`hornbill tokens`, and the token that network access requires."""
 
 import json
 from pathlib import Path
@@ -15,7 +15,7 @@ RUN = CliRunner()
 
 
 def run(*words: str, code: int = 0, environment: dict[str, str] | None = None) -> tuple[str, str]:
-    """What a command prints and complains, when it ends with `code`."""
+    """Standard output and error of a command that exits with `code`."""
     done = RUN.invoke(app, list(words), env={"HORNBILL_CONTAINER": "0", **(environment or {})})
     assert done.exit_code == code, f"{done.output} {done.exception!r}"
     return done.stdout, done.stderr
@@ -23,8 +23,8 @@ def run(*words: str, code: int = 0, environment: dict[str, str] | None = None) -
 
 def test_a_token_is_printed_once_and_listed_without_its_secret(tmp_path: Path) -> None:
     folder = ("--data-dir", str(tmp_path))
-    secret, said = run("tokens", "create", "rig 3", "--role", "operate", *folder)
-    assert "not shown again" in said
+    secret, errors = run("tokens", "create", "rig 3", "--role", "operate", *folder)
+    assert "not shown again" in errors
     listed, _ = run("tokens", "list", *folder)
     assert "rig 3" in listed
     assert "operate" in listed
@@ -36,13 +36,13 @@ def test_a_token_is_printed_once_and_listed_without_its_secret(tmp_path: Path) -
     }  # fmt: skip
 
 
-def test_a_token_can_be_revoked_and_what_cannot_be_done_says_why(tmp_path: Path) -> None:
+def test_a_token_can_be_revoked_and_errors_are_explained(tmp_path: Path) -> None:
     environment = {"HORNBILL_DATA_DIR": str(tmp_path)}
     made = json.loads(run("tokens", "create", "a", "--role", "view", "--json", environment=environment)[0])
     assert made["token"].startswith("hb_")
     assert "already" in run("tokens", "create", "a", "--role", "view", code=1, environment=environment)[1]
-    said = run("tokens", "create", "a/b", "--role", "view", code=1, environment=environment)[1]
-    assert "not a valid token name" in said
+    errors = run("tokens", "create", "a/b", "--role", "view", code=1, environment=environment)[1]
+    assert "not a valid token name" in errors
     run("tokens", "create", "b", "--role", "king", code=2, environment=environment)
     run("tokens", "revoke", "a", environment=environment)
     assert "Unknown token 'a'" in run("tokens", "revoke", "a", code=1, environment=environment)[1]
@@ -51,13 +51,13 @@ def test_a_token_can_be_revoked_and_what_cannot_be_done_says_why(tmp_path: Path)
 
 @pytest.mark.parametrize("command", ["serve", "demo"])
 @pytest.mark.parametrize("wider", [("--host", "0.0.0.0"), ("--behind-proxy",), ("--allow-host", "bench")])
-def test_nothing_is_opened_to_a_network_without_a_token(tmp_path: Path, command: str, wider: tuple[str, ...]) -> None:
-    _, said = run(command, *wider, "--port", "0", code=2, environment={"HORNBILL_DATA_DIR": str(tmp_path)})
-    assert "without a token" in said
-    assert "--token" in said
+def test_network_access_requires_a_token(tmp_path: Path, command: str, wider: tuple[str, ...]) -> None:
+    _, errors = run(command, *wider, "--port", "0", code=2, environment={"HORNBILL_DATA_DIR": str(tmp_path)})
+    assert "without a token" in errors
+    assert "--token" in errors
 
 
-def test_the_first_link_carries_its_token_where_no_browser_sends_it() -> None:
+def test_the_first_link_has_its_token_in_the_fragment() -> None:
     text = first_link("hb_secret", "http", 8000)
     assert "http://localhost:8000/#token=hb_secret" in text
     assert first_link(None, "http", 8000) == ""

@@ -1,4 +1,4 @@
-"""The tests of the lease without asyncio: its thread renews it, and it is given back whatever comes."""
+"""The lease of the synchronous client: a thread renews it, and it is always released."""
 
 import threading
 from typing import Any
@@ -11,7 +11,7 @@ from hornbill.errors import LeaseHeld, LeaseRequired
 
 
 class Server:
-    """Gives a lease and counts its signs of life; from `lost_after` renewals on it is gone."""
+    """Grants a lease and counts its renewals; after `lost_after` renewals the lease is unknown."""
 
     def __init__(self, lost_after: int | None = None) -> None:
         self.seen: list[tuple[str, str, str | None]] = []
@@ -37,7 +37,7 @@ def threads() -> int:
     return sum(one.name == "hornbill lease" for one in threading.enumerate())
 
 
-def test_it_is_renewed_while_the_program_waits_for_something_else() -> None:
+def test_a_thread_renews_it() -> None:
     server = Server()
     with server.client() as hornbill, hornbill.lease("rig", ttl_s=0.03):
         assert server.renewed.wait(5)
@@ -46,7 +46,7 @@ def test_it_is_renewed_while_the_program_waits_for_something_else() -> None:
     assert server.seen[-1][:2] == ("DELETE", "/leases/L1")
 
 
-def test_everything_asked_within_it_carries_it_and_nothing_after() -> None:
+def test_requests_inside_the_block_carry_the_lease() -> None:
     server = Server()
     with server.client() as hornbill:
         with hornbill.lease("rig"):
@@ -55,7 +55,7 @@ def test_everything_asked_within_it_carries_it_and_nothing_after() -> None:
     assert [lease for _, path, lease in server.seen if path == "/commands"] == ["L1", None]
 
 
-def test_it_is_given_back_when_the_block_fails() -> None:
+def test_it_is_released_when_the_block_fails() -> None:
     server = Server()
     with server.client() as hornbill:
         with pytest.raises(ZeroDivisionError), hornbill.lease("rig"):
@@ -65,7 +65,7 @@ def test_it_is_given_back_when_the_block_fails() -> None:
     assert threads() == 0
 
 
-def test_a_lease_that_was_lost_on_the_way_fails_the_block() -> None:
+def test_a_lost_lease_fails_the_block() -> None:
     server = Server(lost_after=0)
 
     def block(hornbill: Hornbill) -> None:
@@ -80,11 +80,11 @@ def test_a_lease_that_was_lost_on_the_way_fails_the_block() -> None:
     assert ("DELETE", "/leases/L1", None) not in server.seen
 
 
-def test_a_renewal_that_fails_is_not_the_end_and_the_lease_is_given_back() -> None:
+def test_a_failed_renewal_does_not_end_the_lease() -> None:
     seen: list[str] = []
     renewed = threading.Event()
 
-    def troubled(request: httpx.Request) -> httpx.Response:
+    def failing(request: httpx.Request) -> httpx.Response:
         seen.append(request.method)
         if request.method == "PUT":
             if seen.count("PUT") > 2:
@@ -92,14 +92,14 @@ def test_a_renewal_that_fails_is_not_the_end_and_the_lease_is_given_back() -> No
             return httpx.Response(503, json={"code": "store_failed", "detail": "The disk is full."})
         return httpx.Response(200, json={"id": "L1"})
 
-    with Hornbill("http://rig:1", transport=httpx.MockTransport(troubled)) as hornbill:
+    with Hornbill("http://rig:1", transport=httpx.MockTransport(failing)) as hornbill:
         with hornbill.lease("rig", ttl_s=0.03) as lease:
             assert renewed.wait(5)
         assert lease.lost is None
     assert seen[-1] == "DELETE"
 
 
-def test_without_a_beat_there_is_no_thread_and_the_program_renews_by_hand() -> None:
+def test_without_heartbeat_the_program_renews_it() -> None:
     server = Server()
     with server.client() as hornbill, hornbill.lease("rig", heartbeat=False) as lease:
         assert threads() == 0
@@ -107,7 +107,7 @@ def test_without_a_beat_there_is_no_thread_and_the_program_renews_by_hand() -> N
     assert [one[:2] for one in server.seen] == [("POST", "/leases"), ("PUT", "/leases/L1"), ("DELETE", "/leases/L1")]
 
 
-def test_a_lease_somebody_has_says_who() -> None:
+def test_a_held_lease_names_its_holder() -> None:
     def held(_request: httpx.Request) -> httpx.Response:
         facts: dict[str, Any] = {"holder": "bench 2", "expires_in_s": 1.5}
         return httpx.Response(409, json={"code": "lease_held", "detail": "bench 2 has it.", **facts})
