@@ -1,4 +1,4 @@
-"""Ways to lose a bus, servos that hold what they were last told, and the way back: for the scenes of lost buses."""
+"""Ways to lose and restore a bus, and servos that keep their last command."""
 
 import asyncio
 from collections.abc import Awaitable, Callable
@@ -11,15 +11,15 @@ from hornbill.servo.device.servo import Servo
 from hornbill.sim.bench.recipe import Recipe
 
 HOLDING = Recipe("BLA21-06U-A0", "1.300", servo_id=1, node_id=11, rom={"timeout_action": 0})
-"""It holds its last command for ever, when nobody tells it otherwise."""
+"""It keeps its last command indefinitely."""
 
 THREE = [replace(HOLDING, servo_id=n, node_id=10 + n) for n in (1, 2, 3)]
 PAIR = THREE[:2]
 """Servos acknowledge each other's frames while the host is away."""
 
-ASKING = replace(HOLDING, servo_id=9, node_id=0)
+WITHOUT_ID = replace(HOLDING, servo_id=9, node_id=0)
 
-Way = Callable[[Rig], Awaitable[object]]
+Loss = Callable[[Rig], Awaitable[object]]
 
 
 async def unplugged(rig: Rig) -> None:
@@ -30,7 +30,7 @@ async def off_the_bus(rig: Rig) -> None:
     rig.cable.bus_off()
 
 
-ways = pytest.mark.parametrize("lose", [unplugged, off_the_bus])
+each_loss = pytest.mark.parametrize("lose", [unplugged, off_the_bus])
 """Off the bus, an embedded controller stays so until it is opened again."""
 
 

@@ -1,4 +1,4 @@
-"""Host and simulated servos on one embedded bus, on a clock that jumps: what every behaviour test stands on."""
+"""Host and simulated servos on one embedded bus, on a jumping clock: the base of every behaviour test."""
 
 import asyncio
 import time
@@ -36,13 +36,21 @@ from hornbill.wire.transfer import Transfer
 
 CATALOG = Catalog.load()
 T = TypeVar("T")
-Answer = httpx.Response
+Response = httpx.Response
 
+SETTINGS = HostSettings(127, bytes(range(16)), (0, 1))
 PLAIN = Recipe("BLA21-06U-A0", "1.300", servo_id=1, node_id=11)
 
 
+async def until(condition: Callable[[], object], within_s: float = 30.0, every_s: float = 0.01) -> None:
+    """Wait until `condition()` is true, checked every `every_s` seconds."""
+    async with asyncio.timeout(within_s):
+        while not condition():
+            await asyncio.sleep(every_s)
+
+
 class Walls:
-    """The computer's clock: it goes with the loop's, and can be set."""
+    """The computer's clock: it follows the clock of the event loop, and can be set."""
 
     def __init__(self, true: Callable[[], float]) -> None:
         self._true = true
@@ -53,7 +61,7 @@ class Walls:
 
 
 class Cable:
-    """The host's adapter on the bus, and what one can do to it with one's hands."""
+    """The host's adapter on the bus, which can be unplugged and disturbed."""
 
     def __init__(self, bus: MemoryBus) -> None:
         self._bus = bus
@@ -62,27 +70,27 @@ class Cable:
         self.openings = 0
 
     async def unplug(self) -> None:
-        """Pull the adapter out: frames on their way are gone, and it cannot be opened."""
+        """Unplug the adapter: frames in transit are lost, and it cannot be opened."""
         self.plugged = False
         assert self.inner is not None
         await self.inner.close()
 
     def plug_in(self) -> None:
-        """Put it back."""
+        """Plug it in again."""
         self.plugged = True
 
     def bus_off(self) -> None:
-        """Put its controller off the bus, where it stays."""
+        """Put its controller in bus-off, where it stays."""
         assert self.inner is not None
         self._bus.bus_off(self.inner)
 
     def deafen(self, pct: float) -> None:
-        """Lose so many % of the frames that come in."""
+        """Lose a share of the received frames."""
         assert self.inner is not None
         self._bus.loss(pct, port=self.inner)
 
     def port(self, address: str, bitrate: int) -> ReopeningPort:
-        """A port on it, not open yet."""
+        """A port on it, not yet open."""
 
         async def open_one(statistics: PortStatistics) -> CanPort:
             if not self.plugged:
@@ -123,7 +131,7 @@ class Rig:
 
     async def call(
         self, verb: str, path: str, body: object = None, *, lease: str | None = None, **headers: str
-    ) -> Answer:
+    ) -> Response:
         """One REST call."""
         if lease is not None:
             headers["Lease"] = lease
@@ -131,9 +139,23 @@ class Rig:
 
     async def lease(self, ttl_s: float = 60.0) -> str:
         """A lease's id."""
-        answer = await self.call("POST", "/leases", {"holder": "test", "ttl_s": ttl_s})
-        assert answer.status_code == 201, answer.text
-        return str(answer.json()["id"])
+        response = await self.call("POST", "/leases", {"holder": "test", "ttl_s": ttl_s})
+        assert response.status_code == 201, response.text
+        return str(response.json()["id"])
+
+    async def restart_server(self, place: str) -> Store:
+        """Close the host and start another on the store at `place`, which the caller closes; servos keep running."""
+        await self.host.close()
+        store = Store(place, wall=self.walls)
+
+        async def open_port(address: str, bitrate: int) -> CanPort:
+            port = self.cable.port(address, bitrate)
+            await port.open()
+            return port
+
+        self.host = self.app.state.host = Host(CATALOG, store, open_port, SETTINGS, wall=self.walls)
+        self.host.hub.subscribe(self.changes.append)
+        return store
 
     def events(self, code: str) -> list[LogEvent]:
         """Events of one code."""
@@ -166,7 +188,7 @@ class Rig:
 
 @lru_cache
 def _api(catalog: Catalog) -> FastAPI:
-    """One application for all tests: making its routes takes longer than most scenes."""
+    """One application for all tests: creating its routes takes longer than most scenes."""
     return create_api(catalog)
 
 
@@ -183,16 +205,16 @@ class Socket:
         self._task = asyncio.create_task(app(scope, self._to_app.get, self._from_app.put))  # pyright: ignore[reportArgumentType]
         self._to_app.put_nowait({"type": "websocket.connect"})
 
-    def say(self, **message: object) -> None:
+    def send(self, **message: object) -> None:
         """Send one message."""
         self._to_app.put_nowait({"type": "websocket.receive", "text": orjson.dumps(message).decode()})
 
-    def say_raw(self, text: str) -> None:
-        """Send what may be no message."""
+    def send_raw(self, text: str) -> None:
+        """Send any text."""
         self._to_app.put_nowait({"type": "websocket.receive", "text": text})
 
-    async def hear(self, kind: str, within_s: float = 10.0) -> dict[str, Any]:
-        """The next message of this type; others are passed over."""
+    async def receive(self, kind: str, within_s: float = 10.0) -> dict[str, Any]:
+        """The next message of this type; others are skipped."""
         async with asyncio.timeout(within_s):
             while True:
                 event = await self._from_app.get()
@@ -202,14 +224,14 @@ class Socket:
                         return message
 
     async def closed(self, within_s: float = 10.0) -> int:
-        """The code with which the server closed the socket; messages before it are passed over."""
+        """The code with which the server closed the socket; messages before it are skipped."""
         async with asyncio.timeout(within_s):
             while (event := await self._from_app.get())["type"] != "websocket.close":
                 pass
             return int(event["code"])
 
-    def heard(self) -> list[dict[str, Any]]:
-        """Everything that waits."""
+    def received(self) -> list[dict[str, Any]]:
+        """All messages received and not yet read."""
         found: list[dict[str, Any]] = []
         while not self._from_app.empty():
             event = self._from_app.get_nowait()
@@ -218,7 +240,7 @@ class Socket:
         return found
 
     async def close(self) -> None:
-        """Go away, as a closed page does."""
+        """Disconnect as a closed page does."""
         self._to_app.put_nowait({"type": "websocket.disconnect", "code": 1001})
         await self._task
 
@@ -241,9 +263,9 @@ def play(
         bus = MemoryBus(history=200_000, fast=fast)
         loop, began, epoch = asyncio.get_running_loop(), asyncio.get_running_loop().time(), time.time()
         walls = Walls(lambda: epoch + loop.time() - began)
-        kept = Store(store, wall=walls)
+        opened = Store(store, wall=walls)
         if behind:
-            kept.begin()
+            opened.begin()
 
         cable = Cable(bus)
 
@@ -254,7 +276,7 @@ def play(
             await port.open()
             return port
 
-        host = Host(CATALOG, kept, open_port, HostSettings(127, bytes(range(16)), (0, 1)), wall=walls)
+        host = Host(CATALOG, opened, open_port, SETTINGS, wall=walls)
         app = _api(CATALOG)
         app.state.host, app.state.adapters = host, Adapters(detectors={})
         transport = httpx.ASGITransport(app, raise_app_exceptions=True)
@@ -272,21 +294,21 @@ def play(
             finally:
                 await host.close()
                 await bench.close()
-                kept.close()
+                opened.close()
 
     return asyncio.run(run()) if behind else clock.run(run())
 
 
-def json(answer: Answer, status: int = 200) -> Any:
-    """The body of an answer that must have this status."""
-    assert answer.status_code == status, f"{answer.status_code}: {answer.text}"
-    return answer.json()
+def json(response: Response, status: int = 200) -> Any:
+    """The body of a response, which must have this status."""
+    assert response.status_code == status, f"{response.status_code}: {response.text}"
+    return response.json()
 
 
-def problem(answer: Answer, code: str, status: int) -> dict[str, Any]:
-    """The problem of an answer that must be refused with this code."""
-    assert answer.headers["content-type"] == "application/problem+json", answer.text
-    found: dict[str, Any] = json(answer, status)
+def problem(response: Response, code: str, status: int) -> dict[str, Any]:
+    """The problem of a response, which must be a rejection with this code."""
+    assert response.headers["content-type"] == "application/problem+json", response.text
+    found: dict[str, Any] = json(response, status)
     assert found["code"] == code, found
     assert found["status"] == status
     assert len(found["detail"]) > 20

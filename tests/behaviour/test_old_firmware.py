@@ -33,9 +33,9 @@ async def test_no_way_to_command_a_speed_or_torque_advises_to_switch_on_what_is_
         assert "firmware 1.010 has no speed and torque control (0x25). It was added in 1.100." in found["detail"]
         assert "PUT" not in found["detail"]
     socket = Socket(rig.app)
-    await socket.hear("hello")
-    socket.say(type="command", lease=lease, commands=[{"uid": servo.uid, **body}])
-    assert (await socket.hear("error"))["code"] == "not_in_this_model"
+    await socket.receive("hello")
+    socket.send(type="command", lease=lease, commands=[{"uid": servo.uid, **body}])
+    assert (await socket.receive("error"))["code"] == "not_in_this_model"
     await socket.close()
     assert {name for _, name, _ in rig.writes()} == set()
 

@@ -27,15 +27,15 @@ async def check_angles(rig: Rig, count: int) -> None:
     """Watch the age of every angle for six seconds."""
     servos = await rig.ready(count, within_s=120)
     socket = Socket(rig.app)
-    hello = await socket.hear("hello")
+    hello = await socket.receive("hello")
     assert hello["stale_after_s"] == {"angle": ANGLE_STALE_S, **LIVE_PERIOD_S}
-    socket.say(type="subscribe", topics=["telemetry"])
+    socket.send(type="subscribe", topics=["telemetry"])
     await asyncio.sleep(2.0)
     received: dict[str, float] = {}
     oldest = late = 0.0
     began = rig.host.base.now()
     while (now := rig.host.base.now()) - began < 6.0:
-        for message in socket.heard():
+        for message in socket.received():
             column = message["channels"].get("current_angle") if message["type"] == "telemetry" else None
             if column is not None:
                 received[message["uid"]] = column["t"][-1]

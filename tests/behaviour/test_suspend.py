@@ -111,11 +111,11 @@ async def test_setting_the_clock_is_no_restart(rig: Rig, servo: Servo) -> None:
 async def test_a_page_receives_the_new_offset_of_telemetry_times(rig: Rig) -> None:
     await rig.ready()
     socket = Socket(rig.app)
-    before = (await socket.hear("hello"))["utc_offset"]
-    socket.say(type="subscribe", topics=["servos", "telemetry"])
+    before = (await socket.receive("hello"))["utc_offset"]
+    socket.send(type="subscribe", topics=["servos", "telemetry"])
     await asyncio.sleep(3)
-    assert [one for one in socket.heard() if one["type"] == "hello"] == []
+    assert [one for one in socket.received() if one["type"] == "hello"] == []
     suspend(rig, 8 * HOUR)
-    again = await socket.hear("hello")
+    again = await socket.receive("hello")
     assert again["utc_offset"] - before == pytest.approx(8 * HOUR, abs=0.01)
     await socket.close()

@@ -59,7 +59,7 @@ async def bus_time(rig: Rig, *, spread: bool) -> dict[str, Any]:
         json(await rig.call("PUT", f"/servos/{servo.uid}/telemetry", wish))
     lease = await rig.lease()
     socket = Socket(rig.app)
-    await socket.hear("hello")
+    await socket.receive("hello")
     said: dict[int, float] = {}
     rig.bus.history.clear()
     for n in range(COMMANDS):
@@ -69,7 +69,7 @@ async def bus_time(rig: Rig, *, spread: bool) -> dict[str, Any]:
         said[n] = loop.time()
         uid = servos[n // 250].uid  # each is jogged for some seconds
         command = {"uid": uid, "type": "angle", "value": n / 10}
-        socket.say(type="command", lease=lease, commands=[command])
+        socket.send(type="command", lease=lease, commands=[command])
     await asyncio.sleep(0.5)
     sent = _angles([frame for name, frame in rig.bus.history if name == "host"])
     await socket.close()
