@@ -1,4 +1,4 @@
-"""A change of several rows: checked, kept, written, proved, and undone when anything fails (features B56, B92, B93)."""
+"""Changes of several rows: checked, stored, written, verified, rolled back on failure (features B56, B92, B93)."""
 
 import asyncio
 from collections.abc import Callable
@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from behaviour.neighbour import Neighbour
-from behaviour.rig import PLAIN, Rig, json, problem
+from behaviour.rig import PLAIN, Rig, json, problem, until
 from behaviour.scene import scene
 from hornbill.servo.configuration.writing import WriteOptions
 from hornbill.servo.device.servo import Servo, State
@@ -29,31 +29,38 @@ def patching(rig: Rig, servo: Servo, values: dict[str, Any], **more: Any) -> Any
     return rig.call("PATCH", f"/servos/{servo.uid}/parameters", {"values": values, **more})
 
 
-def held(rig: Rig, servo: Servo, keys: dict[str, Any]) -> dict[str, int]:
-    """What the servo itself holds in RAM."""
+async def rolled_back(rig: Rig, servo: Servo, values: dict[str, Any]) -> Any:
+    """The response to a change, which must have been rolled back."""
+    response = json(await patching(rig, servo, values))
+    assert response["outcome"] == "rolled_back"
+    return response
+
+
+def ram(rig: Rig, servo: Servo, keys: dict[str, Any]) -> dict[str, int]:
+    """The raw values in the servo's RAM."""
     memory = rig.sim(servo).memory
     return {key: memory.get(servo.registers[key].parameter.address) for key in keys}
 
 
-def verdicts(answer: Any) -> dict[str, str]:
-    return {change["key"]: change["verdict"] for change in answer["changes"]}
+def verdicts(response: Any) -> dict[str, str]:
+    return {change["key"]: change["verdict"] for change in response["changes"]}
 
 
 def once_written(rig: Rig, key: str, act: Callable[[], None]) -> None:
-    """Do something as soon as the write of a row was answered; the first reading of it is that before the write."""
-    heard: list[Change] = []
+    """Call `act` as soon as the write of a row was acknowledged. Its first sample is the read before the write."""
+    samples: list[Change] = []
 
     def listen(change: Change) -> None:
         if isinstance(change, Sampled) and change.key == key:
-            heard.append(change)
-            if len(heard) == 2:
+            samples.append(change)
+            if len(samples) == 2:
                 act()
 
     rig.host.hub.subscribe(listen)
 
 
-def asked(rig: Rig, name: str) -> int:
-    """How often a row was asked for or written."""
+def requests(rig: Rig, name: str) -> int:
+    """How often a row was read or written."""
     found = 0
     for transfer in rig.transfers("host"):
         if transfer.type_id == GetSetRequest.TYPE.id:
@@ -63,24 +70,21 @@ def asked(rig: Rig, name: str) -> int:
 
 
 @scene()
-async def test_when_a_servo_refuses_the_fifth_of_eight_writes_all_eight_registers_hold_what_they_held(
-    rig: Rig, servo: Servo
-) -> None:
-    before = held(rig, servo, EIGHT)
+async def test_a_rejected_fifth_write_rolls_back_all_eight(rig: Rig, servo: Servo) -> None:
+    before = ram(rig, servo, EIGHT)
     once_written(rig, "timeout_time", lambda: rig.sim(servo).conditions.refuse_keys.add("angle_p_gain"))
-    answer = json(await patching(rig, servo, EIGHT))
-    assert answer["outcome"] == "rolled_back"
-    assert answer["problem"]["code"] == "refused_by_servo"
-    assert answer["problem"]["detail"] == answer["failure"]
-    assert verdicts(answer) == dict.fromkeys(list(EIGHT)[:4], "rolled_back") | {"angle_p_gain": "refused"}
-    assert all(change["after"] == change["before"] for change in answer["changes"])
-    assert held(rig, servo, EIGHT) == before
+    response = await rolled_back(rig, servo, EIGHT)
+    assert response["problem"]["code"] == "refused_by_servo"
+    assert response["problem"]["detail"] == response["failure"]
+    assert verdicts(response) == dict.fromkeys(list(EIGHT)[:4], "rolled_back") | {"angle_p_gain": "refused"}
+    assert all(change["after"] == change["before"] for change in response["changes"])
+    assert ram(rig, servo, EIGHT) == before
     assert not rig.events("not_rolled_back")
 
 
 @scene()
-async def test_a_change_works_and_is_undone_with_a_fifth_of_all_frames_lost(rig: Rig, servo: Servo) -> None:
-    before = held(rig, servo, EIGHT)
+async def test_changes_and_rollbacks_work_with_20_pct_loss(rig: Rig, servo: Servo) -> None:
+    before = ram(rig, servo, EIGHT)
     rig.bus.loss(20, seed=5)
     rig.host.hub.subscribe(
         lambda change: (
@@ -89,61 +93,59 @@ async def test_a_change_works_and_is_undone_with_a_fifth_of_all_frames_lost(rig:
             else None
         )
     )
-    answer = json(await patching(rig, servo, EIGHT))
-    assert answer["outcome"] == "rolled_back"
-    assert set(verdicts(answer).values()) == {"rolled_back", "refused"}
-    assert held(rig, servo, EIGHT) == before
+    response = await rolled_back(rig, servo, EIGHT)
+    assert set(verdicts(response).values()) == {"rolled_back", "refused"}
+    assert ram(rig, servo, EIGHT) == before
     rig.sim(servo).conditions.refuse_keys.clear()
     values = {key: value for key, value in EIGHT.items() if key != "angle_dead_band"}
-    answer = json(await patching(rig, servo, values))
-    assert set(verdicts(answer).values()) == {"applied"}, answer
+    response = json(await patching(rig, servo, values))
+    assert set(verdicts(response).values()) == {"applied"}, response
 
 
 @scene()
-async def test_a_servo_that_falls_mute_half_way_and_stays_so_has_rows_that_nobody_knows_and_that_is_told(
-    rig: Rig, servo: Servo
-) -> None:
+async def test_rows_of_a_servo_that_stays_mute_are_reported_unknown(rig: Rig, servo: Servo) -> None:
 
     def mute() -> None:
         rig.sim(servo).conditions.mute = True
 
     once_written(rig, "timeout_time", mute)
-    answer = json(await patching(rig, servo, EIGHT))
-    assert answer["outcome"] == "rolled_back"
-    assert answer["problem"]["code"] == "no_response"
-    assert verdicts(answer) == dict.fromkeys(list(EIGHT)[:5], "no_response")
-    assert {change["after"] for change in answer["changes"]} == {None}
-    (told,) = rig.events("not_rolled_back")
-    assert all(servo.registers[key].parameter.label in told.text for key in list(EIGHT)[:5])
+    response = await rolled_back(rig, servo, EIGHT)
+    assert response["problem"]["code"] == "no_response"
+    assert verdicts(response) == dict.fromkeys(list(EIGHT)[:5], "no_response")
+    assert {change["after"] for change in response["changes"]} == {None}
+    (event,) = rig.events("not_rolled_back")
+    assert all(servo.registers[key].parameter.label in event.text for key in list(EIGHT)[:5])
     assert {row.entry.outcome for row in rig.host.store.audit.rows(uid=servo.uid)} == {"no_response"}
 
 
+@pytest.mark.parametrize("how", ["mute", "bus loss"])
 @scene()
-async def test_a_servo_that_is_mute_for_a_while_half_way_is_put_back_as_soon_as_it_is_heard_again(
-    rig: Rig, servo: Servo
-) -> None:
-    before = held(rig, servo, EIGHT)
+async def test_a_servo_mute_for_a_while_is_rolled_back_when_it_responds(rig: Rig, servo: Servo, how: str) -> None:
+    before = ram(rig, servo, EIGHT)
 
     def mute() -> None:
-        conditions = rig.sim(servo).conditions
-        conditions.mute = True
-        asyncio.get_running_loop().call_later(5, lambda: setattr(conditions, "mute", False))
+        conditions, later = rig.sim(servo).conditions, asyncio.get_running_loop().call_later
+        if how == "mute":
+            conditions.mute = True
+            later(5, lambda: setattr(conditions, "mute", False))
+        else:
+            rig.bus.loss(100)
+            later(3.5, lambda: rig.bus.loss(0))
 
     once_written(rig, "timeout_time", mute)
-    answer = json(await patching(rig, servo, EIGHT))
-    assert answer["outcome"] == "rolled_back"
-    assert set(verdicts(answer).values()) == {"rolled_back"}
-    assert held(rig, servo, EIGHT) == before
+    response = await rolled_back(rig, servo, EIGHT)
+    assert set(verdicts(response).values()) == {"rolled_back"}
+    assert ram(rig, servo, EIGHT) == before
     assert not rig.events("not_rolled_back")
 
 
 @pytest.mark.parametrize("back_after_s", [0.1, 1.0, None], ids=["at once", "after 1 s", "not before it is too late"])
 @scene(replace(PLAIN, rom={"angle_p_gain": 40}))
-async def test_when_power_is_cut_half_way_what_was_in_ram_is_put_back_or_said_to_be_lost(
+async def test_after_a_power_cut_ram_is_restored_or_reported_lost(
     rig: Rig, servo: Servo, back_after_s: float | None
 ) -> None:
     json(await patching(rig, servo, {"angle_p_gain": 33}))
-    before = held(rig, servo, EIGHT)
+    before = ram(rig, servo, EIGHT)
     assert before["angle_p_gain"] == 33, "only in RAM"
     await asyncio.sleep(4)
     values = {"angle_p_gain": 50, **EIGHT}
@@ -155,80 +157,75 @@ async def test_when_power_is_cut_half_way_what_was_in_ram_is_put_back_or_said_to
 
     once_written(rig, "angle_p_gain", cut)
     count = len(rig.writes())
-    answer = json(await patching(rig, servo, values))
-    assert answer["outcome"] == "rolled_back"
+    response = await rolled_back(rig, servo, values)
     if back_after_s is None:
-        assert set(verdicts(answer).values()) == {"no_response"}
+        assert set(verdicts(response).values()) == {"no_response"}
         assert rig.events("not_rolled_back")
         return
-    assert set(verdicts(answer).values()) == {"rolled_back"}
-    assert held(rig, servo, EIGHT) == before
-    assert servo.registers["angle_p_gain"].rom == 40, "what was put back is not taken for what ROM holds"
+    assert set(verdicts(response).values()) == {"rolled_back"}
+    assert ram(rig, servo, EIGHT) == before
+    assert servo.registers["angle_p_gain"].rom == 40, "a restored value is not taken for the one in ROM"
     assert {raw for _, name, raw in rig.writes()[count:] if name == "0x2C"} == {50, 33}
 
 
 @scene()
-async def test_a_row_that_holds_something_else_than_it_answered_undoes_the_whole_change(rig: Rig, servo: Servo) -> None:
-    before = held(rig, servo, EIGHT)
+async def test_a_failed_read_back_rolls_back_the_change(rig: Rig, servo: Servo) -> None:
+    before = ram(rig, servo, EIGHT)
     once_written(rig, "angle_boost", lambda: rig.sim(servo).memory.put(0x2C, 99))
-    answer = json(await patching(rig, servo, EIGHT))
-    assert answer["outcome"] == "rolled_back"
-    assert answer["problem"]["code"] == "unexpected_result"
-    assert answer["problem"]["differences"] == [{"key": "angle_p_gain", "wanted": 50, "found": 99}]
-    assert held(rig, servo, EIGHT) == before
+    response = await rolled_back(rig, servo, EIGHT)
+    assert response["problem"]["code"] == "unexpected_result"
+    assert response["problem"]["differences"] == [{"key": "angle_p_gain", "wanted": 50, "found": 99}]
+    assert ram(rig, servo, EIGHT) == before
 
 
 @scene()
-async def test_a_servo_that_may_have_restarted_is_put_back_only_once_its_status_was_heard(
-    rig: Rig, servo: Servo
-) -> None:
-    """Or what is written would be taken for what ROM held when the restart is noticed."""
+async def test_rollback_waits_for_a_status_that_rules_out_a_restart(rig: Rig, servo: Servo) -> None:
+    """Otherwise the values written would be taken for those in ROM once the restart is noticed."""
+    changed_at: list[float] = []
+    status_at: list[float] = []
 
-    spoiled_at: list[float] = []
-    heard_at: list[float] = []
-
-    def spoil() -> None:
+    def change_row() -> None:
         rig.sim(servo).memory.put(0x2C, 99)
-        spoiled_at.append(rig.host.base.now())
+        changed_at.append(rig.host.base.now())
 
     def put_back(change: Change) -> None:
-        if isinstance(change, Sampled) and (change.key, change.value) == ("angle_p_gain", 40) and spoiled_at:
-            heard_at.append(servo.status_at or 0.0)
+        if isinstance(change, Sampled) and (change.key, change.value) == ("angle_p_gain", 40) and changed_at:
+            status_at.append(servo.status_at or 0.0)
 
-    once_written(rig, "angle_boost", spoil)
+    once_written(rig, "angle_boost", change_row)
     rig.host.hub.subscribe(put_back)
     assert json(await patching(rig, servo, EIGHT))["problem"]["code"] == "unexpected_result"
-    assert heard_at[0] > spoiled_at[0]
+    assert status_at[0] > changed_at[0]
 
 
 @scene()
-async def test_every_row_written_is_read_back_after_the_last_write(rig: Rig, servo: Servo) -> None:
+async def test_every_row_is_read_written_and_read_back_once(rig: Rig, servo: Servo) -> None:
     names = {key: servo.registers[key].parameter.name for key in EIGHT}
-    counts = {key: asked(rig, name) for key, name in names.items()}
+    counts = {key: requests(rig, name) for key, name in names.items()}
     assert json(await patching(rig, servo, EIGHT))["outcome"] == "applied"
-    grown = {key: asked(rig, name) - counts[key] for key, name in names.items()}
+    grown = {key: requests(rig, name) - counts[key] for key, name in names.items()}
     assert verdicts(json(await patching(rig, servo, EIGHT))) == dict.fromkeys(EIGHT, "unchanged")
     assert grown == dict.fromkeys(EIGHT, 3), "read, written, read back: one each, nothing twice"
 
 
 @scene()
-async def test_a_snapshot_is_kept_before_the_first_write_and_only_then(rig: Rig, servo: Servo) -> None:
+async def test_a_snapshot_is_stored_before_the_first_write_only(rig: Rig, servo: Servo) -> None:
     snapshots = rig.host.store.snapshots
     json(await patching(rig, servo, EIGHT, dry_run=True))
     json(await patching(rig, servo, {"angle_p_gain": 40}))
-    assert snapshots.of(servo.uid) == [], "neither writes anything"
+    assert snapshots.of(servo.uid) == [], "neither writes"
     json(await patching(rig, servo, {"angle_p_gain": 41, "angle_d_gain": 31, "smoothing": True}))
-    (kept,) = snapshots.of(servo.uid)
-    assert (kept.reason, kept.by, kept.automatic) == (
+    (stored,) = snapshots.of(servo.uid)
+    assert (stored.reason, stored.by, stored.automatic) == (
         "before a change of angle_p_gain and 1 more",
         "no lease",
         True,
     )
-    assert kept.ram["angle_p_gain"] == 40
+    assert stored.ram["angle_p_gain"] == 40
 
 
 @scene()
-async def test_a_change_of_which_no_snapshot_can_be_kept_is_not_made(
+async def test_a_change_without_a_stored_snapshot_is_rejected(
     rig: Rig, servo: Servo, monkeypatch: pytest.MonkeyPatch
 ) -> None:
 
@@ -241,7 +238,7 @@ async def test_a_change_of_which_no_snapshot_can_be_kept_is_not_made(
 
 
 @scene(replace(PLAIN, rom={"angle_d_gain": 30}))
-async def test_every_row_written_is_in_the_audit_with_who_what_before_and_after(rig: Rig, servo: Servo) -> None:
+async def test_every_write_is_in_the_audit(rig: Rig, servo: Servo) -> None:
     json(await patching(rig, servo, {"angle_p_gain": 41, "angle_limit_cw": 60, "smoothing": True}))
     lease = await rig.lease()
     body = {"values": {"torque_mode": "on", "angle_d_gain": 31}}
@@ -261,49 +258,49 @@ async def test_every_row_written_is_in_the_audit_with_who_what_before_and_after(
 
 
 @scene()
-async def test_a_change_that_is_cancelled_half_way_is_carried_to_its_end(rig: Rig, servo: Servo) -> None:
+async def test_a_cancelled_change_is_completed(rig: Rig, servo: Servo) -> None:
     cancelled: list[bool] = []
     task = asyncio.create_task(rig.host.changes.apply(servo, EIGHT, WriteOptions(by="a job", job="7")))
     once_written(rig, "timeout_time", lambda: cancelled.append(task.cancel()))
     with pytest.raises(asyncio.CancelledError):
         await task
     assert cancelled == [True]
-    assert held(rig, servo, EIGHT)["angle_boost"] == 30
+    assert ram(rig, servo, EIGHT)["angle_boost"] == 30
     assert {one.entry.job for one in rig.host.store.audit.rows(uid=servo.uid)} == {"7"}
 
 
 @scene()
-async def test_torque_that_a_failed_change_turned_on_is_taken_away_again_and_never_the_other_way(
-    rig: Rig, servo: Servo
-) -> None:
+async def test_rollback_turns_torque_off_and_never_on(rig: Rig, servo: Servo) -> None:
     lease = await rig.lease()
     path = f"/servos/{servo.uid}/parameters"
 
-    def spoil(change: Change) -> None:
+    def interfere(change: Change) -> None:
         if isinstance(change, Sampled) and (change.key, change.value) == ("angle_p_gain", 41):
             asyncio.get_running_loop().call_soon(rig.sim(servo).memory.put, 0x2C, 99)
 
-    rig.host.hub.subscribe(spoil)
+    rig.host.hub.subscribe(interfere)
     json(await rig.call("POST", f"/servos/{servo.uid}/torque", {"mode": "off"}))
     body = {"values": {"torque_mode": "on", "angle_p_gain": 41}}
-    answer = json(await rig.call("PATCH", path, body, lease=lease))
-    assert verdicts(answer) == {"angle_p_gain": "rolled_back", "torque_mode": "rolled_back"}
+    response = json(await rig.call("PATCH", path, body, lease=lease))
+    assert verdicts(response) == {"angle_p_gain": "rolled_back", "torque_mode": "rolled_back"}
     assert not rig.host.motion.is_commanded(servo.uid)
-    assert held(rig, servo, {"torque_mode": 1, "angle_p_gain": 40}) == {"torque_mode": 1, "angle_p_gain": 40}
+    assert ram(rig, servo, {"torque_mode": 1, "angle_p_gain": 40}) == {"torque_mode": 1, "angle_p_gain": 40}
     json(await rig.call("POST", f"/servos/{servo.uid}/torque", {"mode": "on"}, lease=lease))
     body = {"values": {"torque_mode": "off", "angle_p_gain": 41}}
-    answer = json(await rig.call("PATCH", path, body, lease=lease))
-    assert verdicts(answer) == {"angle_p_gain": "rolled_back", "torque_mode": "applied"}
+    response = json(await rig.call("PATCH", path, body, lease=lease))
+    assert verdicts(response) == {"angle_p_gain": "rolled_back", "torque_mode": "applied"}
     assert rig.sim(servo).memory.get(0x20) == 1
 
 
 @scene(replace(PLAIN, behaviour=Behaviour(out_of_range="clamp")))
-async def test_a_value_the_servo_clamps_stays_beside_what_was_applied(rig: Rig, servo: Servo) -> None:
+async def test_a_clamped_value_is_reported_beside_applied_ones(rig: Rig, servo: Servo) -> None:
     row = servo.registers["timeout_time"].parameter
     servo.registers["timeout_time"].parameter = row.model_copy(update={"maximum": 90_000})
-    answer = json(await patching(rig, servo, {"timeout_time": 80_000, "angle_p_gain": 41}))
-    assert answer["outcome"] == "applied"
-    assert verdicts(answer) == {"timeout_time": "clamped", "angle_p_gain": "applied"}
+    response = json(await patching(rig, servo, {"timeout_time": 80_000, "angle_p_gain": 41}))
+    assert response["outcome"] == "applied"
+    assert verdicts(response) == {"timeout_time": "clamped", "angle_p_gain": "applied"}
+    clamped = next(change for change in response["changes"] if change["key"] == "timeout_time")
+    assert (clamped["requested"], clamped["after"]) == (80_000, 60_000)
     assert not [one for one in rig.changes if isinstance(one, LogEvent) and one.level == "failure"]
 
 
@@ -312,26 +309,27 @@ SECOND = Recipe("BLA21-12U-A0", "1.300", servo_id=2, node_id=12)
 
 @pytest.mark.parametrize("doing", ["soft start", "software update", "saving"])
 @scene(replace(PLAIN, angle_deg=90.0))
-async def test_while_a_servo_is_doing_something_else_nothing_at_all_is_sent(rig: Rig, doing: str) -> None:
+async def test_nothing_is_sent_while_a_servo_is_busy(rig: Rig, doing: str) -> None:
     if doing == "soft start":
-        async with asyncio.timeout(20):
-            while not any(one.state is State.SOFT_START for one in rig.host.fleet.all()):
-                await asyncio.sleep(0.01)
+        await until(lambda: any(one.state is State.SOFT_START for one in rig.host.fleet.all()), 20)
     servo = rig.host.fleet.all()[0] if doing == "soft start" else (await rig.ready())[0]
     if doing == "software update":
         rig.sim(servo).conditions.software_update = True
         await asyncio.sleep(2)
     if doing == "saving":
         await rig.call("POST", f"/servos/{servo.uid}/save")
-    count = asked(rig, "0x2C"), asked(rig, "0x0C")
-    answers = [
+    count = requests(rig, "0x2C"), requests(rig, "0x0C")
+    responses = [
         await patching(rig, servo, {"angle_p_gain": 41}),
         await patching(rig, servo, {"angle_p_gain": 41}, dry_run=True),
         await rig.call("PUT", f"/servos/{servo.uid}/parameters/angle_p_gain", {"value": 41}),
     ]
-    for answer in answers:
-        problem(answer, "busy", 409)
-    assert (asked(rig, "0x2C"), rig.writes()) == (count[0], [])
+    if doing == "saving":
+        command = {"type": "angle", "value": 1}
+        responses.append(await rig.call("POST", f"/servos/{servo.uid}/command", command, lease=await rig.lease()))
+    for response in responses:
+        problem(response, "busy", 409)
+    assert (requests(rig, "0x2C"), rig.writes()) == (count[0], [])
     assert rig.host.store.snapshots.of(servo.uid) == []
 
 
@@ -339,28 +337,26 @@ async def test_while_a_servo_is_doing_something_else_nothing_at_all_is_sent(rig:
     ("limits", "value", "word"), [("voltage_limit", 7.4, "supply"), ("temperature_limit", 20, "temperature")]
 )
 @scene()
-async def test_a_lower_limit_may_equal_its_upper_one_once_it_is_confirmed(
+async def test_a_lower_limit_may_equal_the_upper_one_when_confirmed(
     rig: Rig, servo: Servo, limits: str, value: float, word: str
 ) -> None:
     values = {f"{limits}_lower": value, f"{limits}_upper": value}
-    asks = problem(await patching(rig, servo, values), "needs_confirmation", 409)
-    assert asks["confirm"] == word
+    refused = problem(await patching(rig, servo, values), "needs_confirmation", 409)
+    assert refused["confirm"] == word
     assert rig.writes() == []
     assert json(await patching(rig, servo, values, confirm=[word]))["outcome"] == "applied"
 
 
 @scene()
-async def test_limits_that_would_switch_output_off_at_the_present_supply_need_to_be_confirmed(
-    rig: Rig, servo: Servo
-) -> None:
+async def test_limits_beyond_the_present_supply_need_confirmation(rig: Rig, servo: Servo) -> None:
     path = f"/servos/{servo.uid}/parameters/voltage_limit_upper"
     rig.sim(servo).conditions.voltage_v = 8.0
     await asyncio.sleep(0.2)
     for key, value in (("voltage_limit_upper", 8.3), ("voltage_limit_upper", 7.6)):
-        asks = problem(await patching(rig, servo, {key: value}, dry_run=True), "needs_confirmation", 409)
-        assert (asks["confirm"], asks["key"], asks["margin"]) == ("supply", key, 0.5)
-        assert "8.0 V" in asks["detail"] or "7.9 V" in asks["detail"] or "8.1 V" in asks["detail"]
-        assert "±0.5 V" in asks["detail"]
+        refused = problem(await patching(rig, servo, {key: value}, dry_run=True), "needs_confirmation", 409)
+        assert (refused["confirm"], refused["key"], refused["margin"]) == ("supply", key, 0.5)
+        assert "8.0 V" in refused["detail"] or "7.9 V" in refused["detail"] or "8.1 V" in refused["detail"]
+        assert "±0.5 V" in refused["detail"]
     problem(await rig.call("PUT", path, {"value": 8.3}), "needs_confirmation", 409)
     assert rig.writes() == []
     assert json(await patching(rig, servo, {"voltage_limit_upper": 8.8}))["outcome"] == "applied"
@@ -370,23 +366,21 @@ async def test_limits_that_would_switch_output_off_at_the_present_supply_need_to
     assert json(await patching(rig, servo, {"voltage_limit_upper": 7.8}))["outcome"] == "applied", "no worse"
     rig.sim(servo).conditions.voltage_v = 5.0
     await asyncio.sleep(0.2)
-    asks = problem(await patching(rig, servo, {"voltage_limit_lower": 4.8}), "needs_confirmation", 409)
-    assert (asks["key"], asks["unit"]) == ("voltage_limit_lower", "V")
+    refused = problem(await patching(rig, servo, {"voltage_limit_lower": 4.8}), "needs_confirmation", 409)
+    assert (refused["key"], refused["unit"]) == ("voltage_limit_lower", "V")
 
 
 @scene(replace(PLAIN, room_c=40.0))
-async def test_limits_that_would_switch_output_off_at_the_present_temperature_need_to_be_confirmed(
-    rig: Rig, servo: Servo
-) -> None:
-    asks = problem(await patching(rig, servo, {"temperature_limit_upper": 42}), "needs_confirmation", 409)
-    assert (asks["confirm"], asks["margin"], asks["unit"]) == ("temperature", 5, "°C")
+async def test_limits_beyond_the_present_temperature_need_confirmation(rig: Rig, servo: Servo) -> None:
+    refused = problem(await patching(rig, servo, {"temperature_limit_upper": 42}), "needs_confirmation", 409)
+    assert (refused["confirm"], refused["margin"], refused["unit"]) == ("temperature", 5, "°C")
     problem(await patching(rig, servo, {"temperature_limit_upper": 42}, confirm=["supply"]), "needs_confirmation", 409)
-    answer = json(await patching(rig, servo, {"temperature_limit_upper": 42}, confirm=["temperature"]))
-    assert answer["outcome"] == "applied"
+    response = json(await patching(rig, servo, {"temperature_limit_upper": 42}, confirm=["temperature"]))
+    assert response["outcome"] == "applied"
 
 
 @scene(PLAIN, SECOND)
-async def test_a_servo_id_of_a_servo_on_the_bus_is_refused_with_its_owner_and_a_free_one(rig: Rig) -> None:
+async def test_a_servo_id_in_use_is_rejected_with_its_owner_and_a_free_one(rig: Rig) -> None:
     first, second = sorted(await rig.ready(2), key=lambda one: one.servo_id or 0)
     taken = problem(await patching(rig, first, {"servo_id": 2}), "conflict", 409)
     assert (taken["key"], taken["requested"], taken["owner"], taken["free"]) == ("servo_id", 2, second.uid, 1)
@@ -394,14 +388,14 @@ async def test_a_servo_id_of_a_servo_on_the_bus_is_refused_with_its_owner_and_a_
     assert rig.writes() == []
     json(await patching(rig, first, {"servo_id": 1}))  # its own
     json(await patching(rig, second, {"servo_id": 7}))
-    kept = problem(await patching(rig, first, {"servo_id": 2}), "conflict", 409)
-    assert "ROM" in kept["detail"], "a restart brings it back"
+    stored = problem(await patching(rig, first, {"servo_id": 2}), "conflict", 409)
+    assert "ROM" in stored["detail"], "a restart brings it back"
     for one in (first, second):  # unprovisioned may be shared
         json(await patching(rig, one, {"servo_id": 0, "node_id": 0}))
 
 
 @scene()
-async def test_a_servo_id_of_one_that_is_only_remembered_is_refused_too(rig: Rig, servo: Servo) -> None:
+async def test_ids_of_known_offline_servos_are_rejected(rig: Rig, servo: Servo) -> None:
     rig.host.store.servos.put_rom(Uid("ab" * 16), {"servo_id": 9, "node_id": 44})
     rig.host.store.servos.set_label(Uid("ab" * 16), "elbow")
     for key, number in (("servo_id", 9), ("node_id", 44)):
@@ -412,7 +406,7 @@ async def test_a_servo_id_of_one_that_is_only_remembered_is_refused_too(rig: Rig
 
 
 @scene(PLAIN, SECOND)
-async def test_an_id_that_is_being_written_to_one_servo_is_refused_to_the_other(rig: Rig) -> None:
+async def test_an_id_being_written_to_another_servo_is_rejected(rig: Rig) -> None:
     first, second = sorted(await rig.ready(2), key=lambda one: one.servo_id or 0)
     conditions = rig.sim(first).conditions
 
@@ -420,21 +414,21 @@ async def test_an_id_that_is_being_written_to_one_servo_is_refused_to_the_other(
         if isinstance(change, Sampled) and (change.uid, change.key) == (first.uid, "servo_id"):
             conditions.mute = True
 
-    forget = rig.host.hub.subscribe(mute)
+    unsubscribe = rig.host.hub.subscribe(mute)
     writing = asyncio.create_task(patching(rig, first, {"servo_id": 7}))
     await asyncio.sleep(0.5)
     refused = problem(await patching(rig, second, {"servo_id": 7}), "conflict", 409)
     assert (refused["owner"], writing.done()) == (first.uid, False)
-    forget()
+    unsubscribe()
     conditions.mute = False
     assert json(await writing)["outcome"] == "applied"
     assert [rig.sim(one).memory.get(0x45) for one in (first, second)] == [7, 2]
 
 
 @scene(PLAIN, SECOND)
-async def test_a_node_id_of_anybody_is_refused_and_the_own_one_is_not(rig: Rig) -> None:
+async def test_a_node_id_in_use_is_rejected(rig: Rig) -> None:
     servo = next(one for one in await rig.ready(2) if one.node_id == 11)
-    Neighbour(rig.bus.port("gps"), 60).speak()
+    Neighbour(rig.bus.port("gps"), 60).start()
     rig.host.store.allocations.record(Uid("cd" * 16), NodeId(33))
     await asyncio.sleep(2)
     for node, words in ((12, "on the bus"), (60, "node 60"), (33, "allocation table"), (127, "this server")):
@@ -446,7 +440,7 @@ async def test_a_node_id_of_anybody_is_refused_and_the_own_one_is_not(rig: Rig) 
 
 
 @scene(replace(PLAIN, rom_sound=False))
-async def test_a_servo_that_lost_its_settings_is_not_moved_until_it_is_saved(rig: Rig, servo: Servo) -> None:
+async def test_a_servo_with_lost_configuration_moves_only_after_a_save(rig: Rig, servo: Servo) -> None:
     lease = await rig.lease()
     moves = [("command", {"type": "angle", "value": 5}), ("torque", {"mode": "on"})]
     for path, body in moves:
@@ -456,8 +450,8 @@ async def test_a_servo_that_lost_its_settings_is_not_moved_until_it_is_saved(rig
         assert "defaults" in barred["detail"]
         assert "snapshot" in barred["detail"]
     json(await rig.call("POST", f"/servos/{servo.uid}/torque", {"mode": "off"}))
-    answer = await rig.call("PUT", f"/servos/{servo.uid}/parameters/torque_mode", {"value": "on"}, lease=lease)
-    problem(answer, "configuration_lost", 409)
+    response = await rig.call("PUT", f"/servos/{servo.uid}/parameters/torque_mode", {"value": "on"}, lease=lease)
+    problem(response, "configuration_lost", 409)
     assert [name for _, name, _ in rig.writes()] == ["0x20"]
     json(await rig.call("PATCH", f"/servos/{servo.uid}/parameters", {"values": {"angle_p_gain": 41}}, lease=lease))
     path, body = f"/servos/{servo.uid}/save?wait=true", {"confirm": ["torque_off_in_rom"]}
@@ -468,13 +462,12 @@ async def test_a_servo_that_lost_its_settings_is_not_moved_until_it_is_saved(rig
 
 @pytest.mark.parametrize("way", ["PUT", "PATCH", "POST"])
 @scene()
-async def test_taking_torque_away_waits_for_no_change_and_needs_no_lease(rig: Rig, servo: Servo, way: str) -> None:
+async def test_torque_off_waits_for_no_change_and_needs_no_lease(rig: Rig, servo: Servo, way: str) -> None:
     lease = await rig.lease()
     json(await rig.call("POST", f"/servos/{servo.uid}/command", {"type": "angle", "value": 1}, lease=lease))
     body = {"values": EIGHT}
     changing = asyncio.create_task(rig.call("PATCH", f"/servos/{servo.uid}/parameters", body, lease=lease))
-    while not any(name == "0x2C" for _, name, _ in rig.writes()):
-        await asyncio.sleep(0.0002)
+    await until(lambda: any(name == "0x2C" for _, name, _ in rig.writes()), every_s=0.0002)
     off = {
         "PUT": (f"/servos/{servo.uid}/parameters/torque_mode", {"value": "off"}),
         "PATCH": (f"/servos/{servo.uid}/parameters", {"values": {"torque_mode": "off"}}),
@@ -489,35 +482,36 @@ async def test_taking_torque_away_waits_for_no_change_and_needs_no_lease(rig: Ri
 
 
 @scene()
-async def test_a_row_that_refuses_to_be_read_before_it_is_written_says_so(rig: Rig, servo: Servo) -> None:
+async def test_a_rejected_read_before_the_write_fails_the_change(rig: Rig, servo: Servo) -> None:
     rig.sim(servo).conditions.refuse_keys.add("angle_d_gain")
-    answer = await patching(rig, servo, {"angle_p_gain": 41, "angle_d_gain": 31})
-    refused = problem(answer, "refused_by_servo", 502)
+    response = await patching(rig, servo, {"angle_p_gain": 41, "angle_d_gain": 31})
+    refused = problem(response, "refused_by_servo", 502)
     assert "refused a read of angle_d_gain (0x2D) before the write. Nothing was written" in refused["detail"]
     assert rig.writes() == []
 
 
 @pytest.mark.parametrize("form", ['"{}"', "{}", 'W/"{}"', "*"])
 @scene()
-async def test_if_match_takes_a_revision_quoted_or_bare_and_a_star_for_any(rig: Rig, servo: Servo, form: str) -> None:
+async def test_if_match_accepts_every_form_of_a_revision(rig: Rig, servo: Servo, form: str) -> None:
     path = f"/servos/{servo.uid}/parameters"
     header = {"If-Match": form.format(servo.revision)}
     for value in (41, 42):
-        answer = await rig.call("PATCH", path, {"values": {"angle_p_gain": value}}, **header)
+        response = await rig.call("PATCH", path, {"values": {"angle_p_gain": value}}, **header)
         if value == 41 or form == "*":
-            assert json(answer)["outcome"] == "applied"
+            assert json(response)["outcome"] == "applied"
         else:
-            problem(answer, "stale_revision", 412)
+            stale = problem(response, "stale_revision", 412)
+            current = {"If-Match": stale["revision"]}
+            response = await rig.call("PATCH", path, {"values": {"angle_p_gain": value}}, **current)
+            assert json(response)["outcome"] == "applied"
 
 
 @scene(PLAIN)
-async def test_an_angle_limit_of_several_turns_is_asked_about_and_written_once_it_is_confirmed(
-    rig: Rig, servo: Servo
-) -> None:
+async def test_an_angle_limit_of_several_turns_needs_confirmation(rig: Rig, servo: Servo) -> None:
     path = f"/servos/{servo.uid}/parameters"
     body: dict[str, object] = {"values": {"angle_limit_cw": 999}}
-    asked_back = problem(await rig.call("PATCH", path, body), "needs_confirmation", 409)
-    assert (asked_back["confirm"], asked_back["turns"]) == ("multi_turn", 2.8)
+    refused = problem(await rig.call("PATCH", path, body), "needs_confirmation", 409)
+    assert (refused["confirm"], refused["turns"]) == ("multi_turn", 2.8)
     assert rig.writes() == []
     done = json(await rig.call("PATCH", path, {**body, "confirm": ["multi_turn"]}))
     assert done["changes"][0]["after"] == 999.0
