@@ -169,18 +169,6 @@ async def test_ids_survive_restarts_of_servos_and_host(bus: MemoryBus, host: Hos
     await host.close()
 
 
-@allocating
-async def test_a_servo_that_restarts_often_keeps_one_id(bus: MemoryBus, host: Host) -> None:
-    servo, *_ = servos = new_servos(bus, 2)
-    await all_have_ids(servos)
-    first = servo.node_id
-    for _ in range(20):
-        servo.restart()
-        await all_have_ids(servos)
-        assert servo.node_id == first
-    assert len(host.store.allocations.entries()) == 2
-
-
 @pytest.mark.parametrize("stage", [1, 2])
 @allocating
 async def test_an_allocation_interrupted_by_a_host_restart_completes(bus: MemoryBus, host: Host, stage: int) -> None:
@@ -215,15 +203,6 @@ async def test_a_lost_last_response_costs_one_more_round(bus: MemoryBus, host: H
 
 
 @allocating
-async def test_with_20_pct_loss_every_servo_gets_its_own_id(bus: MemoryBus, host: Host) -> None:
-    bus.loss(20, seed=3)
-    servos = new_servos(bus, 8)
-    await all_have_ids(servos, 120)
-    assert len(set(ids(servos))) == 8
-    assert host.store.allocations.entries() == {servo.unique_id.hex(): servo.node_id for servo in servos}
-
-
-@allocating
 async def test_every_model_gets_an_id_and_keeps_it_after_a_power_cut(bus: MemoryBus, host: Host) -> None:
     bench = Bench(bus.port, CATALOG, seed=4)
     new = [bench.add(Recipe(name, model.firmware[-1])) for name, model in CATALOG.models.items()]
@@ -250,17 +229,6 @@ async def test_a_static_node_id_is_not_allocated(bus: MemoryBus, host: Host) -> 
     settled.say_status(9)
     await all_have_ids([servo])
     assert servo.node_id == 124
-
-
-@allocating
-async def test_a_pinned_id_applies_at_the_next_start(bus: MemoryBus, host: Host) -> None:
-    (servo,) = new_servos(bus, 1)
-    await all_have_ids([servo])
-    (known,) = host.store.allocations.entries()
-    host.store.allocations.pin(known, NodeId(17))
-    servo.restart()
-    await all_have_ids([servo])
-    assert servo.node_id == 17
 
 
 def test_of_two_hosts_one_is_on_standby(tmp_path: Path) -> None:

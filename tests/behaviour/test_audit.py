@@ -1,4 +1,4 @@
-"""The audit: who did what, with what came of it; rows are read newest first, filtered, and as a file."""
+"""The audit: client, action and outcome of each change; listed newest first, filtered, and as CSV."""
 
 import asyncio
 import csv
@@ -26,7 +26,7 @@ def deed(row: dict[str, Any]) -> tuple[str, str, str]:
 
 
 @scene()
-async def test_a_write_is_kept_with_who_what_before_after_and_outcome(rig: Rig, servo: Servo) -> None:
+async def test_a_write_records_client_values_and_outcome(rig: Rig, servo: Servo) -> None:
     lease = await rig.lease()
     body = {"values": {"angle_limit_cw": 60.5}}
     json(await rig.call("PATCH", f"/servos/{servo.uid}/parameters", body, lease=lease))
@@ -36,7 +36,7 @@ async def test_a_write_is_kept_with_who_what_before_after_and_outcome(rig: Rig, 
 
 
 @scene(connect=False)
-async def test_rows_come_newest_first_and_every_filter_holds_alone_and_together(rig: Rig) -> None:
+async def test_rows_are_newest_first_and_filters_combine(rig: Rig) -> None:
     one, other = Uid("1" * 32), Uid("2" * 32)
     for n in range(30):
         rig.host.audit.note(
@@ -58,7 +58,7 @@ async def test_rows_come_newest_first_and_every_filter_holds_alone_and_together(
 
 
 @scene(connect=False)
-async def test_the_file_has_every_row_of_what_is_asked_for_and_no_formula(rig: Rig) -> None:
+async def test_the_csv_file_contains_all_rows_and_no_formulas(rig: Rig) -> None:
     rig.host.audit.note(
         NewAuditEntry(
             "=cmd|x", "label", "applied", Uid("1" * 32), after='@evil, "quoted"\nline', notes=Note.words(" \t+1")
@@ -66,10 +66,10 @@ async def test_the_file_has_every_row_of_what_is_asked_for_and_no_formula(rig: R
     )
     rig.host.audit.note(*(NewAuditEntry("me", "write", "applied", key="k", before=-5, after=n) for n in range(2345)))
     rig.host.audit.note(NewAuditEntry("me", "torque", "applied", after=True, notes=Note.words("−5 °C")))
-    answer = await rig.http.get("/audit.csv")
-    assert answer.headers["content-type"] == "text/csv; charset=utf-8"
-    assert 'filename="hornbill-audit.csv"' in answer.headers["content-disposition"]
-    rows = list(csv.DictReader(io.StringIO(answer.text)))
+    response = await rig.http.get("/audit.csv")
+    assert response.headers["content-type"] == "text/csv; charset=utf-8"
+    assert 'filename="hornbill-audit.csv"' in response.headers["content-disposition"]
+    rows = list(csv.DictReader(io.StringIO(response.text)))
     assert len(rows) == 2347
     assert (rows[0]["after"], rows[0]["detail"]) == ("true", "−5 °C")
     assert [row["after"] for row in rows[1:-1]] == [str(n) for n in reversed(range(2345))]
@@ -82,27 +82,27 @@ async def test_the_file_has_every_row_of_what_is_asked_for_and_no_formula(rig: R
 
 
 @scene()
-async def test_labels_pins_and_the_allocators_mode_are_kept(rig: Rig, servo: Servo) -> None:
+async def test_labels_pins_and_the_allocator_mode_are_recorded(rig: Rig, servo: Servo) -> None:
     lease = await rig.lease()
     json(await rig.call("PATCH", f"/servos/{servo.uid}", {"label": "left ear"}, lease=lease))
-    stranger = "ab" * 16
-    json(await rig.call("PUT", f"/allocations/{stranger}", {"node_id": 77}))
-    json(await rig.call("DELETE", f"/allocations/{stranger}", lease=lease))
+    foreign = "ab" * 16
+    json(await rig.call("PUT", f"/allocations/{foreign}", {"node_id": 77}))
+    json(await rig.call("DELETE", f"/allocations/{foreign}", lease=lease))
     json(await rig.call("PUT", "/bus/allocator", {"mode": "off"}, lease=lease))
     mode, forgotten, pinned, label = (await audit(rig))[:4]
     assert deed(label) == ("test", "label", "applied")
     assert (label["uid"], label["before"], label["after"]) == (servo.uid, "", "left ear")
     assert (*deed(pinned), pinned["uid"], pinned["before"], pinned["after"]) == (
-        "no lease", "pin", "applied", stranger, None, 77,
+        "no lease", "pin", "applied", foreign, None, 77,
     )  # fmt: skip
     assert (*deed(forgotten), forgotten["before"], forgotten["after"]) == ("test", "forget", "applied", 77, None)
     assert (*deed(mode), mode["before"], mode["after"]) == ("test", "allocator", "applied", "on", "off")
 
 
 @scene(*TWO)
-async def test_a_stop_is_kept_once_with_who_why_and_how_many_confirmed_and_so_is_its_clearing(rig: Rig) -> None:
+async def test_a_stop_and_its_clearing_are_recorded_once(rig: Rig) -> None:
     await rig.ready(2)
-    for _ in range(2):  # the page sends one press by two roads
+    for _ in range(2):  # the page sends each press over two channels
         await rig.call("POST", "/stop?by=Ann", {"mode": "brake", "reason": "smoke"})
     await rig.call("DELETE", "/stop?by=Bob")
     await asyncio.sleep(1)
@@ -115,17 +115,17 @@ async def test_a_stop_is_kept_once_with_who_why_and_how_many_confirmed_and_so_is
 
 
 @scene(*TWO)
-async def test_no_frame_of_a_stop_waits_for_the_audit(rig: Rig) -> None:
+async def test_a_stop_is_sent_before_it_is_recorded(rig: Rig) -> None:
     servos = await rig.ready(2)
     order: list[str] = []
     add = rig.host.store.audit.add
 
     def slow(entries: Any) -> None:
-        kept = list(entries)
-        if kept[0].action == "stop":
+        rows = list(entries)
+        if rows[0].action == "stop":
             order.append("audit")
             order.extend(f"stopped {one.node_id}" for one in servos if rig.sim(one).memory.get(0x20) == 1)
-        add(kept)
+        add(rows)
 
     rig.host.store.audit.add = slow  # pyright: ignore[reportAttributeAccessIssue]
     rig.host.stop.now("off", "Ann", "")
@@ -134,7 +134,7 @@ async def test_no_frame_of_a_stop_waits_for_the_audit(rig: Rig) -> None:
     assert order == ["audit", "stopped 11", "stopped 12"]
 
 
-def test_a_stop_is_kept_even_when_nobody_confirms_and_when_the_server_ends_at_once() -> None:
+def test_a_stop_is_recorded_when_unacknowledged_and_the_server_ends() -> None:
     async def scene(rig: Rig) -> list[tuple[str, str]]:
         await rig.ready()
         await rig.cable.unplug()
@@ -146,7 +146,7 @@ def test_a_stop_is_kept_even_when_nobody_confirms_and_when_the_server_ends_at_on
 
 
 @scene()
-async def test_motion_control_taken_given_back_and_lapsed_is_kept_by_its_holder(rig: Rig) -> None:
+async def test_leases_taken_released_and_expired_are_recorded(rig: Rig) -> None:
     await rig.ready()
     lease = await rig.lease()
     await rig.call("DELETE", f"/leases/{lease}")
@@ -161,7 +161,7 @@ async def test_motion_control_taken_given_back_and_lapsed_is_kept_by_its_holder(
 
 
 @scene()
-async def test_an_audit_that_cannot_be_kept_stops_nobody_and_is_said_once(rig: Rig, servo: Servo) -> None:
+async def test_a_failing_audit_blocks_nothing_and_is_reported_once(rig: Rig, servo: Servo) -> None:
 
     def full(_entries: Any) -> None:
         raise OSError("disk full")

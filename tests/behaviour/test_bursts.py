@@ -1,11 +1,11 @@
-"""One synchronised burst: all or nothing, once, and under command until the lease ends (table 2-20, B21 to B25)."""
+"""Synchronised bursts: all or nothing, sent once, and commanded until the lease ends (table 2-20, B21 to B25)."""
 
 import asyncio
 from dataclasses import replace
 
 import pytest
 
-from behaviour.rig import PLAIN, Rig, json, play, problem
+from behaviour.rig import PLAIN, Rig, json, problem
 from behaviour.scene import scene
 from hornbill.errors import Busy, Stopped
 from hornbill.servo.device.servo import Servo
@@ -18,7 +18,7 @@ from hornbill.wire.messages import ArrayCommand, CommandType
 FAST = Recipe("BLA21-06U-A0", "1.300", servo_id=9, node_id=30, rom={"speed_torque_control": 1})
 
 
-def crowd(count: int) -> list[Recipe]:
+def fleet(count: int) -> list[Recipe]:
     return [replace(PLAIN, node_id=10 + n, servo_id=1 + n) for n in range(count)]
 
 
@@ -30,13 +30,13 @@ def angles(servos: list[Servo], value: float) -> dict[str, object]:
     return {"commands": [{"uid": servo.uid, "type": "angle", "value": value} for servo in servos]}
 
 
-@scene(*crowd(20))
-async def test_twenty_servos_get_their_angle_in_two_messages_and_the_skew_is_what_was_on_the_bus(rig: Rig) -> None:
+@scene(*fleet(20))
+async def test_twenty_servos_get_their_angles_in_two_messages_with_the_reported_skew(rig: Rig) -> None:
     servos, lease = await ready(rig, 20)
     rig.bus.history.clear()
-    answer = json(await rig.call("POST", "/commands", angles(servos, 30), lease=lease))
-    assert answer["messages"] == 2
-    assert {round(part["value"], 1) for part in answer["commands"]} == {30.0}
+    response = json(await rig.call("POST", "/commands", angles(servos, 30), lease=lease))
+    assert response["messages"] == 2
+    assert {round(part["value"], 1) for part in response["commands"]} == {30.0}
     await asyncio.sleep(1)
     assert [rig.sim(servo).angle_deg for servo in servos] == pytest.approx([30] * 20, abs=1)
     sent = rig.array_commands()
@@ -46,15 +46,15 @@ async def test_twenty_servos_get_their_angle_in_two_messages_and_the_skew_is_wha
     assert (len(first.commands), len(last.commands)) == (15, 5)
     assert not {c.actuator_id for one in (first, last) for c in one.commands} & {0, 255}
     frames = [frame for name, frame in rig.bus.history if name == "host" and frame.id >> 8 & 0xFFFF == 1010]
-    assert len({frame.id for frame in frames}) == 1, "one priority, so that they stay together and in order"
+    assert len({frame.id for frame in frames}) == 1, "one priority keeps them together and in order"
     ends = [frame.at for frame in frames]  # a message begins with its first frame and ends with its last
     first_began = ends[0] - frame_bits(frames[0]) / 1e6
     last_began = ends[9] - frame_bits(frames[9]) / 1e6
-    assert answer["start_skew_s"] == pytest.approx(last_began - first_began, rel=0.1)
+    assert response["start_skew_s"] == pytest.approx(last_began - first_began, rel=0.1)
 
 
-@scene(*crowd(3))
-async def test_one_bad_command_and_nothing_at_all_is_sent(rig: Rig) -> None:
+@scene(*fleet(3))
+async def test_one_invalid_command_rejects_the_whole_burst(rig: Rig) -> None:
     servos, lease = await ready(rig, 3)
     rig.sim(servos[1]).memory.put(0x38, 450)
     servos[1].forget("angle_limit_cw")
@@ -75,7 +75,7 @@ async def test_one_bad_command_and_nothing_at_all_is_sent(rig: Rig) -> None:
 
 @pytest.mark.parametrize("ids", [(0, 5), (5, 5)])
 @scene(lambda ids: (replace(PLAIN, node_id=10 + n, servo_id=own) for n, own in enumerate(ids)))
-async def test_a_servo_whose_id_is_nobodys_or_two_servos_is_not_addressed(rig: Rig, ids: tuple[int, int]) -> None:
+async def test_a_servo_id_of_0_or_of_two_servos_is_rejected(rig: Rig, ids: tuple[int, int]) -> None:
     servos, lease = await ready(rig, 2)
     one = next(servo for servo in servos if servo.servo_id == ids[0])
     refused = problem(await rig.call("POST", "/commands", angles([one], 5), lease=lease), "conflict", 409)
@@ -84,7 +84,7 @@ async def test_a_servo_whose_id_is_nobodys_or_two_servos_is_not_addressed(rig: R
 
 
 @scene()
-async def test_an_angle_goes_by_array_command_from_the_first_contact_on(rig: Rig) -> None:
+async def test_an_angle_is_sent_by_array_command_from_the_first_contact(rig: Rig) -> None:
     servos, lease = await ready(rig, 1)
     assert servos[0].position_unit.state == "assumed"
     json(await rig.call("POST", "/commands", angles(servos, 30), lease=lease))
@@ -93,7 +93,7 @@ async def test_an_angle_goes_by_array_command_from_the_first_contact_on(rig: Rig
 
 
 @scene(replace(PLAIN, behaviour=Behaviour(position_unit="radian")))
-async def test_no_angle_goes_by_array_command_once_status_and_0x08_disagree(rig: Rig) -> None:
+async def test_a_position_unit_conflict_blocks_angles_until_forced(rig: Rig) -> None:
     servos, lease = await ready(rig, 1)
     json(await rig.call("POST", f"/servos/{servos[0].uid}/command", {"type": "angle", "value": 20}, lease=lease))
     await asyncio.sleep(3)
@@ -108,30 +108,26 @@ async def test_no_angle_goes_by_array_command_once_status_and_0x08_disagree(rig:
 
 
 @pytest.mark.parametrize("value", [180.1, 600.3, 3000.7])
-def test_an_angle_of_more_than_half_a_turn_goes_by_0x00_and_never_by_array_command(value: float) -> None:
-    wide = replace(PLAIN, rom={"angle_limit_cw": 36000, "extended_angle": 1})
-
-    async def scene(rig: Rig) -> None:
-        servos, lease = await ready(rig, 1)
-        body = angles(servos, value) | {"confirm": ["turns"]}
-        refused = problem(await rig.call("POST", "/commands", body, lease=lease), "invalid_value", 422)
-        assert (refused["minimum"], refused["maximum"]) == (-180, 180)
-        stream = json(await rig.call("POST", "/streams", {"uids": [servos[0].uid]}, lease=lease), 201)["id"]
-        put = await rig.call("PUT", f"/streams/{stream}", {"values": {servos[0].uid: value}}, lease=lease)
-        problem(put, "invalid_value", 422)
-        await rig.call("DELETE", f"/streams/{stream}", lease=lease)
-        rig.bus.history.clear()
-        advised = refused["detail"].rpartition("POST /api/v1")[2].rstrip(".")
-        alone = {"type": "angle", "value": value, "confirm": ["turns"]}
-        assert json(await rig.call("POST", advised, alone, lease=lease))["value"] == value
-        assert rig.array_commands() == []
-        assert ("0x00", round(value * 10)) in [(name, raw) for _, name, raw in rig.writes()]
-
-    play(scene, wide)
+@scene(replace(PLAIN, rom={"angle_limit_cw": 36000, "extended_angle": 1}))
+async def test_an_angle_beyond_half_a_turn_uses_0x00(rig: Rig, value: float) -> None:
+    servos, lease = await ready(rig, 1)
+    uid = servos[0].uid
+    body = angles(servos, value) | {"confirm": ["turns"]}
+    refused = problem(await rig.call("POST", "/commands", body, lease=lease), "invalid_value", 422)
+    assert (refused["minimum"], refused["maximum"]) == (-180, 180)
+    stream = json(await rig.call("POST", "/streams", {"uids": [uid]}, lease=lease), 201)["id"]
+    put = await rig.call("PUT", f"/streams/{stream}", {"values": {uid: value}}, lease=lease)
+    problem(put, "invalid_value", 422)
+    await rig.call("DELETE", f"/streams/{stream}", lease=lease)
+    advised = refused["detail"].rpartition("POST /api/v1")[2].rstrip(".")
+    alone = {"type": "angle", "value": value, "confirm": ["turns"]}
+    assert json(await rig.call("POST", advised, alone, lease=lease))["value"] == value
+    assert rig.array_commands() == []
+    assert ("0x00", round(value * 10)) in [(name, raw) for _, name, raw in rig.writes()]
 
 
 @scene(FAST)
-async def test_speed_and_torque_go_in_rpm_and_percent(rig: Rig) -> None:
+async def test_speed_and_torque_are_sent_in_rpm_and_percent(rig: Rig) -> None:
     servos, lease = await ready(rig, 1)
     for kind, value, number in (("speed", -60, CommandType.SPEED), ("torque", 12, CommandType.FORCE)):
         rig.bus.history.clear()
@@ -147,30 +143,28 @@ async def test_speed_and_torque_go_in_rpm_and_percent(rig: Rig) -> None:
 
 @pytest.mark.parametrize("shows", [True, False])
 @pytest.mark.parametrize("feeds", [True, False])
-def test_it_is_held_while_the_lease_lives_and_torque_goes_off_when_it_lapses(*, shows: bool, feeds: bool) -> None:
-    sim = Behaviour(array_command_shows=shows, array_command_feeds_timeout=feeds)
-
-    async def scene(rig: Rig) -> None:
-        (servo,), first = await ready(rig, 1)
-        json(await rig.call("DELETE", f"/leases/{first}"))
-        lapses_at = asyncio.get_running_loop().time() + 8
-        lease = await rig.lease(ttl_s=8)
-        json(await rig.call("POST", "/commands", angles([servo], 33.3), lease=lease))
-        assert rig.host.motion.is_commanded(servo.uid)
-        await asyncio.sleep(5)
-        assert len(rig.array_commands()) == 1, "a burst is never repeated"
-        assert rig.sim(servo).output == 0
-        assert abs(rig.sim(servo).angle_deg - 33.3) < 1
-        assert not rig.events("command_ended")
-        assert abs((servo.raw("command_angle") or 0) - 333) <= 1
-        await asyncio.sleep(lapses_at + 0.1 - asyncio.get_running_loop().time())
-        assert rig.sim(servo).output == 1
-
-    play(scene, replace(PLAIN, behaviour=sim))
+@scene(
+    lambda shows, feeds: replace(
+        PLAIN, behaviour=Behaviour(array_command_shows=shows, array_command_feeds_timeout=feeds)
+    )
+)
+async def test_a_burst_is_commanded_until_the_lease_expires(rig: Rig, servo: Servo, shows: bool, feeds: bool) -> None:
+    expires_at = asyncio.get_running_loop().time() + 8
+    lease = await rig.lease(ttl_s=8)
+    json(await rig.call("POST", "/commands", angles([servo], 33.3), lease=lease))
+    assert rig.host.motion.is_commanded(servo.uid)
+    await asyncio.sleep(5)
+    assert len(rig.array_commands()) == 1, "a burst is never repeated"
+    assert rig.sim(servo).output == 0
+    assert abs(rig.sim(servo).angle_deg - 33.3) < 1
+    assert not rig.events("command_ended")
+    assert abs((servo.raw("command_angle") or 0) - 333) <= 1
+    await asyncio.sleep(expires_at + 0.1 - asyncio.get_running_loop().time())
+    assert rig.sim(servo).output == 1
 
 
 @scene(PLAIN)
-async def test_a_servo_that_is_known_to_show_bursts_and_missed_one_is_let_go_and_not_moved_late(rig: Rig) -> None:
+async def test_a_servo_that_missed_a_burst_is_released_and_not_moved_late(rig: Rig) -> None:
     (servo,), lease = await ready(rig, 1)
     json(await rig.call("POST", "/commands", angles([servo], 20), lease=lease))
     await asyncio.sleep(1)
@@ -182,11 +176,11 @@ async def test_a_servo_that_is_known_to_show_bursts_and_missed_one_is_let_go_and
     await asyncio.sleep(3)
     assert "did not receive" in rig.events("command_ended")[0].text
     assert abs(rig.sim(servo).angle_deg - 20) < 1
-    assert rig.sim(servo).output == 1, "its own time-out took it"
+    assert rig.sim(servo).output == 1, "its own timeout turned it off"
 
 
-@scene(*crowd(2))
-async def test_a_stop_ends_it_and_a_prepared_burst_cannot_be_sent_any_more(rig: Rig) -> None:
+@scene(*fleet(2))
+async def test_a_stop_invalidates_a_prepared_burst(rig: Rig) -> None:
     servos, lease = await ready(rig, 2)
     prepared = await rig.host.bursts.prepare(lease, [Setpoint(servo, "angle", 10.0) for servo in servos])
     rig.host.bursts.send(lease, prepared)
@@ -196,7 +190,7 @@ async def test_a_stop_ends_it_and_a_prepared_burst_cannot_be_sent_any_more(rig: 
         rig.host.bursts.send(lease, prepared)
         await asyncio.sleep(0.02)
     assert [rig.sim(servo).angle_deg for servo in servos] == pytest.approx([14.9] * 2, abs=1)
-    assert not [write for write in rig.writes() if write[1] == "0x00"], "the stream itself keeps them alive"
+    assert not [write for write in rig.writes() if write[1] == "0x00"], "the stream itself is enough"
     json(await rig.call("POST", "/stop"))
     with pytest.raises(Stopped):
         rig.host.bursts.send(lease, prepared)

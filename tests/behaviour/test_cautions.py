@@ -1,9 +1,9 @@
-"""What has to be known before a move: turns, endless rotation, lost turns, hold, PWM (B34, B71, B74, B85, B88)."""
+"""Cautions before a move: turns, continuous rotation, lost turns, hold, PWM (B34, B71, B74, B85, B88)."""
 
 import asyncio
 from dataclasses import replace
 
-from behaviour.rig import PLAIN, Answer, Rig, Socket, json, play, problem
+from behaviour.rig import PLAIN, Response, Rig, Socket, json, problem, until
 from behaviour.scene import scene
 from hornbill.servo.device.servo import Servo, State
 from hornbill.sim.bench.recipe import Recipe
@@ -12,17 +12,24 @@ WIDE = replace(PLAIN, rom={"angle_limit_cw": 36000, "angle_limit_ccw": -36000, "
 SPEEDY = Recipe("BLA21-12U-A0", "1.300", servo_id=2, node_id=12, rom={"speed_torque_control": 1})
 
 
-async def move(rig: Rig, servo: Servo, lease: str, value: float, *confirm: str, kind: str = "angle") -> Answer:
+async def move(rig: Rig, servo: Servo, lease: str, value: float, *confirm: str, kind: str = "angle") -> Response:
     body = {"type": kind, "value": value, "confirm": list(confirm)}
     return await rig.call("POST", f"/servos/{servo.uid}/command", body, lease=lease)
 
 
-async def said(rig: Rig, servo: Servo, value: float, kind: str = "angle") -> list[dict[str, object]]:
+async def cautions(rig: Rig, servo: Servo, value: float, kind: str = "angle") -> list[dict[str, object]]:
     return json(await rig.call("GET", f"/servos/{servo.uid}/cautions?type={kind}&value={value}"))
 
 
+async def restart(rig: Rig, servo: Servo) -> None:
+    rig.bench.power(servo.uid, False)
+    await asyncio.sleep(0.4)
+    rig.bench.power(servo.uid, True)
+    await until(lambda: servo.boot_count and servo.state is State.READY, 20)
+
+
 @scene(WIDE)
-async def test_a_move_of_more_than_a_turn_names_the_turns_and_is_confirmed(rig: Rig, servo: Servo) -> None:
+async def test_a_move_of_more_than_a_turn_needs_confirmation(rig: Rig, servo: Servo) -> None:
     lease = await rig.lease()
     json(await move(rig, servo, lease, 300))
     await asyncio.sleep(3)
@@ -30,58 +37,52 @@ async def test_a_move_of_more_than_a_turn_names_the_turns_and_is_confirmed(rig: 
     assert refused["confirm"] == "turns"
     assert "2.5 turns clockwise" in refused["detail"]
     assert abs(rig.sim(servo).angle_deg - 300) < 1
-    answer = json(await move(rig, servo, lease, 1200, "turns"))
-    assert "2.5 turns" in answer["warnings"][0]
+    response = json(await move(rig, servo, lease, 1200, "turns"))
+    assert "2.5 turns" in response["warnings"][0]
     problem(await move(rig, servo, lease, 0), "needs_confirmation", 409)
 
 
 @scene(SPEEDY)
-async def test_a_speed_or_torque_is_done_and_says_that_it_turns_without_end(rig: Rig, servo: Servo) -> None:
+async def test_continuous_rotation_is_a_warning(rig: Rig, servo: Servo) -> None:
     lease = await rig.lease()
     assert json(await move(rig, servo, lease, 0, kind="speed"))["warnings"] == []
     for kind in ("speed", "torque"):
-        (said,) = json(await move(rig, servo, lease, 20, kind=kind))["warnings"]
-        assert "rotates continuously" in said
+        (warning,) = json(await move(rig, servo, lease, 20, kind=kind))["warnings"]
+        assert "rotates continuously" in warning
 
 
 @scene(WIDE)
 async def test_a_socket_confirms_in_its_command(rig: Rig, servo: Servo) -> None:
     lease = await rig.lease()
     socket = Socket(rig.app)
-    await socket.hear("hello")
+    await socket.receive("hello")
     command: dict[str, object] = {"uid": servo.uid, "type": "angle", "value": 400}
-    socket.say(type="command", lease=lease, commands=[command])
-    assert (await socket.hear("error"))["code"] == "needs_confirmation"
-    socket.say(type="command", lease=lease, commands=[command | {"confirm": ["turns"]}])
+    socket.send(type="command", lease=lease, commands=[command])
+    assert (await socket.receive("error"))["code"] == "needs_confirmation"
+    socket.send(type="command", lease=lease, commands=[command | {"confirm": ["turns"]}])
     await asyncio.sleep(1)
     assert rig.sim(servo).angle_deg > 100
-    await socket.close()
 
 
 @scene(WIDE)
-async def test_after_a_restart_beyond_half_a_turn_the_next_far_move_is_confirmed_once(rig: Rig, servo: Servo) -> None:
+async def test_after_lost_turns_the_next_far_move_needs_confirmation(rig: Rig, servo: Servo) -> None:
     lease = await rig.lease()
     await asyncio.sleep(3)
     json(await move(rig, servo, lease, 270))
     await asyncio.sleep(3)
-    rig.bench.power(servo.uid, False)
-    await asyncio.sleep(0.4)
-    rig.bench.power(servo.uid, True)
-    async with asyncio.timeout(20):
-        while servo.boot_count == 0 or servo.state is not State.READY:
-            await asyncio.sleep(0.05)
+    await restart(rig, servo)
     shown = json(await rig.call("GET", f"/servos/{servo.uid}/parameters/current_angle"))["value"]
     assert abs(shown + 90) < 1, "270° returns as -90°"
     assert rig.events("turns_lost")
     json(await rig.call("POST", f"/servos/{servo.uid}/torque", {"mode": "on"}, lease=lease))
-    assert [one["confirm"] for one in await said(rig, servo, 200)] == ["turn_count"]
+    assert [one["confirm"] for one in await cautions(rig, servo, 200)] == ["turn_count"]
     refused = problem(await move(rig, servo, lease, 200), "needs_confirmation", 409)
     assert refused["confirm"] == "turn_count"
     assert "270" in refused["detail"]
     json(await move(rig, servo, lease, -85))
     problem(await move(rig, servo, lease, 200), "needs_confirmation", 409)
     json(await move(rig, servo, lease, 200, "turn_count"))
-    assert await said(rig, servo, 0) == []
+    assert await cautions(rig, servo, 0) == []
 
 
 @scene(WIDE)
@@ -90,40 +91,30 @@ async def test_a_restart_within_half_a_turn_loses_no_turns(rig: Rig, servo: Serv
     for value in (270, 20):
         json(await move(rig, servo, lease, value))
         await asyncio.sleep(8)
-    rig.bench.power(servo.uid, False)
-    await asyncio.sleep(0.4)
-    rig.bench.power(servo.uid, True)
-    async with asyncio.timeout(20):
-        while servo.boot_count == 0 or servo.state is not State.READY:
-            await asyncio.sleep(0.05)
+    await restart(rig, servo)
     assert not rig.events("turns_lost")
-    assert await said(rig, servo, 170) == []
+    assert await cautions(rig, servo, 170) == []
 
 
-def test_hold_and_pwm_are_said_beforehand_and_with_the_command() -> None:
-    pwm = Recipe("BLA21-06U-AB", "1.300", servo_id=1, node_id=11, rom={"timeout_action": 0, "speed_torque_control": 1})
-
-    async def scene(rig: Rig) -> None:
-        servo = (await rig.ready())[0]
-        found = await said(rig, servo, 20, "speed")
-        assert [(one["level"], one["confirm"]) for one in found] == [
-            ("warning", None), ("failure", None), ("warning", None),
-        ]  # fmt: skip
-        assert "indefinitely" in str(found[1]["text"])
-        assert "PWM" in str(found[2]["text"])
-        assert rig.writes() == [], "asking moves nothing"
-        lease = await rig.lease()
-        answer = json(await move(rig, servo, lease, 20, kind="speed"))
-        assert answer["warnings"] == [one["text"] for one in found]
-        await asyncio.sleep(3)
-        assert rig.sim(servo).speed_rpm > 10
-        assert len([1 for _, name, _ in rig.writes() if name == "0x01"]) > 5, "or PWM would take over"
-
-    play(scene, pwm)
+@scene(Recipe("BLA21-06U-AB", "1.300", servo_id=1, node_id=11, rom={"timeout_action": 0, "speed_torque_control": 1}))
+async def test_hold_and_pwm_are_warned_of_before_and_with_the_command(rig: Rig, servo: Servo) -> None:
+    found = await cautions(rig, servo, 20, "speed")
+    assert [(one["level"], one["confirm"]) for one in found] == [
+        ("warning", None), ("failure", None), ("warning", None),
+    ]  # fmt: skip
+    assert "indefinitely" in str(found[1]["text"])
+    assert "PWM" in str(found[2]["text"])
+    assert rig.writes() == [], "reading cautions moves nothing"
+    lease = await rig.lease()
+    response = json(await move(rig, servo, lease, 20, kind="speed"))
+    assert response["warnings"] == [one["text"] for one in found]
+    await asyncio.sleep(3)
+    assert rig.sim(servo).speed_rpm > 10
+    assert len([1 for _, name, _ in rig.writes() if name == "0x01"]) > 5, "or PWM would take over"
 
 
 @scene(replace(PLAIN, rom={"timeout_action": 0}))
-async def test_with_hold_and_no_pwm_there_is_nothing_to_feed(rig: Rig, servo: Servo) -> None:
+async def test_with_hold_and_without_pwm_the_command_is_not_repeated(rig: Rig, servo: Servo) -> None:
     lease = await rig.lease()
     json(await move(rig, servo, lease, 20))
     await asyncio.sleep(5)

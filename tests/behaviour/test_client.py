@@ -1,4 +1,4 @@
-"""The client against host and simulated servos on a clock that jumps: what a rig does, and what it is told."""
+"""The Python client against a host with simulated servos."""
 
 import asyncio
 from collections.abc import Awaitable, Callable
@@ -13,190 +13,165 @@ from hornbill import errors
 from hornbill.client import AsyncHornbill, AsyncServo
 from hornbill.units import Uid
 
-Scene = Callable[[Rig, AsyncHornbill, AsyncServo], Awaitable[Any]]
 
+def with_client(act: Callable[[Rig, AsyncHornbill, AsyncServo], Awaitable[None]]) -> Callable[[], None]:
+    """Decorate a coroutine function: a test that plays it with one plain servo and a client of its host."""
 
-def with_client(scene: Scene) -> Any:
-    """One plain servo, and a client of the host it is known to."""
-
-    async def whole(rig: Rig) -> Any:
+    async def scene(rig: Rig) -> None:
         transport = httpx.ASGITransport(rig.app, raise_app_exceptions=True)
         await rig.ready()
         async with AsyncHornbill("http://127.0.0.1", transport=transport, by="rig") as hornbill:
-            return await scene(rig, hornbill, await hornbill.find(servo_id=1))
+            await act(rig, hornbill, await hornbill.find(servo_id=1))
 
-    return play(whole)
+    return lambda: play(scene)
 
 
-def test_a_rig_moves_a_servo_and_leaves_it_without_torque() -> None:
-    async def scene(rig: Rig, hornbill: AsyncHornbill, servo: AsyncServo) -> None:
+@with_client
+async def test_a_lease_lasts_as_long_as_its_block_and_ends_with_torque_off(
+    rig: Rig, hornbill: AsyncHornbill, servo: AsyncServo
+) -> None:
+    async with hornbill.lease("rig"):
+        await servo.torque("on")
+        moved = await servo.move(30, timeout_s=3)
+        assert moved["settled"]
+        assert await servo.read("current_angle") == pytest.approx(30, abs=0.5)
+    assert await servo.read("torque_mode") == "off"
+    async with hornbill.lease("rig", ttl_s=0.5):
+        await servo.torque("on")
+        await servo.move(10)
+        await asyncio.sleep(20)
+        assert await servo.read("torque_mode") == "on"
+    assert await hornbill.request("GET", "/leases") == []
+
+    async def fails() -> None:
         async with hornbill.lease("rig"):
-            await servo.torque("on")
-            moved = await servo.move(30, timeout_s=3)
-            assert moved["settled"]
-            assert await servo.read("current_angle") == pytest.approx(30, abs=0.5)
-        assert await servo.read("torque_mode") == "off"
-
-    with_client(scene)
-
-
-def test_the_lease_lives_as_long_as_the_block_and_not_longer() -> None:
-    async def scene(rig: Rig, hornbill: AsyncHornbill, servo: AsyncServo) -> None:
-        async with hornbill.lease("rig", ttl_s=0.5):
             await servo.torque("on")
             await servo.move(10)
-            await asyncio.sleep(20)
-            assert await servo.read("torque_mode") == "on"
-        assert await hornbill.request("GET", "/leases") == []
+            _ = 1 / 0
 
-    with_client(scene)
-
-
-def test_an_exception_in_the_block_turns_torque_off() -> None:
-    async def scene(rig: Rig, hornbill: AsyncHornbill, servo: AsyncServo) -> None:
-        async def fails() -> None:
-            async with hornbill.lease("rig"):
-                await servo.torque("on")
-                await servo.move(10)
-                _ = 1 / 0
-
-        with pytest.raises(ZeroDivisionError):
-            await fails()
-        assert await servo.read("torque_mode") == "off"
-
-    with_client(scene)
+    with pytest.raises(ZeroDivisionError):
+        await fails()
+    assert await servo.read("torque_mode") == "off"
 
 
-def test_without_a_beat_torque_goes_off_when_the_program_hangs() -> None:
-    async def scene(rig: Rig, hornbill: AsyncHornbill, servo: AsyncServo) -> None:
-        async def hangs() -> None:
-            async with hornbill.lease("rig", ttl_s=1.0, heartbeat=False):
-                await servo.torque("on")
-                await servo.move(10)
-                await asyncio.sleep(3)
-                assert await servo.read("torque_mode") == "off"
-
-        with pytest.raises(errors.LeaseRequired):
-            await hangs()
-
-    with_client(scene)
-
-
-def test_a_horn_that_is_held_did_not_move() -> None:
-    async def scene(rig: Rig, hornbill: AsyncHornbill, servo: AsyncServo) -> None:
-        rig.bench.servo(Uid(servo.uid)).conditions.load_inertia = 1e7
-        async with hornbill.lease("rig"):
+@with_client
+async def test_without_heartbeats_torque_goes_off(rig: Rig, hornbill: AsyncHornbill, servo: AsyncServo) -> None:
+    async def hangs() -> None:
+        async with hornbill.lease("rig", ttl_s=1.0, heartbeat=False):
             await servo.torque("on")
-            with pytest.raises(errors.DidNotMove) as caught:
-                await servo.move(40, timeout_s=1)
-        assert (caught.value.facts["target_deg"], caught.value.facts["unmet"]) == (40, "band")
-        assert abs(float(str(caught.value.facts["angle_deg"]))) < 5
-        assert "is not within 0.5° of 40° but at " in caught.value.detail
-
-    with_client(scene)
-
-
-def test_a_horn_that_is_there_and_has_not_stayed_is_not_said_to_be_elsewhere() -> None:
-    async def scene(rig: Rig, hornbill: AsyncHornbill, servo: AsyncServo) -> None:
-        async with hornbill.lease("rig"):
-            await servo.torque("on")
-            with pytest.raises(errors.DidNotMove) as caught:
-                await servo.move(10, timeout_s=2, dwell_s=5)
-        assert caught.value.facts["unmet"] == "dwell"
-        assert "is within 0.5° of 10°, but" in caught.value.detail
-        assert "of 5 s" in caught.value.detail
-
-    with_client(scene)
-
-
-def test_no_answer_refused_and_out_of_range_are_three_things() -> None:
-    async def scene(rig: Rig, hornbill: AsyncHornbill, servo: AsyncServo) -> None:
-        with pytest.raises(errors.OutOfRange) as outside:
-            await servo.write("overcurrent_limit", 500)
-        assert outside.value.status == 422
-        assert outside.value.facts["unit"] == "A"
-        await rig.call("PATCH", f"/sim/servos/{servo.uid}", {"refuse_keys": ["angle_boost"]})
-        with pytest.raises(errors.Refused):
-            await servo.read("angle_boost")
-        await rig.call("PATCH", f"/sim/servos/{servo.uid}", {"mute": True})
-        with pytest.raises(errors.NoResponse):
-            await servo.read("angle_p_gain")
-
-    with_client(scene)
-
-
-def test_several_values_are_written_all_or_nothing_and_saved_with_progress() -> None:
-    async def scene(rig: Rig, hornbill: AsyncHornbill, servo: AsyncServo) -> None:
-        before = await servo.read_all()
-        planned = await servo.write_many({"angle_p_gain": 42}, dry_run=True)
-        assert planned["outcome"] == "planned"
-        assert await servo.read("angle_p_gain") != 42
-        seen: list[float] = []
-        wanted = {"angle_p_gain": 42, "smoothing": False}
-        await servo.write_many(
-            wanted, save=True, if_match=before["revision"], on_progress=lambda job: seen.append(job["progress"])
-        )
-        assert (await servo.reading("angle_p_gain"))["rom"] == 42
-        assert seen == sorted(seen)
-        assert seen[-1] == 1.0
-        with pytest.raises(errors.StaleRevision):
-            await servo.write_many({"angle_p_gain": 43}, if_match=before["revision"])
-
-    with_client(scene)
-
-
-def test_what_is_rolled_back_raises_and_says_so() -> None:
-    async def scene(rig: Rig, hornbill: AsyncHornbill, servo: AsyncServo) -> None:
-        refused = rig.bench.servo(Uid(servo.uid)).conditions.refuse_keys
-        once_written(rig, "timeout_time", lambda: refused.add("angle_p_gain"))
-        with pytest.raises(errors.Refused) as caught:
-            await servo.write_many(EIGHT)
-        assert caught.value.facts["outcome"] == "rolled_back"
-        assert await servo.read("timeout_time") != EIGHT["timeout_time"]
-
-    with_client(scene)
-
-
-def test_stop_is_said_by_whom_latches_and_is_cleared() -> None:
-    async def scene(rig: Rig, hornbill: AsyncHornbill, servo: AsyncServo) -> None:
-        async with hornbill.lease("rig"):
-            await servo.torque("on")
-            state = await hornbill.stop(reason="smoke")
-            assert (state["by"], state["reason"]) == ("rig", "smoke")
-            assert [one["confirmed"] for one in state["servos"]] == [True]
-            with pytest.raises(errors.Stopped):
-                await servo.move(10)
-            await hornbill.clear_stop()
+            await servo.move(10)
+            await asyncio.sleep(3)
             assert await servo.read("torque_mode") == "off"
 
-    with_client(scene)
+    with pytest.raises(errors.LeaseRequired):
+        await hangs()
 
 
-def test_a_job_that_fails_raises_what_it_failed_of() -> None:
-    async def scene(rig: Rig, hornbill: AsyncHornbill, servo: AsyncServo) -> None:
-        await rig.call("PATCH", f"/sim/servos/{servo.uid}", {"mute": True})
-        with pytest.raises(errors.NoResponse) as caught:
-            await servo.save()
-        job: Any = caught.value.facts["job"]
-        assert (job["kind"], job["state"]) == ("save", "failed")
-
-    with_client(scene)
-
-
-def test_a_servo_that_is_not_there_is_named_with_those_that_are() -> None:
-    async def scene(rig: Rig, hornbill: AsyncHornbill, servo: AsyncServo) -> None:
-        with pytest.raises(errors.Unknown, match=f"label 'rear'.*Known servos: {servo.title}"):
-            await hornbill.find(label="rear", within_s=0.0)
-
-    with_client(scene)
+@with_client
+async def test_a_blocked_horn_raises_did_not_move(rig: Rig, hornbill: AsyncHornbill, servo: AsyncServo) -> None:
+    rig.bench.servo(Uid(servo.uid)).conditions.load_inertia = 1e7
+    async with hornbill.lease("rig"):
+        await servo.torque("on")
+        with pytest.raises(errors.DidNotMove) as caught:
+            await servo.move(40, timeout_s=1)
+    assert (caught.value.facts["target_deg"], caught.value.facts["unmet"]) == (40, "band")
+    assert abs(float(str(caught.value.facts["angle_deg"]))) < 5
+    assert "is not within 0.5° of 40° but at " in caught.value.detail
 
 
-def test_telemetry_is_granted_and_read_back_as_csv() -> None:
-    async def scene(rig: Rig, hornbill: AsyncHornbill, servo: AsyncServo) -> None:
-        granted = await servo.telemetry(["current_angle"], 20)
-        assert granted["granted_hz"] == 20
-        await asyncio.sleep(2)
-        text = await servo.samples_csv(1.0, ["current_angle"])
-        assert len(text.splitlines()) > 10
+@with_client
+async def test_a_horn_within_the_band_that_did_not_stay_is_reported_so(
+    rig: Rig, hornbill: AsyncHornbill, servo: AsyncServo
+) -> None:
+    async with hornbill.lease("rig"):
+        await servo.torque("on")
+        with pytest.raises(errors.DidNotMove) as caught:
+            await servo.move(10, timeout_s=2, dwell_s=5)
+    assert caught.value.facts["unmet"] == "dwell"
+    assert "is within 0.5° of 10°, but" in caught.value.detail
+    assert "of 5 s" in caught.value.detail
 
-    with_client(scene)
+
+@with_client
+async def test_no_response_refused_and_out_of_range_are_different_errors(
+    rig: Rig, hornbill: AsyncHornbill, servo: AsyncServo
+) -> None:
+    with pytest.raises(errors.OutOfRange) as outside:
+        await servo.write("overcurrent_limit", 500)
+    assert outside.value.status == 422
+    assert outside.value.facts["unit"] == "A"
+    await rig.call("PATCH", f"/sim/servos/{servo.uid}", {"refuse_keys": ["angle_boost"]})
+    with pytest.raises(errors.Refused):
+        await servo.read("angle_boost")
+    await rig.call("PATCH", f"/sim/servos/{servo.uid}", {"mute": True})
+    with pytest.raises(errors.NoResponse):
+        await servo.read("angle_p_gain")
+
+
+@with_client
+async def test_several_values_are_written_and_saved_with_progress(
+    rig: Rig, hornbill: AsyncHornbill, servo: AsyncServo
+) -> None:
+    before = await servo.read_all()
+    planned = await servo.write_many({"angle_p_gain": 42}, dry_run=True)
+    assert planned["outcome"] == "planned"
+    assert await servo.read("angle_p_gain") != 42
+    seen: list[float] = []
+    wanted = {"angle_p_gain": 42, "smoothing": False}
+    await servo.write_many(
+        wanted, save=True, if_match=before["revision"], on_progress=lambda job: seen.append(job["progress"])
+    )
+    assert (await servo.reading("angle_p_gain"))["rom"] == 42
+    assert seen == sorted(seen)
+    assert seen[-1] == 1.0
+    with pytest.raises(errors.StaleRevision):
+        await servo.write_many({"angle_p_gain": 43}, if_match=before["revision"])
+
+
+@with_client
+async def test_a_rolled_back_change_raises_an_error(rig: Rig, hornbill: AsyncHornbill, servo: AsyncServo) -> None:
+    refused = rig.bench.servo(Uid(servo.uid)).conditions.refuse_keys
+    once_written(rig, "timeout_time", lambda: refused.add("angle_p_gain"))
+    with pytest.raises(errors.Refused) as caught:
+        await servo.write_many(EIGHT)
+    assert caught.value.facts["outcome"] == "rolled_back"
+    assert await servo.read("timeout_time") != EIGHT["timeout_time"]
+
+
+@with_client
+async def test_stop_latches_names_the_client_and_is_cleared(
+    rig: Rig, hornbill: AsyncHornbill, servo: AsyncServo
+) -> None:
+    async with hornbill.lease("rig"):
+        await servo.torque("on")
+        state = await hornbill.stop(reason="smoke")
+        assert (state["by"], state["reason"]) == ("rig", "smoke")
+        assert [one["confirmed"] for one in state["servos"]] == [True]
+        with pytest.raises(errors.Stopped):
+            await servo.move(10)
+        await hornbill.clear_stop()
+        assert await servo.read("torque_mode") == "off"
+
+
+@with_client
+async def test_a_failed_job_raises_its_error(rig: Rig, hornbill: AsyncHornbill, servo: AsyncServo) -> None:
+    await rig.call("PATCH", f"/sim/servos/{servo.uid}", {"mute": True})
+    with pytest.raises(errors.NoResponse) as caught:
+        await servo.save()
+    job: Any = caught.value.facts["job"]
+    assert (job["kind"], job["state"]) == ("save", "failed")
+
+
+@with_client
+async def test_an_unknown_servo_error_lists_known_servos(rig: Rig, hornbill: AsyncHornbill, servo: AsyncServo) -> None:
+    with pytest.raises(errors.Unknown, match=f"label 'rear'.*Known servos: {servo.title}"):
+        await hornbill.find(label="rear", within_s=0.0)
+
+
+@with_client
+async def test_telemetry_is_granted_and_exported_as_csv(rig: Rig, hornbill: AsyncHornbill, servo: AsyncServo) -> None:
+    granted = await servo.telemetry(["current_angle"], 20)
+    assert granted["granted_hz"] == 20
+    await asyncio.sleep(2)
+    text = await servo.samples_csv(1.0, ["current_angle"])
+    assert len(text.splitlines()) > 10

@@ -1,4 +1,4 @@
-"""Connecting and leaving a bus while something fails on our side: no port stays open, and motion goes on."""
+"""Internal errors while connecting and disconnecting: no port stays open, and motion stays possible."""
 
 import asyncio
 from collections.abc import Callable
@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from behaviour.rig import Rig, json
+from behaviour.rig import Rig, json, until
 from behaviour.scene import scene
 from hornbill.bus.reopening import ReopeningPort
 from hornbill.servo.device.servo import Servo
@@ -17,7 +17,7 @@ HERE, THERE = "memory:host", "memory:other"
 
 
 def ports(rig: Rig) -> list[ReopeningPort]:
-    """Every port the host opens from now on."""
+    """The ports that the host opens from now on."""
     opened: list[ReopeningPort] = []
     plain = rig.host._open_port  # pyright: ignore[reportPrivateUsage]
 
@@ -30,7 +30,7 @@ def ports(rig: Rig) -> list[ReopeningPort]:
 
 
 def failing(*_: object, **__: object) -> Any:
-    raise RuntimeError("a defect of ours")
+    raise RuntimeError("an internal error")
 
 
 async def failing_later(*_: object) -> None:
@@ -65,7 +65,7 @@ async def test_a_port_that_cannot_be_joined_is_closed_and_the_next_one_works(
 
     with monkeypatch.context() as broken:
         broken.setattr(*PARTS[part](rig))
-        with pytest.raises(RuntimeError, match="a defect of ours"):
+        with pytest.raises(RuntimeError, match="an internal error"):
             await join()
     assert [port.state for port in opened] == [PortState.DISCONNECTED]
     assert rig.host.connection is None
@@ -78,21 +78,21 @@ async def test_a_port_that_cannot_be_joined_is_closed_and_the_next_one_works(
 
 @pytest.mark.parametrize("how", ["raises", "cancelled"])
 @scene()
-async def test_leaving_that_fails_bars_no_motion_for_good(
+async def test_a_failed_disconnect_does_not_block_motion(
     rig: Rig, servo: Servo, how: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     opened = ports(rig)
     with monkeypatch.context() as broken:
         if how == "raises":
             broken.setattr(rig.host.motion, "leave", failing_later)
-            with pytest.raises(RuntimeError, match="a defect of ours"):
+            with pytest.raises(RuntimeError, match="an internal error"):
                 await rig.host.connect(THERE, 1_000_000)
         else:
             broken.setattr(rig.host.motion, "leave", lambda: asyncio.sleep(5))
-            going = asyncio.create_task(rig.host.connect(THERE, 1_000_000))
+            connecting = asyncio.create_task(rig.host.connect(THERE, 1_000_000))
             await asyncio.sleep(0.1)
-            going.cancel()
-            await asyncio.wait([going])
+            connecting.cancel()
+            await asyncio.wait([connecting])
     assert [port.state for port in opened] == [PortState.DISCONNECTED]
     assert rig.host.motion.leaving is False
     lease = await rig.lease()
@@ -100,12 +100,11 @@ async def test_leaving_that_fails_bars_no_motion_for_good(
 
 
 @scene()
-async def test_the_rates_of_a_bus_that_is_connected_again_are_its_own(rig: Rig) -> None:
+async def test_the_rates_of_a_new_connection_are_its_own(rig: Rig) -> None:
     await rig.ready()
     await asyncio.sleep(20)
-    told = len(rig.changes)
-    while not any(isinstance(change, BusChanged) for change in rig.changes[told:]):
-        await asyncio.sleep(0.01)
+    known = len(rig.changes)
+    await until(lambda: any(isinstance(change, BusChanged) for change in rig.changes[known:]))
     await asyncio.sleep(0.5)  # between two counts
     await rig.host.connect(HERE, 1_000_000)
     await asyncio.sleep(1.1)
@@ -118,9 +117,9 @@ async def test_the_rates_of_a_bus_that_is_connected_again_are_its_own(rig: Rig) 
 
 
 @scene()
-async def test_polling_outlives_a_defect_of_ours(rig: Rig, servo: Servo, monkeypatch: pytest.MonkeyPatch) -> None:
+async def test_polling_survives_an_internal_error(rig: Rig, servo: Servo, monkeypatch: pytest.MonkeyPatch) -> None:
     with monkeypatch.context() as broken:
-        broken.setattr(rig.host.polling, "_ask", failing_later)
+        broken.setattr(rig.host.polling, "_read", failing_later)
         await asyncio.sleep(5)
     await asyncio.sleep(3)
     read_at = servo.registers["current_temperature"].at

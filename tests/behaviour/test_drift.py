@@ -1,4 +1,4 @@
-"""ROM that somebody else changed: flagged with the difference, restored in one step, or accepted."""
+"""ROM changed by another tool: reported with the difference, restored in one step, or accepted."""
 
 import asyncio
 import time
@@ -8,7 +8,8 @@ from typing import Any
 
 import pytest
 
-from behaviour.rig import PLAIN, Rig, json, play
+from behaviour.restarting import ended
+from behaviour.rig import PLAIN, Rig, json, play, until
 from behaviour.scene import scene
 from hornbill.servo.device.servo import Servo, State
 from hornbill.sim.bench.recipe import Recipe
@@ -20,19 +21,17 @@ HERE = replace(PLAIN, uid=UID, rom={"angle_limit_cw": 600, "speed_limit_cw": 200
 
 
 async def power(rig: Rig, servo: Servo, *, off_s: float = 4.0) -> None:
-    """Off and on again; it comes back identified and out of soft start."""
+    """Switch it off and on, and wait until it is ready."""
     boot_count = servo.boot_count
     rig.bench.power(servo.uid, False)
     await asyncio.sleep(off_s)
     rig.bench.power(servo.uid, True)
-    async with asyncio.timeout(30):
-        while servo.boot_count == boot_count or servo.state is not State.READY:
-            await asyncio.sleep(0.05)
+    await until(lambda: servo.boot_count != boot_count and servo.state is State.READY)
     await asyncio.sleep(1)
 
 
 async def meddle(rig: Rig, servo: Servo, **rom: int) -> None:
-    """Another tool changes and saves rows while we do not listen."""
+    """Change and save rows as another tool does, unseen by the host."""
     sim = rig.sim(servo)
     for key, raw in rom.items():
         row = servo.registers[key].parameter
@@ -49,24 +48,21 @@ async def drift(rig: Rig, servo: Servo) -> dict[str, tuple[Any, Any]]:
 
 
 @scene(HERE)
-async def test_rom_that_another_tool_saved_is_flagged_with_the_difference_and_told_once(rig: Rig, servo: Servo) -> None:
+async def test_rom_saved_by_another_tool_is_reported_once(rig: Rig, servo: Servo) -> None:
     assert await drift(rig, servo) == {}
     await meddle(rig, servo, angle_limit_cw=450, servo_id=9)
     assert await drift(rig, servo) == {"angle_limit_cw": (60.0, 45.0), "servo_id": (1, 9)}
-    told = rig.events("drift")
-    assert len(told) == 1
-    assert told[0].level == "warning"
-    assert "Angle limit CW 60.0° → 45.0°" in told[0].text
-    assert "Servo ID 1 → 9" in told[0].text
+    (event,) = rig.events("drift")
+    assert event.level == "warning"
+    assert "Angle limit CW 60.0° → 45.0°" in event.text
+    assert "Servo ID 1 → 9" in event.text
     await power(rig, servo)
     assert await drift(rig, servo) == {"angle_limit_cw": (60.0, 45.0), "servo_id": (1, 9)}
     assert len(rig.events("drift")) == 1
 
 
 @scene(HERE)
-async def test_a_second_change_keeps_the_oldest_known_value_and_one_that_goes_back_settles_itself(
-    rig: Rig, servo: Servo
-) -> None:
+async def test_a_second_change_keeps_the_oldest_value_and_a_reverted_one_ends_drift(rig: Rig, servo: Servo) -> None:
     await meddle(rig, servo, angle_limit_cw=450)
     await meddle(rig, servo, angle_limit_cw=300)
     assert await drift(rig, servo) == {"angle_limit_cw": (60.0, 30.0)}
@@ -76,16 +72,14 @@ async def test_a_second_change_keeps_the_oldest_known_value_and_one_that_goes_ba
 
 
 @scene(replace(HERE, rom={"speed_limit_cw": 200, "soft_start": 1}, angle_deg=60.0))
-async def test_rows_that_soft_start_hides_are_compared_when_it_is_over_and_not_with_its_own_values(
-    rig: Rig, servo: Servo
-) -> None:
+async def test_rows_hidden_by_soft_start_are_compared_afterwards(rig: Rig, servo: Servo) -> None:
     await meddle(rig, servo, speed_limit_cw=150)
     assert await drift(rig, servo) == {"speed_limit_cw": (200, 150)}
 
 
 @pytest.mark.parametrize("soft_start", [0, 1])
 @scene(lambda soft_start: replace(HERE, rom={**HERE.rom, "soft_start": soft_start}))
-async def test_what_we_save_ourselves_is_no_drift(rig: Rig, servo: Servo, soft_start: int) -> None:
+async def test_our_own_save_is_no_drift(rig: Rig, servo: Servo, soft_start: int) -> None:
     values = {"angle_limit_cw": 30, "speed_limit_cw": 120, "torque_limit_cw": 50}
     json(await rig.call("PATCH", f"/servos/{servo.uid}/parameters", {"values": values}))
     assert json(await rig.call("POST", f"/servos/{servo.uid}/save?wait=true"))["state"] == "succeeded"
@@ -95,9 +89,7 @@ async def test_what_we_save_ourselves_is_no_drift(rig: Rig, servo: Servo, soft_s
 
 
 @scene(HERE)
-async def test_restore_and_save_puts_back_what_rom_held_and_only_the_proof_takes_the_flag_away(
-    rig: Rig, servo: Servo
-) -> None:
+async def test_restore_and_save_ends_drift_once_proved(rig: Rig, servo: Servo) -> None:
     await meddle(rig, servo, angle_limit_cw=450, servo_id=9, timeout_action=2)
     restored = json(await rig.call("POST", f"/servos/{servo.uid}/drift/restore"))
     assert restored["outcome"] == "applied"
@@ -105,19 +97,13 @@ async def test_restore_and_save_puts_back_what_rom_held_and_only_the_proof_takes
     assert servo.raw("servo_id") == 1
     assert set(await drift(rig, servo)) == {"angle_limit_cw", "servo_id", "timeout_action"}  # RAM alone
     restored = json(await rig.call("POST", f"/servos/{servo.uid}/drift/restore", {"save": True}))
-    job = restored["job"]
-    async with asyncio.timeout(60):
-        while json(await rig.call("GET", f"/jobs/{job}"))["state"] in ("queued", "running"):
-            await asyncio.sleep(0.1)
-    assert json(await rig.call("GET", f"/jobs/{job}"))["state"] == "succeeded"
+    assert (await ended(rig, restored["job"]))["state"] == "succeeded"
     assert await drift(rig, servo) == {}
     assert (rig.sim(servo).memory.stored(0x38), rig.sim(servo).memory.stored(0x45)) == (600, 1)
 
 
 @scene(HERE)
-async def test_a_save_of_something_else_does_not_accept_drift_and_one_of_a_new_value_does(
-    rig: Rig, servo: Servo
-) -> None:
+async def test_only_a_save_of_the_same_row_ends_its_drift(rig: Rig, servo: Servo) -> None:
     await meddle(rig, servo, angle_limit_cw=450)
 
     async def change(key: str, value: int) -> None:
@@ -131,7 +117,7 @@ async def test_a_save_of_something_else_does_not_accept_drift_and_one_of_a_new_v
 
 
 @scene(HERE)
-async def test_accepting_it_keeps_what_was_found_and_stands_in_the_audit(rig: Rig, servo: Servo) -> None:
+async def test_accepted_drift_is_stored_and_in_the_audit(rig: Rig, servo: Servo) -> None:
     await meddle(rig, servo, angle_limit_cw=450)
     assert (await rig.call("DELETE", f"/servos/{servo.uid}/drift", lease=await rig.lease())).status_code == 204
     assert await drift(rig, servo) == {}
@@ -151,8 +137,8 @@ async def test_lost_rom_is_no_drift(rig: Rig, servo: Servo) -> None:
     assert servo.rom_lost
     assert await drift(rig, servo) == {}
     assert rig.events("drift") == []
-    kept = json(await rig.call("GET", f"/inventory/{servo.uid}"))
-    assert kept["rom"]["angle_limit_cw"] == 60.0  # the last configuration is not lost with it
+    stored = json(await rig.call("GET", f"/inventory/{servo.uid}"))
+    assert stored["rom"]["angle_limit_cw"] == 60.0  # the last configuration is not lost with it
 
 
 async def first(rig: Rig) -> None:
@@ -160,13 +146,13 @@ async def first(rig: Rig) -> None:
 
 
 def long_ago(tmp_path: Path) -> None:
-    """Make the store believe that the servo was seen last an hour ago."""
+    """Record that the servo was last seen an hour ago."""
     with Store(tmp_path / "data", wall=lambda: time.time() - 3600) as store:
         store.servos.seen(Uid(UID.hex()))
 
 
 def later(recipe: Recipe, tmp_path: Path, *, running: bool = False) -> tuple[dict[str, tuple[Any, Any]], int]:
-    """The drift a server finds that was away, and how often it told; `running`: the servo ran already when it came."""
+    """The drift that a later server finds, and the number of events; `running`: the servo ran before it started."""
 
     async def scene(rig: Rig) -> tuple[dict[str, tuple[Any, Any]], int]:
         if running:
@@ -181,7 +167,7 @@ def later(recipe: Recipe, tmp_path: Path, *, running: bool = False) -> tuple[dic
     return play(scene, recipe, store=str(tmp_path / "data"), connect=not running)
 
 
-def test_a_change_made_while_the_server_was_away_is_found_and_the_flag_outlives_the_next_server(tmp_path: Path) -> None:
+def test_a_change_while_the_server_was_away_is_found_and_stored(tmp_path: Path) -> None:
     play(first, HERE, store=str(tmp_path / "data"))
     changed = replace(HERE, rom={**HERE.rom, "angle_limit_cw": 450}, node_id=12)
     expected = {"angle_limit_cw": (60.0, 45.0), "node_id": (11, 12)}
@@ -190,7 +176,7 @@ def test_a_change_made_while_the_server_was_away_is_found_and_the_flag_outlives_
     assert later(HERE, tmp_path) == ({}, 0)
 
 
-def test_a_servo_that_restarted_and_ran_on_unseen_is_flagged_but_not_as_proved(tmp_path: Path) -> None:
+def test_a_servo_that_restarted_unseen_is_reported_without_proof(tmp_path: Path) -> None:
     play(first, HERE, store=str(tmp_path / "data"))
     long_ago(tmp_path)
     changed = replace(HERE, rom={**HERE.rom, "angle_limit_cw": 450})
@@ -199,20 +185,19 @@ def test_a_servo_that_restarted_and_ran_on_unseen_is_flagged_but_not_as_proved(t
     assert later(HERE, tmp_path) == ({}, 0)
 
 
-def test_nothing_is_made_of_a_servo_that_ran_on_unchanged(tmp_path: Path) -> None:
+def test_a_servo_that_ran_on_unchanged_has_no_drift(tmp_path: Path) -> None:
     play(first, HERE, store=str(tmp_path / "data"))
     long_ago(tmp_path)
     assert later(HERE, tmp_path, running=True) == ({}, 0)
     assert later(HERE, tmp_path) == ({}, 0)
 
 
-def test_another_firmware_is_told(tmp_path: Path) -> None:
+def test_a_firmware_change_is_reported(tmp_path: Path) -> None:
     play(first, replace(HERE, firmware="1.010", serial=7), store=str(tmp_path / "data"))
 
     async def scene(rig: Rig) -> list[str]:
         await rig.ready()
         return [event.text for event in rig.events("drift")]
 
-    told = play(scene, replace(HERE, firmware="1.300", serial=7), store=str(tmp_path / "data"))
-    assert len(told) == 1
-    assert "firmware 1.010 → 1.300" in told[0]
+    (text,) = play(scene, replace(HERE, firmware="1.300", serial=7), store=str(tmp_path / "data"))
+    assert "firmware 1.010 → 1.300" in text

@@ -1,31 +1,27 @@
-"""Faults of simulated servos as people get them: what is set, what was, what to do, and who has seen it."""
+"""Faults of simulated servos in the API: active, past, advice and acknowledgement."""
 
 import asyncio
 from collections import Counter
-from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import pytest
 
-from behaviour.rig import CATALOG, PLAIN, Rig, Socket, json, play, problem
+from behaviour.rig import CATALOG, PLAIN, Rig, Socket, json, play, problem, until
 from behaviour.scene import scene
 from hornbill.errors import StoreFailed
 from hornbill.servo.device.servo import Servo, State
-from hornbill.servo.host import Host, HostSettings
 from hornbill.sim.bench.recipe import Recipe
-from hornbill.store.store import Store
 from hornbill.units import Uid
 from hornbill.wire.datatype import Kind
-from hornbill.wire.port import CanPort
 from hornbill.wire.services import GetSetRequest
 
 UID = bytes(range(16))
 HERE = replace(PLAIN, uid=UID, rom={"soft_start": 0})
 PWM = Recipe("BLA21-06U-AB", "1.300", servo_id=1, node_id=11, rom={"soft_start": 0})
 POLLED_S = 2.5
-"""Long enough for the overview to be read, and the word it points to."""
+"""Enough to read the overview and the word it points to."""
 
 
 async def faults(rig: Rig, uid: str = UID.hex()) -> list[dict[str, Any]]:
@@ -45,16 +41,8 @@ async def unacknowledged(rig: Rig) -> int:
     return json(await rig.call("GET", f"/servos/{UID.hex()}"))["unacknowledged"]
 
 
-async def until(holds: Callable[[], bool], within_s: float = 30.0) -> None:
-    async with asyncio.timeout(within_s):
-        while not holds():
-            await asyncio.sleep(0.05)
-
-
 @scene(HERE)
-async def test_a_servo_that_gets_too_hot_says_so_with_what_to_do_and_says_when_it_is_over(
-    rig: Rig, servo: Servo
-) -> None:
+async def test_overheating_is_reported_with_advice_and_cleared(rig: Rig, servo: Servo) -> None:
     assert await faults(rig) == []
     started = rig.host.base.utc_now()
     rig.sim(servo).conditions.temperature_c = 90.0
@@ -80,7 +68,7 @@ async def test_a_servo_that_gets_too_hot_says_so_with_what_to_do_and_says_when_i
 
 
 @scene(HERE)
-async def test_a_low_supply_that_comes_and_goes_is_counted(rig: Rig, servo: Servo) -> None:
+async def test_a_recurring_low_supply_is_counted(rig: Rig, servo: Servo) -> None:
     for _ in range(3):
         rig.sim(servo).conditions.voltage_v = 3.5
         await asyncio.sleep(POLLED_S + 2)
@@ -92,9 +80,9 @@ async def test_a_low_supply_that_comes_and_goes_is_counted(rig: Rig, servo: Serv
 
 
 @scene(HERE)
-async def test_only_the_overview_is_asked_for_until_it_says_there_is_more(rig: Rig, servo: Servo) -> None:
+async def test_fault_words_are_read_only_while_the_overview_has_bits(rig: Rig, servo: Servo) -> None:
 
-    def asked() -> Counter[str]:
+    def reads() -> Counter[str]:
         names = Counter[str]()
         for transfer in rig.transfers("host"):
             if transfer.kind is Kind.REQUEST and transfer.type_id == GetSetRequest.TYPE.id:
@@ -103,22 +91,20 @@ async def test_only_the_overview_is_asked_for_until_it_says_there_is_more(rig: R
                 names[request.name] += 1
         return names
 
-    before = asked()
+    before = reads()
     await asyncio.sleep(10)
-    quiet = asked() - before
+    quiet = reads() - before
     assert quiet["0x18"] == pytest.approx(10, abs=1)
     assert [quiet[word] for word in ("0x19", "0x1A", "0x1B")] == [0, 0, 0]
     rig.sim(servo).faults.inject("sensor_weak", True)
-    before = asked()
+    before = reads()
     await asyncio.sleep(10)
-    busy = asked() - before
+    busy = reads() - before
     assert all(busy[word] >= 8 for word in ("0x18", "0x19", "0x1A", "0x1B"))
 
 
 @scene(HERE)
-async def test_failures_come_before_warnings_before_notifications_and_what_is_set_before_what_was(
-    rig: Rig, servo: Servo
-) -> None:
+async def test_faults_are_sorted_by_level_and_active_ones_first(rig: Rig, servo: Servo) -> None:
     for key in ("angle_limit_cw_reached", "sensor_weak", "motor_driver"):
         await inject(rig, servo, key)
         await inject(rig, servo, key, False)
@@ -132,14 +118,11 @@ async def test_failures_come_before_warnings_before_notifications_and_what_is_se
 
 
 @scene(HERE)
-async def test_a_servo_that_could_not_load_its_rom_says_so_from_the_start_until_it_starts_again(
-    rig: Rig, servo: Servo
-) -> None:
-    sim = rig.sim(servo)
+async def test_lost_rom_is_a_fault_from_the_start(rig: Rig, servo: Servo) -> None:
     boot_count = servo.boot_count
     rig.bench.power(servo.uid, False)
     await asyncio.sleep(4)
-    sim.memory.rom_sound = False
+    rig.sim(servo).memory.rom_sound = False
     rig.bench.power(servo.uid, True)
     await until(lambda: servo.boot_count > boot_count and servo.identified)
     lost = await fault(rig, "rom_lost")
@@ -148,24 +131,29 @@ async def test_a_servo_that_could_not_load_its_rom_says_so_from_the_start_until_
 
 
 @scene(HERE)
-async def test_a_restart_by_watchdog_is_one_failure_and_goes_with_the_next_start(rig: Rig, servo: Servo) -> None:
-    await asyncio.sleep(5)  # so that its uptime tells of a new start
+async def test_a_watchdog_restart_is_one_failure_until_the_next_start(rig: Rig, servo: Servo) -> None:
+    await asyncio.sleep(5)  # so that its uptime shows a restart
     boot_count = servo.boot_count
     rig.sim(servo).faults.inject("watchdog_restart", True)
     await until(lambda: servo.boot_count > boot_count and servo.state is State.READY)
     await asyncio.sleep(10)
-    told = await fault(rig, "watchdog_restart")
-    assert (told["active"], told["latched"], told["past_event"], told["count"]) == (True, True, True, 1)
+    fault_now = await fault(rig, "watchdog_restart")
+    assert (fault_now["active"], fault_now["latched"], fault_now["past_event"], fault_now["count"]) == (
+        True,
+        True,
+        True,
+        1,
+    )
     assert [one.level for one in rig.events("fault")] == ["failure"]
     boot_count = servo.boot_count
     json(await rig.call("POST", f"/servos/{servo.uid}/restart?wait=true"))
     await until(lambda: servo.boot_count > boot_count and servo.state is State.READY)
-    told = await fault(rig, "watchdog_restart")
-    assert (told["active"], told["latched"], told["count"]) == (False, False, 1)
+    fault_now = await fault(rig, "watchdog_restart")
+    assert (fault_now["active"], fault_now["latched"], fault_now["count"]) == (False, False, 1)
 
 
 @scene(HERE)
-async def test_what_is_broken_counts_anew_with_every_start(rig: Rig, servo: Servo) -> None:
+async def test_a_lasting_fault_is_counted_again_at_each_start(rig: Rig, servo: Servo) -> None:
     await inject(rig, servo, "sensor_weak")
     boot_count = servo.boot_count
     json(await rig.call("POST", f"/servos/{servo.uid}/restart?wait=true"))
@@ -176,7 +164,7 @@ async def test_what_is_broken_counts_anew_with_every_start(rig: Rig, servo: Serv
 
 
 @scene(HERE)
-async def test_a_silent_servo_has_no_active_fault_only_one_that_was_set_last(rig: Rig, servo: Servo) -> None:
+async def test_a_fault_of_an_offline_servo_is_stale_and_not_active(rig: Rig, servo: Servo) -> None:
     await inject(rig, servo, "sensor_weak")
     rig.sim(servo).conditions.mute = True
     await until(lambda: not servo.online)
@@ -190,15 +178,11 @@ async def test_a_silent_servo_has_no_active_fault_only_one_that_was_set_last(rig
 
 
 @scene(HERE, replace(PLAIN, servo_id=2, node_id=12, uid=bytes(range(1, 17))))
-async def test_faults_of_several_servos_come_in_one_answer_in_the_order_asked_and_who_is_unknown_has_a_problem(
-    rig: Rig,
-) -> None:
+async def test_faults_of_several_servos_come_in_the_requested_order(rig: Rig) -> None:
     first, second = await rig.ready(2)
     body = {"model": PLAIN.model, "servo_id": 3, "node_id": 13}
     new = json(await rig.call("POST", "/sim/servos", body), 201)["uid"]
-    async with asyncio.timeout(30):
-        while not rig.host.fleet.knows(Uid(new)):
-            await asyncio.sleep(0.001)
+    await until(lambda: rig.host.fleet.knows(Uid(new)), every_s=0.001)
     assert not rig.host.fleet.get(Uid(new)).identified
     rig.bench.servo(Uid(new)).conditions.drop_responses_pct = 100
     await inject(rig, first, "sensor_weak")
@@ -206,7 +190,7 @@ async def test_faults_of_several_servos_come_in_one_answer_in_the_order_asked_an
     await until(lambda: not first.online)
     listed = [second.uid, "0" * 32, new, first.uid]
     found = json(await rig.call("GET", f"/faults?uids={','.join([*listed, second.uid])}"))["servos"]
-    assert list(found) == listed, "as asked, each once"
+    assert list(found) == listed, "in the requested order, each once"
     assert found[first.uid]["faults"] == await faults(rig, first.uid)
     assert [(one["key"], one["stale"]) for one in found[first.uid]["faults"]] == [("sensor_weak", True)]
     assert found[second.uid] == found[new] == {"faults": [], "problem": None}
@@ -217,18 +201,18 @@ async def test_faults_of_several_servos_come_in_one_answer_in_the_order_asked_an
 
 @pytest.mark.parametrize(("recipe", "keys"), [(PLAIN, []), (PWM, ["pwm_missing"])])
 @scene(lambda recipe: recipe)
-async def test_no_pulse_is_told_of_models_with_a_pwm_input_alone(
+async def test_a_missing_pulse_is_reported_only_with_a_pwm_input(
     rig: Rig, servo: Servo, recipe: Recipe, keys: list[str]
 ) -> None:
     word = rig.sim(servo).faults
-    word.words = (word.words[0] | 1 << 20, *word.words[1:])  # whatever it says there, it has no such input
+    word.words = (word.words[0] | 1 << 20, *word.words[1:])  # a model without that input
     await asyncio.sleep(POLLED_S)
     assert servo.raw("fault_notification") == 1 << 20
     assert [one["key"] for one in await faults(rig, servo.uid)] == keys
 
 
 @scene(HERE)
-async def test_a_bit_nobody_knows_is_shown_by_its_number(rig: Rig, servo: Servo) -> None:
+async def test_an_undocumented_bit_is_shown_by_its_number(rig: Rig, servo: Servo) -> None:
     rig.sim(servo).faults.words = (0, 0, 1 << 31)
     await asyncio.sleep(POLLED_S)
     (one,) = await faults(rig)
@@ -239,7 +223,7 @@ async def test_a_bit_nobody_knows_is_shown_by_its_number(rig: Rig, servo: Servo)
 
 
 @scene(HERE)
-async def test_whoever_has_seen_a_fault_is_named_until_it_comes_up_again(rig: Rig, servo: Servo) -> None:
+async def test_an_acknowledgement_names_its_client_until_the_fault_recurs(rig: Rig, servo: Servo) -> None:
     path = f"/servos/{servo.uid}/faults"
     await inject(rig, servo, "sensor_weak")
     await inject(rig, servo, "motor_driver")
@@ -270,41 +254,40 @@ async def test_whoever_has_seen_a_fault_is_named_until_it_comes_up_again(rig: Ri
 
 
 @scene(HERE)
-async def test_what_is_not_there_cannot_be_acknowledged(rig: Rig, servo: Servo) -> None:
+async def test_an_unknown_fault_cannot_be_acknowledged(rig: Rig, servo: Servo) -> None:
     for key in ("sensor_weak", "nonsense"):
         refused = await rig.call("POST", f"/servos/{servo.uid}/faults/{key}/acknowledge")
         assert key in problem(refused, "unknown_fault", 404)["detail"]
-    for uid in ("f" * 32, "nobody"):
+    for uid in ("f" * 32, "none"):
         problem(await rig.call("GET", f"/servos/{uid}/faults"), "unknown_servo", 404)
         problem(await rig.call("POST", f"/servos/{uid}/faults/acknowledge"), "unknown_servo", 404)
     assert rig.host.store.audit.rows(action="acknowledge") == []
 
 
 @scene(HERE)
-async def test_a_socket_hears_of_a_fault_and_of_its_acknowledgement_without_asking(rig: Rig, servo: Servo) -> None:
+async def test_a_socket_is_notified_of_faults_and_acknowledgements(rig: Rig, servo: Servo) -> None:
     socket = Socket(rig.app)
-    socket.say(type="subscribe", topics=["servos", "events"])
+    socket.send(type="subscribe", topics=["servos", "events"])
     rig.sim(servo).faults.inject("motor_driver", True)
-    while (event := await socket.hear("event"))["code"] != "fault":
+    while (event := await socket.receive("event"))["code"] != "fault":
         pass
     assert (event["level"], event["uid"]) == ("failure", servo.uid)
 
     async def shown(count: int) -> dict[str, Any]:
-        while (one := (await socket.hear("servos"))["servos"][0])["unacknowledged"] != count:
+        while (one := (await socket.receive("servos"))["servos"][0])["unacknowledged"] != count:
             pass
         return one
 
     await asyncio.sleep(POLLED_S)
-    socket.heard()
+    socket.received()
     rig.sim(servo).faults.inject("sensor_failure", True)
     assert (await shown(2))["faults"]["failure"] == 0b100001
     json(await rig.call("POST", f"/servos/{servo.uid}/faults/acknowledge?by=Ada"))
     async with asyncio.timeout(0.5):
         await shown(0)
-    await socket.close()
 
 
-def test_another_run_of_the_server_knows_the_faults_of_a_servo_that_is_off(tmp_path: Path) -> None:
+def test_faults_of_an_offline_servo_survive_a_server_restart(tmp_path: Path) -> None:
     async def first(rig: Rig) -> None:
         servo = (await rig.ready())[0]
         await inject(rig, servo, "sensor_weak")
@@ -326,34 +309,26 @@ def test_another_run_of_the_server_knows_the_faults_of_a_servo_that_is_off(tmp_p
 
 
 @scene(HERE, store=lambda tmp_path: str(tmp_path / "data"))
-async def test_another_run_of_the_server_goes_on_where_a_servo_runs_on(rig: Rig, servo: Servo, tmp_path: Path) -> None:
+async def test_faults_of_a_running_servo_continue_after_a_server_restart(
+    rig: Rig, servo: Servo, tmp_path: Path
+) -> None:
     await inject(rig, servo, "sensor_weak")
     json(await rig.call("POST", f"/servos/{servo.uid}/faults/acknowledge?by=Ada"))
     before = await fault(rig, "sensor_weak")
-    await rig.host.close()
-
-    async def open_port(address: str, bitrate: int) -> CanPort:
-        port = rig.cable.port(address, bitrate)
-        await port.open()
-        return port
-
-    with Store(tmp_path / "data") as kept:
-        host = Host(CATALOG, kept, open_port, HostSettings(127, bytes(range(16)), (0, 1)))
-        host.hub.subscribe(rig.changes.append)
+    with await rig.restart_server(str(tmp_path / "data")):
         rig.changes.clear()
-        rig.host = rig.app.state.host = host
-        await host.connect("memory:again", 1_000_000)
+        await rig.host.connect("memory:again", 1_000_000)
         await rig.ready()
         await asyncio.sleep(POLLED_S)
         after = await fault(rig, "sensor_weak")
-        kept_facts = ("first_seen", "count", "acknowledged_at", "acknowledged_by", "active")
-        assert {key: after[key] for key in kept_facts} == {key: before[key] for key in kept_facts}
+        same = ("first_seen", "count", "acknowledged_at", "acknowledged_by", "active")
+        assert {key: after[key] for key in same} == {key: before[key] for key in same}
         assert rig.events("fault") == []
-        await host.close()
+        await rig.host.close()
 
 
 @scene(HERE)
-async def test_a_store_that_fails_keeps_nobody_from_seeing_a_fault(rig: Rig, monkeypatch: pytest.MonkeyPatch) -> None:
+async def test_a_failing_store_hides_no_fault(rig: Rig, monkeypatch: pytest.MonkeyPatch) -> None:
     def fail(*_: object) -> None:
         raise StoreFailed("The disk is full. Make room.", cause=None)
 

@@ -1,9 +1,10 @@
-"""Snapshots: taken before every change and by hand, compared, and brought back, whole or row by row."""
+"""Snapshots: taken before each change and manually, compared, and restored in whole or by row."""
 
 import asyncio
+from dataclasses import replace
 from typing import Any
 
-from behaviour.rig import PLAIN, Rig, json, play, problem
+from behaviour.rig import PLAIN, Rig, json, problem, until
 from behaviour.scene import scene
 from hornbill.domain.change import Reason
 from hornbill.servo.configuration.history import configured_values
@@ -20,34 +21,29 @@ TWO = (
 
 
 async def patch(rig: Rig, servo: Servo, values: dict[str, Any]) -> None:
-    answer = json(await rig.call("PATCH", f"/servos/{servo.uid}/parameters", {"values": values}))
-    assert answer["outcome"] == "applied", answer
+    response = json(await rig.call("PATCH", f"/servos/{servo.uid}/parameters", {"values": values}))
+    assert response["outcome"] == "applied", response
 
 
 async def listed(rig: Rig, servo: Servo) -> list[dict[str, Any]]:
-    found: list[dict[str, Any]] = json(await rig.call("GET", f"/servos/{servo.uid}/snapshots"))
-    return found
+    return json(await rig.call("GET", f"/servos/{servo.uid}/snapshots"))
 
 
 async def take(rig: Rig, servo: Servo, **body: Any) -> dict[str, Any]:
-    found: dict[str, Any] = json(await rig.call("POST", f"/servos/{servo.uid}/snapshots", body or None), 201)
-    return found
+    return json(await rig.call("POST", f"/servos/{servo.uid}/snapshots", body or None), 201)
 
 
 async def restore(rig: Rig, servo: Servo, snapshot: dict[str, Any], **body: Any) -> dict[str, Any]:
     path = f"/servos/{servo.uid}/snapshots/{snapshot['id']}/restore"
-    found: dict[str, Any] = json(await rig.call("POST", path, body or None))
-    return found
+    return json(await rig.call("POST", path, body or None))
 
 
 async def compare(rig: Rig, left: str, right: str, **more: str) -> dict[str, Any]:
-    answer = await rig.http.get("/compare", params={"left": left, "right": right, **more})
-    found: dict[str, Any] = json(answer)
-    return found
+    return json(await rig.http.get("/compare", params={"left": left, "right": right, **more}))
 
 
 @scene()
-async def test_before_each_change_what_was_held_is_kept_once(rig: Rig, servo: Servo) -> None:
+async def test_a_snapshot_is_stored_before_each_change(rig: Rig, servo: Servo) -> None:
     lease = await rig.lease()
     for gain in (45, 50):
         body = {"values": {"angle_p_gain": gain}}
@@ -64,7 +60,7 @@ async def test_before_each_change_what_was_held_is_kept_once(rig: Rig, servo: Se
 
 
 @scene()
-async def test_a_servo_nothing_changed_in_is_not_kept_twice(rig: Rig, servo: Servo) -> None:
+async def test_an_unchanged_servo_is_stored_once(rig: Rig, servo: Servo) -> None:
     made = [await rig.host.history.take(rig.host.requests, servo, reason=Reason("again"), by="me") for _ in range(3)]
     assert len({one.id for one in made}) == 1
     await patch(rig, servo, {"angle_p_gain": 45})
@@ -73,7 +69,7 @@ async def test_a_servo_nothing_changed_in_is_not_kept_twice(rig: Rig, servo: Ser
 
 
 @scene()
-async def test_a_snapshot_by_hand_is_always_kept_and_reads_what_is_not_current(rig: Rig, servo: Servo) -> None:
+async def test_a_manual_snapshot_is_always_stored_and_reads_stale_values(rig: Rig, servo: Servo) -> None:
     first = await take(rig, servo)
     servo.forget("angle_p_gain")
     assert "angle_p_gain" not in configured_values(servo)
@@ -88,7 +84,7 @@ async def test_a_snapshot_by_hand_is_always_kept_and_reads_what_is_not_current(r
 
 
 @scene()
-async def test_dropping_a_snapshot_leaves_a_row_in_the_audit(rig: Rig, servo: Servo) -> None:
+async def test_deleting_a_snapshot_is_in_the_audit(rig: Rig, servo: Servo) -> None:
     made = await take(rig, servo)
     path = f"/servos/{servo.uid}/snapshots/{made['id']}"
     assert (await rig.call("DELETE", path)).status_code == 204
@@ -99,7 +95,7 @@ async def test_dropping_a_snapshot_leaves_a_row_in_the_audit(rig: Rig, servo: Se
 
 
 @scene(*TWO)
-async def test_a_snapshot_of_another_servo_is_unknown_here_and_so_is_a_number_nobody_gave(rig: Rig) -> None:
+async def test_a_snapshot_of_another_servo_is_unknown(rig: Rig) -> None:
     one, other = await rig.ready(2)
     made = await take(rig, one)
     for snapshot in (made["id"], 10**30, -1, 0):
@@ -112,7 +108,7 @@ async def test_a_snapshot_of_another_servo_is_unknown_here_and_so_is_a_number_no
 
 
 @scene(connect=False)
-async def test_a_servo_that_is_only_remembered_has_its_history_and_its_rom_too(rig: Rig) -> None:
+async def test_a_known_offline_servo_has_snapshots_and_rom(rig: Rig) -> None:
     uid = Uid("ab" * 16)
     rig.host.store.servos.seen(uid, ServoFacts(model="BLA21-06U-A0", firmware=1300))
     rig.host.store.servos.put_rom(uid, {"angle_p_gain": 33})
@@ -129,7 +125,7 @@ async def test_a_servo_that_is_only_remembered_has_its_history_and_its_rom_too(r
 
 
 @scene()
-async def test_a_restore_brings_everything_back_and_leaves_identity_and_torque_alone(rig: Rig, servo: Servo) -> None:
+async def test_a_restore_leaves_identity_and_torque_alone(rig: Rig, servo: Servo) -> None:
     made = await take(rig, servo)
     await patch(rig, servo, {"angle_p_gain": 45, "smoothing": False, "servo_id": 9, "torque_mode": "off"})
     differences = (await compare(rig, f"snapshot:{made['id']}", f"servo:{servo.uid}"))["differences"]
@@ -137,11 +133,11 @@ async def test_a_restore_brings_everything_back_and_leaves_identity_and_torque_a
     planned = await restore(rig, servo, made, dry_run=True)
     assert planned["outcome"] == "planned"
     assert servo.raw("angle_p_gain") == 45
-    answer = await restore(rig, servo, made)
-    assert answer["outcome"] == "applied"
-    verdicts = {one["key"]: one["verdict"] for one in answer["changes"]}
+    response = await restore(rig, servo, made)
+    assert response["outcome"] == "applied"
+    verdicts = {one["key"]: one["verdict"] for one in response["changes"]}
     assert {key for key, verdict in verdicts.items() if verdict == "applied"} == {"angle_p_gain", "smoothing"}
-    assert {one["key"] for one in answer["left_out"]} == {"origin", "servo_id", "node_id", "torque_mode"}
+    assert {one["key"] for one in response["left_out"]} == {"origin", "servo_id", "node_id", "torque_mode"}
     memory = rig.sim(servo).memory
     assert (memory.get(0x45), memory.get(0x20)) == (9, 1)
     differences = (await compare(rig, f"snapshot:{made['id']}", f"servo:{servo.uid}"))["differences"]
@@ -151,11 +147,11 @@ async def test_a_restore_brings_everything_back_and_leaves_identity_and_torque_a
 
 
 @scene()
-async def test_one_row_is_restored_when_it_is_named_identity_too(rig: Rig, servo: Servo) -> None:
+async def test_named_rows_are_restored_including_identity(rig: Rig, servo: Servo) -> None:
     made = await take(rig, servo)
     await patch(rig, servo, {"angle_p_gain": 45, "smoothing": False, "servo_id": 9})
-    answer = await restore(rig, servo, made, keys=["servo_id"])
-    assert [one["key"] for one in answer["changes"]] == ["servo_id"]
+    response = await restore(rig, servo, made, keys=["servo_id"])
+    assert [one["key"] for one in response["changes"]] == ["servo_id"]
     assert (servo.raw("servo_id"), servo.raw("angle_p_gain")) == (1, 45)
     path = f"/servos/{servo.uid}/snapshots/{made['id']}/restore"
     problem(await rig.call("POST", path, {"keys": ["no_such_row"]}), "unknown_parameter", 404)
@@ -175,13 +171,13 @@ async def test_a_restore_never_turns_torque_on(rig: Rig, servo: Servo) -> None:
     json(await rig.call("POST", f"/servos/{servo.uid}/torque", {"mode": "off"}))
     path = f"/servos/{servo.uid}/snapshots/{made['id']}/restore"
     body = {"keys": ["torque_mode", "smoothing"]}
-    answer = json(await rig.call("POST", path, body, lease=lease))
-    assert "never turns torque on" in answer["left_out"][0]["why"]
+    response = json(await rig.call("POST", path, body, lease=lease))
+    assert "never turns torque on" in response["left_out"][0]["why"]
     assert rig.sim(servo).memory.get(0x20) == 1
 
 
 @scene()
-async def test_the_direction_is_not_restored_under_torque(rig: Rig, servo: Servo) -> None:
+async def test_reverse_is_not_restored_under_torque(rig: Rig, servo: Servo) -> None:
     await patch(rig, servo, {"torque_mode": "off"})
     made = await take(rig, servo)
     await patch(rig, servo, {"reverse": True, "angle_p_gain": 45})
@@ -193,7 +189,7 @@ async def test_the_direction_is_not_restored_under_torque(rig: Rig, servo: Servo
 
 
 @scene(*TWO)
-async def test_a_copy_from_another_model_is_all_or_nothing_and_names_every_row_that_does_not_fit(rig: Rig) -> None:
+async def test_a_copy_from_another_model_lists_every_row_that_does_not_fit(rig: Rig) -> None:
     servos = {one.servo_id: one for one in await rig.ready(2)}
     there, here = servos[1], servos[2]
     await patch(rig, there, {"angle_p_gain": 70})
@@ -205,15 +201,15 @@ async def test_a_copy_from_another_model_is_all_or_nothing_and_names_every_row_t
     assert [name for node, name, _ in rig.writes() if node == here.node_id] == []
     names = [key for key, one in here.registers.items() if one.parameter.rom and key not in bad]
     fits = [key for key in names if not here.registers[key].parameter.identity and key != "torque_mode"]
-    answer = await rig.call("POST", f"/servos/{here.uid}/copy", {"from": f"servo:{there.uid}", "keys": fits})
-    assert json(answer)["outcome"] == "applied"
+    response = await rig.call("POST", f"/servos/{here.uid}/copy", {"from": f"servo:{there.uid}", "keys": fits})
+    assert json(response)["outcome"] == "applied"
     differ = (await compare(rig, f"servo:{there.uid}", f"servo:{here.uid}"))["differences"]
     assert {one["key"] for one in differ if one["left_has"] and one["right_has"]} <= {*bad, "torque_mode"}
     assert here.servo_id == 2
 
 
 @scene()
-async def test_the_defaults_and_a_profile_are_sides_too(rig: Rig, servo: Servo) -> None:
+async def test_defaults_and_profiles_are_compared_and_copied(rig: Rig, servo: Servo) -> None:
     default = servo.registers["angle_p_gain"].parameter.default
     await patch(rig, servo, {"angle_p_gain": 45, "smoothing": False})
     json(await rig.call("PUT", "/profiles/soft", {"values": {"angle_p_gain": 30}}), 201)
@@ -223,26 +219,16 @@ async def test_the_defaults_and_a_profile_are_sides_too(rig: Rig, servo: Servo) 
     assert all(not one["right_has"] for one in found["differences"] if one["key"] != "angle_p_gain")
     found = await compare(rig, "default:BLA21-06U-A0@1.300", f"servo:{servo.uid}")
     assert {one["key"] for one in found["differences"]} == {"angle_p_gain", "smoothing"}
-    answer = await rig.call("POST", f"/servos/{servo.uid}/copy", {"from": "profile:soft"})
-    assert [one["after"] for one in json(answer)["changes"]] == [30]
+    response = await rig.call("POST", f"/servos/{servo.uid}/copy", {"from": "profile:soft"})
+    assert [one["after"] for one in json(response)["changes"]] == [30]
     json(await rig.call("POST", f"/servos/{servo.uid}/copy", {"from": "default:BLA21-06U-A0@1.300"}))
     assert (servo.raw("angle_p_gain"), servo.raw("smoothing")) == (default, 1)
 
 
 @scene()
-async def test_a_side_that_is_none_says_which_there_are(rig: Rig) -> None:
+async def test_an_invalid_side_lists_the_valid_forms(rig: Rig) -> None:
     uid = (await rig.ready())[0].uid
-    for left in (
-        "",
-        "servo",
-        "servo:1",
-        "snapshot:x",
-        "profile:",
-        "profile:a/b",
-        "default:",
-        "default:BLA",
-        "ram:1",
-    ):
+    for left in ("", "servo", "servo:1", "snapshot:x", "profile:", "profile:a/b", "default:", "default:BLA", "ram:1"):
         shown = problem(
             await rig.http.get("/compare", params={"left": left, "right": f"rom:{uid}"}), "invalid_value", 422
         )
@@ -251,87 +237,65 @@ async def test_a_side_that_is_none_says_which_there_are(rig: Rig) -> None:
         problem(await rig.http.get("/compare", params={"left": left, "right": f"rom:{uid}"}), code, 404)
 
 
-def test_what_soft_start_puts_into_five_rows_is_never_taken_for_configuration() -> None:
-    stored = {
-        "soft_start": 1,
-        "torque_mode": 0,
-        "torque_limit_cw": 37,
-        "torque_limit_ccw": -37,
-        "speed_torque_control": 1,
-    }
-    recipe = Recipe("BLA21-06U-A0", "1.300", servo_id=1, node_id=11, rom=stored, angle_deg=120.0)
-
-    async def scene(rig: Rig) -> None:
-        wrong: list[dict[str, int]] = []
-
-        def look(change: Change) -> None:
-            if isinstance(change, ServoChanged | ReadingChanged):
-                for servo in rig.host.fleet.all():
-                    seen = {
-                        key: raw
-                        for key, raw in configured_values(servo).items()
-                        if key in servo.soft_start_rows.keys() & set(stored)
-                    }
-                    if any(stored[key] != raw for key, raw in seen.items()) and servo.identified:
-                        wrong.append(seen)
-
-        rig.host.hub.subscribe(look)
-        async with asyncio.timeout(20):
-            while not any(one.state is State.SOFT_START for one in rig.host.fleet.all()):
-                await asyncio.sleep(0.01)
-        servo = rig.host.fleet.all()[0]
-        assert servo.raw("torque_limit_cw") != 37
-        shown = problem(await rig.call("POST", f"/servos/{servo.uid}/snapshots"), "busy", 409)
-        assert "soft start" in shown["detail"]
-        await rig.ready()
-        made = await take(rig, servo)
-        assert (made["values"]["torque_limit_cw"], made["values"]["speed_torque_control"]) == (37, True)
-        assert wrong == []
-
-    play(scene, recipe)
+STORED = {
+    "soft_start": 1, "torque_mode": 0, "torque_limit_cw": 37, "torque_limit_ccw": -37, "speed_torque_control": 1,
+}  # fmt: skip
 
 
-def test_after_a_lost_rom_the_last_snapshot_brings_the_servo_back() -> None:
-    mine = Recipe(
-        "BLA21-06U-A0", "1.300", servo_id=7, node_id=11, rom={"angle_p_gain": 61, "smoothing": 0, "soft_start": 0}
-    )
+@scene(replace(PLAIN, rom=STORED, angle_deg=120.0))
+async def test_temporary_values_of_soft_start_are_never_configuration(rig: Rig) -> None:
+    wrong: list[dict[str, int]] = []
 
-    async def scene(rig: Rig) -> None:
-        servo = (await rig.ready())[0]
-        made = await take(rig, servo)
-        sim, now = rig.sim(servo), asyncio.get_running_loop().time
-        sim.power_off(now())
-        sim.memory.rom_sound = False
-        await asyncio.sleep(5)
-        sim.power_on(now())
-        async with asyncio.timeout(30):
-            while not (servo.rom_lost and servo.state is State.READY):
-                await asyncio.sleep(0.05)
-        assert servo.raw("angle_p_gain") != 61
-        lease = await rig.lease()
-        body = {"type": "angle", "value": 0}
-        problem(await rig.call("POST", f"/servos/{servo.uid}/command", body, lease=lease), "configuration_lost", 409)
-        path = f"/servos/{servo.uid}/snapshots/{made['id']}/restore"
-        answer = json(await rig.call("POST", path, {"identity": True, "save": True}, lease=lease))
-        assert answer["outcome"] == "applied", answer
-        async with asyncio.timeout(60):
-            while (job := json(await rig.call("GET", f"/jobs/{answer['job']}")))["state"] in ("queued", "running"):
-                await asyncio.sleep(0.1)
-                await rig.call("PUT", f"/leases/{lease}")
-        assert job["state"] == "succeeded", job
-        assert not servo.rom_lost
-        differ = (await compare(rig, f"snapshot:{made['id']}", f"rom:{servo.uid}", identity="true"))["differences"]
-        assert {one["key"] for one in differ} <= {"torque_mode"}
-        assert (sim.memory.stored(0x2C), sim.memory.stored(0x45), sim.memory.stored(0x46)) == (61, 7, 11)
+    def check(change: Change) -> None:
+        if isinstance(change, ServoChanged | ReadingChanged):
+            for servo in rig.host.fleet.all():
+                keys = servo.soft_start_rows.keys() & STORED.keys()
+                seen = {key: raw for key, raw in configured_values(servo).items() if key in keys}
+                if servo.identified and any(STORED[key] != raw for key, raw in seen.items()):
+                    wrong.append(seen)
 
-    play(scene, mine)
+    rig.host.hub.subscribe(check)
+    await until(lambda: any(one.state is State.SOFT_START for one in rig.host.fleet.all()), 20)
+    servo = rig.host.fleet.all()[0]
+    assert servo.raw("torque_limit_cw") != 37
+    shown = problem(await rig.call("POST", f"/servos/{servo.uid}/snapshots"), "busy", 409)
+    assert "soft start" in shown["detail"]
+    await rig.ready()
+    made = await take(rig, servo)
+    assert (made["values"]["torque_limit_cw"], made["values"]["speed_torque_control"]) == (37, True)
+    assert wrong == []
+
+
+@scene(replace(PLAIN, servo_id=7, rom={"angle_p_gain": 61, "smoothing": 0, "soft_start": 0}))
+async def test_after_lost_rom_the_last_snapshot_restores_the_servo(rig: Rig, servo: Servo) -> None:
+    made = await take(rig, servo)
+    sim, now = rig.sim(servo), asyncio.get_running_loop().time
+    sim.power_off(now())
+    sim.memory.rom_sound = False
+    await asyncio.sleep(5)
+    sim.power_on(now())
+    await until(lambda: servo.rom_lost and servo.state is State.READY)
+    assert servo.raw("angle_p_gain") != 61
+    lease = await rig.lease()
+    body = {"type": "angle", "value": 0}
+    problem(await rig.call("POST", f"/servos/{servo.uid}/command", body, lease=lease), "configuration_lost", 409)
+    path = f"/servos/{servo.uid}/snapshots/{made['id']}/restore"
+    response = json(await rig.call("POST", path, {"identity": True, "save": True}, lease=lease))
+    assert response["outcome"] == "applied", response
+    async with asyncio.timeout(60):
+        while (job := json(await rig.call("GET", f"/jobs/{response['job']}")))["state"] in ("queued", "running"):
+            await asyncio.sleep(0.1)
+            await rig.call("PUT", f"/leases/{lease}")
+    assert job["state"] == "succeeded", job
+    assert not servo.rom_lost
+    differ = (await compare(rig, f"snapshot:{made['id']}", f"rom:{servo.uid}", identity="true"))["differences"]
+    assert {one["key"] for one in differ} <= {"torque_mode"}
+    assert (sim.memory.stored(0x2C), sim.memory.stored(0x45), sim.memory.stored(0x46)) == (61, 7, 11)
 
 
 @scene(PLAIN)
 async def test_an_offline_servo_gives_no_snapshot(rig: Rig, servo: Servo) -> None:
     rig.sim(servo).power_off(asyncio.get_running_loop().time())
-    async with asyncio.timeout(10):
-        while servo.online:
-            await asyncio.sleep(0.1)
+    await until(lambda: not servo.online, 10)
     problem(await rig.call("POST", f"/servos/{servo.uid}/snapshots"), "no_response", 504)
     assert await listed(rig, servo) == []

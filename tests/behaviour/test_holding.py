@@ -1,17 +1,17 @@
-"""Speed and torque while a button is held: however the release gets lost, it is braked, or its torque goes off."""
+"""Speed and torque while a button is held: however the release is lost, the servo brakes or torque goes off."""
 
 import asyncio
 from dataclasses import replace
 
 import pytest
 
-from behaviour.rig import Rig, Socket, json, play, problem
+from behaviour.rig import Rig, Socket, json, problem
 from behaviour.scene import scene
 from hornbill.servo.device.servo import Servo
 from hornbill.sim.bench.recipe import Recipe
 
 SPEEDY = Recipe("BLA21-12U-A0", "1.300", servo_id=2, node_id=12, rom={"speed_torque_control": 1, "timeout_action": 0})
-"""It keeps its last command for ever when nobody talks to it (0x26 is hold): nothing but hornbill ends a run."""
+"""With 0x26 hold it keeps its last command indefinitely: only hornbill ends a run."""
 
 FOR_S = 0.4
 
@@ -27,8 +27,8 @@ def held(value: float, kind: str = "speed", *, renew: bool = False) -> dict[str,
     return {"type": kind, "value": value, "hold": {"for_s": FOR_S, "renew": renew}}
 
 
-def say(socket: Socket, servo: Servo, lease: str, value: float, *, renew: bool = False) -> None:
-    socket.say(type="command", lease=lease, commands=[{"uid": servo.uid, **held(value, renew=renew)}])
+def send(socket: Socket, servo: Servo, lease: str, value: float, *, renew: bool = False) -> None:
+    socket.send(type="command", lease=lease, commands=[{"uid": servo.uid, **held(value, renew=renew)}])
 
 
 def turns(rig: Rig, servo: Servo) -> bool:
@@ -37,10 +37,10 @@ def turns(rig: Rig, servo: Servo) -> bool:
 
 @pytest.mark.parametrize(("kind", "row"), [("speed", "0x01"), ("torque", "0x02")])
 @scene(SPEEDY)
-async def test_a_run_whose_release_never_comes_is_braked_when_its_time_is_over(rig: Rig, kind: str, row: str) -> None:
+async def test_a_run_that_is_not_renewed_is_braked(rig: Rig, kind: str, row: str) -> None:
     servo, lease = await ready(rig)
-    said = json(await rig.call("POST", f"/servos/{servo.uid}/command", held(20, kind), lease=lease))
-    assert "rotates continuously" in said["warnings"][0]
+    response = json(await rig.call("POST", f"/servos/{servo.uid}/command", held(20, kind), lease=lease))
+    assert "rotates continuously" in response["warnings"][0]
     await asyncio.sleep(FOR_S * 0.8)
     assert turns(rig, servo)
     await asyncio.sleep(FOR_S * 0.2 + 0.02)
@@ -52,80 +52,76 @@ async def test_a_run_whose_release_never_comes_is_braked_when_its_time_is_over(r
 
 
 @scene(SPEEDY)
-async def test_a_run_goes_on_as_long_as_it_is_asked_for_and_no_longer_than_its_time_after(rig: Rig) -> None:
+async def test_a_run_lasts_as_long_as_it_is_renewed(rig: Rig) -> None:
     servo, lease = await ready(rig)
     page = Socket(rig.app)
-    page.say(type="heartbeat", lease=lease)
-    say(page, servo, lease, 30)
+    page.send(type="heartbeat", lease=lease)
+    send(page, servo, lease, 30)
     for _ in range(30):
         await asyncio.sleep(0.1)
         assert turns(rig, servo) or rig.sim(servo).angle_deg < 5
-        say(page, servo, lease, 30, renew=True)
+        send(page, servo, lease, 30, renew=True)
     starts = [one for one in rig.writes() if one[1] == "0x01"]
     assert {raw for _, _, raw in starts} == {30}
-    # the page freezes: its socket stays open, its lease lives, and nothing more is said
+    # the page hangs: its socket and lease stay, and no renewal comes
     await asyncio.sleep(FOR_S + 0.3)
     assert not turns(rig, servo)
-    await page.close()
 
 
 @scene(SPEEDY)
-async def test_what_was_held_up_on_its_way_does_not_begin_a_run_again(rig: Rig) -> None:
+async def test_a_late_renewal_does_not_restart_a_run(rig: Rig) -> None:
     servo, lease = await ready(rig)
     page = Socket(rig.app)
-    say(page, servo, lease, 30)
+    send(page, servo, lease, 30)
     await asyncio.sleep(FOR_S + 0.3)
-    say(page, servo, lease, 30, renew=True)
-    assert (await page.hear("error"))["code"] == "busy"
+    send(page, servo, lease, 30, renew=True)
+    assert (await page.receive("error"))["code"] == "busy"
     path = f"/servos/{servo.uid}/command"
     problem(await rig.call("POST", path, held(30, renew=True), lease=lease), "busy", 409)
     await asyncio.sleep(0.3)
     assert not turns(rig, servo)
-    await page.close()
 
 
 @scene(SPEEDY)
-async def test_a_release_brakes_at_once(rig: Rig) -> None:
+async def test_a_release_brakes_immediately(rig: Rig) -> None:
     servo, lease = await ready(rig)
     page = Socket(rig.app)
-    say(page, servo, lease, 30)
+    send(page, servo, lease, 30)
     await asyncio.sleep(0.2)
-    say(page, servo, lease, 0)
+    send(page, servo, lease, 0)
     await asyncio.sleep(0.02)
     assert rig.writes()[-1] == (12, "0x01", 0)
     await asyncio.sleep(FOR_S)
     assert rig.events("hold_ended") == []
-    await page.close()
 
 
 @scene(SPEEDY)
-async def test_a_release_does_not_wait_for_an_answer_to_what_it_ends(rig: Rig) -> None:
+async def test_a_release_does_not_wait_for_an_unacknowledged_command(rig: Rig) -> None:
     servo, lease = await ready(rig)
     page = Socket(rig.app)
-    say(page, servo, lease, 30)
+    send(page, servo, lease, 30)
     await asyncio.sleep(0.2)
     rig.sim(servo).conditions.mute = True
-    say(page, servo, lease, 40, renew=True)  # it is heard, and never answered
+    send(page, servo, lease, 40, renew=True)  # received, and never acknowledged
     await asyncio.sleep(0.02)
-    say(page, servo, lease, 0)
-    say(page, servo, lease, 0)
+    send(page, servo, lease, 0)
+    send(page, servo, lease, 0)
     await asyncio.sleep(0.02)
     assert rig.writes()[-1] == (12, "0x01", 0)
     await asyncio.sleep(0.45)
-    assert rig.writes()[-1] == (12, "0x20", 1), "a brake that is not answered becomes torque off"
+    assert rig.writes()[-1] == (12, "0x20", 1), "an unacknowledged brake becomes torque off"
     assert rig.sim(servo).output == 1
-    await page.close()
 
 
 @scene(SPEEDY)
-async def test_a_brake_that_is_not_answered_becomes_torque_off_until_it_is(rig: Rig) -> None:
+async def test_an_unacknowledged_brake_becomes_torque_off(rig: Rig) -> None:
     servo, lease = await ready(rig)
     conditions = rig.sim(servo).conditions
     json(await rig.call("POST", f"/servos/{servo.uid}/command", held(30), lease=lease))
     conditions.mute = True
     await asyncio.sleep(FOR_S + 0.7)
     after = [one for one in rig.writes() if one[1] == "0x20"]
-    assert len(after) > 5, "it is written again and again"
+    assert len(after) > 5, "it is repeated"
     assert set(after[1:]) == {(12, "0x20", 1)}
     conditions.mute = False
     await asyncio.sleep(1.2)
@@ -135,29 +131,29 @@ async def test_a_brake_that_is_not_answered_becomes_torque_off_until_it_is(rig: 
 
 @pytest.mark.parametrize("end", ["socket", "lease", "stop"])
 @scene(SPEEDY)
-async def test_everything_that_ends_motion_ends_a_run_with_torque_off(rig: Rig, end: str) -> None:
+async def test_every_end_of_motion_control_ends_a_run_with_torque_off(rig: Rig, end: str) -> None:
     servo, lease = await ready(rig)
     page = Socket(rig.app)
-    page.say(type="heartbeat", lease=lease)
-    say(page, servo, lease, 30)
+    page.send(type="heartbeat", lease=lease)
+    send(page, servo, lease, 30)
     await asyncio.sleep(0.3)
     if end == "socket":
         await page.close()
     elif end == "lease":
         json(await rig.call("DELETE", f"/leases/{lease}"))
     else:
-        page.say(type="stop")
+        page.send(type="stop")
     await asyncio.sleep(0.1)
     assert rig.sim(servo).output == 1
     written = len(rig.writes())
     await asyncio.sleep(FOR_S + 0.5)
-    assert {name for _, name, _ in rig.writes()[written:]} <= {"0x20"}, "nothing is commanded after it"
+    assert {name for _, name, _ in rig.writes()[written:]} <= {"0x20"}, "no command follows"
     if end != "socket":
         await page.close()
 
 
 @scene(SPEEDY)
-async def test_an_angle_commanded_since_is_not_braked_and_an_angle_cannot_be_held(rig: Rig) -> None:
+async def test_a_later_angle_is_not_braked_and_an_angle_cannot_be_held(rig: Rig) -> None:
     servo, lease = await ready(rig)
     path = f"/servos/{servo.uid}/command"
     json(await rig.call("POST", path, held(10), lease=lease))
@@ -170,12 +166,12 @@ async def test_an_angle_commanded_since_is_not_braked_and_an_angle_cannot_be_hel
 
 
 @scene(SPEEDY)
-async def test_a_move_under_way_does_not_go_on_beside_a_run(rig: Rig, monkeypatch: pytest.MonkeyPatch) -> None:
+async def test_a_move_in_progress_ends_when_a_run_begins(rig: Rig, monkeypatch: pytest.MonkeyPatch) -> None:
     servo, lease = await ready(rig)
     freshen = rig.host.motion.freshen
 
     async def slowly(servo: Servo, kind: str, max_age_s: float = 1.0) -> None:
-        """What is asked before an angle takes longer than what is asked before a speed."""
+        """Reads before an angle take longer than those before a speed."""
         await freshen(servo, kind, max_age_s)
         if kind == "angle":
             await asyncio.sleep(0.1)
@@ -186,36 +182,31 @@ async def test_a_move_under_way_does_not_go_on_beside_a_run(rig: Rig, monkeypatc
     json(await rig.call("POST", f"/servos/{servo.uid}/command", body, lease=lease))
     page = Socket(rig.app)
     await asyncio.sleep(0.35)  # in the middle of an angle
-    say(page, servo, lease, -30)
+    send(page, servo, lease, -30)
     await asyncio.sleep(0.05)
     written = len(rig.writes())
     await asyncio.sleep(0.25)
     assert {row for _, row, _ in rig.writes()[written:]} <= {"0x01"}
     assert turns(rig, servo)
-    say(page, servo, lease, 0)
+    send(page, servo, lease, 0)
     await asyncio.sleep(0.3)
     assert not turns(rig, servo)
-    await page.close()
 
 
-def test_a_run_is_refused_where_speed_control_is_off_and_beyond_the_limit() -> None:
-    async def scene(rig: Rig) -> None:
-        servo, lease = await ready(rig)
-        path = f"/servos/{servo.uid}/command"
-        problem(await rig.call("POST", path, held(1000), lease=lease), "out_of_range", 422)
-        await asyncio.sleep(FOR_S + 0.2)
-        assert rig.events("hold_ended") == [], "nothing ran"
-        assert rig.sim(servo).output == 0, "a refusal takes no torque"
+@scene(SPEEDY)
+async def test_a_run_beyond_the_limit_is_rejected(rig: Rig) -> None:
+    servo, lease = await ready(rig)
+    path = f"/servos/{servo.uid}/command"
+    problem(await rig.call("POST", path, held(1000), lease=lease), "out_of_range", 422)
+    await asyncio.sleep(FOR_S + 0.2)
+    assert rig.events("hold_ended") == [], "nothing ran"
+    assert rig.sim(servo).output == 0, "a rejection leaves torque on"
 
-    play(scene, SPEEDY)
-    off = replace(SPEEDY, rom={"speed_torque_control": 0})
 
-    async def without(rig: Rig) -> None:
-        servo, lease = await ready(rig)
-        path = f"/servos/{servo.uid}/command"
-        problem(await rig.call("POST", path, held(10), lease=lease), "mode_off", 409)
-
-    play(without, off)
+@scene(replace(SPEEDY, rom={"speed_torque_control": 0}))
+async def test_a_run_needs_speed_control(rig: Rig) -> None:
+    servo, lease = await ready(rig)
+    problem(await rig.call("POST", f"/servos/{servo.uid}/command", held(10), lease=lease), "mode_off", 409)
 
 
 def plain(value: float) -> dict[str, object]:
@@ -225,16 +216,16 @@ def plain(value: float) -> dict[str, object]:
 @pytest.mark.parametrize("later_s", [0.0, 0.0002])
 @pytest.mark.parametrize("hold", [True, False])
 @scene(SPEEDY)
-async def test_a_page_that_closes_as_the_button_is_let_go_still_brakes(rig: Rig, hold: bool, later_s: float) -> None:
-    servo, lease = await ready(rig)  # renewed by nobody for a minute, and by no socket: it outlives the page
+async def test_a_page_that_closes_on_release_still_brakes(rig: Rig, hold: bool, later_s: float) -> None:
+    servo, lease = await ready(rig)  # not tied to the socket: it outlives the page
     page = Socket(rig.app)
     run = held if hold else plain
-    page.say(type="command", lease=lease, commands=[{"uid": servo.uid, **run(30)}])
+    page.send(type="command", lease=lease, commands=[{"uid": servo.uid, **run(30)}])
     await asyncio.sleep(FOR_S * 0.7)
     assert turns(rig, servo)
     for key in ("torque_mode", "angle_limit_cw", "angle_limit_ccw"):
-        servo.forget(key)  # so that the brake has to look first
-    page.say(type="command", lease=lease, commands=[{"uid": servo.uid, **run(0)}])
+        servo.forget(key)  # so that the brake must read them first
+    page.send(type="command", lease=lease, commands=[{"uid": servo.uid, **run(0)}])
     await asyncio.sleep(later_s)
     await page.close()
     await asyncio.sleep(0.3)
@@ -243,7 +234,7 @@ async def test_a_page_that_closes_as_the_button_is_let_go_still_brakes(rig: Rig,
 
 
 @scene(SPEEDY)
-async def test_what_only_goes_on_begins_nothing_after_another_command(rig: Rig) -> None:
+async def test_a_renewal_after_another_command_is_rejected(rig: Rig) -> None:
     servo, lease = await ready(rig)
     path = f"/servos/{servo.uid}/command"
     json(await rig.call("POST", path, held(30), lease=lease))
@@ -254,7 +245,7 @@ async def test_what_only_goes_on_begins_nothing_after_another_command(rig: Rig) 
 
 
 @scene(SPEEDY)
-async def test_the_end_of_a_run_brakes_no_run_that_somebody_else_began_since(rig: Rig) -> None:
+async def test_the_end_of_a_run_does_not_brake_a_later_one(rig: Rig) -> None:
     servo, lease = await ready(rig)
     path = f"/servos/{servo.uid}"
     json(await rig.call("POST", f"{path}/command", held(30), lease=lease))
@@ -268,7 +259,7 @@ async def test_the_end_of_a_run_brakes_no_run_that_somebody_else_began_since(rig
 
 
 @scene(SPEEDY, Recipe("BLA21-12U-A0", "1.300", servo_id=3, node_id=13))
-async def test_a_stop_ends_a_run_and_what_goes_on_with_it(rig: Rig) -> None:
+async def test_a_stop_ends_a_run_and_its_renewals(rig: Rig) -> None:
     servo, lease = await ready(rig)
     path = f"/servos/{servo.uid}/command"
     json(await rig.call("POST", path, held(30), lease=lease))
