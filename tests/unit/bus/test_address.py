@@ -9,7 +9,7 @@ import pytest
 
 from hornbill.bus.address import check, open_port, parse
 from hornbill.errors import PortOpenFailed
-from hornbill.wire.port import PortState, PortStatistics
+from hornbill.wire.port import PortState
 from jumping_clock import run
 
 
@@ -127,11 +127,3 @@ def test_an_address_that_can_never_be_opened_is_refused_before_retrying() -> Non
     for address, bitrate in (("can0", 1_000_000), ("slcan:", 1_000_000), ("nothing:1", 1), ("slcan:/dev/x", 0)):
         with pytest.raises(PortOpenFailed):
             check(address, bitrate)
-
-
-@pytest.mark.real_time
-async def test_counters_continue_in_the_given_statistics() -> None:
-    statistics = PortStatistics(rx_frames=7)
-    port = await open_port("virtual:counters", statistics=statistics)
-    assert port.statistics is statistics
-    await port.close()

@@ -130,17 +130,6 @@ async def test_wall_clock_stamps_become_loop_time_and_others_are_replaced(
     assert all(began <= at <= loop.time() for at in others)
 
 
-async def test_an_urgent_frame_overtakes_queued_frames(adapter: Adapter, port: PythonCanPort) -> None:
-    adapter.gate.clear()
-    port.send([Frame(0x1000, bytes([number])) for number in range(50)])
-    await asyncio.sleep(0.01)
-    port.send([Frame(0x10, b"stop")])
-    adapter.gate.set()
-    await until(lambda: len(adapter.sent) == 51)
-    assert adapter.sent[1] == (0x10, b"stop")  # the first was with the adapter already
-    assert [data for number, data in adapter.sent if number == 0x1000] == [bytes([n]) for n in range(50)]
-
-
 async def test_a_full_kernel_queue_delays_frames_and_can_be_overtaken(adapter: Adapter, port: PythonCanPort) -> None:
     adapter.refuse = can.CanOperationError("Failed to transmit", errno.ENOBUFS)
     port.send([Frame(0x1000, b"a"), Frame(0x1000, b"b")])

@@ -332,33 +332,6 @@ async def test_on_a_saturated_bus_nodes_take_turns() -> None:
     assert host.request_counters.retries == 0
 
 
-async def test_a_long_queue_for_one_node_does_not_hold_up_another() -> None:
-    bus, host, _ = pair()
-    quiet = Peer(bus.port("quiet"), 43)
-    flood = [asyncio.ensure_future(host.request(42, read("0x20"))) for _ in range(500)]
-    await asyncio.sleep(0.005)
-    began = now()
-    await host.request(43, read("0x21"))
-    assert now() - began < 0.003
-    assert len(quiet.requests) == 1
-    for each in flood:
-        each.cancel()
-    await asyncio.gather(*flood, return_exceptions=True)
-
-
-async def test_a_dead_node_does_not_hold_up_the_others() -> None:
-    bus, host, _ = pair(drop=lambda _: True)
-    alive = Peer(bus.port("alive"), 43)
-    dead = [asyncio.ensure_future(host.request(n, read("0x20"), timeout=1.0)) for n in range(44, 120)]
-    await asyncio.sleep(0.05)
-    began = now()
-    for _ in range(20):
-        await host.request(43, read("0x21"))
-    assert now() - began < 0.03
-    assert len(alive.requests) == 20
-    await asyncio.gather(*dead, return_exceptions=True)
-
-
 async def test_a_higher_priority_waits_for_one_try_of_a_read_only() -> None:
     _, host, peer = pair(drop=lambda number: number < 2)
     reading = asyncio.ensure_future(host.request(42, read("0x38"), timeout=0.1, tries=25))

@@ -32,11 +32,6 @@ def test_six_servos_are_mixed_and_at_most_half_request_an_id() -> None:
     assert any(recipe.rom.get("angle_limit_cw") for recipe in fleet)
 
 
-def test_the_firmware_is_one_the_model_was_built_with() -> None:
-    for recipe in demo_fleet(catalog(), 8, 1):
-        assert recipe.firmware in catalog().models[recipe.model].firmware
-
-
 def test_a_seed_determines_the_fleet_and_a_larger_one_begins_like_a_smaller_one() -> None:
     assert demo_fleet(catalog(), 6, 5) == demo_fleet(catalog(), 12, 5)[:6]
     assert demo_fleet(catalog(), 6, 5)[0].uid != demo_fleet(catalog(), 6, 6)[0].uid
