@@ -78,12 +78,12 @@ def test_all_missing_confirmations_are_listed_at_once() -> None:
     with pytest.raises(NeedsConfirmation) as caught:
         require(one, found, ())
     assert caught.value.facts == {
-        "confirm": "turns", "confirmations": ["turns", "turn_count"], "cause": "turns", "also": ["turn_count"],
+        "confirm": "turns", "words": ["turns", "turn_count"], "cause": "turns", "also": ["turn_count"],
         "servo": one.title, "turns": 2.0, "to_deg": 720.0, "before_deg": 10.5,
     }  # fmt: skip
     with pytest.raises(NeedsConfirmation) as caught:
         require(one, found, ["turns"])
-    assert (caught.value.facts["confirmations"], caught.value.facts["cause"]) == (["turn_count"], "turn_count")
+    assert (caught.value.facts["words"], caught.value.facts["cause"]) == (["turn_count"], "turn_count")
     require(one, found, ["turn_count", "turns"])
 
 

@@ -55,10 +55,21 @@ class Case:
         self.port.statistics.rx_frames += len(frames)
         self.port.deliver(frames)
 
+    def error_frames(self, count: int) -> None:
+        self.port.statistics.errors += count
+        self.port.statistics.error_frames += count
+
     def only(self) -> Finding:
         """The only finding."""
         (found,) = self.doctor.findings()
         return found
+
+
+def on_port(
+    address: str = "socketcan:can0", bitrate: int = 1_000_000
+) -> Callable[[Callable[[Case], Coroutine[Any, Any, None]]], Callable[[], None]]:
+    """Decorate a scene: a test with this port."""
+    return lambda scene: lambda: with_case(scene, address, bitrate)
 
 
 def with_case(
@@ -99,25 +110,23 @@ def test_an_interface_with_another_bit_rate() -> None:
     assert "sudo ip link set can0 down && sudo ip link set can0 up type can bitrate 1000000" in found.remedy
 
 
-def test_an_interface_that_goes_down_while_in_use_and_up_again() -> None:
-    async def scene(case: Case) -> None:
-        assert DOWN is not None
-        await case.live(3)
-        assert case.doctor.findings() == []
-        case.port.state, case.quiet = PortState.LOST, True
-        case.port.trouble, case.port.retry_in_s = refused(DOWN), 2.0
-        await case.live(7)
-        found = case.only()
-        assert (found.code, found.severity) == ("interface_down", "failure")
-        assert found.evidence == "For 7 s; earlier reconnects: 0. Next attempt in 2 s."
-        assert found.remedy is not None
-        assert "sudo ip link set can0 up" in found.remedy
-        case.port.state, case.quiet = PortState.ACTIVE, False
-        case.port.trouble = case.port.retry_in_s = None
-        await case.live(1)
-        assert case.doctor.findings() == []
-
-    with_case(scene)
+@on_port()
+async def test_an_interface_that_goes_down_while_in_use_and_up_again(case: Case) -> None:
+    assert DOWN is not None
+    await case.live(3)
+    assert case.doctor.findings() == []
+    case.port.state, case.quiet = PortState.LOST, True
+    case.port.trouble, case.port.retry_in_s = refused(DOWN), 2.0
+    await case.live(7)
+    found = case.only()
+    assert (found.code, found.severity) == ("interface_down", "failure")
+    assert found.evidence == "For 7 s; earlier reconnects: 0. Next attempt in 2 s."
+    assert found.remedy is not None
+    assert "sudo ip link set can0 up" in found.remedy
+    case.port.state, case.quiet = PortState.ACTIVE, False
+    case.port.trouble = case.port.retry_in_s = None
+    await case.live(1)
+    assert case.doctor.findings() == []
 
 
 def test_an_adapter_that_never_opened_is_not_called_lost() -> None:
@@ -142,24 +151,22 @@ def test_an_adapter_that_never_opened_is_not_called_lost() -> None:
     run(main())
 
 
-def test_a_sample_point_other_than_that_of_the_servos() -> None:
-    async def scene(case: Case) -> None:
-        await case.live(2)
-        case.port.sample_point = 0.8751
-        assert case.doctor.findings() == []
-        (listed,) = [one for one in case.doctor.findings(everything=True) if one.code == "bit_rate"]
-        assert listed.evidence == "1 Mbit/s, 87.5 %, read back from socketcan:can0."
-        case.port.sample_point = 0.857
-        assert (case.only().code, case.only().severity) == ("sample_point", "notice")
-        case.port.sample_point = 0.75
-        found = case.only()
-        assert (found.code, found.severity) == ("sample_point", "warning")
-        assert found.text == "The sample point is 75.0 %, but the servos use 87.5 %"
-        assert found.remedy == (
-            "sudo ip link set can0 down && sudo ip link set can0 up type can bitrate 1000000 sample-point 0.875"
-        )
-
-    with_case(scene)
+@on_port()
+async def test_a_sample_point_other_than_that_of_the_servos(case: Case) -> None:
+    await case.live(2)
+    case.port.sample_point = 0.8751
+    assert case.doctor.findings() == []
+    (listed,) = [one for one in case.doctor.findings(everything=True) if one.code == "bit_rate"]
+    assert listed.evidence == "1 Mbit/s, 87.5 %, read back from socketcan:can0."
+    case.port.sample_point = 0.857
+    assert (case.only().code, case.only().severity) == ("sample_point", "notice")
+    case.port.sample_point = 0.75
+    found = case.only()
+    assert (found.code, found.severity) == ("sample_point", "warning")
+    assert found.text == "The sample point is 75.0 %, but the servos use 87.5 %"
+    assert found.remedy == (
+        "sudo ip link set can0 down && sudo ip link set can0 up type can bitrate 1000000 sample-point 0.875"
+    )
 
 
 def test_another_bit_rate_is_a_failure_until_frames_come_in() -> None:
@@ -182,129 +189,111 @@ def test_another_bit_rate_is_a_failure_until_frames_come_in() -> None:
     with_case(silent, "slcan:/dev/ttyACM0", 500_000)
 
 
-def test_standard_and_fd_frames_are_a_notice_for_ten_seconds() -> None:
-    async def scene(case: Case) -> None:
-        def foreign() -> None:
-            case.port.statistics.ignored += 3
+@on_port()
+async def test_standard_and_fd_frames_are_a_notice_for_ten_seconds(case: Case) -> None:
+    def foreign() -> None:
+        case.port.statistics.ignored += 3
 
-        await case.live(5, foreign)
-        found = case.only()
-        assert (found.code, found.severity) == ("foreign_frames", "notice")
-        assert found.evidence.startswith("150 standard, remote or CAN FD frames in 5 s")
-        await case.live(12)
-        assert case.doctor.findings() == []
-
-    with_case(scene)
+    await case.live(5, foreign)
+    found = case.only()
+    assert (found.code, found.severity) == ("foreign_frames", "notice")
+    assert found.evidence.startswith("150 standard, remote or CAN FD frames in 5 s")
+    await case.live(12)
+    assert case.doctor.findings() == []
 
 
-def test_a_passive_adapter_is_unacknowledged_or_receives_errors() -> None:
-    async def scene(case: Case) -> None:
-        case.quiet = True
-        case.port.state = PortState.PASSIVE
-        await case.live(3)
-        assert case.only().code == "unacknowledged"
+@on_port()
+async def test_a_passive_adapter_is_unacknowledged_or_receives_errors(case: Case) -> None:
+    case.quiet = True
+    case.port.state = PortState.PASSIVE
+    await case.live(3)
+    assert case.only().code == "unacknowledged"
 
-        def errors() -> None:
-            case.port.statistics.errors += 2
-            case.port.statistics.error_frames += 2
+    def errors() -> None:
+        case.error_frames(2)
 
-        await case.live(3, errors)
-        assert case.only().code == "only_errors"
-        case.port.state, case.quiet = PortState.ACTIVE, False
-        await case.live(1)
-        assert case.only().code == "errors_rising"
-        await case.live(11)
-        assert case.doctor.findings() == []
-
-    with_case(scene)
+    await case.live(3, errors)
+    assert case.only().code == "only_errors"
+    case.port.state, case.quiet = PortState.ACTIVE, False
+    await case.live(1)
+    assert case.only().code == "errors_rising"
+    await case.live(11)
+    assert case.doctor.findings() == []
 
 
-def test_past_errors_do_not_explain_a_silence() -> None:
-    async def scene(case: Case) -> None:
-        await case.live(2)
-        case.port.statistics.errors += 50
-        case.port.statistics.error_frames += 50
-        case.quiet = True
-        await case.live(2.5)
-        assert case.only().code == "only_errors"
-        await case.live(5)
-        assert case.only().code == "no_traffic"
-
-    with_case(scene)
+@on_port()
+async def test_past_errors_do_not_explain_a_silence(case: Case) -> None:
+    await case.live(2)
+    case.error_frames(50)
+    case.quiet = True
+    await case.live(2.5)
+    assert case.only().code == "only_errors"
+    await case.live(5)
+    assert case.only().code == "no_traffic"
 
 
-def test_a_duplicate_node_id_is_reported_instead_of_its_errors() -> None:
-    async def scene(case: Case) -> None:
-        number = 0
+@on_port()
+async def test_a_duplicate_node_id_is_reported_instead_of_its_errors(case: Case) -> None:
+    number = 0
 
-        def clash() -> None:
-            nonlocal number
-            number += 1
-            if number % 10 == 5:
-                case.receive_status(ahead=13)
-                case.port.statistics.errors += 3
-                case.port.statistics.error_frames += 3
+    def clash() -> None:
+        nonlocal number
+        number += 1
+        if number % 10 == 5:
+            case.receive_status(ahead=13)
+            case.error_frames(3)
 
-        await case.live(8, clash)
-        assert (case.only().code, case.only().node_ids) == ("duplicate_node_id", (20,))
-        await case.live(4)  # one of them is gone; the errors were recent
-        assert case.only().code == "errors_rising"
-        await case.live(8)
-        assert case.doctor.findings() == []
-
-    with_case(scene)
+    await case.live(8, clash)
+    assert (case.only().code, case.only().node_ids) == ("duplicate_node_id", (20,))
+    await case.live(4)  # one of them is gone; the errors were recent
+    assert case.only().code == "errors_rising"
+    await case.live(8)
+    assert case.doctor.findings() == []
 
 
-def test_a_burst_of_errors_is_not_rising_errors() -> None:
-    async def scene(case: Case) -> None:
-        await case.live(3)
-        case.port.statistics.errors += 40
-        case.port.statistics.error_frames += 40
-        await case.live(5)
-        assert case.doctor.findings() == []
+@on_port()
+async def test_a_burst_of_errors_is_not_rising_errors(case: Case) -> None:
+    await case.live(3)
+    case.error_frames(40)
+    await case.live(5)
+    assert case.doctor.findings() == []
 
-        def now_and_then() -> None:
-            case.port.statistics.errors += 1
+    def now_and_then() -> None:
+        case.port.statistics.errors += 1
 
-        await case.live(4, now_and_then)
-        found = case.only()
-        assert found.code == "errors_rising"
-        assert "40 on the bus" in found.evidence
-        await case.live(12)
-        assert case.doctor.findings() == []
-
-    with_case(scene)
+    await case.live(4, now_and_then)
+    found = case.only()
+    assert found.code == "errors_rising"
+    assert "40 on the bus" in found.evidence
+    await case.live(12)
+    assert case.doctor.findings() == []
 
 
-def test_only_the_identity_of_nodes_is_checked_in_a_recording() -> None:
-    async def scene(case: Case) -> None:
-        await case.live(2)
-        case.quiet = True
-        await case.live(30)
-        assert case.doctor.findings() == []
-        listed = {one.code for one in case.doctor.findings(everything=True)}
-        assert listed == {"adapter", "duplicate_node_id", "duplicate_servo_id", "foreign_frames"}
-
-    with_case(scene, "file:can0.log")
+@on_port("file:can0.log")
+async def test_only_the_identity_of_nodes_is_checked_in_a_recording(case: Case) -> None:
+    await case.live(2)
+    case.quiet = True
+    await case.live(30)
+    assert case.doctor.findings() == []
+    listed = {one.code for one in case.doctor.findings(everything=True)}
+    assert listed == {"adapter", "duplicate_node_id", "duplicate_servo_id", "foreign_frames"}
 
 
-def test_bus_off_is_a_warning_for_a_while_after_the_adapter_was_reopened() -> None:
-    async def scene(case: Case) -> None:
-        await case.live(2)
-        case.port.state = PortState.BUS_OFF
-        case.port.statistics.bus_offs = 1
-        case.quiet = True
-        await case.live(1)
-        assert (case.only().code, case.only().severity) == ("bus_off", "failure")
-        case.port.state = PortState.LOST
-        case.port.trouble = PortError("socketcan:can0 is off the bus after too many errors.", cause=None)
-        await case.live(1)
-        assert (case.only().code, case.only().severity) == ("bus_off", "failure")
-        case.port.state, case.quiet = PortState.ACTIVE, False
-        case.port.statistics.reopened = 1
-        await case.live(1)
-        assert (case.only().code, case.only().severity) == ("bus_off", "warning")
-        await case.live(31)
-        assert case.doctor.findings() == []
-
-    with_case(scene)
+@on_port()
+async def test_bus_off_is_a_warning_for_a_while_after_the_adapter_was_reopened(case: Case) -> None:
+    await case.live(2)
+    case.port.state = PortState.BUS_OFF
+    case.port.statistics.bus_offs = 1
+    case.quiet = True
+    await case.live(1)
+    assert (case.only().code, case.only().severity) == ("bus_off", "failure")
+    case.port.state = PortState.LOST
+    case.port.trouble = PortError("socketcan:can0 is off the bus after too many errors.", cause=None)
+    await case.live(1)
+    assert (case.only().code, case.only().severity) == ("bus_off", "failure")
+    case.port.state, case.quiet = PortState.ACTIVE, False
+    case.port.statistics.reopened = 1
+    await case.live(1)
+    assert (case.only().code, case.only().severity) == ("bus_off", "warning")
+    await case.live(31)
+    assert case.doctor.findings() == []

@@ -31,7 +31,6 @@ class Desk:
     """One servo, a store, and a clock that is set; `commits` are what was stored."""
 
     store: Store
-    model: str = "BLA21-06U-A0"
     now: float = 1000.0
     commits: list[FaultReading] = field(default_factory=list[FaultReading])
     happened: list[LogEvent] = field(default_factory=list[LogEvent])
@@ -44,7 +43,7 @@ class Desk:
         self.hub = Hub()
         base = TimeBase(lambda: self.now, lambda: EPOCH + self.now)
         self.servo = Servo(UID, CATALOG, label="Rudder")
-        self.servo.identify_as(CATALOG.models[self.model], 1300)
+        self.servo.identify_as(CATALOG.models["BLA21-06U-A0"], 1300)
         self.servo.online = True
         self.faults = Faults(
             CATALOG, self.store, self.hub, base, {UID: self.servo}.get, Audit(self.store.audit, self.hub)
@@ -124,27 +123,6 @@ def test_a_bit_is_reported_and_stored_when_it_is_set_and_when_it_is_cleared(desk
     assert (fault.first_seen, fault.last_seen) == (EPOCH + 1002.0, EPOCH + 1022.0)
 
 
-@pytest.mark.parametrize(
-    ("word", "bit", "level"), [(NOTIFICATION, 8, "notice"), (WARNING, 8, "warning"), (FAILURE, 0, "failure")]
-)
-def test_a_bit_is_reported_at_its_level_with_its_advice(desk: Desk, word: str, bit: int, level: str) -> None:
-    desk.read(word, 1 << bit)
-    (said,) = desk.happened
-    row = next(one for one in CATALOG.faults if (one.parameter, one.bit) == (word, bit))
-    assert (said.level, said.uid) == (level, UID)
-    assert said.text == f"Rudder: {row.label}. {row.advice}"
-
-
-def test_a_change_of_the_servo_is_published_with_each_bit_and_acknowledgement(desk: Desk) -> None:
-    counts: list[int] = []
-    desk.hub.subscribe(lambda _change: counts.append(desk.faults.unacknowledged(UID)), ServoChanged)
-    desk.read(WARNING, HOT)
-    desk.read(WARNING, HOT)
-    asyncio.run(desk.faults.acknowledge(UID, "Ada"))
-    desk.read(WARNING, 0)
-    assert counts == [1, 0, 0]
-
-
 def test_bits_that_change_together_are_one_commit_and_several_events(desk: Desk) -> None:
     desk.read(WARNING, HOT | ROM)
     desk.events()
@@ -154,16 +132,6 @@ def test_bits_that_change_together_are_one_commit_and_several_events(desk: Desk)
     assert [(one.key, one.active) for one in desk.faults.of(UID)] == [
         ("temperature_low", True), ("rom_lost", True), ("temperature_high", False)
     ]  # fmt: skip
-
-
-def test_undocumented_bits_are_reported_by_number(desk: Desk) -> None:
-    desk.read(FAILURE, 1 << 31 | 1 << 3)
-    found = [(one.key, one.label, one.group, one.level) for one in desk.faults.of(UID)]
-    assert found == [
-        ("failure_bit_3", "Bit 3 (undocumented)", "hardware", "failure"),
-        ("failure_bit_31", "Bit 31 (undocumented)", "other", "failure"),
-    ]
-    assert desk.events() == [("failure", "fault")] * 2
 
 
 def test_a_bit_that_is_set_after_a_restart_is_a_new_appearance(desk: Desk) -> None:
@@ -202,50 +170,12 @@ def test_a_bit_cleared_by_an_unobserved_restart_was_last_seen_before_it(desk: De
     assert (fault.active, fault.last_seen) == (False, EPOCH + 1001.0)
 
 
-def test_a_fault_of_an_offline_servo_is_stale_and_then_the_same_appearance(desk: Desk) -> None:
-    desk.read(WARNING, HOT)
-    desk.read(WARNING, HOT)
-    desk.events()
-    desk.servo.online = False
-    desk.hub.publish(ServoChanged(UID))
-    fault = desk.one("temperature_high")
-    assert (fault.active, fault.stale, fault.last_seen) == (False, True, EPOCH + 1002.0)
-    desk.silence(60.0)
-    desk.read(WARNING, HOT)
-    fault = desk.one("temperature_high")
-    assert (fault.active, fault.stale, fault.count) == (True, False, 1)
-    assert desk.events() == []
-
-
 def test_a_fault_that_is_no_longer_read_is_stale(desk: Desk) -> None:
     desk.read(WARNING, HOT)
     assert desk.one("temperature_high").active
     desk.now += 10
     fault = desk.one("temperature_high")
     assert (fault.active, fault.stale, fault.last_seen) == (False, True, EPOCH + 1001.0)
-
-
-@pytest.mark.parametrize("key", ["rom_lost", "watchdog_restart"])
-def test_only_documented_bits_are_latched_while_set(desk: Desk, key: str) -> None:
-    word, bit = (WARNING, ROM) if key == "rom_lost" else (FAILURE, WATCHDOG)
-    desk.read(word, bit)
-    fault = desk.one(key)
-    assert (fault.latched, fault.past_event) == (True, True)
-    desk.power_cycle()
-    desk.notice_restart()
-    desk.read(word, 0)
-    fault = desk.one(key)
-    assert (fault.active, fault.latched, fault.past_event) == (False, False, True)
-    desk.read(FAILURE, DRIVER)
-    assert (desk.one("motor_driver").latched, desk.one("motor_driver").past_event) == (False, False)
-
-
-@pytest.mark.parametrize(("model", "keys"), [("BLA21-06U-A0", []), ("BLA21-06U-AB", ["pwm_missing"])])
-def test_pwm_bits_are_ignored_on_a_model_without_pwm(store: Store, model: str, keys: list[str]) -> None:
-    desk = Desk(store, model)
-    desk.read(NOTIFICATION, 1 << 20)
-    assert [one.key for one in desk.faults.of(UID)] == keys
-    assert len(desk.events()) == len(keys)
 
 
 def test_warnings_and_failures_require_an_acknowledgement(desk: Desk) -> None:
@@ -260,19 +190,6 @@ def test_warnings_and_failures_require_an_acknowledgement(desk: Desk) -> None:
     assert desk.faults.unacknowledged(UID) == 0
 
 
-def test_another_server_continues_the_stored_appearance(desk: Desk) -> None:
-    desk.read(WARNING, HOT)
-    desk.events()
-    desk.now += 60.0
-    desk.start_server()
-    fault = desk.one("temperature_high")
-    assert (fault.active, fault.stale) == (False, True)
-    desk.read(WARNING, HOT)
-    assert (desk.one("temperature_high").count, desk.events()) == (1, [])
-    desk.read(WARNING, 0)
-    assert desk.events() == [("info", "fault_cleared")]
-
-
 def test_another_server_counts_a_bit_set_after_a_restart_as_new(desk: Desk) -> None:
     desk.read(WARNING, HOT)
     desk.read(FAILURE, WATCHDOG)
@@ -284,26 +201,6 @@ def test_another_server_counts_a_bit_set_after_a_restart_as_new(desk: Desk) -> N
     desk.read(FAILURE, 0)
     assert desk.events() == [("warning", "fault"), ("info", "fault_cleared")]
     assert (desk.one("temperature_high").count, desk.one("watchdog_restart").active) == (2, False)
-
-
-def test_a_failing_store_is_reported_once_and_faults_are_still_shown(
-    desk: Desk, store: Store, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    def fail(*_: object) -> dict[str, FaultEntry]:
-        raise StoreFailed("full", cause=None)
-
-    for name in ("of", "record", "acknowledge"):
-        monkeypatch.setattr(store.faults, name, fail)
-    desk.read(WARNING, HOT)
-    desk.read(WARNING, 0)
-    desk.read(WARNING, HOT)
-    assert sorted(desk.events()) == sorted(
-        [("warning", "store_failed"), ("warning", "fault"), ("info", "fault_cleared"), ("warning", "fault")]
-    )
-    assert (desk.one("temperature_high").count, desk.faults.unacknowledged(UID)) == (2, 1)
-    with pytest.raises(StoreFailed):
-        asyncio.run(desk.faults.acknowledge(UID, "Ada"))
-    assert desk.faults.unacknowledged(UID) == 1
 
 
 def test_stored_faults_are_shown_once_the_store_works_again(

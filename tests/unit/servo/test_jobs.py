@@ -40,22 +40,6 @@ def steps() -> list[Step]:
     return [Step("one", "First"), Step("two", "Second", uid=A), Step("three", "Third")]
 
 
-def test_a_succeeded_job_has_a_result_and_evidence() -> None:
-    async def work(jobs: Jobs) -> None:
-        async def body(job: RunningJob) -> dict[str, object]:
-            job.begin("one")
-            assert job.step == "one"
-            job.done("one", Evidence("read_back", "42 rows", {"rows": 42}))
-            job.skip("two", Evidence("save_not_needed", "not needed"))
-            return {"rows": 42}
-
-        job = await jobs.wait(jobs.start("save", Uid("aa"), [Step("one", "1"), Step("two", "2")], body))
-        assert (job.state, job.result, job.progress, job.error) == ("succeeded", {"rows": 42}, 1.0, None)
-        assert [step.evidence for step in job.steps] == ["42 rows", "not needed"]
-
-    assert run(work)[-1] == "succeeded"
-
-
 def test_an_error_fails_the_running_step_and_the_job() -> None:
     async def work(jobs: Jobs) -> None:
         async def body(job: RunningJob) -> dict[str, object]:
