@@ -104,7 +104,6 @@ def saved(node_id: int) -> dict[str, int]:
     }
 
 
-"""The rows of all firmware and models; those a servo does not have read zero."""
 ALL = tuple(range(FIRST_NODE_ID, FIRST_NODE_ID + COUNT))
 
 
