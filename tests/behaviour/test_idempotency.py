@@ -9,16 +9,21 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from behaviour.actions import torque
-from behaviour.rig import Answer, Rig, json, play, problem
+from behaviour.rig import Response, Rig, json, play, problem
 from behaviour.scene import scene
 from behaviour.secured import SecuredServer, through
 from hornbill.api.routing import WITHOUT_KEY
 from hornbill.errors import StoreFailed
+from hornbill.servo.device.servo import Servo
 from hornbill.servo.host import Host
 from hornbill.store.responses import Responses
 
 KEY = {"Idempotency-Key": "8e03978e-40d5-43dd-bc93-6894a57f9324"}
 LEASE = {"holder": "a", "ttl_s": 5.0}
+
+
+def nothing(*_: object) -> None:
+    """As if the server had ended before."""
 
 
 def failing(error: Exception) -> Any:
@@ -28,7 +33,7 @@ def failing(error: Exception) -> Any:
     return fail
 
 
-async def post(rig: Rig, path: str, body: object = None, key: str = "k", **more: Any) -> Answer:
+async def post(rig: Rig, path: str, body: object = None, key: str = "k", **more: Any) -> Response:
     return await rig.call("POST", path, body, **{"Idempotency-Key": key}, **more)
 
 
@@ -37,8 +42,7 @@ def jobs(rig: Rig, kind: str) -> int:
 
 
 @scene()
-async def test_a_repeated_save_is_done_once_and_gets_the_same_response(rig: Rig) -> None:
-    [servo] = await rig.ready()
+async def test_a_repeated_save_is_done_once_and_gets_the_same_response(rig: Rig, servo: Servo) -> None:
     path = f"/servos/{servo.uid}/save?wait=true"
     first, again = await post(rig, path), await post(rig, path)
     assert json(first)["state"] == "succeeded"
@@ -51,8 +55,7 @@ async def test_a_repeated_save_is_done_once_and_gets_the_same_response(rig: Rig)
 
 
 @scene()
-async def test_a_repeated_motion_command_is_sent_once(rig: Rig) -> None:
-    [servo] = await rig.ready()
+async def test_a_repeated_motion_command_is_sent_once(rig: Rig, servo: Servo) -> None:
     lease = await rig.lease()
     await torque(rig, servo, "on", lease)
     path, body = f"/servos/{servo.uid}/command", {"type": "angle", "value": 12.0}
@@ -77,8 +80,7 @@ async def test_a_key_of_another_request_is_rejected(rig: Rig, path: str, body: o
 
 
 @scene()
-async def test_a_repeated_command_that_was_rejected_is_rejected_again_and_moves_nothing(rig: Rig) -> None:
-    [servo] = await rig.ready()
+async def test_a_repeated_command_that_was_rejected_is_rejected_again_and_moves_nothing(rig: Rig, servo: Servo) -> None:
     path, body = f"/servos/{servo.uid}/command", {"type": "angle", "value": 12.0}
     lease = await rig.lease()
     json(await rig.call("POST", "/stop"))
@@ -124,8 +126,7 @@ async def test_a_repeated_request_for_motion_control_shows_its_present_state(rig
 
 
 @scene()
-async def test_concurrent_repeats_share_one_job_and_another_request_is_rejected_meanwhile(rig: Rig) -> None:
-    [servo] = await rig.ready()
+async def test_concurrent_repeats_share_one_job(rig: Rig, servo: Servo) -> None:
     path = f"/servos/{servo.uid}/restart?wait=true"
     repeats = [asyncio.create_task(post(rig, path)) for _ in range(5)]
     await asyncio.sleep(0.01)
@@ -149,13 +150,11 @@ def test_a_response_is_replayed_after_a_restart_of_the_server(tmp_path: Path) ->
     assert before[1] == 1
 
 
-def test_a_request_without_a_response_before_the_server_ended_is_not_repeated(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_request_cut_off_by_a_crash_is_not_repeated(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     async def first(rig: Rig) -> None:
         [servo] = await rig.ready()
         with monkeypatch.context() as patch:
-            patch.setattr(Responses, "end", lambda *_: None)
+            patch.setattr(Responses, "end", nothing)
             json(await post(rig, f"/servos/{servo.uid}/restart"), 202)
 
     async def second(rig: Rig) -> None:
@@ -169,10 +168,7 @@ def test_a_request_without_a_response_before_the_server_ended_is_not_repeated(
 
 
 @scene()
-async def test_a_request_that_ended_without_a_response_is_not_repeated(
-    rig: Rig, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    [servo] = await rig.ready()
+async def test_a_request_that_failed_is_not_repeated(rig: Rig, servo: Servo, monkeypatch: pytest.MonkeyPatch) -> None:
     with monkeypatch.context() as patch:
         patch.setattr(Host, "connected", failing(ZeroDivisionError()))
         with pytest.raises(ZeroDivisionError):
@@ -242,7 +238,7 @@ async def test_each_key_has_one_effect_in_any_sequence_of_requests(rig: Rig, sen
     """Two keys and two requests, concurrently or in sequence, against a dictionary as the model."""
     [servo] = await rig.ready()
     model: dict[str, str] = {}
-    running: list[tuple[str, str, asyncio.Task[Answer]]] = []
+    running: list[tuple[str, str, asyncio.Task[Response]]] = []
     for key, reason, at_once in sent:
         model.setdefault(key, reason)
         task = asyncio.create_task(post(rig, f"/servos/{servo.uid}/snapshots", {"reason": reason}, key=key))

@@ -90,9 +90,7 @@ def evidence(job: Any, name: str) -> str:
 
 
 @scene(ON)
-async def test_temporary_limits_are_never_reported_as_unsaved_unless_they_could_not_be_restored(
-    rig: Rig, servo: Servo
-) -> None:
+async def test_limits_are_reported_as_unsaved_only_if_not_restored(rig: Rig, servo: Servo) -> None:
     await write(rig, servo, speed_limit_cw=200)
     before = set(servo.unsaved())
     assert "speed_limit_cw" in before
@@ -215,7 +213,7 @@ async def test_it_needs_the_lease_and_the_command_under_it_resumes(rig: Rig, ser
 @pytest.mark.parametrize("recipe", [OFF, ON], ids=["was off", "was on"])
 @pytest.mark.parametrize("how", ["stop", "cancel", "lease"])
 @scene(lambda recipe: recipe)
-async def test_stop_cancel_or_a_released_lease_turns_torque_off_and_restores_every_row(
+async def test_an_early_end_turns_torque_off_and_restores_every_row(
     rig: Rig, servo: Servo, how: str, recipe: Recipe
 ) -> None:
     before = rows(rig, servo)
@@ -249,9 +247,7 @@ async def test_a_blocked_horn_fails_and_everything_is_restored(rig: Rig, servo: 
 
 
 @scene(OFF)
-async def test_rows_that_a_silent_servo_did_not_restore_are_named_and_torque_off_is_retried(
-    rig: Rig, servo: Servo
-) -> None:
+async def test_rows_not_restored_are_named_and_torque_off_is_retried(rig: Rig, servo: Servo) -> None:
     job = await moving(rig, servo)
     rig.bus.loss(100)
     await rig.host.jobs.wait(job)
@@ -269,9 +265,7 @@ async def test_rows_that_a_silent_servo_did_not_restore_are_named_and_torque_off
 
 @pytest.mark.parametrize("seed", [1, 2, 3])
 @scene(OFF)
-async def test_with_20_percent_frame_loss_it_succeeds_or_fails_and_restores_everything(
-    rig: Rig, servo: Servo, seed: int
-) -> None:
+async def test_everything_is_restored_despite_20_percent_frame_loss(rig: Rig, servo: Servo, seed: int) -> None:
     before = rows(rig, servo)
     rig.bus.loss(20, seed=seed)
     async with watching(rig, servo) as (horn,):

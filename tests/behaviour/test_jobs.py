@@ -22,8 +22,7 @@ KINDS: tuple[str, ...] = get_args(JobShape.model_fields["kind"].annotation)
 
 
 @scene()
-async def test_jobs_are_listed_by_kind_state_and_servo(rig: Rig) -> None:
-    (servo,) = await rig.ready()
+async def test_jobs_are_listed_by_kind_state_and_servo(rig: Rig, servo: Servo) -> None:
     path = f"/servos/{servo.uid}"
     save = json(await rig.call("POST", f"{path}/save?wait=true"))
     await rig.ready()

@@ -4,6 +4,7 @@ import asyncio
 import json as json_
 import re
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import Any, cast
 
@@ -13,6 +14,7 @@ from prometheus_client.parser import text_string_to_metric_families
 from behaviour.rig import PLAIN, Rig, Socket, json
 from behaviour.scene import scene
 from hornbill.api.routes.server.metrics import PROCESS, TABLE
+from hornbill.servo.device.servo import Servo
 
 DOCS = Path(__file__).parents[2] / "docs"
 METRICS = "http://127.0.0.1/metrics"
@@ -42,12 +44,11 @@ def of(found: Scrape, name: str, **labels: str) -> float | None:
 async def scraped(rig: Rig, **labels: str) -> Callable[..., float | None]:
     """The samples now, as a function of a name and labels."""
     found = await scrape(rig)
-    return lambda name, **more: of(found, name, **labels, **more)
+    return partial(of, found, **labels)
 
 
 @scene(PLAIN)
-async def test_metrics_of_a_servo_and_the_bus(rig: Rig) -> None:
-    (servo,) = await rig.ready()
+async def test_metrics_of_a_servo_and_the_bus(rig: Rig, servo: Servo) -> None:
     label = 'left "knee"\\\nrear'
     json(await rig.call("PATCH", f"/servos/{servo.uid}", {"label": label}))
     rig.sim(servo).conditions.temperature_c = 41.0
@@ -72,8 +73,7 @@ async def test_metrics_of_a_servo_and_the_bus(rig: Rig) -> None:
 
 
 @scene()
-async def test_a_silent_servo_has_no_readings_but_an_age(rig: Rig) -> None:
-    (servo,) = await rig.ready()
+async def test_a_silent_servo_has_no_readings_but_an_age(rig: Rig, servo: Servo) -> None:
     await asyncio.sleep(3.0)
     assert (await scraped(rig, uid=servo.uid))("servo_temperature_celsius") is not None
     json(await rig.call("PATCH", f"/sim/servos/{servo.uid}", {"mute": True}))
@@ -96,8 +96,7 @@ async def test_a_silent_servo_has_no_readings_but_an_age(rig: Rig) -> None:
 
 
 @scene()
-async def test_faults_stops_leases_and_refusals_are_counted(rig: Rig) -> None:
-    (servo,) = await rig.ready()
+async def test_faults_stops_leases_and_refusals_are_counted(rig: Rig, servo: Servo) -> None:
     json(await rig.call("DELETE", f"/leases/{await rig.lease()}"))
     await rig.lease(ttl_s=1.0)
     await asyncio.sleep(2.0)
@@ -129,8 +128,7 @@ async def test_faults_stops_leases_and_refusals_are_counted(rig: Rig) -> None:
 
 
 @scene()
-async def test_requests_sockets_and_jobs_are_counted_by_route_without_parameters(rig: Rig) -> None:
-    (servo,) = await rig.ready()
+async def test_requests_sockets_and_jobs_are_counted_by_route_without_parameters(rig: Rig, servo: Servo) -> None:
     await rig.call("GET", f"/servos/{servo.uid}/parameters/smoothing")
     for number in range(50):
         await rig.call("GET", f"/servos/{number:032x}")
@@ -149,7 +147,7 @@ async def test_requests_sockets_and_jobs_are_counted_by_route_without_parameters
     assert not any("nothing" in route or servo.uid in route for route in routes)
     before = of(found, "sockets_open", route="/api/v1/ws") or 0
     socket = Socket(rig.app)
-    await socket.hear("hello")
+    await socket.receive("hello")
     json(await rig.call("POST", f"/servos/{servo.uid}/save?wait=true"))
     value = await scraped(rig)
     assert value("sockets_open", route="/api/v1/ws") == before + 1

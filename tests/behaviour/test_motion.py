@@ -6,7 +6,8 @@ from dataclasses import replace
 import pytest
 
 from behaviour.actions import move, torque, write
-from behaviour.rig import PLAIN, Answer, Rig, json, problem, until
+from behaviour.losing import now
+from behaviour.rig import PLAIN, Response, Rig, json, problem, until
 from behaviour.scene import scene
 from hornbill.servo.device.servo import Servo, State
 from hornbill.servo.motion.settle import wait_settled
@@ -18,12 +19,8 @@ SPEED_MODE = Recipe("BLA21-12U-A0", "1.300", servo_id=2, node_id=12, rom={"speed
 
 async def command(
     rig: Rig, servo: Servo, lease: str | None, value: float, kind: str = "angle", **more: object
-) -> Answer:
+) -> Response:
     return await rig.call("POST", f"/servos/{servo.uid}/command", {"type": kind, "value": value, **more}, lease=lease)
-
-
-def now() -> float:
-    return asyncio.get_running_loop().time()
 
 
 @scene(*(replace(PLAIN, servo_id=n, node_id=10 + n) for n in (1, 2, 3)))
@@ -156,9 +153,7 @@ async def test_an_angle_outside_the_limits_of_the_servo_is_rejected_unless_clamp
 
 
 @scene(SPEED_MODE)
-async def test_values_are_rounded_to_the_resolution_of_the_servo_and_the_response_has_the_sent_one(
-    rig: Rig, servo: Servo
-) -> None:
+async def test_values_are_rounded_to_the_resolution_of_the_servo(rig: Rig, servo: Servo) -> None:
     lease = await rig.lease()
     for value, kind, more, sent in (
         (8.660254, "angle", {}, 8.7),
@@ -236,9 +231,7 @@ async def test_torque_mode_is_no_boolean_and_needs_a_lease_to_be_on(rig: Rig, se
 
 
 @scene()
-async def test_torque_is_off_after_expiry_even_if_another_client_takes_the_lease_at_once(
-    rig: Rig, servo: Servo
-) -> None:
+async def test_torque_is_off_after_expiry_despite_a_new_lease(rig: Rig, servo: Servo) -> None:
     expiry = now() + 1.0
     await move(rig, servo, await rig.lease(ttl_s=1))
     await asyncio.sleep(expiry + 0.0001 - now())
@@ -264,12 +257,10 @@ async def test_a_servo_that_restarts_under_command_is_not_commanded_again(rig: R
 
 
 @scene()
-async def test_a_wait_ends_with_the_reason_when_the_servo_is_lost_or_has_another_command(
-    rig: Rig, servo: Servo
-) -> None:
+async def test_a_wait_ends_if_the_servo_is_lost_or_gets_another_command(rig: Rig, servo: Servo) -> None:
     lease = await rig.lease()
 
-    async def waiting() -> asyncio.Task[Answer]:
+    async def waiting() -> asyncio.Task[Response]:
         task = asyncio.create_task(command(rig, servo, lease, 20, wait="settled", dwell_s=9, timeout_s=30))
         await asyncio.sleep(2)
         return task

@@ -53,9 +53,7 @@ async def test_a_started_servo_is_on_as_configured_also_after_a_restart(rig: Rig
 
 
 @scene()
-async def test_commands_stop_and_the_end_of_a_lease_are_reported_with_reason_author_and_time(
-    rig: Rig, servo: Servo
-) -> None:
+async def test_every_cause_is_reported_with_its_author_and_time(rig: Rig, servo: Servo) -> None:
     began = rig.host.base.utc_now()
     await torque(rig, servo, "off")
     assert await becomes(rig, servo, "off", "command", "no lease") >= began

@@ -75,11 +75,11 @@ def measured(values: dict[str, object]) -> list[Step]:
         loop.set_task_factory(trace.task)  # pyright: ignore[reportArgumentType]
         sys.setprofile(trace.profile)
         try:
-            answer = await rig.call("PATCH", f"/servos/{servo.uid}/parameters", {"values": values})
+            response = await rig.call("PATCH", f"/servos/{servo.uid}/parameters", {"values": values})
         finally:
             sys.setprofile(None)
             loop.set_task_factory(None)
-        assert json(answer)["outcome"] == "applied"
+        assert json(response)["outcome"] == "applied"
         return list(dict.fromkeys(trace.steps))
 
     return play(scene)
