@@ -39,7 +39,7 @@ def requests(monkeypatch: pytest.MonkeyPatch) -> list[tuple[str, str, object, di
 def stop(
     responses: list[Any], requests: list[Any], monkeypatch: pytest.MonkeyPatch, *flags: str
 ) -> tuple[int, str, str]:
-    coming: Iterator[Any] = iter(replies)
+    coming: Iterator[Any] = iter(responses)
     last: list[Any] = [None]
 
     def request(
