@@ -44,9 +44,7 @@ def record(uid: Uid = FIRST, label: str = "knee", **more: object) -> ServoRecord
 def steps(uid: Uid, place: int, state: str = "done") -> list[Step]:
     return [
         Step(f"write {place}", "knee: Written", "done", "9 rows", 10.0, 10.25, uid),
-        Step(
-            f"save {place}", "knee: Saved", state, "no response <8 s>" if state == "failed" else None, 10.25, 12.5, uid
-        ),
+        Step(f"save {place}", "knee: Saved", state, "timeout <8 s>" if state == "failed" else None, 10.25, 12.5, uid),
         Step(f"verify {place}", "knee: Verified", "skipped" if state == "failed" else "done", uid=uid),
     ]
 
@@ -111,7 +109,7 @@ def test_junit_has_a_case_per_servo_and_step_with_seconds_and_failure() -> None:
     assert float(first.get("time", "")) == 2.5
     failure = second.find("testcase/failure")
     assert failure is not None
-    assert failure.text == "silent <8 s>"
+    assert failure.text == "timeout <8 s>"
     assert float(root.get("time", "")) == 5.0
 
 

@@ -1,4 +1,4 @@
-"""What a browser is to viser, without a browser. It keeps what it was sent."""
+"""A client of viser that replaces a browser, and keeps the messages it received."""
 
 import struct
 import time
@@ -54,11 +54,11 @@ class Onlooker:
         self.connection.send(msgspec.msgpack.encode(message))
 
     def read_for(self, seconds: float) -> list[dict[str, Any]]:
-        """What arrives within this time; also kept in `messages`."""
+        """The messages received within this time, also added to `messages`."""
         return self._read(lambda _: False, seconds)
 
     def read_until(self, wanted: Callable[[dict[str, Any]], bool], timeout: float = 10.0) -> list[dict[str, Any]]:
-        """Everything up to the frame with the wanted message. Fails when it does not come."""
+        """The messages up to the frame with the wanted one. Fails if it does not arrive."""
         got = self._read(wanted, timeout)
         assert any(wanted(message) for message in got), f"not among {[message['type'] for message in got]}"
         return got
@@ -80,5 +80,5 @@ class Onlooker:
 
 
 def names(messages: list[dict[str, Any]]) -> set[str]:
-    """The scene nodes these messages are about."""
+    """The scene nodes in these messages."""
     return {message["name"] for message in messages if "name" in message}

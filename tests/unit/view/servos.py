@@ -1,4 +1,4 @@
-"""A source of poses that tests change, and counts who asks."""
+"""A source of poses that tests set, and that counts its calls."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -8,21 +8,21 @@ from hornbill.view.pose import Pose
 
 
 def pose(number: int = 0, **more: Any) -> Pose:
-    """A servo at +45°, commanded to +30°, limited to -75..+90°, unless said otherwise."""
+    """A servo at +45°, commanded to +30°, limited to -75..+90°, by default."""
     usual = Pose(f"{number:032x}", f"servo {number}", "BLA21", 45.0, 30.0, 90.0, -75.0, stale=False)
     return replace(usual, **more)
 
 
 class Servos:
-    """As many servos as wanted."""
+    """Any number of servos."""
 
     def __init__(self, *poses: Pose) -> None:
         self.now: tuple[Pose, ...] = poses
-        self.asked = 0
+        self.calls = 0
         self.broken = False
 
     def poses(self) -> Sequence[Pose]:
-        self.asked += 1
+        self.calls += 1
         if self.broken:
             raise LookupError("no poses today")
         return self.now

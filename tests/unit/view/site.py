@@ -1,4 +1,4 @@
-"""Serves the routes of a view on a port of its own, in a thread."""
+"""Serves the routes of a view on a free port, in a thread."""
 
 import contextlib
 import socket

@@ -1,4 +1,4 @@
-"""Angles and limits become rotations and points: 0° is +y, positive is clockwise seen from above."""
+"""Rotations and points of angles and limits: 0° is +y, positive is clockwise seen from above."""
 
 import numpy as np
 import pytest
@@ -37,7 +37,7 @@ def test_a_positive_angle_turns_the_notch_clockwise_seen_from_above(
 
 
 @given(st.floats(-36_000_000, 36_000_000))
-def test_the_limit_arc_and_the_horn_agree_where_an_angle_is(angle: float) -> None:
+def test_limit_arc_and_horn_have_the_same_direction(angle: float) -> None:
     assert turned(horn_wxyz(angle), NOTCH) == pytest.approx(rim(np.array([wrapped(angle)]), 1.0)[0], abs=1e-5)
     assert np.linalg.norm(horn_wxyz(angle)) == pytest.approx(1.0)
 
@@ -53,7 +53,7 @@ def test_the_limit_arc_and_the_horn_agree_where_an_angle_is(angle: float) -> Non
         (300.0, 100.0, (100.0, 300.0)),
     ],
 )
-def test_limits_of_a_turn_close_the_ring(cw: float, ccw: float, expected: tuple[float, float]) -> None:
+def test_limits_of_a_full_turn_close_the_ring(cw: float, ccw: float, expected: tuple[float, float]) -> None:
     assert span(cw, ccw) == expected
 
 
@@ -68,7 +68,7 @@ def test_the_band_lies_between_its_radii_and_faces_up() -> None:
 
 
 @given(st.floats(0, 720), st.floats(-720, 0))
-def test_the_band_keeps_its_number_of_points_whatever_the_limits(cw: float, ccw: float) -> None:
+def test_the_band_has_the_same_number_of_points_for_any_limits(cw: float, ccw: float) -> None:
     assert band(cw, ccw, 1.0, 1.2).shape == band(90, -90, 1.0, 1.2).shape
 
 
@@ -82,11 +82,7 @@ def ticks(lines: NDArray[np.float32]) -> NDArray[np.float64]:
 def test_the_scale_has_a_tick_every_ten_degrees_and_marks_both_limits() -> None:
     found = sorted(round(float(angle), 3) for angle in ticks(scale_lines(36.0, -24.0, 1.2, tick=0.05, end=0.2)))
     assert found == [-24.0, -20.0, -10.0, 0.0, 10.0, 20.0, 30.0, 36.0]
-
-
-def test_a_closed_scale_has_36_ticks_and_no_ends() -> None:
-    found = ticks(scale_lines(180.0, -180.0, 1.2, tick=0.05, end=0.2))
-    assert len(found) == 36
+    assert len(ticks(scale_lines(180.0, -180.0, 1.2, tick=0.05, end=0.2))) == 36, "a closed scale has no ends"
 
 
 def test_dashes_cover_their_share_of_the_outline() -> None:

@@ -1,4 +1,4 @@
-"""The baked models are what the generator draws, fit the sizes the scene uses, and point the right way."""
+"""The committed models are up to date, fit the sizes of the scene, and have the right orientation."""
 
 import json
 import struct
@@ -42,7 +42,7 @@ def baked() -> dict[str, bytes]:
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_the_committed_model_is_what_the_generator_draws(name: Name, baked: dict[str, bytes]) -> None:
+def test_the_committed_model_is_up_to_date(name: Name, baked: dict[str, bytes]) -> None:
     """Rounding may differ between machines in the last digit, so not to the byte."""
     remedy = f"{name}.glb is out of date: python -m tools.meshes"
     committed, fresh = (FOLDER / f"{name}.glb").read_bytes(), baked[f"{name}.glb"]
@@ -55,7 +55,7 @@ def test_the_committed_model_is_what_the_generator_draws(name: Name, baked: dict
 
 @pytest.mark.parametrize("case", CASES, ids=lambda case: case.key)
 @pytest.mark.parametrize("detail", ["near", "far"])
-def test_a_case_fills_its_box_and_stands_on_the_floor(case: Case, detail: str) -> None:
+def test_a_case_fills_its_box_on_the_floor(case: Case, detail: str) -> None:
     name: Name = f"{case.key}-{detail}"  # type: ignore[assignment]
     points, _ = triangles(name)
     low, high = case.box
@@ -66,7 +66,7 @@ def test_a_case_fills_its_box_and_stands_on_the_floor(case: Case, detail: str) -
     assert body[:, 1].min() == pytest.approx(low[1], abs=0.02)
 
 
-def test_the_arm_points_to_zero_and_ends_in_a_notch() -> None:
+def test_the_arm_points_to_zero_and_has_a_notch() -> None:
     points, _ = triangles("horn-near")
     assert points[:, 1].max() == pytest.approx(HORN_REACH, abs=0.02)
     assert points[:, 1].min() > -0.5 * HORN_REACH
@@ -91,18 +91,15 @@ def test_low_quality_has_no_metal_and_the_same_shape() -> None:
         assert (old == new).all()
 
 
-def test_colours_are_linear_as_the_format_wants() -> None:
-    """sRGB 163 is 0.366 of full light; written as 163 / 255 = 0.639 a horn would glare."""
+def test_colours_are_linear() -> None:
+    """sRGB 163 is 0.366 of full light; 163 / 255 = 0.639 would be too bright."""
     horn = document(glb("horn-near", "high"))["materials"][0]["pbrMetallicRoughness"]["baseColorFactor"]
     assert horn[0] == pytest.approx(0.366, abs=0.002)
 
 
-def test_no_model_asks_for_a_decoder_from_elsewhere() -> None:
+def test_models_need_no_decoder_and_have_few_triangles() -> None:
     for name in NAMES:
         assert document(glb(name, "high"))["extensionsUsed"] == ["KHR_materials_unlit"]
         assert all("uri" not in buffer for buffer in document(glb(name, "high"))["buffers"])
-
-
-def test_the_many_stay_light() -> None:
     for name in ("bla21-far", "bla15-far", "horn-far", "horn-ghost"):
         assert len(triangles(name)[1]) < 2200

@@ -1,4 +1,4 @@
-"""What a page may settings of its frame, and what is refused."""
+"""Settings that a page may send for its frame, and invalid ones."""
 
 import json
 from pathlib import Path
@@ -17,12 +17,9 @@ from hornbill.view.view_settings import KEY, MAX_FRAMES, FrameSettings, InvalidS
 UID, OTHER = "0" * 31 + "7", "0" * 31 + "8"
 
 
-def test_an_empty_object_is_the_usual_wish() -> None:
+def test_settings_are_read() -> None:
     assert read("{}") == ViewSettings()
-
-
-def test_everything_of_a_wish_is_taken_over() -> None:
-    told = {
+    sent = {
         "select": UID, "theme": "light", "quality": "low", "visible": False, "resets": 3, "alone": True,
         "wall": {"columns": 4, "scale": 0.5, "uids": [UID]},
         "poses": [
@@ -30,29 +27,24 @@ def test_everything_of_a_wish_is_taken_over() -> None:
             {"uid": OTHER, "stale": True},
         ],
     }  # fmt: skip
-    settings = read(json.dumps(told))
-    assert (settings.selected, settings.dark, settings.quality, settings.visible, settings.resets) == (
-        UID,
-        False,
-        "low",
-        False,
-        3,
-    )
-    assert settings.alone
-    assert settings.wall == Wall(4, 0.5, (UID,))
-    assert settings.poses == (
+    settings = read(json.dumps(sent))
+    poses = (
         Pose(UID, "", "BLA15", 12.5, None, 60.0, -45.0, stale=False),
         Pose(OTHER, "", "", None, None, None, None, stale=True),
     )
+    assert settings == ViewSettings(
+        selected=UID, dark=False, quality="low", visible=False, resets=3, alone=True, wall=Wall(4, 0.5, (UID,)),
+        poses=poses,
+    )  # fmt: skip
 
 
-def test_an_instant_of_a_full_bus_is_within_what_a_socket_takes() -> None:
-    """The longest numbers the page sends, for as many servos as a settings may show."""
+def test_poses_of_a_full_bus_fit_into_a_message() -> None:
+    """The longest numbers that the page sends, for the largest number of servos."""
     one = {"uid": UID, "series": "BLA15", "angle": -1234.567891, "command": -1234.567891}
     one |= {"limit_cw": 1234.567891, "limit_ccw": -1234.567891, "stale": False}
-    told = json.dumps({"select": UID, "poses": [one] * 256}, separators=(",", ":"))
-    assert len(told) <= LARGEST
-    assert len(read(told).poses or ()) == 256
+    text = json.dumps({"select": UID, "poses": [one] * 256}, separators=(",", ":"))
+    assert len(text) <= LARGEST
+    assert len(read(text).poses or ()) == 256
 
 
 @pytest.mark.parametrize(
@@ -75,25 +67,26 @@ def test_an_instant_of_a_full_bus_is_within_what_a_socket_takes() -> None:
         "{}",
     ],
 )
-def test_what_is_no_wish_is_refused(wrong: Any) -> None:
+def test_invalid_settings_are_rejected(wrong: Any) -> None:
     with pytest.raises(InvalidSettings):
         read(json.dumps(wrong))
 
 
 @given(st.binary(max_size=300))
-def test_no_bytes_do_more_than_be_refused(data: bytes) -> None:
+def test_any_bytes_are_settings_or_rejected(data: bytes) -> None:
     try:
         read(data)
     except InvalidSettings:
         return
 
 
-@pytest.mark.parametrize("key", ["", "abc", "g" * 32, "A" * 32, "a" * 65, "a" * 32 + "\n"])
-def test_a_key_is_hex_and_long(key: str) -> None:
-    assert not KEY.fullmatch(key)
+def test_a_key_is_long_and_hexadecimal() -> None:
+    assert KEY.fullmatch("a" * 32)
+    for key in ("", "abc", "g" * 32, "A" * 32, "a" * 65, "a" * 32 + "\n"):
+        assert not KEY.fullmatch(key)
 
 
-def test_each_key_has_a_wish_of_its_own_and_the_oldest_is_forgotten() -> None:
+def test_each_key_has_its_settings_and_the_oldest_are_deleted() -> None:
     frames = FrameSettings()
     assert frames.of("never") == ViewSettings()
     frames.put("first", ViewSettings(dark=False))
@@ -103,8 +96,8 @@ def test_each_key_has_a_wish_of_its_own_and_the_oldest_is_forgotten() -> None:
     assert [frames.of(str(number)).resets for number in (0, MAX_FRAMES - 1)] == [0, MAX_FRAMES - 1]
 
 
-def test_the_page_lays_names_over_the_wall_with_the_camera_the_view_has() -> None:
-    """The page computes where a servo of the wall is in the picture: with these numbers, or beside it."""
+def test_the_page_projects_names_on_the_wall_with_the_camera_of_the_view() -> None:
+    """The page computes the position of a servo in the picture with the same numbers."""
     source = Path(__file__).parents[3] / "web" / "src" / "view3d" / "wall-projection.ts"
     text = source.read_text("utf-8")
     for name, value in (
@@ -116,6 +109,6 @@ def test_the_page_lays_names_over_the_wall_with_the_camera_the_view_has() -> Non
         ("TALL", round(max(case.pivot + ARC_HEIGHT * case.horn for case in CASES), 2)),
     ):
         numbers = ", ".join(f"{part:g}" for part in value) if isinstance(value, tuple) else f"{value:g}"
-        said = f"[{numbers}]" if isinstance(value, tuple) else numbers
-        assert f"export const {name} = {said}" in text, f"{name} is {said} in hornbill.view.layout"
+        expected = f"[{numbers}]" if isinstance(value, tuple) else numbers
+        assert f"export const {name} = {expected}" in text, f"{name} is {expected} in hornbill.view.layout"
     assert layout.WALL_CAMERA_TARGET == (0.0, 0.0, 0.0)

@@ -1,4 +1,4 @@
-"""The view against a real viser server, with an onlooker that is no browser."""
+"""The view with a real viser server, and an onlooker in place of a browser."""
 
 import os
 import subprocess
@@ -26,7 +26,7 @@ KEY, OTHER = "a" * 32, "b" * 32
 
 @pytest.fixture
 def make() -> Iterator[Make]:
-    """Starts a viewer and waits until it serves; closes it at the end."""
+    """Starts viewers and waits until they serve; closes them at the end."""
     made: list[Viewer] = []
 
     def start(servos: Servos, **more: Any) -> Viewer:
@@ -69,7 +69,7 @@ def test_importing_the_view_does_not_load_viser() -> None:
     )
 
 
-def test_the_scene_is_sent_whole_to_whoever_looks(make: Make) -> None:
+def test_the_whole_scene_is_sent_to_an_onlooker(make: Make) -> None:
     servos = Servos(pose(0), pose(1, series="BLA15"), pose(2, stale=True))
     with look(make(servos)) as onlooker:
         known = names(onlooker.messages)
@@ -77,10 +77,10 @@ def test_the_scene_is_sent_whole_to_whoever_looks(make: Make) -> None:
     assert {"/crowd/bla15-far-high", "/crowd/bla21-far-high", "/crowd/horn-far-high", "/crowd/stale"} <= known
     assert not any(name.endswith("-low") for name in known)
     kinds = {message["type"] for message in onlooker.messages}
-    assert "LabelMessage" not in kinds, "text has no place in the scene"
+    assert "LabelMessage" not in kinds, "the scene has no text"
 
 
-def test_it_listens_on_the_loopback_address_alone(make: Make, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_it_listens_on_the_loopback_address_only(make: Make, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("_VISER_PORT_OVERRIDE", "8931")
     viewer = make(Servos(pose()))
     assert viewer.port not in (None, 8080, 8931)
@@ -107,7 +107,7 @@ def test_only_what_changed_is_sent(make: Make) -> None:
     with look(make(servos)) as onlooker:
         assert onlooker.read_for(0.3) == []
         servos.now = (pose(0, angle_deg=45.01), *servos.now[1:])
-        assert onlooker.read_for(0.2) == [], "less than anybody can see"
+        assert onlooker.read_for(0.2) == [], "too small to see"
         servos.now = (pose(0, angle_deg=50.0), *servos.now[1:])
         got = onlooker.read_until(moved("/hero/pivot")) + onlooker.read_for(0.2)
         assert names(got) == {"/hero/pivot"}
@@ -121,7 +121,7 @@ def test_only_what_changed_is_sent(make: Make) -> None:
 
 
 def visible(messages: list[dict[str, Any]]) -> dict[str, bool]:
-    """The last word on each node's visibility; a node nobody spoke of is not in it."""
+    """The last visibility of each node that was sent."""
     return {m["name"]: m["visible"] for m in messages if m["type"] == "SetSceneNodeVisibilityMessage"}
 
 
@@ -146,7 +146,7 @@ def test_a_stale_servo_has_a_grey_horn_and_neither_arc_nor_ghost(make: Make) -> 
         ({"limit_cw_deg": None}, "/hero/arc"),
     ],
 )
-def test_what_is_not_known_is_not_drawn(make: Make, more: dict[str, Any], hidden: str) -> None:
+def test_unknown_values_are_not_drawn(make: Make, more: dict[str, Any], hidden: str) -> None:
     servos = Servos(pose())
     with look(make(servos)) as onlooker:
         assert visible(onlooker.messages)[hidden]
@@ -155,7 +155,7 @@ def test_what_is_not_known_is_not_drawn(make: Make, more: dict[str, Any], hidden
         assert visible(onlooker.messages)[hidden] is False
 
 
-def test_selecting_brings_another_servo_to_the_front(make: Make) -> None:
+def test_selecting_shows_another_servo(make: Make) -> None:
     servos = Servos(pose(0), pose(1, series="BLA15"))
     viewer = make(servos)
     with look(viewer) as onlooker:
@@ -165,7 +165,7 @@ def test_selecting_brings_another_servo_to_the_front(make: Make) -> None:
         assert visible(onlooker.messages)["/hero/bla21-high"] is False
 
 
-def test_a_click_on_a_servo_selects_it_and_says_so(make: Make) -> None:
+def test_a_click_selects_and_reports_a_servo(make: Make) -> None:
     selected: list[str] = []
     servos = Servos(*(pose(number) for number in range(3)))
     viewer = make(servos)
@@ -175,7 +175,7 @@ def test_a_click_on_a_servo_selects_it_and_says_so(make: Make) -> None:
         onlooker.send(click((x, y, 9.0), (0.0, 0.0, -1.0)))
         eventually(lambda: bool(selected))
         onlooker.send(click((50.0, 50.0, 9.0), (0.0, 0.0, -1.0)))
-        assert names(onlooker.read_for(0.3)) == set(), "it waits until its page has gone there"
+        assert names(onlooker.read_for(0.3)) == set(), "a click beside servos changes nothing"
         end()
         onlooker.send(click((x, y, 9.0), (0.0, 0.0, -1.0)))
         onlooker.read_until(lambda m: "name" in m)
@@ -184,21 +184,21 @@ def test_a_click_on_a_servo_selects_it_and_says_so(make: Make) -> None:
     assert viewer.settings(KEY).selected == servos.now[1].uid
 
 
-def test_nobody_is_asked_for_poses_while_nobody_looks(make: Make) -> None:
+def test_poses_are_read_only_while_an_onlooker_is_connected(make: Make) -> None:
     servos = Servos(pose())
     viewer = make(servos)
-    asked = servos.asked
+    calls = servos.calls
     time.sleep(0.3)
-    assert servos.asked == asked
+    assert servos.calls == calls
     with look(viewer):
-        eventually(lambda: servos.asked > asked + 5)
+        eventually(lambda: servos.calls > calls + 5)
     eventually(lambda: not viewer.watched)
-    asked = servos.asked
+    calls = servos.calls
     time.sleep(0.3)
-    assert servos.asked == asked
+    assert servos.calls == calls
 
 
-def test_theme_and_quality_change_the_scene_without_new_connections(make: Make) -> None:
+def test_theme_and_quality_change_without_a_new_connection(make: Make) -> None:
     viewer = make(Servos(pose(0), pose(1)))
     with look(viewer) as onlooker:
         viewer.show(KEY, ViewSettings(dark=False))
@@ -213,7 +213,7 @@ def test_theme_and_quality_change_the_scene_without_new_connections(make: Make) 
         assert visible(onlooker.messages)["/crowd/bla21-far-high"] is False
 
 
-def test_each_browser_has_a_selection_a_theme_and_a_quality_of_its_own(make: Make) -> None:
+def test_each_browser_has_its_selection_theme_and_quality(make: Make) -> None:
     servos = Servos(pose(0), pose(1, series="BLA15"))
     viewer = make(servos)
     viewer.show(KEY, ViewSettings(selected=servos.now[0].uid))
@@ -228,10 +228,10 @@ def test_each_browser_has_a_selection_a_theme_and_a_quality_of_its_own(make: Mak
         one.read_for(0.2)
         viewer.show(OTHER, ViewSettings(selected=servos.now[0].uid, dark=False, quality="low"))
         other.read_until(lambda m: m.get("name") == "/hero/bla21-low")
-        assert one.read_for(0.3) == [], "what one chooses is nothing to the other"
+        assert one.read_for(0.3) == [], "the other browser is not affected"
 
 
-def test_a_wall_shows_the_servos_named_in_their_order(make: Make) -> None:
+def test_a_wall_shows_the_servos_in_the_given_order(make: Make) -> None:
     servos = Servos(*(pose(number) for number in range(5)))
     viewer = make(servos)
     uids = tuple(one.uid for one in servos.now[::-1])
@@ -244,7 +244,7 @@ def test_a_wall_shows_the_servos_named_in_their_order(make: Make) -> None:
         onlooker.read_until(lambda m: m.get("name") == "/hero/bla21-high")
 
 
-def test_an_instant_of_a_recording_is_drawn_instead_of_the_bus(make: Make) -> None:
+def test_poses_of_a_recording_replace_those_of_the_bus(make: Make) -> None:
     servos = Servos(pose(0, angle_deg=10.0))
     viewer = make(servos)
     with look(viewer) as onlooker:
@@ -254,16 +254,16 @@ def test_an_instant_of_a_recording_is_drawn_instead_of_the_bus(make: Make) -> No
         onlooker.read_for(0.2)
         servos.now = (pose(0, angle_deg=80.0),)
         assert onlooker.read_for(0.3) == []
-        assert not viewer.watched, "the bus need not be asked for it"
+        assert not viewer.watched, "no poses of the bus are needed"
         before = len(onlooker.messages)
         viewer.show(KEY, ViewSettings())
         got = onlooker.read_until(moved("/hero/pivot"))
         assert next(m for m in got if moved("/hero/pivot")(m))["wxyz"] == pytest.approx(horn_wxyz(80.0))
-        assert len(onlooker.messages) > before, "the servos of the bus are back"
+        assert len(onlooker.messages) > before, "the servos of the bus are shown again"
 
 
-def test_a_recording_of_a_servo_that_was_silent_shows_no_live_horn_and_one_without_a_value_none(make: Make) -> None:
-    """One of a model nobody wrote down, and none of them on the bus now."""
+def test_a_recorded_stale_servo_has_a_grey_horn_and_without_a_value_none(make: Make) -> None:
+    """A servo of an unknown model that is not on the bus."""
     viewer = make(Servos())
     viewer.show(KEY, ViewSettings(poses=(pose(7, series="", stale=True),)))
     onlooker = Onlooker(f"ws://127.0.0.1:{viewer.port}/{KEY}")
@@ -277,16 +277,16 @@ def test_a_recording_of_a_servo_that_was_silent_shows_no_live_horn_and_one_witho
         onlooker.read_until(lambda m: m.get("name") == "/hero/pivot" and m.get("visible") is False)
 
 
-def test_nothing_is_computed_for_a_frame_out_of_sight(make: Make) -> None:
+def test_a_hidden_frame_is_not_updated(make: Make) -> None:
     servos = Servos(pose())
     viewer = make(servos)
     with look(viewer) as onlooker:
         viewer.show(KEY, ViewSettings(visible=False))
         eventually(lambda: not viewer.watched)
-        asked = servos.asked
+        calls = servos.calls
         servos.now = (pose(angle_deg=-60.0),)
         assert onlooker.read_for(0.3) == []
-        assert servos.asked == asked
+        assert servos.calls == calls
         viewer.show(KEY, ViewSettings())
         onlooker.read_until(moved("/hero/pivot"))
 
@@ -294,7 +294,7 @@ def test_nothing_is_computed_for_a_frame_out_of_sight(make: Make) -> None:
 def test_reset_view_moves_the_camera_back(make: Make) -> None:
     viewer = make(Servos(pose()))
     with look(viewer) as onlooker:
-        onlooker.send(CAMERA)  # somebody orbits away
+        onlooker.send(CAMERA)  # the user orbits
         onlooker.read_for(0.2)
         viewer.show(KEY, ViewSettings(resets=1))
         got = onlooker.read_until(lambda m: m["type"] == "SetCameraPositionMessage")
@@ -318,7 +318,7 @@ def test_the_public_tunnel_is_a_stub(make: Make, monkeypatch: pytest.MonkeyPatch
     assert not any(message["type"] == "ShareUrlUpdated" for message in got)
 
 
-def test_a_source_that_fails_is_asked_again(
+def test_a_failed_source_is_read_again(
     make: Make, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:
     monkeypatch.setattr("hornbill.view.viewer._PAUSE_AFTER_ERROR", 0.05)
@@ -331,7 +331,7 @@ def test_a_source_that_fails_is_asked_again(
         onlooker.read_until(moved("/hero/pivot"))
 
 
-def test_closing_ends_viser_and_its_connections(make: Make) -> None:
+def test_closing_closes_viser_and_its_connections(make: Make) -> None:
     viewer = make(Servos(pose()))
     with look(viewer) as onlooker:
         viewer.close()
@@ -350,7 +350,7 @@ def test_a_viewer_closed_before_its_start_stays_closed() -> None:
         viewer.ready.result(1)
 
 
-def test_no_servo_at_all_is_a_scene_too(make: Make) -> None:
+def test_a_scene_without_servos(make: Make) -> None:
     servos = Servos()
     with look(make(servos)) as onlooker:
         assert "/hero/bla21-high" not in names(onlooker.messages)
@@ -359,6 +359,6 @@ def test_no_servo_at_all_is_a_scene_too(make: Make) -> None:
 
 
 @pytest.mark.parametrize("rate", [0.5, 61.0])
-def test_a_rate_viser_cannot_send_is_refused(rate: float) -> None:
+def test_an_invalid_rate_is_rejected(rate: float) -> None:
     with pytest.raises(ValueError, match="Use 1 to 60 Hz"):
         Viewer(Servos(), rate_hz=rate)
