@@ -10,8 +10,6 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-import pytest
-
 from behaviour.clashes import Watch
 from behaviour.rig import CATALOG, Rig, json, problem, until
 from behaviour.scene import scene
@@ -341,42 +339,36 @@ async def test_after_a_failure_a_parked_id_is_restored(rig: Rig) -> None:
     assert [sim.starts for sim in sims] == [1, 1, 1]
 
 
-@pytest.mark.parametrize(
-    ("change", "code", "status"),
-    [
-        ({"servos": [{"uid": "0", "servo_id": 5}, {"uid": "0", "servo_id": 6}]}, "invalid_value", 422),
-        ({"servos": [{"uid": "0", "servo_id": 5}, {"uid": "1", "servo_id": 5}]}, "conflict", 409),
-        ({"servos": [{"uid": "0", "node_id": 55}, {"uid": "1", "node_id": 55}]}, "conflict", 409),
-        ({"servos": [{"uid": "0", "servo_id": 3}]}, "conflict", 409),
-        ({"servos": [{"uid": "0", "servo_id": 2}, {"uid": "1", "label": "stays"}]}, "conflict", 409),
-        ({"servos": [{"uid": "0", "node_id": 13}]}, "conflict", 409),
-        ({"servos": [{"uid": "0", "node_id": 12}, {"uid": "1", "node_id": 60}], "save": False}, "conflict", 409),
-        ({"servos": [{"uid": "0"}], "profile": "none"}, "unknown_profile", 404),
-        ({"servos": [{"uid": "0"}], "profile": "strong"}, "out_of_range", 422),
-        ({"servos": [{"uid": "ab" * 16}]}, "unknown_servo", 404),
-        ({"servos": [{"uid": "0", "servo_id": 300}]}, "invalid_value", 422),
-    ],
-)
+REJECTED: list[tuple[list[dict[str, Any]], dict[str, Any], str, int]] = [
+    ([{"uid": 0, "servo_id": 5}, {"uid": 0, "servo_id": 6}], {}, "invalid_value", 422),
+    ([{"uid": 0, "servo_id": 5}, {"uid": 1, "servo_id": 5}], {}, "conflict", 409),
+    ([{"uid": 0, "node_id": 55}, {"uid": 1, "node_id": 55}], {}, "conflict", 409),
+    ([{"uid": 0, "servo_id": 3}], {}, "conflict", 409),
+    ([{"uid": 0, "servo_id": 2}, {"uid": 1, "label": "stays"}], {}, "conflict", 409),
+    ([{"uid": 0, "node_id": 13}], {}, "conflict", 409),
+    ([{"uid": 0, "node_id": 12}, {"uid": 1, "node_id": 60}], {"save": False}, "conflict", 409),
+    ([{"uid": 0}], {"profile": "none"}, "unknown_profile", 404),
+    ([{"uid": 0}], {"profile": "bench"}, "out_of_range", 422),
+    ([{"uid": "ab" * 16}], {}, "unknown_servo", 404),
+    ([{"uid": 0, "servo_id": 300}], {}, "invalid_value", 422),
+]
+"""Requested servos (UIDs by place), the rest of the request, code, status."""
+
+
 @scene(*KNOWN)
-async def test_everything_is_checked_before_the_first_write(
-    rig: Rig, change: dict[str, Any], code: str, status: int
-) -> None:
-    servos, _sims = await ordered(rig)
+async def test_everything_is_checked_before_the_first_write(rig: Rig) -> None:
+    servos, _ = await ordered(rig)
     await profile(rig, {"overcurrent_limit": 1.5})
-    body = {**change, "servos": [dict(one) for one in change["servos"]]}
-    if body.get("profile") == "strong":
-        body["profile"] = "bench"
-    for one in body["servos"]:
-        if len(one["uid"]) == 1:
-            one["uid"] = servos[int(one["uid"])].uid
-    problem(await rig.call("POST", "/commissioning", body), code, status)
+    for wanted, more, code, status in REJECTED:
+        named = [one | {"uid": servos[one["uid"]].uid if isinstance(one["uid"], int) else one["uid"]} for one in wanted]
+        problem(await rig.call("POST", "/commissioning", {"servos": named, **more}), code, status)
     assert rig.writes() == []
     assert rig.host.jobs.all() == []
 
 
 @scene(*KNOWN[:2])
 async def test_an_id_of_an_offline_servo_is_rejected(rig: Rig) -> None:
-    servos, _sims = await ordered(rig)
+    servos, _ = await ordered(rig)
     rig.bench.power(servos[0].uid, on=False)
     await asyncio.sleep(4)
     wanted = {"servos": [{"uid": servos[1].uid, "servo_id": 1}]}

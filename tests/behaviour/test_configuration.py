@@ -236,9 +236,8 @@ def _no_constant(name: str) -> None:
 
 
 @scene(PWM)
-async def test_0x36_is_shown_in_the_units_before_and_after_0x37(rig: Rig) -> None:
+async def test_0x36_is_shown_in_the_units_before_and_after_0x37(rig: Rig, servo: Servo) -> None:
     values = {"pwm_mode": "speed", "pwm_output_range": 100}
-    servo = (await rig.ready())[0]
     path = f"/servos/{servo.uid}/parameters"
     planned = json(await rig.call("PATCH", path, {"values": values, "dry_run": True}))["changes"][1]
     assert (planned["before"], planned["requested"], planned["after"]) == (70.0, 100, 70.0)

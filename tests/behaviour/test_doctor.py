@@ -303,7 +303,7 @@ async def test_a_foreign_node_that_sends_status_and_never_responds(rig: Rig) -> 
 @scene(*TWO)
 async def test_foreign_nodes_that_reject_requests_are_no_finding(rig: Rig) -> None:
     await rig.ready(2)
-    foreign = participant(rig.bus.port("foreign"), node_id=50)  # it responses GetNodeInfo, and never GetSet
+    foreign = participant(rig.bus.port("foreign"), node_id=50)  # it responds to GetNodeInfo, and never to GetSet
     foreign.start()
     refusing = Peer(rig.bus.port("refusing"), 51, reply=lambda _: REFUSED)
     info = participant(rig.bus.port("info"), node_id=51)
