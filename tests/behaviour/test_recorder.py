@@ -133,9 +133,9 @@ async def test_a_failure_bit_writes_a_recording_with_the_time_before_and_after_i
     assert "fault" in "".join(one.get("code", "") for one in events)
     ours = [row for row in writes if row["kind"] == "parameter" and row["key"] == "angle_limit_cw"]
     assert [(row["uid"], row["raw"], row["value"]) for row in ours] == [(servo.uid, "610", "61.0")]
-    kept = next(each for each in about["servos"] if each["uid"] == servo.uid)
-    assert kept["readings"]["angle_limit_cw"]["value"] == 61.0
-    assert kept["readings"]["fault_failure"]["raw"] == 1
+    shown = next(each for each in about["servos"] if each["uid"] == servo.uid)
+    assert shown["readings"]["angle_limit_cw"]["value"] == 61.0
+    assert shown["readings"]["fault_failure"]["raw"] == 1
 
 
 @recorded()
@@ -274,8 +274,8 @@ async def test_recordings_are_downloaded_uploaded_and_deleted(rig: Rig, tmp_path
     assert got.headers["content-disposition"] == f'attachment; filename="{name}"'
     rest = await rig.http.get(f"/recorder/recordings/{name}", headers={"Range": "bytes=100-"})
     assert (rest.status_code, rest.content) == (206, got.content[100:]), "a download that broke off goes on"
-    brought = json(await rig.http.put("/recorder/recordings/other.zip", content=got.content), 201)
-    assert (brought["name"], brought["bytes"], brought["reason"]) == ("other.zip", len(got.content), "manual")
+    uploaded = json(await rig.http.put("/recorder/recordings/other.zip", content=got.content), 201)
+    assert (uploaded["name"], uploaded["bytes"], uploaded["reason"]) == ("other.zip", len(got.content), "manual")
     problem(await rig.http.put("/recorder/recordings/other.zip", content=got.content), "invalid_value", 422)
     for wrong in (b"", b"PK\x03\x04", got.content[:-30], got.content.replace(b"frames.log", b"../../x.lo")):
         response = await rig.http.put("/recorder/recordings/wrong.zip", content=wrong)
@@ -338,14 +338,14 @@ def replayed(act: Callable[[Rig, Uid], Awaitable[None]]) -> Callable[[Path], Non
 @replayed
 async def test_a_recording_shows_its_servos_and_their_angles_without_a_bus(rig: Rig, uid: Uid) -> None:
     page = Socket(rig.app)
-    page.say(type="subscribe", topics=["servos", "telemetry", "frames"])
+    page.send(type="subscribe", topics=["servos", "telemetry", "frames"])
     await asyncio.sleep(15)
     servos = {one["uid"]: one for one in json(await rig.call("GET", "/servos"))}
     assert len(servos) == 2
     one = servos[uid]
     assert (one["label"], one["model"], one["online"], one["state"]) == ("Left wing", "BLA21-06U-A0", True, "ready")
     assert one["angle_deg"] == pytest.approx(30, abs=1.0)
-    messages = page.heard()
+    messages = page.received()
     plotted = [v for m in messages if m["type"] == "telemetry" and m["uid"] == uid
                for v in m["channels"].get("current_angle", {"v": []})["v"]]  # fmt: skip
     assert len(plotted) > 30
@@ -383,7 +383,7 @@ async def test_the_servos_of_a_recording_are_replaced_by_those_of_the_next_bus(r
     assert len(rig.host.fleet.all()) == 2
     json(await rig.call("DELETE", "/bus"))
     assert json(await rig.call("GET", "/servos")) == []
-    assert list(rig.host.telemetry.channels(uid)) == [], "samples of then are none of today"
+    assert list(rig.host.telemetry.channels(uid)) == [], "recorded samples are dropped"
     json(await rig.call("PUT", "/bus", {"address": "memory:host"}))
     (servo,) = await rig.ready()
     assert not servo.recorded

@@ -1,4 +1,4 @@
-"""A recording as the bus of the server: it is watched like any other, and nobody is told that anything was done."""
+"""A recording as the bus of the server: it can be watched like any other, and nothing is sent."""
 
 import asyncio
 from collections.abc import Awaitable, Callable
@@ -19,7 +19,7 @@ Transfers = list[dict[str, Any]]
 
 @pytest.fixture(scope="module")
 def recorded(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A host that meets a servo, gives another its node id, reads and writes: with the node id of the host of today."""
+    """The log of a host, with the present node ID, that finds a servo, allocates a node ID, reads and writes."""
     folder = tmp_path_factory.mktemp("logs")
 
     async def scene(rig: Rig) -> None:
@@ -37,15 +37,24 @@ def recorded(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder / "bench.log"
 
 
-def replay(path: Path, scene: Callable[[Rig], Awaitable[None]], *, speed: float = 1) -> None:
-    async def attached(rig: Rig) -> None:
+def replayed(act: Callable[[Rig], Awaitable[None]]) -> Callable[[Path], None]:
+    """Decorate a scene: a test whose bus is the recording."""
+
+    def test(recorded: Path) -> None:
+        replay(recorded, act)
+
+    return test
+
+
+def replay(path: Path, act: Callable[[Rig], Awaitable[None]], speed: float = 1) -> None:
+    async def scene(rig: Rig) -> None:
         await rig.host.attach(await open_replay(f"file:{path}?speed={speed:g}"))
-        await scene(rig)
+        await act(rig)
 
-    play(attached, connect=False)
+    play(scene, connect=False)
 
 
-def test_the_bus_is_shown_as_what_it_is(recorded: Path) -> None:
+def test_the_bus_is_shown_as_an_active_recording(recorded: Path) -> None:
     frames = len(recorded.read_text().splitlines())
 
     async def scene(rig: Rig) -> None:
@@ -64,12 +73,12 @@ def test_the_bus_is_shown_as_what_it_is(recorded: Path) -> None:
 
 
 @pytest.mark.parametrize("speed", [1, 4])
-def test_the_monitor_shows_what_was_on_the_bus_of_then(recorded: Path, speed: float) -> None:
+def test_the_monitor_shows_the_recorded_transfers(recorded: Path, speed: float) -> None:
     async def scene(rig: Rig) -> None:
         page = Socket(rig.app)
-        page.say(type="subscribe", topics=["frames"], frames={"kind": "response", "type": "GetSet"})
+        page.send(type="subscribe", topics=["frames"], frames={"kind": "response", "type": "GetSet"})
         await asyncio.sleep(30)
-        rows: Transfers = [row for one in page.heard() if one["type"] == "frames" for row in one["transfers"]]
+        rows: Transfers = [row for one in page.received() if one["type"] == "frames" for row in one["transfers"]]
         written = [row["summary"].rpartition(". ")[0] for row in rows if ", as requested" in row["summary"]]
         assert written[:2] == [
             "GetSet response 0x38 = 600, 60.0°, as requested",
@@ -81,54 +90,44 @@ def test_the_monitor_shows_what_was_on_the_bus_of_then(recorded: Path, speed: fl
     replay(recorded, scene, speed=speed)
 
 
-def test_no_question_of_today_is_answered_by_a_recording(recorded: Path) -> None:
-    """The recording is full of answers to our node id; 32 transfer ids soon repeat."""
-
-    async def scene(rig: Rig) -> None:
-        assert rig.host.connection is not None
-        counters = rig.host.connection.participant.request_counters
-        await asyncio.sleep(60)
-        assert counters.responses == 0
-        assert counters.late > 100, "the answers of then came by"
-        assert rig.host.connection.port.statistics.tx_frames == 0
-        assert rig.host.fleet.all() == []
-
-    replay(recorded, scene)
+@replayed
+async def test_a_recorded_response_is_no_response_to_a_present_request(rig: Rig) -> None:
+    assert rig.host.connection is not None
+    counters = rig.host.connection.participant.request_counters
+    await asyncio.sleep(60)
+    assert counters.responses == 0
+    assert counters.late > 100, "recorded responses are counted as late"
+    assert rig.host.connection.port.statistics.tx_frames == 0
+    assert rig.host.fleet.all() == []
 
 
-def test_what_would_be_sent_is_refused_honestly(recorded: Path) -> None:
-    async def scene(rig: Rig) -> None:
-        await asyncio.sleep(2)
-        participant = rig.host.connected().participant
-        with pytest.raises(BusReadOnly, match="is a recording and read-only"):
-            await participant.request(11, GetSetRequest(0, EMPTY, "0x08"), tries=10)
-        lease = await rig.lease()
-        refused = await rig.call("POST", "/servos/" + "0" * 32 + "/command", {"type": "angle", "value": 5}, lease=lease)
-        problem(refused, "unknown_servo", 404)
-        stopped = json(await rig.call("POST", "/stop"))
-        assert (stopped["latched"], stopped["servos"]) == (True, [])
-
-    replay(recorded, scene)
+@replayed
+async def test_sending_is_refused(rig: Rig) -> None:
+    await asyncio.sleep(2)
+    participant = rig.host.connected().participant
+    with pytest.raises(BusReadOnly, match="is a recording and read-only"):
+        await participant.request(11, GetSetRequest(0, EMPTY, "0x08"), tries=10)
+    lease = await rig.lease()
+    refused = await rig.call("POST", "/servos/" + "0" * 32 + "/command", {"type": "angle", "value": 5}, lease=lease)
+    problem(refused, "unknown_servo", 404)
+    stopped = json(await rig.call("POST", "/stop"))
+    assert (stopped["latched"], stopped["servos"]) == (True, [])
 
 
-def test_nodes_of_the_recording_are_listed_and_nothing_of_it_is_kept(recorded: Path) -> None:
-    async def scene(rig: Rig) -> None:
-        await asyncio.sleep(6)
-        nodes = {one["node_id"]: one for one in json(await rig.call("GET", "/nodes"))}
-        assert 11 in nodes
-        assert nodes[11]["online"]
-        assert json(await rig.call("GET", "/allocations"))["allocations"] == []
-        assert list(rig.host.store.servos.all()) == []
-
-    replay(recorded, scene)
+@replayed
+async def test_recorded_nodes_are_listed_and_not_stored(rig: Rig) -> None:
+    await asyncio.sleep(6)
+    nodes = {one["node_id"]: one for one in json(await rig.call("GET", "/nodes"))}
+    assert 11 in nodes
+    assert nodes[11]["online"]
+    assert json(await rig.call("GET", "/allocations"))["allocations"] == []
+    assert list(rig.host.store.servos.all()) == []
 
 
-def test_another_bus_can_be_connected_afterwards(recorded: Path) -> None:
-    async def scene(rig: Rig) -> None:
-        await asyncio.sleep(1)
-        json(await rig.call("PUT", "/bus", {"address": "memory:host"}))
-        servo = (await rig.ready())[0]
-        json(await rig.call("GET", f"/servos/{servo.uid}/parameters/current_angle"))
-        assert json(await rig.call("GET", "/bus"))["allocator"]["state"] == "on"
-
-    replay(recorded, scene)
+@replayed
+async def test_another_bus_can_be_connected_afterwards(rig: Rig) -> None:
+    await asyncio.sleep(1)
+    json(await rig.call("PUT", "/bus", {"address": "memory:host"}))
+    servo = (await rig.ready())[0]
+    json(await rig.call("GET", f"/servos/{servo.uid}/parameters/current_angle"))
+    assert json(await rig.call("GET", "/bus"))["allocator"]["state"] == "on"

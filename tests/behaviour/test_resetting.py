@@ -198,7 +198,7 @@ async def test_a_refused_erase_changes_only_torque(rig: Rig, servo: Servo, monke
 
 @pytest.mark.parametrize("step", ["erase", "read", "rows", "save"])
 @settled(CONFIGURED)
-async def test_stop_ends_a_reset_at_once_and_then_only_torque_off_is_written(
+async def test_stop_ends_a_reset_and_only_torque_off_follows(
     rig: Rig, servo: Servo, monkeypatch: pytest.MonkeyPatch, step: str
 ) -> None:
     if step == "rows":
@@ -221,9 +221,7 @@ async def test_stop_ends_a_reset_at_once_and_then_only_torque_off_is_written(
 
 
 @settled(CONFIGURED)
-async def test_rows_are_written_one_by_one_if_erase_does_nothing(
-    rig: Rig, servo: Servo, monkeypatch: pytest.MonkeyPatch
-) -> None:
+async def test_rows_are_written_if_erase_does_nothing(rig: Rig, servo: Servo, monkeypatch: pytest.MonkeyPatch) -> None:
     before = stored(rig, servo)
     erase_does_nothing(monkeypatch)
     job = succeeded(await reset(rig, servo))
@@ -273,7 +271,7 @@ async def test_power_loss_during_the_save_of_a_reset_is_a_lost_configuration(rig
 
 
 @settled(CONFIGURED)
-async def test_torque_is_off_again_when_the_save_of_a_reset_is_refused(
+async def test_torque_is_off_if_the_save_of_a_reset_is_refused(
     rig: Rig, servo: Servo, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     refuse(monkeypatch, Opcode.SAVE)
@@ -330,9 +328,7 @@ async def test_a_dry_run_of_a_restart_lists_lost_values_and_the_move_and_sends_n
 
 @pytest.mark.parametrize("verb", ["restart", "factory-reset"])
 @settled()
-async def test_a_restart_or_reset_and_its_dry_run_are_refused_for_the_same_reasons(
-    rig: Rig, servo: Servo, verb: str
-) -> None:
+async def test_a_restart_or_reset_and_its_dry_run_are_refused_alike(rig: Rig, servo: Servo, verb: str) -> None:
     path = f"/servos/{servo.uid}/{verb}"
 
     async def both(code: str, status: int, lease: str | None = None) -> None:

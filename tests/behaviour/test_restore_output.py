@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from behaviour.bag import in_order
+from behaviour.applying import in_order
 from behaviour.restarting import ended, failed_with, succeeded
 from behaviour.rig import PLAIN, Rig, json, problem
 from behaviour.scene import scene
@@ -14,7 +14,7 @@ from hornbill.servo.device.servo import Servo
 
 HOLDS = replace(PLAIN, rom={"timeout_action": 0, "soft_start": 0})
 THREE = [replace(HOLDS, servo_id=n, node_id=10 + n, angle_deg=10.0 * n) for n in (1, 2, 3)]
-LIMP = replace(HOLDS, rom={"torque_mode": 1, "timeout_action": 0})
+TORQUE_OFF = replace(HOLDS, rom={"torque_mode": 1, "timeout_action": 0})
 TIMES_OUT = replace(PLAIN, rom={"soft_start": 0})
 NARROW = replace(THREE[0], rom={"timeout_action": 0, "soft_start": 0, "angle_limit_cw": 450, "angle_limit_ccw": -450})
 
@@ -65,15 +65,15 @@ async def test_torque_is_restored_on_every_servo_and_holds_the_present_angle(rig
     assert [(one.by, one.outcome, one.job) for one in rows] == [("Kim", "succeeded", job["id"])] * 3
 
 
-@scene(HOLDS, replace(LIMP, servo_id=2, node_id=12))
+@scene(HOLDS, replace(TORQUE_OFF, servo_id=2, node_id=12))
 async def test_torque_is_restored_where_it_was_on_and_elsewhere_if_requested(rig: Rig) -> None:
     servos = await in_order(rig, 2)
-    on, limp = servos
+    on, off = servos
     await stop(rig)
     job = await restore(rig)
     assert [one["uid"] for one in job["result"]["servos"]] == [on.uid]
     assert outputs(rig, servos) == [0, 1]
-    job = succeeded(await restore(rig, {"uids": [limp.uid]}))
+    job = succeeded(await restore(rig, {"uids": [off.uid]}))
     assert outputs(rig, servos) == [0, 0]
     job = await restore(rig)
     assert (job["state"], job["result"]["servos"]) == ("succeeded", []), "there is nothing left to do"
@@ -178,15 +178,15 @@ async def test_a_dry_run_lists_each_servo_and_its_load_and_changes_nothing(rig: 
 @scene(HOLDS)
 async def test_a_dry_run_is_refused_for_the_same_reasons_as_the_job(rig: Rig, servo: Servo) -> None:
     await stop(rig)
-    look = {"dry_run": True}
-    problem(await rig.call("POST", "/stop/restore", look, lease="0" * 32), "lease_required", 428)
+    dry_run = {"dry_run": True}
+    problem(await rig.call("POST", "/stop/restore", dry_run, lease="0" * 32), "lease_required", 428)
     lease = await rig.lease()
-    problem(await rig.call("POST", "/stop/restore", look), "lease_held", 409)
+    problem(await rig.call("POST", "/stop/restore", dry_run), "lease_held", 409)
     await rig.call("DELETE", f"/leases/{lease}")
     async with servo.changing:
-        problem(await rig.call("POST", "/stop/restore", look), "busy", 409)
-    problem(await rig.call("POST", "/stop/restore", {**look, "uids": ["0" * 32]}), "unknown_servo", 404)
-    json(await rig.call("POST", "/stop/restore", look))
+        problem(await rig.call("POST", "/stop/restore", dry_run), "busy", 409)
+    problem(await rig.call("POST", "/stop/restore", {**dry_run, "uids": ["0" * 32]}), "unknown_servo", 404)
+    json(await rig.call("POST", "/stop/restore", dry_run))
 
 
 @scene(*THREE)
@@ -280,7 +280,7 @@ async def test_torque_is_off_again_on_a_servo_that_its_load_moves(rig: Rig, serv
     started = json(await rig.call("POST", "/stop/restore"), 202)
     while rig.sim(servo).output != 0:
         await asyncio.sleep(0.0005)
-    rig.sim(servo).conditions.load_pct = 140.0  # more than it can hold
+    rig.sim(servo).conditions.load_pct = 140.0  # more than its torque
     failed_with(await ended(rig, started["id"]), "did_not_move")
     await asyncio.sleep(0.5)
     assert rig.sim(servo).output == 1

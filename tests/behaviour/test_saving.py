@@ -83,7 +83,7 @@ async def test_a_save_lists_its_steps_with_their_evidence(rig: Rig, servo: Servo
 @pytest.mark.parametrize("responds", [True, False], ids=["acknowledged", "acknowledgement lost"])
 @pytest.mark.parametrize("node_id", [11, 0], ids=["static id", "dynamic id"])
 @settled(lambda responds, node_id: replace(PLAIN, node_id=node_id, behaviour=Behaviour(acknowledges_save=responds)))
-async def test_a_save_succeeds_with_a_slow_restart_and_without_an_acknowledgement(
+async def test_a_save_needs_no_acknowledgement(
     rig: Rig, servo: Servo, delay: float, responds: bool, node_id: int
 ) -> None:
     rig.sim(servo).conditions.restart_delay_s = delay
@@ -176,9 +176,7 @@ async def test_power_loss_during_the_write_is_a_lost_configuration_with_a_snapsh
 
 
 @settled()
-async def test_power_loss_before_the_write_leaves_the_old_rom_and_lists_every_difference(
-    rig: Rig, servo: Servo
-) -> None:
+async def test_power_loss_before_the_write_lists_every_difference_from_the_old_rom(rig: Rig, servo: Servo) -> None:
     await change(rig, servo, angle_p_gain=55, smoothing=False)
     job_id = await run_until_step(rig, servo, "save", "write")
     await restore_power(rig, servo, 1)
@@ -207,9 +205,7 @@ async def test_a_save_times_out_on_a_servo_that_stays_off_and_its_rom_is_unknown
 
 @pytest.mark.parametrize("kind", ["save", "restart"])
 @settled()
-async def test_only_a_client_that_could_start_a_save_or_restart_joins_a_running_one(
-    rig: Rig, servo: Servo, kind: str
-) -> None:
+async def test_only_a_client_that_could_start_a_job_joins_it(rig: Rig, servo: Servo, kind: str) -> None:
     await change(rig, servo, angle_p_gain=55)
     path = f"/servos/{servo.uid}"
     job = json(await rig.call("POST", f"{path}/{kind}"), 202)["id"]
@@ -259,9 +255,7 @@ async def test_stop_before_the_write_ends_the_save_with_nothing_sent(rig: Rig, s
 
 @pytest.mark.parametrize("stage", [ServoStage.SAVING, ServoStage.STARTING])
 @settled()
-async def test_stop_does_not_interrupt_a_write_and_leaves_only_torque_unproved(
-    rig: Rig, servo: Servo, stage: ServoStage
-) -> None:
+async def test_stop_during_the_write_leaves_only_torque_unproved(rig: Rig, servo: Servo, stage: ServoStage) -> None:
     await change(rig, servo, angle_p_gain=55)
     job_id = await save_until(rig, servo, stage)
     await rig.call("POST", "/stop")
@@ -366,9 +360,7 @@ async def test_a_refused_save_does_not_turn_torque_on(rig: Rig, servo: Servo) ->
 
 @pytest.mark.parametrize("mode", ["off", "brake"])
 @settled()
-async def test_a_staged_torque_mode_decides_whether_a_save_requires_a_confirmation(
-    rig: Rig, servo: Servo, mode: str
-) -> None:
+async def test_saving_a_staged_torque_mode_requires_a_confirmation(rig: Rig, servo: Servo, mode: str) -> None:
     path, lease = f"/servos/{servo.uid}/parameters", await rig.lease()
     patch = {"values": {"torque_mode": mode}, "save": True}
     problem(await rig.call("PATCH", path, patch, lease=lease), "needs_confirmation", 409)

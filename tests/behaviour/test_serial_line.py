@@ -1,4 +1,4 @@
-"""Servos behind a serial adapter: nothing is lost on a slow line, and polling keeps within what it carries."""
+"""Servos behind a serial adapter: nothing is lost on a slow line, and polling stays within its capacity."""
 
 import asyncio
 from collections import Counter
@@ -9,7 +9,7 @@ from behaviour import serial_line
 from behaviour.rig import PLAIN, Rig, json, problem
 from behaviour.scene import scene
 from hornbill.servo.device.servo import State
-from hornbill.servo.monitoring.line_budget import FULL, READ_BYTES, BROADCAST_BYTES_PER_S
+from hornbill.servo.monitoring.line_budget import BROADCAST_BYTES_PER_S, FULL, READ_BYTES
 from hornbill.servo.monitoring.polling import BUDGET, READ_S
 from hornbill.sim.bench.recipe import Recipe
 from hornbill.wire.port import SerialLineInfo
@@ -25,36 +25,36 @@ def crowd(count: int) -> list[Recipe]:
 @pytest.mark.parametrize(
     ("baud", "frames"), [(57_600, 213), (115_200, 426), (460_800, 1706), (1_000_000, 3703), (3_000_000, 11111)]
 )
-def test_what_a_line_carries(baud: int, frames: int) -> None:
+def test_the_frame_budget_of_a_line(baud: int, frames: int) -> None:
     assert SerialLineInfo(baud).budget == frames
     assert SerialLineInfo(baud, native_usb=True).budget is None
 
 
 @scene(*crowd(6), connect=False)
-async def test_six_servos_stay_online_on_a_slow_line_and_nothing_is_dropped(rig: Rig) -> None:
+async def test_six_servos_stay_online_on_a_slow_line_without_loss(rig: Rig) -> None:
     adapter = await serial_line.connect(rig, SLOW)
     servos = await rig.ready(6)
     states = Counter[State]()
     began, received = asyncio.get_running_loop().time(), adapter.statistics.line_bytes
-    asked = rig.host.requests.outcomes.copy()
-    while asyncio.get_running_loop().time() < began + 20:
+    outcomes = rig.host.requests.outcomes.copy()
+    while asyncio.get_running_loop().time() < began + 10:
         await asyncio.sleep(0.1)
         states.update(servo.state for servo in servos)
         assert all(servo.online for servo in servos)
     assert set(states) == {State.READY}
     assert adapter.dropped == 0
     assert rig.events("servo_offline") == []
-    asked = rig.host.requests.outcomes - asked
-    assert asked["poll", "no_response"] == 0
-    polled = asked["poll", "responded"] / 20
+    outcomes = rig.host.requests.outcomes - outcomes
+    assert outcomes["poll", "no_response"] == 0
+    polled = outcomes["poll", "responded"] / 10
     assert polled * READ_BYTES <= BUDGET * SLOW / 10
-    used = (adapter.statistics.line_bytes - received) / 20 / (SLOW / 10)
+    used = (adapter.statistics.line_bytes - received) / 10 / (SLOW / 10)
     assert used <= FULL
-    assert asked["poll", "responded"] / 20 >= 6 * 6.0 / 2, "each row at half its pace at least"
+    assert outcomes["poll", "responded"] / 10 >= 6 * 6.0 / 2, "each row is read at least half as often as configured"
 
 
 @scene(*crowd(6), connect=False)
-async def test_a_wish_for_more_than_the_line_carries_is_cut_to_what_it_carries(rig: Rig) -> None:
+async def test_a_subscription_is_limited_to_the_capacity_of_the_line(rig: Rig) -> None:
     adapter = await serial_line.connect(rig, SLOW)
     servos = await rig.ready(6)
     granted: dict[str, float] = {}
@@ -64,33 +64,33 @@ async def test_a_wish_for_more_than_the_line_carries_is_cut_to_what_it_carries(r
     assert granted["granted_hz"] < 5
     await asyncio.sleep(2)
     began, received = asyncio.get_running_loop().time(), adapter.statistics.line_bytes
-    asked = rig.host.requests.outcomes.copy()
+    outcomes = rig.host.requests.outcomes.copy()
     await asyncio.sleep(10)
     took = asyncio.get_running_loop().time() - began
-    asked = rig.host.requests.outcomes - asked
-    assert asked["poll", "responded"] / took * READ_BYTES <= BUDGET * SLOW / 10 * 1.02
+    outcomes = rig.host.requests.outcomes - outcomes
+    assert outcomes["poll", "responded"] / took * READ_BYTES <= BUDGET * SLOW / 10 * 1.02
     assert (adapter.statistics.line_bytes - received) / took <= FULL * SLOW / 10
-    assert (adapter.dropped, asked["poll", "no_response"]) == (0, 0)
+    assert (adapter.dropped, outcomes["poll", "no_response"]) == (0, 0)
     assert all(servo.online for servo in servos)
 
 
 @scene(*crowd(14), connect=False)
-async def test_what_is_on_the_line_beside_polling_is_left_its_room(rig: Rig) -> None:
-    """Fourteen servos fill a slow line to 60 % unasked: polling takes what is left of 85 %, and no more."""
+async def test_polling_leaves_room_for_broadcasts(rig: Rig) -> None:
+    """Broadcasts of 14 servos fill a slow line to 60 %: polling uses the rest up to 85 %."""
     adapter = await serial_line.connect(rig, SLOW)
     servos = await rig.ready(14, within_s=120)
-    unasked = 14 * BROADCAST_BYTES_PER_S / (SLOW / 10)
-    assert unasked + BUDGET > FULL
+    broadcast = 14 * BROADCAST_BYTES_PER_S / (SLOW / 10)
+    assert broadcast + BUDGET > FULL
     for servo in servos:
         body = {"channels": ["current_angle"], "rate_hz": 20}
         json(await rig.call("PUT", f"/servos/{servo.uid}/telemetry", body))
     await asyncio.sleep(15)
     dropped, received = adapter.dropped, adapter.statistics.line_bytes
-    asked = rig.host.requests.outcomes.copy()
+    outcomes = rig.host.requests.outcomes.copy()
     await asyncio.sleep(10)
-    asked = rig.host.requests.outcomes - asked
-    polled = asked["poll", "responded"] / 10 * READ_BYTES / (SLOW / 10)
-    assert FULL - unasked - 0.1 <= polled <= FULL - unasked
+    outcomes = rig.host.requests.outcomes - outcomes
+    polled = outcomes["poll", "responded"] / 10 * READ_BYTES / (SLOW / 10)
+    assert FULL - broadcast - 0.1 <= polled <= FULL - broadcast
     assert (adapter.statistics.line_bytes - received) / 10 <= FULL * SLOW / 10
     assert adapter.dropped == dropped, "when all are identified at once the buffer may have been too small"
     assert all(servo.online for servo in servos)
@@ -98,7 +98,7 @@ async def test_what_is_on_the_line_beside_polling_is_left_its_room(rig: Rig) -> 
 
 
 @scene(*crowd(22), connect=False)
-async def test_a_line_that_is_full_is_told_with_what_helps(rig: Rig) -> None:
+async def test_a_full_line_is_reported_with_a_remedy(rig: Rig) -> None:
     await serial_line.connect(rig, SLOW)
     await rig.ready(22, within_s=120)
     await asyncio.sleep(10)
@@ -110,7 +110,7 @@ async def test_a_line_that_is_full_is_told_with_what_helps(rig: Rig) -> None:
 
 
 @scene(*crowd(2), connect=False)
-async def test_a_fast_line_leaves_the_pace_of_polling_alone(rig: Rig) -> None:
+async def test_a_fast_line_does_not_limit_polling(rig: Rig) -> None:
     await serial_line.connect(rig, 3_000_000)
     await rig.ready(2)
     assert rig.host.polling.cap == pytest.approx(BUDGET)
@@ -119,7 +119,7 @@ async def test_a_fast_line_leaves_the_pace_of_polling_alone(rig: Rig) -> None:
 
 
 @scene(*crowd(6), connect=False)
-async def test_the_line_is_shown_with_its_budget_and_its_load(rig: Rig) -> None:
+async def test_the_bus_shows_the_line_with_its_budget_and_load(rig: Rig) -> None:
     shown = json(await rig.call("GET", "/bus"))
     assert (shown["serial_line"], shown["limited_by"], shown["notes"]) == (None, None, [])
     await serial_line.connect(rig, SLOW)
@@ -140,7 +140,7 @@ async def test_the_line_is_shown_with_its_budget_and_its_load(rig: Rig) -> None:
 
 
 @scene(*crowd(6), connect=False)
-async def test_a_stream_that_the_line_cannot_carry_is_refused_with_the_rate_that_fits(rig: Rig) -> None:
+async def test_a_stream_beyond_the_capacity_of_the_line_is_refused_with_the_possible_rate(rig: Rig) -> None:
     await serial_line.connect(rig, SLOW)
     servos = await rig.ready(6)
     lease = await rig.lease()
@@ -155,7 +155,7 @@ async def test_a_stream_that_the_line_cannot_carry_is_refused_with_the_rate_that
 
 
 @scene(*crowd(6), connect=False)
-async def test_a_stop_on_a_slow_line_is_confirmed_by_every_servo(rig: Rig) -> None:
+async def test_every_servo_confirms_a_stop_on_a_slow_line(rig: Rig) -> None:
     await serial_line.connect(rig, SLOW)
     await rig.ready(6)
     began = asyncio.get_running_loop().time()

@@ -204,9 +204,7 @@ def turn_on(rig: Rig, servo: Servo) -> None:
 
 
 @scene()
-async def test_a_servo_that_another_tool_turns_on_is_unconfirmed_until_it_is_stopped_again(
-    rig: Rig, servo: Servo
-) -> None:
+async def test_a_servo_turned_on_by_another_tool_is_unconfirmed_and_stopped_again(rig: Rig, servo: Servo) -> None:
     await rig.call("POST", "/stop")
     seen: list[bool] = []
 
@@ -232,7 +230,7 @@ async def test_a_second_stop_is_sent_to_every_servo_again(rig: Rig, servo: Servo
 
 
 @scene()
-async def test_an_internal_error_does_not_end_the_repetition_of_stop(
+async def test_stop_is_repeated_after_an_internal_error(
     rig: Rig, servo: Servo, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     write, failed = rig.host.requests.write, 0
@@ -309,7 +307,7 @@ async def reconnect(rig: Rig) -> None:
 
 
 @scene(*PAIR)
-async def test_a_servo_that_never_responded_is_stopped_although_stop_was_repeated_and_cleared_without_a_bus(
+async def test_a_stop_cleared_without_a_bus_still_reaches_a_servo_that_never_responded(
     rig: Rig,
 ) -> None:
     servo = (await rig.ready(2))[0]
@@ -358,7 +356,7 @@ async def test_an_unconfirmed_stop_is_repeated_before_the_bus_is_disconnected(ri
 
 
 @scene(*PAIR)
-async def test_an_expired_lease_turns_torque_off_although_the_check_of_the_bus_fails(
+async def test_an_expired_lease_turns_torque_off_if_the_bus_check_fails(
     rig: Rig, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def fail() -> None:

@@ -38,9 +38,7 @@ def killed(rig: Rig) -> None:
 
 
 @pytest.mark.parametrize(("mode", "output"), [("brake", 2), ("off", 1)])
-def test_a_restarted_server_is_stopped_before_its_first_frame_and_stops_the_servos_it_finds(
-    tmp_path: Path, mode: str, output: int
-) -> None:
+def test_a_restarted_server_stops_the_servos_it_finds(tmp_path: Path, mode: str, output: int) -> None:
     async def before(rig: Rig) -> float:
         await rig.ready()
         state = await press(rig, mode)
@@ -102,9 +100,7 @@ def test_a_cleared_stop_is_not_restored(tmp_path: Path) -> None:
 
 
 @scene(*PAIR)
-async def test_nothing_is_stored_before_every_frame_of_a_stop_is_sent(
-    rig: Rig, monkeypatch: pytest.MonkeyPatch
-) -> None:
+async def test_every_frame_of_a_stop_precedes_the_store(rig: Rig, monkeypatch: pytest.MonkeyPatch) -> None:
     servos = await rig.ready(2)
     await commanded(rig, servos[0])
     outputs: list[set[int]] = []
@@ -122,9 +118,7 @@ async def test_nothing_is_stored_before_every_frame_of_a_stop_is_sent(
 
 
 @scene()
-async def test_a_failing_store_does_not_prevent_a_stop_and_is_reported(
-    rig: Rig, servo: Servo, monkeypatch: pytest.MonkeyPatch
-) -> None:
+async def test_a_failing_store_does_not_prevent_a_stop(rig: Rig, servo: Servo, monkeypatch: pytest.MonkeyPatch) -> None:
     def fail(*_: object) -> None:
         raise OSError("no space left on device")
 
@@ -140,9 +134,7 @@ TIMES_OUT = Recipe("BLA21-06U-A0", "1.300", servo_id=1, node_id=11)
 
 @pytest.mark.parametrize("timeout_ms", [100, 1000, 5000])
 @scene(lambda timeout_ms: replace(TIMES_OUT, rom={"timeout_time": timeout_ms}))
-async def test_the_timeout_of_a_servo_does_not_release_the_brake_of_a_stop(
-    rig: Rig, servo: Servo, timeout_ms: int
-) -> None:
+async def test_the_timeout_of_a_servo_does_not_release_the_brake(rig: Rig, servo: Servo, timeout_ms: int) -> None:
     """On a servo whose timeout (0x26 off, 0x27) releases the brake, too: 4.19 names no exception."""
     sim = rig.sim(servo)
     _any_output(sim)
@@ -176,7 +168,7 @@ async def test_a_brake_that_a_client_releases_is_not_applied_again(rig: Rig) -> 
 
 @pytest.mark.parametrize(("mode", "timeout_action"), [("off", 1), ("brake", 0)])
 @scene(lambda timeout_action: replace(PLAIN, rom={"timeout_action": timeout_action}))
-async def test_a_stop_that_the_timeout_of_the_servo_does_not_change_is_written_once(
+async def test_a_stop_that_a_timeout_cannot_change_is_written_once(
     rig: Rig, servo: Servo, mode: str, timeout_action: int
 ) -> None:
     await press(rig, mode)
@@ -186,7 +178,7 @@ async def test_a_stop_that_the_timeout_of_the_servo_does_not_change_is_written_o
 
 
 @scene(*PAIR)
-async def test_a_servo_that_does_not_respond_is_reported_after_a_second_and_again_when_it_does(
+async def test_a_servo_that_does_not_respond_is_reported_and_again_when_it_does(
     rig: Rig,
 ) -> None:
     servo, other = await rig.ready(2)
@@ -217,7 +209,7 @@ async def test_all_servos_behind_a_lost_bus_are_in_one_event(rig: Rig) -> None:
 
 
 @scene(*PAIR)
-async def test_torque_off_to_an_offline_servo_is_repeated_once_a_second_and_at_once_when_it_is_back(
+async def test_torque_off_to_an_offline_servo_is_repeated_once_a_second(
     rig: Rig,
 ) -> None:
     servo = (await rig.ready(2))[0]

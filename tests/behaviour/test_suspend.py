@@ -40,9 +40,7 @@ async def read_again(rig: Rig) -> Servo:
 
 @pytest.mark.parametrize("step_s", [8 * HOUR, -400 * 24 * HOUR, 0.1])
 @scene()
-async def test_times_after_a_step_of_the_clock_agree_with_those_of_the_store(
-    rig: Rig, servo: Servo, step_s: float
-) -> None:
+async def test_times_after_a_step_of_the_clock_agree(rig: Rig, servo: Servo, step_s: float) -> None:
     before = rig.host.base.utc(rig.host.base.now())
     at = rig.host.base.now()
     await asyncio.sleep(1)

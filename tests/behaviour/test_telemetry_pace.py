@@ -50,14 +50,14 @@ def messages_of(count: int) -> tuple[int, int, float]:
     return play(scene)
 
 
-def test_a_few_servos_are_told_of_at_once() -> None:
+def test_samples_of_a_few_servos_are_sent_at_once() -> None:
     sent, samples, longest = messages_of(10)
     assert samples == 10 * SECONDS * STATUS_HZ
     assert sent > 0.95 * samples
     assert longest < 2 * BATCH_S
 
 
-def test_a_crowd_is_told_of_in_larger_messages() -> None:
+def test_samples_of_a_crowd_are_sent_in_larger_messages() -> None:
     sent, samples, longest = messages_of(125)
     assert samples == 125 * SECONDS * STATUS_HZ
     assert sent < 1.1 * TELEMETRY_PER_S * SECONDS

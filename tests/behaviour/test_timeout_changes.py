@@ -1,4 +1,4 @@
-"""Changing the servo's own timeout (0x27) under a held command, and timeouts too short to be kept alive (4.19)."""
+"""Changing the servo's own timeout (0x27) under command, and timeouts too short to keep alive (4.19)."""
 
 import asyncio
 from collections.abc import AsyncGenerator
@@ -16,7 +16,7 @@ SPEEDY = replace(PLAIN, rom={"speed_torque_control": 1})
 HOLDING = replace(PLAIN, rom={"timeout_action": 0})
 
 
-async def held(rig: Rig, value: float = 15.0, kind: str = "angle") -> tuple[Servo, str, dict[str, object]]:
+async def commanded(rig: Rig, value: float = 15.0, kind: str = "angle") -> tuple[Servo, str, dict[str, object]]:
     """A servo under command, the lease, and the response."""
     servo = (await rig.ready())[0]
     lease = await rig.lease()
@@ -50,10 +50,10 @@ async def torque_stays_on(rig: Rig, servo: Servo) -> AsyncGenerator[None]:
 @pytest.mark.parametrize("after_s", [0.01, 0.2, 0.32, 1.0])
 @pytest.mark.parametrize(("before", "ms"), [(1000, 100), (60_000, 100), (1000, 300), (60_000, 1000)])
 @scene(lambda before: replace(PLAIN, rom={"timeout_time": before}))
-async def test_shortening_the_timeout_under_command_keeps_torque_on(
+async def test_a_timeout_shortened_under_command_keeps_torque_on(
     rig: Rig, after_s: float, before: int, ms: int
 ) -> None:
-    servo, lease, _ = await held(rig)
+    servo, lease, _ = await commanded(rig)
     async with torque_stays_on(rig, servo):
         await asyncio.sleep(after_s)
         await set_timeout(rig, servo, lease, ms)
@@ -62,7 +62,7 @@ async def test_shortening_the_timeout_under_command_keeps_torque_on(
 
 @scene()
 async def test_every_call_that_changes_the_timeout_keeps_torque_on(rig: Rig) -> None:
-    servo, lease, _ = await held(rig)
+    servo, lease, _ = await commanded(rig)
     async with torque_stays_on(rig, servo):
         path = f"/servos/{servo.uid}/parameters"
         await asyncio.sleep(0.7)
@@ -79,7 +79,7 @@ async def test_every_call_that_changes_the_timeout_keeps_torque_on(rig: Rig) -> 
 
 @scene()
 async def test_a_refused_change_restores_the_timeout_and_keeps_torque_on(rig: Rig) -> None:
-    servo, lease, _ = await held(rig)
+    servo, lease, _ = await commanded(rig)
     async with torque_stays_on(rig, servo):
         rig.sim(servo).conditions.refuse_keys.add("angle_p_gain")
         await asyncio.sleep(0.3)
@@ -92,7 +92,7 @@ async def test_a_refused_change_restores_the_timeout_and_keeps_torque_on(rig: Ri
 @scene()
 async def test_a_lost_response_to_the_change_keeps_torque_on(rig: Rig) -> None:
     """The servo has the new timeout 120 ms before the host knows."""
-    servo, lease, _ = await held(rig)
+    servo, lease, _ = await commanded(rig)
     async with torque_stays_on(rig, servo):
         await asyncio.sleep(0.9)
         change = asyncio.create_task(set_timeout(rig, servo, lease, 90))
@@ -107,7 +107,7 @@ async def test_a_lost_response_to_the_change_keeps_torque_on(rig: Rig) -> None:
 
 @scene(SPEEDY)
 async def test_a_commanded_speed_continues_when_the_timeout_is_shortened(rig: Rig) -> None:
-    servo, lease, _ = await held(rig, 60, "speed")
+    servo, lease, _ = await commanded(rig, 60, "speed")
     async with torque_stays_on(rig, servo):
         await asyncio.sleep(1.3)
         await set_timeout(rig, servo, lease, 100)
@@ -117,7 +117,7 @@ async def test_a_commanded_speed_continues_when_the_timeout_is_shortened(rig: Ri
 
 @scene()
 async def test_a_timeout_that_another_tool_shortened_too_far_is_reported_when_read(rig: Rig) -> None:
-    servo, _, _ = await held(rig)
+    servo, _, _ = await commanded(rig)
     await asyncio.sleep(0.2)
     rig.sim(servo).memory.put(address.TIMEOUT_TIME, 100)
     await asyncio.sleep(0.05)
@@ -130,7 +130,7 @@ async def test_a_timeout_that_another_tool_shortened_too_far_is_reported_when_re
 
 @scene()
 async def test_a_timeout_that_another_tool_shortened_is_observed_once_read(rig: Rig) -> None:
-    servo, _, _ = await held(rig)
+    servo, _, _ = await commanded(rig)
     async with torque_stays_on(rig, servo):
         await asyncio.sleep(0.05)
         rig.sim(servo).memory.put(address.TIMEOUT_TIME, 200)
@@ -159,7 +159,7 @@ async def test_a_timeout_too_short_to_keep_alive_is_a_caution_and_a_warning(rig:
 @pytest.mark.parametrize("recipe", [replace(PLAIN, rom={"timeout_time": 60}), HOLDING])
 @scene(lambda recipe: recipe)
 async def test_a_timeout_that_is_long_enough_or_has_no_action_is_no_caution(rig: Rig, recipe: object) -> None:
-    servo, _, response = await held(rig)
+    servo, _, response = await commanded(rig)
     assert (await cautions(rig, servo), response["warnings"]) == ([], [])
     await asyncio.sleep(1)
     assert rig.sim(servo).output == 0
@@ -167,7 +167,7 @@ async def test_a_timeout_that_is_long_enough_or_has_no_action_is_no_caution(rig:
 
 @scene()
 async def test_late_repeats_lengthen_the_shortest_timeout(rig: Rig) -> None:
-    servo, lease, _ = await held(rig)
+    servo, lease, _ = await commanded(rig)
     await set_timeout(rig, servo, lease, 100)
     for _ in range(5):
         await asyncio.sleep(1)

@@ -124,9 +124,7 @@ async def test_turning_torque_off_does_not_change_the_configuration(rig: Rig, se
 
 @each_way
 @settled()
-async def test_a_staged_torque_mode_remains_configured_when_torque_is_turned_off(
-    rig: Rig, servo: Servo, turn_off: TurnOff
-) -> None:
+async def test_a_staged_torque_mode_stays_when_torque_is_turned_off(rig: Rig, servo: Servo, turn_off: TurnOff) -> None:
     path = f"/servos/{servo.uid}"
     before = json(await rig.call("GET", f"{path}/parameters"))["revision"]
     done = json(await rig.call("PATCH", f"{path}/parameters", {"values": {"torque_mode": "brake"}}))
@@ -166,9 +164,7 @@ async def test_staging_the_present_torque_state_is_a_change(rig: Rig, servo: Ser
     ("torque", "turn_off"), [*((0, one) for one in WAYS), (1, stopped), (1, braked), (2, stopped), (2, switched_off)]
 )
 @settled(lambda torque: replace(PLAIN, rom={"torque_mode": torque}))
-async def test_a_plain_save_keeps_the_torque_mode_of_rom(
-    rig: Rig, servo: Servo, turn_off: TurnOff, torque: Raw
-) -> None:
+async def test_a_save_keeps_the_torque_mode_of_rom(rig: Rig, servo: Servo, turn_off: TurnOff, torque: Raw) -> None:
     await turn_off(rig, servo)
     json(await rig.call("PATCH", f"/servos/{servo.uid}/parameters", {"values": {"angle_p_gain": 55}}))
     succeeded(await run(rig, servo, "save"))
@@ -239,9 +235,7 @@ def forget_rom(rig: Rig, servo: Servo) -> None:
 
 @pytest.mark.parametrize("output", ["on", "off"])
 @settled()
-async def test_saving_with_unknown_rom_requires_a_choice_of_the_torque_mode(
-    rig: Rig, servo: Servo, output: str
-) -> None:
+async def test_saving_with_unknown_rom_requires_a_torque_mode(rig: Rig, servo: Servo, output: str) -> None:
     path = f"/servos/{servo.uid}/save"
     await store_profile(rig)
     calls = [*save_calls(servo).values(), ("POST", path, None), ("POST", path, {"dry_run": True})]
@@ -380,9 +374,7 @@ PLACES: dict[str, dict[str, Any]] = {
 
 @pytest.mark.parametrize("case", PLACES.values(), ids=PLACES)
 @settled(lambda case: replace(PLAIN, rom={"timeout_action": 0, **case.get("rom", {})}))
-async def test_the_horn_stays_until_the_restart_and_then_moves_as_announced(
-    rig: Rig, servo: Servo, case: dict[str, Any]
-) -> None:
+async def test_the_horn_moves_only_as_announced(rig: Rig, servo: Servo, case: dict[str, Any]) -> None:
     path, sim, loop = f"/servos/{servo.uid}", rig.sim(servo), asyncio.get_running_loop()
     lease = await rig.lease()
     json(await rig.call("POST", f"{path}/torque", {"mode": "on"}, lease=lease))
@@ -444,9 +436,7 @@ async def stays_off(rig: Rig, servo: Servo, output: int = 1) -> None:
 @pytest.mark.parametrize("moment", [commanded, torque_on])
 @pytest.mark.parametrize("mode", ["off", "brake"])
 @settled(HOLDS)
-async def test_stop_during_a_save_ends_it_with_torque_off_or_brake(
-    rig: Rig, servo: Servo, moment: Reached, mode: str
-) -> None:
+async def test_stop_ends_a_save_with_torque_off_or_brake(rig: Rig, servo: Servo, moment: Reached, mode: str) -> None:
     job_id = await save_until(rig, servo, moment)
     pressed = json(await rig.call("POST", "/stop?by=Kim", {"mode": mode}))
     assert pressed["servos"][0]["confirmed"]
@@ -470,9 +460,7 @@ async def check_stop(rig: Rig, servo: Servo, after_ms: int) -> None:
 
 @pytest.mark.parametrize("after_ms", range(0, 120, 12))
 @settled(HOLDS)
-async def test_stop_at_any_time_during_a_save_turns_torque_off_and_leaves_rom_with_torque(
-    rig: Rig, servo: Servo, after_ms: int
-) -> None:
+async def test_stop_during_a_save_leaves_rom_with_torque_on(rig: Rig, servo: Servo, after_ms: int) -> None:
     await check_stop(rig, servo, after_ms)
 
 
@@ -495,7 +483,7 @@ async def test_torque_off_or_brake_during_a_save_takes_precedence(
 @pytest.mark.parametrize("body", [None, {"torque_on": True}])
 @pytest.mark.parametrize(("turn_off", "raw"), [(stopped, 1), (braked, 2)])
 @settled(HOLDS)
-async def test_a_refused_save_restores_the_output_and_its_reason(
+async def test_a_refused_save_restores_the_output(
     rig: Rig, servo: Servo, turn_off: TurnOff, raw: Raw, body: object, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     await turn_off(rig, servo)
@@ -578,9 +566,7 @@ async def test_the_end_of_a_lease_does_not_interrupt_a_save(rig: Rig, servo: Ser
 
 @pytest.mark.parametrize(("verb", "end"), [("save", "released"), ("restart", "expired")])
 @settled(HOLDS)
-async def test_torque_turned_on_by_a_save_or_restart_is_off_when_the_lease_ends(
-    rig: Rig, servo: Servo, verb: str, end: str
-) -> None:
+async def test_the_end_of_a_lease_turns_torque_off_after_a_save(rig: Rig, servo: Servo, verb: str, end: str) -> None:
     lease = await rig.lease(60 if end == "released" else 20)
     json(await rig.call("POST", f"/servos/{servo.uid}/torque", {"mode": "on"}, lease=lease))
     json(await rig.call("POST", f"/servos/{servo.uid}/torque", {"mode": "off"}, lease=lease))
@@ -597,9 +583,7 @@ async def test_torque_turned_on_by_a_save_or_restart_is_off_when_the_lease_ends(
 
 @pytest.mark.parametrize("seed", range(1, 4))
 @settled(HOLDS)
-async def test_with_a_fifth_of_all_frames_lost_the_servo_is_saved_or_torque_is_off(
-    rig: Rig, servo: Servo, seed: int
-) -> None:
+async def test_with_a_fifth_of_all_frames_lost_it_is_saved_or_torque_is_off(rig: Rig, servo: Servo, seed: int) -> None:
     await stopped(rig, servo)
     json(await rig.call("PATCH", f"/servos/{servo.uid}/parameters", {"values": {"angle_p_gain": 55}}))
     rig.bus.loss(20, seed=seed)
@@ -615,7 +599,7 @@ async def test_with_a_fifth_of_all_frames_lost_the_servo_is_saved_or_torque_is_o
 
 @pytest.mark.parametrize("restarts", [False, True])
 @settled(HOLDS, store=lambda tmp_path: f"sqlite:///{tmp_path / 'store.sqlite'}")
-async def test_the_next_server_turns_torque_off_that_a_killed_one_left_on(
+async def test_torque_left_on_by_a_killed_server_is_turned_off(
     rig: Rig, servo: Servo, tmp_path: Path, restarts: bool
 ) -> None:
     async def open_port(_address: str, _bitrate: int) -> CanPort:

@@ -1,4 +1,4 @@
-"""Servos the tables do not have: a newer firmware or hardware number, and a series nobody here knows (4.40 to 4.43)."""
+"""Servos that are not in the tables: a newer firmware or hardware number, and an unknown series (4.40 to 4.43)."""
 
 import asyncio
 from dataclasses import replace
@@ -14,7 +14,7 @@ from hornbill.servo.device.servo import Servo
 from hornbill.sim.bench.recipe import Recipe
 
 NEWER = replace(PLAIN, firmware="1.900", any_firmware=True)
-STRANGER = Recipe(
+UNKNOWN = Recipe(
     "BLA34-12U-AB", "1.500", servo_id=4, node_id=21, rom={"soft_start": 0, "angle_p_gain": 61},
     reads={"model_number": 99, "hardware_version": 48050, "firmware_version": 3210},
 )  # fmt: skip
@@ -28,7 +28,7 @@ async def shown(rig: Rig, servo: Servo) -> dict[str, Any]:
     ("recipe", "model", "treated_as", "note"),
     [
         (PLAIN, "BLA21-06U-A0", (None, None), "1.400 fixes a stall at low speed"),
-        (replace(PLAIN, firmware="1.400"), "BLA21-06U-A0", (None, None), "fixes a stall"),
+        (replace(PLAIN, firmware="1.400"), "BLA21-06U-A0", (None, None), "Fixes a stall"),
         (NEWER, "BLA21-06U-A0", (None, "1.400"), None),
         (replace(PLAIN, firmware="1.500", any_firmware=True), "BLA21-06U-A0", (None, "1.400"), None),
         (replace(PLAIN, reads={"hardware_version": 6090}), "BLA21-06U-AB", ("BLA21-06U-AB", None), "1.400"),
@@ -36,7 +36,7 @@ async def shown(rig: Rig, servo: Servo) -> dict[str, Any]:
     ],
 )
 @scene(lambda recipe: recipe)
-async def test_a_newer_firmware_or_hardware_is_treated_as_the_newest_known_and_says_so(
+async def test_a_newer_firmware_or_hardware_is_treated_as_the_newest_known(
     rig: Rig, servo: Servo, recipe: Recipe, model: str, treated_as: tuple[str | None, str | None], note: str | None
 ) -> None:
     one = await shown(rig, servo)
@@ -49,7 +49,7 @@ async def test_a_newer_firmware_or_hardware_is_treated_as_the_newest_known_and_s
 
 
 @scene(replace(NEWER, reads={"hardware_version": 6020}))
-async def test_a_servo_that_is_treated_as_another_is_written_to_and_moved(rig: Rig, servo: Servo) -> None:
+async def test_a_servo_treated_as_another_can_be_written_and_moved(rig: Rig, servo: Servo) -> None:
     lease = await rig.lease()
     path = f"/servos/{servo.uid}"
     json(await rig.call("PUT", f"{path}/parameters/angle_p_gain", {"value": 30}, lease=lease))
@@ -57,8 +57,8 @@ async def test_a_servo_that_is_treated_as_another_is_written_to_and_moved(rig: R
     assert abs(rig.sim(servo).angle_deg - 20) < 1
 
 
-@scene(STRANGER)
-async def test_an_unknown_series_is_read_kept_and_compared(rig: Rig, servo: Servo) -> None:
+@scene(UNKNOWN)
+async def test_an_unknown_series_can_be_read_stored_and_compared(rig: Rig, servo: Servo) -> None:
     one = await shown(rig, servo)
     assert (one["known_model"], one["model"], one["series"]) == (False, None, None)
     assert (one["model_number"], one["hardware_version"], one["firmware"]) == (99, 48050, "3.210")
@@ -76,8 +76,8 @@ async def test_an_unknown_series_is_read_kept_and_compared(rig: Rig, servo: Serv
     second = json(await rig.call("POST", f"{path}/snapshots", {"reason": "later"}), 201)
     compared = json(await rig.call("GET", f"/compare?left=snapshot:{first['id']}&right=snapshot:{second['id']}"))
     assert [row["key"] for row in compared["differences"]] == ["angle_p_gain"]
-    kept = json(await rig.call("GET", f"/inventory/{servo.uid}"))
-    assert kept["rom"]["angle_p_gain"] == 61
+    stored = json(await rig.call("GET", f"/inventory/{servo.uid}"))
+    assert stored["rom"]["angle_p_gain"] == 61
     assert rig.writes() == []
 
 
@@ -97,13 +97,11 @@ async def test_an_unknown_series_is_read_kept_and_compared(rig: Rig, servo: Serv
         ("GET", "/factory-reset", None),
     ],
 )
-@scene(STRANGER)
-async def test_an_unknown_series_is_neither_moved_nor_written_to(
-    rig: Rig, servo: Servo, verb: str, path: str, body: object
-) -> None:
+@scene(UNKNOWN)
+async def test_an_unknown_series_cannot_be_written(rig: Rig, servo: Servo, verb: str, path: str, body: object) -> None:
     lease = await rig.lease()
-    answer = await rig.call(verb, f"/servos/{servo.uid}{path}", body, lease=lease)
-    found = problem(answer, "not_in_this_model", 409)
+    response = await rig.call(verb, f"/servos/{servo.uid}{path}", body, lease=lease)
+    found = problem(response, "not_in_this_model", 409)
     assert found["series_number"] == 99
     assert "is of series 99 (0x50)" in found["detail"]
     assert "reading, snapshots and comparison are possible" in found["detail"]
@@ -112,8 +110,8 @@ async def test_an_unknown_series_is_neither_moved_nor_written_to(
     assert rig.sim(servo).starts == 1
 
 
-@scene(STRANGER)
-async def test_an_unknown_series_is_in_no_burst_stream_or_commissioning(rig: Rig, servo: Servo) -> None:
+@scene(UNKNOWN)
+async def test_an_unknown_series_cannot_be_part_of_a_burst_or_stream(rig: Rig, servo: Servo) -> None:
     lease = await rig.lease()
     command = {"uid": servo.uid, "type": "angle", "value": 5}
     for path, body in (
@@ -124,8 +122,8 @@ async def test_an_unknown_series_is_in_no_burst_stream_or_commissioning(rig: Rig
     assert (rig.writes(), rig.array_commands()) == ([], [])
 
 
-@scene(replace(STRANGER, rom={"soft_start": 0, "timeout_action": 0}))
-async def test_its_output_can_be_taken_and_stop_reaches_it(rig: Rig, servo: Servo) -> None:
+@scene(replace(UNKNOWN, rom={"soft_start": 0, "timeout_action": 0}))
+async def test_torque_off_and_stop_work_on_an_unknown_series(rig: Rig, servo: Servo) -> None:
     assert rig.sim(servo).output == 0
     json(await rig.call("POST", f"/servos/{servo.uid}/torque", {"mode": "brake"}))
     assert rig.sim(servo).output == 2
@@ -134,8 +132,8 @@ async def test_its_output_can_be_taken_and_stop_reaches_it(rig: Rig, servo: Serv
     assert rig.sim(servo).output == 1
 
 
-@scene(STRANGER)
-async def test_the_last_line_before_the_wire_lets_only_torque_off_and_brake_through(rig: Rig, servo: Servo) -> None:
+@scene(UNKNOWN)
+async def test_requests_pass_only_torque_off_and_brake_to_an_unknown_series(rig: Rig, servo: Servo) -> None:
     rows, requests = servo.catalog.by_key, rig.host.requests
     for key, raw in (("torque_mode", 0), ("angle_p_gain", 30), ("command_angle", 0), ("write_rom", 1)):
         with pytest.raises(NotInThisModel):

@@ -17,9 +17,7 @@ def test_a_reset_succeeds_however_erase_behaves(monkeypatch: pytest.MonkeyPatch,
 
 @pytest.mark.parametrize("after_ms", range(0, 120, 4))
 @settled(HOLDS)
-async def test_stop_at_any_time_during_a_save_turns_torque_off_and_leaves_rom_with_torque(
-    rig: Rig, servo: Servo, after_ms: int
-) -> None:
+async def test_stop_during_a_save_leaves_rom_with_torque_on(rig: Rig, servo: Servo, after_ms: int) -> None:
     await check_stop(rig, servo, after_ms)
 
 

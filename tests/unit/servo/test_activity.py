@@ -198,9 +198,7 @@ def test_torque_during_a_move_is_no_saturation() -> None:
         ({"current_voltage": 60}, 50.0, 81.1),
     ],
 )
-def test_the_torque_limit_is_the_lowest_that_applies_in_that_direction(
-    raws: dict[str, int], pct: float, limit: float
-) -> None:
+def test_the_torque_limit_is_the_lowest_of_its_direction(raws: dict[str, int], pct: float, limit: float) -> None:
     servo = ready(1)
     for key, raw in raws.items():
         servo.note(key, raw, START)

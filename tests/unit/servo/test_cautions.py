@@ -88,9 +88,7 @@ def test_all_missing_confirmations_are_listed_at_once() -> None:
 
 
 @given(raw=st.integers(-36000, 36000) | st.integers(-1810, 1810), unit=st.sampled_from(list(DEGREES)))
-def test_no_angle_beyond_half_a_turn_is_sent_and_float16_changes_none_by_more_than_a_step(
-    raw: int, unit: PositionUnit
-) -> None:
+def test_no_angle_beyond_half_a_turn_is_sent_and_float16_rounds_by_a_step(raw: int, unit: PositionUnit) -> None:
     one = servo()
     one.position_unit.forced = unit
     target = permission.Target(one.registers["command_angle"].parameter, raw, clamped=False)

@@ -42,7 +42,7 @@ def scenes(draw: st.DrawFn) -> tuple[list[Wanted], dict[Uid, int | None], dict[U
 
 
 @given(scenes())
-def test_no_two_servos_share_an_id_at_any_time_and_all_get_theirs(
+def test_no_two_servos_ever_share_an_id(
     scene: tuple[list[Wanted], dict[Uid, int | None], dict[Uid, int | None]],
 ) -> None:
     wanted, servo_ids, node_ids = scene

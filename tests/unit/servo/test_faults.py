@@ -203,7 +203,7 @@ def test_another_server_counts_a_bit_set_after_a_restart_as_new(desk: Desk) -> N
     assert (desk.one("temperature_high").count, desk.one("watchdog_restart").active) == (2, False)
 
 
-def test_stored_faults_are_shown_once_the_store_works_again(
+def test_stored_faults_are_shown_when_the_store_works(
     desk: Desk, store: Store, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     store.faults.record(FaultReading(UID, 5.0, appeared=frozenset(["voltage_low"])))

@@ -56,7 +56,7 @@ def rearrangements(draw: st.DrawFn) -> tuple[Ids, Ids]:
 
 
 @given(rearrangements())
-def test_no_two_servos_share_an_id_at_any_time_and_all_get_theirs(case: tuple[Ids, Ids]) -> None:
+def test_no_two_servos_ever_share_an_id(case: tuple[Ids, Ids]) -> None:
     current, wanted = case
     found = moves(current, wanted)
     assert follow(current, found) == {**current, **wanted}

@@ -68,9 +68,7 @@ def test_a_refusal_has_a_cause_and_a_remedy(
 
 
 @pytest.mark.parametrize(("ttl_s", "grace_s", "first_s"), [(2.0, 5.0, 5.0), (8.0, 5.0, 8.0)])
-def test_a_transferred_lease_lasts_for_the_grace_period_until_it_is_renewed(
-    ttl_s: float, grace_s: float, first_s: float
-) -> None:
+def test_a_transferred_lease_lasts_for_the_grace_period(ttl_s: float, grace_s: float, first_s: float) -> None:
     leases = promise(Leases())
     lease = leases.hand_over("Page 2", ttl_s, 10.0, grace_s=grace_s)
     assert (lease.holder, lease.ttl_s, lease.expires_at, leases.promised_to) == ("Page 2", ttl_s, 10.0 + first_s, None)
@@ -100,9 +98,7 @@ def test_every_end_of_a_lease_is_counted_and_only_an_expired_one_is_expired() ->
     ("token", "own", "name"),
     [(None, False, "no lease"), ("ci", False, "ci"), (None, True, "Rig 3"), ("ci", True, "ci · Rig 3")],
 )
-def test_the_audit_names_the_holder_until_the_lease_ends_then_the_token(
-    token: str | None, own: bool, name: str
-) -> None:
+def test_the_audit_names_the_holder_or_the_token(token: str | None, own: bool, name: str) -> None:
     leases = Leases()
     lease = leases.grant("Rig 3", 20.0, now=100.0)
     lease_id = lease.id if own else OTHER

@@ -56,9 +56,7 @@ def test_an_oscillation_is_found_from_status_alone_at_any_frequency(hz: float, p
 
 @settings(max_examples=200)
 @given(hz=some.floats(1.2, 80), phase=some.floats(0, 6.28), peak_deg=some.floats(0.5, 10))
-def test_an_oscillation_is_found_at_any_phase_unless_it_aliases_to_rest(
-    hz: float, phase: float, peak_deg: float
-) -> None:
+def test_an_oscillation_is_found_at_any_phase_unless_it_aliases(hz: float, phase: float, peak_deg: float) -> None:
     off = abs(hz / STATUS_HZ * 2 - round(hz / STATUS_HZ * 2)) * STATUS_HZ / 2
     first = watch(Oscillation(), swing(hz, peak_deg, phase=phase), 12.0)
     assert first is not None or off < 0.9

@@ -68,9 +68,7 @@ def still(degrees: float) -> Where:
 
 @settings(max_examples=150)
 @given(UNITS, st.floats(2.05, 3000).flatmap(lambda a: st.sampled_from((a, -a))), ROUNDINGS)
-def test_the_unit_is_measured_on_a_horn_at_rest_off_zero(
-    unit: PositionUnit, degrees: float, rounding: Rounding
-) -> None:
+def test_the_unit_is_measured_at_rest_off_zero(unit: PositionUnit, degrees: float, rounding: Rounding) -> None:
     estimate = Estimate()
     watch(estimate, still(degrees), unit, rounding=rounding)
     assert (estimate.measured, estimate.state) == (unit, "confirmed" if unit == LITERAL else "conflict")
@@ -99,7 +97,7 @@ def test_near_zero_no_unit_is_measured_and_the_shown_angle_is_close(unit: Positi
 
 @settings(max_examples=150)
 @given(UNITS, ROUNDINGS, st.floats(-300, 300), st.floats(0, 300), st.floats(0.05, 2), st.integers(0, 999))
-def test_an_oscillating_horn_confirms_no_other_unit_and_no_conflict(
+def test_an_oscillating_horn_confirms_no_other_unit(
     unit: PositionUnit, rounding: Rounding, middle: float, size: float, hz: float, seed: int
 ) -> None:
     def swing(at: float) -> float:
@@ -113,9 +111,7 @@ def test_an_oscillating_horn_confirms_no_other_unit_and_no_conflict(
 
 @settings(max_examples=100)
 @given(UNITS, st.lists(st.floats(-300, 300), min_size=2, max_size=12), st.floats(20, 600), st.integers(0, 999))
-def test_a_moving_horn_confirms_no_other_unit_and_no_conflict(
-    unit: PositionUnit, places: list[float], speed: float, seed: int
-) -> None:
+def test_a_moving_horn_confirms_no_other_unit(unit: PositionUnit, places: list[float], speed: float, seed: int) -> None:
     """At a servo's speed, with stops too short for five readings, and late responses."""
 
     def where(at: float) -> float:

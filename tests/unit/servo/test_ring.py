@@ -173,9 +173,7 @@ def test_a_slow_channel_has_no_gaps() -> None:
 
 
 @pytest.mark.parametrize(("extended_angle", "marks"), [(0, ["wrap"]), (1, [])])
-def test_a_wrap_is_marked_unless_turns_are_counted_and_values_are_unchanged(
-    extended_angle: int, marks: list[str]
-) -> None:
+def test_a_wrap_is_marked_unless_turns_are_counted(extended_angle: int, marks: list[str]) -> None:
     desk = Desk()
     desk.servo.note("extended_angle", extended_angle, 0.0)
     for value in (170.0, 179.0, -172.0, -160.0):

@@ -32,7 +32,7 @@ def test_the_ranges_of_a_lower_and_an_upper_limit_meet(model: ServoModel) -> Non
 
 
 @given(windows, raws, raws, raws, st.sampled_from(("lower", "upper")))
-def test_a_limit_tightened_to_within_the_margin_of_the_reading_requires_a_confirmation(
+def test_a_limit_near_the_reading_requires_a_confirmation(
     row: Parameter, before: Raw, after: Raw, reading: Raw, which: str
 ) -> None:
     limits, side = row.limits, 1 if which == "upper" else -1
@@ -54,7 +54,7 @@ def test_a_limit_tightened_to_within_the_margin_of_the_reading_requires_a_confir
 
 
 @given(windows, raws, raws, raws, st.sampled_from(("lower", "upper")))
-def test_a_limit_outside_the_margin_requires_no_confirmation(
+def test_a_limit_outside_the_margin_is_accepted(
     row: Parameter, before: Raw, after: Raw, reading: Raw, which: str
 ) -> None:
     limits, side = row.limits, 1 if which == "upper" else -1
@@ -133,7 +133,7 @@ def test_no_id_is_suggested_if_none_is_free() -> None:
         ("angle_limit_ccw", -600, -1800, False),
     ],
 )
-def test_an_angle_limit_moved_outward_beyond_half_a_turn_requires_a_confirmation(
+def test_an_angle_limit_beyond_half_a_turn_is_confirmed(
     key: str, before: Raw | None, after: Raw, confirms: bool
 ) -> None:
     rules.check_turns(ROWS, {key: before}, {key: after}, ["multi_turn"])
