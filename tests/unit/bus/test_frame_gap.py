@@ -1,7 +1,6 @@
 """The gap between the frames of one transfer: in the address, on the bus, and never delaying a stop."""
 
 import asyncio
-from collections.abc import Callable
 
 import pytest
 
@@ -14,7 +13,7 @@ from hornbill.bus.reopening import ReopeningPort, adapter_port
 from hornbill.errors import BusDisconnected, PortOpenFailed
 from hornbill.wire.frame import Frame
 from hornbill.wire.port import CanPort, PortState, PortStatistics, same_device
-from jumping_clock import run
+from jumping_clock import START
 
 GAP_S = 0.003
 FIRST, MIDDLE, LAST, ALONE = b"\x80", b"\x20", b"\x40", b"\xc0"
@@ -26,7 +25,7 @@ def transfer(can_id: int, frames: int) -> list[Frame]:
 
 
 class Log:
-    """A port: what left, and when."""
+    """A port that records sent frames as (instant, identifier, first byte)."""
 
     address = "test:0"
     bitrate = 1_000_000
@@ -40,71 +39,60 @@ class Log:
     def send(self, frames: list[Frame]) -> None:
         if self.lost:
             raise BusDisconnected("gone", cause=None)
-        now = asyncio.get_running_loop().time()
-        self.sent += [(round(now, 4), frame.id, frame.data[0]) for frame in frames]
+        at = round(asyncio.get_running_loop().time() - START, 4)
+        self.sent += [(at, frame.id, frame.data[0]) for frame in frames]
+
+    async def complete(self) -> list[tuple[float, int, int]]:
+        """All frames sent within a second."""
+        await asyncio.sleep(1.0)
+        return self.sent
 
 
-def played(
-    scene: Callable[[FrameGap, Log], None], seconds: float = 1.0, gap_s: float = GAP_S
-) -> list[tuple[float, int, int]]:
-    async def main() -> list[tuple[float, int, int]]:
-        log = Log()
-        began = asyncio.get_running_loop().time()
-        scene(FrameGap(log, gap_s), log)  # pyright: ignore[reportArgumentType]
-        await asyncio.sleep(seconds)
-        return [(round(at - began, 4), can_id, number) for at, can_id, number in log.sent]
-
-    return run(main())
+@pytest.fixture
+def log() -> Log:
+    return Log()
 
 
-def test_frames_of_one_transfer_are_sent_with_a_gap() -> None:
-    sent = played(lambda gap, _log: gap.send(transfer(1, 4)))
-    assert sent == [(0.0, 1, 0), (0.003, 1, 1), (0.006, 1, 2), (0.009, 1, 3)]
+@pytest.fixture
+def gap(log: Log) -> FrameGap:
+    return FrameGap(log, GAP_S)  # pyright: ignore[reportArgumentType]
 
 
-def test_single_frames_and_other_transfers_do_not_wait() -> None:
-    def scene(gap: FrameGap, _log: Log) -> None:
-        gap.send(transfer(7, 3))
-        gap.send(transfer(1, 1))
-        gap.send(transfer(2, 2))
+async def test_frames_of_one_transfer_are_sent_with_a_gap(gap: FrameGap, log: Log) -> None:
+    gap.send(transfer(1, 4))
+    assert await log.complete() == [(0.0, 1, 0), (0.003, 1, 1), (0.006, 1, 2), (0.009, 1, 3)]
 
-    assert played(scene) == [
+
+async def test_single_frames_and_other_transfers_do_not_wait(gap: FrameGap, log: Log) -> None:
+    for each in (transfer(7, 3), transfer(1, 1), transfer(2, 2)):
+        gap.send(each)
+    assert await log.complete() == [
         (0.0, 7, 0), (0.0, 1, 0), (0.0, 2, 0), (0.003, 7, 1), (0.003, 2, 1), (0.006, 7, 2),
     ]  # fmt: skip
 
 
-def test_transfers_of_one_identifier_keep_their_order_and_do_not_mix() -> None:
-    def scene(gap: FrameGap, _log: Log) -> None:
-        gap.send(transfer(7, 2) + transfer(7, 1))
-        gap.send(transfer(7, 2))
-
-    assert played(scene) == [(0.0, 7, 0), (0.003, 7, 1), (0.003, 7, 0), (0.003, 7, 0), (0.006, 7, 1)]
+async def test_transfers_of_one_identifier_keep_their_order_and_do_not_mix(gap: FrameGap, log: Log) -> None:
+    gap.send(transfer(7, 2) + transfer(7, 1))
+    gap.send(transfer(7, 2))
+    assert await log.complete() == [(0.0, 7, 0), (0.003, 7, 1), (0.003, 7, 0), (0.003, 7, 0), (0.006, 7, 1)]
 
 
-def test_a_transfer_interrupted_by_a_lost_bus_is_not_continued() -> None:
-    def scene(gap: FrameGap, log: Log) -> None:
-        gap.send(transfer(7, 3))
-        log.lost = True
-        asyncio.get_running_loop().call_later(0.004, setattr, log, "lost", False)
-
-    assert played(scene) == [(0.0, 7, 0)]
-
-
-def test_a_transfer_interrupted_by_bus_off_is_not_continued() -> None:
-    def scene(gap: FrameGap, log: Log) -> None:
-        gap.send(transfer(7, 3))
-        log.state = PortState.BUS_OFF
-        asyncio.get_running_loop().call_later(0.004, setattr, log, "state", PortState.ACTIVE)
-
-    assert played(scene) == [(0.0, 7, 0)]
+@pytest.mark.parametrize(
+    ("name", "value", "normal"), [("lost", True, False), ("state", PortState.BUS_OFF, PortState.ACTIVE)]
+)
+async def test_a_transfer_interrupted_by_a_lost_bus_or_bus_off_is_not_continued(
+    gap: FrameGap, log: Log, name: str, value: object, normal: object
+) -> None:
+    gap.send(transfer(7, 3))
+    setattr(log, name, value)
+    asyncio.get_running_loop().call_later(0.004, setattr, log, name, normal)
+    assert await log.complete() == [(0.0, 7, 0)]
 
 
-def test_an_invalid_frame_refuses_the_whole_call() -> None:
-    def scene(gap: FrameGap, _log: Log) -> None:
-        with pytest.raises(ValueError, match="29 bits"):
-            gap.send([*transfer(7, 3), Frame(1 << 29, ALONE)])
-
-    assert played(scene) == []
+async def test_an_invalid_frame_refuses_the_whole_call(gap: FrameGap, log: Log) -> None:
+    with pytest.raises(ValueError, match="29 bits"):
+        gap.send([*transfer(7, 3), Frame(1 << 29, ALONE)])
+    assert await log.complete() == []
 
 
 @pytest.mark.parametrize(

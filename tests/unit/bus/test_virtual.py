@@ -8,6 +8,8 @@ import pytest
 from hornbill.bus.adapters import socketcan, virtual
 from hornbill.bus.adapters.virtual import find_vcan
 
+on_linux = pytest.mark.skipif(not hasattr(socket, "AF_CAN"), reason="SocketCAN is available on Linux only")
+
 
 @pytest.fixture
 def net(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
@@ -43,7 +45,7 @@ def test_without_an_interface_the_reason_names_the_commands_to_create_one(net: P
     assert "ip link add dev vcan0 type vcan" in why or not hasattr(socket, "AF_CAN")
 
 
-@pytest.mark.skipif(not hasattr(socket, "AF_CAN"), reason="SocketCAN is available on Linux only")
+@on_linux
 def test_the_first_interface_that_is_up_is_chosen(net: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(socket, "socket", Opens)
     interface(net, "vcan0", up=False)
@@ -53,7 +55,7 @@ def test_the_first_interface_that_is_up_is_chosen(net: Path, monkeypatch: pytest
     assert "vcan1 is up" in why
 
 
-@pytest.mark.skipif(not hasattr(socket, "AF_CAN"), reason="SocketCAN is available on Linux only")
+@on_linux
 def test_an_interface_that_is_down_or_cannot_be_opened_is_named(net: Path) -> None:
     interface(net, "vcan0", up=False)
     assert find_vcan() == (None, "vcan0 is down (sudo ip link set vcan0 up)")

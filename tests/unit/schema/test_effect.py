@@ -24,16 +24,11 @@ def without_effect(values: Values, last: LastCommand | None = None) -> set[str]:
     return {key for key in rows if why_not(CATALOG, key, values, last, rows=rows).in_effect is False}
 
 
-STATED = {
-    "command_speed",
-    "command_torque",
-    "angle_d_gain",
-    "speed_limit_cw",
-    "speed_limit_ccw",
-    "torque_limit_cw",
-    "torque_limit_ccw",
-}
-INFERRED = {"extended_angle", "speed_p_gain", "speed_i_gain", "speed_dead_band", "speed_i_limit"}
+LIMITS = {f"{kind}_limit_{direction}" for kind in ("speed", "torque") for direction in ("cw", "ccw")}
+STATED = {"command_speed", "command_torque", "angle_d_gain"} | LIMITS
+SPEED_LOOP = {"speed_p_gain", "speed_i_gain", "speed_dead_band", "speed_i_limit"}
+INFERRED = {"extended_angle"} | SPEED_LOOP
+ANGLE_LOOP = {"angle_p_gain", "angle_d_gain", "angle_dead_band", "angle_boost", "angle_limit_cw", "angle_limit_ccw"}
 
 
 def test_speed_and_torque_control_off_marks_exactly_these() -> None:
@@ -50,34 +45,8 @@ def test_speed_and_torque_control_on_clears_them_all() -> None:
     ("last", "ignored"),
     [
         ("angle", {"extended_angle"}),
-        (
-            "speed",
-            {
-                "angle_p_gain",
-                "angle_d_gain",
-                "angle_dead_band",
-                "angle_boost",
-                "angle_limit_cw",
-                "angle_limit_ccw",
-            },
-        ),
-        (
-            "torque",
-            {
-                "angle_p_gain",
-                "angle_d_gain",
-                "angle_dead_band",
-                "angle_boost",
-                "angle_limit_cw",
-                "angle_limit_ccw",
-                "speed_p_gain",
-                "speed_i_gain",
-                "speed_dead_band",
-                "speed_i_limit",
-                "speed_limit_cw",
-                "speed_limit_ccw",
-            },
-        ),
+        ("speed", ANGLE_LOOP),
+        ("torque", ANGLE_LOOP | SPEED_LOOP | {"speed_limit_cw", "speed_limit_ccw"}),
     ],
 )
 def test_the_last_command_decides(last: LastCommand, ignored: set[str]) -> None:

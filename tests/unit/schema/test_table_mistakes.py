@@ -88,20 +88,15 @@ def test_a_mistake_in_the_file(refusal: Refusal, pattern: str, replacement: str,
     assert words in error.detail
 
 
-@pytest.mark.parametrize("file", ["parameters.toml", "faults.toml", "effects.toml"])
-def test_a_missing_file(tmp_path: Path, file: str) -> None:
+@pytest.mark.parametrize(
+    ("name", "message"),
+    [(name, "the file is missing") for name in ("parameters.toml", "faults.toml", "effects.toml")]
+    + [(name, "the folder is missing or empty") for name in ("series", "models")],
+)
+def test_a_missing_file_or_folder(tmp_path: Path, name: str, message: str) -> None:
     folder = tmp_path / "schemas"
-    shutil.copytree(resources.schemas(), folder)
-    (folder / file).unlink()
-    with pytest.raises(TableError, match=f"{file}: the file is missing"):
-        Catalog.load(folder)
-
-
-@pytest.mark.parametrize("kind", ["series", "models"])
-def test_a_missing_folder(tmp_path: Path, kind: str) -> None:
-    folder = tmp_path / "schemas"
-    shutil.copytree(resources.schemas(), folder, ignore=shutil.ignore_patterns(kind))
-    with pytest.raises(TableError, match=f"{kind}: the folder is missing or empty"):
+    shutil.copytree(resources.schemas(), folder, ignore=shutil.ignore_patterns(name))
+    with pytest.raises(TableError, match=f"{name}: {message}"):
         Catalog.load(folder)
 
 
