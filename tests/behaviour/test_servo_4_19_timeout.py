@@ -67,22 +67,21 @@ def test_these_four_count_as_commands(name: str, raw: int) -> None:
         assert desk.servo.output == 0
 
 
+NO_COMMANDS: dict[str, Callable[[Desk], object]] = {
+    "reading": lambda desk: desk.read("0x00"),
+    "configuring": lambda desk: desk.write("0x3E", 70),
+    "node info": lambda desk: desk.node_info(),
+    "an ArrayCommand for another servo": lambda desk: desk.array(8, CommandType.POSITION, 0.125),
+}
+
+
 @pytest.mark.states("B72")
-@pytest.mark.parametrize(
-    "act",
-    [
-        lambda desk: desk.read("0x00"),
-        lambda desk: desk.write("0x3E", 70),
-        lambda desk: desk.node_info(),
-        lambda desk: desk.array(8, CommandType.POSITION, 0.125),
-    ],
-    ids=["reading", "configuring", "node info", "an ArrayCommand for another servo"],
-)
-def test_these_do_not_count_as_commands(act: Callable[[Desk], object]) -> None:
+@pytest.mark.parametrize("kind", NO_COMMANDS)
+def test_these_do_not_count_as_commands(kind: str) -> None:
     desk = desk_with()
     desk.write("0x00", 100)
     for _ in range(12):
-        act(desk)
+        NO_COMMANDS[kind](desk)
         desk.wait(0.1)
     assert desk.servo.output == 1
 
