@@ -5,7 +5,6 @@ from contextlib import asynccontextmanager
 from typing import Any
 
 from hornbill.bus.address import open_port
-from hornbill.wire.frame import Frame
 from hornbill.wire.port import CanPort, SerialLineInfo
 from unit.bus.adapter import FakeAdapter
 
@@ -21,13 +20,6 @@ async def opened(
             yield adapter, port
         finally:
             await port.close()
-
-
-def received_by(port: CanPort) -> list[Frame]:
-    """All frames received by `port` from now on."""
-    received: list[Frame] = []
-    port.listen(received.extend)
-    return received
 
 
 def line_of(port: CanPort) -> SerialLineInfo:

@@ -29,8 +29,8 @@ from hornbill.errors import PortOpenFailed
 from hornbill.wire.frame import Frame
 from hornbill.wire.port import PortState
 from unit.bus.adapter import BUS_FRAME, FakeAdapter
-from unit.bus.slcan_ports import line_of, opened, received_by
-from unit.bus.waiting import no_leaks, until
+from unit.bus.slcan_ports import line_of, opened
+from unit.bus.waiting import no_leaks, received_by, until
 
 BEHAVIOURS: dict[str, dict[str, Any]] = {
     "responds with CR": {"responds": "lawicel", "bus": True},

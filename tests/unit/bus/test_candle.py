@@ -15,7 +15,7 @@ from hornbill.bus.ports.candle import candle_adapters
 from hornbill.errors import PortOpenFailed
 from hornbill.wire.frame import Frame
 from hornbill.wire.port import PortState
-from unit.bus.waiting import until
+from unit.bus.waiting import received_by, until
 
 pytestmark = pytest.mark.real_time
 
@@ -112,8 +112,7 @@ async def test_an_adapter_is_opened_at_the_servos_bit_rate_used_and_released(
     segments = sum(wire.timing[:3]) + 1
     assert device.channels[0].clock_frequency / wire.timing[4] / segments == 1_000_000
     assert (1 + wire.timing[0] + wire.timing[1]) / segments == pytest.approx(0.875)
-    received: list[Frame] = []
-    port.listen(received.extend)
+    received = received_by(port)
     wire.waiting.append(message(0x1E08FF05, b"\x01\xc0"))
     await until(lambda: received)
     assert received[0][:2] == (0x1E08FF05, b"\x01\xc0")

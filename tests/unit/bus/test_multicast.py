@@ -11,7 +11,7 @@ from hornbill.bus.ports import link
 from hornbill.bus.ports.link import OwnFrames
 from hornbill.errors import PortOpenFailed
 from hornbill.wire.frame import Frame
-from unit.bus.waiting import until
+from unit.bus.waiting import received_by, until
 
 pytestmark = pytest.mark.real_time
 
@@ -42,8 +42,7 @@ async def test_a_node_does_not_receive_its_own_multicast_frames() -> None:
     pytest.importorskip("msgpack")
     one, other = await open_port(f"udp_multicast:{GROUP}"), await open_port(f"udp_multicast:{GROUP}")
     received: list[Frame] = []
-    own: list[Frame] = []
-    one.listen(own.extend)
+    own = received_by(one)
     other.listen(received.extend)
     frames = [Frame(0x1E08FF7F, bytes([n])) for n in range(50)]
     one.send(frames)

@@ -14,7 +14,7 @@ from hornbill.errors import BusDisconnected
 from hornbill.wire.frame import Frame
 from hornbill.wire.port import CanPort, PortState
 from unit.bus.adapter import FakeAdapter
-from unit.bus.waiting import until
+from unit.bus.waiting import received_by, until
 
 Opener = Callable[[str], Awaitable[CanPort]]
 """Opens port `a` or `b` of one bus."""
@@ -83,8 +83,7 @@ def b(opener: Opener) -> AbstractAsyncContextManager[CanPort]:
 async def test_frames_arrive_whole_in_order_and_stamped(a: CanPort, b: CanPort) -> None:
     assert (a.state, b.state) == (PortState.ACTIVE, PortState.ACTIVE)
     received: list[Frame] = []
-    own: list[Frame] = []
-    a.listen(own.extend)
+    own = received_by(a)
     b.listen(received.extend)
     sent = [Frame(0x1234567, bytes([number]) * (number % 9)) for number in range(100)]
     loop = asyncio.get_running_loop()
@@ -123,8 +122,7 @@ async def test_only_the_last_sink_is_called_and_on_the_loop(a: CanPort, b: CanPo
 
 
 async def test_invalid_frames_are_refused_and_nothing_is_sent(a: CanPort, b: CanPort) -> None:
-    received: list[Frame] = []
-    b.listen(received.extend)
+    received = received_by(b)
     for invalid in (Frame(0x2000_0000, b""), Frame(1, bytes(9))):
         with pytest.raises(ValueError, match=r"29 bits|8 of a CAN frame"):
             a.send([Frame(1, b"first"), invalid])
@@ -134,8 +132,7 @@ async def test_invalid_frames_are_refused_and_nothing_is_sent(a: CanPort, b: Can
 
 
 async def test_a_closed_port_sends_and_delivers_nothing(a: CanPort, b: CanPort) -> None:
-    received: list[Frame] = []
-    a.listen(received.extend)
+    received = received_by(a)
     await a.close()
     await a.close()
     assert a.state is PortState.DISCONNECTED

@@ -17,7 +17,7 @@ from hornbill.bus.ports.pythoncan import PythonCanPort
 from hornbill.errors import BusDisconnected
 from hornbill.wire.frame import Frame
 from hornbill.wire.port import PortState
-from unit.bus.waiting import no_leaks, until
+from unit.bus.waiting import no_leaks, received_by, until
 
 pytestmark = pytest.mark.real_time
 
@@ -52,12 +52,6 @@ class Adapter(can.BusABC):
 
 def opened(adapter: can.BusABC, address: str = "virtual:test") -> PythonCanPort:
     return PythonCanPort(adapter, address=address, bitrate=1_000_000)
-
-
-def received_by(port: PythonCanPort) -> list[Frame]:
-    received: list[Frame] = []
-    port.listen(received.extend)
-    return received
 
 
 @pytest.fixture

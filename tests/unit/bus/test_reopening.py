@@ -14,6 +14,7 @@ from hornbill.wire.frame import Frame
 from hornbill.wire.port import PortState
 from jumping_clock import run
 from unit.bus.reopening_desk import Desk, refusal
+from unit.bus.waiting import received_by
 
 
 @pytest.fixture
@@ -34,8 +35,7 @@ async def port(desk: Desk) -> AsyncIterator[ReopeningPort]:
 
 
 async def test_an_open_port_forwards_to_its_adapter(desk: Desk, port: ReopeningPort) -> None:
-    received: list[Frame] = []
-    port.listen(received.extend)
+    received = received_by(port)
     port.send([Frame(1, b"a")])
     adapter = desk.opened[0]
     assert adapter.sink is not None
@@ -79,8 +79,7 @@ async def test_open_with_retries_tries_until_it_opens() -> None:
 async def test_a_lost_adapter_is_reported_at_once_and_reopened_after_the_first_pause(
     desk: Desk, port: ReopeningPort
 ) -> None:
-    received: list[Frame] = []
-    port.listen(received.extend)
+    received = received_by(port)
     port.send([Frame(1, b"")])
     desk.lose("The cable is broken.")
     assert port.state is PortState.LOST

@@ -17,7 +17,7 @@ from hornbill.wire.port import CanPort, PortState, PortStatistics
 from hornbill.wire.services import GetNodeInfoRequest, SoftwareVersion
 from unit.bus.reopening_desk import Adapter
 from unit.bus.test_pythoncan import Adapter as Scripted
-from unit.bus.waiting import until
+from unit.bus.waiting import received_by, until
 
 
 class Refusing(Scripted):
@@ -107,8 +107,7 @@ async def test_reopening_continues_the_counters() -> None:
     port = ReopeningPort(opener(bus), address="memory:host", bitrate=1_000_000)
     await port.open()
     other = bus.port("other")
-    received: list[Frame] = []
-    port.listen(received.extend)
+    received = received_by(port)
     for turn in range(3):
         port.send([Frame(1, bytes([turn]))])
         other.send([Frame(2, bytes([turn]))])

@@ -19,8 +19,8 @@ from hornbill.wire.port import PortState
 pytest.importorskip("termios", reason="pseudo terminals exist on POSIX only")
 
 from unit.bus.adapter import FakeAdapter, wait_until
-from unit.bus.slcan_ports import opened, received_by
-from unit.bus.waiting import no_leaks, until
+from unit.bus.slcan_ports import opened
+from unit.bus.waiting import no_leaks, received_by, until
 
 pytestmark = pytest.mark.real_time
 

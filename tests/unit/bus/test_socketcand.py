@@ -15,7 +15,7 @@ from hornbill.bus.ports import socketcand
 from hornbill.errors import PortOpenFailed
 from hornbill.wire.frame import Frame
 from hornbill.wire.port import CanPort, PortState
-from unit.bus.waiting import no_leaks, until
+from unit.bus.waiting import no_leaks, received_by, until
 
 pytestmark = pytest.mark.real_time
 
@@ -95,8 +95,7 @@ async def port(server: Server) -> AsyncIterator[CanPort]:
 
 
 async def test_frames_are_received_and_sent(server: Server, port: CanPort) -> None:
-    received: list[Frame] = []
-    port.listen(received.extend)
+    received = received_by(port)
     server.send("< frame 1E08FF05 23.424242 0102")
     server.send("C0 >< frame 123 23.5 11 >< rtr 1E08FF05 23.5 8 >< fdframe 123 00 23.5 11 >")
     server.send("< frame 00000007 23.5 AA BB ><frame 00000008 23.5  >\n")

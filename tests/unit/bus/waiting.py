@@ -6,6 +6,8 @@ import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
+from hornbill.wire.frame import Frame
+from hornbill.wire.port import CanPort
 from unit.bus.adapter import wait_until
 
 LIMIT_S = 30.0
@@ -17,6 +19,13 @@ async def until(condition: Callable[[], object]) -> None:
     async with asyncio.timeout(LIMIT_S):
         while not condition():
             await asyncio.sleep(0.002)
+
+
+def received_by(port: CanPort) -> list[Frame]:
+    """All frames received by `port` from now on."""
+    received: list[Frame] = []
+    port.listen(received.extend)
+    return received
 
 
 def in_use() -> tuple[int, int]:
