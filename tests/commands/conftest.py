@@ -1,4 +1,4 @@
-"""What tests of commands share: servers with simulated servos."""
+"""Shared by tests of commands: a server with simulated servos."""
 
 from collections.abc import Iterator
 
@@ -9,6 +9,6 @@ from e2e.servers import Demo, ready_demo
 
 @pytest.fixture(scope="module")
 def demo() -> Iterator[Demo]:
-    """The demo of one file of tests, its six servos of mixed models and firmware ready."""
+    """One demo per file of tests, with six ready servos of mixed models and firmware."""
     with ready_demo(6) as one:
         yield one

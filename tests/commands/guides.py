@@ -1,8 +1,8 @@
-"""How a command in a guide is run: its blocks of shell, what they need, and a bench to run them on.
+"""Runs the commands of guides: their blocks of shell, what they need, and a server to run them with.
 
-A block is ```bash. Its first line may be a comment that says what keeps it from being run here, or how it is run:
+A block is ```bash. Its first line may be a comment that says why it is not run here, or how it is run:
 `# needs hardware`, `# needs root`, `# needs Docker`, `# needs a checkout`, `# needs the wheel`, `# runs until Ctrl-C`;
-several with commas.
+several separated by commas.
 """
 
 import os
@@ -14,7 +14,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).parents[2]
 WRITTEN = "61-466861"
-"""The serial the guides show."""
+"""The serial in the guides."""
 NEEDS = ("needs hardware", "needs root", "needs Docker", "needs a checkout", "needs the wheel")
 ENDLESS = "runs until Ctrl-C"
 
@@ -29,14 +29,14 @@ class Block:
 
     @property
     def marks(self) -> list[str]:
-        """What its first line says of it."""
+        """The marks in its first line."""
         first = self.script.split("\n", 1)[0]
         found = [one.strip() for one in first.removeprefix("#").split(",")] if first.startswith("# ") else []
         return [one for one in found if one == ENDLESS or one.startswith("needs ")]
 
     @property
     def needs(self) -> str:
-        """What keeps it from being run here; empty when nothing does."""
+        """Why it is not run here; empty if it is run."""
         return ", ".join(one for one in self.marks if one != ENDLESS)
 
     def __str__(self) -> str:
@@ -51,14 +51,14 @@ def blocks(file: Path, language: str = "bash") -> list[Block]:
 
 
 def guides() -> list[Path]:
-    """Every page for people: README, CONTRIBUTING, docs/, and the README of each folder."""
+    """Every page of documentation: README, CONTRIBUTING, docs/, and the README of each folder."""
     dist = ROOT / "docs" / "dist"
     pages = [file for file in (ROOT / "docs").rglob("*.md") if dist not in file.parents]
     return sorted([*ROOT.glob("*.md"), *ROOT.glob("[!.]*/README.md"), *pages])
 
 
 class Rig:
-    """A server with simulated servos, and programs that are told where it is."""
+    """A server with simulated servos, and programs that use it."""
 
     def __init__(self, url: str, serial: str) -> None:
         self.url = url
@@ -66,13 +66,13 @@ class Rig:
 
     @property
     def environment(self) -> dict[str, str]:
-        """Where the server is, and `hornbill` in the path."""
+        """The address of the server, and `hornbill` in the path."""
         bin_folder = str(Path(sys.executable).parent)
         path = f"{bin_folder}{os.pathsep}{os.environ['PATH']}"
         return {**os.environ, "HORNBILL_URL": self.url, "API": f"{self.url}/api/v1", "PATH": path}
 
     def run(self, *command: str | Path, folder: Path = ROOT, code: int | None = 0) -> str:
-        """What a program prints, when it ends as it shall."""
+        """The output of a program that exits with `code`."""
         ran = subprocess.run(
             [str(word) for word in command], capture_output=True, text=True, cwd=folder, timeout=120, check=False,
             env={**self.environment, "HORNBILL_DATA_DIR": str(folder / "data")},
@@ -81,5 +81,5 @@ class Rig:
         return ran.stdout + ran.stderr
 
     def bash(self, script: str, folder: Path) -> str:
-        """A block of a guide, with the serial of this bench in place of the one it shows."""
+        """Run a block of a guide with the serial of this rig."""
         return self.run("bash", "-euo", "pipefail", "-c", script.replace(WRITTEN, self.serial), folder=folder)

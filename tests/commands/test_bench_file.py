@@ -1,4 +1,4 @@
-"""`hornbill apply` and `export` against a running server: what differs is told, written once, and never twice."""
+"""`hornbill apply` and `export` with a running server: differences are shown, and written once."""
 
 import re
 import subprocess
@@ -14,7 +14,7 @@ from hornbill.cli.bench.file import parse
 
 
 class Bench:
-    """A running server, and a file that was exported from it."""
+    """A running server, and a file exported from it."""
 
     def __init__(self, demo: Demo, file: Path) -> None:
         self.demo = demo
@@ -28,7 +28,7 @@ class Bench:
         )
 
     def edit(self, pattern: str, instead: str) -> None:
-        """Change the first place in the file that fits."""
+        """Replace the first match in the file."""
         text = self.file.read_text(encoding="utf-8")
         changed = re.sub(pattern, instead, text, count=1, flags=re.MULTILINE)
         assert changed != text
@@ -42,7 +42,7 @@ class Bench:
         return self.get(f"/servos/{uid}/parameters/{key}")
 
     def line(self, start: str) -> int:
-        """The first line of the file that begins so, from 1."""
+        """The number of the first line that starts so, from 1."""
         lines = self.file.read_text(encoding="utf-8").splitlines()
         return next(number for number, line in enumerate(lines, start=1) if line.startswith(start))
 
@@ -53,17 +53,17 @@ def bench(tmp_path: Path) -> Iterator[Bench]:
         yield Bench(demo, tmp_path / "bench.toml")
 
 
-def test_what_is_exported_is_what_is_there_and_applying_it_does_nothing(bench: Bench) -> None:
+def test_applying_an_exported_file_changes_nothing(bench: Bench) -> None:
     assert [entry.save for entry in parse(bench.file, bench.file.read_text())] == [True, True]
     checked = bench.hornbill("apply", "--check", bench.file)
     assert (checked.returncode, checked.stdout.splitlines()[-1]) == (0, "No differences.")
     applied = bench.hornbill("apply", bench.file)
-    assert applied.returncode == 0, "there is nothing to ask"
+    assert applied.returncode == 0, "nothing to confirm"
     assert bench.get("/jobs") == []
     assert [row for row in bench.get("/audit") if row["action"] == "write"] == []
 
 
-def test_a_changed_file_is_a_diff_and_is_written_saved_and_found_once(bench: Bench) -> None:
+def test_a_changed_file_is_compared_written_and_saved_once(bench: Bench) -> None:
     bench.edit(r"^angle_p_gain = .*", "angle_p_gain = 33")
     bench.edit(r"^smoothing = true", "smoothing = false")
     checked = bench.hornbill("apply", "--check", bench.file)
@@ -71,11 +71,11 @@ def test_a_changed_file_is_a_diff_and_is_written_saved_and_found_once(bench: Ben
     assert "+ angle_p_gain = 33" in checked.stdout
     assert "+ smoothing = false" in checked.stdout
     assert "1 of 2 servos differ." in checked.stdout
-    assert bench.reading("angle_p_gain")["value"] != 33, "looking writes nothing"
+    assert bench.reading("angle_p_gain")["value"] != 33, "a check writes nothing"
 
-    unasked = bench.hornbill("apply", bench.file)
-    assert unasked.returncode == 2
-    assert bench.reading("angle_p_gain")["value"] != 33, "nobody said yes"
+    unconfirmed = bench.hornbill("apply", bench.file)
+    assert unconfirmed.returncode == 2
+    assert bench.reading("angle_p_gain")["value"] != 33, "it was not confirmed"
 
     applied = bench.hornbill("apply", "--yes", bench.file)
     assert applied.returncode == 0, applied.stdout + applied.stderr
@@ -93,7 +93,7 @@ def test_a_changed_file_is_a_diff_and_is_written_saved_and_found_once(bench: Ben
     assert [(one.name, one.save, one.values) for one in before] == [(one.name, one.save, one.values) for one in after]
 
 
-def test_what_is_in_ram_and_not_in_rom_is_saved_and_not_written_again(bench: Bench) -> None:
+def test_values_in_ram_only_are_saved(bench: Bench) -> None:
     serial = bench.get("/servos")[0]["serial"]
     assert bench.hornbill("set", serial, "angle_boost=1").returncode == 0
     bench.edit(r"^angle_boost = .*", "angle_boost = 1")
@@ -104,7 +104,7 @@ def test_what_is_in_ram_and_not_in_rom_is_saved_and_not_written_again(bench: Ben
     assert bench.reading("angle_boost")["rom"] == 1
 
 
-def test_drift_is_found(bench: Bench) -> None:
+def test_drift_is_a_difference(bench: Bench) -> None:
     serial = bench.get("/servos")[1]["serial"]
     assert bench.hornbill("set", serial, "angle_d_gain=7", "--save").returncode == 0
     checked = bench.hornbill("apply", "--check", bench.file)
@@ -112,7 +112,7 @@ def test_drift_is_found(bench: Bench) -> None:
     assert "- angle_d_gain = 7" in checked.stdout
 
 
-def test_everything_wrong_is_told_with_its_line_and_nothing_is_written(bench: Bench) -> None:
+def test_errors_are_reported_with_their_lines_and_nothing_is_written(bench: Bench) -> None:
     bench.edit(r"^smoothing = true", "smoothing = false")
     bench.edit(r"^angle_p_gain = .*", "angle_p_gain = 0")
     failed = bench.hornbill("apply", "--yes", bench.file)
@@ -129,7 +129,7 @@ def test_everything_wrong_is_told_with_its_line_and_nothing_is_written(bench: Be
     assert bench.get("/jobs") == []
 
 
-def test_a_file_is_applied_after_motion_and_rom_keeps_its_torque(bench: Bench) -> None:
+def test_a_file_is_applied_after_motion_without_saving_torque_off(bench: Bench) -> None:
     serial = bench.get("/servos")[0]["serial"]
     for gain in (33, 34):  # apply; run; apply
         bench.edit(r"^angle_p_gain = .*", f"angle_p_gain = {gain}")
@@ -143,7 +143,7 @@ def test_a_file_is_applied_after_motion_and_rom_keeps_its_torque(bench: Bench) -
         assert bench.reading("torque_mode")["value"] == "off", "motion control ends with torque off"
 
 
-def test_torque_off_is_saved_where_the_file_says_so_and_it_is_confirmed(bench: Bench) -> None:
+def test_saving_torque_off_requires_a_confirmation_in_the_file(bench: Bench) -> None:
     bench.edit(r"^angle_p_gain = .*", 'angle_p_gain = 33\ntorque_mode = "off"')
     refused = bench.hornbill("apply", "--yes", bench.file)
     assert refused.returncode == 1
@@ -156,7 +156,7 @@ def test_torque_off_is_saved_where_the_file_says_so_and_it_is_confirmed(bench: B
     assert bench.reading("torque_mode")["rom"] == "off"
 
 
-def test_a_profile_is_wanted_by_its_name_and_the_files_own_values_come_after_it(bench: Bench) -> None:
+def test_values_of_the_file_override_those_of_its_profile(bench: Bench) -> None:
     servo = bench.get("/servos")[0]
     values = {"angle_p_gain": 21, "angle_d_gain": 22}
     bench.demo.api.put("/profiles/soft", json={"values": values}).raise_for_status()

@@ -1,4 +1,4 @@
-"""The command line against a running server: what it prints, and that its exit code says whether it worked."""
+"""The command line with a running server: output and exit codes."""
 
 import json
 import os
@@ -17,7 +17,7 @@ from e2e.servers import Demo, as_in_rom, ready_demo
 
 @pytest.fixture
 def untouched() -> Iterator[Demo]:
-    """A demo of its own, two servos ready."""
+    """A new demo with two ready servos."""
     with ready_demo(2) as one:
         yield one
 
@@ -31,7 +31,7 @@ def hornbill(demo: Demo | None, *words: str, sub: bool = False) -> subprocess.Co
 
 @pytest.fixture
 def serial(demo: Demo) -> str:
-    """The serial of the demo's servo that nobody else uses."""
+    """The serial of a servo that only these tests use."""
     found = [one for one in demo.api.get("/servos").json() if one["model"] == "BLA21-28U-AB"]
     as_in_rom(demo.api, found[0]["uid"])
     return str(found[0]["serial"])
@@ -56,23 +56,21 @@ def test_list_get_set_and_save(demo: Demo, serial: str) -> None:
 
 
 @pytest.mark.parametrize(
-    ("words", "said"),
+    ("words", "error"),
     [
         (("set", "SERIAL", "angle_p_gain=0"), "out_of_range: 0 is below this model's limit of 1"),
         (("set", "SERIAL", "0x49=1"), "forbidden_parameter"),
         (("get", "SERIAL", "nonsense"), "unknown_parameter"),
-        (("get", "nobody"), "No servo is known as 'nobody'"),
+        (("get", "unknown"), "No servo is known as 'unknown'"),
     ],
 )
-def test_what_cannot_be_done_says_why_and_exits_with_1(
-    demo: Demo, serial: str, words: tuple[str, ...], said: str
-) -> None:
+def test_an_error_is_explained_and_exits_with_1(demo: Demo, serial: str, words: tuple[str, ...], error: str) -> None:
     failed = hornbill(demo, *(word.replace("SERIAL", serial) for word in words))
     assert failed.returncode == 1
-    assert said in failed.stderr
+    assert error in failed.stderr
 
 
-def test_without_a_server_it_says_how_to_start_one() -> None:
+def test_without_a_server_the_error_says_how_to_start_one() -> None:
     failed = subprocess.run(
         [sys.executable, "-m", "hornbill", "list", "--server", "http://127.0.0.1:9"],
         capture_output=True, text=True, check=False,
@@ -86,7 +84,7 @@ def test_openapi_prints_the_document() -> None:
     assert "/api/v1/servos/{uid}/parameters/angle_limit_cw" in document["paths"]
 
 
-def test_the_doctor_finds_nothing_in_a_demo_where_nothing_was_done(untouched: Demo) -> None:
+def test_the_doctor_finds_nothing_in_a_new_demo(untouched: Demo) -> None:
     examined = hornbill(untouched, "doctor")
     assert examined.returncode == 0, examined.stdout + examined.stderr
     assert re.fullmatch(r"0 findings, 1\d checks passed\.\n", examined.stdout)
@@ -94,7 +92,7 @@ def test_the_doctor_finds_nothing_in_a_demo_where_nothing_was_done(untouched: De
     assert (as_json.returncode, json.loads(as_json.stdout)) == (0, [])
 
 
-def test_the_doctor_without_a_bus_says_so_and_exits_with_1() -> None:
+def test_the_doctor_reports_a_missing_bus() -> None:
     with ready_demo(1) as lone:
         lone.api.delete("/bus").raise_for_status()
         examined = hornbill(lone, "doctor")
@@ -108,7 +106,7 @@ def test_the_doctor_without_a_bus_says_so_and_exits_with_1() -> None:
 
 @pytest.fixture(scope="module")
 def bench() -> Iterator[Demo]:
-    """A server of our own: what is done to its servos disturbs nobody."""
+    """A server whose servos these tests may change."""
     with ready_demo(2, seed=3) as one:
         yield one
 
@@ -118,7 +116,7 @@ def first(bench: Demo) -> dict[str, Any]:
     return found
 
 
-def test_command_moves_waits_and_leaves_torque_off(bench: Demo) -> None:
+def test_move_waits_and_turns_torque_off(bench: Demo) -> None:
     servo = first(bench)
     refused = hornbill(bench, "move", servo["serial"], "15")
     assert refused.returncode == 0, "torque is on after the start"
@@ -131,7 +129,7 @@ def test_command_moves_waits_and_leaves_torque_off(bench: Demo) -> None:
     assert bench.api.get("/leases").json() == []
 
 
-def test_no_answer_refused_and_stopped_end_with_different_codes(bench: Demo) -> None:
+def test_no_response_refused_and_stopped_have_different_exit_codes(bench: Demo) -> None:
     servo = first(bench)
     sim = f"/sim/servos/{servo['uid']}"
     bench.api.patch(sim, json={"refuse_keys": ["angle_boost"]}).raise_for_status()
@@ -146,7 +144,7 @@ def test_no_answer_refused_and_stopped_end_with_different_codes(bench: Demo) -> 
     assert hornbill(bench, "stop", "--clear").returncode == 0
 
 
-def test_watch_prints_samples_and_stops_the_polling_it_asked_for(bench: Demo) -> None:
+def test_watch_prints_samples_and_ends_its_subscription(bench: Demo) -> None:
     servo = first(bench)
     watched = hornbill(bench, "watch", servo["serial"], "--channel", "current_angle", "--seconds", "2", "--json")
     assert watched.returncode == 0, watched.stderr
@@ -156,11 +154,11 @@ def test_watch_prints_samples_and_stops_the_polling_it_asked_for(bench: Demo) ->
     assert {one["uid"] for one in samples} == {servo["uid"]}
     owners = [one["owner"] for one in bench.api.get(f"/servos/{servo['uid']}/telemetry").json()["subscriptions"]]
     assert "hornbill watch" not in owners
-    told = hornbill(bench, "watch", "--seconds", "0.5").stdout
-    assert f"{servo['serial']}: ready" in told
+    events = hornbill(bench, "watch", "--seconds", "0.5").stdout
+    assert f"{servo['serial']}: ready" in events
 
 
-def test_a_profile_is_taken_shown_put_and_applied(bench: Demo, tmp_path: Path) -> None:
+def test_a_profile_is_created_exported_imported_and_applied(bench: Demo, tmp_path: Path) -> None:
     one, other = (servo["serial"] for servo in bench.api.get("/servos").json())
     assert hornbill(bench, "profiles", "create", "base line", one, sub=True).returncode == 0
     file = tmp_path / "base.toml"
@@ -177,7 +175,7 @@ def test_a_profile_is_taken_shown_put_and_applied(bench: Demo, tmp_path: Path) -
     assert hornbill(bench, "profiles", "export", "copy", sub=True).returncode == 1
 
 
-def test_the_log_is_written_and_decoded(bench: Demo, tmp_path: Path) -> None:
+def test_a_log_is_recorded_and_decoded(bench: Demo, tmp_path: Path) -> None:
     assert hornbill(bench, "logs", "start", "--name", "run", sub=True).returncode == 0
     hornbill(bench, "get", first(bench)["serial"])
     assert hornbill(bench, "logs", "stop", sub=True).stdout.startswith("stopped: run.log, ")
@@ -187,7 +185,7 @@ def test_the_log_is_written_and_decoded(bench: Demo, tmp_path: Path) -> None:
     assert "GetSet" in hornbill(None, "decode", str(file)).stdout
 
 
-def test_commission_gives_a_new_servo_its_id_and_label(bench: Demo) -> None:
+def test_commission_sets_id_and_label_of_a_new_servo(bench: Demo) -> None:
     bench.api.post("/sim/servos", json={"model": "BLA21-06U-A0", "firmware": "1.300"}).raise_for_status()
     until = time.monotonic() + 20
     while not (found := json.loads(hornbill(bench, "commission", "--json").stdout)["servos"]):
@@ -204,7 +202,7 @@ def test_commission_gives_a_new_servo_its_id_and_label(bench: Demo) -> None:
     assert (servo["label"], servo["servo_id"]) == ("Rudder", number)
 
 
-def test_the_shell_completes_servos_keys_and_choices(bench: Demo) -> None:
+def test_completion_of_servos_keys_and_choices(bench: Demo) -> None:
     def completed(words: str) -> list[str]:
         environment = {
             **os.environ, "HORNBILL_URL": bench.url, "_HORNBILL_COMPLETE": "complete_bash", "COMP_WORDS": words,

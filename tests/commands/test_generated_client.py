@@ -1,4 +1,4 @@
-"""The OpenAPI document is good enough to make a client from: one that is made from the served one moves a servo."""
+"""A client generated from the served OpenAPI document moves a servo."""
 
 import os
 import shutil
@@ -40,12 +40,12 @@ print(angle.value)
 
 
 def generator() -> str | None:
-    """openapi-python-client, beside this Python or on the path."""
-    beside = Path(sys.executable).parent / "openapi-python-client"
-    return str(beside) if beside.is_file() else shutil.which("openapi-python-client")
+    """openapi-python-client, next to this Python or on the path."""
+    local = Path(sys.executable).parent / "openapi-python-client"
+    return str(local) if local.is_file() else shutil.which("openapi-python-client")
 
 
-def test_a_client_made_from_the_served_document_moves_a_servo(tmp_path: Path) -> None:
+def test_a_generated_client_moves_a_servo(tmp_path: Path) -> None:
     program = generator()
     if program is None:
         pytest.skip("openapi-python-client is not installed: 'make setup' installs it")

@@ -1,4 +1,4 @@
-"""Every command of every guide is run, a guide from top to bottom in one shell."""
+"""Every command of every guide is run, each guide from top to bottom in one shell."""
 
 import re
 import signal
@@ -18,7 +18,7 @@ NO_HARDWARE = "needs hardware"
 
 @pytest.fixture(scope="module")
 def shared() -> Iterator[Server]:
-    """One demo for all guides: what is in ROM is as their last reader left it, as a reader's is."""
+    """One demo for all guides, which may change values in ROM."""
     with running("demo", "--servos", "3", "--seed", "3") as server:
         server.ready(3)
         yield server
@@ -26,7 +26,7 @@ def shared() -> Iterator[Server]:
 
 @pytest.fixture
 def bench(shared: Server) -> Iterator[Server]:
-    """The demo, without a stop, a lease or values in RAM alone of the guide before."""
+    """The demo without stop, leases or unsaved values of the previous guide."""
     shared.ready(3)
     for one in shared.servos():
         as_in_rom(shared.api, str(one["uid"]))
@@ -37,7 +37,7 @@ def bench(shared: Server) -> Iterator[Server]:
 
 
 @pytest.mark.parametrize("guide", PAGES, ids=lambda file: str(file.relative_to(ROOT)))
-def test_a_guides_commands_run_from_top_to_bottom(bench: Server, tmp_path: Path, guide: Path) -> None:
+def test_the_commands_of_a_guide_run_from_top_to_bottom(bench: Server, tmp_path: Path, guide: Path) -> None:
     serial = str(bench.servos()[0]["serial"])
     run = [one for one in blocks(guide) if not one.marks]
     script = "\n".join(f"echo '== {one}' >&2\n{one.script}" for one in run)
@@ -46,7 +46,7 @@ def test_a_guides_commands_run_from_top_to_bottom(bench: Server, tmp_path: Path,
 
 
 @pytest.mark.parametrize("block", MARKED, ids=str)
-def test_a_marked_command_says_what_it_needs_or_starts_and_ends(tmp_path: Path, block: Block) -> None:
+def test_a_marked_command_has_a_known_mark_or_starts_and_ends(tmp_path: Path, block: Block) -> None:
     assert set(block.marks) <= {*NEEDS, ENDLESS}, f"{block}: say one of {NEEDS} or {ENDLESS}"
     if block.needs:
         pytest.skip(f"{block}: {block.needs}: {block.script.strip().splitlines()[-1]}")
@@ -65,28 +65,23 @@ def test_a_marked_command_says_what_it_needs_or_starts_and_ends(tmp_path: Path, 
         assert process.wait(timeout=15) == 0
 
 
-def test_the_readmes_flow_by_curl_does_what_its_comments_say(bench: Server, tmp_path: Path) -> None:
+def test_the_curl_commands_of_the_readme_have_the_commented_results(bench: Server, tmp_path: Path) -> None:
     (block,) = [one for one in blocks(ROOT / "README.md") if "API=" in one.script]
     rig = Rig(bench.url.rstrip("/"), str(bench.servos()[0]["serial"]))
     out = rig.bash(block.script, tmp_path).replace(": ", ":").replace(", ", ",")
-    for said in (
+    for expected in (
         '"code":"out_of_range"', '"outcome":"applied"', '"state":"succeeded"', '"settled":true', '"latched":true',
         '"code":"stopped"', '"latched":false',
     ):  # fmt: skip
-        assert said in out, said
+        assert expected in out, expected
     uid = bench.servos()[0]["uid"]
     rows = bench.api.get(f"/servos/{uid}/parameters").json()["parameters"]
     assert rows["angle_limit_cw"]["rom"] == 75.0
 
 
-def test_every_command_is_in_a_block_that_is_looked_at_and_no_other_shell() -> None:
+def test_every_shell_block_is_run_and_serials_are_replaced() -> None:
     for guide in guides():
-        found = re.findall(
-            r"^ *```(?:sh|shell|console|zsh)\b.*|^ +```bash", guide.read_text(encoding="utf-8"), re.MULTILINE
-        )
+        text = guide.read_text(encoding="utf-8")
+        found = re.findall(r"^ *```(?:sh|shell|console|zsh)\b.*|^ +```bash", text, re.MULTILINE)
         assert found == [], f"{guide}: write ```bash at the beginning of a line"
-
-
-def test_no_guide_shows_another_serial() -> None:
-    for guide in guides():
-        assert set(re.findall(r"\b6[12]-\d{6}\b", guide.read_text(encoding="utf-8"))) <= {WRITTEN}, guide
+        assert set(re.findall(r"\b6[12]-\d{6}\b", text)) <= {WRITTEN}, guide

@@ -1,4 +1,4 @@
-"""`hornbill probe` finds out what the simulated servo is known to be: every answer is compared with its setting."""
+"""`hornbill probe` determines the settings of a simulated servo."""
 
 import json
 import os
@@ -27,7 +27,7 @@ def server() -> Iterator[Server]:
         yield started
 
 
-def answers(probed: ProbeResult) -> dict[str, object]:
+def results(probed: ProbeResult) -> dict[str, object]:
     return {one.key: one.value for one in probed.answers}
 
 
@@ -35,8 +35,8 @@ def quick(seconds: float) -> None:
     time.sleep(seconds / 3)
 
 
-def plugged(server: Server, number: int) -> str:
-    """A servo of its own, ready, with a node ID: one of the demo's hunts, and does not come to rest."""
+def connected(server: Server, number: int) -> str:
+    """A new ready servo with a node ID; one of the demo oscillates and does not settle."""
     body = {"model": "BLA21-06U-A0", "firmware": "1.300", "node_id": number, "servo_id": number}
     uid = str(server.api.post("/sim/servos", json=body).raise_for_status().json()["uid"])
     until(lambda: any(one["uid"] == uid and one["state"] == "ready" for one in server.servos()), 40, "it is not ready")
@@ -44,25 +44,21 @@ def plugged(server: Server, number: int) -> str:
 
 
 @pytest.mark.parametrize("place", range(4), ids=UNITS)
-def test_it_tells_each_of_the_four_units_of_a_position(server: Server, place: int) -> None:
-    uid = plugged(server, 40 + place)
+def test_it_determines_each_unit_of_a_position(server: Server, place: int) -> None:
+    uid = connected(server, 40 + place)
     server.api.patch(f"/sim/servos/{uid}", json={"position_unit": UNITS[place]}).raise_for_status()
     server.api.put(f"/servos/{uid}/position-unit", json={"unit": None}).raise_for_status()
     with Hornbill(server.url) as hornbill:
         probed = Probe(hornbill, hornbill.find(uid=uid), lambda text: text.startswith("Turns"), sleep=quick).run()
         assert hornbill.find(uid=uid).read("torque_mode") == "off"
-    assert answers(probed)["position_unit"] == UNITS[place]
+    assert results(probed)["position_unit"] == UNITS[place]
     assert probed.completed == ["read", "move"]
     assert set(probed.skipped) == {"restart", "save"}
 
 
-def test_what_it_says_of_a_restart_and_a_save_is_how_the_servo_is_set(server: Server, tmp_path: Path) -> None:
-    for usual in (False, True):
-        probed_as_set(server, tmp_path, usual)
-
-
-def probed_as_set(server: Server, tmp_path: Path, usual: bool) -> None:
-    uid = str(server.servos()[0]["uid"])  # its node id is its own: asking for one takes a second
+@pytest.mark.parametrize("usual", [False, True])
+def test_it_determines_restart_and_save(server: Server, tmp_path: Path, usual: bool) -> None:
+    uid = str(server.servos()[0]["uid"])  # it has a stored node ID: requesting one takes a second
     switches = {"acknowledges_save": usual, "acknowledges_restart": usual, "array_command_shows": usual}
     body = {"behaviour": switches, "restart_delay_s": 0.3 if usual else 2.5}
     server.api.patch(f"/sim/servos/{uid}", json=body).raise_for_status()
@@ -71,20 +67,20 @@ def probed_as_set(server: Server, tmp_path: Path, usual: bool) -> None:
         command, capture_output=True, text=True, check=False, env={**os.environ, "HORNBILL_URL": server.url}
     )
     assert ran.returncode == 0, ran.stderr
-    told: dict[str, Any] = json.loads(ran.stdout)
-    assert told["completed"] == ["read", "move", "restart", "save"]
-    found = {one["key"]: one["value"] for one in told["answers"]}
+    report: dict[str, Any] = json.loads(ran.stdout)
+    assert report["completed"] == ["read", "move", "restart", "save"]
+    found = {one["key"]: one["value"] for one in report["answers"]}
     for name in ("acknowledges_save", "acknowledges_restart"):
         assert found[name] is usual, name
     assert (found["array_command_obeyed"], found["array_command_shows"]) == (True, usual)
     assert found["save_opcode_restarts"] is True
     assert found["restart_loses_ram"] is True
     assert found["keeps_node_id"] is True
-    wanted = body["restart_delay_s"]
-    assert isinstance(wanted, float)
-    late = 2.2  # a busy machine delays what is measured; the two settings, 0.3 s and 2.5 s, still differ
-    assert wanted <= found["restart_time_s"] < wanted + late
-    assert wanted + 0.05 <= found["save_time_s"] < wanted + 0.05 + late
+    delay_s = body["restart_delay_s"]
+    assert isinstance(delay_s, float)
+    slack_s = 2.2  # a busy machine delays what is measured; the two settings, 0.3 s and 2.5 s, still differ
+    assert delay_s <= found["restart_time_s"] < delay_s + slack_s
+    assert delay_s + 0.05 <= found["save_time_s"] < delay_s + 0.05 + slack_s
     assert 0.09 < found["status_interval_s"] < 0.11
     assert 0.9 < found["node_status_interval_s"] < 1.1
     assert found["status_unused_zero"] is True
@@ -94,11 +90,11 @@ def probed_as_set(server: Server, tmp_path: Path, usual: bool) -> None:
     assert found["refused_rows"] == []
     markdown = (tmp_path / "x.md").read_text(encoding="utf-8")
     assert "| Is SAVE acknowledged? | " + ("Yes" if usual else "No") in markdown
-    assert json.loads((tmp_path / "x.json").read_text(encoding="utf-8")) == told
+    assert json.loads((tmp_path / "x.json").read_text(encoding="utf-8")) == report
     assert (tmp_path / "x.log").stat().st_size > 10_000
 
 
-def test_without_consent_nothing_is_written_and_nothing_moves(server: Server, tmp_path: Path) -> None:
+def test_without_confirmation_nothing_is_written_and_nothing_moves(server: Server, tmp_path: Path) -> None:
     from hornbill.probe.evidence import ProbeEvidence
     from hornbill.wire.messages import ArrayCommand
     from hornbill.wire.services import ExecuteOpcodeRequest, RestartNodeRequest
@@ -110,15 +106,15 @@ def test_without_consent_nothing_is_written_and_nothing_moves(server: Server, tm
     assert probed.completed == ["read"]
     (tmp_path / "x.log").write_bytes(probed.recording)
     seen = ProbeEvidence.read(tmp_path / "x.log", range(1, 128)).transfers
-    asked = [one.structure for one in seen if isinstance(one.structure, GetSetRequest)]
-    assert len(asked) > 50
-    assert all(one.value.kind is ValueKind.EMPTY for one in asked)
+    requests = [one.structure for one in seen if isinstance(one.structure, GetSetRequest)]
+    assert len(requests) > 50
+    assert all(one.value.kind is ValueKind.EMPTY for one in requests)
     assert not [
         one for one in seen if isinstance(one.structure, (ArrayCommand, ExecuteOpcodeRequest, RestartNodeRequest))
     ]
 
 
-def test_unsaved_values_and_a_stop_keep_it_from_beginning(server: Server) -> None:
+def test_unsaved_values_and_a_stop_prevent_it(server: Server) -> None:
     with Hornbill(server.url) as hornbill:
         servo = hornbill.servos()[0]
         before = servo.read("angle_p_gain")

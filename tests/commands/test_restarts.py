@@ -1,4 +1,4 @@
-"""A server that is killed amid a job: the next one on the same data says what became of it, and starts nothing."""
+"""After the server is killed during a job, the next one reports it as interrupted and starts nothing."""
 
 import sqlite3
 from concurrent.futures import ThreadPoolExecutor
@@ -10,7 +10,7 @@ import pytest
 
 from e2e.servers import Server, running, serving, until
 
-KEY, WAITING = {"Idempotency-Key": "before-the-kill"}, {"Idempotency-Key": "never-answered"}
+KEY, WAITING = {"Idempotency-Key": "before-the-kill"}, {"Idempotency-Key": "no-response"}
 
 
 def ready(server: Server) -> str:
@@ -19,12 +19,12 @@ def ready(server: Server) -> str:
 
 
 def requests(folder: Path) -> int:
-    """How many requests with a key the server has noted."""
+    """The number of requests with a key that the server has stored."""
     with closing(sqlite3.connect(folder / "hornbill.sqlite3")) as database:
         return int(database.execute("SELECT count(*) FROM answers").fetchone()[0])
 
 
-def test_a_job_amid_which_the_server_was_killed_is_interrupted_and_its_key_starts_no_second_one(tmp_path: Path) -> None:
+def test_a_job_of_a_killed_server_is_interrupted_and_its_key_starts_no_other(tmp_path: Path) -> None:
     words = serving(tmp_path, "--allocator", "on")
     with running(*words) as first, ThreadPoolExecutor() as elsewhere:
         uid = ready(first)

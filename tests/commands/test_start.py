@@ -1,4 +1,4 @@
-"""`hornbill demo` from nothing: ready soon, prints where, ends cleanly. What guides say is run by test_docs.py."""
+"""`hornbill demo` starts, prints its address, and ends."""
 
 import os
 import re
@@ -12,7 +12,7 @@ import httpx
 from e2e.servers import running_demo
 
 
-def test_http_answers_and_all_six_servos_become_ready() -> None:
+def test_the_demo_starts_and_six_servos_become_ready() -> None:
     began = time.monotonic()
     with running_demo("--servos", "6", "--seed", "5") as (process, url):
         assert httpx.get(url + "api/v1/health").json()["demo"] is True
@@ -29,7 +29,7 @@ def test_http_answers_and_all_six_servos_become_ready() -> None:
         assert process.wait(timeout=10) == 0
 
 
-def test_a_port_that_is_taken_is_named_with_the_remedy() -> None:
+def test_a_port_in_use_is_an_error() -> None:
     with running_demo("--servos", "1") as (_, url):
         port = re.search(r":(\d+)/", url)
         assert port is not None
@@ -39,11 +39,11 @@ def test_a_port_that_is_taken_is_named_with_the_remedy() -> None:
         assert "--port" in again.stderr
 
 
-def test_no_other_address_is_listened_on() -> None:
+def test_a_network_address_without_a_token_is_rejected() -> None:
     refused = subprocess.run(
         [sys.executable, "-m", "hornbill", "demo", "--host", "0.0.0.0"],
         capture_output=True, text=True, check=False, timeout=20,
-        env={**os.environ, "HORNBILL_CONTAINER": "0"},  # wherever the tests run: in a container it would be open
+        env={**os.environ, "HORNBILL_CONTAINER": "0"},  # in a container it would be allowed
     )  # fmt: skip
     assert refused.returncode == 2
     assert "127.0.0.1" in refused.stderr
