@@ -187,32 +187,25 @@ async def test_a_socket_has_the_role_of_its_token(server: SecuredServer) -> None
 
 
 @secured()
-async def test_revoking_a_token_or_logging_out_closes_its_sockets(server: SecuredServer) -> None:
-    secret = await server.token("me", "view")
+async def test_revoking_a_token_or_logging_out_closes_its_sockets_and_releases_their_leases(
+    server: SecuredServer,
+) -> None:
+    secret = await server.token("me", "operate")
     by_header = RawSocket(server.app, ("Authorization", f"Bearer {secret}"))
     async with server.client() as page:
         json(await page.post("/session", json={"token": secret}))
         by_cookie = RawSocket(server.app, ("Cookie", f"other=1; hornbill_session={page.cookies['hornbill_session']}"))
         assert await by_header.first() == await by_cookie.first() == "websocket.accept"
+        lease = json(await page.post("/leases", json={"holder": "page", "ttl_s": 60}), 201)["id"]
+        by_header.send(f'{{"type":"heartbeat","lease":"{lease}"}}')
+        await asyncio.sleep(0.2)
         await page.delete("/session")
         assert (await by_cookie.until("websocket.close"))["code"] == 4401
         assert not by_header.task.done()
+    assert server.rig.host.leases.current(server.rig.host.base.now()) is not None
     await server.revoke("me")
     assert (await by_header.until("websocket.close"))["code"] == 4401
     await asyncio.wait_for(asyncio.gather(by_header.task, by_cookie.task), 5)
-
-
-@secured()
-async def test_a_page_that_is_logged_out_releases_its_lease(server: SecuredServer) -> None:
-    secret = await server.token("me", "operate")
-    socket = RawSocket(server.app, ("Authorization", f"Bearer {secret}"))
-    assert await socket.first() == "websocket.accept"
-    async with server.client(secret) as me:
-        lease = json(await me.post("/leases", json={"holder": "page", "ttl_s": 60}), 201)["id"]
-        socket.send(f'{{"type":"heartbeat","lease":"{lease}"}}')
-        await asyncio.sleep(0.2)
-    await server.revoke("me")
-    await socket.until("websocket.close")
     assert server.rig.host.leases.current(server.rig.host.base.now()) is None
 
 

@@ -209,22 +209,6 @@ async def test_every_row_is_read_written_and_read_back_once(rig: Rig, servo: Ser
 
 
 @scene()
-async def test_a_snapshot_is_stored_before_the_first_write_only(rig: Rig, servo: Servo) -> None:
-    snapshots = rig.host.store.snapshots
-    json(await patching(rig, servo, EIGHT, dry_run=True))
-    json(await patching(rig, servo, {"angle_p_gain": 40}))
-    assert snapshots.of(servo.uid) == [], "neither writes"
-    json(await patching(rig, servo, {"angle_p_gain": 41, "angle_d_gain": 31, "smoothing": True}))
-    (stored,) = snapshots.of(servo.uid)
-    assert (stored.reason, stored.by, stored.automatic) == (
-        "before a change of angle_p_gain and 1 more",
-        "no lease",
-        True,
-    )
-    assert stored.ram["angle_p_gain"] == 40
-
-
-@scene()
 async def test_a_change_without_a_stored_snapshot_is_rejected(
     rig: Rig, servo: Servo, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -12,7 +12,7 @@ import pytest
 from behaviour.rig import PLAIN, Rig, json, play, problem, until
 from behaviour.scene import scene
 from hornbill.servo.device.servo import Servo, State
-from hornbill.servo.runtime.hub import Change, ReadingChanged, Sampled
+from hornbill.servo.runtime.hub import Change, Sampled
 from hornbill.sim.behaviour import Behaviour
 from hornbill.sim.bench.recipe import Recipe
 from hornbill.store.store import Store
@@ -116,19 +116,6 @@ async def test_reverse_and_origin_need_torque_off(rig: Rig, servo: Servo) -> Non
     assert rig.writes() == []
     json(await rig.call("POST", f"/servos/{servo.uid}/torque", {"mode": "off"}))
     await patch(rig, servo, {"reverse": True, "origin": 10.0})
-
-
-@scene()
-async def test_in_effect_follows_its_cause(rig: Rig, servo: Servo) -> None:
-    path = f"/servos/{servo.uid}/parameters/speed_limit_cw"
-    off = json(await rig.call("GET", path))
-    assert off["in_effect"] is False
-    assert "0x25" in off["why_not"]
-    rig.changes.clear()
-    await patch(rig, servo, {"speed_torque_control": True})
-    changed = {change.key for change in rig.changes if isinstance(change, ReadingChanged)}
-    assert "speed_limit_cw" in changed
-    assert json(await rig.call("GET", path))["in_effect"] is True
 
 
 @scene()

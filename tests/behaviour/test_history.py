@@ -44,11 +44,14 @@ async def compare(rig: Rig, left: str, right: str, **more: str) -> dict[str, Any
 
 @scene()
 async def test_a_snapshot_is_stored_before_each_change(rig: Rig, servo: Servo) -> None:
-    lease = await rig.lease()
-    for gain in (45, 50):
-        body = {"values": {"angle_p_gain": gain}}
-        json(await rig.call("PATCH", f"/servos/{servo.uid}/parameters", body, lease=lease))
+    lease, path = await rig.lease(), f"/servos/{servo.uid}/parameters"
+    for body in ({"values": {"angle_p_gain": 45}, "dry_run": True}, {"values": {"angle_p_gain": 40}}):
+        json(await rig.call("PATCH", path, body, lease=lease))
+    assert await listed(rig, servo) == [], "neither writes"
+    for values in ({"angle_p_gain": 45}, {"angle_p_gain": 50, "angle_d_gain": 31, "smoothing": True}):
+        json(await rig.call("PATCH", path, {"values": values}, lease=lease))
     newest, oldest = await listed(rig, servo)
+    assert newest["reason"] == "before a change of angle_p_gain and 1 more", "smoothing was on"
     default = servo.registers["angle_p_gain"].parameter.default
     assert (oldest["values"]["angle_p_gain"], newest["values"]["angle_p_gain"]) == (default, 45)
     assert newest["rom"]["angle_p_gain"] == default
