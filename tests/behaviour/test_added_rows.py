@@ -1,4 +1,4 @@
-"""What is added to the tables is there everywhere: in REST, the schema document, the manual and the simulated servo."""
+"""A row, a series and a model added to the tables appear in REST, the schema, the manual and the simulated servo."""
 
 import shutil
 from pathlib import Path
@@ -20,7 +20,7 @@ key = "new_row"
 address = 0x47
 group = "option"
 label = "New row"
-description = "One that was added."
+description = "A row that was added."
 section = "4.38"
 access = "rw"
 unit = "V"
@@ -33,7 +33,7 @@ maximum = 100
 
 @pytest.fixture
 def catalog(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Catalog:
-    """The tables with one more row, one more series, and a model of it."""
+    """The tables with another row, another series, and a model of it."""
     folder = tmp_path / "schemas"
     shutil.copytree(resources.schemas(), folder)
     rows = folder / "parameters.toml"
@@ -51,12 +51,12 @@ def catalog(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Catalog:
     return made
 
 
-def test_a_row_a_model_and_a_series_that_are_added_are_there_all_detectors(catalog: Catalog) -> None:
+def test_an_added_row_series_and_model_appear_everywhere(catalog: Catalog) -> None:
     document: dict[str, Any] = create_api(catalog).openapi()
     assert {"get", "put"} <= document["paths"]["/api/v1/servos/{uid}/parameters/new_row"].keys()
     manual = parameters_markdown(catalog)
     assert "BLA99-06U-A0" in manual
-    assert "One that was added." in manual
+    assert "A row that was added." in manual
 
     async def scene(rig: Rig) -> None:
         schema = json(await rig.call("GET", "/schema"))

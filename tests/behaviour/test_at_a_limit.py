@@ -1,4 +1,4 @@
-"""A bit of temperature or supply is set at the limit already, where output stays on (4.7, 4.8, 4.12)."""
+"""Protection as the host shows it: at a limit output stays on, beyond it and during a failure it is off (4.7, 4.12)."""
 
 import asyncio
 from dataclasses import replace
@@ -16,7 +16,7 @@ WARM = replace(PLAIN, rom={"temperature_limit_upper": 60, "soft_start": 0, "time
 
 
 @scene(WARM)
-async def test_a_servo_at_its_limit_is_ready_and_moves_and_one_beyond_it_is_protected(rig: Rig, servo: Servo) -> None:
+async def test_at_its_limit_a_servo_is_ready_and_moves_and_beyond_it_is_protected(rig: Rig, servo: Servo) -> None:
     lease = await rig.lease()
     path = f"/servos/{servo.uid}"
     rig.sim(servo).conditions.temperature_c = 60.0
@@ -31,7 +31,7 @@ async def test_a_servo_at_its_limit_is_ready_and_moves_and_one_beyond_it_is_prot
 
 @pytest.mark.parametrize("failure", WITHOUT_OUTPUT)
 @scene(WARM)
-async def test_a_failure_that_the_tables_say_takes_the_output_is_shown_to_have_taken_it(
+async def test_output_is_shown_off_during_each_failure_that_switches_it_off(
     rig: Rig, servo: Servo, failure: str
 ) -> None:
     path = f"/servos/{servo.uid}/parameters/angle_p_gain"
