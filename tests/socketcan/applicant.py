@@ -25,7 +25,7 @@ class Applicant(Peer):
         super().__init__(name=name, unique_id=unique_id)
         self.requests = 0
         self.said: list[tuple[int, int]] = []
-        """What was said to it: node id of the allocator, bytes of its unique id."""
+        """Received responses: node ID of the allocator, number of echoed bytes."""
         self._unique_id = unique_id
         self._preferred = preferred
         self._random = Random(unique_id)
@@ -35,7 +35,7 @@ class Applicant(Peer):
         self._wait()  # rule A
 
     def _wait(self, offset: int = 0) -> None:
-        """Send the part of the unique id at `offset` after the time its rule gives."""
+        """Send the part of the unique id at `offset` after the delay of its rule."""
         if self._alarm is not None:
             self._alarm.try_remove()
         delay = self._random.uniform(*(_FOLLOW_UP_S if offset else _REQUEST_S))
@@ -48,7 +48,7 @@ class Applicant(Peer):
         message.node_id = self._preferred
         message.first_part_of_unique_id = not offset
         message.unique_id.from_bytes(self._unique_id[offset : offset + _PART_BYTES])
-        # The stack's own broadcast() refuses to be anonymous; its Transfer and its driver do not.
+        # The stack's own broadcast() cannot be anonymous; its Transfer and its driver can.
         sent = transport.Transfer(
             transfer_id=self._transfer_id, source_node_id=0, payload=message, transfer_priority=24,
             discriminator=self._random.getrandbits(14),
@@ -57,7 +57,7 @@ class Applicant(Peer):
         for frame in sent.to_frames():
             self.node.can_driver.send(frame.message_id, frame.bytes, extended=True)
         self.requests += not offset
-        self._wait()  # rule B, and the same time for a follow-up that stays unanswered
+        self._wait()  # rule B, and the same delay for a follow-up without a response
 
     def _receive(self, event: Any) -> None:
         source, message = event.transfer.source_node_id, event.message

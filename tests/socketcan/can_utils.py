@@ -33,7 +33,7 @@ def needed() -> None:
 
 
 def cansend(*frames: str) -> None:
-    """Put frames on vcan0, one after the other, in the words of cansend."""
+    """Send frames on vcan0 in sequence, in the format of cansend."""
     command = ["xargs", "-n1", "cansend", "vcan0"]
     subprocess.run(command, input="\n".join(frames), text=True, check=True, timeout=TIMEOUT_S)
 
@@ -49,7 +49,7 @@ def _marking(what: str) -> str:
 
 @contextmanager
 def candump(log: Path) -> Generator[None]:
-    """Have candump write everything on vcan0 into `log`, from before this returns until after it ends."""
+    """Record all frames on vcan0 into `log` with candump."""
     with log.open("w") as file, subprocess.Popen(["stdbuf", "-oL", "candump", "-L", "vcan0"], stdout=file) as process:
         try:
             end = time.monotonic() + TIMEOUT_S
@@ -67,7 +67,7 @@ def candump(log: Path) -> Generator[None]:
 
 
 def lines(log: str) -> list[Line]:
-    """The extended data frames of a log in candump's form, in order."""
+    """The extended data frames of a log in candump format, in order."""
     found = (_LINE.fullmatch(each) for each in log.splitlines())
     return [Line(float(each["at"]), each["id"], each["data"]) for each in found if each and len(each["id"]) == 8]
 

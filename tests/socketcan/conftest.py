@@ -1,4 +1,4 @@
-"""The condition under which these tests run: a real SocketCAN interface vcan0 that is up."""
+"""These tests need a real SocketCAN interface vcan0 that is up."""
 
 from pathlib import Path
 

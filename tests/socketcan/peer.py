@@ -22,14 +22,14 @@ uavcan: Any = dronecan.uavcan
 
 TIMEOUT_S = 60.0
 _STEP_S = 0.01
-# Filters of the kernel's: any frame, and an extended one that is no message of type 1011.
+# Kernel filters: any frame, and an extended one that is no message of type 1011.
 _EVERYTHING = struct.pack("=II", 0, 0)
 _ALL_BUT_STATUS = struct.pack("=II", 1011 << 8 | 0xA000_0000, 0xFFFF << 8 | 0x8000_0080)
 _SO_RCVBUFFORCE = 33  # asm-generic/socket.h
 
 
 class Received(NamedTuple):
-    """A transfer as the stack took it: `message` is its own object, `at` the kernel's time of the first frame."""
+    """A transfer received by the stack: `message` is its own object, `at` the kernel's time of the first frame."""
 
     source: int
     priority: int
@@ -39,7 +39,7 @@ class Received(NamedTuple):
 
 
 class Register(NamedTuple):
-    """An response to GetSet: the active kinds of its four unions, the value, and the name."""
+    """A response to GetSet: the active kinds of its four unions, the value, and the name."""
 
     name: str
     kind: str
@@ -49,7 +49,7 @@ class Register(NamedTuple):
 
 
 REFUSED = ("", "empty", None, ("empty", "empty", "empty"))
-"""A Register that says no, but for its priority (table 2-16, column "fail")."""
+"""A refusal, without its priority (table 2-16, column "fail")."""
 
 
 class Peer:
@@ -90,7 +90,7 @@ class Peer:
 
     @property
     def node_id(self) -> int:
-        """Its number on the bus, 0 while it has none."""
+        """Its node ID, 0 if none."""
         return self.node.node_id or 0
 
     def listen(self, data_type: Any) -> list[Received]:
@@ -107,7 +107,7 @@ class Peer:
 
     @contextmanager
     def receiving_status(self) -> Generator[None]:
-        """Hear actuators' Status for a while. It is filtered away else, as there is so much of it: the stack takes
+        """Receive actuator Status for some time. It is filtered out otherwise, because of its volume: the stack takes
         milliseconds for a frame where system calls are dear, and would fall behind.
         """
         self._socket.setsockopt(socket.SOL_CAN_RAW, socket.CAN_RAW_FILTER, _EVERYTHING)
@@ -117,15 +117,15 @@ class Peer:
             self._socket.setsockopt(socket.SOL_CAN_RAW, socket.CAN_RAW_FILTER, _ALL_BUT_STATUS)
 
     def live(self, seconds: float) -> None:
-        """Take part in the bus for a while."""
+        """Run on the bus for some time."""
         self.node.spin(seconds)
 
     def run_until(self, condition: Callable[[], object], what: str) -> None:
-        """Take part in the bus until something has come about."""
+        """Run on the bus until a condition is true."""
         run_until([self], condition, what)
 
     def request(self, *requests: tuple[int, Any], priority: int = 20) -> list[Received]:
-        """The responses to requests (node id, request object): one at a time a node, all nodes at once."""
+        """The responses to requests (node id, request object): one at a time per node, all nodes in parallel."""
         responses: dict[int, Received] = {}
         waiting: defaultdict[int, deque[tuple[int, Any]]] = defaultdict(deque)
         for place, (node_id, request) in enumerate(requests):
@@ -157,7 +157,7 @@ class Peer:
 
 
 def live_together(peers: list[Peer], seconds: float) -> None:
-    """Let several peers take part in the bus for a while."""
+    """Run several peers for some time."""
     end = time.monotonic() + seconds
     while time.monotonic() < end:
         for peer in peers:
@@ -165,7 +165,7 @@ def live_together(peers: list[Peer], seconds: float) -> None:
 
 
 def run_until(peers: list[Peer], condition: Callable[[], object], what: str) -> None:
-    """Let several peers take part in the bus until something has come about."""
+    """Run several peers until a condition is true."""
     end = time.monotonic() + TIMEOUT_S
     while not condition():
         assert time.monotonic() < end, f"never came: {what}"
@@ -184,7 +184,7 @@ def read(which: str | int) -> Any:
 
 
 def write(name: str, value: float | str) -> Any:
-    """A GetSet request that sets a register, with the kind of value that Python type has."""
+    """A GetSet request that sets a register, with the kind of value of the Python type."""
     request = read(name)
     match value:
         case bool():

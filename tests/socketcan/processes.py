@@ -14,7 +14,7 @@ from typing import TypeVar
 import httpx
 
 TIMEOUT_S = 60.0
-"""Starting is slow where system calls are dear."""
+"""Starting is slow where system calls are."""
 
 Process = subprocess.Popen[bytes]
 T = TypeVar("T")
@@ -23,7 +23,7 @@ T = TypeVar("T")
 @contextmanager
 def running(command: Sequence[str]) -> Generator[Process]:
     """A process with its standard output on a pipe; terminated afterwards."""
-    # As in a user's shell: what a program does not flush is not seen.
+    # As in a user's shell, output is visible only when flushed.
     environment = {name: value for name, value in os.environ.items() if name != "PYTHONUNBUFFERED"}
     with subprocess.Popen(command, stdout=subprocess.PIPE, bufsize=0, env=environment) as process:
         try:
@@ -35,18 +35,18 @@ def running(command: Sequence[str]) -> Generator[Process]:
 
 @contextmanager
 def hornbill(*words: str) -> Generator[Process]:
-    """`hornbill` with these words, in a process of its own."""
+    """`hornbill` with these arguments, in its own process."""
     with running([sys.executable, "-m", "hornbill", *words]) as process:
         yield process
 
 
 @contextmanager
 def serving(bus: str, data: Path, *words: str) -> Generator[httpx.Client]:
-    """`hornbill serve` on a bus, with these words more, as a client of its API."""
+    """`hornbill serve` on a bus, with further arguments. Yields a client of its API."""
     with hornbill("serve", "--bus", bus, "--port", "0", "--data-dir", str(data), *words) as process:
         found = re.search(r"http://\S+/", line(process))
         assert found is not None
-        # A connection a request: one left open may be closed by the server just when it is used again.
+        # One connection per request: the server may close an idle one just before its next use.
         limits = httpx.Limits(max_keepalive_connections=0)
         with httpx.Client(base_url=found[0] + "api/v1", timeout=TIMEOUT_S, limits=limits) as client:
             yield client
@@ -67,7 +67,7 @@ def line(process: Process) -> str:
 
 
 def until(look: Callable[[], T], what: str) -> T:
-    """What `look` finds, as soon as it finds anything."""
+    """The first result of `look` that is true."""
     end = time.monotonic() + TIMEOUT_S
     while not (found := look()):
         assert time.monotonic() < end, what

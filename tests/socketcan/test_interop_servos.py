@@ -132,7 +132,7 @@ def test_every_servo_identifies_itself(bench: Bench) -> None:
         assert software.optional_field_flags == 0
         assert list(info.hardware_version.certificate_of_authenticity) == []
         assert (info.status.health, info.status.mode, info.status.sub_mode) == (0, 0, 0)
-        assert response.priority == 7, "an response has the priority of its request"
+        assert response.priority == 7, "a response has the priority of its request"
 
 
 def test_every_parameter_reads_by_name_as_in_tables_and_rom(bench: Bench) -> None:

@@ -20,14 +20,14 @@ class Bench:
         return {self.resident, self.requesting}
 
     def ready(self) -> list[dict[str, Any]]:
-        """Both servos, the resident first, when both are ready; else nothing."""
+        """Both servos, the one with a static ID first, once both are ready."""
         found = {each["uid"]: each for each in self.api.get("/servos").json() if each["state"] == "ready"}
         return [found[self.resident], found[self.requesting]] if found.keys() == self.uids else []
 
     def allocations(self) -> dict[str, int]:
-        """Node ids by unique id, as the server keeps them."""
+        """Node IDs by unique ID, as stored by the server."""
         return {each["uid"]: each["node_id"] for each in self.api.get("/allocations").json()["allocations"]}
 
     def bus(self) -> dict[str, Any]:
-        """The bus as the server sees it."""
+        """The bus according to the server."""
         return self.api.get("/bus").json()

@@ -9,7 +9,7 @@ from socketcan.processes import hornbill, line, serving, until
 from socketcan.server.bench import Bench
 
 
-# Of this folder: starting a server takes ten times as long as most tests need it.
+# Shared by this folder, because starting a server takes ten times as long as most tests.
 @pytest.fixture(scope="package")
 def bench(vcan0: str, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Bench]:
     data = Path(tmp_path_factory.mktemp("data"))

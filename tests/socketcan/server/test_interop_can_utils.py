@@ -59,7 +59,7 @@ def data(lines: list[Line], can_id: str) -> str:
 
 def test_candump_receives_exactly_the_frames_of_our_log(seen: Witnesses) -> None:
     theirs, ours = (stretch(lines, sent_by_us=False) for lines in (seen.theirs, seen.ours))
-    assert len(theirs) > 3 * 51, "three frames an response"
+    assert len(theirs) > 3 * 51, "three frames per response"
     assert [line[1:] for line in ours] == [line[1:] for line in theirs]
     # What we sent stands in our log where the adapter got it: it lets lower identifiers go first, and takes its time.
     theirs, ours = (stretch(lines, sent_by_us=True) for lines in (seen.theirs, seen.ours))

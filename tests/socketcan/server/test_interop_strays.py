@@ -33,7 +33,7 @@ BROKEN = [
     "180CB900#C0",  # Allocation of an unknown part of a unique id
     "00000180#C0",  # a service of node 0
     "18018000#C0",
-    "100B7FA1#00000000000000C0",  # an response to a request never requested
+    "100B7FA1#00000000000000C0",  # a response without a request
     "100BFFA1#8100010203040542",  # the rest of a request that never began
     "18EEFFA1#C0",  # an unknown service, requested from us
     "1001557F#00000000000000C0",  # NodeStatus with our own node id

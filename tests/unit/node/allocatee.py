@@ -21,7 +21,7 @@ class Allocatee:
         self.node_id = 0
         self.given_at = 0.0
         self.response_delays: list[float] = []
-        """Seconds from each request that was responded to its response."""
+        """Response times of the requests, s."""
         self._random = Random(seed)
         self._loop = asyncio.get_running_loop()
         self._reassembler = Reassembler()
@@ -33,7 +33,7 @@ class Allocatee:
         self.restart()
 
     def restart(self) -> None:
-        """As after a power cut: the id is gone."""
+        """Restart without a node ID, as after a power cut."""
         self.stop()
         self.node_id = 0
         self._born = self._loop.time()

@@ -25,16 +25,16 @@ def participant(port: CanPort, *, node_id: int = HOST) -> Participant:
 
 
 def echo(request: GetSetRequest) -> GetSetResponse:
-    """The value request to be written, or the register's own number, under its name."""
+    """The written value, or the register's own number, under its name."""
     value = integer(int(request.name, 16)) if request.value == EMPTY else request.value
     return GetSetResponse(value, EMPTY, EMPTY, EMPTY, request.name)
 
 
 @dataclass
 class Peer:
-    """Node `node_id` on `port`. Every request is kept; `reply` gives the response, `delay` after so many seconds.
+    """Node `node_id` on `port`. `reply` makes the response to a request, sent after `delay` seconds.
 
-    `drop` says which of the requests (counted from 0) stay without an response.
+    `drop` says which of the requests (counted from 0) get no response.
     """
 
     port: CanPort
@@ -52,7 +52,7 @@ class Peer:
 
     @property
     def names(self) -> list[str]:
-        """The registers request for, in order of arrival."""
+        """The requested registers, in order of arrival."""
         found = [decode(each) for each in self.requests]
         return [each.name for each in found if isinstance(each, GetSetRequest)]
 

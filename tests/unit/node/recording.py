@@ -26,23 +26,23 @@ class RecordingPort:
         self._sink: FrameSink | None = None
 
     def listen(self, sink: FrameSink) -> None:
-        """Keep the sink."""
+        """Store the sink."""
         self._sink = sink
 
     def send(self, frames: Sequence[Frame]) -> None:
-        """Keep the frames. Raises BusDisconnected unless the state is active."""
+        """Record the frames. Raises BusDisconnected unless the state is active."""
         if self.state is not PortState.ACTIVE:
             raise BusDisconnected(f"{self.address} is {self.state}. Connect it.", cause=None)
         self.calls.append(list(frames))
         self.sent.extend(frames)
 
     async def close(self) -> None:
-        """Remember it."""
+        """Mark the port as closed."""
         self.closed = True
         self.state = PortState.DISCONNECTED
 
     def deliver(self, frames: Sequence[Frame]) -> None:
-        """Frames arrive in one batch."""
+        """Deliver frames in one batch."""
         assert self._sink is not None
         self._sink(list(frames))
 
@@ -51,6 +51,6 @@ WRITABLE = frozenset({"0x20", "0x2A", "0x38", "0x12"})
 
 
 def port(*, allow_broadcast: bool = False, writable: frozenset[str] = WRITABLE) -> tuple[GuardedPort, RecordingPort]:
-    """A guarded port, and the one behind it."""
+    """A guarded port and its inner port."""
     inner = RecordingPort()
     return GuardedPort(inner, writable=writable, allow_broadcast=allow_broadcast), inner

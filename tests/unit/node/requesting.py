@@ -17,7 +17,7 @@ def read(name: str) -> GetSetRequest:
 def pair(
     *, delay: Callable[[int], float] = lambda _: 0.0, drop: Callable[[int], bool] = lambda _: False, copies: int = 1
 ) -> tuple[MemoryBus, Participant, Peer]:
-    """A started host, and node 42 that behaves as said (see Peer)."""
+    """A started host, and a peer with node ID 42 (see Peer)."""
     bus = MemoryBus()
     host = participant(bus.port("host"))
     peer = Peer(bus.port("peer"), 42, delay=delay, drop=drop, copies=copies)
@@ -26,11 +26,11 @@ def pair(
 
 
 def now() -> float:
-    """The loop's instant."""
+    """The current instant of the loop."""
     return asyncio.get_running_loop().time()
 
 
 async def turns(count: int = 3) -> None:
-    """Let the loop turn, without time passing."""
+    """Run the loop for `count` iterations, without time passing."""
     for _ in range(count):
         await asyncio.sleep(0)

@@ -10,7 +10,7 @@ from hornbill.wire.transfer import Transfer
 
 
 class MemoryTable:
-    """An AllocationTable that forgets with the process."""
+    """An AllocationTable in memory."""
 
     def __init__(self, entries: dict[str, int] | None = None, pins: frozenset[str] = frozenset()) -> None:
         self.kept = dict(entries or {})
@@ -20,7 +20,7 @@ class MemoryTable:
         self.broken = False
 
     def entries(self) -> dict[Uid, NodeId]:
-        """All of them."""
+        """All allocations."""
         return {Uid(uid): NodeId(node_id) for uid, node_id in self.kept.items()}
 
     def pinned(self, uid: Uid) -> bool:
@@ -28,25 +28,25 @@ class MemoryTable:
         return uid in self.pins
 
     def record(self, uid: Uid, node_id: NodeId) -> None:
-        """Keep it. Raises OSError while `broken`."""
+        """Store an allocation. Raises OSError while `broken`."""
         if self.broken:
             raise OSError("the disk is full")
         self.recorded.append((uid, node_id))
         self.kept[uid] = node_id
 
     def idle(self, longer_than_s: float) -> list[Uid]:
-        """By `away_s`; who is not in it was never away."""
+        """Unique IDs not seen for so long, by `away_s`; others are present."""
         gone = [uid for uid, away in self.away_s.items() if away > longer_than_s and uid in self.kept]
         return [Uid(uid) for uid in sorted(gone, key=lambda uid: -self.away_s[uid]) if uid not in self.pins]
 
     def drop(self, uid: Uid) -> None:
-        """Drop it."""
+        """Remove an allocation."""
         del self.kept[uid]
 
 
 @dataclass
 class Neighbours:
-    """KnownNodes of a bus, as a test says."""
+    """KnownNodes of a bus, set by the test."""
 
     seen: dict[int, float] = field(default_factory=dict[int, float])
     uids: dict[int, bytes] = field(default_factory=dict[int, bytes])
@@ -56,11 +56,11 @@ class Neighbours:
         return set(self.seen)
 
     def occupied(self, now: float) -> set[int]:
-        """Who was seen within three seconds."""
+        """Node IDs seen within three seconds."""
         return {node_id for node_id, at in self.seen.items() if now - at < 3}
 
     def unique_id_at(self, node_id: int) -> bytes | None:
-        """Their unique id, where it is known."""
+        """The unique ID of a node, if known."""
         return self.uids.get(node_id)
 
     def node_id_of(self, unique_id: bytes) -> int | None:
@@ -68,14 +68,14 @@ class Neighbours:
         return next((node_id for node_id, uid in self.uids.items() if uid == unique_id), None)
 
     def last_seen(self, node_id: int) -> float | None:
-        """When."""
+        """When the node ID was last seen."""
         return self.seen.get(node_id)
 
 
 def request(
     allocator: Allocator, part: bytes, now: float, *, first: bool = False, preferred: int = 0
 ) -> AllocationMessage | None:
-    """One anonymous request, and what it is responded with."""
+    """The response to one anonymous request."""
     message = AllocationMessage(preferred, first, part)
     return allocator.handle(message, Transfer(Kind.MESSAGE, 1, 0, 0, 24, 0, message.encode(), now), now)
 
@@ -83,12 +83,12 @@ def request(
 def competing_response(
     allocator: Allocator, source: int, message: AllocationMessage, now: float
 ) -> AllocationMessage | None:
-    """An response of another allocator is seen."""
+    """Receive a response of another allocator."""
     return allocator.handle(message, Transfer(Kind.MESSAGE, 1, source, 0, 24, 0, message.encode(), now), now)
 
 
 def exchange(allocator: Allocator, unique_id: bytes, now: float, *, preferred: int = 0) -> int | None:
-    """All three stages, 0.1 s apart from `now` on; the node id given."""
+    """All three stages from `now` on, 0.1 s apart. Returns the allocated node ID."""
     first = request(allocator, unique_id[:6], now, first=True, preferred=preferred)
     assert first == AllocationMessage(0, False, unique_id[:6])
     second = request(allocator, unique_id[6:12], now + 0.1, preferred=preferred)

@@ -16,7 +16,7 @@ Refusal = Callable[[str, str, str], TableError]
 
 @pytest.fixture
 def refusal(tmp_path: Path) -> Refusal:
-    """Replaces `pattern` once in `file` of a copy of the tables; the error that loading it raises."""
+    """Replaces `pattern` once in `file` of a copy of the tables. Returns the error of loading it."""
 
     def spoil(file: str, pattern: str, replacement: str) -> TableError:
         folder = tmp_path / "schemas"

@@ -50,9 +50,9 @@ MODELS = (
     "BLA21-28U-A0", "BLA21-28U-AB", "BLA15-06U-A0", "BLA15-12U-A0", "BLA34-12U-AB", "BLA34-28U-AB",
 )  # fmt: skip
 QUIET = {"timeout_action": 0, "soft_start": 0}
-"""Saved in a servo that does nothing before the first command and goes on after the last."""
+"""ROM of a servo that rests before the first command and continues after the last."""
 FREE = QUIET | {"speed_torque_control": 1}
-"""The same in one that takes speed and torque, too."""
+"""The same, with speed and torque commands."""
 
 
 T = TypeVar("T", bound=AnyStructure)
@@ -80,7 +80,7 @@ class Desk:
         behaviour: Behaviour | None = None,
         up: bool = True,
     ) -> None:
-        """With `up` the servo has power and has come up; it has a node id only where `node_id` is not 0."""
+        """`up`: powered and started. `node_id` 0: none."""
         recipe = Recipe(
             model, firmware, servo_id=servo_id, node_id=node_id, rom=rom or {}, angle_deg=angle_deg,
             behaviour=behaviour, any_firmware=True,
@@ -95,7 +95,7 @@ class Desk:
             self.wait(0.2)
 
     def under(self, **conditions: float | None) -> "Desk":
-        """This desk, with these `Conditions` and a moment for the servo to notice."""
+        """This desk, with these `Conditions` in effect."""
         for name, value in conditions.items():
             assert hasattr(self.servo.conditions, name), name
             setattr(self.servo.conditions, name, value)
@@ -103,7 +103,7 @@ class Desk:
         return self
 
     def power_cycle(self, off_s: float = 1.0) -> None:
-        """Take the supply away, and give it back."""
+        """Switch the supply off and on."""
         self.servo.power_off(self.now)
         self.wait(off_s)
         self.servo.power_on(self.now)
@@ -143,7 +143,7 @@ class Desk:
     # Time.
 
     def wait(self, seconds: float) -> list[Transfer]:
-        """Let time pass; what the servo sent meanwhile, with the instant it was sent."""
+        """Let time pass. Returns the transfers sent meanwhile, with their instants."""
         end, before = self.now + seconds, len(self.received)
         while (due := self.servo.next_due()) <= end:
             self.now = max(self.now, due)
@@ -163,7 +163,7 @@ class Desk:
         raise AssertionError(f"the horn still moves after {longest} s")
 
     def collect(self) -> list[Transfer]:
-        """What the servo has put into its outbox."""
+        """Transfers in the outbox of the servo."""
         transfers = self._reassembler.feed([frame._replace(at=self.now) for frame in self.servo.take_outbox()])
         self.received += transfers
         return transfers
@@ -181,16 +181,16 @@ class Desk:
         return split(transfer, structure.TYPE)
 
     def send(self, structure: AnyStructure, *, source: int = TESTER, priority: int = 20) -> list[Transfer]:
-        """Send a message or a request to the servo now; what it sends at once."""
+        """Send a message or a request to the servo. Returns its immediate transfers."""
         return self.raw_frames(self.frames_of(structure, source=source, priority=priority))
 
     def raw_frames(self, frames: Iterable[Frame]) -> list[Transfer]:
-        """Put any frames before the servo."""
+        """Deliver any frames to the servo."""
         self.servo.on_frames(list(frames), self.now)
         return self.collect()
 
     def request(self, structure: AnyStructure, response: type[T]) -> T | None:
-        """The response to a request, or None when none comes at once."""
+        """The immediate response to a request, None if there is none."""
         for transfer in self.send(structure):
             decoded = decode(transfer)
             if isinstance(decoded, response) and transfer.transfer_id == self._transfer_id:
@@ -198,7 +198,7 @@ class Desk:
         return None
 
     def servo_link(self) -> SimNode:
-        """A link like the servo's own, to look at its filter."""
+        """A link like the servo's own, to test its filter."""
         link = SimNode(self.servo.uid, Random(1), self.servo.conditions)
         link.join(NodeId(self.servo.node_id), self.now)
         return link
@@ -206,19 +206,19 @@ class Desk:
     # Services.
 
     def get_set(self, name: str, value: Value = EMPTY, *, index: int = 0) -> GetSetResponse | None:
-        """One GetSet as it stands."""
+        """One GetSet request."""
         return self.request(GetSetRequest(index, value, name), GetSetResponse)
 
     def read(self, name: str) -> Raw | None:
-        """A register's integer, None when the servo refuses; fails when it does not response."""
+        """A register's integer, None if the servo refuses; fails if it does not respond."""
         return self._integer(self.get_set(name), name)
 
     def write(self, name: str, raw: Raw) -> Raw | None:
-        """What the servo says the register is after the write, None when it refuses."""
+        """The value in the response to a write, None if refused."""
         return self._integer(self.get_set(name, integer(raw)), name)
 
     def send_write(self, name: str, raw: Raw) -> list[Transfer]:
-        """A write, and everything the servo sends at once."""
+        """A write, and all immediate transfers."""
         return self.send(GetSetRequest(0, integer(raw), name))
 
     def _integer(self, response: GetSetResponse | None, name: str) -> Raw | None:

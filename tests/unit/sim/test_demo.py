@@ -43,7 +43,7 @@ def test_too_few_or_too_many_servos_are_refused(n: int) -> None:
         demo_fleet(catalog(), n, 1)
 
 
-def described(word: str) -> Recipe:
+def servo_of(word: str) -> Recipe:
     """The servo whose story has this word."""
     (found,) = (recipe for recipe in demo_fleet(catalog(), 11, 1) if word in recipe.story)
     return found
@@ -65,7 +65,7 @@ def test_every_servo_of_the_fleet_has_its_own_story() -> None:
 
 
 def test_one_servo_hunts_until_its_gain_is_lowered() -> None:
-    desk = at_desk(described("hunts"))
+    desk = at_desk(servo_of("hunts"))
     desk.write("0x26", 0)
     assert step(desk, 300).hunting >= 10
     desk.write("0x2C", 30)
@@ -73,7 +73,7 @@ def test_one_servo_hunts_until_its_gain_is_lowered() -> None:
 
 
 def test_one_servo_overheats_under_load_and_disables_torque() -> None:
-    desk = at_desk(described("hot"))
+    desk = at_desk(servo_of("hot"))
     assert 70 <= (desk.read("0x0B") or 0) <= 80
     desk.write("0x26", 0)
     desk.under(load_pct=60.0)
@@ -95,12 +95,12 @@ def test_every_horn_rests_after_torque_off() -> None:
 
 
 def test_one_servo_has_the_first_firmware_without_later_rows() -> None:
-    servo = at_desk(described("first firmware")).servo
+    servo = at_desk(servo_of("first firmware")).servo
     assert (servo.register(0x52), servo.register(0x25), servo.register(0x2A)) == (1_010, 0, 0)
 
 
 def test_one_servo_is_new_and_one_lost_its_settings() -> None:
-    new, lost = described("new servo"), at_desk(described("lost")).servo
+    new, lost = servo_of("new servo"), at_desk(servo_of("lost")).servo
     assert (new.model[:5], new.servo_id, new.node_id) == ("BLA15", 0, 0)
     assert (lost.register(0x1A), lost.register(0x25), lost.node_id) == (1 << 15, 0, 0)
 

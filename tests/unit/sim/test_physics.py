@@ -49,7 +49,7 @@ class Reference:
             def stopped(_time: float, state: list[float], direction: float = direction) -> float:
                 return direction * state[1] + 1e-12
 
-            stopped.terminal = True  # pyright: ignore[reportFunctionMemberAccess] - how scipy is described
+            stopped.terminal = True  # pyright: ignore[reportFunctionMemberAccess] - a flag for scipy
             state = [self.motor, self.speed, self.torque]
             found = solve(slope, (0.0, left), state, events=stopped, rtol=1e-7, atol=1e-9)
             self.motor, self.speed, self.torque = (float(row[-1]) for row in found.y)
@@ -88,12 +88,12 @@ class Reference:
 def orders_of(plant: Plant, controller: Controller, target: float, **more: float) -> Orders:
     """Those of default gains, smoothing off."""
     direct = controller == Controller.ANGLE_DIRECT
-    described: dict[str, float] = {
+    defaults: dict[str, float] = {
         "angle_p": 40 * (plant.angle_p_direct if direct else plant.angle_p), "angle_d": 40 * plant.angle_d,
         "dead_band": 0.3, "speed_p": 50 * plant.speed_p, "speed_low": -1800.0, "speed_high": 1800.0,
         "torque_low": -1.0, "torque_high": 1.0,
     }  # fmt: skip
-    return Orders(controller, target)._replace(**{**described, **more})
+    return Orders(controller, target)._replace(**{**defaults, **more})
 
 
 @pytest.mark.parametrize("model", ["BLA21-06U-A0", "BLA21-28U-AB", "BLA15-12U-A0"])

@@ -26,7 +26,7 @@ def repeat_later(row: list[Frame], place: int, chance: Random) -> None:
 
 
 def swap(row: list[Frame], place: int, chance: Random) -> None:
-    """Two frames change places: two queues of an adapter."""
+    """Two frames are swapped, as by two queues of an adapter."""
     other = chance.randrange(len(row))
     one, two = row[place], row[other]
     row[place], row[other] = two._replace(at=one.at), one._replace(at=two.at)
@@ -73,7 +73,7 @@ def pause(row: list[Frame], place: int, chance: Random) -> None:
 
 
 def drone_on(row: list[Frame], place: int, _chance: Random) -> None:
-    """A sender that does not find the end: continuations with the right toggle, for ever."""
+    """A sender that never ends: continuations with the correct toggle."""
     frame = row[place]
     tail = frame.data[-1] & 0x1F
     row[place + 1 : place + 1] = [
@@ -87,7 +87,7 @@ ALL: tuple[Damage, ...] = (
 
 
 def damage(row: list[Frame], chance: Random, times: int) -> None:
-    """`times` things at random go wrong with a row of frames."""
+    """Damage a row of frames `times` times at random."""
     for _ in range(times):
         places = [place for place, frame in enumerate(row) if frame.data]
         if places:

@@ -1,4 +1,4 @@
-"""The fuzzer: looks for rows of frames that reassembly treats in a way no kept row shows, and keeps them.
+"""Fuzzer: finds and stores rows of frames that reassembly treats in a way no stored row shows.
 
 `PYTHONPATH=tests python -m unit.wire.fuzz [SEED [ROUNDS]]` adds what it finds to corpus/, each row cut down to the
 frames it needs. What a file expects is what reassembly did when the row was found: read it before it is committed.
@@ -40,7 +40,7 @@ from unit.wire.structures import frames
 
 CORPUS = Path(__file__).parent / "corpus"
 MAX_SESSIONS = 4
-"""Room for so many transfers, so that few frames are enough to fill it."""
+"""Maximum number of sessions, reached by few frames."""
 
 FRAME_S = 0.00014
 ROUNDS = 20_000
@@ -60,11 +60,11 @@ STRUCTURES: tuple[AnyStructure, ...] = (
 )
 
 Seen = tuple[str, str]
-"""What happened on one identifier, and what happened there next."""
+"""An event on one identifier, and the next one there."""
 
 
 def replay(row: Sequence[Frame], node_id: int | None) -> tuple[list[Transfer], dict[str, int], set[Seen]]:
-    """Feed a row frame by frame: what came out, the counters that are not 0, and what followed on what."""
+    """Feed a row frame by frame. Returns transfers, counters above 0, and pairs of events."""
     last: dict[int, str] = {}
     seen: set[Seen] = set()
     received: list[Transfer] = []
@@ -85,7 +85,7 @@ def replay(row: Sequence[Frame], node_id: int | None) -> tuple[list[Transfer], d
 
 
 def find(seed: int, rounds: int, known: set[Seen]) -> Iterator[tuple[Seen, list[Frame], int | None]]:
-    """Rows that show something not in `known`, which grows; each is cut down to that."""
+    """Rows with events not in `known` (which grows), each reduced to those."""
     chance = Random(seed)
     for _ in range(rounds):
         node_id = chance.choice((None, 127))
@@ -119,7 +119,7 @@ def _traffic(chance: Random) -> list[Frame]:
 
 
 def _cut_down(row: list[Frame], node_id: int | None, wanted: Seen) -> list[Frame]:
-    """Without the frames `wanted` does not need."""
+    """Drop the frames that `wanted` does not need."""
     for place in range(len(row) - 1, -1, -1):
         shorter = row[:place] + row[place + 1 :]
         if wanted in replay(shorter, node_id)[2]:
@@ -128,14 +128,14 @@ def _cut_down(row: list[Frame], node_id: int | None, wanted: Seen) -> list[Frame
 
 
 def load(path: Path) -> tuple[list[Frame], int | None, dict[str, Any]]:
-    """A kept row, the node id it is received with, and all the file says."""
+    """A stored row, the node ID it is received with, and the content of the file."""
     kept = json.loads(path.read_text())
     row = [Frame(int(can_id, 16), bytes.fromhex(data), at) for can_id, data, at in kept["frames"]]
     return row, kept["node_id"], kept
 
 
 def reported(received: Sequence[Transfer]) -> list[list[Any]]:
-    """Transfers as a file holds them."""
+    """Transfers in file format."""
     return [[*map(int, found[:6]), found.payload.hex(), found.at] for found in received]
 
 
@@ -154,7 +154,7 @@ def _keep(new: Seen, row: list[Frame], node_id: int | None) -> Path:
 
 
 def main(seed: int = 1, rounds: int = ROUNDS) -> None:
-    """Look for rows, beginning with what the kept ones show."""
+    """Search for new rows."""
     CORPUS.mkdir(exist_ok=True)
     known: set[Seen] = set()
     for path in CORPUS.glob("*.json"):

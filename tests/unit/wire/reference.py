@@ -1,4 +1,4 @@
-"""The plain receiver: which transfers are in a row of frames, found by looking back from each last frame.
+"""Reference receiver: finds the transfers in a row of frames by searching back from each last frame.
 
 It keeps no sessions, knows all frames beforehand and takes the transfer CRC bit by bit, so that it shares no mistake
 with Reassembler.
@@ -18,7 +18,7 @@ LONGEST = 512
 
 
 def transfers_in(frames: Sequence[Frame]) -> list[Transfer]:
-    """What a receiver with room for every sender makes of frames, in the order of their last frames."""
+    """The transfers in `frames`, with unlimited sessions, in the order of their last frames."""
     rows: dict[int, list[Frame]] = {}
     found: list[Transfer] = []
     for frame in frames:
@@ -26,7 +26,7 @@ def transfers_in(frames: Sequence[Frame]) -> list[Transfer]:
             continue
         row = rows.setdefault(frame.id, [])
         tail = frame.data[-1]
-        if tail & 0xC0 == 0xC0:  # alone: it says nothing of a longer transfer that may be under way
+        if tail & 0xC0 == 0xC0:  # single-frame: independent of a pending longer transfer
             if not tail & 0x20:
                 found += _transfer([frame], frame.data[:-1])
             continue
@@ -37,14 +37,14 @@ def transfers_in(frames: Sequence[Frame]) -> list[Transfer]:
 
 
 def _longer(row: list[Frame]) -> list[Transfer]:
-    """The transfer the last frame of a row ends, if all of it is there."""
+    """The transfer completed by the last frame of a row, if complete."""
     first = next((place for place in range(len(row) - 1, -1, -1) if row[place].data[-1] & 0x80), None)
     if first is None or any(frame.data[-1] & 0x40 for frame in row[first:-1]):
         return []
     parts: list[Frame] = []
     for frame in row[first:]:
         late = bool(parts) and frame.at - parts[0].at > TIMEOUT_S
-        if late or not parts or frame.data != parts[-1].data:  # a repetition in time does no harm
+        if late or not parts or frame.data != parts[-1].data:  # an immediate repetition is ignored
             parts.append(frame)
     number = parts[0].data[-1] & 31
     tails = [number | (0x20 if place % 2 else 0) for place in range(len(parts))]

@@ -34,17 +34,17 @@ from hornbill.wire.types import AnyStructure
 
 
 def bits(width: int) -> st.SearchStrategy[int]:
-    """Unsigned integers of so many bits."""
+    """Unsigned integers with this number of bits."""
     return st.integers(0, (1 << width) - 1)
 
 
 def signed(width: int) -> st.SearchStrategy[int]:
-    """Signed integers of so many bits."""
+    """Signed integers with this number of bits."""
     return st.integers(-(1 << width - 1), (1 << width - 1) - 1)
 
 
 def text(longest: int) -> st.SearchStrategy[str]:
-    """Text of one byte a character."""
+    """Text with one byte per character."""
     return st.text(st.characters(max_codepoint=0xFF), max_size=longest)
 
 
@@ -121,5 +121,5 @@ def transfer(
 
 
 def frames(structure: AnyStructure, at: float = 0.0, **header: int) -> list[Frame]:
-    """The frames of `transfer`, all stamped with one instant."""
+    """The frames of `transfer`, all with one timestamp."""
     return [frame._replace(at=at) for frame in split(transfer(structure, **header), structure.TYPE)]
