@@ -1,4 +1,4 @@
-"""`make bench`: honest figures as JSON lines, each against a peer in the same run or against a physical limit."""
+"""`make bench`: results as JSON lines, each compared with a peer in the same run or with a physical limit."""
 
 import json
 import sys

@@ -1,4 +1,4 @@
-"""What a hostile or broken client does to a server: half requests, malformed ones, and garbage on the socket."""
+"""Requests of hostile or broken clients: incomplete, malformed, and garbage on the socket."""
 
 import asyncio
 import contextlib
@@ -13,14 +13,14 @@ from websockets.asyncio.client import ClientConnection, connect
 from websockets.exceptions import ConnectionClosed
 
 HUGE: Final = "x" * (4 << 20)
-"""A text frame four times as large as the server takes."""
+"""A text frame four times as large as the server accepts."""
 
 _AT_A_TIME: Final = 8
 
 
 @dataclass(frozen=True)
 class Latency:
-    """Of a client that behaves, in milliseconds."""
+    """Latency of a well-behaved client, in milliseconds."""
 
     median_ms: float
     p99_ms: float
@@ -28,7 +28,7 @@ class Latency:
 
 
 def malformed(uid: str, seed: int, number: int) -> list[bytes]:
-    """Requests no client of ours would send, some of them no HTTP; the same for the same seed."""
+    """Malformed requests, some not HTTP; the same for the same seed."""
     chance = random.Random(seed)
     put, servo = "PUT /api/v1/servos/{uid}/parameters/{key} HTTP/1.1", f"/api/v1/servos/{uid}"
 
@@ -60,11 +60,11 @@ def malformed(uid: str, seed: int, number: int) -> list[bytes]:
 
 
 async def send_malformed(port: int, requests: list[bytes]) -> int:
-    """Send all of them; how many were answered. A connection the server closes is opened again."""
-    waiting, answered = iter(requests), 0
+    """Send all of them; return the number of responses. A closed connection is opened again."""
+    waiting, responses = iter(requests), 0
 
     async def one_after_the_other() -> None:
-        nonlocal answered
+        nonlocal responses
         reader: asyncio.StreamReader | None = None
         writer: asyncio.StreamWriter | None = None
         for request in waiting:
@@ -72,7 +72,7 @@ async def send_malformed(port: int, requests: list[bytes]) -> int:
                 reader, writer = await asyncio.open_connection("127.0.0.1", port)
             writer.write(request)
             head = await _head(reader)
-            answered += head.startswith(b"HTTP/1.1 ")
+            responses += head.startswith(b"HTTP/1.1 ")
             assert not head.startswith(b"HTTP/1.1 5"), (request[:200], head)
             if b"content-length: " not in head or b"connection: close" in head.lower():
                 writer.close()
@@ -85,7 +85,7 @@ async def send_malformed(port: int, requests: list[bytes]) -> int:
             writer.close()
 
     await asyncio.gather(*(one_after_the_other() for _ in range(_AT_A_TIME)))
-    return answered
+    return responses
 
 
 async def _head(reader: asyncio.StreamReader) -> bytes:
@@ -97,7 +97,7 @@ async def _head(reader: asyncio.StreamReader) -> bytes:
 
 
 async def slow_loris(port: int, connections: int, until: "asyncio.Event") -> None:
-    """Requests that never end: a byte of a header, now and then, over many connections."""
+    """Endless requests: a byte of a header from time to time, over many connections."""
     opened = [await asyncio.open_connection("127.0.0.1", port) for _ in range(connections)]
     for _, writer in opened:
         writer.write(b"POST /api/v1/stop HTTP/1.1\r\nHost: 127.0.0.1\r\nContent-Length: 1000000\r\nX-Slow: ")
@@ -112,7 +112,7 @@ async def slow_loris(port: int, connections: int, until: "asyncio.Event") -> Non
 
 
 async def garbage(port: int, rounds: int, seed: int) -> None:
-    """What is no message, too large, binary, or no WebSocket any more, each over a socket of its own."""
+    """Invalid, oversized, binary and non-WebSocket messages, each over its own socket."""
     chance = random.Random(seed)
     url = f"ws://127.0.0.1:{port}/api/v1/ws"
 
@@ -141,21 +141,21 @@ async def garbage(port: int, rounds: int, seed: int) -> None:
                 await way(socket)
 
 
-async def looking_on(port: int, idle: int, active: int, until: asyncio.Event, there: asyncio.Event) -> int:
-    """Sockets that take everything, and ones that wait for nothing they asked for; how many messages came.
+async def listeners_of(port: int, idle: int, active: int, until: asyncio.Event, there: asyncio.Event) -> int:
+    """Sockets that receive everything, and sockets that do not read what they requested; the number of messages.
 
     `there` is set when all of them are open.
     """
-    url, heard = f"ws://127.0.0.1:{port}/api/v1/ws", 0
+    url, received = f"ws://127.0.0.1:{port}/api/v1/ws", 0
     everything = '{"type":"subscribe","topics":["servos","telemetry","events","jobs","bus"]}'
 
     async def listen(socket: ClientConnection) -> None:
-        nonlocal heard
+        nonlocal received
         await socket.send(everything)
         with contextlib.suppress(ConnectionClosed):
             while True:
                 await socket.recv(decode=False)
-                heard += 1
+                received += 1
 
     async with contextlib.AsyncExitStack() as stack:
         sockets = [
@@ -168,11 +168,11 @@ async def looking_on(port: int, idle: int, active: int, until: asyncio.Event, th
         for task in listening:
             task.cancel()
         await asyncio.gather(*listening, return_exceptions=True)
-    return heard
+    return received
 
 
 async def healthy(url: str, uid: str, meanwhile: Awaitable[object]) -> Latency:
-    """What a client sees that reads a servo twenty times a second while something goes on."""
+    """The latency of a client that reads a servo twenty times a second meanwhile."""
     doing = asyncio.ensure_future(meanwhile)
     took: list[float] = []
     async with httpx.AsyncClient(base_url=url, timeout=30) as client:

@@ -1,4 +1,4 @@
-"""An adapter's frames on their way in: slcan over a terminal against python-can, and from thread to event loop.
+"""Receiving frames from an adapter: slcan over a terminal compared with python-can, and from thread to event loop.
 
 `python -m bench.adapter FD COUNT BURST RATE` is the other end of the terminal: an adapter that sends.
 """
@@ -32,8 +32,9 @@ PACED = BUS_FPS * 2
 
 
 def speak(terminal: int, count: int, burst: int, rate: int) -> None:
-    """Answer commands until the channel is open and none came for half a second; then send `count` frames, `burst` in
-    one write, `rate` a second or flat out (0). Each frame holds the instant it was written.
+    """Acknowledge commands until the channel is open and none came for half a second; then send `count` frames.
+
+    `burst` frames per write, `rate` per second or as fast as possible (0). Each frame contains the time of its write.
     """
     rest, is_open = b"", False
     while select.select([terminal], [], [], 0.5 if is_open else None)[0]:
@@ -53,7 +54,7 @@ def speak(terminal: int, count: int, burst: int, rate: int) -> None:
 
 @contextmanager
 def sender(count: int, burst: int, rate: int) -> Generator[str]:
-    """The device name of an adapter that sends, in a process of its own."""
+    """The device name of an adapter that sends, in a separate process."""
     end, other_end = pty.openpty()
     tty.setraw(other_end)
     tests = str(Path(__file__).parents[1])
@@ -119,7 +120,7 @@ def measure_peer(count: int) -> dict[str, float]:
 
 
 def figures() -> Iterator[dict[str, Any]]:
-    """Receive flat out beside python-can's slcan, then at the pace of a full bus."""
+    """Receive as fast as possible, compared with python-can's slcan, then at the pace of a full bus."""
     pairs = [(measure(OURS, 50, 0), measure_peer(THEIRS)) for _ in range(ROUNDS)]
     figures = {
         "fps": round(_median(OURS / ours["s"] for ours, _ in pairs)),

@@ -20,7 +20,7 @@ from unit.node.ideal import IdealAllocator
 SERVOS = 16
 SEEDS = 24
 LIMIT_S = 60.0
-IDEAL_ANSWER_S = 0.001
+IDEAL_RESPONSE_S = 0.001
 LOOK_S = 0.001
 
 
@@ -36,7 +36,7 @@ def figures() -> Iterator[dict[str, Any]]:
 
 
 def ours(seed: int, servos: int = SERVOS) -> float:
-    """Seconds with the server as it is."""
+    """Seconds with the server."""
 
     async def scene(rig: Rig) -> float:
         return await _all_have_ids(rig.bench)
@@ -49,7 +49,7 @@ def ideal(seed: int, servos: int = SERVOS) -> float:
 
     async def scene() -> float:
         bus = MemoryBus()
-        IdealAllocator(bus.port("ideal"), IDEAL_ANSWER_S)
+        IdealAllocator(bus.port("ideal"), IDEAL_RESPONSE_S)
         bench = Bench(bus.port, CATALOG, seed)
         for recipe in recipes(servos):
             bench.add(recipe)
@@ -62,7 +62,7 @@ def ideal(seed: int, servos: int = SERVOS) -> float:
 
 
 def recipes(count: int) -> list[Recipe]:
-    """New servos: no node id, and soft start off, so that nothing of them costs time but what is measured."""
+    """New servos without node ID and soft start, so that only the allocation is measured."""
     return [Recipe("BLA21-06U-A0", "1.300", servo_id=1 + number, rom={"soft_start": 0}) for number in range(count)]
 
 

@@ -1,4 +1,4 @@
-"""Applying a profile with snapshot and read-back: bus time on the clock that jumps, and the host's CPU alone."""
+"""Applying a profile with snapshot and read-back: bus time on the virtual clock, and the host's CPU alone."""
 
 import asyncio
 import statistics
@@ -38,7 +38,7 @@ ROUNDS = 3
 HALF_TURN = 1800
 """180° in steps of the registers of angles, 0.1°."""
 TORQUE_OFF = {TORQUE: 1}
-"""As delivered, but with torque off: a direction is not reversed under a held horn."""
+"""As delivered, but with torque off: a direction is not reversed under torque."""
 
 ROWS = [
     row
@@ -49,17 +49,17 @@ ROWS = [
 
 
 def figures() -> Iterator[dict[str, Any]]:
-    """Thirty rows to one servo and to sixteen at once, each row other than before, while they stream."""
+    """Thirty rows to one servo and to sixteen at once, each row changed, while they stream."""
     yield bus_time(1, must=1.3, aim=1.1)
     yield bus_time(MANY, must=1.3, aim=1.1)
     yield cpu_time(must=0.1, aim=0.05)
 
 
 def bus_time(count: int, *, must: float, aim: float) -> dict[str, Any]:
-    """Simulated servos that answer at once, on the embedded bus; the limit is the bits of the frames it takes.
+    """Simulated servos that respond immediately, on the embedded bus; the limit is the bits of the frames.
 
     Those are: every row read once before (it is what a roll-back and the snapshot need), written once, and read back
-    once, with the answers, as they were on the bus in this run.
+    once, with the responses, as they were on the bus in this run.
     """
 
     async def scene(rig: Rig) -> dict[str, Any]:
@@ -80,7 +80,7 @@ def bus_time(count: int, *, must: float, aim: float) -> dict[str, Any]:
 
 
 def cpu_time(*, must: float, aim: float) -> dict[str, Any]:
-    """CPU seconds of the host for one servo of sixteen, with answers made beforehand; the canned bus is in it.
+    """CPU seconds of the host for one servo of sixteen, with prepared responses; includes the prepared bus.
 
     So are the job, the snapshots and the audit, in a database in memory.
     """
@@ -104,19 +104,19 @@ def cpu_time(*, must: float, aim: float) -> dict[str, Any]:
 
 
 class WritableCrowd(Crowd):
-    """A crowd that holds what is written to it. What it says is made once for every value, and kept."""
+    """A crowd that stores written values. Its responses are created once per value."""
 
     def __init__(self, count: int) -> None:
         super().__init__(CATALOG, count, rom=TORQUE_OFF)
         self._held: dict[tuple[int, str], Raw] = {}
         self._parts: dict[int, list[bytes]] = {}
-        self._asked: dict[bytes, tuple[str, Raw | None]] = {}
+        self._requests: dict[bytes, tuple[str, Raw | None]] = {}
         self._said: dict[tuple[int, str, Raw], list[Frame]] = {}
 
-    def answer(self, request: Frame) -> list[Frame]:
-        """As any crowd, but with what was written before."""
+    def respond(self, request: Frame) -> list[Frame]:
+        """As any crowd, but with written values."""
         if request.id & TYPE_AND_SERVICE != IS_GET_SET:
-            return super().answer(request)
+            return super().respond(request)
         node = request.id >> 8 & 0x7F
         parts = self._parts.setdefault(node, [])
         if request.data[-1] & START:
@@ -128,7 +128,7 @@ class WritableCrowd(Crowd):
         if raw is not None:
             self._held[node, name] = raw
         elif (node, name) not in self._held:
-            return super().answer(request)
+            return super().respond(request)
         number, priority = request.data[-1] & 31, request.id & 0x1F00_0000
         return [
             Frame(one.id | priority, one.data[:-1] + bytes((one.data[-1] | number,)))
@@ -136,12 +136,12 @@ class WritableCrowd(Crowd):
         ]
 
     def _decoded(self, stream: bytes, *, whole: bool) -> tuple[str, Raw | None]:
-        if stream not in self._asked:
-            asked = GetSetRequest.decode(stream if whole else stream[2:])  # several frames begin with a CRC
-            assert asked is not None
-            value = asked.value.value
-            self._asked[stream] = asked.name, None if value is None else int(value)
-        return self._asked[stream]
+        if stream not in self._requests:
+            request_ = GetSetRequest.decode(stream if whole else stream[2:])  # several frames begin with a CRC
+            assert request_ is not None
+            value = request_.value.value
+            self._requests[stream] = request_.name, None if value is None else int(value)
+        return self._requests[stream]
 
     def _frames(self, node: int, name: str, raw: Raw) -> list[Frame]:
         key = node, name, raw
@@ -149,7 +149,7 @@ class WritableCrowd(Crowd):
             (read,) = split(
                 Transfer(Kind.REQUEST, 11, HOST, node, 0, 0, GetSetRequest(0, EMPTY, name).encode()), GET_SET
             )
-            (canned,) = Reassembler(HOST).feed(super().answer(read))
+            (canned,) = Reassembler(HOST).feed(super().respond(read))
             before = GetSetResponse.decode(canned.payload)
             assert before is not None
             payload = replace(before, value=integer(raw)).encode()
@@ -158,7 +158,7 @@ class WritableCrowd(Crowd):
 
 
 def _other(turn: int) -> dict[str, Raw]:
-    """A value for every row, other than the default, and other for an odd turn than for an even one."""
+    """A value for every row that differs from the default, and between odd and even turns."""
     found: dict[str, Raw] = {}
     for row in ROWS:
         assert row.default is not None
@@ -179,8 +179,8 @@ async def _apply(host: Host, servos: Sequence[Servo], raws: Mapping[str, Raw]) -
     await host.profiles.put("bench", Draft(values, model=ALL_ROWS, firmware=FIRMWARE, units=units), by="bench")
     loop = asyncio.get_running_loop()
     began = loop.time()
-    wish = ApplyOptions(on_anomaly="continue", confirm=("supply", "temperature"))
-    job = await host.jobs.wait(host.profile_jobs.start("bench", [servo.uid for servo in servos], None, wish))
+    options = ApplyOptions(on_anomaly="continue", confirm=("supply", "temperature"))
+    job = await host.jobs.wait(host.profile_jobs.start("bench", [servo.uid for servo in servos], None, options))
     took = loop.time() - began
     assert job.state == "succeeded", job.error
     assert all(servo.raw(key) == raw for servo in servos for key, raw in raws.items())
@@ -190,15 +190,15 @@ async def _apply(host: Host, servos: Sequence[Servo], raws: Mapping[str, Raw]) -
 
 
 def _exchanges(frames: Sequence[Frame]) -> Iterator[tuple[tuple[int, str, bool], int]]:
-    """(node, row's name, whether it is a write) and bits of every GetSet request of the host with its answer."""
+    """(node, name of the row, whether it is a write) and bits of every GetSet request of the host with its response."""
     going: dict[int, list[Frame]] = {}
     ended: list[list[Frame]] = []
     for frame in frames:
         if frame.id & TYPE_AND_SERVICE != IS_GET_SET:
             continue
-        asked = bool(frame.id & IS_REQUEST)
-        node = frame.id >> 8 & 0x7F if asked else frame.id & 0x7F
-        if asked and frame.data[-1] & START:
+        request_ = bool(frame.id & IS_REQUEST)
+        node = frame.id >> 8 & 0x7F if request_ else frame.id & 0x7F
+        if request_ and frame.data[-1] & START:
             ended.append(going.get(node, []))
             going[node] = []
         going.setdefault(node, []).append(frame)

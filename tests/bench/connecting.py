@@ -1,4 +1,4 @@
-"""Connecting to the embedded bus and leaving it, in real time, with six servos streaming: wall time of each cycle."""
+"""Connecting and disconnecting the embedded bus, in real time, with six servos streaming: wall time of each cycle."""
 
 import asyncio
 import statistics
@@ -19,7 +19,7 @@ CYCLES = 1000
 
 
 def figures() -> Iterator[dict[str, Any]]:
-    """Milliseconds of a connect and a disconnect, each cycle with frames coming in between."""
+    """Milliseconds of a connect and a disconnect, each cycle with received frames in between."""
 
     async def cycles() -> list[float]:
         bus = MemoryBus()

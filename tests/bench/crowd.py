@@ -1,4 +1,4 @@
-"""Servos as frames made beforehand, so that a figure of the host holds nothing of a simulator's work."""
+"""Servos as prepared frames, so that results of the host do not include a simulator."""
 
 import asyncio
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -19,10 +19,10 @@ from hornbill.wire.types import AnyStructure
 HOST = 127
 FIRMWARE = "1.300"
 ALL_ROWS = "BLA21-06U-AB"
-"""A model with PWM: it has all 55 rows, and says for ever that no pulses come."""
+"""A model with PWM: it has all 55 rows, and always reports missing pulses."""
 
 NO_FAULT = "BLA21-06U-A0"
-"""A model without: 51 rows, and nothing to complain about."""
+"""A model without PWM: 51 rows, and no faults."""
 
 STATUS_S, ALIVE_S = 0.1, 1.0
 """Periods of Status and NodeStatus (table 2-2)."""
@@ -31,13 +31,13 @@ _TAIL_BITS = 0xE0
 
 
 class Crowd:
-    """Servos with node ids 1 to `count` (at most 125), each asked once for every answer it will ever give."""
+    """Servos with node IDs 1 to `count` (at most 125), with all their responses prepared."""
 
     def __init__(
         self, catalog: Catalog, count: int, model: str = ALL_ROWS, *, rom: Mapping[str, Raw] | None = None
     ) -> None:
         self.count = count
-        self._answers: dict[tuple[int, bytes], list[Frame]] = {}
+        self._responses: dict[tuple[int, bytes], list[Frame]] = {}
         self._ready: dict[tuple[int, bytes], list[Frame]] = {}
         for node in range(1, count + 1):
             servo = Recipe(model, FIRMWARE, servo_id=node, node_id=node, rom=rom or {}).build(catalog, node)
@@ -48,15 +48,15 @@ class Crowd:
                 (frame,) = _transfer(request, Kind.REQUEST, HOST, node, 0)
                 servo.take_outbox()
                 servo.on_frames([frame], 1.0)
-                answer = [one for one in servo.take_outbox() if one.id >> 16 & 0xFF == request.TYPE.id]
-                self._answers[frame.id & 0xFF_FFFF, frame.data[:-1]] = answer
+                response = [one for one in servo.take_outbox() if one.id >> 16 & 0xFF == request.TYPE.id]
+                self._responses[frame.id & 0xFF_FFFF, frame.data[:-1]] = response
 
-    def answer(self, request: Frame) -> list[Frame]:
-        """What the servo that was asked answers, at the request's priority and transfer id; nothing to others."""
+    def respond(self, request: Frame) -> list[Frame]:
+        """The response to a read, with the request's priority and transfer ID; none to other requests."""
         key = request.id, request.data
         found = self._ready.get(key)
         if found is None:
-            canned = self._answers.get((request.id & 0xFF_FFFF, request.data[:-1]), [])
+            canned = self._responses.get((request.id & 0xFF_FFFF, request.data[:-1]), [])
             priority, number = request.id & 0x1F00_0000, request.data[-1] & 31
             found = self._ready[key] = [
                 Frame(one.id & 0xFF_FFFF | priority, one.data[:-1] + bytes((one.data[-1] & _TAIL_BITS | number,)))
@@ -65,7 +65,7 @@ class Crowd:
         return found
 
     def streams(self) -> Iterator[tuple[float, list[Frame]]]:
-        """Instants from 0 on, and what one servo says then: Status and NodeStatus, the servos evenly apart."""
+        """Times from 0, and the broadcasts of one servo then: Status and NodeStatus, servos evenly spaced."""
         turn = 0
         while True:
             for node in range(1, self.count + 1):
@@ -86,7 +86,7 @@ def _transfer(structure: AnyStructure, kind: Kind, source: int, destination: int
 
 
 class CannedPort:
-    """A CanPort behind which a crowd answers in the loop's next turn; `sink` takes whatever else shall be heard."""
+    """A CanPort with a crowd that responds in the loop's next turn; `sink` receives all other frames."""
 
     address = "canned:"
     bitrate = 1_000_000
@@ -103,20 +103,20 @@ class CannedPort:
         self._due: list[Frame] = []
 
     def listen(self, sink: FrameSink) -> None:
-        """Frames go here."""
+        """Receive frames here."""
         self.sink = sink
 
     def send(self, frames: Sequence[Frame]) -> None:
-        """Requests are answered."""
+        """The crowd responds to requests."""
         self.statistics.tx_frames += len(frames)
         for frame in frames:
-            answer = self._crowd.answer(frame)
-            if answer and not self._due:
+            response = self._crowd.respond(frame)
+            if response and not self._due:
                 asyncio.get_running_loop().call_soon(self._deliver)
-            self._due += answer
+            self._due += response
 
     async def close(self) -> None:
-        """Nothing is heard any more."""
+        """No more frames are received."""
         self.sink = list[Frame].clear
 
     def _deliver(self) -> None:
@@ -148,21 +148,21 @@ class CrowdPort:
         self._stream([])
 
     def listen(self, sink: FrameSink) -> None:
-        """Frames go here."""
+        """Receive frames here."""
         self._sink = sink
 
     def send(self, frames: Sequence[Frame]) -> None:
-        """Requests are answered; all else is carried and forgotten."""
+        """The crowd responds to requests; other frames are sent and ignored."""
         for frame in frames:
             self._carry(frame, self._sent)
 
     async def close(self) -> None:
-        """The crowd goes home."""
+        """The crowd stops."""
         self._streams = iter(())
 
     def _stream(self, said: list[Frame]) -> None:
         for frame in said:
-            self._carry(frame, self._heard)
+            self._carry(frame, self._received)
         for at, frames in self._streams:
             self._loop.call_at(self._began + at, self._stream, frames)
             return
@@ -175,9 +175,9 @@ class CrowdPort:
 
     def _sent(self, frame: Frame) -> None:
         self.statistics.tx_frames += 1
-        for answer in self._crowd.answer(frame):
-            self._carry(answer, self._heard)
+        for response in self._crowd.respond(frame):
+            self._carry(response, self._received)
 
-    def _heard(self, frame: Frame) -> None:
+    def _received(self, frame: Frame) -> None:
         self.statistics.rx_frames += 1
         self._sink([frame._replace(at=self._loop.time())])

@@ -1,4 +1,4 @@
-"""Ten million senseless frames into a participant: what they leave in memory, and how fast it gets rid of them."""
+"""Ten million invalid frames to a participant: memory afterwards, and frames per second."""
 
 import asyncio
 import gc
@@ -26,7 +26,7 @@ from hornbill.wire.types import BY_KEY
 FRAMES = 10_000_000
 BURST = 1000
 FRAME_S = 1 / 7000
-"""A full bus, so that what is half received times out as it would."""
+"""A full bus, so that incomplete transfers time out as usual."""
 
 _FRAME = struct.Struct("<I8sB3x")
 _PAGE = os.sysconf("SC_PAGE_SIZE")
@@ -45,18 +45,18 @@ async def _endure() -> dict[str, Any]:
         port, node_id=HOST, name="org.hornbill", unique_id=bytes(16), software_version=SoftwareVersion(0, 1),
         clock=lambda: now,
     )  # fmt: skip
-    heard = 0
+    received = 0
 
-    def hear(_transfer: object, _message: object) -> None:
-        nonlocal heard
-        heard += 1
+    def receive(_transfer: object, _message: object) -> None:
+        nonlocal received
+        received += 1
 
     Directory().follow(host)
     for message in (NodeStatus, ActuatorStatus, AllocationMessage, ArrayCommand):
-        host.subscribe(message, hear)
+        host.subscribe(message, receive)
     host.start()
     spent, samples = 0.0, list[tuple[int, int]]()
-    for done, frames in enumerate(_nonsense(Random(1)), 1):
+    for done, frames in enumerate(_invalid(Random(1)), 1):
         now = frames[-1].at
         began = time.process_time()
         port.sink(frames)
@@ -71,14 +71,14 @@ async def _endure() -> dict[str, Any]:
     half = len(samples) // 2
     rss, blocks = (max(row[half:]) - max(row[:half]) for row in zip(*samples, strict=True))
     figures = {
-        "frames": FRAMES, "frames_per_s": round(FRAMES / spent), "transfers": counters.transfers, "heard": heard,
+        "frames": FRAMES, "frames_per_s": round(FRAMES / spent), "transfers": counters.transfers, "received": received,
         "bad_crc": counters.bad_crc, "evicted": counters.evicted, "timed_out": counters.timed_out,
         "rss_mb": round(samples[-1][0] / 1e6, 1), "grown_kb": round(rss / 1000, 1), "grown_blocks": blocks,
     }  # fmt: skip
-    return line("10 million senseless frames: memory of the second half", figures, of="grown_kb", must=1000, aim=300)
+    return line("10 million invalid frames: memory of the second half", figures, of="grown_kb", must=1000, aim=300)
 
 
-def _nonsense(chance: Random) -> Iterator[list[Frame]]:
+def _invalid(chance: Random) -> Iterator[list[Frame]]:
     good = saturated_mix(1)
     known = [
         (priority << 24 | type_id << 16 | HOST << 8 | 0x80 if service else priority << 24 | type_id << 8) | source

@@ -31,14 +31,14 @@ CHANNELS = ["current_angle", "current_speed", "current_torque"]
 
 
 def figures() -> Iterator[dict[str, Any]]:
-    """Milliseconds from the arrival of a `command` message to the last bit, or the handing over, of its frame."""
+    """Milliseconds from the arrival of a `command` message to the last bit, or the transmission, of its frame."""
     for spread in (True, False):
         yield play(partial(bus_time, spread=spread), *_recipes())
     yield asyncio.run(wall_time())
 
 
 async def bus_time(rig: Rig, *, spread: bool) -> dict[str, Any]:
-    """On the clock that jumps: what the bus and our own queues cost, with telemetry of all servos going on.
+    """On the virtual clock: the cost of the bus and of the queues, with telemetry of all servos.
 
     Switched on in one instant, all twenty say their Status (two frames, and before anything of ours) in one breath of
     5 ms, ten times a second; `spread` over the period, as clocks of their own have it after a while.
@@ -55,8 +55,8 @@ async def bus_time(rig: Rig, *, spread: bool) -> dict[str, Any]:
         await asyncio.sleep(5)
         servos = await rig.ready(SERVOS)
     for servo in servos:
-        wish = {"channels": CHANNELS, "rate_hz": 20}
-        json(await rig.call("PUT", f"/servos/{servo.uid}/telemetry", wish))
+        options = {"channels": CHANNELS, "rate_hz": 20}
+        json(await rig.call("PUT", f"/servos/{servo.uid}/telemetry", options))
     lease = await rig.lease()
     socket = Socket(rig.app)
     await socket.receive("hello")
@@ -127,7 +127,7 @@ def _angles(frames: Sequence[Frame]) -> dict[int, float]:
 def _line(name: str, took: list[float], *, must: float) -> dict[str, Any]:
     ranked = sorted(1000 * one for one in took)
     at = {"ms_median": 0.5, "ms_p99": 0.99, "ms_max": 1.0}
-    # what came while the one before waited for its answer gave way to the next: the newest wins
+    # only the newest of the values that arrive while another waits for its response is sent
     figures = {key: round(ranked[min(int(share * len(ranked)), len(ranked) - 1)], 3) for key, share in at.items()}
     return line(f"{name}, {SERVOS} servos streaming", {"jogs": len(ranked), **figures}, of="ms_p99", must=must)
 

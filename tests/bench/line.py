@@ -1,4 +1,4 @@
-"""The shape of a benchmark's line, and CPU time side by side with a peer."""
+"""The format of a result line, and CPU time compared with a peer."""
 
 import statistics
 import time
@@ -38,7 +38,9 @@ def cpu(work: Callable[[], object]) -> float:
     return time.process_time() - began
 
 
-def beside(ours: Callable[[], object], theirs: Callable[[], object], *, scale: float, rounds: int) -> dict[str, float]:
+def compare_with_peer(
+    ours: Callable[[], object], theirs: Callable[[], object], *, scale: float, rounds: int
+) -> dict[str, float]:
     """Median CPU seconds of both, alternating, and of their ratios; `theirs` does 1/`scale` of the work."""
     for once in (ours, theirs):  # what is made at the first use is not what is compared
         once()

@@ -1,8 +1,9 @@
-"""Writes a second that are validated and done on a bus without bit times, and what abuse does to everybody else: ten
-thousand malformed requests in two rounds, beside sockets, slow requests and garbage.
+"""Validated writes per second on a bus without bit times, and the effect of abuse on other clients.
+
+Abuse is ten thousand malformed requests in two rounds, beside sockets, slow requests and garbage.
 
 The four simulated servos and their bus live in the server's process, as in the demo: by profile about a quarter of the
-time of a write of motion is theirs. The client is a process of its own: with fewer than two cores free the figures tell
+time of a write of motion is theirs. The client is a process of its own: with fewer than two cores free the figures show
 of the machine. A write of motion is one request on the bus and kept nowhere; one of the configuration is three
 (what is there, the new value, the proof), and two commits: the snapshot before it and the audit row after it.
 """
@@ -20,7 +21,7 @@ from typing import Any
 import httpx
 import orjson
 
-from bench.abuse import Latency, garbage, healthy, looking_on, malformed, send_malformed, slow_loris
+from bench.abuse import Latency, garbage, healthy, listeners_of, malformed, send_malformed, slow_loris
 from bench.line import line
 from bench.processes import HERE, crowd, server, wait_until_ready
 from bench.stopping import SERVOS, one_stop, p99
@@ -30,7 +31,7 @@ IDLE, ACTIVE, SLOW, MALFORMED, GARBAGE, STOPS = 200, 20, 100, 5_000, 24, 100
 
 
 def figures() -> Iterator[dict[str, Any]]:
-    """Writes first; then abuse, in two rounds of which the first fills every cache."""
+    """Writes; then two rounds of abuse, of which the first fills every cache."""
     yield from _writes()
     yield from _abuse()
 
@@ -56,12 +57,12 @@ def _abuse() -> Iterator[dict[str, Any]]:
         rounds = [asyncio.run(_round(url, seed)) for seed in (1, 2)]
         first, second = (memory for _, memory in rounds)
         latency = rounds[1][0]
-        told = {
+        growth = {
             "growth_mib": round((second - first) / 2**20, 1), "rss_mib": round(second / 2**20, 1),
             "idle_sockets": IDLE, "active_sockets": ACTIVE, "slow_requests": SLOW, "malformed_requests": MALFORMED,
             "healthy_ms_median": round(latency.median_ms, 1), "healthy_ms_p99": round(latency.p99_ms, 1),
         }  # fmt: skip
-        yield line("a second round of abuse: growth of the process", told, of="growth_mib", must=16)
+        yield line("a second round of abuse: growth of the process", growth, of="growth_mib", must=16)
         with subprocess.Popen((sys.executable, "-m", "bench.load", url), cwd=HERE) as abusing:
             time.sleep(2.0)
             reached = [one_stop(url, servos)[0] for _ in range(STOPS)]
@@ -72,16 +73,16 @@ def _abuse() -> Iterator[dict[str, Any]]:
 
 
 async def _round(url: str, seed: int) -> tuple[Latency, int]:
-    """Everything at once; what a healthy client sees, and the bytes the server has afterwards."""
+    """Everything at once; the latency of a healthy client, and the memory of the server afterwards."""
     port, over, there = int(_port(url)), asyncio.Event(), asyncio.Event()
     async with httpx.AsyncClient(timeout=30) as client:
         uid = str((await client.get(f"{url}api/v1/servos")).json()[0]["uid"])
-        beside = asyncio.gather(slow_loris(port, SLOW, over), looking_on(port, IDLE, ACTIVE, over, there))
+        others = asyncio.gather(slow_loris(port, SLOW, over), listeners_of(port, IDLE, ACTIVE, over, there))
         await there.wait()
         abuse = asyncio.gather(send_malformed(port, malformed(uid, seed, MALFORMED)), garbage(port, GARBAGE, seed))
         latency = await healthy(url, uid, abuse)
         over.set()
-        await beside
+        await others
         found = re.search(r"^process_resident_memory_bytes (\S+)$", (await client.get(f"{url}metrics")).text, re.M)
     assert found is not None
     return latency, int(float(found[1]))

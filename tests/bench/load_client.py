@@ -12,9 +12,9 @@ import httpx
 import orjson
 
 VALUES = {"command_angle": (1.5, -1.5), "smoothing": (True, False)}
-"""What is written in turn: a row of motion, and one of the configuration, which is proved and kept in history."""
+"""Rows written in turn: one of motion, and one of the configuration, which is verified and recorded in history."""
 IDLE_S = 2.0
-"""For so long the server's own work is measured, simulated servos and telemetry; a request's cost comes on top."""
+"""Duration of measuring the server without requests, to subtract simulated servos and telemetry."""
 
 
 def _request(uid: str, key: str, value: object, lease: str) -> bytes:
@@ -27,7 +27,7 @@ def _request(uid: str, key: str, value: object, lease: str) -> bytes:
 
 
 async def _connection(port: int, requests: list[bytes], until: float, took: list[float]) -> None:
-    """One after the other, each with another value than the one before, until that instant."""
+    """Send requests one after the other, each with a new value, until that time."""
     reader, writer = await asyncio.open_connection("127.0.0.1", port)
     number = 0
     while time.perf_counter() < until:
@@ -48,14 +48,14 @@ async def _all(port: int, places: list[list[bytes]], until: float, took: list[fl
 
 
 def process(port: int, name: str) -> float:
-    """What the server's own metrics say of its process: cpu_seconds_total, resident_memory_bytes, open_fds."""
+    """A metric of the server's process: cpu_seconds_total, resident_memory_bytes, open_fds."""
     text = httpx.get(f"http://127.0.0.1:{port}/metrics").text
     line = next(line for line in text.splitlines() if line.startswith(f"process_{name} "))
     return float(line.split()[1])
 
 
 def run(port: int, key: str, connections: int, seconds: float) -> dict[str, Any]:
-    """Requests a second and milliseconds over all connections, and what a request cost; each has a servo of its own."""
+    """Requests per second and milliseconds over all connections, each with its own servo, and CPU time per request."""
     api = f"http://127.0.0.1:{port}/api/v1"
     servos = httpx.get(f"{api}/servos").json()
     lease = httpx.post(f"{api}/leases", json={"holder": "load", "ttl_s": 60}).json()["id"]

@@ -1,4 +1,4 @@
-"""Plots in the browser: sixteen servos at 50 Hz in one plot, and what an hour of that leaves in its memory."""
+"""Plots in the browser: sixteen servos at 50 Hz in one plot, and the memory after an hour."""
 
 import os
 import time
@@ -22,7 +22,7 @@ SLOWEST_DRAW_MS = 1000 / 30
 FLAT_MB = 2.0
 
 ROOM = {"HORNBILL_POLL_BUDGET_PCT": "60"}
-"""800 reads a second are 44 % of the bus; polling keeps within 40 % unless it is told otherwise."""
+"""800 reads a second are 44 % of the bus; polling is limited to 40 % by default."""
 
 WATCHED = """
 window.drawn = [];
@@ -36,9 +36,9 @@ window.WebSocket = class extends Native {
   constructor(...how) { super(...how); window.socket = this; }
 };
 """
-"""A plot clears its canvas before each draw; the socket is kept so that an hour can be told in seconds."""
+"""A plot clears its canvas before each draw; the socket is kept, to send an hour of samples in seconds."""
 
-TELL = """
+SEND = """
 ([uids, hz, from, to]) => {
   for (let s = from; s < to; s++) {
     const t = Array.from({ length: hz }, (_, i) => window.began + s + i / hz);
@@ -68,11 +68,11 @@ FEED = """
   }, 40);
 }
 """
-"""As the server does it: a message a servo every 40 ms."""
+"""As the server: one message per servo every 40 ms."""
 
 
 def figures() -> Iterator[dict[str, Any]]:
-    """Draws of one plot over ten seconds while the server runs beside; then memory after 10 and after 60 minutes."""
+    """Draws of one plot over ten seconds while the server runs; then memory after 10 and after 60 minutes."""
     path = find()
     assert path is not None, "no Chromium: 'make chromium' finds or installs one"
     with (
@@ -131,20 +131,20 @@ def _draws(page: Page) -> dict[str, float]:
 
 
 def _live(page: Page, api: httpx.Client, uids: list[str]) -> dict[str, Any]:
-    """With what the server brings beside the browser, on the same processors."""
+    """With the samples of the server, which runs on the same processors."""
     drawn = _draws(page)
-    told = [api.get(f"/servos/{uid}/telemetry").json()["channels"]["current_angle"] for uid in uids]
+    channels = [api.get(f"/servos/{uid}/telemetry").json()["channels"]["current_angle"] for uid in uids]
     figures = {
         "servos": len(uids),
-        "granted_hz": min(one["granted_hz"] for one in told),
-        "samples_per_s": round(sum(one["measured_hz"] for one in told)),
+        "granted_hz": min(one["granted_hz"] for one in channels),
+        "samples_per_s": round(sum(one["measured_hz"] for one in channels)),
         **drawn,
     }
-    return line("sixteen servos in one plot, asked for at 50 Hz", figures, of="ms_per_draw", must=SLOWEST_DRAW_MS)
+    return line("sixteen servos in one plot at 50 Hz", figures, of="ms_per_draw", must=SLOWEST_DRAW_MS)
 
 
 def _full(page: Page, uids: list[str]) -> dict[str, Any]:
-    """With every sample of 50 Hz there, however busy the server is: the page is told them as time goes by."""
+    """With every sample at 50 Hz, independent of the server: the script sends them to the page."""
     page.evaluate(FEED, [uids, HZ])
     page.wait_for_timeout(WARM_S * 1000)
     figures = {"servos": len(uids), "samples_per_s": len(uids) * HZ, **_draws(page)}
@@ -152,17 +152,17 @@ def _full(page: Page, uids: list[str]) -> dict[str, Any]:
 
 
 def _hour(page: Page, uids: list[str]) -> dict[str, Any]:
-    """An hour of samples through the socket's own door, as fast as the page takes them."""
+    """An hour of samples through the handler of the socket, as fast as the page accepts them."""
     session = page.context.new_cdp_session(page)
     page.evaluate("window.began = performance.now() / 1000 + 1e6")
 
-    def tell(first: int, last: int) -> None:
+    def send(first: int, last: int) -> None:
         for minute in range(first, last):
-            page.evaluate(TELL, [uids, HZ, minute * 60, minute * 60 + 60])
+            page.evaluate(SEND, [uids, HZ, minute * 60, minute * 60 + 60])
 
-    tell(0, 10)
+    send(0, 10)
     early = _heap_mb(session)
-    tell(10, 60)
+    send(10, 60)
     late = _heap_mb(session)
     figures = {
         "samples": len(uids) * HZ * 3600, "mb_after_10_min": round(early, 2), "mb_after_60_min": round(late, 2),
@@ -172,7 +172,7 @@ def _hour(page: Page, uids: list[str]) -> dict[str, Any]:
 
 
 def _heap_mb(session: CDPSession) -> float:
-    """Objects and typed arrays that are still held."""
+    """Objects and typed arrays in the heap."""
     session.send("HeapProfiler.collectGarbage")
     usage = cast(dict[str, Any], session.send("Runtime.getHeapUsage"))
     return float(usage["usedSize"] + usage.get("backingStorageSize", 0)) / 1e6

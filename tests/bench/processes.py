@@ -18,7 +18,7 @@ HERE = Path(__file__).parents[1]
 
 @contextmanager
 def crowd(count: int) -> Generator[tuple[str, "subprocess.Popen[bytes]"]]:
-    """The device of a serial adapter with servos behind it, in a process of its own that tells of every torque off."""
+    """The device of a serial adapter with servos behind it, in a separate process that reports every torque off."""
     theirs, ours = pty.openpty()
     tty.setraw(ours)
     command = [sys.executable, "-m", "bench.stop_crowd", str(theirs), str(count)]

@@ -1,4 +1,4 @@
-"""Reading every parameter: bus time on the clock that jumps, the host's CPU alone, and wall time in real time."""
+"""Reading every parameter: bus time on the virtual clock, the host's CPU alone, and wall time in real time."""
 
 import asyncio
 import statistics
@@ -23,7 +23,7 @@ READ_S = 534e-6
 """One read by name: 534 bits with real stuffing at 1 Mbit/s."""
 
 STREAM_SHARE = 0.0026
-"""What Status and NodeStatus of one servo take of the bus."""
+"""Share of the bus for Status and NodeStatus of one servo."""
 
 MANY = 16
 ROUNDS = 5
@@ -32,7 +32,7 @@ T = TypeVar("T")
 
 
 def figures() -> Iterator[dict[str, Any]]:
-    """All 55 rows of one servo and of sixteen, while they stream and the background polling goes on."""
+    """All 55 rows of one servo and of sixteen, while they stream, with background polling."""
     yield bus_time(1, must=1.3, aim=1.1)
     yield cpu_time(1, must=15, aim=8)
     yield bus_time(MANY, must=1.4, aim=1.1)
@@ -41,7 +41,7 @@ def figures() -> Iterator[dict[str, Any]]:
 
 
 def bus_time(count: int, *, must: float, aim: float) -> dict[str, Any]:
-    """Simulated servos that answer at once, on the embedded bus."""
+    """Simulated servos that respond immediately, on the embedded bus."""
 
     async def scene(rig: Rig) -> dict[str, Any]:
         took, rows = await _read(await rig.ready(count), rig.host)
@@ -53,7 +53,7 @@ def bus_time(count: int, *, must: float, aim: float) -> dict[str, Any]:
 
 
 def cpu_time(count: int, *, must: float, aim: float) -> dict[str, Any]:
-    """Everything the host does, with answers made beforehand; the canned bus's own work is in it."""
+    """The host with prepared responses; includes the prepared bus."""
 
     async def scene(host: Host) -> dict[str, Any]:
         servos = await ready(host, count)
@@ -109,7 +109,7 @@ async def _read(servos: list[Servo], host: Host) -> tuple[float, int]:
 
 
 async def ready(host: Host, count: int) -> list[Servo]:
-    """Wait until that many servos are."""
+    """Wait until that many servos are ready."""
     while len(found := [one for one in host.fleet.all() if one.state is State.READY]) < count:
         await asyncio.sleep(0.05)
     return found

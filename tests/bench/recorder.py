@@ -35,7 +35,7 @@ def figures() -> Iterator[dict[str, Any]]:
 
 
 def keeping() -> dict[str, Any]:
-    """Frames in bursts of a millisecond through the tap's hooks, with the recorder behind them and with nothing."""
+    """Frames in bursts of a millisecond through the tap's hooks, with and without the recorder."""
     mix = saturated_mix(10)
     bursts: dict[int, list[Frame]] = {}
     for frame in mix:
@@ -52,7 +52,7 @@ def keeping() -> dict[str, Any]:
         return cpu(run)
 
     gc.collect()
-    pairs = [(through(FrameRing().add), through(_nobody)) for _ in range(ROUNDS)]
+    pairs = [(through(FrameRing().add), through(_ignore)) for _ in range(ROUNDS)]
     ours, alone = (statistics.median(column) for column in zip(*pairs, strict=True))
     each = (ours - alone) / len(mix)
     return line(
@@ -66,7 +66,7 @@ def keeping() -> dict[str, Any]:
 
 
 def writing() -> dict[str, Any]:
-    """A minute of a full bus into a recording, on a real clock, while somebody wants the loop every millisecond."""
+    """A minute of a full bus into a recording, on a real clock, while the loop is used every millisecond."""
     return asyncio.run(_writing())
 
 
@@ -108,7 +108,7 @@ async def _writing() -> dict[str, Any]:
 
 
 async def _lateness(until: "asyncio.Future[Any]") -> list[float]:
-    """How many milliseconds too late the loop comes back each time, sorted."""
+    """Delays of the loop in milliseconds, sorted."""
     late: list[float] = []
     while not until.done():
         due = time.monotonic() + 0.001
@@ -117,5 +117,5 @@ async def _lateness(until: "asyncio.Future[Any]") -> list[float]:
     return sorted(late)
 
 
-def _nobody(_frames: Sequence[Frame], _sent: bool) -> None:
-    """Takes nothing."""
+def _ignore(_frames: Sequence[Frame], _sent: bool) -> None:
+    """Ignore frames."""

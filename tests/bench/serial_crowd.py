@@ -10,7 +10,7 @@ from hornbill.wire.frame import Frame
 
 
 def speak(terminal: int, crowd: Crowd) -> None:
-    """Be the adapter until somebody ends the process: streams and answers in the words of slcan."""
+    """Act as the adapter until the process is ended: stream and respond in slcan."""
     os.set_blocking(terminal, False)
     streams, began, rest = crowd.streams(), time.monotonic(), b""
     at, said = next(streams)
@@ -25,13 +25,13 @@ def speak(terminal: int, crowd: Crowd) -> None:
             commands = []
         for command in commands:
             if command[:1] == b"T":
-                out += crowd.answer(Frame(int(command[1:9], 16), bytes.fromhex(command[10:].decode())))
+                out += crowd.respond(Frame(int(command[1:9], 16), bytes.fromhex(command[10:].decode())))
         done = b"".join(b"Z\r" if command[:1] == b"T" else b"\r" for command in commands)
         text = b"".join(b"T%08X%d%s\r" % (one.id, len(one.data), one.data.hex().encode()) for one in out)
         try:
             os.write(terminal, done + text)
         except BlockingIOError:
-            pass  # nobody reads, and an adapter's buffer is full as well
+            pass  # the buffer is full because the host does not read
         time.sleep(0.001)
 
 

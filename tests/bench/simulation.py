@@ -1,4 +1,4 @@
-"""The simulator alone: CPU time for a second of servos that all move, hear each other and talk, without any bus."""
+"""The simulator alone: CPU time for a second of servos that all move, receive and send, without a bus."""
 
 import heapq
 import math
@@ -18,13 +18,13 @@ from hornbill.wire.transfer import Transfer, split
 
 ROUNDS = 5
 SECONDS = 2.0
-"""Of virtual time in a round."""
+"""Virtual time per round."""
 
 BATCH_S = 0.001
-"""What an adapter or the embedded bus hands over in one go."""
+"""Frames per batch of an adapter or the embedded bus."""
 
 COMMANDS_HZ = 20.0
-"""How often every servo is given another angle. They swing by ±60°, each in its own phase, and never rest."""
+"""Rate of new angles of every servo. They move by ±60°, each in its own phase, and never settle."""
 
 _HOST, _PER_MESSAGE, _STATION = 127, 15, 100.0
 _FREE = {"soft_start": 0, "timeout_action": 0, "speed_torque_control": 1}
@@ -59,7 +59,7 @@ class Flock:
         self._run(1.0)
 
     def cost(self) -> float:
-        """CPU seconds for one second of everybody moving."""
+        """CPU seconds for one second in which all servos move."""
         began = time.process_time()
         self._run(SECONDS)
         spent = time.process_time() - began
@@ -88,7 +88,7 @@ class Flock:
                         servo.on_frames(frames, self._now)
 
     def _commands(self) -> list[Frame]:
-        """The next angle of everybody, 15 to a message; in the servo's unit 1.0 is 100°."""
+        """The next angle of each servo, 15 per message; in the servo's unit 1.0 is 100°."""
         swing = [
             ActuatorCommand(number, CommandType.POSITION, 60.0 / _STATION * math.sin(5.0 * self._now + number))
             for number in range(1, len(self._servos) + 1)

@@ -1,4 +1,4 @@
-"""Eight hours of a rig's day on the virtual clock: what is left in memory at the end that was not there after one."""
+"""Eight hours of a rig's day on the virtual clock: growth of memory between the first hour and the end."""
 
 import asyncio
 import gc
@@ -15,7 +15,7 @@ from bench.line import line
 
 HOURS = 8.0
 WARM_HOURS = 1.0
-"""By then every ring, log and cache is as full as it gets: telemetry holds ten minutes."""
+"""By then every buffer, log and cache is full: telemetry stores ten minutes."""
 
 CYCLE_S = 30.0
 CHANNELS = ["current_angle", "current_torque", "current_voltage"]
@@ -66,7 +66,7 @@ async def _day(rig: Rig, hours: float, warm: float) -> tuple[int, int, int]:
 
 
 def _memory(rig: Rig) -> int:
-    """Resident kB of the process, without what only the rig of tests keeps."""
+    """Resident kB of the process, without the records of the test rig."""
     rig.changes.clear()
     rig.bus.history.clear()
     gc.collect()

@@ -1,4 +1,4 @@
-"""Ten WebSockets at full telemetry: CPU the server takes for packing and sending, with sockets beside without."""
+"""Ten WebSockets at full telemetry: CPU the server takes for packing and sending, with and without sockets."""
 
 import asyncio
 import statistics
@@ -37,7 +37,7 @@ TOPICS = '{"type":"subscribe","topics":["servos","telemetry","events","jobs","bu
 
 
 def figures() -> Iterator[dict[str, Any]]:
-    """Process time of the server's process, whose clients are another one, less the same without a client."""
+    """CPU time of the server's process, minus that without clients, which run in another process."""
     yield asyncio.run(_measure())
 
 
@@ -72,8 +72,8 @@ async def _measure() -> dict[str, Any]:
             assert clients.stdout is not None
             assert await clients.stdout.readline() == LISTENING  # not before: until then it costs nothing
             shares.append(await _share() - alone)
-            told, _ = await clients.communicate()
-            messages, samples = map(int, told.split())
+            message, _ = await clients.communicate()
+            messages, samples = map(int, message.split())
     finally:
         sampling.cancel()
         server.should_exit = True
@@ -88,7 +88,7 @@ async def _measure() -> dict[str, Any]:
 
 
 def _servo(host: Host, number: int) -> Servo:
-    """A servo as if it had been met; the bus is none of this figure."""
+    """A servo as if it had been seen on a bus."""
     servo = host.fleet._servos[Uid(f"{number:032x}")] = Servo(Uid(f"{number:032x}"), CATALOG)  # pyright: ignore[reportPrivateUsage]
     servo.identify_as(CATALOG.models["BLA21-06U-A0"], 1300)
     servo.model_number, servo.online, servo.identified = 1, True, True
@@ -117,7 +117,7 @@ async def _share() -> float:
 
 
 async def _listen(port: int, all_here: asyncio.Barrier) -> tuple[int, int]:
-    """What one socket brings in MEASURED_S after all listen: messages, and samples."""
+    """Messages and samples over one socket in MEASURED_S after all are connected."""
     async with connect(f"ws://127.0.0.1:{port}/api/v1/ws", max_size=None, compression=None) as socket:
         await socket.send(TOPICS)
         began = time.monotonic()
@@ -129,9 +129,9 @@ async def _listen(port: int, all_here: asyncio.Barrier) -> tuple[int, int]:
         messages = samples = 0
         until = time.monotonic() + MEASURED_S
         while time.monotonic() < until:
-            told = await socket.recv()
+            message = await socket.recv()
             messages += 1
-            samples += _samples(orjson.loads(told))
+            samples += _samples(orjson.loads(message))
     return messages, samples
 
 

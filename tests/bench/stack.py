@@ -1,4 +1,4 @@
-"""The stack alone, side by side with pydronecan: decoding, encoding, and a request with its answer."""
+"""The stack compared with pydronecan: decoding, encoding, and a request with its response."""
 
 import asyncio
 import random
@@ -11,7 +11,7 @@ from dronecan.driver import CANFrame
 from dronecan.node import Node
 
 from bench.crowd import HOST, CannedPort, Crowd
-from bench.line import PYDRONECAN, beside, line
+from bench.line import PYDRONECAN, compare_with_peer, line
 from hornbill.node.guard import GuardedPort
 from hornbill.node.participant import Participant
 from hornbill.schema.catalog import Catalog
@@ -36,13 +36,13 @@ PEER_SHARE = 5
 """The peer does a fifth of the work, and its time counts five times: a run should not take minutes."""
 
 BURST_S = 0.001
-"""What an adapter hands over in one go: the frames of a millisecond."""
+"""Frames per batch of an adapter: those of a millisecond."""
 
 BETWEEN_S = 0.0008
-"""From one frame of a transfer to its next: about five others are in between."""
+"""Distance between two frames of a transfer: about five others are in between."""
 
 SECONDS = 3
-"""Longer than the time-out of a half-received transfer, so that looking for those is part of the figure."""
+"""Longer than the timeout of an incomplete transfer, so that the check for timeouts is included."""
 
 NODES = 16
 READS = 8000
@@ -52,14 +52,14 @@ _peer: Any = dronecan  # its types are made at run time
 
 
 def figures() -> Iterator[dict[str, Any]]:
-    """Decode the saturated mix to typed objects, encode ArrayCommand of 15, ask GetSet and take the answer."""
+    """Decode the saturated mix to typed objects, encode ArrayCommand of 15, request GetSet and receive the response."""
     yield decoding()
     yield encoding()
-    yield asking()
+    yield requesting()
 
 
 def saturated_mix(seconds: int = SECONDS) -> list[Frame]:
-    """What a host hears of a full bus: 60 servos streaming, GetSet answers in what is left, ten allocations a second.
+    """The frames of a full bus: 60 servos streaming, GetSet responses in the rest, ten allocations a second.
 
     Transfers of several senders are interleaved. Frames carry the instants they would have, evenly apart.
     """
@@ -80,8 +80,8 @@ def saturated_mix(seconds: int = SECONDS) -> list[Frame]:
         for number in range(seconds):
             say(NodeStatus(3600 + number, NodeHealth.OK, Mode.OPERATIONAL), node, number, number + node / 61)
     for number in range(1576 * seconds):
-        answer = GetSetResponse(integer(chance.randrange(-9999, 9999)), EMPTY, EMPTY, EMPTY, "0x38")
-        say(answer, 1 + number % 60, number // 60, number / 1576, priority=24)
+        response = GetSetResponse(integer(chance.randrange(-9999, 9999)), EMPTY, EMPTY, EMPTY, "0x38")
+        say(response, 1 + number % 60, number // 60, number / 1576, priority=24)
     for number in range(10 * seconds):
         say(AllocationMessage(0, True, chance.randbytes(6)), 0, number, (number + chance.random()) / 10, priority=24)
     frames = [frame for _, frame in sorted(sent, key=lambda pair: pair[0])]
@@ -90,7 +90,7 @@ def saturated_mix(seconds: int = SECONDS) -> list[Frame]:
 
 
 def decoding() -> dict[str, Any]:
-    """Frames, a millisecond of them at a time, to typed objects in somebody's hands: time-outs, counters and all."""
+    """Frames, in batches of a millisecond, to typed objects, including timeouts and counters."""
     mix = saturated_mix()
     bursts: dict[int, list[Frame]] = {}
     for frame in mix:
@@ -110,7 +110,7 @@ def decoding() -> dict[str, Any]:
     raw = [CANFrame(frame.id, frame.data, True, ts_monotonic=frame.at, ts_real=frame.at) for frame in part]
     theirs_took: list[object] = []
 
-    def hear(event: Any) -> None:
+    def receive(event: Any) -> None:
         theirs_took.append(event.message)
 
     def hook(transfer: Any) -> None:
@@ -120,14 +120,14 @@ def decoding() -> dict[str, Any]:
     def theirs() -> None:
         node: Any = Node(_Driver(), node_id=HOST)
         theirs_took.clear()
-        node.add_handler(_peer.uavcan.equipment.actuator.Status, hear)
-        node.add_handler(_peer.uavcan.protocol.NodeStatus, hear)
+        node.add_handler(_peer.uavcan.equipment.actuator.Status, receive)
+        node.add_handler(_peer.uavcan.protocol.NodeStatus, receive)
         node.add_transfer_hook(hook)
         for frame in raw:
             node._recv_frame(frame)
         assert len(theirs_took) > 0.3 * len(raw)
 
-    figures = beside(ours, theirs, scale=len(mix) / len(part), rounds=ROUNDS)
+    figures = compare_with_peer(ours, theirs, scale=len(mix) / len(part), rounds=ROUNDS)
     figures |= {"frames": len(mix), "frames_per_s": round(len(mix) / figures["ours_s"])}
     return line("decode saturated mix", figures, must=15, aim=25, peer=PYDRONECAN)
 
@@ -153,21 +153,21 @@ def encoding() -> dict[str, Any]:
                 message.commands.append(actuator.Command(actuator_id=number, command_type=1, command_value=value))
             node.broadcast(message, priority=16)
 
-    figures = beside(ours, theirs, scale=PEER_SHARE, rounds=ROUNDS)
+    figures = compare_with_peer(ours, theirs, scale=PEER_SHARE, rounds=ROUNDS)
     figures |= {"per_s": round(count / figures["ours_s"])}
     return line("encode ArrayCommand of 15", figures, must=30, aim=60, peer=PYDRONECAN)
 
 
-def asking() -> dict[str, Any]:
-    """A read request of each of sixteen nodes, its frames, its answer and all the bookkeeping between them."""
+def requesting() -> dict[str, Any]:
+    """A read request to each of sixteen nodes, with its frames, its response and the bookkeeping."""
     crowd = Crowd(Catalog.load(), NODES)
-    (asked,) = split(Transfer(Kind.REQUEST, 11, HOST, 1, 24, 0, READ.encode()), READ.TYPE)
-    (told,) = Reassembler(HOST).feed(crowd.answer(asked))
-    answer = GetSetResponse.decode(told.payload)
-    assert answer is not None
-    expected = answer.value
+    (request,) = split(Transfer(Kind.REQUEST, 11, HOST, 1, 24, 0, READ.encode()), READ.TYPE)
+    (received,) = Reassembler(HOST).feed(crowd.respond(request))
+    response = GetSetResponse.decode(received.payload)
+    assert response is not None
+    expected = response.value
 
-    async def ask_ours() -> None:
+    async def request_ours() -> None:
         port = CannedPort(crowd)
         guarded = GuardedPort(port, writable=frozenset({"0x38"}))
         host = Participant(
@@ -175,40 +175,40 @@ def asking() -> dict[str, Any]:
         )
         host.start()
 
-        async def ask(node: int) -> None:
+        async def request(node: int) -> None:
             for _ in range(READS // NODES):
-                answer = await host.request(node, READ, timeout=0.12, tries=10)
-                assert answer.value == expected
+                response = await host.request(node, READ, timeout=0.12, tries=10)
+                assert response.value == expected
 
-        await asyncio.gather(*(ask(node) for node in range(1, NODES + 1)))
+        await asyncio.gather(*(request(node) for node in range(1, NODES + 1)))
         await host.close()
 
     driver = _Driver(crowd)
     node: Any = Node(driver, node_id=HOST)
-    answered = 0
+    responses = 0
 
     def take(event: Any) -> None:
-        nonlocal answered
-        answered += event.response.value.integer_value == expected.value
+        nonlocal responses
+        responses += event.response.value.integer_value == expected.value
 
-    def ask_theirs() -> None:
-        nonlocal answered
-        answered = 0
+    def request_theirs() -> None:
+        nonlocal responses
+        responses = 0
         get_set = _peer.uavcan.protocol.param.GetSet
         rounds = READS // NODES // PEER_SHARE
         for _ in range(rounds):
             for destination in range(1, NODES + 1):
                 node.request(get_set.Request(name="0x38"), destination, take, priority=24, timeout=0.12)
             node.spin(0)
-        assert answered == rounds * NODES
+        assert responses == rounds * NODES
 
-    figures = beside(lambda: asyncio.run(ask_ours()), ask_theirs, scale=PEER_SHARE, rounds=ROUNDS)
+    figures = compare_with_peer(lambda: asyncio.run(request_ours()), request_theirs, scale=PEER_SHARE, rounds=ROUNDS)
     figures |= {"us_each": round(figures["ours_s"] / READS * 1e6, 1)}
-    return line("GetSet read request and its answer", figures, must=10, aim=40, peer=PYDRONECAN)
+    return line("GetSet read request and its response", figures, must=10, aim=40, peer=PYDRONECAN)
 
 
 class _Driver:
-    """A pydronecan driver behind which a crowd answers, or nobody does."""
+    """A pydronecan driver with a crowd that responds, or without."""
 
     def __init__(self, crowd: Crowd | None = None) -> None:
         self._crowd = crowd
@@ -220,8 +220,8 @@ class _Driver:
             return
         key = message_id, bytes(message)
         if key not in self._ready:
-            answer = self._crowd.answer(Frame(*key))
-            self._ready[key] = [CANFrame(one.id, one.data, True, ts_monotonic=1.0, ts_real=1.0) for one in answer]
+            response = self._crowd.respond(Frame(*key))
+            self._ready[key] = [CANFrame(one.id, one.data, True, ts_monotonic=1.0, ts_real=1.0) for one in response]
         self._due += self._ready[key]
 
     def receive(self, timeout: float) -> CANFrame | None:

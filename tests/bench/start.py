@@ -1,4 +1,4 @@
-"""Starting: the import, the first answer over HTTP, six readable servos; and memory while the 3D view is shown."""
+"""Starting: the import, the first HTTP response, six readable servos; and memory while the 3D view is shown."""
 
 import os
 import statistics
@@ -19,7 +19,7 @@ from unit.view.onlooker import Onlooker
 
 ROUNDS = 3
 SHOWN_S = 3.0
-"""How long somebody looks at the 3D view before memory is read."""
+"""Duration of watching the 3D view before memory is read."""
 
 
 def figures() -> Iterator[dict[str, Any]]:
@@ -46,7 +46,7 @@ def _starting() -> Iterator[dict[str, Any]]:
             _look(url)
             memory.append(_resident_mib(process.pid))
     figures = {"s_median": round(statistics.median(http), 2), "cpu_s_median": round(statistics.median(cpu), 2)}
-    yield line("demo answers HTTP", figures, of="s_median", must=1.5)
+    yield line("demo responds over HTTP", figures, of="s_median", must=1.5)
     figures = {"s_median": round(statistics.median(ready), 2)}
     yield line("demo has six readable servos", figures, of="s_median", must=12.0)
     yield line("memory of the demo with the 3D view", {"mib_max": round(max(memory))}, of="mib_max", must=150)
@@ -54,11 +54,11 @@ def _starting() -> Iterator[dict[str, Any]]:
 
 @contextmanager
 def _compiled() -> Generator[None]:
-    """Let Python keep the byte code of what it imports, as it does of what is installed, also where it is told not to.
+    """Let Python keep the byte code of what it imports, as for installed packages, also if the environment disables it.
 
     A start that compiles all of hornbill first takes 0.5 s longer and is no warm one.
     """
-    told = {name: os.environ.pop(name, None) for name in ("PYTHONDONTWRITEBYTECODE", "PYTHONPYCACHEPREFIX")}
+    disabled = {name: os.environ.pop(name, None) for name in ("PYTHONDONTWRITEBYTECODE", "PYTHONPYCACHEPREFIX")}
     with tempfile.TemporaryDirectory() as folder:
         os.environ["PYTHONPYCACHEPREFIX"] = folder
         try:
@@ -67,11 +67,11 @@ def _compiled() -> Generator[None]:
             yield
         finally:
             del os.environ["PYTHONPYCACHEPREFIX"]
-            os.environ.update({name: value for name, value in told.items() if value is not None})
+            os.environ.update({name: value for name, value in disabled.items() if value is not None})
 
 
 def _importing() -> dict[str, Any]:
-    """What `import hornbill` takes beyond an empty Python."""
+    """Time of `import hornbill` minus that of an empty Python."""
     took = {
         script: statistics.median(_run(script) for _ in range(2 * ROUNDS + 1)) for script in ("pass", "import hornbill")
     }
@@ -94,12 +94,12 @@ def _look(url: str) -> None:
 
 
 def _cpu_s(pid: int) -> float:
-    """CPU time of a process so far: what a busy machine does not stretch as it does the wall's."""
-    told = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()
-    return (int(told[11]) + int(told[12])) / os.sysconf("SC_CLK_TCK")
+    """CPU time of a process, which a busy machine affects less than wall time."""
+    fields = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()
+    return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
 
 
 def _resident_mib(pid: int) -> float:
     """Resident memory of a process, as the kernel counts it."""
-    (told,) = (row for row in Path(f"/proc/{pid}/status").read_text().splitlines() if row.startswith("VmRSS:"))
-    return int(told.split()[1]) / 1024
+    (row,) = (line_ for line_ in Path(f"/proc/{pid}/status").read_text().splitlines() if line_.startswith("VmRSS:"))
+    return int(row.split()[1]) / 1024

@@ -1,4 +1,4 @@
-"""Twenty servos behind a serial adapter that write down every stop: `python -m bench.stop_crowd FD COUNT`.
+"""Twenty servos behind a serial adapter that record every stop: `python -m bench.stop_crowd FD COUNT`.
 
 For every torque off it prints the node id and the instant (CLOCK_MONOTONIC, one clock for all processes) at which the
 last of its frames came out of the adapter.
@@ -20,7 +20,7 @@ SINGLE = 0xC0
 
 
 class Writable:
-    """A crowd whose torque mode can be written and read back, and whose other rows take every write."""
+    """A crowd whose torque mode can be written and read, and whose other rows accept every write."""
 
     def __init__(self, crowd: Crowd) -> None:
         self._crowd = crowd
@@ -28,18 +28,20 @@ class Writable:
         self._modes: dict[int, int] = {}
         self.stopped: list[int] = []
 
-    def answer(self, frame: Frame) -> list[Frame]:
-        """What the servo that was asked answers."""
+    def respond(self, frame: Frame) -> list[Frame]:
+        """The response of the addressed servo."""
         single = frame.data[-1] & SINGLE == SINGLE
         if single and b"0x20" not in frame.data:
-            return self._crowd.answer(frame)
-        return [one for asked in self._reassembler.feed([frame], time.monotonic()) for one in self._get_set(asked)]
+            return self._crowd.respond(frame)
+        return [
+            one for received in self._reassembler.feed([frame], time.monotonic()) for one in self._get_set(received)
+        ]
 
-    def _get_set(self, asked: Transfer) -> list[Frame]:
-        request = GetSetRequest.decode(asked.payload) if asked.kind is Kind.REQUEST else None
-        if request is None or asked.type_id != GetSetRequest.TYPE.id:
+    def _get_set(self, received: Transfer) -> list[Frame]:
+        request = GetSetRequest.decode(received.payload) if received.kind is Kind.REQUEST else None
+        if request is None or received.type_id != GetSetRequest.TYPE.id:
             return []
-        node, value = asked.destination, request.value
+        node, value = received.destination, request.value
         if request.name == "0x20":
             if value != EMPTY:
                 assert isinstance(value.value, int)
@@ -48,12 +50,12 @@ class Writable:
                     self.stopped.append(node)
             value = integer(self._modes.get(node, 0))
         response = GetSetResponse(value, EMPTY, EMPTY, EMPTY, request.name)
-        answer = asked._replace(kind=Kind.RESPONSE, source=node, destination=HOST, payload=response.encode())
-        return split(answer, GetSetResponse.TYPE)
+        reply = received._replace(kind=Kind.RESPONSE, source=node, destination=HOST, payload=response.encode())
+        return split(reply, GetSetResponse.TYPE)
 
 
 def speak(terminal: int, count: int) -> None:
-    """Be the adapter until somebody ends the process."""
+    """Act as the adapter until the process is ended."""
     os.set_blocking(terminal, False)
     canned = Crowd(Catalog.load(), count, NO_FAULT)
     crowd, streams, rest = Writable(canned), canned.streams(), b""
@@ -71,7 +73,7 @@ def speak(terminal: int, count: int) -> None:
         now = time.monotonic()
         for command in commands:
             if command[:1] == b"T":
-                out += crowd.answer(Frame(int(command[1:9], 16), bytes.fromhex(command[10:].decode())))
+                out += crowd.respond(Frame(int(command[1:9], 16), bytes.fromhex(command[10:].decode())))
         for node in crowd.stopped:
             sys.stdout.write(f"{node} {now:.6f}\n")
         if crowd.stopped:
@@ -82,7 +84,7 @@ def speak(terminal: int, count: int) -> None:
         try:
             os.write(terminal, done + text)
         except BlockingIOError:
-            pass  # nobody reads, and an adapter's buffer is full as well
+            pass  # the buffer is full because the host does not read
         time.sleep(0.0005)
 
 

@@ -1,6 +1,6 @@
-"""Who looks on while a stop is measured: `python -m bench.stop_listeners URL SOCKETS`.
+"""Clients that are connected while a stop is measured: `python -m bench.stop_listeners URL SOCKETS`.
 
-In a process of its own: what it does must not hold up the clock of whoever measures.
+In a separate process: its work must not delay the measurement.
 """
 
 import asyncio
@@ -14,7 +14,7 @@ TOPICS = ["servos", "telemetry", "events", "jobs", "bus"]
 
 
 async def look_on(url: str, sockets: int) -> None:
-    """Sockets that take everything, and somebody who reads every parameter of servo after servo, until ended."""
+    """Sockets that receive everything, and a client that reads every parameter of each servo, until ended."""
 
     async def listen() -> None:
         async with connect(url.replace("http", "ws") + "api/v1/ws", max_size=None) as socket:

@@ -1,4 +1,4 @@
-"""Stop with twenty servos streaming, ten sockets and full reads: bus time until all have answered, and real time
+"""Stop with twenty servos streaming, ten sockets and full reads: bus time until all have acknowledged, and real time
 from the last byte of the request to torque off coming out of the adapter."""
 
 import asyncio
@@ -20,7 +20,7 @@ from bench.processes import crowd, listeners, server, wait_until_ready
 
 SERVOS, SOCKETS, STOPS = 20, 10, 100
 STREAMING = ("-m", "bench.stop_server")
-"""A server whose bursts go on through every stop: a harder case than a stream, which a stop ends."""
+"""A server whose bursts continue through every stop; a stop would end a stream."""
 
 
 def figures() -> Iterator[dict[str, Any]]:
@@ -30,7 +30,7 @@ def figures() -> Iterator[dict[str, Any]]:
 
 
 def _in_bus_time() -> Iterator[dict[str, Any]]:
-    """Milliseconds from the request to the last of twenty answers, on a bus with true bit times."""
+    """Milliseconds from the request to the last of twenty acknowledgements, on a bus with true bit times."""
 
     async def scene(rig: Rig) -> dict[str, Any]:
         servos = await rig.ready(20)
@@ -58,10 +58,10 @@ def _in_real_time() -> Iterator[dict[str, Any]]:
         server(STREAMING, device, folder) as url,
     ):
         wait_until_ready(url, SERVOS)
-        with listeners(url, SOCKETS) as looking_on:
+        with listeners(url, SOCKETS) as listeners_of:
             time.sleep(2.0)
             first, last = zip(*(one_stop(url, servos) for _ in range(STOPS)), strict=True)
-            assert looking_on.poll() is None, "who looks on has ended early"
+            assert listeners_of.poll() is None, "who looks on has ended early"
     figures = {"stops": STOPS, "ms_median": statistics.median(first), "ms_p99": p99(first), "ms_max": max(first)}
     figures = {name: round(value, 2) for name, value in figures.items()}
     yield line(

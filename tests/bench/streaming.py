@@ -24,7 +24,7 @@ from bench.line import line
 SERVOS = 125
 MEASURED_S = 15.0
 TOPICS = ["servos", "telemetry", "events", "jobs", "bus"]
-"""What the page asks for, for every servo."""
+"""The subscription of the page, for every servo."""
 
 SERVER = [sys.executable, "-m", "hornbill"]
 
@@ -32,7 +32,7 @@ SERVER = [sys.executable, "-m", "hornbill"]
 def figures() -> Iterator[dict[str, Any]]:
     """Share of a core the server takes, its background polling and its adapter included.
 
-    `us_a_sample` compares versions: one that polls more has more samples to tell.
+    `us_a_sample` compares versions: one that polls more sends more samples.
     """
     with _crowd() as device, _server(device) as (server, url):
         _wait_until_ready(url)
@@ -56,7 +56,7 @@ class _Seen:
 
 
 async def _watch(server: int, address: str) -> tuple[_Seen, float]:
-    """What one socket brings in MEASURED_S, and the CPU seconds a second the server takes meanwhile."""
+    """Messages over one socket in MEASURED_S, and the CPU seconds per second of the server."""
     async with connect(address, max_size=None) as socket:
         await socket.send(orjson.dumps({"type": "subscribe", "topics": TOPICS}).decode())
         async with asyncio.timeout(2.0):
@@ -67,10 +67,10 @@ async def _watch(server: int, address: str) -> tuple[_Seen, float]:
         await asyncio.sleep(1.0)
         seen, began, cpu = _Seen(), time.monotonic(), _cpu_s(server)
         while time.monotonic() - began < MEASURED_S:
-            told = await socket.recv()
+            text = await socket.recv()
             seen.messages += 1
-            seen.bytes += len(told)
-            message = orjson.loads(told)
+            seen.bytes += len(text)
+            message = orjson.loads(text)
             if message["type"] == "telemetry":
                 seen.samples += sum(len(column["t"]) for column in message["channels"].values())
         return seen, (_cpu_s(server) - cpu) / (time.monotonic() - began)
@@ -105,7 +105,7 @@ def _server(device: str) -> Generator[tuple[subprocess.Popen[str], str]]:
 
 @contextmanager
 def _crowd() -> Generator[str]:
-    """The device of a serial adapter with servos behind it, in a process of its own."""
+    """The device of a serial adapter with servos behind it, in a separate process."""
     theirs, ours = pty.openpty()
     tty.setraw(ours)
     command = [sys.executable, "-m", "bench.serial_crowd", str(theirs), str(SERVOS)]
