@@ -12,15 +12,15 @@ _T = TypeVar("_T")
 _Ts = TypeVarTuple("_Ts")
 
 START: Instant = 1000.0
-"""What the clock of a new JumpingLoop shows, in seconds: not zero, so that a forgotten clock is noticed."""
+"""Time of a new JumpingLoop, s. Not zero, so that a clock that was not passed in is noticed."""
 
 
 class Deadlock(RuntimeError):
-    """Every task waits for something that can no longer happen."""
+    """All tasks wait for events that can no longer occur."""
 
 
 class _JumpingSelector(selectors.DefaultSelector):
-    """Polls file descriptors, and moves the clock where a real selector would sleep."""
+    """Polls file descriptors, and advances the clock instead of sleeping."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -33,33 +33,32 @@ class _JumpingSelector(selectors.DefaultSelector):
         if ready:
             return ready
         if timeout is None:
-            # A descriptor or another thread is all that could wake us now, and neither knows our clock.
+            # Only a file descriptor or another thread can wake the loop now; neither uses this clock.
             ready = super().select(self.stuck_after_s)
             if not ready:
                 raise Deadlock(
-                    f"nothing is ready, no timer is set, no file descriptor stirred for {self.stuck_after_s} s: "
-                    f"{self.waiting()} would wait for ever"
+                    f"nothing is ready, no timer is set, no file descriptor was ready for {self.stuck_after_s} s: "
+                    f"{self.waiting()} would wait forever"
                 )
         elif timeout > 0:
-            # The loop asks for `when - now`; within a factor of two that difference is exact in
-            # binary floating point, so the sum is `when` to the last bit.
+            # The timeout is `when - now`. Within a factor of two that difference is exact in
+            # binary floating point, so the sum is exactly `when`.
             self.now += timeout
         return ready
 
 
 class JumpingLoop(asyncio.SelectorEventLoop):
-    """An event loop for tests and protocol benchmarks: an hour on the bus takes as long as its events cost.
+    """An event loop for tests and protocol benchmarks: an hour on the bus takes the processing time of its events.
 
-    `time()` starts at 1000.0 s and moves only when nothing is ready, straight to the next timer. File
-    descriptors are polled, never waited for while a timer is set. `run_in_executor` runs its function
-    at once, in this thread, so that results come in the same order every time; a thread started in any
-    other way (anyio's, say) takes an unknown time here, as timers do not wait for it. When neither a task nor
-    a timer nor, for `stuck_after_s` real seconds, a file descriptor or another thread has anything to do,
-    the loop raises Deadlock and names the tasks that wait.
+    `time()` starts at 1000.0 s and advances only when nothing is ready, to the next timer. File descriptors are
+    polled, never waited for while a timer is set. `run_in_executor` runs its function immediately, in this thread,
+    so that the order of results is always the same; another thread (such as anyio's) takes an unknown virtual time,
+    because timers do not wait for it. When no task or timer is pending, and no file descriptor or thread has become
+    ready for `stuck_after_s` real seconds, the loop raises Deadlock with the names of the waiting tasks.
     """
 
     jumps = True
-    """Tells the embedded bus to deliver at exact instants."""
+    """The embedded bus delivers at exact times."""
 
     def __init__(self) -> None:
         self._jumping = _JumpingSelector()
@@ -68,7 +67,7 @@ class JumpingLoop(asyncio.SelectorEventLoop):
 
     @property
     def stuck_after_s(self) -> float:
-        """Real seconds given to file descriptors and threads before a standstill is a Deadlock."""
+        """Time without a ready file descriptor or thread that is a Deadlock, in real seconds."""
         return self._jumping.stuck_after_s
 
     @stuck_after_s.setter
@@ -76,11 +75,11 @@ class JumpingLoop(asyncio.SelectorEventLoop):
         self._jumping.stuck_after_s = seconds
 
     def time(self) -> Instant:
-        """The virtual instant, in seconds."""
+        """Virtual time, s."""
         return self._jumping.now
 
     def stall(self, seconds: float) -> None:
-        """Let the clock run on as if this turn of the loop had taken so long: timers that fall due ring late."""
+        """Advance the clock as if this iteration of the loop had taken this time: timers due meanwhile fire late."""
         self._jumping.now += seconds
 
     def run_in_executor(

@@ -24,7 +24,7 @@ def scene(
 
     Named `servo`, its second argument is the first servo that is ready. `options` are those of `play`. A recipe or an
     option that depends on the test's arguments is a function of them, by name; it may return several recipes.
-    With `settle_s`, `servo` has run for so long when the test begins.
+    With `settle_s`, servos have run for that time when the test begins.
     """
 
     options |= {"store": store, "seed": seed}
