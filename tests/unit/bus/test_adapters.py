@@ -178,7 +178,7 @@ async def test_the_driver_of_the_open_bus_is_not_called_and_its_last_result_is_l
     assert [each.address for each in found] == [f"{name}:{n}" for name in ("pcan", "kvaser", "slcan") for n in (0, 1)]
     assert [each.address for each in found if each.state == "connected"] == ["pcan:1"]
     await adapters.plugged_in("slcan:0")
-    assert "slcan" in calls, "looking at serial ports opens none"
+    assert "slcan" in calls, "detection does not open serial ports"
 
 
 def test_the_connected_bus_is_listed_even_if_not_detected(tmp_path: Path) -> None:
@@ -259,7 +259,7 @@ def test_serial_adapters_are_sorted_known_then_named_then_possible() -> None:
         ("slcan:COM9", "FT232R A1"),
     ]
     assert [each.usable for each in found] == [True] * 7
-    assert [each.reason is not None for each in found] == [False] * 6 + [True], "that one may be anything"
+    assert [each.reason is not None for each in found] == [False] * 6 + [True], "only the last may be another device"
 
 
 @pytest.mark.parametrize("product", ["Scanner", "American Serial", "Mechanical Keyboard", "Candle"])

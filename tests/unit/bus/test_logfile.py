@@ -243,7 +243,7 @@ def test_a_truncated_file_yields_its_complete_frames_or_is_reported_as_damaged(f
 
 
 def test_a_blf_file_that_was_never_closed_is_read(tmp_path: Path) -> None:
-    """What a process leaves that was killed: the header is that of the beginning."""
+    """As left by a killed process: the header is the initial one."""
     path = tmp_path / "log.blf"
     with path.open("wb") as file:
         writer = can.BLFWriter(file)
@@ -298,7 +298,7 @@ def test_a_recording_is_read_as_it_is_iterated(tmp_path: Path) -> None:
     frames = iter(recording)
     first = next(frames)
     assert first.frame.at == 1436509052.5
-    assert recording.counters.frames == 1, "read as it is looked at"
+    assert recording.counters.frames == 1, "read on demand"
     recording.close()
 
 

@@ -44,7 +44,7 @@ async def test_the_lowest_identifier_wins_regardless_of_queueing_order(
     a.send([Frame(30, b"1"), Frame(30, b"2"), Frame(10, b"3")])
     b.send([Frame(20, b"4"), Frame(5, b"5")])
     await asyncio.sleep(0)
-    c.send([Frame(25, b"6")])  # the same instant, some turns of the loop later
+    c.send([Frame(25, b"6")])  # at the same instant, in a later iteration of the loop
     await asyncio.sleep(1)
     assert [(name, frame.id, frame.data) for name, frame in bus.history] == [
         ("b", 5, b"5"),
@@ -72,7 +72,7 @@ async def test_a_frame_on_the_wire_is_not_interrupted(
 async def test_a_shorter_frame_that_wins_late_is_delivered_on_time(a: MemoryPort, b: MemoryPort, c: MemoryPort) -> None:
     seen: list[float] = []
     c.listen(lambda frames: seen.append(asyncio.get_running_loop().time()))
-    a.send([Frame(100, bytes(8))])  # the alarm is set for this one
+    a.send([Frame(100, bytes(8))])  # the timer is set for this one
     b.send([Frame(1, b"")])
     await asyncio.sleep(1)
     first = (frame_bits(Frame(1, b"")) - 3) * BIT
@@ -182,7 +182,7 @@ async def test_a_closed_port_is_disconnected_and_its_name_reusable(
     with pytest.raises(BusDisconnected):
         a.send([])
     await asyncio.sleep(1)
-    assert [frame.id for _, frame in bus.history] == [1]  # was on the wire already
+    assert [frame.id for _, frame in bus.history] == [1]  # already on the wire
     assert b.statistics.rx_frames == 1
     assert bus.port("a").address == "memory:a"
 

@@ -20,7 +20,7 @@ STAMPS = 35  # SO_TIMESTAMPNS, which python-can switches on
 
 
 class Reporting(socket.socket):
-    """A socket of which the kernel says that it dropped frames."""
+    """A socket for which the kernel reports dropped frames."""
 
     drops: list[int] = []  # noqa: RUF012
 

@@ -60,7 +60,7 @@ def test_small_letters_and_line_feeds_are_tolerated() -> None:
         b"T 234567821122",
         b"T+234567821122",
         b"T12_4567821122",
-        b"T12345678211T123456780",  # two run into one another
+        b"T12345678211T123456780",  # two merged lines
         b"T123456782\xff\xfe",
         b"F0",
         b"F+1",

@@ -25,12 +25,12 @@ def net(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 def nothing(_name: str, path: str) -> str | None:
-    """There is no such program."""
+    """No program is found."""
     assert "/sbin" in path
 
 
 def something(_name: str, path: str) -> str:
-    """Where a program is."""
+    """Every program is found."""
     return "/sbin/ip"
 
 
@@ -38,12 +38,12 @@ def interface(net: Path, name: str, *, kind: int = 280, up: bool = True, carrier
     (net / name).mkdir()
     (net / name / "type").write_text(f"{kind}\n")
     (net / name / "flags").write_text("0x40081\n" if up else "0x40080\n")
-    if up:  # the kernel refuses to read it of one that is down
+    if up:  # unreadable while the interface is down
         (net / name / "carrier").write_text(f"{carrier:d}\n")
 
 
 def can(name: str, bitrate: int = 1_000_000, sample_point: object = "0.875", **more: object) -> dict[str, Any]:
-    """A link as `ip -details -json` prints it, the sample point as a text."""
+    """A link as `ip -details -json` prints it, the sample point as text."""
     timing = {"bitrate": bitrate, "sample_point": sample_point, "tq": 25, "sjw": 1, "brp": 1}
     data = {"state": "ERROR-ACTIVE", "restart_ms": 0, "bittiming": timing, "clock": 40_000_000} | more
     return {"ifname": name, "link_type": "can", "linkinfo": {"info_kind": "can", "info_data": data}}
@@ -63,7 +63,7 @@ def ip_reports(monkeypatch: pytest.MonkeyPatch, *links: object, text: str | None
 
 
 def failure(channel: str, bitrate: int = 1_000_000) -> PortOpenFailed:
-    """What opening it fails with."""
+    """The error of opening `channel`."""
     with pytest.raises(PortOpenFailed) as caught:
         run(open_port(f"socketcan:{channel}", bitrate=bitrate))
     assert caught.value.facts["address"] == f"socketcan:{channel}"

@@ -10,7 +10,7 @@ AHEAD_S = 1_700_000_000.0
 
 
 class Clock:
-    """The monotonic clock, and how often both were compared; `ahead_s` is what that finds."""
+    """A monotonic clock. `ahead_s`: its difference from the wall clock; `compared`: number of comparisons."""
 
     def __init__(self, monkeypatch: pytest.MonkeyPatch) -> None:
         self.now, self.ahead_s, self.compared = 500.0, AHEAD_S, 0

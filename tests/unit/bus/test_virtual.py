@@ -29,7 +29,7 @@ def interface(net: Path, name: str, *, place: str = "virtual", up: bool = True) 
 
 
 class Opens:
-    """A socket that takes every interface."""
+    """A socket that binds to every interface."""
 
     def __init__(self, *_arguments: int) -> None: ...
     def __enter__(self) -> "Opens":
@@ -61,7 +61,7 @@ def test_an_interface_that_is_down_or_cannot_be_opened_is_named(net: Path) -> No
     assert find_vcan() == (None, "vcan0 is down (sudo ip link set vcan0 up)")
     (net / "vcan0" / "flags").write_text("0x40081")
     address, why = find_vcan()
-    assert address is None, "there is none of that name in the kernel, or of this family"
+    assert address is None, "the kernel has no such interface or family"
     assert why
 
 

@@ -151,7 +151,7 @@ def test_a_node_that_sends_while_the_owner_requests_is_another_node() -> None:
 
 
 def test_a_node_seen_before_gets_its_former_id_unless_it_prefers_another() -> None:
-    """The table is new, or another allocator gave that id."""
+    """The table is new, or another allocator allocated that ID."""
     neighbours = Neighbours({20: 5.0, 30: 5.0, 40: 5.0}, {20: A, 30: B, 40: C})
     it = allocator(MemoryTable({"00" * 16: 40}), neighbours)
     assert exchange(it, A, 10.0) == 20
@@ -288,7 +288,7 @@ def test_a_pending_request_is_listed_with_its_known_part() -> None:
     assert it.pending(0.2) == [AllocationRequest(A[:12].hex(), 2, 0.0, 0.2, 1)]
     request(it, B[:6], 0.3, first=True)
     request(it, A[:6], 1.3, first=True)
-    # It keeps what was known of it, although it had to begin again.
+    # The known part is retained, although the exchange was restarted.
     assert it.pending(1.3) == [
         AllocationRequest(A[:12].hex(), 2, 0.0, 1.3, 2),
         AllocationRequest(B[:6].hex(), 1, 0.3, 0.3, 1),
@@ -323,7 +323,7 @@ def test_a_new_id_is_not_allocated_before_listening_to_the_bus() -> None:
     table = MemoryTable({A.hex(): 99})
     it = Allocator(table, own_ids=frozenset(), known_nodes=Neighbours(), listening_since=100.0)
     assert exchange(it, B, 100.1) is None
-    assert exchange(it, A, 100.2) == 99  # who was here before need not wait
+    assert exchange(it, A, 100.2) == 99  # a known node does not wait
     assert exchange(it, B, 100.9) == 125
 
 
@@ -349,7 +349,7 @@ def test_without_a_free_id_the_request_is_refused_and_logged(caplog: pytest.LogC
 
 
 def away(oldest_s: float, *, pins: frozenset[str] = frozenset()) -> MemoryTable:
-    """A full table; number(n) was away for a second less than its predecessor."""
+    """A full table; number(n) was absent for a second less than its predecessor."""
     table = MemoryTable({number(n).hex(): n for n in range(1, 126)}, pins)
     table.away_s = {number(n).hex(): oldest_s - n for n in range(1, 126)}
     return table
@@ -360,7 +360,7 @@ def test_in_a_full_table_the_id_unused_for_longest_is_recycled() -> None:
     it = allocator(table, Neighbours({1: 2.0, 3: 2.0}))
     lost: list[tuple[Uid, NodeId]] = []
     it.on_recycled.append(lambda uid, node_id: lost.append((uid, node_id)))
-    assert exchange(it, A, 1.0, preferred=77) == 2  # number(1) is here
+    assert exchange(it, A, 1.0, preferred=77) == 2  # number(1) is present
     assert exchange(it, B, 2.0) == 4
     assert lost == [(number(2).hex(), 2), (number(4).hex(), 4)]
     assert len(table.kept) == 125

@@ -49,12 +49,12 @@ class Machine(RuleBasedStateMachine):
         self.table = MemoryTable({f"{number:032x}": number for number in CROWD})
         self.nodes = [Node(uid) for uid in UIDS]
         self.known_nodes: dict[int, Node] = {}
-        """Nodes with an id of their own, by that id; they never unclear for it."""
+        """Nodes with a static ID, by that ID; they never request one."""
         self.last: AllocationMessage | None = None
         self.mode = AllocationMode.ON
         self.start_server()
 
-    # The server and the people.
+    # Server and operators.
 
     @rule()
     def start_server(self) -> None:
@@ -114,7 +114,7 @@ class Machine(RuleBasedStateMachine):
 
     @rule(who=applicants)
     def restart(self, who: int) -> None:
-        """As after a power cut: it is silent for 0.6 s at least."""
+        """As after a power cut: silent for at least 0.6 s."""
         node = self.nodes[who]
         node.node_id, node.known, node.powered = 0, b"", True
         self.pass_by(0.6)
@@ -170,7 +170,7 @@ class Machine(RuleBasedStateMachine):
 
     @rule(who=applicants)
     def run_through(self, who: int) -> None:
-        """All three parts without a loss, as it mostly is."""
+        """All three parts without a loss, the usual case."""
         node = self.nodes[who]
         for _ in range(3):
             if node.powered and not node.node_id:
@@ -210,7 +210,7 @@ class Machine(RuleBasedStateMachine):
         if reply is None:
             return None
         assert source == 0
-        assert state is AllocatorStatus.ON or self.it.state is AllocatorStatus.ON, "it is silent otherwise"
+        assert state is AllocatorStatus.ON or self.it.state is AllocatorStatus.ON, "it does not respond otherwise"
         assert not reply.first_part_of_unique_id
         assert reply.unique_id.endswith(message.unique_id)
         assert len(reply.unique_id) in (6, 12, 16)
@@ -223,7 +223,7 @@ class Machine(RuleBasedStateMachine):
         uid, node_id = reply.unique_id.hex(), reply.node_id
         assert 1 <= node_id <= 125
         assert node_id != OWN
-        assert self.table.kept[uid] == node_id, "kept before it is known"
+        assert self.table.kept[uid] == node_id, "stored before it is sent"
         assert not self.table.broken
         others = [one for one in self.living() if one.node_id == node_id and one.uid != reply.unique_id and one.spoke]
         assert others == [], "used by another node that was seen"
@@ -237,7 +237,7 @@ class Machine(RuleBasedStateMachine):
             assert was == OWN or was > 125 or (seen_at is not None and self.now - seen_at < 3), "the same id again"
 
     def deliver(self, reply: AllocationMessage | None, *, lost: bool) -> None:
-        """Rules C, D and E for every node that waits."""
+        """Rules C, D and E for every pending node."""
         if reply is None or lost:
             return
         for node in self.nodes:
@@ -249,7 +249,7 @@ class Machine(RuleBasedStateMachine):
                 node.node_id = reply.node_id
                 self.moved_in(node, known=False)
 
-    # What must always hold.
+    # Invariants.
 
     @invariant()
     def no_id_is_kept_for_two(self) -> None:

@@ -190,7 +190,7 @@ def test_the_frame_that_would_complete_a_forbidden_transfer_is_refused() -> None
         guarded.send([last])
     assert inner.sent == [first, second]
     with pytest.raises(ForbiddenParameter):
-        guarded.send([last])  # nor a second time
+        guarded.send([last])  # also when repeated
     assert inner.sent == [first, second]
 
 
@@ -221,7 +221,7 @@ def test_no_mixture_of_two_transfers_completes_a_third() -> None:
     with pytest.raises(ForbiddenParameter):
         guarded.send(forbidden[2:])
     with pytest.raises(ForbiddenParameter):
-        guarded.send(allowed[2:])  # cut off as well: whole transfers go in one call
+        guarded.send(allowed[2:])  # refused as well: complete transfers need one call
     assert inner.sent == forbidden[:2] + allowed[:2]
 
 

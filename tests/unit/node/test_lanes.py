@@ -11,7 +11,7 @@ from hornbill.wire.port import PortStatistics
 
 
 def drain(lanes: Lanes[str]) -> list[str]:
-    """Take everything, each node being done at once."""
+    """Take all items, freeing each node at once."""
     taken: list[str] = []
     while (item := lanes.take()) is not None:
         taken.append(item)

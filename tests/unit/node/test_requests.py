@@ -93,7 +93,7 @@ async def test_a_response_after_the_last_try_is_dropped() -> None:
 
 
 async def test_a_late_response_is_never_matched_to_a_later_request() -> None:
-    """The servo takes 0.15 s over the first read; meanwhile 40 more are made, more than there are transfer ids."""
+    """The first read takes 0.15 s. Meanwhile 40 more are made, more than there are transfer IDs."""
     _, host, peer = pair(delay=first_after(0.15))
     with pytest.raises(NoResponse):
         await host.request(42, read("0x00"), timeout=0.1)
@@ -105,7 +105,7 @@ async def test_a_late_response_is_never_matched_to_a_later_request() -> None:
 
 
 async def test_a_response_for_another_register_is_ignored_however_late() -> None:
-    """So late that its transfer id rests no more and has come round, as on a bus whose host had no time."""
+    """Later than the quarantine of its transfer ID, which is in use again."""
     _, host, peer = pair(delay=lambda number: {0: 2.26, 32: 0.09}.get(number, 0.0))
     with pytest.raises(NoResponse):
         await host.request(42, read("0x00"), timeout=0.1)
@@ -195,7 +195,7 @@ async def test_invalid_requests_are_refused_before_anything_is_sent() -> None:
 
 
 async def test_a_recreated_participant_begins_with_another_transfer_id() -> None:
-    """A node remembers the last one for two seconds and would take the same number for a repetition."""
+    """A node remembers the last one for two seconds and would ignore the same ID as a repetition."""
     bus = MemoryBus()
     peer = Peer(bus.port("peer"), 42)
     for number in range(2):
@@ -261,7 +261,7 @@ def test_each_request_times_out_at_its_own_instant() -> None:
 def test_a_response_in_time_counts_although_an_older_timer_fires() -> None:
     async def scene() -> int:
         _, host, peer = pair(delay=first_after(0.0, 0.09))
-        for _ in range(3):  # the first sets the alarm for 100 ms, the others are responded after it has rung
+        for _ in range(3):  # the first sets a timer for 100 ms, the others get their responses after it fired
             await host.request(42, read("0x38"), timeout=0.1)
         await host.close()
         return len(peer.requests)
@@ -315,7 +315,7 @@ async def test_nodes_do_not_wait_for_each_other() -> None:
 
 
 async def test_on_a_saturated_bus_nodes_take_turns() -> None:
-    """Lowest identifier first would serve node 1 until it is done, then node 2: the last would wait for 0.4 s."""
+    """In order of identifiers, node 1 would be served first, then node 2: the last would wait for 0.4 s."""
     bus = MemoryBus()
     host = participant(bus.port("host"))
     peers = [Peer(bus.port(f"p{n}"), n) for n in range(1, 17)]
@@ -328,7 +328,7 @@ async def test_on_a_saturated_bus_nodes_take_turns() -> None:
     counts = [len(peer.requests) for peer in peers]
     assert max(counts) - min(counts) <= 1
     await asyncio.gather(*tasks)
-    assert now() - began < 0.475  # the bus needs 0.470 s for them: it never waited for us
+    assert now() - began < 0.475  # the bus needs 0.470 s for them: it is never idle
     assert host.request_counters.retries == 0
 
 

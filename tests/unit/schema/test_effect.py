@@ -14,7 +14,7 @@ Values = dict[str, int | None]
 
 
 def fresh(**changes: int | None) -> Values:
-    """A servo with PWM input as it leaves the factory, and what differs."""
+    """Values of a servo with PWM input as delivered, with changes."""
     return {key: row.default for key, row in PWM.rows().items()} | changes
 
 
@@ -117,7 +117,7 @@ def test_without_torque_commands_gains_and_limits_have_no_effect(mode: int) -> N
         "command_angle", "command_speed", "command_torque", "extended_angle",
     }  # fmt: skip
     why = why_not(CATALOG, "speed_limit_cw", fresh(torque_mode=mode), rows=PWM.rows()).why_not
-    assert why == "No effect now: speed and torque control (0x25) is off."  # which stays so when torque comes on
+    assert why == "No effect now: speed and torque control (0x25) is off."  # also with torque on
 
 
 def test_firmware_without_0x25_counts_as_off() -> None:

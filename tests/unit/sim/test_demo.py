@@ -17,7 +17,7 @@ def test_every_recipe_can_be_built_and_no_static_id_is_used_twice(n: int) -> Non
     assert len({recipe.build(catalog(), 1).uid for recipe in fleet}) == n
     static = [recipe.node_id for recipe in fleet if recipe.node_id]
     assert len(set(static)) == len(static)
-    # The top is where allocators begin, 126 and 127 are for tools.
+    # Allocators begin at the top; 126 and 127 are for tools.
     assert all(10 <= node_id <= 115 for node_id in static)
 
 

@@ -86,7 +86,7 @@ class Reference:
 
 
 def orders_of(plant: Plant, controller: Controller, target: float, **more: float) -> Orders:
-    """Those of default gains, smoothing off."""
+    """Orders with default gains and without smoothing."""
     direct = controller == Controller.ANGLE_DIRECT
     defaults: dict[str, float] = {
         "angle_p": 40 * (plant.angle_p_direct if direct else plant.angle_p), "angle_d": 40 * plant.angle_d,
@@ -122,7 +122,7 @@ def test_a_step_is_within_1_percent_of_an_independent_integration(
         reference.step()
         furthest = max(furthest, abs(reference.horn))
         worst = max(worst, abs(motion.angle - reference.horn))
-    assert furthest > 20.0, "a step that does not move proves nothing"
+    assert furthest > 20.0, "the horn moves"
     assert worst < 0.01 * furthest
 
 
@@ -137,7 +137,7 @@ def test_without_a_command_energy_never_grows(model: str, inertia: float, contro
     assert motion.speed > 100.0
     motion.obey(Orders(controller, inertia=inertia))
     now, before = 0.5, math.inf
-    motion.advance(now := now + 5 * TORQUE_LAG_S)  # what is in the winding is spent first
+    motion.advance(now := now + 5 * TORQUE_LAG_S)  # the torque of the winding decays first
     while motion.speed:
         energy = motion.speed**2
         assert energy < before
@@ -197,7 +197,7 @@ _ACTS = st.one_of(
 def test_random_commands_end_at_the_last_target(acts: list[tuple[str, int, float]], model: str) -> None:
     desk = Desk(model)
     until, turn = START + 1200.0, 0
-    while desk.now < until - 200.0:  # the longest wait is 120 s: 80 are left to come to rest in
+    while desk.now < until - 200.0:  # the longest wait is 120 s: at least 80 s remain to come to rest
         what, value, seconds = acts[turn % len(acts)]
         turn += 1
         if what == "restart":
@@ -212,7 +212,7 @@ def test_random_commands_end_at_the_last_target(acts: list[tuple[str, int, float
         assert abs(desk.servo.speed_rpm) < 400
         desk.received.clear()
     desk.servo.conditions.load_pct = 0.0
-    # A load may have turned it a thousand times: speed 0 without 0x24 forgets the turns, or it unwinds them for hours.
+    # A load may have turned it many times; speed 0 without 0x24 discards the turns.
     forget = (("0x24", 0), ("0x25", 1), ("0x01", 0))
     for name, value in (("0x2C", 40), ("0x20", 0), ("0x26", 0), ("0x23", 0), *forget, ("0x25", 0), ("0x00", 0)):
         assert desk.write(name, value) == value

@@ -32,7 +32,7 @@ def test_any_bytes_decode_or_yield_none(structure: type[AnyStructure], payload: 
     if decoded is not None:
         again = structure.decode(decoded.encode())
         assert again is not None
-        # Infinity is clamped when it is written, so two steps are needed to come to rest.
+        # Infinity is clamped when encoded, so the second round trip is stable.
         assert again.encode() == decoded.encode()
 
 
@@ -45,7 +45,7 @@ def test_any_bytes_decode_or_yield_none(structure: type[AnyStructure], payload: 
 def test_any_unions_decode_or_yield_none(
     structure: type[GetSetRequest | GetSetResponse], start: bytes, tags: list[int], filling: bytes
 ) -> None:
-    """Bytes that look like unions more often than random ones do."""
+    """Bytes that resemble unions more often than random ones."""
     payload = start + b"".join(bytes((tag,)) + filling[:8] for tag in tags) + filling
     decoded = structure.decode(payload)
     assert decoded is None or structure.decode(decoded.encode()) is not None

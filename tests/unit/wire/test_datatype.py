@@ -35,7 +35,7 @@ def test_a_service_has_two_structures_and_a_message_one() -> None:
 
 
 def test_crc_seed_is_the_crc_of_the_signature() -> None:
-    """A CRC-16 written out bit by bit, as the protocol describes it."""
+    """CRC-16 computed bit by bit, as in the protocol."""
     for data_type in types.BY_KEY.values():
         crc = 0xFFFF
         for byte in data_type.signature.to_bytes(8, "little"):

@@ -149,7 +149,7 @@ def test_undecodable_transfers_are_described_as_such(kind: Kind, type_id: int, p
 
 
 class Known(Names):
-    """A reader who knows one register."""
+    """A reader that knows one register."""
 
     def register(self, node: int, name: str) -> str:
         return "limit" if (node, name) == (20, "0x38") else ""

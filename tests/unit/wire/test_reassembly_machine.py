@@ -21,7 +21,7 @@ HARM = st.sampled_from([damage.cut, damage.lengthen, damage.flip_bit, damage.fli
 
 
 class Bus(RuleBasedStateMachine):
-    """What is whole on arrival must come out, at its last frame and as it was sent; nothing else may.
+    """Transfers that arrive complete are returned unchanged at their last frame, and no others.
 
     A node speaks several types and priorities at once, drops transfers, restarts with transfer id 0, and counts on
     past 31.
@@ -49,7 +49,7 @@ class Bus(RuleBasedStateMachine):
 
     @rule(source=SOURCES, priority=PRIORITIES, structure=structures, skipped=st.sampled_from([0, 0, 0, 30, 31]))
     def begin(self, source: int, priority: int, structure: types.AnyStructure, skipped: int) -> None:
-        """A node begins a transfer, maybe dropping one of the same type and priority; others may have been unheard."""
+        """A node begins a transfer, maybe dropping one of the same type and priority; others may have been lost."""
         key = source, structure.TYPE.id
         number = self.next_id[key] = (self.next_id.get(key, 0) + 1 + skipped) % 32
         sent = transfer(structure, source=source, priority=priority, transfer_id=number)
@@ -60,13 +60,13 @@ class Bus(RuleBasedStateMachine):
     @precondition(lambda self: self.under_way)
     @rule(data=st.data(), fates=FATES)
     def send(self, data: st.DataObject, fates: list[str]) -> None:
-        """The next frames of those that have something to say go out, now of one and now of another."""
+        """Pending transfers send their next frames, interleaved."""
         for fate in fates:
             if self.under_way:
                 self.send_one(data, data.draw(st.sampled_from(sorted(self.under_way))), fate)
 
     def send_one(self, data: st.DataObject, can_id: int, fate: str) -> None:
-        """The next frame of the transfer under way with this identifier."""
+        """The next frame of the pending transfer with this identifier."""
         sent, frames, begun, whole = self.under_way.pop(can_id)
         alone = len(sent.payload) <= 7
         if fate == "late":
@@ -79,7 +79,7 @@ class Bus(RuleBasedStateMachine):
             on_wire, whole = [], False
         elif fate == "twice":
             on_wire = [frame, frame]
-        elif fate == "damaged" and not alone:  # one frame alone has no CRC of ours, only that of the controller
+        elif fate == "damaged" and not alone:  # a single frame has no transfer CRC
             data.draw(HARM)(on_wire, 0, Random(data.draw(st.integers(0, 1 << 16))))
             whole = whole and on_wire == [frame]
         whole = whole and self.now - begun <= TIMEOUT_S
@@ -94,7 +94,7 @@ class Bus(RuleBasedStateMachine):
             self.check_complete(received, sent)
 
     def check_complete(self, received: list[Transfer], sent: Transfer) -> None:
-        """The last frame of a whole transfer arrived."""
+        """The last frame of a complete transfer arrived."""
         assert received == [sent._replace(at=self.now)]
 
     @rule(seconds=st.sampled_from([0.00014, 0.001, 0.5, 1.9, 2.0, 2.5]))
@@ -111,13 +111,13 @@ class Bus(RuleBasedStateMachine):
 
     @rule(frames=st.lists(st.builds(Frame, st.integers(0, (1 << 29) - 1), st.binary(max_size=8)), max_size=3))
     def disturb(self, frames: list[Frame]) -> None:
-        """A node out of its mind."""
+        """A defective node sends anything."""
         self.feed([frame for frame in frames if frame.id not in self.under_way])
 
     @precondition(lambda self: self.under_way)
     @rule(data=st.data(), content=st.binary(max_size=8))
     def impersonate(self, data: st.DataObject, content: bytes) -> None:
-        """A node out of its mind takes an identifier that is in use."""
+        """A defective node uses the identifier of another."""
         can_id = data.draw(st.sampled_from(sorted(self.under_way)))
         sent, frames, begun, _ = self.under_way.pop(can_id)
         self.feed([Frame(can_id, content)])
@@ -139,22 +139,22 @@ class Bus(RuleBasedStateMachine):
         assert self.reassembler.sessions == 0
 
     def check_all(self) -> None:
-        """What a receiver finds that looks back on everything."""
+        """The transfers found by the reference receiver."""
         assert self.received == transfers_in(self.fed)
 
 
 class Crowded(Bus):
-    """The same with room for two transfers at a time: some give way to others, but none is mistaken for another."""
+    """The same with two sessions: transfers are evicted, but never confused."""
 
     max_sessions = 2
 
     def check_complete(self, received: list[Transfer], sent: Transfer) -> None:
-        """It comes out unless it gave way."""
+        """It is returned unless it was evicted."""
         if not self.reassembler.counters.evicted:
             super().check_complete(received, sent)
 
     def check_all(self) -> None:
-        """Fewer than a receiver with more room would find."""
+        """A subset of the transfers of a receiver with more sessions."""
         expected = transfers_in(self.fed)
         assert all(found in expected for found in self.received)
 
