@@ -1,4 +1,4 @@
-"""Firefox over WebDriver BiDi and WebKit over WebDriver, driven alike: open a page, look at it, point and type."""
+"""Firefox over WebDriver BiDi and WebKit over WebDriver with one interface: open a page, evaluate, click and type."""
 
 import json
 import os
@@ -17,7 +17,7 @@ from websockets.sync.client import connect
 from websockets.sync.connection import Connection
 
 WEBKIT_BROWSERS: Final = "*-linux-gnu*/webkit2gtk-4.*/MiniBrowser"
-PATIENCE_S: Final = 30.0
+TIMEOUT_S: Final = 30.0
 ESCAPE: Final = "\ue00c"
 ENTER: Final = "\ue006"
 CONTROL: Final = "\ue009"
@@ -29,7 +29,7 @@ class Driver(Protocol):
     def go(self, url: str) -> None:
         """Open an address and wait until it is loaded."""
 
-    def look(self, expression: str) -> Any:
+    def evaluate(self, expression: str) -> Any:
         """The value of a JavaScript expression in the page."""
 
     def act(self, device: dict[str, Any]) -> None:
@@ -37,7 +37,7 @@ class Driver(Protocol):
 
 
 class Firefox:
-    """WebDriver BiDi, which Firefox speaks itself."""
+    """WebDriver BiDi, which Firefox supports."""
 
     def __init__(self, line: Connection) -> None:
         self._line = line
@@ -49,7 +49,7 @@ class Firefox:
     def go(self, url: str) -> None:
         self._call("browsingContext.navigate", context=self._window, url=url, wait="complete")
 
-    def look(self, expression: str) -> Any:
+    def evaluate(self, expression: str) -> Any:
         target = {"context": self._window}
         found = self._call(
             "script.evaluate", expression=f"JSON.stringify({expression})", target=target, awaitPromise=True
@@ -64,14 +64,14 @@ class Firefox:
         self._number += 1
         self._line.send(json.dumps({"id": self._number, "method": method, "params": params}))
         while True:
-            answer = json.loads(self._line.recv(timeout=PATIENCE_S))
-            if answer.get("id") == self._number:
-                assert answer["type"] == "success", answer
-                return answer["result"]
+            response = json.loads(self._line.recv(timeout=TIMEOUT_S))
+            if response.get("id") == self._number:
+                assert response["type"] == "success", response
+                return response["result"]
 
 
 class WebKit:
-    """WebDriver over HTTP, which WebKitWebDriver speaks."""
+    """WebDriver over HTTP, which WebKitWebDriver supports."""
 
     def __init__(self, client: httpx.Client, browser: Path) -> None:
         options = {"binary": str(browser), "args": ["--automation"]}
@@ -84,74 +84,72 @@ class WebKit:
     def go(self, url: str) -> None:
         self._call("/url", url=url)
 
-    def look(self, expression: str) -> Any:
+    def evaluate(self, expression: str) -> Any:
         return json.loads(self._call("/execute/sync", script=f"return JSON.stringify({expression})", args=[]) or "null")
 
     def act(self, device: dict[str, Any]) -> None:
         self._call("/actions", actions=[device])
 
     def _call(self, path: str, **body: Any) -> Any:
-        answer = self._client.post(f"/session{self._session}{path}", json=body)
-        assert answer.is_success, answer.text
-        return answer.json()["value"]
+        response = self._client.post(f"/session{self._session}{path}", json=body)
+        assert response.is_success, response.text
+        return response.json()["value"]
 
     def close(self) -> None:
         self._client.delete(f"/session{self._session}")
 
 
 class Window:
-    """A window with the verbs of the browser tests; elements are named by their data-testid."""
+    """A window with the methods of the browser tests; elements are named by their data-testid."""
 
     def __init__(self, driver: Driver) -> None:
         self._driver = driver
         self._complaints: list[str] = []
-        self.look = driver.look
+        self.evaluate = driver.evaluate
 
     def go(self, url: str) -> None:
-        """Open an address, and listen to the errors of its page once it is loaded."""
+        """Open an address, and collect the errors of its page once it is loaded."""
         self._complaints = self.complaints()
         self._driver.go(url)
-        self.look(
+        self.evaluate(
             "(self.complaints = [], addEventListener('error', event => complaints.push(event.message)),"
             " addEventListener('unhandledrejection', event => complaints.push(String(event.reason))), 0)"
         )
 
     def complaints(self) -> list[str]:
-        """What went wrong in the pages so far."""
-        return [*self._complaints, *self.look("self.complaints ?? []")]
+        """The errors of all pages so far."""
+        return [*self._complaints, *self.evaluate("self.complaints ?? []")]
 
-    def find(self, testid: str, quality: str = "true") -> dict[str, float]:
-        """Wait until the element is there, in sight, of that quality (JavaScript of `one`), and where a pointer meets
-        it; its centre.
-        """
-        looked = f"""(() => {{
+    def find(self, testid: str, condition: str = "true") -> dict[str, float]:
+        """Wait until the element can be clicked and meets a condition (JavaScript of `one`); its centre."""
+        expression = f"""(() => {{
             const one = document.querySelector('[data-testid="{testid}"]');
-            if (!one || one.disabled || !({quality})) return null;
+            if (!one || one.disabled || !({condition})) return null;
             one.scrollIntoView({{block: "center"}});
             const box = one.getBoundingClientRect();
             const at = {{x: Math.round(box.left + box.width / 2), y: Math.round(box.top + box.height / 2)}};
-            const met = document.elementFromPoint(at.x, at.y);
-            return met && (one === met || one.contains(met) || met.closest("label")?.contains(one)) ? at : null;
+            const hit = document.elementFromPoint(at.x, at.y);
+            return hit && (one === hit || one.contains(hit) || hit.closest("label")?.contains(one)) ? at : null;
         }})()"""
-        return cast("dict[str, float]", self.wait(looked, f"{testid} with {quality}"))
+        return cast("dict[str, float]", self.wait(expression, f"{testid} with {condition}"))
 
     def wait(self, expression: str, what: str = "") -> Any:
         """Wait until a JavaScript expression is true; its value."""
-        end = time.monotonic() + PATIENCE_S
-        while not (value := self.look(expression)):
-            assert time.monotonic() < end, f"{what or expression} never came in {self.look('location.href')}"
+        end = time.monotonic() + TIMEOUT_S
+        while not (value := self.evaluate(expression)):
+            assert time.monotonic() < end, f"{what or expression} did not occur in {self.evaluate('location.href')}"
             time.sleep(0.05)
         return value
 
     def text(self, testid: str, words: str) -> None:
         """Wait until the element contains these words."""
-        looked = f"document.querySelector('[data-testid=\"{testid}\"]')?.textContent.includes({json.dumps(words)})"
-        self.wait(looked, f"{words!r} in {testid}")
+        expression = f"document.querySelector('[data-testid=\"{testid}\"]')?.textContent.includes({json.dumps(words)})"
+        self.wait(expression, f"{words!r} in {testid}")
 
     def click(self, testid: str) -> None:
-        """Press the middle of the element with a mouse."""
+        """Click the middle of the element."""
         before, at = None, self.find(testid)
-        while at != before:  # it moves no more
+        while at != before:  # it has stopped moving
             time.sleep(0.1)
             before, at = at, self.find(testid)
         moved = {"type": "pointerMove", **at, "duration": 0, "origin": "viewport"}
@@ -161,13 +159,13 @@ class Window:
         )
 
     def fill(self, testid: str, words: str) -> None:
-        """Replace what stands in a field, and press Enter."""
+        """Replace the text of a field, and press Enter."""
         self.click(testid)
         every = [{"type": "keyDown", "value": CONTROL}, *_typed("a"), {"type": "keyUp", "value": CONTROL}]
         self._driver.act({"type": "key", "id": "keys", "actions": [*every, *_typed(words), *_typed(ENTER)]})
 
     def press(self, key: str) -> None:
-        """Press one key, wherever the focus is."""
+        """Press one key."""
         self._driver.act({"type": "key", "id": "keys", "actions": _typed(key)})
 
 
@@ -217,7 +215,7 @@ def _webkits(_folder: Path) -> Generator[Driver]:
         environment = {**os.environ, "DISPLAY": display, "GDK_BACKEND": "x11"}
         with subprocess.Popen(["WebKitWebDriver", f"--port={(port := _free_port())}"], env=environment) as process:
             try:
-                with httpx.Client(base_url=f"http://127.0.0.1:{port}", timeout=PATIENCE_S) as client:
+                with httpx.Client(base_url=f"http://127.0.0.1:{port}", timeout=TIMEOUT_S) as client:
                     _until_ready(client)
                     driver = WebKit(client, next(Path("/usr/lib").glob(WEBKIT_BROWSERS)))
                     yield driver
@@ -247,10 +245,10 @@ def _free_port() -> int:
 
 
 def _until_ready(client: httpx.Client) -> None:
-    end = time.monotonic() + PATIENCE_S
+    end = time.monotonic() + TIMEOUT_S
     while True:
         with suppress(httpx.TransportError):
             if client.get("/status").json()["value"]["ready"]:
                 return
-        assert time.monotonic() < end, "WebKitWebDriver does not answer"
+        assert time.monotonic() < end, "WebKitWebDriver does not respond"
         time.sleep(0.1)

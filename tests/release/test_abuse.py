@@ -1,4 +1,4 @@
-"""What a hostile or broken client does to the real server: it goes on, does not grow, and stops when it is told to."""
+"""Hostile and broken clients: the server keeps working, does not grow, and stops on request."""
 
 import asyncio
 import re
@@ -10,17 +10,17 @@ from typing import Any, TypeVar
 import httpx
 import pytest
 
-from bench.abuse import garbage, healthy, looking_on, malformed, send_malformed, slow_loris
+from bench.abuse import garbage, healthy, listeners_of, malformed, send_malformed, slow_loris
 from e2e.servers import Server, running
 
 Outcome = TypeVar("Outcome")
 GROWTH_BYTES = 16 << 20
-"""What the process may have more after the second round than after the first, which fills every cache."""
+"""Allowed growth of the process in the second round; the first fills every cache."""
 
 
 @pytest.fixture(scope="module")
 def server() -> Iterator[Server]:
-    """A demo of its own: what is done to it must not spoil anybody else's."""
+    """A separate demo, because it is abused."""
     with running("demo", "--servos", "2") as found:
         found.ready(2)
         yield found
@@ -31,24 +31,24 @@ def memory(server: Server) -> int:
     text = httpx.get(server.url + "metrics").text
     found = re.search(r"^process_resident_memory_bytes (\S+)$", text, re.MULTILINE)
     if found is None:
-        pytest.skip("the process tells its memory on Linux only")
+        pytest.skip("memory is available on Linux only")
     return int(float(found[1]))
 
 
 async def round_of_abuse(server: Server, seed: int) -> tuple[float, int, int]:
-    """Everything at once: 99 % latency of a healthy client in ms, requests answered, messages listeners got."""
+    """Everything at once: 99 % latency of a healthy client in ms, number of responses, messages of listeners."""
     port = int(server.url.rstrip("/").rpartition(":")[2])
     uid = str(server.servos()[0]["uid"])
     over, there = asyncio.Event(), asyncio.Event()
     slow = asyncio.create_task(slow_loris(port, 60, over))
-    listening = asyncio.create_task(looking_on(port, 60, 5, over, there))
+    listening = asyncio.create_task(listeners_of(port, 60, 5, over, there))
     await there.wait()
 
     async def abuse() -> int:
-        answered, _ = await asyncio.gather(
+        responses, _ = await asyncio.gather(
             send_malformed(port, malformed(uid, seed, 600)), garbage(port, 4, seed)
         )  # fmt: skip
-        return answered
+        return responses
 
     work = asyncio.create_task(abuse())
     try:
@@ -59,26 +59,26 @@ async def round_of_abuse(server: Server, seed: int) -> tuple[float, int, int]:
     return latency.p99_ms, await work, await listening
 
 
-def apart(work: Coroutine[Any, Any, Outcome]) -> Outcome:
-    """Run it in a thread of its own: Playwright, where a test before used it, keeps a loop running in this one."""
+def in_thread(work: Coroutine[Any, Any, Outcome]) -> Outcome:
+    """Run it in a new thread: Playwright keeps a loop running in the main thread if an earlier test used it."""
     with ThreadPoolExecutor(1) as thread:
         return thread.submit(asyncio.run, work).result()
 
 
-def test_abuse_neither_crashes_nor_grows_the_server_and_stop_still_works(server: Server) -> None:
+def test_abuse_neither_crashes_nor_grows_the_server_and_stop_works(server: Server) -> None:
     before = [(one["uid"], one["unsaved"]) for one in server.servos()]
-    first = apart(round_of_abuse(server, 1))
+    first = in_thread(round_of_abuse(server, 1))
     after_first = memory(server)
-    second = apart(round_of_abuse(server, 2))
+    second = in_thread(round_of_abuse(server, 2))
     assert memory(server) - after_first < GROWTH_BYTES
-    for p99_ms, answered, heard in (first, second):
-        assert p99_ms < 1500, "a client that behaves waits too long meanwhile"
-        assert answered > 500, "malformed requests are answered"
-        assert heard > 5
+    for p99_ms, responses, received in (first, second):
+        assert p99_ms < 1500, "latency of a well-behaved client"
+        assert responses > 500, "malformed requests get responses"
+        assert received > 5
     assert server.process.poll() is None
     assert [(one["uid"], one["unsaved"]) for one in server.servos()] == before, "nothing was written"
 
-    async def stopped_amid() -> float:
+    async def stop_during_abuse() -> float:
         over = asyncio.Event()
         port = int(server.url.rstrip("/").rpartition(":")[2])
         slow = asyncio.create_task(slow_loris(port, 60, over))
@@ -90,9 +90,9 @@ def test_abuse_neither_crashes_nor_grows_the_server_and_stop_still_works(server:
             while not all(
                 one["confirmed"] for one in (await client.get("/api/v1/stop")).json()["servos"]
             ):  # fmt: skip
-                assert time.monotonic() - began < 5, "a stop amid abuse is not answered by every servo"
+                assert time.monotonic() - began < 5, "not every servo confirmed the stop"
         over.set()
         await asyncio.gather(slow, flood)
         return max(one["ms"] for one in server.api.get("/stop").json()["servos"])
 
-    assert apart(stopped_amid()) < 250, "milliseconds until the last servo answered the stop"
+    assert in_thread(stop_during_abuse()) < 250, "milliseconds until the last servo confirmed the stop"

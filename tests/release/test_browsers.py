@@ -1,4 +1,4 @@
-"""The technician's path in browsers other than Chromium: Firefox, and WebKit as in a tablet's Safari."""
+"""Main workflow in Firefox, and in WebKit as in a tablet's Safari."""
 
 from collections.abc import Iterator
 
@@ -29,10 +29,10 @@ def test_a_servo_is_found_changed_saved_moved_and_stopped(name: str, server: Ser
             window.find(f"servo-row-{one['uid']}")
             window.text(f"servo-row-{one['uid']}", "°")
 
-        # a limit is changed, written, and comes back from ROM
+        # a limit is changed, written and saved
         _limit_is_saved(window, server, uid)
 
-        # the horn moves under motion control, and Esc stops it for good
+        # the horn moves with motion control, and Esc stops it
         window.go(f"{server.url}servos/{uid}/motion")
         window.click("enable-motion")
         window.find("motion-band")
@@ -55,12 +55,12 @@ def _limit_is_saved(window: Window, server: Server, uid: str) -> None:
     window.go(f"{server.url}servos/{uid}/parameters#angle_limit_cw")
     window.fill("input-angle_limit_cw", str(wanted))
     window.find("row-angle_limit_cw", 'one.dataset.state === "staged"')
-    assert _value(server, uid, "angle_limit_cw") != wanted, "staged is not sent"
+    assert _value(server, uid, "angle_limit_cw") != wanted, "a staged value is not sent"
     window.click("apply")
     window.find("row-angle_limit_cw", 'one.dataset.state === "applied"')
     window.click("apply-save")
     window.find("save-dialog")
-    if window.look("document.querySelector('[data-testid=\"horn-free\"]') !== null"):
+    if window.evaluate("document.querySelector('[data-testid=\"horn-free\"]') !== null"):
         window.click("horn-free")
     window.click("save-go")
     window.find("step-read_back", 'one.dataset.state === "done"')

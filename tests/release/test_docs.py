@@ -8,7 +8,7 @@ from commands.guides import ROOT
 from e2e.sphinx_site import sphinx
 
 
-def test_a_link_that_leads_nowhere_ends_the_build(tmp_path: Path) -> None:
+def test_a_broken_link_fails_the_build(tmp_path: Path) -> None:
     copy = tmp_path / "checkout"
     for name in ("docs", "schemas", "web/src/style", "web/public", "server/README.md", "tests/README.md",
                  "web/README.md", "examples/README.md", "README.md", "CONTRIBUTING.md", "CHANGELOG.md"):  # fmt: skip

@@ -1,4 +1,4 @@
-"""How soon the page is seen, with nothing else running on the machine."""
+"""Time to first paint, on a machine that runs nothing else."""
 
 import pytest
 from playwright.sync_api import expect, sync_playwright
@@ -18,7 +18,7 @@ def test_the_first_paint_comes_within_a_second(locale: str) -> None:
         browser = playwright.chromium.launch(executable_path=path, args=["--no-sandbox", "--disable-3d-apis"])
         page = browser.new_context(locale=locale).new_page()
         painted: list[float] = []
-        for _ in range(3):  # the best of three: what else the machine does is not measured
+        for _ in range(3):  # the best of three, to exclude other work of the machine
             page.goto("about:blank")
             page.goto(demo.url)
             expect(page.get_by_role("heading", level=1)).to_be_visible()

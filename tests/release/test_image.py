@@ -1,4 +1,4 @@
-"""The image: it builds from a clean context, its demo answers with the page, as nobody special, no tools left."""
+"""The image is built from a clean context, runs the demo as an ordinary user, and contains no build tools."""
 
 import json
 import os
@@ -20,22 +20,22 @@ import pytest
 ROOT: Final = Path(__file__).parents[2]
 CHECK: Final = "HORNBILL_DOCKERFILE_CHECK"
 """Names a program that builds the Dockerfile of a folder and runs a command in the image: CHECK FOLDER -- COMMAND…"""
-PATIENCE_S: Final = 500.0
+TIMEOUT_S: Final = 500.0
 DOCKERFILE: Final = re.sub(r"\\\n", " ", (ROOT / "Dockerfile").read_text(encoding="utf-8"))
 
 
 def words(instruction: str) -> list[str]:
-    """What the last such instruction of the Dockerfile says, in its JSON form."""
+    """The arguments of the last such instruction of the Dockerfile, in JSON form."""
     return json.loads(re.findall(rf"^{instruction}\b[^\[\n]*(\[.*\])$", DOCKERFILE, re.MULTILINE)[-1])
 
 
 @dataclass(frozen=True)
 class Running:
-    """The demo of the image, and what was printed before it."""
+    """The demo of the image, and the output before it."""
 
     url: str
     port: int
-    told: list[str]
+    output: list[str]
 
 
 @pytest.fixture(scope="module")
@@ -67,20 +67,20 @@ def demo() -> Iterator[Running]:
     finally:
         process.terminate()
         process.stdout.close()
-        process.wait(timeout=PATIENCE_S)
+        process.wait(timeout=TIMEOUT_S)
     with socket.socket() as left, pytest.raises(ConnectionRefusedError):
         left.connect(("127.0.0.1", port))
 
 
-def test_it_runs_as_nobody_special_and_without_a_package_manager(demo: Running) -> None:
-    user, pip, prefix, folder, *_ = demo.told
+def test_it_runs_as_an_ordinary_user_without_a_package_manager(demo: Running) -> None:
+    user, pip, prefix, folder, *_ = demo.output
     assert user == "1000"
     assert "No module named pip" in pip
     assert prefix == "/opt/hornbill"
-    assert folder == "/data", "the data folder may be written"
+    assert folder == "/data", "the data folder is writable"
 
 
-def test_its_demo_answers_on_localhost_with_the_page_and_its_servos(demo: Running) -> None:
+def test_its_demo_serves_the_page_and_six_servos(demo: Running) -> None:
     with httpx.Client(base_url=f"http://localhost:{demo.port}/", timeout=30) as api:
         health = api.get("/api/v1/health").json()
         assert health["demo"] is True
@@ -95,51 +95,51 @@ def test_its_demo_answers_on_localhost_with_the_page_and_its_servos(demo: Runnin
         assert api.get("/viser/", follow_redirects=True).status_code == 200
 
 
-def test_it_has_the_documentation(demo: Running) -> None:
+def test_it_serves_the_documentation(demo: Running) -> None:
     with httpx.Client(base_url=f"http://localhost:{demo.port}/", timeout=30) as web:
         for path in ("docs/", "docs/tutorial.html", "docs/searchindex.js", "docs/_static/tokens.css"):
             assert web.get(path).status_code == 200, path
         assert "<h1" in web.get("docs/tutorial.html").text
 
 
-def test_it_answers_to_no_other_name(demo: Running) -> None:
+def test_it_rejects_other_host_names(demo: Running) -> None:
     assert httpx.get(demo.url, headers={"Host": "rig.example"}).status_code == 403
 
 
-def test_it_connects_no_adapter_for_anybody_who_asks(demo: Running) -> None:
+def test_it_connects_no_adapter(demo: Running) -> None:
     refused = httpx.put(demo.url + "api/v1/bus", json={"address": "socketcan:can0"})
     assert refused.status_code >= 400
     assert "simulated" in refused.json()["detail"]
 
 
-def test_its_health_check_says_yes_while_it_serves_and_no_otherwise(demo: Running) -> None:
+def test_its_health_check(demo: Running) -> None:
     program, *arguments = words("HEALTHCHECK")
     assert program == "python"
     environment = {name: value for name, value in os.environ.items() if not name.startswith("HORNBILL_")}
 
-    def asked(port: int) -> int:
+    def exit_code(port: int) -> int:
         command = [sys.executable, *arguments]
         return subprocess.run(
             command, env=environment | {"HORNBILL_PORT": str(port)}, capture_output=True, check=False
         ).returncode
 
-    assert asked(demo.port) == 0
-    assert asked(9) != 0
+    assert exit_code(demo.port) == 0
+    assert exit_code(9) != 0
 
 
-def test_what_other_engines_do_not_know_is_not_in_the_dockerfile() -> None:
+def test_the_dockerfile_works_with_other_engines() -> None:
     assert "<<" not in DOCKERFILE
     assert "--link" not in DOCKERFILE
     assert len(re.findall(r"^EXPOSE (\d+)$", DOCKERFILE, re.MULTILINE)) == 1
 
 
-def test_the_context_holds_nothing_that_was_built_or_installed_here() -> None:
+def test_the_context_excludes_built_and_installed_files() -> None:
     ignored = (ROOT / ".dockerignore").read_text(encoding="utf-8").split()
-    assert ignored[0] == "*", "what is wanted is named, the rest stays out"
+    assert ignored[0] == "*", "only listed files are included"
     assert {"web/node_modules", "web/dist", "docs/dist"} <= set(ignored)
 
 
-def test_the_compose_file_is_understood() -> None:
+def test_the_compose_file_is_valid() -> None:
     if (
         shutil.which("docker") is None
         or subprocess.run(["docker", "compose", "version"], capture_output=True, check=False).returncode

@@ -1,4 +1,4 @@
-"""What is installed from the wheel alone, without Node and without the checkout, serves the demo with its page."""
+"""The wheel alone, without Node and the checkout, serves the demo with its page."""
 
 import os
 import re
@@ -32,7 +32,7 @@ def find_python(version: str) -> str | None:
 
 @pytest.fixture(scope="module")
 def dist(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The sdist, and the wheel that is made from it and from nothing else: as `make build` makes them."""
+    """The sdist and the wheel built from it, as by `make build`."""
     assert (ROOT / "web" / "dist" / "index.html").is_file(), "the page is not built: run 'make build'"
     folder = tmp_path_factory.mktemp("dist")
     command = [sys.executable, "-m", "build", "--no-isolation", "--outdir", str(folder), str(ROOT)]
@@ -41,7 +41,7 @@ def dist(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
-def test_the_sdist_makes_a_wheel_and_both_hold_the_notices(dist: Path) -> None:
+def test_sdist_and_wheel_contain_the_notices(dist: Path) -> None:
     import tarfile
     import zipfile
 
@@ -56,7 +56,7 @@ def test_the_sdist_makes_a_wheel_and_both_hold_the_notices(dist: Path) -> None:
 
 @pytest.fixture(scope="module")
 def environments(dist: Path, tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
-    """A fresh environment with the wheel for each Python that is here, made side by side: most of it is waiting."""
+    """A fresh environment with the wheel for each installed Python, created in parallel."""
     (wheel,) = dist.glob("*.whl")
     bare = {name: value for name, value in os.environ.items() if name != "PYTHONPATH"}
 
@@ -91,14 +91,14 @@ def test_the_wheel_runs_the_demo_in_a_fresh_environment_without_node(
             assert process.stdout is not None
             found = re.search(r"http://\S+/", process.stdout.readline())
             assert found is not None
-            _answers(found[0])
+            _check_responses(found[0])
         finally:
             process.terminate()
             process.wait(timeout=30)
-    assert list(tmp_path.glob("hornbill-demo*")) == [], "what the demo kept is gone with it"
+    assert list(tmp_path.glob("hornbill-demo*")) == [], "the demo deletes its data"
 
 
-def _answers(url: str) -> None:
+def _check_responses(url: str) -> None:
     """REST, the page with each of its first scripts, and the 3D view."""
     with httpx.Client(base_url=url, timeout=30) as client:
         assert client.get("/api/v1/health").json()["demo"] is True
