@@ -27,9 +27,7 @@ async def test_without_a_token_the_api_is_open(server: SecuredServer, client: ht
 
 
 @secured()
-async def test_the_first_token_closes_the_api_and_must_be_an_admins(
-    server: SecuredServer, client: httpx.AsyncClient
-) -> None:
+async def test_the_first_token_must_be_an_admins(server: SecuredServer, client: httpx.AsyncClient) -> None:
     problem(await client.post("/tokens", json={"name": "rig", "role": "operate"}), "conflict", 409)
     made = json(await client.post("/tokens", json={"name": "boss", "role": "admin"}), 201)
     problem(await client.get("/servos"), "unauthorized", 401)
@@ -136,9 +134,7 @@ async def test_the_cookie_is_hidden_from_scripts_and_other_sites(server: Secured
 
 
 @secured(given=GIVEN, root_path="/hornbill", behind_proxy=True)
-async def test_under_tls_and_a_sub_path_the_cookie_is_secure_and_scoped(
-    server: SecuredServer, client: httpx.AsyncClient
-) -> None:
+async def test_under_tls_the_cookie_is_secure_and_scoped(server: SecuredServer, client: httpx.AsyncClient) -> None:
     response = await client.post("/session", json={"token": GIVEN}, headers={"X-Forwarded-Proto": "https"})
     parts = {part.strip().lower() for part in response.headers["set-cookie"].split(";")}
     assert {"secure", "path=/hornbill"} <= parts
@@ -187,9 +183,7 @@ async def test_a_socket_has_the_role_of_its_token(server: SecuredServer) -> None
 
 
 @secured()
-async def test_revoking_a_token_or_logging_out_closes_its_sockets_and_releases_their_leases(
-    server: SecuredServer,
-) -> None:
+async def test_revoking_a_token_or_logging_out_closes_its_sockets(server: SecuredServer) -> None:
     secret = await server.token("me", "operate")
     by_header = RawSocket(server.app, ("Authorization", f"Bearer {secret}"))
     async with server.client() as page:
@@ -331,9 +325,7 @@ async def test_the_first_token_closes_sockets_opened_before_it(server: SecuredSe
 
 @pytest.mark.parametrize("chunked", [True, False])
 @secured()
-async def test_a_body_that_arrives_after_its_token_was_revoked_has_no_effect(
-    server: SecuredServer, chunked: bool
-) -> None:
+async def test_a_body_after_the_revocation_of_its_token_has_no_effect(server: SecuredServer, chunked: bool) -> None:
     boss, leaving = await server.token("boss", "admin"), await server.token("leaving", "admin")
     body = b'{"name": "backdoor", "role": "admin"}'
     started = asyncio.Event()

@@ -156,9 +156,7 @@ async def test_an_unusual_sample_point_is_shown_and_reported(rig: Rig, point: fl
 @scene(*THREE)
 async def test_no_request_keeps_waiting(rig: Rig, lose: Loss) -> None:
     servos = await rig.ready(3)
-    reads = [
-        asyncio.create_task(rig.call("GET", f"/servos/{servo.uid}/parameters?refresh=true")) for servo in servos
-    ]
+    reads = [asyncio.create_task(rig.call("GET", f"/servos/{servo.uid}/parameters?refresh=true")) for servo in servos]
     await asyncio.sleep(0.005)
     await lose(rig)
     lost_at = now()

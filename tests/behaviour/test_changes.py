@@ -141,9 +141,7 @@ async def test_a_servo_mute_for_a_while_is_rolled_back_when_it_responds(rig: Rig
 
 @pytest.mark.parametrize("back_after_s", [0.1, 1.0, None], ids=["at once", "after 1 s", "not before it is too late"])
 @scene(replace(PLAIN, rom={"angle_p_gain": 40}))
-async def test_after_a_power_cut_ram_is_restored_or_reported_lost(
-    rig: Rig, servo: Servo, back_after_s: float | None
-) -> None:
+async def test_after_a_power_cut_ram_is_restored_or_lost(rig: Rig, servo: Servo, back_after_s: float | None) -> None:
     json(await patching(rig, servo, {"angle_p_gain": 33}))
     before = ram(rig, servo, EIGHT)
     assert before["angle_p_gain"] == 33, "only in RAM"
@@ -209,9 +207,7 @@ async def test_every_row_is_read_written_and_read_back_once(rig: Rig, servo: Ser
 
 
 @scene()
-async def test_a_change_without_a_stored_snapshot_is_rejected(
-    rig: Rig, servo: Servo, monkeypatch: pytest.MonkeyPatch
-) -> None:
+async def test_no_change_without_a_stored_snapshot(rig: Rig, servo: Servo, monkeypatch: pytest.MonkeyPatch) -> None:
 
     def full(*_: object, **__: object) -> StoredSnapshot:
         raise OSError("disk full")

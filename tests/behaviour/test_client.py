@@ -27,9 +27,7 @@ def with_client(act: Callable[[Rig, AsyncHornbill, AsyncServo], Awaitable[None]]
 
 
 @with_client
-async def test_a_lease_lasts_as_long_as_its_block_and_ends_with_torque_off(
-    rig: Rig, hornbill: AsyncHornbill, servo: AsyncServo
-) -> None:
+async def test_a_lease_lasts_as_long_as_its_block(rig: Rig, hornbill: AsyncHornbill, servo: AsyncServo) -> None:
     async with hornbill.lease("rig"):
         await servo.torque("on")
         moved = await servo.move(30, timeout_s=3)
@@ -80,9 +78,7 @@ async def test_a_blocked_horn_raises_did_not_move(rig: Rig, hornbill: AsyncHornb
 
 
 @with_client
-async def test_a_horn_within_the_band_that_did_not_stay_is_reported_so(
-    rig: Rig, hornbill: AsyncHornbill, servo: AsyncServo
-) -> None:
+async def test_a_horn_that_did_not_stay_in_the_band(rig: Rig, hornbill: AsyncHornbill, servo: AsyncServo) -> None:
     async with hornbill.lease("rig"):
         await servo.torque("on")
         with pytest.raises(errors.DidNotMove) as caught:
@@ -93,9 +89,7 @@ async def test_a_horn_within_the_band_that_did_not_stay_is_reported_so(
 
 
 @with_client
-async def test_no_response_refused_and_out_of_range_are_different_errors(
-    rig: Rig, hornbill: AsyncHornbill, servo: AsyncServo
-) -> None:
+async def test_each_failure_has_its_own_error(rig: Rig, hornbill: AsyncHornbill, servo: AsyncServo) -> None:
     with pytest.raises(errors.OutOfRange) as outside:
         await servo.write("overcurrent_limit", 500)
     assert outside.value.status == 422
@@ -109,9 +103,7 @@ async def test_no_response_refused_and_out_of_range_are_different_errors(
 
 
 @with_client
-async def test_several_values_are_written_and_saved_with_progress(
-    rig: Rig, hornbill: AsyncHornbill, servo: AsyncServo
-) -> None:
+async def test_values_are_written_and_saved_with_progress(rig: Rig, hornbill: AsyncHornbill, servo: AsyncServo) -> None:
     before = await servo.read_all()
     planned = await servo.write_many({"angle_p_gain": 42}, dry_run=True)
     assert planned["outcome"] == "planned"
@@ -139,9 +131,7 @@ async def test_a_rolled_back_change_raises_an_error(rig: Rig, hornbill: AsyncHor
 
 
 @with_client
-async def test_stop_latches_names_the_client_and_is_cleared(
-    rig: Rig, hornbill: AsyncHornbill, servo: AsyncServo
-) -> None:
+async def test_stop_latches_and_is_cleared(rig: Rig, hornbill: AsyncHornbill, servo: AsyncServo) -> None:
     async with hornbill.lease("rig"):
         await servo.torque("on")
         state = await hornbill.stop(reason="smoke")

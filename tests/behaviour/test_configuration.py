@@ -71,7 +71,7 @@ async def test_a_dry_run_shows_the_change_and_sends_nothing(rig: Rig, servo: Ser
 )
 @pytest.mark.parametrize("node_id", [11, 0], ids=["static id", "dynamic id"])
 @scene(lambda behaviour, node_id: replace(PLAIN, node_id=node_id, behaviour=behaviour))
-async def test_a_save_succeeds_when_every_row_was_read_back_after_a_restart(
+async def test_a_save_reads_every_row_back_after_a_restart(
     rig: Rig, servo: Servo, behaviour: Behaviour, node_id: int
 ) -> None:
     await patch(rig, servo, {"angle_limit_cw": 60, "speed_limit_cw": 200})

@@ -267,7 +267,7 @@ async def test_after_a_save_without_a_restart_rom_is_unknown(rig: Rig) -> None:
 
 
 @settled(replace(STILL, behaviour=Behaviour(save_opcode_restarts=False)))
-async def test_a_rejected_restart_after_a_save_leaves_rom_unknown(
+async def test_rom_is_unknown_if_the_restart_is_rejected(
     rig: Rig, servo: Servo, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     await patch(rig, servo, angle_p_gain=55)
@@ -306,9 +306,7 @@ async def test_two_commissionings_of_one_servo_are_rejected(rig: Rig) -> None:
 
 
 @settled(STILL)
-async def test_a_failed_reset_records_each_row_it_wrote(
-    rig: Rig, servo: Servo, monkeypatch: pytest.MonkeyPatch
-) -> None:
+async def test_a_failed_reset_records_its_writes(rig: Rig, servo: Servo, monkeypatch: pytest.MonkeyPatch) -> None:
     def nothing(_self: Registers) -> None:
         return
 

@@ -217,24 +217,16 @@ async def test_a_second_allocator(rig: Rig, mode: AllocationMode) -> None:
     store.close()
 
 
-@pytest.mark.parametrize("stage", [1, 2])
+@pytest.mark.parametrize(("stage", "node_ids"), [(1, []), (2, []), (3, [125])])
 @scene(*TWO)
-async def test_a_node_stuck_in_its_allocation(rig: Rig, stage: int) -> None:
+async def test_a_node_stuck_in_its_allocation(rig: Rig, stage: int, node_ids: list[int]) -> None:
     await rig.ready(2)
     applicant = Applicant(rig.bus.port("applicant"), DEAF_UID, stage)
-    found = await finds(rig, "allocation_stuck", within_s=5, for_s=10, severity="warning", evidence=f"{stage} part")
-    assert f"never part {stage + 1}" in found["evidence"]
-    assert found["uids"] == [DEAF_UID[: 6 * stage].hex()]
-    await applicant.leave()
-    await well(rig, within_s=6)
-
-
-@scene(*TWO)
-async def test_a_node_that_never_uses_its_new_id(rig: Rig) -> None:
-    await rig.ready(2)
-    applicant = Applicant(rig.bus.port("applicant"), DEAF_UID, 3)
-    found = await finds(rig, "allocation_stuck", within_s=6, for_s=10, node_ids=[125])
-    assert found["uids"] == [DEAF_UID.hex()]
+    facts = {"severity": "warning", "node_ids": node_ids, "uids": [DEAF_UID[: 6 * stage].hex()]}
+    found = await finds(rig, "allocation_stuck", within_s=6, for_s=10, **facts)
+    if stage < 3:
+        assert f"{stage} part" in found["evidence"]
+        assert f"never part {stage + 1}" in found["evidence"]
     await applicant.leave()
     await well(rig, within_s=6)
 
@@ -263,20 +255,19 @@ async def test_no_node_id_is_left(rig: Rig) -> None:
     await well(rig, within_s=5)
 
 
+@pytest.mark.parametrize(
+    ("dropped_pct", "code", "within_s", "for_s"), [(100, "silent_node", 5, 10), (25, "responses_lost", 15, 0)]
+)
 @scene(*TWO)
-async def test_a_servo_that_sends_status_and_does_not_respond(rig: Rig) -> None:
+async def test_a_servo_whose_responses_are_lost(
+    rig: Rig, dropped_pct: float, code: str, within_s: float, for_s: float
+) -> None:
     one, _ = await rig.ready(2)
-    rig.sim(one).conditions.drop_responses_pct = 100
-    await finds(
-        rig,
-        "silent_node",
-        within_s=5,
-        for_s=10,
-        severity="warning",
-        node_ids=[10],
-        uids=[one.uid],
-        evidence="without a response",
-    )
+    rig.sim(one).conditions.drop_responses_pct = dropped_pct
+    found = await finds(rig, code, within_s=within_s, for_s=for_s, severity="warning", node_ids=[10])
+    if dropped_pct == 100:
+        assert found["uids"] == [one.uid]
+        assert "without a response" in found["evidence"]
     rig.sim(one).conditions.drop_responses_pct = 0
     await well(rig, within_s=12)
 
@@ -321,15 +312,6 @@ async def test_an_offline_servo_on_a_live_bus(rig: Rig) -> None:
     await finds(rig, "servo_offline", within_s=4, for_s=10, severity="warning", uids=[one.uid])
     rig.bench.power(one.uid, True)
     await well(rig, within_s=3)
-
-
-@scene(*TWO)
-async def test_lost_responses(rig: Rig) -> None:
-    one, _ = await rig.ready(2)
-    rig.sim(one).conditions.drop_responses_pct = 25
-    await finds(rig, "responses_lost", within_s=15, severity="warning", node_ids=[10])
-    rig.sim(one).conditions.drop_responses_pct = 0
-    await well(rig, within_s=12)
 
 
 @scene(*TWO)

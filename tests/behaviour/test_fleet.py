@@ -36,9 +36,7 @@ async def test_the_demo_is_identified_and_read_within_12_s(rig: Rig, seed: int) 
 @pytest.mark.parametrize("model", sorted(CATALOG.models))
 @pytest.mark.parametrize("firmware", CATALOG.firmware_steps)
 @scene(lambda model, firmware: Recipe(model, firmware, node_id=20, any_firmware=True), fast=True)
-async def test_every_model_and_firmware_is_recognised_with_its_rows(
-    rig: Rig, servo: Servo, model: str, firmware: str
-) -> None:
+async def test_every_model_and_firmware_has_its_rows(rig: Rig, servo: Servo, model: str, firmware: str) -> None:
     assert servo.model is not None
     assert (servo.model.name, servo.firmware_text) == (model, firmware)
     assert all(register.raw is not None for register in servo.registers.values())

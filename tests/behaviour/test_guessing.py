@@ -27,9 +27,7 @@ def refused(response: httpx.Response) -> int:
 
 
 @secured(given=GIVEN)
-async def test_after_too_many_wrong_tokens_every_token_must_wait(
-    server: SecuredServer, client: httpx.AsyncClient
-) -> None:
+async def test_too_many_wrong_tokens_block_every_token(server: SecuredServer, client: httpx.AsyncClient) -> None:
     await guess(client)
     assert refused(await client.get("/servos", headers=bearer("one-more"))) == 60
     refused(await client.get("/servos", headers=bearer(GIVEN)))  # or the response would reveal the right guess
@@ -124,8 +122,6 @@ async def test_guesses_over_sockets_count(server: SecuredServer) -> None:
 
 
 @secured()
-async def test_wrong_tokens_do_not_count_while_the_api_is_open(
-    server: SecuredServer, client: httpx.AsyncClient
-) -> None:
+async def test_an_open_api_counts_no_wrong_tokens(server: SecuredServer, client: httpx.AsyncClient) -> None:
     for n in range(TRIES * 2):
         json(await client.get("/servos", headers=bearer(f"left-over-{n}")))
