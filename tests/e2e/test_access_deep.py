@@ -141,7 +141,7 @@ def commissioned(page: Page, demo: Demo, say: Say) -> None:
     say("commission: the profile")
     page.get_by_test_id("profile-go").click()
     expect(page.locator('[data-testid^="changes-"]').first).to_be_visible(timeout=20_000)
-    expect(page.get_by_test_id("check-step")).not_to_contain_text("Asking", timeout=20_000)
+    expect(page.get_by_test_id("check-step")).not_to_contain_text("Reading the servo", timeout=20_000)
     say("commission: checked")
 
 

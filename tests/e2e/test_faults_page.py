@@ -77,7 +77,7 @@ def test_a_servo_without_any_fault_teaches_what_would_stand_here(page: Page, dem
     lists = {one["uid"]: demo.api.get(f"/servos/{one['uid']}/faults").json() for one in demo.api.get("/servos").json()}
     well = next(uid for uid, found in lists.items() if found == [])
     page.goto(f"{demo.url}servos/{well}/faults")
-    expect(page.get_by_test_id("faults-empty")).to_contain_text("what it means and what to do")
+    expect(page.get_by_test_id("faults-empty")).to_contain_text("their meaning and remedy")
     page.get_by_test_id("faults-empty").get_by_role("button").click()
     expect(page).to_have_url(re.compile(r"/servos$"))
 

@@ -121,4 +121,4 @@ def test_nothing_a_server_prints_holds_a_secret(tmp_path: Path) -> None:
         assert secret not in audit
         for file in tmp_path.rglob("*"):
             assert not file.is_file() or secret.encode() not in file.read_bytes(), file
-    assert "a login from 127.0.0.1 failed" in printed
+    assert "failed login from 127.0.0.1" in printed

@@ -265,7 +265,7 @@ def unanswered(page: Page, watched: Watched) -> Iterator[None]:
 def nothing_claimed(page: Page, silent: str, others: str) -> None:
     """The others are off and it is said; the silent one is named, and not as off."""
     expect(page.get_by_test_id("torque-is-off")).to_contain_text(others, timeout=10_000)
-    expect(page.get_by_test_id("silent-band")).to_contain_text(f"No answer: {silent}.", timeout=15_000)
+    expect(page.get_by_test_id("silent-band")).to_contain_text(f"No response: {silent}.", timeout=15_000)
     expect(page.get_by_test_id("silent-band")).not_to_contain_text(others)
     expect(page.get_by_test_id("torque-is-off")).not_to_contain_text(silent)
     expect(page.get_by_test_id("motion-band")).to_have_count(0)
@@ -311,7 +311,7 @@ def test_a_member_that_is_silent_at_turning_off_is_named_and_nothing_is_claimed_
     try:
         page.get_by_test_id("jog-torque-off").click()
         expect(page.get_by_test_id("jog-refusal")).to_contain_text("Boom", timeout=15_000)
-        expect(page.get_by_test_id("silent-band")).to_contain_text("No answer: Boom.")
+        expect(page.get_by_test_id("silent-band")).to_contain_text("No response: Boom.")
         assert raw(demo, winch, "torque_mode") == "off"
         page.get_by_test_id("disable-motion").click()
         nothing_claimed(page, "Boom", "Winch")
@@ -361,7 +361,7 @@ def test_a_sweep_ends_with_esc_with_leaving_and_with_the_page(end: str, page: Pa
         page.goto("about:blank")
     else:
         page.get_by_test_id("sweep-end").click()
-        expect(page.get_by_test_id("sweep-result")).to_contain_text("The horn holds where it is")
+        expect(page.get_by_test_id("sweep-result")).to_contain_text("The horn holds its position")
         time.sleep(0.7)
         wait_for(lambda: still(demo, winch), 6, "it goes on")
         assert raw(demo, winch, "torque_mode") == "on"
@@ -530,7 +530,7 @@ def test_an_angle_past_a_limit_is_refused_by_the_limit_of_this_servo_and_moves_n
     page.get_by_test_id("jog-value").fill("400")
     page.get_by_test_id("jog-value").press("Enter")
     said = page.get_by_test_id("jog-refusal")
-    expect(said).to_contain_text("+400.0° is beyond the CW angle limit of +60.0° (0x38). Nothing was sent.")
+    expect(said).to_contain_text("+400.0° is beyond the CW angle limit of +60.0° (0x38).")
     expect(page.get_by_test_id("jog-value")).to_be_focused()
     assert page.evaluate(places) == before, "the layout moved"
     assert page.evaluate(CUT) == []

@@ -110,7 +110,7 @@ def test_help_of_a_row_is_opened_by_keyboard_and_names_register_section_and_raw(
     page.get_by_test_id("help-angle_limit_cw").focus()
     page.keyboard.press("Enter")
     row = page.get_by_test_id("row-angle_limit_cw")
-    expect(row).to_contain_text("Furthest clockwise an angle command can go")
+    expect(row).to_contain_text("Clockwise limit of angle commands")
     expect(row).to_contain_text("0x38 (index 56), section 4.31")
     expect(page.get_by_test_id("raw-angle_limit_cw")).to_have_text("600")
 

@@ -105,7 +105,7 @@ def test_a_recording_plays_as_a_bus_to_its_end_and_the_real_one_comes_back(recor
     expect(page.get_by_test_id("bar-bus")).to_contain_text("Recording ended", timeout=10_000)
     expect(page.locator(".c-angle[data-stale=false]"), "nothing is fresh any more").to_have_count(0)
     page.get_by_test_id("bar-bus").click()
-    expect(page.get_by_test_id("bus-trouble")).to_contain_text("Play it again, or connect a bus.")
+    expect(page.get_by_test_id("bus-trouble")).to_contain_text("Replay it again, or connect a bus.")
     page.get_by_test_id("bus-change").click()
     page.get_by_test_id("adapter-memory:demo").get_by_role("radio").check()
     page.get_by_test_id("connect").click()

@@ -92,7 +92,7 @@ def six_servos(page: Page, server: Server) -> None:
 
     # save: what moves is said first
     expect(page.locator('[data-testid^="changes-"]').first).to_be_visible(timeout=20_000)
-    expect(page.get_by_test_id("check-step")).not_to_contain_text("Asking", timeout=20_000)
+    expect(page.get_by_test_id("check-step")).not_to_contain_text("Reading the servo", timeout=20_000)
     if page.get_by_test_id("horn-free").count():  # asked where a horn is off 0°
         page.get_by_test_id("horn-free").check()
     page.get_by_test_id("start").tap()
@@ -181,7 +181,7 @@ def test_the_same_wizard_by_keyboard_alone(page_of: Page, server: Server) -> Non
     expect(page.get_by_test_id(f"profile-{PROFILE}").get_by_role("radio")).to_be_checked()
     press(page, "profile-go")
     expect(page.locator('[data-testid^="changes-"]').first).to_be_visible(timeout=20_000)
-    expect(page.get_by_test_id("check-step")).not_to_contain_text("Asking", timeout=20_000)
+    expect(page.get_by_test_id("check-step")).not_to_contain_text("Reading the servo", timeout=20_000)
     if page.get_by_test_id("horn-free").count():
         press(page, "horn-free", "Space")
     press(page, "start")

@@ -93,7 +93,7 @@ def test_taking_needs_a_second_step_and_a_reason_and_ends_the_others_motion(
     expect(other.get_by_test_id("take-over")).to_contain_text("You have motion control")
     assert torque(demo, uid) == "off"
     mine = demo.api.get("/leases").json()[0]["holder"]
-    expect(page.get_by_test_id("motion-refusal")).to_contain_text(f"{mine} has motion control now.")
+    expect(page.get_by_test_id("motion-refusal")).to_contain_text(f"{mine} took motion control.")
     wait_for(lambda: "it runs into the wing" in demo.api.get("/audit").text, 5, "the audit does not say why")
     other.get_by_test_id("give-back").click()
     wait_for(lambda: demo.api.get("/leases").json() == [], 5, "it was not given back")
