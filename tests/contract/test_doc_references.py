@@ -5,6 +5,7 @@ import json
 import re
 import shlex
 import subprocess
+import tomllib
 from collections.abc import Iterator
 from functools import cache
 from pathlib import Path
@@ -218,6 +219,13 @@ def test_every_route_in_a_message_exists() -> None:
         if path not in NOT_IN_THE_DOCUMENT and not matches(method, path.replace("{}", "{uid}"))
     ]
     assert wrong == []
+
+
+def test_the_table_of_mutation_tests_names_existing_files() -> None:
+    table = tomllib.loads((ROOT / "tests" / "mutation" / "modules.toml").read_text(encoding="utf-8"))
+    names = [f"server/{name}" for entry in table.values() for name in entry["modules"]]
+    names += [name for entry in table.values() for name in entry["tests"]]
+    assert [name for name in names if not (ROOT / name).is_file()] == []
 
 
 def test_the_image_starts_with_a_valid_command() -> None:

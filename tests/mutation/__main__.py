@@ -1,7 +1,7 @@
-"""Mutation tests of what must not break: `python tests/mutation [NAME…]`, or `make mutate`.
+"""Mutation tests of critical modules: `python tests/mutation [NAME…]`, or `make mutate`.
 
-Each entry of modules.toml is mutated in a copy of the checkout under build/mutation, and judged by its own tests.
-Prints the score of each, and what survived. Exit status 1 when a score is below the floor.
+Each entry of modules.toml is mutated in a copy of the checkout under build/mutation, and tested with its tests.
+Prints the score of each entry, and the survivors. Exit status 1 if a score is below the floor.
 """
 
 import ast
@@ -20,14 +20,14 @@ ROOT: Final = Path(__file__).parents[2]
 WORK: Final = ROOT / "build" / "mutation"
 TABLE: Final = Path(__file__).with_name("modules.toml")
 FLOOR_PCT: Final = 90
-NOTICED: Final = frozenset({1, 3, -24, 24, 36, 152, 255})
-"""Exit statuses of a mutant's tests when one failed, or when they did not end in time."""
+DETECTED: Final = frozenset({1, 3, -24, 24, 36, 152, 255})
+"""Exit statuses of the tests of a mutant if one failed, or if they timed out."""
 COPIED: Final = ("tests", "schemas", "examples", "docs", "pyproject.toml")
 
 
 @dataclass(frozen=True)
 class Entry:
-    """Modules that are mutated together, and the tests that judge them."""
+    """Modules that are mutated together, and their tests."""
 
     name: str
     modules: tuple[str, ...]
@@ -36,18 +36,19 @@ class Entry:
 
 @dataclass(frozen=True)
 class Score:
-    """What became of the mutants of an entry, those of mere wording left out."""
+    """The results of the mutants of an entry."""
 
-    found: int
-    """Mutants that a test noticed, or that never ended."""
+    detected: int
+    """Mutants that failed a test, or timed out."""
     survived: tuple[str, ...]
-    """Among them those in lines no test reaches."""
-    wording: int
+    """Includes those in lines that no test reaches."""
+    texts: int
+    """Mutants that change only a text; not counted."""
 
     @property
     def pct(self) -> float:
-        """Share of the mutants that was found, in %."""
-        return 100 * self.found / max(1, self.found + len(self.survived))
+        """Share of detected mutants, in %."""
+        return 100 * self.detected / max(1, self.detected + len(self.survived))
 
 
 def entries() -> list[Entry]:
@@ -81,8 +82,8 @@ def prepare(entry: Entry) -> Path:
     return folder
 
 
-class _Wordless(ast.NodeTransformer):
-    """Takes sentences out of a function, and its name."""
+class _WithoutTexts(ast.NodeTransformer):
+    """Removes texts from a function, and its name."""
 
     def visit_JoinedStr(self, node: ast.JoinedStr) -> ast.AST:
         self.generic_visit(node)
@@ -95,13 +96,13 @@ class _Wordless(ast.NodeTransformer):
         return node
 
 
-def _wordless(function: ast.FunctionDef | ast.AsyncFunctionDef) -> str:
-    return "".join(ast.dump(_Wordless().visit(deepcopy(each))) for each in function.body)
+def _without_texts(function: ast.FunctionDef | ast.AsyncFunctionDef) -> str:
+    return "".join(ast.dump(_WithoutTexts().visit(deepcopy(each))) for each in function.body)
 
 
 def score(folder: Path) -> Score:
-    """Count what mutmut wrote down beside the mutated modules."""
-    found, wording, survived = 0, 0, list[str]()
+    """Count the results that mutmut wrote next to the mutated modules."""
+    detected, texts, survived = 0, 0, list[str]()
     for meta in (folder / "mutants").rglob("*.meta"):
         results: dict[str, int | None] = json.loads(meta.read_text(encoding="utf-8")).get("exit_code_by_key", {})
         if not results:
@@ -113,17 +114,17 @@ def score(folder: Path) -> Score:
         for name, code in results.items():
             short = name.rpartition(".")[2]
             original = functions[short.rpartition("__mutmut_")[0] + "__mutmut_orig"]
-            if _wordless(functions[short]) == _wordless(original):
-                wording += 1
-            elif code in NOTICED:
-                found += 1
+            if _without_texts(functions[short]) == _without_texts(original):
+                texts += 1
+            elif code in DETECTED:
+                detected += 1
             else:
                 survived.append(name)
-    return Score(found, tuple(sorted(survived)), wording)
+    return Score(detected, tuple(sorted(survived)), texts)
 
 
 def main(names: list[str]) -> int:
-    """Exit status: 0 when every score is at the floor or above."""
+    """Exit status: 0 if no score is below the floor."""
     known = entries()
     worst = 100.0
     for entry in [each for each in known if not names or each.name in names]:
@@ -133,11 +134,14 @@ def main(names: list[str]) -> int:
             command = [sys.executable, "-m", "mutmut", "run", "--max-children", "1"]
             subprocess.run(command, cwd=folder, env=environment, stdout=log, stderr=subprocess.STDOUT, check=False)
         reached = score(folder)
-        if not reached.found:
-            print(f"{entry.name}: no mutant was judged; see {folder / 'log'}", flush=True)
+        if not reached.detected:
+            print(f"{entry.name}: no mutant was tested; see {folder / 'log'}", flush=True)
             return 1
-        total = reached.found + len(reached.survived)
-        print(f"{entry.name}: {reached.pct:.1f} % of {total} mutants found, {reached.wording} of wording", flush=True)
+        total = reached.detected + len(reached.survived)
+        print(
+            f"{entry.name}: {reached.pct:.1f} % of {total} mutants detected, {reached.texts} of texts not counted",
+            flush=True,
+        )
         print("".join(f"  survived: {name}\n" for name in reached.survived), end="", flush=True)
         worst = min(worst, reached.pct)
     return int(worst < FLOOR_PCT)
