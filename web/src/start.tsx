@@ -1,4 +1,4 @@
-/** The start of the page, once its language is there: mounts it, and starts what lives as long as it does. */
+/** The start of the page, once its language is loaded: mounts it, and starts what runs as long as it does. */
 import { effect } from "@preact/signals";
 import { render } from "preact";
 import { startBusHistory } from "./bench/bus-now";
@@ -31,7 +31,7 @@ startLink();
 watchStyles();
 const root = document.getElementById("app");
 if (root) render(<App />, root);
-// What the server tells by codes; asked for again with every part of the page.
+// Texts for the server's codes, requested again with every part of the page.
 wordsLoaded().catch(() => undefined);
 
 // After the first connection, and again after each: what is not there when the server goes away cannot be opened then.

@@ -98,7 +98,7 @@ export function callApi<V extends Verb, P extends PathOf<V>>(
   return reported(verb, filled(template, options), options);
 }
 
-async function reported<Told>(verb: Verb, path: string, options: Plain): Promise<Told> {
+async function reported<Result>(verb: Verb, path: string, options: Plain): Promise<Result> {
   const init: RequestInit = {
     method: verb,
     headers: { Accept: "application/json", ...options.headers },
@@ -113,19 +113,19 @@ async function reported<Told>(verb: Verb, path: string, options: Plain): Promise
     init.body = options.file.text;
     init.headers = { ...init.headers, "Content-Type": options.file.type };
   }
-  const answered = noted(verb, path, options);
+  const finished = noted(verb, path, options);
   let response: Response;
   try {
     response = await fetch(API + path, init);
-    answered(response.status);
+    finished(response.status);
   } catch (error) {
-    answered(0);
+    finished(0);
     throw new Problem("no_link", 0, error instanceof Error ? error.message : String(error));
   }
   const text = await response.text();
   if (response.status === 401 && path !== "/session") unauthorized();
   if (!response.ok) throw toProblem(response.status, text);
-  return (text === "" ? undefined : JSON.parse(text)) as Told;
+  return (text === "" ? undefined : JSON.parse(text)) as Result;
 }
 
 /** The path with its parameters, and the query without undefined values. */

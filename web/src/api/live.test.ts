@@ -74,7 +74,7 @@ describe("Live", () => {
     expect(received).toEqual([hello]);
   });
 
-  test("is down at once when the socket closes, and comes back by itself, greeting again", () => {
+  test("is down when the socket closes, then reconnects and sends hello again", () => {
     last().accept();
     last().say(hello);
     last().break();
@@ -96,7 +96,7 @@ describe("Live", () => {
     }
   });
 
-  test("asks for a word when it hears nothing, and is down within two seconds", () => {
+  test("sends a ping when nothing arrives, and is down within two seconds", () => {
     last().accept();
     last().say(hello);
     vi.advanceTimersByTime(1200);
@@ -106,7 +106,7 @@ describe("Live", () => {
     expect(states).toEqual(["up", "down"]);
   });
 
-  test("stays up while the server answers", () => {
+  test("stays up while the server responds", () => {
     last().accept();
     for (let i = 0; i < 20; i++) {
       last().say({ type: "bus", seq: i });
@@ -144,7 +144,7 @@ describe("Live", () => {
     expect(received).toEqual([]);
   });
 
-  test("a page that was held up hears what waits before it calls the server silent", () => {
+  test("a delayed page reads queued messages before it reports the server as silent", () => {
     last().accept();
     last().say(hello);
     vi.spyOn(performance, "now").mockReturnValue(performance.now() + SILENCE_MS + 300);
@@ -154,7 +154,7 @@ describe("Live", () => {
     expect(states).toEqual(["up"]);
   });
 
-  test("a page that was held up and hears nothing then is down at once", () => {
+  test("a delayed page with no queued message is down at once", () => {
     last().accept();
     last().say(hello);
     vi.spyOn(performance, "now").mockReturnValue(performance.now() + SILENCE_MS + 300);

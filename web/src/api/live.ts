@@ -25,7 +25,7 @@ const OPEN = 1;
 const FIRST_RETRY_MS = 250;
 const LAST_RETRY_MS = 2000;
 /** After this time without a message, the client requests one: the server responds to any subscription. */
-const ASK_MS = 700;
+const PING_MS = 700;
 /** The link is down after this time without a message. */
 export const SILENCE_MS = 1700;
 const WATCH_MS = 200;
@@ -114,7 +114,7 @@ export class Live {
     if (this.#socket === null) return;
     const now = performance.now();
     if (now - this.#received > SILENCE_MS) this.#lost();
-    else if (now - Math.max(this.#received, this.#requested) > ASK_MS) {
+    else if (now - Math.max(this.#received, this.#requested) > PING_MS) {
       this.#requested = now;
       this.send({ type: "subscribe", topics: ["bus"], uids: null, frames: null });
     }

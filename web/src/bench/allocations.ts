@@ -8,7 +8,7 @@ import { problemText } from "./facts";
 import { nameOf, pending, servo } from "./fleet";
 import { type Poll, poll } from "./poll";
 
-const ASK_MS = 1000;
+const POLL_MS = 1000;
 
 /** Null until first read. */
 export const allocations = signal<readonly Allocation[] | null>(null);
@@ -35,5 +35,5 @@ async function look(): Promise<void> {
 
 /** The table is not streamed: poll it each second. Returns a function that stops polling. */
 export function watchAllocations(): Poll {
-  return poll(ASK_MS, look);
+  return poll(POLL_MS, look);
 }

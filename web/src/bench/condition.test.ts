@@ -104,7 +104,7 @@ describe("conditionOf", () => {
       "Offline for 14\u202fs",
     ],
     ["silent while it restarts", { online: false, state: "restarting" }, "busy", "Restarting"],
-    ["never heard", { online: false, state: "offline", angleAt: null }, "offline", "Offline"],
+    ["never seen", { online: false, state: "offline", angleAt: null }, "offline", "Offline"],
     ["health without bits", { health: "critical" }, "failure", "Failure: node health is CRITICAL"],
     ["words not read yet", { faults: { notification: null, warning: null, failure: null } }, "ok", "OK"],
   ])("%s", (_, more, kind, headline) => {
@@ -154,7 +154,7 @@ describe("conditionOf", () => {
     expect(conditionOf(servo(doing(state)), facts())).toMatchObject({ kind: "ok", headline: "OK", line });
   });
 
-  test("one whose time-out let go says so, and not that it holds", () => {
+  test("a timeout that released torque is reported, not a hold", () => {
     const output = { state: "off", reason: "timeout", by: null, since: null } as const;
     const found = conditionOf(servo({ ...doing("released"), output }), facts());
     expect(found.line).toBe("Torque off: command timeout (0x26)");
@@ -197,7 +197,7 @@ describe("conditionOf", () => {
     });
   });
 
-  test("saved values that are lost lead to the snapshots, also beside a graver fault", () => {
+  test("lost saved values link to the snapshots, also with a more severe fault", () => {
     const table = [
       ...faults,
       { level: "warning", bit: 15, key: "rom_lost", label: "Saved values lost", advice: "" },

@@ -61,12 +61,12 @@ export function conditionOf(servo: KnownServo, facts: ConditionFacts): Condition
 }
 
 /** Activities that are unexpected of a healthy servo with its output on. */
-const TOLD = new Set(["off", "brake", "released", "held_after_timeout", "hunting", "saturated"]);
+const UNEXPECTED = new Set(["off", "brake", "released", "held_after_timeout", "hunting", "saturated"]);
 
 /** What it does, if unusual and not already in `found`. */
 function unsaid(servo: KnownServo, found: Condition): string | null {
   const { activity, output } = servo;
-  if (!TOLD.has(activity.state) && output.state !== "off" && output.state !== "brake") return null;
+  if (!UNEXPECTED.has(activity.state) && output.state !== "off" && output.state !== "brake") return null;
   if (found.kind === "offline" || (found.kind === "protected" && output.reason === "protection")) return null;
   const line = activityLine(servo);
   return found.line === line || found.headline.endsWith(lower(line)) ? null : line;

@@ -33,7 +33,7 @@ describe("inOrder", () => {
 });
 
 describe("watchDoctor", () => {
-  let answers: (() => Response)[];
+  let responses: (() => Response)[];
   let requested: string[];
   let watch: Poll;
 
@@ -45,7 +45,7 @@ describe("watchDoctor", () => {
     requested = [];
     vi.stubGlobal("fetch", async (url: string) => {
       requested.push(url);
-      const next = answers.shift();
+      const next = responses.shift();
       if (!next) throw new TypeError("refused");
       return next();
     });
@@ -57,8 +57,8 @@ describe("watchDoctor", () => {
     vi.unstubAllGlobals();
   });
 
-  test("asks at once and every three seconds, for what is well too, and stops when it ends", async () => {
-    answers = [
+  test("polls at once and every three seconds, including healthy conditions, and stops when it ends", async () => {
+    responses = [
       response([finding("load", "ok"), finding("loss", "failure")]),
       response([finding("load", "ok")]),
     ];
@@ -76,7 +76,7 @@ describe("watchDoctor", () => {
   });
 
   test("a look that fails says so and leaves the last findings with their time", async () => {
-    answers = [response([finding("loss", "warning")])];
+    responses = [response([finding("loss", "warning")])];
     watch = watchDoctor();
     await vi.advanceTimersByTimeAsync(10);
     const at = doctor.readAt.value;
@@ -86,9 +86,9 @@ describe("watchDoctor", () => {
     expect(doctor.readAt.value).toBe(at);
   });
 
-  test("asks nothing without a link, and at once when it is back", async () => {
+  test("sends no request without a link, and one at once when it is back", async () => {
     link.value = { state: "down", since: 0 };
-    answers = [response([])];
+    responses = [response([])];
     watch = watchDoctor();
     await vi.advanceTimersByTimeAsync(7000);
     expect(requested).toEqual([]);

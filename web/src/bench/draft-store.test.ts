@@ -77,7 +77,7 @@ test.each(["{", "5", '{"x": 5}', `{"${A}": {"limit": 5}}`, `{"${A}": {"limit": n
   },
 );
 
-test("a browser without storage keeps them as long as the page lives", async () => {
+test("without browser storage, drafts last as long as the page", async () => {
   const forbidden = () => {
     throw new DOMException("no", "SecurityError");
   };
@@ -87,21 +87,21 @@ test("a browser without storage keeps them as long as the page lives", async () 
   expect(sheetOf(A).drafts.map.value.size).toBe(1);
 });
 
-test("leaving is asked about while a servo that is known has edits, and not when the page loads itself again", async () => {
+test("leaving needs confirmation while a known servo has edits, but an automatic reload does not", async () => {
   const { sheetOf, hasDrafts, replaceAll, reload, warnBeforeLeaving } = await page();
-  const asks = () => {
+  const confirms = () => {
     const event = new Event("beforeunload", { cancelable: true });
     dispatchEvent(event);
     return event.defaultPrevented;
   };
   warnBeforeLeaving(hasDrafts);
-  expect(asks()).toBe(false);
+  expect(confirms()).toBe(false);
   sheetOf(B).drafts.put("limit", { text: "90", verdict: { ok: true, value: 90 } });
-  expect(asks()).toBe(true);
+  expect(confirms()).toBe(true);
   replaceAll([{ uid: A, online: true, age_s: 0 } as never]);
-  expect(asks()).toBe(false);
+  expect(confirms()).toBe(false);
   replaceAll([{ uid: B, online: true, age_s: 0 } as never]);
   vi.spyOn(location, "reload").mockImplementation(() => undefined);
   reload();
-  expect(asks()).toBe(false);
+  expect(confirms()).toBe(false);
 });

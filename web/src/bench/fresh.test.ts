@@ -1,4 +1,4 @@
-/** One definition of stale: the server's ages, the rate that was granted, and whether anybody is heard at all. */
+/** One definition of stale: the server's ages, the rate that was granted, and the link. */
 import { afterEach, beforeEach, describe, expect, test } from "vitest";
 import type { Reading, Servo } from "../api/types";
 import { telemetry } from "../telemetry/store";
@@ -56,7 +56,7 @@ describe("the angle", () => {
     expect(freshAngle(servo(UID))).toBeNull();
   });
 
-  test("is the same whoever asks", () => {
+  test("is the same for all callers", () => {
     received(0.3);
     expect(figureNow(UID, "current_angle").stale).toBe(angleNow(servo(UID)).stale);
     expect(freshAngle(servo(UID))).toBe(12);

@@ -24,7 +24,7 @@ afterEach(() => {
   vi.useRealTimers();
 });
 
-/** The page does something else for so long: time passes, and nothing of it runs. */
+/** Time passes while the page is blocked: none of its timers run. */
 function hang(ms: number): void {
   const frozen = performance.now() + ms;
   vi.spyOn(performance, "now").mockReturnValue(frozen);
@@ -55,7 +55,7 @@ test("a page that hangs says nothing, and when it goes on it says so once, not w
   expect(send).toHaveBeenCalledTimes(1);
 });
 
-test("nothing is said of a lease that is given back, whatever is heard", () => {
+test("a released lease is not reported, whatever is received", () => {
   startBeat("L");
   stopBeat();
   send.mockClear();

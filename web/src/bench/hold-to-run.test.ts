@@ -49,7 +49,7 @@ const commands = () =>
   );
 
 describe("a held button", () => {
-  test("says that it is held, eight times a second, and brakes when let go, once", () => {
+  test("renews the hold eight times a second, and brakes once when released", () => {
     press("speed", 20, () => still);
     vi.advanceTimersByTime(500);
     expect(commands()).toEqual([
@@ -104,7 +104,7 @@ describe("a held button", () => {
           act({ type: "error", seq: 1, code: "busy", detail: "", summary: "", params: {}, uid: UID });
       },
     ],
-  ])("is let go by %s", (_, end) => {
+  ])("is released by %s", (_, end) => {
     press("torque", -10, () => still);
     end();
     expect(held.value).toBeNull();

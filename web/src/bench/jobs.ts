@@ -16,7 +16,7 @@ export function ended(job: Job): boolean {
   return job.state === "succeeded" || job.state === "failed" || job.state === "cancelled";
 }
 
-const ASK_MS = 1000;
+const POLL_MS = 1000;
 
 /** Resolves when the job has ended. Also polls each second: a lost message delays the end but does not hide it. */
 export function settled(id: string): Promise<Job> {
@@ -28,7 +28,7 @@ export function settled(id: string): Promise<Job> {
     };
     const timer = setInterval(() => {
       callApi("GET", "/jobs/{job_id}", { path: { job_id: id } }).then(setJob, () => undefined);
-    }, ASK_MS);
+    }, POLL_MS);
     const forget = jobs.subscribe(known => {
       const job = known.get(id);
       // Not during the first call by subscribe: `forget` does not exist yet.

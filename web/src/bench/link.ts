@@ -68,7 +68,7 @@ export const live = new Live({
   onMessage: receive,
   onState: state => {
     link.value = { state, since: monotonic() };
-    // The browser does not tell the page why a socket was refused.
+    // The browser gives the page no reason why a socket was refused.
     if (state === "down") void look();
     if (state === "up") {
       connection.value += 1;

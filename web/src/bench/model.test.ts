@@ -11,7 +11,7 @@ const known = {
   known_model: true,
   treated_as: { model: null, firmware: null },
 };
-const stranger = {
+const foreign = {
   ...known,
   model: null,
   model_number: 99,
@@ -44,15 +44,15 @@ test("what stands for an unknown hardware or firmware number is named", () => {
 });
 
 test("a servo of an unknown series can be read only", () => {
-  expect(modelName(stranger)).toBe("Unknown series 99");
-  expect(readOnly(stranger)).toBe(true);
-  expect(unfamiliar(stranger)).toEqual([
+  expect(modelName(foreign)).toBe("Unknown series 99");
+  expect(readOnly(foreign)).toBe(true);
+  expect(unfamiliar(foreign)).toEqual([
     "hornbill does not support series 99. It reads this servo, takes snapshots and compares them, but writes nothing except torque off. Use a hornbill version that supports the series, or Futaba's own program.",
   ]);
 });
 
 test("a servo that has not said what it is yet is not called read only", () => {
-  const silent = { ...stranger, model_number: null };
+  const silent = { ...foreign, model_number: null };
   expect(modelName(silent)).toBe("Unknown model");
   expect([readOnly(silent), unfamiliar(silent)]).toEqual([false, []]);
   expect(readOnly(undefined)).toBe(false);

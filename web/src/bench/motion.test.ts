@@ -1,4 +1,4 @@
-/** Motion: it begins only when asked, and everything that ends it turns torque off and gives the lease back. */
+/** Motion: it begins only on request, and everything that ends it turns torque off and gives the lease back. */
 import { afterEach, beforeEach, describe, expect, test, vi } from "vitest";
 import type { Stop } from "../api/types";
 import { stopButton } from "../testing/stop-button";
@@ -147,8 +147,8 @@ describe("motion", () => {
   test("if torque cannot go on, the lease is given back", async () => {
     const body = {
       code: "no_response",
-      detail: "It did not answer.",
-      summary: "It did not answer.",
+      detail: "It did not respond.",
+      summary: "It did not respond.",
       title: "",
       type: "",
       status: 504,
@@ -156,10 +156,10 @@ describe("motion", () => {
     fail = { path: /torque/, status: 504, body };
     await enableMotion(UID);
     expect(motion.value.phase).toBe("off");
-    expect(motionRefusal.value).toBe("It did not answer.");
+    expect(motionRefusal.value).toBe("It did not respond.");
     expect(sent).toContain("DELETE /leases/L");
     await settle();
-    expect(those("silent"), "it may have heard all the same").toEqual([UID]);
+    expect(those("silent"), "it may have received the command").toEqual([UID]);
   });
 
   test.each<[string, () => void]>([
@@ -188,14 +188,14 @@ describe("motion", () => {
     expect(sent).toContain("DELETE /leases/L");
   });
 
-  test("of a group one that does not answer is told of, and the others count as off", async () => {
+  test("a servo of a group that does not respond is named, and the others count as off", async () => {
     const other = "c".repeat(32);
     const begin = async () => undefined;
     await enableMotion(UID, [other], { begin } as unknown as Together);
     const body = {
       code: "no_response",
-      detail: "C did not answer.",
-      summary: "C did not answer.",
+      detail: "C did not respond.",
+      summary: "C did not respond.",
       title: "",
       type: "",
       status: 504,
@@ -203,7 +203,7 @@ describe("motion", () => {
     fail = { path: new RegExp(`${other}/torque`), status: 504, body };
     await setTorque("off");
     expect(motion.value).toMatchObject({ phase: "on", torque: "off" });
-    expect(motionRefusal.value).toBe("C did not answer.");
+    expect(motionRefusal.value).toBe("C did not respond.");
     expect([those("off"), those("silent")]).toEqual([[UID], [other]]);
     forget(other);
   });
@@ -236,7 +236,7 @@ describe("motion", () => {
     pace.value = 60;
   });
 
-  test("a move that is to be agreed to is asked about in words, and sent again only with them", async () => {
+  test("a move that needs confirmation shows the cautions, and is sent again only with the confirmations", async () => {
     await enableMotion(UID);
     const body = {
       code: "needs_confirmation",
@@ -262,7 +262,7 @@ describe("motion", () => {
     expect(warnings.value).toEqual([]);
   });
 
-  test("a drag that is to be agreed to is asked about once, and does not go on meanwhile", async () => {
+  test("a drag that needs confirmation opens one dialog, and pauses until then", async () => {
     const sendSpy = vi.spyOn(live, "send").mockReturnValue(true);
     await enableMotion(UID);
     const body = {
@@ -296,7 +296,7 @@ describe("motion", () => {
     expect(sendSpy).not.toHaveBeenCalled();
   });
 
-  test("whoever asks for motion control is refused under the lease, or gets it by torque off and lease back", async () => {
+  test("a request for motion control is rejected, or granted by torque off and release of the lease", async () => {
     await enableMotion(UID);
     sent = [];
     await keepMotion("ab12");
@@ -308,10 +308,10 @@ describe("motion", () => {
     expect(sent).toContain("DELETE /leases/L");
   });
 
-  test("what was given up before it was answered energises nobody, whatever was asked for since", async () => {
+  test("a request cancelled before its response turns no torque on, also after a new request", async () => {
     const usual = fetch;
     const other = "d".repeat(32);
-    let late: (answer: Response) => void = () => undefined;
+    let late: (response: Response) => void = () => undefined;
     let requested = 0;
     vi.stubGlobal("fetch", (url: string, init: RequestInit) => {
       if (!url.endsWith("/leases") || requested++ > 0) return usual(url, init);
@@ -336,7 +336,7 @@ describe("motion", () => {
     expect(sendSpy.mock.calls.flat()).not.toContainEqual({ type: "heartbeat", lease: "late" });
   });
 
-  test("whose lease it is tells its id: a copy of this tab, under the same name, is somebody else", async () => {
+  test("a lease is ours by its ID: a copy of this tab with the same name is another client", async () => {
     const sendSpy = vi.spyOn(live, "send").mockReturnValue(true);
     await enableMotion(UID);
     const ours = lease.value;
@@ -351,7 +351,7 @@ describe("motion", () => {
     expect(isOfOther({ ...ours, shown_id: "twin" })).toBe(true);
   });
 
-  test("the lease passing to somebody else is checked, not guessed", async () => {
+  test("the lease passing to another client is checked, not guessed", async () => {
     const sendSpy = vi.spyOn(live, "send").mockReturnValue(true);
     await enableMotion(UID);
     sendSpy.mockClear();
@@ -359,7 +359,7 @@ describe("motion", () => {
     setLease(null);
     expect(sendSpy.mock.calls).toEqual([[{ type: "heartbeat", lease: "L" }]]);
     expect(motion.value.phase).toBe("on");
-    // The answer to the heart-beat of a lease that has ended; who has it now is told a moment later.
+    // The response to the heartbeat of an ended lease; its new holder is published a moment later.
     vi.useFakeTimers();
     received.refuse({
       type: "error",

@@ -20,7 +20,7 @@ import { Newest } from "./throttle";
 
 export type Motion =
   | { phase: "off"; why: string | null }
-  | { phase: "asking"; uid: string }
+  | { phase: "requesting"; uid: string }
   /** Motion control was requested from another holder; it passes at `endsAt`, monotonic. */
   | { phase: "waiting"; uid: string; request: string; from: string; endsAt: number }
   /** This page has the lease with torque off: it arrived later, so nothing starts automatically. */
@@ -80,7 +80,7 @@ const DRAG_PERIOD_MS = 1000 / 30;
 
 /** True if another client has this lease. A new lease is reported before its ID arrives. */
 export function isOfOther(view: LeaseView): boolean {
-  return motion.value.phase !== "asking" && !isOurs(view);
+  return motion.value.phase !== "requesting" && !isOurs(view);
 }
 
 /** Lease header of this page's requests; none while it has no motion. */
@@ -123,10 +123,10 @@ export async function takeControl(
 ): Promise<void> {
   const before = motion.peek();
   if (before.phase !== "off" && before.phase !== "held") return;
-  const asking: Motion = { phase: "asking", uid };
+  const requesting: Motion = { phase: "requesting", uid };
   // Cancelled, and perhaps requested again: not ours to continue.
-  const still = () => motion.peek() === asking;
-  motion.value = asking;
+  const still = () => motion.peek() === requesting;
+  motion.value = requesting;
   motionRefusal.value = null;
   const end = () => {
     if (!still()) return;

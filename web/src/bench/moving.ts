@@ -19,7 +19,7 @@ const RESTARTS: ReadonlySet<KnownServo["state"]> = new Set(["saving", "restartin
 /** Motion of this page is on, or turning on. */
 export function motionOn(): boolean {
   const { phase } = motion.value;
-  return phase === "on" || phase === "asking";
+  return phase === "on" || phase === "requesting";
 }
 
 /** Esc must stop at the first press. Any client's lease counts: it may move servos at any time. */

@@ -1,4 +1,4 @@
-/** What people type as numbers, and what a row answers. */
+/** Numbers as typed, and the verdict of a row. */
 import { describe, expect, test } from "vitest";
 import { angle, decimalsOf, MINUS, NARROW, number, signed, unbroken, withUnit } from "./format";
 import { type AllowedSpan, check, checkValue, nearestAllowed, parseNumber, unfinishedNumber } from "./number";

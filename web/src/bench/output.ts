@@ -26,11 +26,11 @@ export function outputLine(one: Output): string {
 function by(one: Output): string {
   if (one.by === null) return "";
   if (one.by === holder()) return text.stop.you;
-  return one.by === NOBODY ? text.output.client : who(one.by);
+  return one.by === NO_LEASE ? text.output.client : who(one.by);
 }
 
 /** The server's name for a client without lease or token. */
-const NOBODY = "no lease";
+const NO_LEASE = "no lease";
 
 function instant(utc: number): string {
   const day = date(utc);

@@ -65,7 +65,7 @@ test("a servo that is another since is read again, alone", async () => {
   expect(sent).toEqual([`/api/v1/parameters?uids=${uids[3]}`]);
 });
 
-test("what could not be read says why, and is asked for again when it is shown again", async () => {
+test("a failed read gives its reason, and is repeated when shown again", async () => {
   broken = true;
   await want("fourth", uids.slice(0, 2));
   expect(sheetOf(uids[0] ?? "").problem.value).not.toBeNull();
@@ -75,7 +75,7 @@ test("what could not be read says why, and is asked for again when it is shown a
   expect(sheetOf(uids[0] ?? "").problem.value).toBeNull();
 });
 
-test("one servo that the server does not know is told of alone, and is asked for again", async () => {
+test("only the unknown servo has an error, and is requested again", async () => {
   const [first = "", second = ""] = uids;
   unknown = second;
   await want("fifth", [first, second]);

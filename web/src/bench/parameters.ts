@@ -21,7 +21,7 @@ export interface KnownReading extends Reading {
 export type Outcome =
   | { kind: "pending" }
   | { kind: "failed"; what: string; rest: string }
-  | { kind: "clamped"; asked: Value }
+  | { kind: "clamped"; requested: Value }
   | { kind: "saved"; at: number };
 
 export type WantedValue = boolean | number | string;

@@ -3,8 +3,8 @@ import { signal } from "@preact/signals";
 import { callApi, problemOf } from "../api/client";
 import type { Reading } from "../api/types";
 
-/** "asking": no response yet. "off": acknowledged. "silent": no response. */
-export type ReleaseState = "asking" | "off" | "silent";
+/** "requesting": no response yet. "off": acknowledged. "silent": no response. */
+export type ReleaseState = "requesting" | "off" | "silent";
 
 export const released = signal<ReadonlyMap<string, ReleaseState>>(new Map());
 
@@ -20,7 +20,7 @@ export function those(state: ReleaseState): string[] {
 }
 
 /** Results are no longer of interest; servos without a response stay. */
-export function forgetAnswered(): void {
+export function forgetConfirmed(): void {
   released.value = new Map([...released.peek()].filter(([, one]) => one !== "off"));
 }
 
@@ -30,11 +30,11 @@ export function forget(uid: string): void {
   put(uid, null);
 }
 
-/** Wait for the response `told` to a torque off; without one, read torque mode until the servo responds. */
+/** Wait for the response `reported` to a torque off; without one, read torque mode until the servo responds. */
 export async function followRelease(uid: string, reported: Promise<Reading> = read(uid)): Promise<void> {
   const round = Symbol(uid);
   rounds.set(uid, round);
-  put(uid, "asking");
+  put(uid, "requesting");
   const began = performance.now();
   for (let response = reported; ; response = read(uid)) {
     const found = await response.catch(error => problemOf(error));
@@ -42,7 +42,7 @@ export async function followRelease(uid: string, reported: Promise<Reading> = re
     if ("value" in found && found.value !== "on") return put(uid, "off");
     const gone = "code" in found && found.code === "unknown_servo";
     if (gone || ("value" in found && performance.now() - began > OTHERS_MS)) return forget(uid);
-    put(uid, "value" in found ? "asking" : "silent");
+    put(uid, "value" in found ? "requesting" : "silent");
     await new Promise(resolve => setTimeout(resolve, AGAIN_MS));
     if (rounds.get(uid) !== round) return;
   }

@@ -1,11 +1,11 @@
-/** Answers that overtake each other, and what stays when one cannot be had. */
+/** Responses out of order, and the value kept after a failure. */
 import { expect, it } from "vitest";
 import { Problem } from "../api/client";
 import { Resource } from "./resource";
 
 const nothing = async () => "";
 
-it("shows the newest answer, whichever comes last", async () => {
+it("shows the newest response, whichever arrives last", async () => {
   const requested = new Resource(nothing);
   let late = (_: string) => {};
   const first = requested.load(() => new Promise(resolve => (late = resolve)));

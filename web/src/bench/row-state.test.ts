@@ -70,7 +70,7 @@ describe("viewOf", () => {
     ["no number", { draft: { text: "x", verdict: { ...above.verdict, code: "not_a_number" } } }, "invalid"],
     ["writing", { draft: staged, outcome: { kind: "pending" } }, "pending"],
     ["not written", { draft: staged, outcome: { kind: "failed", what: "", rest: "" } }, "failed"],
-    ["clamped", { outcome: { kind: "clamped", asked: 290 }, unsaved: true }, "clamped"],
+    ["clamped", { outcome: { kind: "clamped", requested: 290 }, unsaved: true }, "clamped"],
     ["in RAM only", { unsaved: true }, "applied"],
     ["saved", { outcome: { kind: "saved", at: 0 } }, "saved"],
     [
@@ -82,7 +82,7 @@ describe("viewOf", () => {
     ["stale", { reading: { ...reading, stale: true } }, "stale"],
     ["no link", { reachable: false }, "stale"],
     ["never read", { reading: { ...reading, raw: null, value: null } }, "stale"],
-    ["not heard of", { reading: undefined }, "stale"],
+    ["not received", { reading: undefined }, "stale"],
   ])("%s", (_, more, state) => expect(viewOf(facts(more)).state).toBe(state));
 
   test("no effect leads to the register that is to blame, never to itself", () => {
@@ -135,7 +135,7 @@ describe("predict", () => {
 
 describe("scaleOf", () => {
   const wide = { unit: "°", perUnit: 10, minimum: 0, maximum: 36_000_000 };
-  test("a range nobody uses is drawn as far as it is used", () => {
+  test("an unused range is drawn only as far as it is used", () => {
     expect(scaleOf(wide, [90, null])).toEqual({ low: 0, high: 180 });
     expect(scaleOf(wide, [90, 720])).toEqual({ low: 0, high: 720 });
   });

@@ -71,7 +71,7 @@ export function viewOf(facts: RowFacts): RowView {
   if (outcome?.kind === "failed") return say("failed");
   if (draft?.verdict.ok && draft.verdict.value !== reading?.value) return say("staged", sentence.staged);
   if (outcome?.kind === "clamped") {
-    return say("clamped", sentence.clamped(full(outcome.asked, span), full(reading?.value, span)));
+    return say("clamped", sentence.clamped(full(outcome.requested, span), full(reading?.value, span)));
   }
   if (outcome?.kind === "saved") return say("saved", sentence.saved(minute(outcome.at)));
   if (unsaved) return say("applied", sentence.applied);

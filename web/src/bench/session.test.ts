@@ -4,43 +4,43 @@ import { look, onSignIn, session, signedBy, signedOut, signIn, tokenRefused } fr
 
 const open = { required: false, name: null, role: "admin", expires_in_s: null };
 const anna = { required: true, name: "anna", role: "operate", expires_in_s: 60 };
-const nobody = { required: true, name: null, role: null, expires_in_s: null };
+const anonymous = { required: true, name: null, role: null, expires_in_s: null };
 
-let answers: [number, unknown][] = [];
+let responses: [number, unknown][] = [];
 const sent: [string, unknown][] = [];
 
 beforeEach(() => {
-  answers = [];
+  responses = [];
   sent.length = 0;
   session.value = null;
   signedOut.value = false;
   tokenRefused.value = null;
   vi.stubGlobal("fetch", (path: string, init: RequestInit) => {
     sent.push([`${init.method} ${path}`, init.body]);
-    const [status, body] = answers.shift() ?? [500, {}];
+    const [status, body] = responses.shift() ?? [500, {}];
     return Promise.resolve(new Response(JSON.stringify(body), { status }));
   });
 });
 
 describe("who we are", () => {
-  test("where nobody has to say it, no login is shown and no name put in front", async () => {
-    answers = [[200, open]];
+  test("without authentication, no login and no name are shown", async () => {
+    responses = [[200, open]];
     await look();
     expect(signedOut.value).toBe(false);
     expect(signedBy("page-1000")).toBe("page-1000");
   });
 
   test("without a token where one is needed, the login is shown", async () => {
-    answers = [[200, nobody]];
+    responses = [[200, anonymous]];
     await look();
     expect(signedOut.value).toBe(true);
   });
 
-  test("a token lets us in, gives us a name, and tells who waits", async () => {
+  test("a token signs in, sets the name, and resolves waiting callers", async () => {
     const reported = vi.fn();
     onSignIn(reported);
-    answers = [
-      [200, nobody],
+    responses = [
+      [200, anonymous],
       [200, anna],
     ];
     await look();
@@ -52,8 +52,8 @@ describe("who we are", () => {
   });
 
   test("a token that is refused says why, and the login stays", async () => {
-    answers = [
-      [200, nobody],
+    responses = [
+      [200, anonymous],
       [401, { code: "unauthorized", detail: "No token is like this one." }],
     ];
     await look();
@@ -62,10 +62,10 @@ describe("who we are", () => {
     expect(signedOut.value).toBe(true);
   });
 
-  test("when the server does not answer, nobody is signed out", async () => {
-    answers = [[200, anna]];
+  test("a server that does not respond signs no one out", async () => {
+    responses = [[200, anna]];
     await look();
-    answers = [[502, {}]];
+    responses = [[502, {}]];
     await look();
     expect(session.value?.name).toBe("anna");
     expect(signedOut.value).toBe(false);

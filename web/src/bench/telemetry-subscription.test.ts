@@ -1,4 +1,4 @@
-/** The telemetry wish: one owner a page, said again while the tab is looked at, and ended when nobody looks. */
+/** Telemetry subscriptions: one owner per page, renewed while the tab is visible, ended when it is hidden. */
 import { afterEach, beforeEach, expect, test, vi } from "vitest";
 import { connection, link } from "./link";
 import { CHANNELS, watch, watched } from "./telemetry-subscription";
@@ -15,9 +15,9 @@ beforeEach(() => {
   link.value = { state: "up", since: 0 };
   connection.value = 1;
   vi.stubGlobal("fetch", async (_: string, init: RequestInit) => {
-    const wish = JSON.parse(String(init.body));
-    sent.push(wish);
-    const grant = { channels: wish.channels, requested_hz: 20, granted_hz: 20, bus_share: 0, note: null };
+    const body = JSON.parse(String(init.body));
+    sent.push(body);
+    const grant = { channels: body.channels, requested_hz: 20, granted_hz: 20, bus_share: 0, note: null };
     return new Response(JSON.stringify(grant));
   });
 });
@@ -32,7 +32,7 @@ const look = (away: boolean) => {
   document.dispatchEvent(new Event("visibilitychange"));
 };
 
-test("it is said at once and every four seconds, with a time after which it ends by itself", async () => {
+test("it is sent at once and every four seconds, with a time after which it expires", async () => {
   const end = watch(UID);
   await vi.advanceTimersByTimeAsync(8100);
   expect(sent).toHaveLength(3);
@@ -65,7 +65,7 @@ test("it is not said while the tab is hidden or the link is down, and at once af
   await vi.advanceTimersByTimeAsync(10);
 });
 
-test("an answer that comes after the end is not taken", async () => {
+test("a response after the end is ignored", async () => {
   const end = watch(UID);
   end();
   await vi.advanceTimersByTimeAsync(100);

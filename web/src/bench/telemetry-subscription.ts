@@ -27,7 +27,7 @@ const OWNER = `page-${Math.random().toString(36).slice(2, 12)}`;
 const TTL_S = 10;
 const AGAIN_MS = 4000;
 
-let wishes = 0;
+let subscriptions = 0;
 
 /**
  * Subscribe to channels of a servo while the tab is visible, again after each connection. `take` is called with the
@@ -45,7 +45,7 @@ export function subscribeTelemetry(
   };
   document.addEventListener("visibilitychange", look);
   // The server merges subscriptions of several owners: each gets its rates.
-  const owner = `${OWNER}_${++wishes}`;
+  const owner = `${OWNER}_${++subscriptions}`;
   let over = false;
   const put = async (wanted: readonly string[]) => {
     try {

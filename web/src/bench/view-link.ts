@@ -57,7 +57,7 @@ export class ViewLink {
   #onSight: (sight: Sight | null) => void;
   #socket: WebSocket | null = null;
   #again: ReturnType<typeof setTimeout> | undefined;
-  #wish: string | null = null;
+  #request: string | null = null;
   #sent: string | null = null;
   #over = false;
 
@@ -90,8 +90,8 @@ export class ViewLink {
     };
   }
 
-  tell(wish: ViewRequest): void {
-    this.#wish = JSON.stringify(wish);
+  send(request: ViewRequest): void {
+    this.#request = JSON.stringify(request);
     this.#say();
   }
 
@@ -102,9 +102,9 @@ export class ViewLink {
 
   #say(): void {
     if (this.#socket?.readyState !== WebSocket.OPEN) return;
-    if (this.#wish === null || this.#wish === this.#sent) return;
-    this.#sent = this.#wish;
-    this.#socket.send(this.#wish);
+    if (this.#request === null || this.#request === this.#sent) return;
+    this.#sent = this.#request;
+    this.#socket.send(this.#request);
   }
 
   #drop(): void {

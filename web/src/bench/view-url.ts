@@ -3,7 +3,7 @@ import { ROOT } from "../api/root";
 
 export type Quality = "high" | "low";
 
-interface Wish {
+interface Frame {
   key: string;
   uid: string | null;
   theme: "light" | "dark";
@@ -11,7 +11,7 @@ interface Wish {
 }
 
 /** The address of the frame. Its socket uses the same origin, so nothing else is named here. */
-export function viewUrl({ key, uid, theme, quality }: Wish): string {
+export function viewUrl({ key, uid, theme, quality }: Frame): string {
   const query = new URLSearchParams({ theme, quality });
   if (uid !== null) query.set("select", uid);
   if (theme === "dark") query.set("darkMode", "");

@@ -9,7 +9,7 @@ let requested: string[];
 let noStop: () => void;
 /** What the server makes of each servo: a problem's code, or how the job ends. */
 let fate: Record<string, { status: number; code?: string; error?: string }>;
-/** Requests that wait to be answered, while `held` is set. */
+/** Requests without a response, while `held` is set. */
 let held: (() => void)[] | null;
 
 const job = (uid: string, error?: string) => ({
@@ -44,7 +44,7 @@ afterEach(() => {
   vi.unstubAllGlobals();
 });
 
-test("tells how far the horn was seen to go", async () => {
+test("reports how far the horn moved", async () => {
   await wiggle(A);
   expect(wiggled.value).toEqual({ uid: A, phase: "moved", low: -2.9, high: 3.1 });
 });
@@ -76,7 +76,7 @@ test("a job that fails is a refusal of that servo", async () => {
   expect(requested).toEqual([A, B]);
 });
 
-test.each(["stopped", "lease_held"])("%s holds for all: nobody after it is asked", async code => {
+test.each(["stopped", "lease_held"])("%s applies to all: no further servo is requested", async code => {
   fate = { [A]: { status: 423, code } };
   await wiggleInTurn([A, B, C]);
   expect(requested).toEqual([A]);

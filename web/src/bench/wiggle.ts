@@ -11,7 +11,7 @@ import { leaseHeader } from "./motion";
 import { stopSeen } from "./stop-sight";
 
 export type Wiggled =
-  | { uid: string; phase: "asking" }
+  | { uid: string; phase: "requesting" }
   | { uid: string; phase: "moving"; around: number | null }
   | { uid: string; phase: "moved"; low: number; high: number }
   | { uid: string; phase: "refused"; why: string };
@@ -21,7 +21,7 @@ export const wiggled = signal<Wiggled | null>(null);
 
 /** A wiggle is running; others wait for it. */
 export const wiggling = computed(
-  () => wiggled.value?.phase === "asking" || wiggled.value?.phase === "moving",
+  () => wiggled.value?.phase === "requesting" || wiggled.value?.phase === "moving",
 );
 
 /** Refusals that apply to all other servos, too. */
@@ -38,7 +38,7 @@ async function one(uid: string): Promise<boolean> {
     wiggled.value = { uid, phase: "refused", why: text.motion.stopHidden };
     return false;
   }
-  wiggled.value = { uid, phase: "asking" };
+  wiggled.value = { uid, phase: "requesting" };
   try {
     const job = await callApi("POST", "/servos/{uid}/identify", { path: { uid }, headers: leaseHeader() });
     if (!jobs.peek().has(job.id)) setJob(job);

@@ -1,4 +1,4 @@
-/** What the bus page makes of what it is told: lines of the monitor, remedies, typed bit rates and node ids. */
+/** Texts of the bus page: lines of the monitor, remedies, typed bit rates and node IDs. */
 import { describe, expect, test } from "vitest";
 import type { Adapter, Allocation, DecodedTransfer, RawFrame } from "../api/bus-types";
 import { channelOf } from "../bench/bus-now";
@@ -41,7 +41,7 @@ describe("a line of the monitor", () => {
     });
   });
 
-  test("to everybody, got, and of several frames", () => {
+  test("broadcast, received, and of several frames", () => {
     const found = line({
       type: "uavcan.equipment.actuator.Status",
       kind: "message",

@@ -6,7 +6,7 @@ export const words = {
   shortly: "Wiggle",
   wiggleHint:
     "The horn turns 3° to each side, twice, and returns. At most 30\u202frpm and 30\u202f% torque, about 3\u202fs.",
-  asking: "Requesting motion control",
+  requesting: "Requesting motion control",
   moving: (at: string) => `Wiggling ±3.0° around ${at}`,
   moved: (low: string, high: string) => `Wiggled from ${low} to ${high}, now back.`,
   notWiggled: (why: string) => `Not wiggled. ${why}`,

@@ -7,7 +7,7 @@ export const words = {
   wiggle: "動作確認 ±3°",
   shortly: "動作確認",
   wiggleHint: "ホーンが左右に3°ずつ2回動いて戻ります。最大30\u202frpm、トルク30\u202f%、約3\u202fsです。",
-  asking: "動作権を要求中",
+  requesting: "動作権を要求中",
   moving: at => `${at}を中心に±3.0°で動作確認中`,
   moved: (low, high) => `${low}から${high}まで動き、戻りました。`,
   notWiggled: why => `動作確認できません。${why}`,

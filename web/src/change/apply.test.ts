@@ -1,4 +1,4 @@
-/** Writing: what is sent, and what each row is told of every way it can end. */
+/** Writes: the requests, and the outcome of each row. */
 import { afterEach, beforeEach, describe, expect, test, vi } from "vitest";
 import type { Reading } from "../api/types";
 import { Sheet } from "../bench/parameters";
@@ -118,24 +118,24 @@ describe("apply", () => {
 
   test("rolled back: the culprit says why, the others that they were taken back; every draft stays", async () => {
     const changes = [change("a", "no_response", 1), change("b", "rolled_back", 1)];
-    const failure = "no answer in 3 tries.";
+    const failure = "no response in 3 tries.";
     response = { status: 200, body: { outcome: "rolled_back", revision: "7", changes, failure } };
     stage("a", 5);
     stage("b", 6);
     expect(await apply(sheet)).toBe(false);
-    expect(outcome("a")).toMatchObject({ kind: "failed", what: "Not written: no answer in 3 tries." });
+    expect(outcome("a")).toMatchObject({ kind: "failed", what: "Not written: no response in 3 tries." });
     expect(outcome("b")).toMatchObject({ kind: "failed", what: expect.stringContaining("a failed") });
     expect(sheet.drafts.map.value.size).toBe(2);
   });
 
-  test("clamped by the servo is told, never passed off as done", async () => {
+  test("a value clamped by the servo is reported, not shown as written", async () => {
     response = {
       status: 200,
       body: { outcome: "applied", revision: "8", changes: [change("a", "clamped", 4)] },
     };
     stage("a", 5);
     expect(await apply(sheet)).toBe(false);
-    expect(outcome("a")).toEqual({ kind: "clamped", asked: 5 });
+    expect(outcome("a")).toEqual({ kind: "clamped", requested: 5 });
   });
 
   test("a problem that names its row stands at that row", async () => {
@@ -168,7 +168,7 @@ describe("apply", () => {
     expect(sheet.revision).toBe("8");
   });
 
-  test("what it has read back is what the row holds: nothing is asked for again", async () => {
+  test("the row shows the value read back, without another read", async () => {
     response = {
       status: 200,
       body: { outcome: "applied", revision: "8", changes: [change("a", "applied")] },
@@ -180,7 +180,7 @@ describe("apply", () => {
     expect(sheet.written.value?.changes).toEqual([change("a", "applied")]);
   });
 
-  test("what the server wants confirmed is asked, and sent only with the word for it", async () => {
+  test("a required confirmation is shown, and the write sent only with it", async () => {
     response = {
       status: 409,
       body: { code: "needs_confirmation", status: 409, detail: "?", confirm: "supply" },

@@ -189,7 +189,7 @@ export function takeOutcomes(
       outcomes.push([change.key, null]);
       done.push(change.key);
     } else if (change.verdict === "clamped" && response.outcome === "applied") {
-      outcomes.push([change.key, { kind: "clamped", asked: change.requested }]);
+      outcomes.push([change.key, { kind: "clamped", requested: change.requested }]);
       done.push(change.key);
     } else {
       outcomes.push([change.key, failure(change, culprits, response.failure ?? null)]);

@@ -37,7 +37,12 @@ export function HiddenChanges() {
   return begun.value
     .filter(flow => flow !== shownChange.value && strings.kinds[flow.request.kind].running !== undefined)
     .map(flow => (
-      <section class="link-band asked" data-testid="change-band" data-phase={flow.phase.value} key={id(flow)}>
+      <section
+        class="link-band prompt"
+        data-testid="change-band"
+        data-phase={flow.phase.value}
+        key={id(flow)}
+      >
         <Button
           testid="change-show"
           onClick={() => {
@@ -131,7 +136,7 @@ function Question({ flow }: { flow: ChangeFlow }) {
     <>
       {problem &&
         (wordsOf(problem).length > 0 ? (
-          <p class="asked-back" role="alert">
+          <p class="confirmation" role="alert">
             <Glyph kind="warning" size={18} /> <span>{whyRefused(problem)}</span>
           </p>
         ) : (
@@ -146,7 +151,7 @@ function Question({ flow }: { flow: ChangeFlow }) {
       ) : null}
       {kind === "factory-reset" && <ResetOptions flow={flow} />}
       <PlanParts flow={flow} />
-      <SafetyTicks requested={flow.asked.value} agreed={flow.agreed} disabled={waits} />
+      <SafetyTicks requested={flow.required.value} agreed={flow.agreed} disabled={waits} />
       <SaveTick flow={flow} />
       {!(verb && alone) && <AfterRestart flow={flow} />}
       {flow.current.value && <HornFreeTick of={flow.free} />}
@@ -260,7 +265,7 @@ function subtitle(flow: ChangeFlow) {
   return strings.kinds[kind].lead;
 }
 
-/** After a write, only the read-back tells what ROM contains. */
+/** After a write, only the read-back shows what ROM contains. */
 const unsure = (flow: ChangeFlow) =>
   flow.jobs.some(job => job.steps.some(one => one.code === "write" && one.state === "done"));
 

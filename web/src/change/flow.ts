@@ -75,8 +75,8 @@ export type Report = (uid: string, to: Partial<Turn>) => void;
 /** A change as data: questions before it, and its execution. The dialog does the rest. */
 export interface ChangeRequest {
   kind: ChangeKind;
-  /** "ask": a check box, never checked initially. */
-  save: "ask" | "always" | "never";
+  /** "optional": a check box, never checked initially. */
+  save: "optional" | "always" | "never";
   /**
    * A dry run: throws what the change itself would be refused with. Without one, the dialog opens only if the server
    * requires a confirmation.
@@ -107,7 +107,7 @@ export class ChangeFlow {
   /** The last refusal. */
   readonly problem: Signal<Problem | null> = signal(null);
   readonly save: Signal<boolean>;
-  readonly asked: Signal<readonly SafetyWord[]> = signal([]);
+  readonly required: Signal<readonly SafetyWord[]> = signal([]);
   readonly agreed: Signal<readonly SafetyWord[]> = signal([]);
   readonly turns: Signal<readonly Turn[]> = signal([]);
   readonly #planned: Signal<{ opts: PlanOptions; parts: readonly Part[] } | null> = signal(null);
@@ -116,7 +116,7 @@ export class ChangeFlow {
   readonly parts = computed(() => this.#planned.value?.parts ?? null);
   readonly able = computed(() => (this.parts.value ?? []).filter(one => !one.problem));
   /** A required confirmation is missing. */
-  readonly open = computed(() => isOpen(this.asked.value, this.agreed.value));
+  readonly open = computed(() => isOpen(this.required.value, this.agreed.value));
   /** The plan matches the options. */
   readonly current = computed(
     () => this.request.plan === undefined || same(this.#planned.value?.opts, this.#opts()),
@@ -159,7 +159,7 @@ export class ChangeFlow {
   /** Change an option and check again; undone if refused outright. */
   async choose(change: () => void, back: () => void): Promise<void> {
     change();
-    this.asked.value = [];
+    this.required.value = [];
     this.agreed.value = [];
     await this.look();
     if (this.problem.peek() !== null && !this.open.peek()) back();
@@ -229,7 +229,7 @@ export class ChangeFlow {
   }
 
   #callApi(words: readonly SafetyWord[]): void {
-    this.asked.value = [...new Set([...this.asked.peek(), ...words])];
+    this.required.value = [...new Set([...this.required.peek(), ...words])];
   }
 
   #report(uid: string, to: Partial<Turn>): void {
@@ -282,10 +282,10 @@ export async function beginChange(
 ): Promise<string | null> {
   await flow.look();
   const parts = flow.parts.peek();
-  const asks = flow.asked.peek().length > 0 || request.other !== undefined;
+  const confirms = flow.required.peek().length > 0 || request.other !== undefined;
   const [first] = parts ?? [];
   const refused = flow.problem.peek() ?? (parts?.every(one => one.problem) ? first?.problem : null);
-  if (refused && !asks) {
+  if (refused && !confirms) {
     const name = (parts?.length ?? 0) > 1 && first ? `${nameOf(peekServo(first.uid))}: ` : "";
     return name + problemText(refused);
   }

@@ -1,4 +1,4 @@
-/** Every dialog that can save asks whether the horn can turn freely, where a restart may turn it; none begins with save. */
+/** Every dialog that can save requires a free horn if a restart may turn it; none begins with save. */
 import { render } from "preact";
 import { act } from "preact/test-utils";
 import { afterEach, beforeEach, describe, expect, test, vi } from "vitest";
@@ -71,7 +71,7 @@ afterEach(() => {
 const found = (testid: string) => root.querySelector<HTMLInputElement>(`[data-testid="${testid}"]`);
 const press = (testid: string) => act(async () => found(testid)?.click());
 
-/** Ticks Save: what is planned is another change then, and is asked for once more. */
+/** Check Save: that is a different change, so it is planned again. */
 async function tick(): Promise<void> {
   await press("change-save");
   await act(async () => new Promise(resolve => setTimeout(resolve, 2)));
@@ -102,7 +102,7 @@ async function preview(): Promise<void> {
 }
 
 describe.each(DIALOGS)("%s", (_, go, open) => {
-  test("does not begin with save; with it, the horn is asked about, and the button waits for the answer", async () => {
+  test("does not begin with save; with it, the button waits for the confirmation of the horn", async () => {
     await open();
     expect(found("change-save")?.checked).toBe(false);
     expect(found("horn-free")).toBeNull();
@@ -114,7 +114,7 @@ describe.each(DIALOGS)("%s", (_, go, open) => {
     expect(found(go)?.disabled).toBe(false);
   });
 
-  test("does not ask where the restart turns nothing", async () => {
+  test("needs no confirmation if the restart turns nothing", async () => {
     restart = HOLDS;
     await open();
     await tick();

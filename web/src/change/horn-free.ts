@@ -1,4 +1,4 @@
-/** Whether the horns turned by a restart can turn freely: asked only here. */
+/** Whether the horns turned by a restart can turn freely: confirmed only here. */
 import { computed, signal } from "@preact/signals";
 
 interface Restarting {

@@ -144,7 +144,7 @@ export function OutputQuestion({ flow }: { flow: ChangeFlow }) {
         {plan.clears_stop && words.clears} {words.lead}
       </p>
       {loaded.length > 0 && (
-        <p class="asked-back restore-load" role="alert" data-testid="restore-load">
+        <p class="confirmation restore-load" role="alert" data-testid="restore-load">
           <Glyph kind="warning" size={18} />
           <span>{words.loaded(names, loaded.length)}</span>
         </p>

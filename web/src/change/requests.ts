@@ -127,7 +127,7 @@ export function snapshotChange(
     });
   return {
     kind: "snapshot",
-    save: "ask",
+    save: "optional",
     quick: true,
     needsChanges: true,
     onClose,
@@ -148,7 +148,7 @@ function driftChange(uid: string): ChangeRequest {
   const path = { uid };
   return {
     kind: "drift",
-    save: "ask",
+    save: "optional",
     quick: true,
     facts: uid,
     other: () => callApi("DELETE", "/servos/{uid}/drift", { path }),
@@ -212,7 +212,7 @@ export function profileChange(
   });
   return {
     kind: "profile",
-    save: "ask",
+    save: "optional",
     facts,
     plan: async opts => {
       const job = await send("POST", "/profiles/{name}/apply", options(opts, [...facts.chosen.peek()], true));
@@ -310,7 +310,7 @@ export function batchChange(uids: readonly string[]): ChangeRequest {
   const values = stagedOn(uids);
   return {
     kind: "batch",
-    save: "ask",
+    save: "optional",
     count: values.size,
     plan: async opts =>
       (await writeMatrix(values, { ...opts, dry_run: true })).map(one => {

@@ -1,4 +1,4 @@
-/** Restarts and resets: asked about first, done once and in turn, and who is left out. */
+/** Restarts and resets: confirmed first, done once and in turn, and the servos left out. */
 import { afterEach, beforeEach, expect, test, vi } from "vitest";
 import type { Profile } from "../api/config-types";
 import { motion } from "../bench/motion";
@@ -89,7 +89,7 @@ test("one that fails or is refused does not keep the others from it", async () =
   ]);
 });
 
-test("after a stop nobody is restarted any more, and each says why", async () => {
+test("after a stop no servo is restarted, and each gives the reason", async () => {
   fate = { [B]: { status: 423, code: "stopped" } };
   await run(restartChange([A, B, C]), [A, B, C]);
   expect(sent).toHaveLength(2);
@@ -117,7 +117,7 @@ test("a change is under way on its servos until it is over, and one that went wr
   expect(begun.value).toEqual([]);
 });
 
-test("servos that share a job are told of one by one", async () => {
+test("servos that share a job are reported one by one", async () => {
   const applied = { outcome: "applied", changes: [], left_out: [], saved: false, problem: null };
   const problem = { code: "no_response", detail: "It is silent." };
   vi.stubGlobal("fetch", async (_: string, init: RequestInit) => {

@@ -1,4 +1,4 @@
-/** Restoring outputs: what is sent once somebody has agreed, and what is not when it goes wrong. */
+/** Restoring outputs: the requests after confirmation, and those not sent after a failure. */
 import { beforeEach, expect, test, vi } from "vitest";
 import type { OutputRestorePreview } from "../api/types";
 import { stop } from "../bench/bench";
@@ -81,7 +81,7 @@ test("the dialog opens when the dry run has succeeded, and not when it was refus
   expect(await planRestore(null)).not.toBeNull();
   expect(shownChange.value).toBeNull();
   refuse = null;
-  expect(await planRestore(null), "nobody to restore").not.toBeNull();
+  expect(await planRestore(null), "no servo to restore").not.toBeNull();
   plan.servos = [prospect(HOT, { problem: HOT_PROBLEM })];
   expect(await planRestore(null), "none that could be").not.toBeNull();
   expect(shownChange.value).toBeNull();
@@ -104,14 +104,14 @@ test("those that were named are restored, a load is agreed to only where one was
   expect(motion.value.phase).toBe("off");
 });
 
-test("motion control is taken for a servo that lets go by itself, and kept for those that are on", async () => {
+test("motion control is taken for a servo with a timeout, and kept for those that are on", async () => {
   plan.servos = [prospect(FREE, { needs_lease: true }), prospect(BRAKED, { under_load: true })];
   await restore(plan, () => undefined);
   expect(sent).toEqual(["POST /leases", "POST /stop/restore a,b [load] leased"]);
   expect(motion.value).toMatchObject({ phase: "on", uid: FREE, others: [BRAKED], torque: "on" });
 });
 
-test("a refusal gives the lease back and writes torque off to nobody: a brake stays on", async () => {
+test("a rejection releases the lease and writes torque off to no servo: a brake stays on", async () => {
   refuse = "busy";
   plan.servos = [prospect(BRAKED, { needs_lease: true, under_load: true })];
   await expect(restore(plan, () => undefined)).rejects.toMatchObject({ code: "busy" });
@@ -120,7 +120,7 @@ test("a refusal gives the lease back and writes torque off to nobody: a brake st
   expect(motion.value.phase).toBe("off");
 });
 
-test("given up while outputs come on, the lease is given back, and a brake of a stop stays on", async () => {
+test("cancelled while outputs come on, it releases the lease, and a brake of a stop stays on", async () => {
   plan.servos = [prospect(BRAKED, { needs_lease: true, under_load: true })];
   await restore(plan, () => endMotion("stopped"));
   expect(sent.filter(one => one.includes("/torque"))).toEqual([]);

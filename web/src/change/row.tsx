@@ -49,10 +49,10 @@ export function ParameterRow({ sheet, row, onGoTo, onRetry, locked }: Props) {
   };
   const commit = () => sheet.drafts.commit(row.key, reading?.value);
   const standard = reading?.default ?? null;
-  const wished = draft ? (draft.verdict.ok ? draft.verdict.value : undefined) : reading?.value;
+  const current = draft ? (draft.verdict.ok ? draft.verdict.value : undefined) : reading?.value;
   /** Stages the default; a second press stages the RAM value. */
   const toDefault = () => {
-    const value = wished === standard ? (reading?.value ?? null) : standard;
+    const value = current === standard ? (reading?.value ?? null) : standard;
     if (value === null) return;
     const typed = typeof value === "number" ? bare(value, span) : String(value);
     stage({ text: typed, verdict: { ok: true, value } });
@@ -142,7 +142,7 @@ export function ParameterRow({ sheet, row, onGoTo, onRetry, locked }: Props) {
         label={text.rows.toDefault(row.label, full(standard, span))}
         able={row.access === "rw" && !locked && sheet.busy.value === null && standard !== null}
         held={reading?.value === standard}
-        chosen={wished === standard}
+        chosen={current === standard}
         onChoose={toDefault}
       />
       {explained.value && <Help {...{ row, span, reading }} />}

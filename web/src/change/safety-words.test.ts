@@ -1,4 +1,4 @@
-/** Words of confirmation: what a refusal asks for, and what is still open. */
+/** Words of confirmation: those a rejection requires, and those still open. */
 import { expect, test } from "vitest";
 import { Problem } from "../api/client";
 import { isOpen, withTick, wordsOf } from "./safety-words";
@@ -6,7 +6,7 @@ import { isOpen, withTick, wordsOf } from "./safety-words";
 const refused = (facts: Record<string, unknown>, code = "needs_confirmation") =>
   new Problem(code, 409, "", facts);
 
-test("a refusal asks for its word, or for one of several", () => {
+test("a rejection requires its word, or one of several", () => {
   expect(wordsOf(refused({ confirm: "supply" }))).toEqual(["supply"]);
   const choices = ["torque_on_in_rom", "torque_off_in_rom"];
   expect(wordsOf(refused({ confirm: "torque_off_in_rom", choices }))).toEqual(choices);
@@ -14,7 +14,7 @@ test("a refusal asks for its word, or for one of several", () => {
   expect(wordsOf(refused({}))).toEqual([]);
 });
 
-test("each question needs an answer, and one of the two about torque is enough", () => {
+test("each confirmation is required, and one of the two about torque is enough", () => {
   expect(isOpen([], [])).toBe(false);
   expect(isOpen(["supply"], [])).toBe(true);
   expect(isOpen(["supply", "temperature"], ["supply"])).toBe(true);

@@ -2,7 +2,7 @@
 import type { Problem } from "../api/client";
 import type { SafetyWord } from "../api/config-types";
 
-/** Alternative answers: torque mode in ROM. One of them is required, and they exclude each other. */
+/** Alternative confirmations: torque mode in ROM. One of them is required, and they exclude each other. */
 const TORQUE: ReadonlySet<SafetyWord> = new Set(["torque_on_in_rom", "torque_off_in_rom"]);
 
 /** Words required by a refusal; several if one of them must be chosen. Empty if none. */

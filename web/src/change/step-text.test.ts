@@ -30,7 +30,7 @@ test("a step is called by the kind of its job and its code, with or without its 
   expect(stepText("restart", one)).toBe("said by the server");
 });
 
-test("a step that failed says why, without what programs are told", () => {
+test("a failed step gives its reason, without the part for programs", () => {
   const failed = {
     ...step("No bus. PUT /api/v1/bus."),
     evidence_code: "problem",

@@ -25,7 +25,7 @@ export function SafetyTicks({ requested, agreed, disabled }: SafetyProps) {
   return (
     <>
       {choice.length > 1 && (
-        <fieldset class="ask-choices">
+        <fieldset class="confirmations">
           {choice.map(word => (
             <label key={word} class="tick">
               <input
@@ -60,7 +60,7 @@ export function SafetyTicks({ requested, agreed, disabled }: SafetyProps) {
 export function SaveTick({ flow }: { flow: ChangeFlow }) {
   const { save: label, ram } = changing.kinds[flow.request.kind];
   const { save } = flow;
-  if (flow.request.save !== "ask" || label === undefined || (flow.parts.value?.length ?? 0) === 0)
+  if (flow.request.save !== "optional" || label === undefined || (flow.parts.value?.length ?? 0) === 0)
     return null;
   const put = (on: boolean) => {
     save.value = on;

@@ -74,7 +74,7 @@ describe("Undo", () => {
     show(one());
     expect(found("undo")).not.toBeNull();
     show(one({ bootAt: 101 }));
-    expect(found("undo"), "an uptime is told in whole seconds").not.toBeNull();
+    expect(found("undo"), "an uptime is in whole seconds").not.toBeNull();
   });
 
   test("is gone when the row holds something else", () => {
@@ -94,7 +94,7 @@ describe("Undo", () => {
     expect(found("undo-line")).toBeNull();
   });
 
-  test("stays while the servo is merely not heard", () => {
+  test("stays while the servo is only offline", () => {
     show(one({ online: false, state: "offline", bootAt: 180 }));
     expect(found("undo")).not.toBeNull();
   });

@@ -1,4 +1,4 @@
-/** Tests the draft of the wizard: proposals, what is wrong, what is asked for, and that any store can be read. */
+/** Tests the draft of the wizard: proposals, errors, requests, and that any stored draft can be read. */
 import { describe, expect, it } from "vitest";
 import type { Candidate } from "../api/config-types";
 import {
@@ -52,7 +52,7 @@ describe("choosing", () => {
     );
   });
 
-  it("forgets whoever is not chosen any more", () => {
+  it("forgets servos that are no longer selected", () => {
     const before = draftOf({ [A]: entry("7", "given") });
     expect(chooseServos(before, [], []).entries).toEqual({});
   });
@@ -99,7 +99,7 @@ describe("what is wrong with an id", () => {
   });
 });
 
-describe("what is asked for", () => {
+describe("requests", () => {
   const draft: WizardDraft = {
     ...draftOf({
       [A]: entry("7", "given", "", " Rudder "),

@@ -309,12 +309,12 @@ function Wiggling({ uid }: { uid: string }) {
         <>
           <span class="dot" aria-hidden="true" /> <span class="second">{strings.notYet}</span>
         </>
-      ) : last.phase === "asking" || last.phase === "moving" ? (
+      ) : last.phase === "requesting" || last.phase === "moving" ? (
         <>
           <span class="k-intent">
             <Spinner />
           </span>
-          <span>{last.phase === "asking" ? strings.asking : strings.moving(angle(last.around))}</span>
+          <span>{last.phase === "requesting" ? strings.requesting : strings.moving(angle(last.around))}</span>
         </>
       ) : last.phase === "moved" ? (
         <>

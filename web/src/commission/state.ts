@@ -16,7 +16,7 @@ import { whyRefused } from "../change/consequences";
 import { wordsOf } from "../change/safety-words";
 import { changeDraft, chooseServos, draft, propose, request, wanted } from "./draft";
 
-const ASK_MS = 2000;
+const POLL_MS = 2000;
 
 /** Servos that can be commissioned. */
 export const candidates = new Resource(async () => {
@@ -27,7 +27,7 @@ export const candidates = new Resource(async () => {
 });
 
 export function watchCandidates(): Poll {
-  return candidates.watch(ASK_MS);
+  return candidates.watch(POLL_MS);
 }
 
 /** Commissioning jobs on the server, oldest first; null until loaded. */
@@ -222,7 +222,7 @@ export const cancel = (job: Job) =>
 
 /** Poll the state of the jobs shown, in case a message of the socket was missed. */
 export function watchJobs(): Poll {
-  return poll(ASK_MS, async () => {
+  return poll(POLL_MS, async () => {
     for (const id of draft.peek().jobs) {
       const present = jobs.peek().get(id);
       if (present && ended(present)) continue;

@@ -69,7 +69,7 @@ describe("the verdict of a servo", () => {
     expect(verdicts(job("running", [step("write 1", A, "done")], [record(A, "waiting")]))).toEqual(["done"]);
   });
 
-  it("is not tried for whoever waited when the job ended", () => {
+  it("is not tried for servos that waited when the job ended", () => {
     expect(verdicts(job("failed", [step("write 1", A, "waiting")], [record(A, "not_tried")]))).toEqual([
       "not_tried",
     ]);

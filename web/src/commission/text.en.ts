@@ -54,7 +54,7 @@ export const words = {
     again: "Wiggle again",
     wiggleName: (name: string) => `Wiggle ${name}`,
     notYet: "Not wiggled yet",
-    asking: "Requesting motion control",
+    requesting: "Requesting motion control",
     moving: (at: string) => `Wiggling now: ±3.0° around ${at}`,
     moved: (low: string, high: string) => `The horn moved from ${low} to ${high} and back.`,
     refused: (why: string) => `Not wiggled. ${why}`,

@@ -50,7 +50,7 @@ export const words = {
     again: "動作を再確認",
     wiggleName: name => `${name}の動作確認`,
     notYet: "まだ動かしていません",
-    asking: "動作権を要求中",
+    requesting: "動作権を要求中",
     moving: at => `動作中: ${at}を中心に±3.0°`,
     moved: (low, high) => `ホーンは${low}から${high}まで動き、戻りました。`,
     refused: why => `動かしていません。${why}`,

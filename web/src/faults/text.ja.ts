@@ -24,7 +24,7 @@ export const words = {
   staleWhy: "サーボが最後に報告した状態です。応答がないため、現在の状態は不明です。",
   over: "解消",
   first: "初回",
-  last: "最終",
+  last: "最終検出",
   count: n => `${n}回`,
   seenBy: (who, at) => `${who}が確認、${at}`,
   emptyTitle: "異常はまだありません",

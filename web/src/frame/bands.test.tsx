@@ -1,4 +1,4 @@
-/** The latched stop in words: who confirmed, and who is named because nobody knows. */
+/** The latched stop in words: confirmed servos, and those named because their state is unknown. */
 import { render } from "preact";
 import { act } from "preact/test-utils";
 import { afterEach, beforeEach, expect, test } from "vitest";
@@ -29,7 +29,7 @@ const latch = (change: Partial<Stop>) =>
   });
 const band = () => host.querySelector('[data-testid="stop-band"]')?.textContent ?? "";
 
-test("a servo that did not answer is named, with what to do", () => {
+test("a servo that did not respond is named, with the remedy", () => {
   latch({
     servos: [
       { uid: "a".repeat(32), label: "Gripper", confirmed: true, ms: 4 },

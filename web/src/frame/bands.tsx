@@ -77,7 +77,7 @@ function SilentBand() {
   return (
     <div class="link-band" role="alert" data-testid="silent-band">
       <Glyph kind="warning" />
-      {text.motion.letGoSilent(names)}
+      {text.motion.torqueNotConfirmed(names)}
     </div>
   );
 }
@@ -89,7 +89,7 @@ function OutputBand() {
   if (present.phase !== "on" || present.lease !== outputLease.value) return null;
   if (uid === present.uid && (page === "motion" || page === "tune")) return null;
   return (
-    <section class="link-band asked" data-testid="kept-band">
+    <section class="link-band prompt" data-testid="kept-band">
       <Button testid="kept-off" onClick={() => endMotion(null)}>
         {text.motion.turnOff}
       </Button>
@@ -106,8 +106,8 @@ function RequestBand() {
   if ((phase !== "on" && phase !== "held") || !held || !requested) return null;
   const left = Math.max(0, Math.ceil((held.passesAt ?? now.value) - now.value));
   return (
-    <section class="link-band asked" data-testid="asked-band" aria-label={text.request.label}>
-      <span class="asked-buttons">
+    <section class="link-band prompt" data-testid="request-band" aria-label={text.request.label}>
+      <span class="prompt-buttons">
         <Button testid="keep-lease" live onClick={() => void keepMotion(requested.id)}>
           {text.request.keep}
         </Button>
@@ -117,8 +117,8 @@ function RequestBand() {
       </span>
       <span>
         {/* Announced once, not every second. */}
-        <span role="alert">{text.request.asks(who(requested.by), requested.reason)}</span>{" "}
-        <span class="second" data-testid="asked-left">
+        <span role="alert">{text.request.wants(who(requested.by), requested.reason)}</span>{" "}
+        <span class="second" data-testid="request-left">
           {text.request.passes(left)}
         </span>
       </span>
@@ -141,13 +141,13 @@ function names(stopped: Stopped[]): string {
 }
 
 function StopBand({ stop }: { stop: Stop }) {
-  const asking = useSignal(false);
+  const confirming = useSignal(false);
   const problem = useSignal<string | null>(null);
   const all = stoppedNodes(stop);
   const silent = all.filter(one => !one.confirmed);
   const times = all.flatMap(one => (one.confirmed && one.ms !== null ? [one.ms] : []));
   const clear = async () => {
-    asking.value = false;
+    confirming.value = false;
     problem.value = await clearStop();
   };
   return (
@@ -157,7 +157,7 @@ function StopBand({ stop }: { stop: Stop }) {
         testid="clear-stop"
         live
         onClick={() => {
-          asking.value = true;
+          confirming.value = true;
         }}
       >
         {text.stop.clear}
@@ -202,7 +202,7 @@ function StopBand({ stop }: { stop: Stop }) {
           </>
         )}
       </p>
-      {asking.value && (
+      {confirming.value && (
         <Confirm
           title={text.stop.clearTitle}
           verb={text.stop.clearConfirm}
@@ -211,7 +211,7 @@ function StopBand({ stop }: { stop: Stop }) {
           actId="confirm-clear"
           act={clear}
           onClose={() => {
-            asking.value = false;
+            confirming.value = false;
           }}
         >
           <p>{text.stop.clearText}</p>

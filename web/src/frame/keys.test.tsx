@@ -87,9 +87,9 @@ const state = (state: Servo["state"]) =>
 
 const MOVING: readonly (readonly [string, () => void])[] = [
   ["motion is on here", () => put(motion, ON)],
-  ["motion is being turned on", () => put(motion, { phase: "asking", uid: UID })],
+  ["motion is being turned on", () => put(motion, { phase: "requesting", uid: UID })],
   [
-    "somebody has motion control",
+    "another client has motion control",
     () => setLease({ holder: "Rig 3", ttl_s: 3, expires_at: 0, expires_in_s: 2, request: null } as LeaseView),
   ],
   ["a horn turns", () => turned(0, 1, 2, 3, 4)],
@@ -97,7 +97,7 @@ const MOVING: readonly (readonly [string, () => void])[] = [
   ["a servo restarts", () => state("restarting")],
   ["a servo is in its soft start", () => state("soft_start")],
   ["a job runs", () => setJob({ id: "j", state: "running" } as Job)],
-  ["torque off is not confirmed", () => put(released, new Map([[UID, "asking"]]))],
+  ["torque off is not confirmed", () => put(released, new Map([[UID, "requesting"]]))],
   [
     "a stop is not confirmed",
     () => put(stop, { latched: true, servos: [{ uid: UID, confirmed: false }] } as unknown as Stop),

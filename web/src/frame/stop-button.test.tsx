@@ -1,4 +1,4 @@
-/** The Stop button: on press, with no question, whatever the state; and what it says when nobody hears. */
+/** The Stop button: on press, without confirmation, in any state; and its text when the server does not respond. */
 import { render } from "preact";
 import { act } from "preact/test-utils";
 import { afterEach, beforeEach, describe, expect, test, vi } from "vitest";

@@ -68,7 +68,7 @@ export const link = {
 
 export const request = {
   label: "Motion control requested",
-  asks: (by: string, reason: string) =>
+  wants: (by: string, reason: string) =>
     `${by} requests motion control${reason ? `: ${reason.replace(/[.\s]+$/, "")}.` : "."}`,
   passes: (left: number) => `It passes in ${left}\u202fs unless you keep it. Torque turns off first.`,
   keep: "Keep control",

@@ -62,7 +62,7 @@ export const frame = {
   },
   request: {
     label: "動作権の要求",
-    asks: (by, reason) =>
+    wants: (by, reason) =>
       `${by}が動作権を要求しています${reason ? `: ${reason.replace(/[。.\s]+$/, "")}。` : "。"}`,
     passes: left => `維持しなければ${left}\u202fs後に移ります。先にトルクがオフになります。`,
     keep: "動作権を維持",

@@ -27,8 +27,8 @@ export function Dialog({ title, subtitle, children, foot, onClose, testid }: Pro
 
   useEffect(() => {
     const before = document.activeElement;
-    const wish = box.current?.querySelector<HTMLElement>("[data-first-focus] :is(button, input, select)");
-    (wish ?? box.current)?.focus();
+    const first = box.current?.querySelector<HTMLElement>("[data-first-focus] :is(button, input, select)");
+    (first ?? box.current)?.focus();
     const forget = onKey("Escape", () => close.current());
     return () => {
       forget();

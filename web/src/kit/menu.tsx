@@ -11,7 +11,7 @@ export interface Item {
   /** Short description. */
   line: string;
   /** Irreversible: set apart, in the failure colour. */
-  grave?: boolean;
+  destructive?: boolean;
   /** Why it is disabled. */
   why?: string | null;
   act: () => void;
@@ -65,7 +65,7 @@ export function Menu({ label, word, testid, children }: Props) {
               type="button"
               role="menuitem"
               tabIndex={-1}
-              class={one.grave ? "grave" : ""}
+              class={one.destructive ? "destructive" : ""}
               data-testid={`menu-${one.key}`}
               aria-disabled={one.why != null}
               onClick={() => {

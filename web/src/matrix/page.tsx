@@ -71,7 +71,7 @@ export function MatrixPage({ hash }: { hash: string }) {
   const [differ = "0", changed = "0"] = split(
     useComputed(() => countRows(catalog.value, split(shownIn.value)).join(" ")).value,
   );
-  if (uids.length === 0) return <Nobody />;
+  if (uids.length === 0) return <NoServos />;
   const groups = known ? grouped(known, uids, wanted.value, filter.value) : [];
   const close = () => {
     open.value = null;
@@ -142,7 +142,7 @@ export function MatrixPage({ hash }: { hash: string }) {
   );
 }
 
-function Nobody() {
+function NoServos() {
   return (
     <div class="page">
       <section class="empty">

@@ -110,7 +110,7 @@ describe("staging", () => {
     expect(stagedOn([A, B]).size).toBe(0);
   });
 
-  test("one request carries every servo with its revision, and each is told what became of it", async () => {
+  test("one request carries every servo with its revision, and each gets its result", async () => {
     stageValue(sheetOf(A), "gain", { text: "6", verdict: { ok: true, value: 6 } });
     stageValue(sheetOf(B), "gain", { text: "6", verdict: { ok: true, value: 6 } });
     const sent: Record<string, unknown>[] = [];

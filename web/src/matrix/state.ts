@@ -84,7 +84,7 @@ export function wrongOn(uids: readonly string[]): number {
 
 /** Outliers of a row, from current values. */
 export function rowOutliers(row: Row, uids: readonly string[]): ReadonlyMap<string, Outlier> {
-  if (isOwn(row)) return NOBODY;
+  if (isOwn(row)) return NONE;
   return outliers(
     uids.map(uid => ({
       uid,
@@ -95,7 +95,7 @@ export function rowOutliers(row: Row, uids: readonly string[]): ReadonlyMap<stri
   );
 }
 
-const NOBODY: ReadonlyMap<string, Outlier> = new Map();
+const NONE: ReadonlyMap<string, Outlier> = new Map();
 
 /** The values of a choice or switch row. */
 export function optionsOf(row: Row): readonly { key: string; label: string }[] {

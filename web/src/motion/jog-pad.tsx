@@ -314,8 +314,8 @@ const DIRECTIONS: Readonly<Record<string, number>> = {
 
 /** Confirmation of a move that needs one: what will happen. */
 function MoveDialog() {
-  const asked = question.value;
-  if (asked === null) return null;
+  const pending = question.value;
+  if (pending === null) return null;
   return (
     <Confirm
       title={words.question}
@@ -324,12 +324,12 @@ function MoveDialog() {
       testid="move-dialog"
       actId="move-anyway"
       // Moving closes this dialog and may open another one.
-      act={() => void moveTo(asked.angle, asked.words)}
+      act={() => void moveTo(pending.angle, pending.words)}
       onClose={() => {
-        if (question.peek() === asked) question.value = null;
+        if (question.peek() === pending) question.value = null;
       }}
     >
-      {asked.cautions.map(said => (
+      {pending.cautions.map(said => (
         <Note key={said} kind="warning">
           {said}
         </Note>

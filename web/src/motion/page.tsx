@@ -3,7 +3,7 @@ import { useEffect } from "preact/hooks";
 import type { TorqueMode } from "../api/types";
 import { servo } from "../bench/fleet";
 import { endMotion, motion } from "../bench/motion";
-import { forgetAnswered } from "../bench/release";
+import { forgetConfirmed } from "../bench/release";
 import { narrow } from "../bench/screen";
 import { lazy } from "../kit/lazy";
 import { MotionGate } from "../servo/motion-gate";
@@ -17,7 +17,7 @@ export function MotionPage({ uid }: { uid: string }) {
   const one = servo(uid);
   useSheet(uid);
   useEffect(() => {
-    forgetAnswered();
+    forgetConfirmed();
     if (motion.peek().phase === "off") motion.value = { phase: "off", why: null };
     return () => endMotion(null);
   }, [uid]);

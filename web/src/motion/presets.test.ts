@@ -1,4 +1,4 @@
-/** Presets: stored for a servo, asked about before one is lost, there again after a reload. */
+/** Presets: stored per servo, confirmed before one is lost, restored after a reload. */
 import { beforeEach, expect, test, vi } from "vitest";
 
 const [A, B] = ["a".repeat(32), "b".repeat(32)] as const;
@@ -17,7 +17,7 @@ test("a stored angle is this servo's own, in steps of the register, and is there
   expect((await again()).presetOf(A, "a")).toBe(-30);
 });
 
-test("another one is asked about before it is lost; the same is no question", async () => {
+test("replacing another preset needs confirmation, the same one does not", async () => {
   const { requestPreset, presetOf, replacing } = await again();
   requestPreset(A, "b", 12);
   requestPreset(A, "b", 12.04);

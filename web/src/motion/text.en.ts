@@ -9,7 +9,7 @@ export const motion = {
   what: "This page takes motion control and turns torque on. The horn holds its position; nothing moves until you command it.",
   ends: "Motion ends when you leave this page, hide the tab or lose the link. Torque is then off within 3\u202fs.",
   clear: "First make sure that the horn can turn freely and that no one is near it.",
-  asking: "Requesting motion control",
+  requesting: "Requesting motion control",
   heldBy: (holder: string, left: unknown) =>
     `${holder} has motion control for ${seconds(left)}\u202fs more. Request it, or wait.`,
   whileStopped: "Stopped. Clear the stop first, at the top left.",
@@ -40,7 +40,7 @@ export const motion = {
   endedByHiding: "Motion ended: the tab was hidden.",
   endedByOther: (holder: string) => `Motion ended: ${holder} took motion control.`,
   endedLease: "Motion ended: motion control was lost.",
-  letGoOff: (names: string) => `Torque is off: ${names}.`,
-  letGoSilent: (names: string) =>
+  torqueOff: (names: string) => `Torque is off: ${names}.`,
+  torqueNotConfirmed: (names: string) =>
     `No response: ${names}. It is not known whether torque is off. hornbill keeps writing torque off until it is acknowledged. If the horn must not move, cut the supply.`,
 };

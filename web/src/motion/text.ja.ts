@@ -11,7 +11,7 @@ export const live = {
     what: "このページが動作権を取得し、トルクをオンにします。ホーンは現在の位置を保持し、指令するまで何も動きません。",
     ends: "このページを離れる、タブを隠す、接続が切れる、のいずれかで動作は終了し、3\u202fs以内にトルクがオフになります。",
     clear: "先に、ホーンが自由に回り、近くに人がいないことを確認してください。",
-    asking: "動作権を取得中",
+    requesting: "動作権を取得中",
     heldBy: (holder, left) =>
       `${holder}が動作権を持っています（あと${seconds(left)}\u202fs）。要求するか、待ってください。`,
     whileStopped: "停止中です。先に左上で停止を解除してください。",
@@ -39,8 +39,8 @@ export const live = {
     endedByHiding: "動作を終了しました: タブが隠れました。",
     endedByOther: holder => `動作を終了しました: ${holder}が動作権を取得しました。`,
     endedLease: "動作を終了しました: 動作権を失いました。",
-    letGoOff: names => `トルクはオフです: ${names}。`,
-    letGoSilent: names =>
+    torqueOff: names => `トルクはオフです: ${names}。`,
+    torqueNotConfirmed: names =>
       `応答なし: ${names}。トルクがオフかどうか不明です。hornbillは応答があるまでトルクオフを送信し続けます。ホーンが動いてはならない場合は電源を切ってください。`,
   },
 } satisfies Partial<Text>;

@@ -107,7 +107,7 @@ export function Act({ one }: { one: KnownServo }) {
       <Row icon="play" testid="act-record" onClick={() => go(pathOf("recorder", null))}>
         {words.record}
       </Row>
-      <div class="o-grave">
+      <div class="o-severe">
         <Button
           live
           look="danger"

@@ -37,7 +37,7 @@ export function Now({ one }: { one: KnownServo }) {
           label={words.tracking}
           live={error}
           shown={error.value === null ? NONE : angle(error.value)}
-          note={band === null ? "" : words.deadBand(withUnit(number(band, 1), "°"))}
+          note={band === null ? "" : words.deadband(withUnit(number(band, 1), "°"))}
           testid="tracking-readout"
         />
         <Readout

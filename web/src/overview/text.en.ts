@@ -34,7 +34,7 @@ export const words = {
   saveNotes: "Save",
   discard: "Discard",
   tracking: "Tracking error",
-  deadBand: (deg: string) => `deadband ${deg}`,
+  deadband: (deg: string) => `deadband ${deg}`,
   powered: "Powered",
   lasted: (h: number, min: number) => (h === 0 ? `${min}\u202fmin` : `${h}\u202fh ${min}\u202fmin`),
   profileTitle: "Profile",

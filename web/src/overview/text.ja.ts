@@ -36,7 +36,7 @@ export const words = {
   saveNotes: "保存",
   discard: "破棄",
   tracking: "追従誤差",
-  deadBand: deg => `デッドバンド ${deg}`,
+  deadband: deg => `デッドバンド ${deg}`,
   powered: "通電時間",
   lasted: (h, min) => (h === 0 ? `${min}\u202f分` : `${h}\u202f時間 ${min}\u202f分`),
   profileTitle: "プロファイル",

@@ -4,7 +4,7 @@ import { fromCsv } from "../telemetry/csv";
 import { telemetry } from "../telemetry/store";
 
 /** Earliest server time already requested, by channel; the server's clock restarts with the server. */
-const asked = new Map<string, number>();
+const requested = new Map<string, number>();
 const place = (uid: string, key: string) => `${telemetry.utcOffset.toFixed(0)}/${uid}/${key}`;
 /** Differences below a second are not worth a request. */
 const SLACK_S = 2;
@@ -20,17 +20,17 @@ export async function recallSamples(
   const from = now - seconds;
   const wanted = channels.filter(key => {
     const known = telemetry.ring(uid, key).firstTime;
-    const oldest = Math.min(Number.isNaN(known) ? now : known, asked.get(place(uid, key)) ?? now);
+    const oldest = Math.min(Number.isNaN(known) ? now : known, requested.get(place(uid, key)) ?? now);
     return oldest > from + SLACK_S;
   });
   if (wanted.length === 0) return;
-  for (const key of wanted) asked.set(place(uid, key), from);
+  for (const key of wanted) requested.set(place(uid, key), from);
   try {
     const query = `seconds=${seconds}&channels=${wanted.join(",")}`;
     const response = await fetch(`${API}/servos/${uid}/telemetry.csv?${query}`);
     const found = response.ok ? fromCsv(await response.text()) : null;
     for (const one of found?.columns ?? []) telemetry.pushPast(uid, one.head, one.t, one.v);
   } catch {
-    for (const key of wanted) asked.delete(place(uid, key));
+    for (const key of wanted) requested.delete(place(uid, key));
   }
 }

@@ -40,7 +40,7 @@ export function PlotPicker({ offered, name, chosen, hz, file }: Props) {
       <p class="small second">{words.channelsHint}</p>
       <div class="plot-picks">
         <label class="plot-window">
-          {words.asked}
+          {words.requested}
           <select
             data-testid="plot-hz"
             value={String(hz.value)}

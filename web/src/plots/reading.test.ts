@@ -24,7 +24,7 @@ describe("a gap", () => {
     expect([...seldom.t].some((_, i) => i > 0 && isGap(seldom.t, i))).toBe(false);
   });
 
-  test("does not depend on what was asked for: a channel asked for faster from now on has no gaps before", () => {
+  test("does not depend on what was requested for: a channel requested for faster from now on has no gaps before", () => {
     const one = of(0, 2, 4, ...every(6, 7, 0.05));
     expect([...one.t].some((_, i) => i > 1 && isGap(one.t, i) && (one.t[i] ?? 0) < 6)).toBe(false);
   });

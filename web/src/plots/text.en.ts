@@ -3,7 +3,7 @@
 export const words = {
   angle: "Angle",
   command: "Command",
-  rate: (got: string, asked: string) => `${got} of ${asked}\u202fHz`,
+  rate: (got: string, requested: string) => `${got} of ${requested}\u202fHz`,
   waiting: "waiting for data",
   noData: "no data",
   now: "now",
@@ -16,7 +16,7 @@ export const words = {
   scopeTitle: "Open these channels in the scope",
   channelsOf: (name: string) => `Channels of ${name}`,
   channelsHint: "Each unit has its own lane. Selected channels are polled while this plot is open.",
-  asked: "Requested rate",
+  requested: "Requested rate",
   hz: (hz: string) => `${hz}\u202fHz`,
   cursors: "Cursors",
   letters: ["A", "B"] as const,

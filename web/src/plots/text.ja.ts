@@ -5,7 +5,7 @@ import type { words as english } from "./text.en";
 export const words = {
   angle: "角度",
   command: "指令",
-  rate: (got, asked) => `${got} / ${asked}\u202fHz`,
+  rate: (got, requested) => `${got} / ${requested}\u202fHz`,
   waiting: "データ待ち",
   noData: "データなし",
   now: "現在",
@@ -18,7 +18,7 @@ export const words = {
   channels: "チャンネル",
   channelsOf: name => `${name}のチャンネル`,
   channelsHint: "単位ごとに段が分かれます。選んだチャンネルは、このグラフを開いている間だけ読み出します。",
-  asked: "要求レート",
+  requested: "要求レート",
   hz: hz => `${hz}\u202fHz`,
   cursors: "カーソル",
   letters: ["A", "B"],

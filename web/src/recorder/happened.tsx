@@ -46,10 +46,10 @@ interface HappenedProps {
   of: Occurrence;
   recordings: readonly Recording[];
   state: RecorderState;
-  onAsked: () => void;
+  onSave: () => void;
 }
 
-export function Happened({ of, recordings, state, onAsked }: HappenedProps) {
+export function Happened({ of, recordings, state, onSave }: HappenedProps) {
   const busy = useSignal(false);
   const problem = useSignal<string | null>(null);
   const found = recordingOf(of, recordings);
@@ -76,9 +76,9 @@ export function Happened({ of, recordings, state, onAsked }: HappenedProps) {
     try {
       const before = Math.min(MOST_S, Math.max(1, Math.ceil(ago + LEAD_S)));
       await callApi("POST", "/recorder/recordings", {
-        body: { reason: strings.reason(instant(of.to)), before_s: before },
+        body: { before_s: before },
       });
-      onAsked();
+      onSave();
     } catch (error) {
       problem.value = problemText(problemOf(error));
     }

@@ -77,7 +77,7 @@ function Recordings() {
             of={{ from: Number(from.value), to: Number(to.value) }}
             recordings={found}
             state={state.value.value}
-            onAsked={() => void state.load()}
+            onSave={() => void state.load()}
           />
         )}
         <Done note={note.value} />

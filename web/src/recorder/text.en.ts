@@ -10,7 +10,6 @@ export const words = {
     gone: (when: string) =>
       `No recording of ${when} is stored, and it is no longer in the recorder's memory.`,
     save: "Save and open",
-    reason: (when: string) => `What happened at ${when}`,
   },
   reach: (span: string) => `Last ${span} in memory`,
   memory: (frames: string, size: string) => `${frames} frames, ${size}`,
@@ -28,7 +27,7 @@ export const words = {
   loading: "Loading recordings.",
   empty: "No recordings yet",
   emptyLine:
-    "When something goes wrong, a recording is saved here, from at least 30 s before to 10 s after the event. You can open it without a bus.",
+    "When something goes wrong, a recording is saved here, from at least 30\u202fs before to 10\u202fs after the event. You can open it without a bus.",
   marks: "Marks",
   why: {
     failure: "Failure",

@@ -10,7 +10,6 @@ export const words = {
     held: when => `${when}の記録はまだ保存されていません。レコーダのメモリには残っています。`,
     gone: when => `${when}の記録は保存されておらず、レコーダのメモリにも残っていません。`,
     save: "保存して開く",
-    reason: when => `${when}の状況`,
   },
   reach: span => `直近${span}をメモリに保持`,
   memory: (frames, size) => `${frames}フレーム、${size}`,
@@ -28,7 +27,7 @@ export const words = {
   loading: "記録を読み込み中",
   empty: "記録はまだありません",
   emptyLine:
-    "異常が起きると、その30 s以上前から10 s後までの記録がここに保存されます。バスに接続せずに開けます。",
+    "異常が起きると、その30\u202fs以上前から10\u202fs後までの記録がここに保存されます。バスに接続せずに開けます。",
   marks: "マーク",
   why: {
     failure: "障害",

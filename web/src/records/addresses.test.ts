@@ -15,7 +15,7 @@ describe("addresses", () => {
     expect(partOf("", parts)).toEqual({ part: "snapshots", uid: null });
     expect(partOf("nonsense/../etc", parts)).toEqual({ part: "snapshots", uid: null });
   });
-  it("of the audit leave out what is not asked for", () => {
+  it("of the audit omit filters that are not set", () => {
     expect(queryOf({ uid: "", key: "origin", action: "" })).toBe("?key=origin");
     expect(queryOf({ uid: "" })).toBe("");
   });

@@ -24,7 +24,7 @@ test("a manual snapshot is stored under the server's code, and worded in Japanes
       id: 7,
       uid: UID,
       at: 1,
-      reason: "by hand",
+      reason: "before tuning",
       reason_code: "manual",
       reason_params: {},
       by: "Page 4170",

@@ -114,7 +114,7 @@ describe("the client's own methods", () => {
   });
 });
 
-test("anything else is asked by its path, with query and body, and no lease of this page", () => {
+test("anything else is requested by its path, with query and body, without this page's lease", () => {
   const one = sent(
     "POST",
     "/profiles/a%20b/apply?wait=true",

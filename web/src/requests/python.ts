@@ -89,8 +89,8 @@ function byPath(sent: Sent, path: string, query: URLSearchParams, body: unknown,
     return { lines: [line], leased, imports: ["pathlib"] };
   }
   const must = body === undefined ? [sent.verb, path] : [sent.verb, path, body];
-  const asked = call("rig.ask", must, Object.fromEntries(named));
-  return { lines: [sent.verb === "GET" ? `print(${asked})` : asked], leased };
+  const line = call("rig.ask", must, Object.fromEntries(named));
+  return { lines: [sent.verb === "GET" ? `print(${line})` : line], leased };
 }
 
 function stepOf(sent: Sent): { step: Step; uid: string | null } {

@@ -181,7 +181,7 @@ describe("before a factory reset", () => {
     expect(go()).toBe(true);
   });
 
-  test("giving up the identity is asked about anew, and what the server answers is shown", async () => {
+  test("losing the node ID needs a new confirmation, and the response is shown", async () => {
     response = {
       status: 200,
       body: { ...plan, kept: {}, changes: [change, { ...change, key: "servo_id", before: 1, requested: 0 }] },

@@ -27,30 +27,30 @@ export function ServoActions({ one }: { one: KnownServo }) {
   const checking = useSignal<Verb | null>(null);
   const refused = useSignal<string | null>(null);
   /** Only wiggles started from here are reported. */
-  const tells = useSignal(false);
+  const reporting = useSignal(false);
   const shake = () => {
     refused.value = null;
     if (wiggling.peek()) return;
-    tells.value = true;
+    reporting.value = true;
     void wiggle(uid);
   };
   useKeys({ w: shake });
   const check = async (verb: Verb) => {
     if (checking.peek() !== null) return;
     refused.value = null;
-    tells.value = false;
+    reporting.value = false;
     checking.value = verb;
     const why = await beginChange(verb === "restart" ? restartChange([uid]) : resetChange(uid, nameOf(one)));
     if (why !== null) refused.value = verb === "restart" ? strings.notRestarted(why) : strings.notReset(why);
     checking.value = null;
   };
   const why = underWay([uid]) ? strings.underWay(1) : null;
-  const last = tells.value && wiggled.value?.uid === uid ? wiggled.value : null;
+  const last = reporting.value && wiggled.value?.uid === uid ? wiggled.value : null;
   const moved = last?.phase === "moved";
   useEffect(() => {
     if (!moved) return undefined;
     const timer = setTimeout(() => {
-      tells.value = false;
+      reporting.value = false;
     }, SAID_MS);
     return () => clearTimeout(timer);
   }, [moved]);
@@ -74,7 +74,7 @@ export function ServoActions({ one }: { one: KnownServo }) {
             label: strings.reset,
             line: strings.resetLine,
             why,
-            grave: true,
+            destructive: true,
             act: () => void check("factory-reset"),
           },
         ]}
@@ -88,7 +88,7 @@ export function ServoActions({ one }: { one: KnownServo }) {
                 look="plain"
                 onClick={() => {
                   refused.value = null;
-                  tells.value = false;
+                  reporting.value = false;
                 }}
               >
                 {strings.dismiss}
@@ -108,8 +108,8 @@ export function ServoActions({ one }: { one: KnownServo }) {
 
 function progress(last: NonNullable<typeof wiggled.value>): string {
   switch (last.phase) {
-    case "asking":
-      return strings.asking;
+    case "requesting":
+      return strings.requesting;
     case "moving":
       return strings.moving(angle(last.around));
     case "moved":

@@ -29,7 +29,7 @@ let unknown = "";
 
 const gone = { code: "unknown_servo", status: 404, detail: "no such servo" };
 
-const answered = (uid: string) =>
+const recordsOf = (uid: string) =>
   uid === unknown ? { faults: [], problem: gone } : { faults: lists[uid], problem: null };
 
 /** Reads the faults of these servos, as readers that are shown together want them. */
@@ -48,7 +48,7 @@ beforeEach(() => {
     if (broken) return new Response("{}", { status: 500 });
     const uids = new URL(url, "http://x").searchParams.get("uids")?.split(",") ?? [];
     return new Response(
-      JSON.stringify({ servos: Object.fromEntries(uids.map(uid => [uid, answered(uid)])) }),
+      JSON.stringify({ servos: Object.fromEntries(uids.map(uid => [uid, recordsOf(uid)])) }),
     );
   });
 });
@@ -83,7 +83,7 @@ test("what is now stands before what was, worst first, and unseen before seen", 
   expect(keys(faultsOf([A]).now)).toEqual(["unseen", "seen"]);
 });
 
-test("notifications want no acknowledgement, and neither does what somebody has seen", () => {
+test("notifications and acknowledged faults need no acknowledgement", () => {
   expect(unseen(plain)).toBe(true);
   expect(unseen({ ...plain, active: false })).toBe(true);
   expect(unseen({ ...plain, level: "notification" })).toBe(false);
@@ -113,7 +113,7 @@ test("what could not be read is said, and what was known stays", async () => {
   expect(troubleOf([A])).toBeNull();
 });
 
-test("what one servo answers is no news of another that does not", async () => {
+test("the response of one servo does not change another without a response", async () => {
   lists = { [A]: [plain], [B]: [plain] };
   broken = true;
   await read(A);

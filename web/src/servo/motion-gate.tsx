@@ -35,7 +35,7 @@ export function MotionGate({ one, children }: Props) {
   const present = motion.value;
   const name = nameOf(one);
   const group = children ? enableAll.value : null;
-  const asking = present.phase === "asking";
+  const requesting = present.phase === "requesting";
   const against = hindrance(one);
   const others = present.phase === "waiting" || (heldByOther() > 0 && !wiggling.value);
   const why = against ? null : (motionRefusal.value ?? (present.phase === "off" ? present.why : null));
@@ -62,7 +62,7 @@ export function MotionGate({ one, children }: Props) {
         )}
         {present.phase === "off" && off !== "" && (
           <p class="second" role="status" data-testid="torque-is-off">
-            {text.motion.letGoOff(off)}
+            {text.motion.torqueOff(off)}
           </p>
         )}
         {against !== null && (
@@ -75,11 +75,11 @@ export function MotionGate({ one, children }: Props) {
           look="primary"
           testid="enable-motion"
           live
-          disabled={asking || wiggling.value || against !== null || (others && present.phase !== "held")}
+          disabled={requesting || wiggling.value || against !== null || (others && present.phase !== "held")}
           onClick={() => (group ? group.act() : void enableMotion(one.uid))}
         >
-          {asking && <Spinner />}
-          {asking ? text.motion.asking : (group?.label ?? text.motion.enable(name))}
+          {requesting && <Spinner />}
+          {requesting ? text.motion.requesting : (group?.label ?? text.motion.enable(name))}
         </Button>
       </div>
     </section>

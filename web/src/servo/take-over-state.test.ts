@@ -1,4 +1,4 @@
-/** Take-overs: asked for with a countdown, granted with torque off, and never left behind when the page goes on. */
+/** Take-overs: requested with a countdown, granted with torque off, and never left behind when the page changes. */
 import { afterEach, beforeEach, describe, expect, test, vi } from "vitest";
 import type { TakeOverState } from "../api/types";
 import { setLease } from "../bench/bench";
@@ -46,8 +46,8 @@ const granted = (): TakeOverState => ({ ...state, state: "granted", expires_in_s
 const turn = () => vi.advanceTimersByTimeAsync(1100);
 const torque = () => sent.filter(one => one.includes("/torque"));
 
-describe("asking", () => {
-  test("says who asks and why, looks every second, and holds with torque off once it was granted", async () => {
+describe("a request", () => {
+  test("names the client and the reason, polls every second, and has torque off when granted", async () => {
     await requestControl(UID, " calibrate ");
     expect(sent[0]).toBe(
       `POST /leases/requests {"holder":"${holder()}","ttl_s":3,"reason":"calibrate","timeout_s":10}`,
@@ -58,7 +58,7 @@ describe("asking", () => {
     state = granted();
     await turn();
     expect(motion.value).toEqual({ phase: "held", uid: UID, lease: "N" });
-    expect(torque(), "nothing is turned on by itself").toEqual([]);
+    expect(torque(), "nothing is turned on automatically").toEqual([]);
     await enableMotion(UID);
     expect(torque()).toEqual([`POST /servos/${UID}/torque {"mode":"on"} leased`]);
     expect(
@@ -68,7 +68,7 @@ describe("asking", () => {
     expect(motion.value).toMatchObject({ phase: "on", lease: "N" });
   });
 
-  test("a refusal names who keeps it, and nothing more is asked", async () => {
+  test("a rejection names the holder, and ends the requests", async () => {
     await requestControl(UID, "");
     state = { ...state, state: "refused" };
     await turn();
@@ -78,7 +78,7 @@ describe("asking", () => {
     expect(sent).toEqual([]);
   });
 
-  test("asking no more withdraws; what was granted in the same moment is given back", async () => {
+  test("a cancelled request is withdrawn; a lease granted at that moment is released", async () => {
     await requestControl(UID, "");
     state = granted();
     sent = [];
@@ -123,7 +123,7 @@ describe("taking", () => {
     await turn();
     expect(
       sent.filter(one => one.startsWith("GET")),
-      "the request is not looked after any more",
+      "the request is no longer polled",
     ).toEqual([]);
   });
 });

@@ -20,12 +20,12 @@ const LOOK_MS = 1000;
  */
 export async function requestControl(uid: string, reason: string): Promise<void> {
   if (motion.peek().phase !== "off") return;
-  motion.value = { phase: "asking", uid };
+  motion.value = { phase: "requesting", uid };
   motionRefusal.value = null;
   try {
     const body = { holder: holder(), ttl_s: TTL_S, reason: reason.trim(), timeout_s: REFUSAL_TIME_S };
     const reported = await callApi("POST", "/leases/requests", { body });
-    if (motion.peek().phase === "asking") follow(uid, reported);
+    if (motion.peek().phase === "requesting") follow(uid, reported);
     else await withdraw(reported.id);
   } catch (error) {
     fail(error);
@@ -36,12 +36,12 @@ export async function requestControl(uid: string, reason: string): Promise<void>
 export async function forceControl(uid: string, reason: string): Promise<void> {
   const phase = motion.peek().phase;
   if (phase !== "off" && phase !== "waiting") return;
-  motion.value = { phase: "asking", uid };
+  motion.value = { phase: "requesting", uid };
   motionRefusal.value = null;
   try {
     const body = { holder: holder(), ttl_s: TTL_S, force: true, reason: reason.trim() };
     const lease = await callApi("POST", "/leases", { body });
-    if (motion.peek().phase === "asking") hold(uid, lease.id);
+    if (motion.peek().phase === "requesting") hold(uid, lease.id);
     else
       await callApi("DELETE", "/leases/{lease_id}", { path: { lease_id: lease.id }, keepalive: true }).catch(
         () => undefined,
@@ -87,5 +87,5 @@ async function look(request: string): Promise<void> {
 
 function fail(error: unknown): void {
   motionRefusal.value = problemText(problemOf(error));
-  if (motion.peek().phase === "asking") motion.value = { phase: "off", why: null };
+  if (motion.peek().phase === "requesting") motion.value = { phase: "off", why: null };
 }

@@ -47,16 +47,16 @@ export function TakeOver({ uid }: { uid: string }) {
           ? words.passes(waiting.endsAt - now.value)
           : words.left((held?.endsAt ?? now.value) - now.value)}
       </p>
-      {!waiting && <Reason label={words.why} testid="ask-reason" reason={reason} />}
+      {!waiting && <Reason label={words.why} testid="request-reason" reason={reason} />}
       <div class="take-over-buttons">
         {waiting ? (
-          <Button testid="ask-withdraw" onClick={() => forgetMotion(null)}>
+          <Button testid="request-withdraw" onClick={() => forgetMotion(null)}>
             {words.withdraw}
           </Button>
         ) : (
           <Button
             look="primary"
-            testid="ask-lease"
+            testid="request-lease"
             live
             disabled={present.phase !== "off"}
             onClick={() => void requestControl(uid, reason.value)}
@@ -68,7 +68,7 @@ export function TakeOver({ uid }: { uid: string }) {
           look="danger"
           testid="take-lease"
           live
-          disabled={present.phase === "asking"}
+          disabled={present.phase === "requesting"}
           onClick={() => {
             taking.value = true;
           }}

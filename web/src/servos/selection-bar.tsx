@@ -82,7 +82,7 @@ export function SelectionBar({ plotting, onPlot }: Props) {
     checking.value = false;
   };
   const online = chosen.filter(uid => servo(uid)?.online === true);
-  const letGo = async () => {
+  const turnOff = async () => {
     refused.value = [];
     done.value = null;
     const failures = await Promise.all(
@@ -119,7 +119,7 @@ export function SelectionBar({ plotting, onPlot }: Props) {
       <Button live testid="restart-selected" disabled={busy} onClick={() => void restart()}>
         {actionWords.restart}
       </Button>
-      <Button live testid="torque-off-selected" disabled={online.length === 0} onClick={() => void letGo()}>
+      <Button live testid="torque-off-selected" disabled={online.length === 0} onClick={() => void turnOff()}>
         {text.params.torqueOff}
       </Button>
       <Button testid="plot-selected" pressed={plotting} onClick={onPlot}>

@@ -64,7 +64,7 @@ describe("FrameFeed", () => {
     expect(feed.counts.lost).toBe(9);
   });
 
-  test("held, rows stay and the counts go on; let go, a row says how much is missing", () => {
+  test("paused, rows stay and the counts go on; resumed, a row says how much is missing", () => {
     const feed = new FrameFeed(10);
     feed.take(message([frame(1)]));
     feed.hold();
@@ -78,7 +78,7 @@ describe("FrameFeed", () => {
     expect(feed.missed).toBe(0);
   });
 
-  test("held and let go with nothing missed leaves no gap", () => {
+  test("paused and resumed without missed frames leaves no gap", () => {
     const feed = new FrameFeed(10);
     feed.take(message([frame(1)]));
     feed.hold();

@@ -1,7 +1,7 @@
 /** A Stop button with a place on the screen, for tests: without one motion does not start. */
 import { type Edges, watchStop } from "../bench/stop-sight";
 
-/** Puts a Stop button into the document, where it is seen unless `box` says otherwise; the answer removes it. */
+/** Add a Stop button to the document, visible unless `box` says otherwise. Returns a function that removes it. */
 export function stopButton(box: Edges = { left: 840, top: 0, right: 1024, bottom: 64 }): () => void {
   const button = document.createElement("button");
   button.getBoundingClientRect = () =>

@@ -23,8 +23,8 @@ test.each([
   ["en", ["ja"], "en"],
   ["ja", ["en"], "ja"],
   ["xx", ["ja"], "ja"],
-] as const)("kept %s, browser %j: %s", (stored, wishes, language) => {
-  vi.spyOn(navigator, "languages", "get").mockReturnValue(wishes);
+] as const)("kept %s, browser %j: %s", (stored, languages, language) => {
+  vi.spyOn(navigator, "languages", "get").mockReturnValue(languages);
   if (stored) localStorage.setItem("hornbill.language", stored);
   expect(chosenLanguage()).toBe(language);
 });
@@ -50,7 +50,7 @@ test("where storage is forbidden the address keeps the choice", () => {
   history.replaceState(null, "", "/");
 });
 
-test("the page speaks the language it was loaded in when the address no longer asks for it", async () => {
+test("the page stays in the language it was loaded in when the address no longer names it", async () => {
   const loaded = vi.spyOn(location, "reload").mockImplementation(() => undefined);
   loaded.mockClear();
   vi.spyOn(navigator, "languages", "get").mockReturnValue(["en"]);

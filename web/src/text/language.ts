@@ -32,8 +32,8 @@ export function chosenLanguage(): Language {
   } catch {
     // Storage may be blocked: use the browser's languages.
   }
-  for (const wish of navigator.languages) {
-    const plain = wish.slice(0, 2).toLowerCase();
+  for (const preferred of navigator.languages) {
+    const plain = preferred.slice(0, 2).toLowerCase();
     if (plain === "en" || plain === "ja") return plain;
   }
   return "en";

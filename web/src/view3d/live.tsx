@@ -27,7 +27,7 @@ export function ViewLive({ uid }: { uid: string }) {
   const present = figureNow(uid, "current_angle");
   const frozen = present.stale;
   const shown = state.value === "shown";
-  // Whoever moves a servo must see that servo, not a recording.
+  // A user who moves a servo must see that servo, not a recording.
   const replay = motion.value.phase === "off" ? replayed.value : null;
   const pick = (picked: string) => {
     if (replay) replay.front.value = picked;

@@ -62,20 +62,20 @@ describe("the socket beside a frame", () => {
     vi.stubGlobal("WebSocket", FakeSocket);
     const picked: string[] = [];
     const link = new ViewLink("k".repeat(32), uid => picked.push(uid));
-    link.tell(settings);
+    link.send(settings);
     link.open();
     const socket = FakeSocket.all[0];
     expect(socket?.url).toMatch(/\/viser\/k{32}\/settings$/);
-    link.tell({ ...settings, quality: "high" });
+    link.send({ ...settings, quality: "high" });
     socket?.open();
-    link.tell({ ...settings, quality: "high" });
+    link.send({ ...settings, quality: "high" });
     expect(socket?.sent.map(one => JSON.parse(one).quality)).toEqual(["high"]);
     socket?.onmessage?.({ data: JSON.stringify({ picked: "b" }) });
     expect(picked).toEqual(["b"]);
     link.close();
   });
 
-  it("is closed once it is open when it is left while it connects: the console would tell an error", () => {
+  it("is closed after it opened if left while connecting: else the console shows an error", () => {
     vi.stubGlobal("WebSocket", FakeSocket);
     const link = new ViewLink("k".repeat(32), () => undefined);
     link.open();
@@ -87,11 +87,11 @@ describe("the socket beside a frame", () => {
     expect(socket?.sent).toEqual([]);
   });
 
-  it("comes back by itself and says the settings anew, until it is closed", () => {
+  it("reconnects and sends the settings again, until it is closed", () => {
     vi.useFakeTimers();
     vi.stubGlobal("WebSocket", FakeSocket);
     const link = new ViewLink("k".repeat(32), () => undefined);
-    link.tell(settings);
+    link.send(settings);
     link.open();
     FakeSocket.all[0]?.open();
     FakeSocket.all[0]?.close();

@@ -99,7 +99,7 @@ export function Scene({
 
   useEffect(() => {
     if (drawn === null) return;
-    link.tell({
+    link.send({
       select: uid,
       theme: look,
       quality: drawn,

@@ -82,17 +82,18 @@ export function WallOfHorns({ uids }: { uids: readonly string[] }) {
 
 function Place({ uid, box, dial }: { uid: string; box: PictureBox | null; dial: boolean }) {
   const one = servo(uid);
-  const asked = useSignal(false);
+  const subscribed = useSignal(false);
   useEffect(
-    () => (asked.value ? subscribeTelemetry(uid, ["current_angle"], RATE_HZ, () => undefined) : undefined),
-    [uid, asked.value],
+    () =>
+      subscribed.value ? subscribeTelemetry(uid, ["current_angle"], RATE_HZ, () => undefined) : undefined,
+    [uid, subscribed.value],
   );
   const present = angleNow(one);
   const old = one?.online === true && present.stale;
   // The Status of such a servo is not understood: the server reads its angle, at a low rate.
   const unsure = one?.position_unit.state === "conflict";
   useEffect(() => {
-    if (old && unsure) asked.value = true;
+    if (old && unsure) subscribed.value = true;
   }, [old, unsure]);
   if (!one) return null;
   const { stale } = present;

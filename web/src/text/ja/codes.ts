@@ -1,4 +1,4 @@
-/** What the server tells by a code, in Japanese: events, marks of recordings, notes, cautions, what went wrong. */
+/** Japanese texts for the server's codes: events, marks of recordings, notes, cautions, errors. */
 import type { Codes } from "../../bench/codes";
 import { live } from "../../motion/text.ja";
 import { cautions } from "./cautions";
