@@ -47,11 +47,11 @@ def test_motion_control_is_asked_for_kept_and_then_handed_over(page: Page, other
     expect(other.get_by_test_id("enable-motion")).to_be_disabled()
     assert complaints(other) == []
 
-    other.get_by_test_id("ask-reason").fill("to calibrate the tail")
-    other.get_by_test_id("ask-lease").click()
-    band = page.get_by_test_id("asked-band")
+    other.get_by_test_id("request-reason").fill("to calibrate the tail")
+    other.get_by_test_id("request-lease").click()
+    band = page.get_by_test_id("request-band")
     expect(band).to_contain_text("to calibrate the tail")
-    for one, where in ((page, "asked-left"), (other, "take-over-left")):
+    for one, where in ((page, "request-left"), (other, "take-over-left")):
         expect(one.get_by_test_id(where)).to_contain_text(re.compile(r"in [1-9]0?.s unless"))
     stop = page.get_by_test_id("stop").bounding_box()
     for button in ("keep-lease", "hand-over"):
@@ -64,8 +64,8 @@ def test_motion_control_is_asked_for_kept_and_then_handed_over(page: Page, other
     expect(other.get_by_test_id("motion-refusal")).to_contain_text(f"{holder} keeps motion control.")
     assert torque(demo, uid) == "on", "asking ends nothing"
 
-    other.get_by_test_id("ask-lease").click()
-    expect(other.get_by_test_id("ask-withdraw")).to_be_visible()
+    other.get_by_test_id("request-lease").click()
+    expect(other.get_by_test_id("request-withdraw")).to_be_visible()
     page.get_by_test_id("hand-over").click()
     expect(page.get_by_test_id("motion-refusal")).to_contain_text("handed over")
     expect(other.get_by_test_id("take-over")).to_contain_text("You have motion control")
