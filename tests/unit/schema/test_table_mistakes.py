@@ -1,4 +1,4 @@
-"""A mistake in parameters.toml is refused when the tables are loaded, with the row it is in."""
+"""A mistake in a table is refused on loading, with the file and the row."""
 
 import re
 import shutil
@@ -17,7 +17,7 @@ FILE = "parameters.toml"
 PWM_MODE = 'parameter = "pwm_mode", raw = 1'
 UNIT_WHEN = f'unit_when = {{ {PWM_MODE}, unit = "", per_unit = 1 }}'
 
-# row, what stands in it, what stands there instead, what the message says
+# row, text in it, replacement, message
 ROWS = [
     ("soft_start", "default = 1", "default = 1.0", "`default`: Input should be a valid integer"),
     ("soft_start", "default = 1", 'default = "1"', "`default`: Input should be a valid integer"),
@@ -54,7 +54,7 @@ ROWS = [
     ("node_id", "identity = true\n", "forbidden = true\n", "only 0x49 must be marked forbidden"),
 ]  # fmt: skip
 
-# pattern, replacement, row, what the message says
+# pattern, replacement, row, message
 PLACES = [
     ('key = "soft_start"', 'key = "Soft start"', "Soft start", "`key`"),
     ('key = "soft_start"', "", "17 of [[parameter]]", "`key` is missing"),
@@ -106,3 +106,125 @@ def test_a_file_that_is_not_text(tmp_path: Path) -> None:
     (folder / "faults.toml").write_bytes(b"\xff\xfe\x00")
     with pytest.raises(TableError, match=r"faults\.toml: the file cannot be read"):
         Catalog.load(folder)
+
+
+# Series and models.
+
+SERIES, MODEL, PLAIN = "series/bla21.toml", "models/bla21-06u-ab.toml", "models/bla21-06u-a0.toml"
+
+# row of the overlay, its replacement, reported row, message
+OVERLAYS = [
+    ("angle_p_gain", "angle_q_gain = { default = 40 }", "angle_q_gain", "unknown parameter"),
+    ("angle_p_gain", 'angle_p_gain = { unit = "Nm" }', "angle_p_gain", "maximum, not `unit`"),
+    ("angle_p_gain", "angle_p_gain = { address = 0x2D }", "angle_p_gain", "not `address`"),
+    ("angle_p_gain", 'angle_p_gain = { key = "p_gain" }', "angle_p_gain", "not `key`"),
+    ("angle_p_gain", "angle_p_gain = { default = 400, minimum = 1, maximum = 100 }", "angle_p_gain", "default 400"),
+    ("angle_p_gain", "angle_p_gain = { default = 40.0 }", "angle_p_gain", "`default`"),
+    ("angle_p_gain", "angle_p_gain = 40", "angle_p_gain", "valid dictionary"),
+    ("angle_p_gain", "torque_limit_cw = { default = 101 }", "torque_limit_cw", "default 101 is outside 0 to 100"),
+    ("angle_p_gain", "model_number = { default = 63 }", "model_number", "given by model_number in the series file"),
+    ("angle_p_gain", "boot_loader = { default = 1 }", "boot_loader", "a forbidden row cannot be overridden"),
+]  # fmt: skip
+
+# file, pattern, replacement, reported file and row, message
+IDENTITIES = [
+    (SERIES, "model_number = 61\n", "", SERIES, None, "`model_number` is missing"),
+    (SERIES, "model_number = 61", "model_number = 62", SERIES, None, "model_number 62 is used by BLA15"),
+    (SERIES, 'name = "BLA21"', 'name = "BLA15"', SERIES, None, "series BLA15 is in two files"),
+    (MODEL, "hardware_version = 6050\n", "", MODEL, None, "`hardware_version` is missing"),
+    (MODEL, "hardware_version = 6050", "hardware_version = 6010", MODEL, None, "has the identity of BLA21-06U-A0"),
+    (MODEL, '"BLA21-06U-AB"', '"BLA21-06U-A0"', MODEL, None, "model BLA21-06U-A0 is in two files"),
+    (MODEL, 'series = "BLA21"', 'series = "BLA22"', MODEL, None, "unknown series BLA22"),
+    (MODEL, '"7.4 V"', '"8 V"', MODEL, None, "`voltage_class`"),
+    (MODEL, "pwm = true", "pwm = 1", MODEL, None, "`pwm`"),
+    (MODEL, "pwm = true", "pwm = false", MODEL, "pwm_neutral", "without PWM input, minimum and maximum must be 0"),
+    (PLAIN, "(?m)^pwm_mode .*$", "", PLAIN, "pwm_mode", "without PWM input, minimum and maximum must be 0"),
+    (MODEL, '"1.100", "1.200"', '"1.100", "1.250"', MODEL, None, "firmware 1.250 is not one of"),
+    (MODEL, '"1.100", "1.200"', '"1.200", "1.100"', MODEL, None, "oldest first"),
+    (MODEL, r"firmware = \[.*\]", "firmware = []", MODEL, None, "`firmware`"),
+    (MODEL, "(?m)^overcurrent_limit .*$", "", MODEL, "overcurrent_limit", "needs default, minimum and maximum"),
+    (MODEL, "default = 120, minimum = 60", "default = 59, minimum = 60", MODEL, "overcurrent_limit", "default 59"),
+    (MODEL, r"\[rows\]", "[rows]\nhardware_version = { default = 1 }", MODEL, "hardware_version", "given by"),
+    (MODEL, r"\[rows\]", "[rows]\norigin = { maximum = 1_800, step = 2 }", MODEL, "origin", "not `step`"),
+    (SERIES, "(?m)^angle_p_gain .*$", "", PLAIN, "angle_p_gain", "after series BLA21 and the common row"),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("row", "line", "named", "words"), OVERLAYS)
+@pytest.mark.parametrize("file", [SERIES, MODEL])
+def test_a_mistake_in_an_overlay(refusal: Refusal, file: str, row: str, line: str, named: str, words: str) -> None:
+    places = {SERIES: (rf"(?m)^{row} .*$", line), MODEL: (r"\[rows\]", f"[rows]\n{line}")}
+    error = refusal(file, *places[file])
+    assert error.facts == {"cause": "table_invalid", "file": file, "row": named}
+    assert error.detail.startswith(f"{file}, row {named}: ")
+    assert words in error.detail
+
+
+@pytest.mark.parametrize(("file", "pattern", "replacement", "blamed", "row", "words"), IDENTITIES)
+def test_a_mistake_in_the_identity_of_a_model(
+    refusal: Refusal, file: str, pattern: str, replacement: str, blamed: str, row: str | None, words: str
+) -> None:
+    error = refusal(file, pattern, replacement)
+    assert error.facts == {"cause": "table_invalid", "file": blamed, "row": row}
+    assert words in error.detail
+
+
+# Fault bits and effect rules.
+
+# text in faults.toml (first occurrence), replacement, row, message
+FAULTS = [
+    ('parameter = "fault_warning"', 'parameter = "fault_caution"', "sensor_weak", "does not contain warning bits"),
+    ('parameter = "fault_overview"', 'parameter = "fault_notification"', "hardware_notification", "[[overview]]"),
+    ('limit = "angle_limit_cw"', 'limit = "angle_limit"', "angle_limit_cw_reached", "unknown parameter angle_limit"),
+    ("bit = 15", "bit = 11", "rom_lost", "bit 11 of fault_warning is used by row voltage_low already"),
+    ("bit = 15", "bit = 16", "rom_lost", "bit 16 belongs to communication, not software"),
+    ("bit = 15", "bit = 32", "rom_lost", "`bit`"),
+    ("bit = 26", "bit = 25", "other_failure", "overview bit 25 does not summarize failure bits"),
+    ("bit = 26", "bit = 27", "other_failure", "overview bit 27 does not summarize failure bits"),
+    ('level = "failure"\ngroup = "other"', 'level = "fatal"\ngroup = "other"', "other_failure", "`level`"),
+    ('key = "rom_lost"', 'key = "voltage_low"', "voltage_low", "key voltage_low is used by row voltage_low already"),
+    ('key = "rom_lost"', 'key = "rom_lost"\nsticky = true', "rom_lost", "`sticky` is not a field of this table"),
+    ("latching = true", "latching = 1", "rom_lost", "`latching`"),
+]  # fmt: skip
+
+TIMEOUT = 'parameter = "timeout_action", reads = [0]'
+
+# text in effects.toml, replacement, message
+EFFECTS = [
+    ('["angle_dead_band"]', '["dead_band"]', "unknown parameter dead_band"),
+    ('["angle_dead_band"]', '["reboot"]', "unknown parameter reboot"),
+    ('["angle_dead_band"]', '["boot_loader"]', "unknown parameter boot_loader"),
+    ('["angle_dead_band"]', "[]", "`parameters`"),
+    (TIMEOUT, 'parameter = "timeout", reads = [0]', "unknown parameter timeout"),
+    (TIMEOUT, 'parameter = "timeout_action", reads = [3]', "timeout_action never has the value 3"),
+    (TIMEOUT, 'parameter = "speed_torque_control", reads = [2]', "speed_torque_control never has the value 2"),
+    (TIMEOUT, 'parameter = "speed_i_gain", reads = [-1]', "speed_i_gain never has the value -1"),
+    (TIMEOUT, 'parameter = "timeout_action"', "either parameter and reads, or last_command"),
+    (TIMEOUT, f'{TIMEOUT}, last_command = ["angle"]', "either parameter and reads, or last_command"),
+    (TIMEOUT, "reads = [0]", "either parameter and reads, or last_command"),
+    ('last_command = ["angle"]', 'last_command = ["pwm"]', "last_command"),
+    ('unless_row = "pwm_neutral"', 'unless_row = "pwm"', "unknown parameter pwm"),
+    ("the timeout action", "{action}", "the only placeholder is {last_command}"),
+    ("the timeout action", "{last_command}", "the only placeholder is {last_command}"),
+]
+
+
+@pytest.mark.parametrize(("old", "new", "row", "words"), FAULTS)
+def test_a_mistake_in_a_fault_bit(refusal: Refusal, old: str, new: str, row: str, words: str) -> None:
+    error = refusal("faults.toml", re.escape(old), new)
+    assert error.facts == {"cause": "table_invalid", "file": "faults.toml", "row": row}
+    assert words in error.detail
+
+
+def test_a_detail_bit_of_a_register_without_bits(refusal: Refusal) -> None:
+    error = refusal("parameters.toml", r'(key = "fault_warning"\n(?:.+\n)*?)kind = "bits"', r'\g<1>kind = "number"')
+    assert error.facts == {"cause": "table_invalid", "file": "faults.toml", "row": "sensor_weak"}
+    assert "unknown fault parameter fault_warning" in error.detail
+
+
+@pytest.mark.parametrize(("old", "new", "words"), EFFECTS)
+def test_a_mistake_in_an_effect_rule(refusal: Refusal, old: str, new: str, words: str) -> None:
+    error = refusal("effects.toml", re.escape(old), new)
+    assert error.facts["file"] == "effects.toml"
+    assert re.fullmatch(r"\d+ of \[\[effect\]\]", str(error.facts["row"]))
+    assert words in error.detail
