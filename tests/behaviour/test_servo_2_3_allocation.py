@@ -96,7 +96,7 @@ def test_other_responses_assign_nothing(known: bytes | int, source: int) -> None
 
 
 @pytest.mark.states("B03")
-def test_without_a_node_id_no_request_is_answered_and_no_command_obeyed() -> None:
+def test_without_a_node_id_it_neither_responds_nor_obeys() -> None:
     desk = Desk(node_id=0)
     assert desk.node_info() is None
     desk.array(255, 1, 0.5)

@@ -52,11 +52,11 @@ def test_values_other_than_integers_are_refused(kind: ValueKind) -> None:
 
 @pytest.mark.parametrize("priority", [0, 16, 31])
 def test_the_response_has_the_priority_of_the_request(priority: int) -> None:
-    (answer,) = Desk().send(GetSetRequest(0, EMPTY, "0x50"), priority=priority)
-    assert (answer.priority, answer.destination, answer.source) == (priority, TESTER, 42)
+    (response,) = Desk().send(GetSetRequest(0, EMPTY, "0x50"), priority=priority)
+    assert (response.priority, response.destination, response.source) == (priority, TESTER, 42)
 
 
-def test_a_request_to_another_node_is_not_answered() -> None:
+def test_a_request_to_another_node_has_no_response() -> None:
     desk, other = Desk(), Desk(node_id=43)
     assert other.get_set("0x50") is not None
     assert desk.raw_frames(other.frames_of(GetSetRequest(0, EMPTY, "0x50"))) == []

@@ -107,14 +107,14 @@ def commanded(model: str, firmware: str) -> Desk:
 def test_every_model_has_exactly_its_rows_and_their_defaults(model: str, firmware: str) -> None:
     desk = Desk(model, firmware, behaviour=NO_VALUE)
     desk.settle()
-    answers = {at: desk.read(f"0x{at:02X}") for at in range(0x60)}
-    assert {at for at, raw in answers.items() if raw is not None} == rows(model, firmware)
+    found = {at: desk.read(f"0x{at:02X}") for at in range(0x60)}
+    assert {at for at, raw in found.items() if raw is not None} == rows(model, firmware)
     series = SERIES[model[:5]]
     pwm = PWM[model[:5]] if model.endswith("AB") else {}
     identity = {0x45: 7, 0x46: 42}
     for at, default in (COMMON | series | MODEL[model[:9]] | pwm | identity).items():
         if at in rows(model, firmware):
-            assert answers[at] == default, hex(at)
+            assert found[at] == default, hex(at)
 
 
 @pytest.mark.states("B02", "B22", "B105")

@@ -85,7 +85,7 @@ def test_a_supply_that_fails_before_or_after_a_save_loses_only_ram() -> None:
 
 
 def give_node_id(desk: Desk) -> None:
-    """Answer its three requests as an allocator."""
+    """Respond to its three requests as an allocator."""
     for known in (6, 12, 16):
         while not desk.wait(0.01):
             pass

@@ -46,8 +46,8 @@ def test_reserved_registers_fail_or_read_0_and_ignore_writes() -> None:
 @pytest.mark.states("B44")
 @pytest.mark.switch("write_only")
 def test_reading_an_action_fails_or_returns_0_and_writing_it_acts() -> None:
-    for desk, answer in zip(both("write_only"), (None, 0), strict=True):
-        assert desk.reads("0x10", "0x11", "0x12") == [answer] * 3
+    for desk, expected in zip(both("write_only"), (None, 0), strict=True):
+        assert desk.reads("0x10", "0x11", "0x12") == [expected] * 3
         desk.write("0x2C", 77)
         assert desk.write("0x10", 1) == 1
         assert desk.read("0x2C") == 40
@@ -78,7 +78,7 @@ def test_a_notification_leaves_health_ok_or_makes_it_a_warning() -> None:
 
 @pytest.mark.states("B09")
 @pytest.mark.switch("lower_case_names")
-def test_names_in_lower_case_fail_or_are_accepted_and_answered_in_capitals() -> None:
+def test_names_in_lower_case_fail_or_are_accepted_with_a_response_in_capitals() -> None:
     strict, lenient = both("lower_case_names")
     assert strict.read("0x2C") == lenient.read("0x2C") == 40
     failed, accepted = strict.get_set("0x2c"), lenient.get_set("0x2c")
@@ -301,8 +301,8 @@ def test_the_response_time_of_getset_is_a_condition_of_the_bench(delay_s: float)
     desk = Desk().under(response_delay_s=delay_s)
     sent = desk.now
     transfers = desk.send(GetSetRequest(0, EMPTY, "0x50")) or desk.wait(0.5)
-    answers = [each for each in transfers if each.type_id == 11]
-    assert [answer.at - sent for answer in answers] == pytest.approx([delay_s])
+    responses = [each for each in transfers if each.type_id == 11]
+    assert [response.at - sent for response in responses] == pytest.approx([delay_s])
 
 
 @pytest.mark.parametrize("name", [each.name for each in fields(Behaviour)])
