@@ -9,7 +9,7 @@ from typing import Any
 import httpx
 
 from bench.line import line
-from bench.processes import crowd, server, wait_until_ready
+from bench.processes import adapter, server, wait_until_ready
 
 SERVOS, RATE_HZ, MEASURED_S = 60, 50.0, 20.0
 BAUD = 3_000_000
@@ -20,10 +20,11 @@ def figures() -> Iterator[dict[str, Any]]:
     """Misses over twenty seconds with a new value for every servo in every burst."""
     with (
         tempfile.TemporaryDirectory() as folder,
-        crowd(SERVOS) as (device, _),
-        server(
-            ("-m", "hornbill", "serve"), "--bus", f"slcan:{device}@{BAUD}", "--data-dir", folder, "--port", "0"
-        ) as url,
+        adapter("bench.stop_crowd", SERVOS) as (device, _),
+        server(("-m", "hornbill", "serve"), "--bus", f"slcan:{device}@{BAUD}", "--data-dir", folder, "--port", "0") as (
+            url,
+            _,
+        ),
         httpx.Client(base_url=url + "api/v1", timeout=30) as api,
     ):
         wait_until_ready(url, SERVOS)

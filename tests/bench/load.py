@@ -23,7 +23,7 @@ import orjson
 
 from bench.abuse import Latency, garbage, healthy, listeners_of, malformed, send_malformed, slow_loris
 from bench.line import line
-from bench.processes import HERE, crowd, server, wait_until_ready
+from bench.processes import HERE, adapter, server, wait_until_ready
 from bench.stopping import SERVOS, one_stop, p99
 
 WRITERS, WRITING_S = 4, 5.0
@@ -37,7 +37,7 @@ def figures() -> Iterator[dict[str, Any]]:
 
 
 def _writes() -> Iterator[dict[str, Any]]:
-    with server(("-m", "bench.load_server"), str(WRITERS)) as url:
+    with server(("-m", "bench.load_server"), str(WRITERS)) as (url, _):
         wait_until_ready(url, WRITERS)
         for key, must in (("command_angle", 1000), ("smoothing", 250)):
             command = (sys.executable, "-m", "bench.load_client", _port(url), key, str(WRITERS), str(WRITING_S))
@@ -50,8 +50,11 @@ def _writes() -> Iterator[dict[str, Any]]:
 def _abuse() -> Iterator[dict[str, Any]]:
     with (
         tempfile.TemporaryDirectory() as folder,
-        crowd(SERVOS) as (device, servos),
-        server(("-m", "hornbill", "serve", "--port", "0", "--data-dir", folder), "--bus", f"slcan:{device}") as url,
+        adapter("bench.stop_crowd", SERVOS) as (device, servos),
+        server(("-m", "hornbill", "serve", "--port", "0", "--data-dir", folder), "--bus", f"slcan:{device}") as (
+            url,
+            _,
+        ),
     ):
         wait_until_ready(url, SERVOS)
         rounds = [asyncio.run(_round(url, seed)) for seed in (1, 2)]

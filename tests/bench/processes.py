@@ -17,11 +17,11 @@ HERE = Path(__file__).parents[1]
 
 
 @contextmanager
-def crowd(count: int) -> Generator[tuple[str, "subprocess.Popen[bytes]"]]:
-    """The device of a serial adapter with servos behind it, in a separate process that reports every torque off."""
+def adapter(module: str, count: int) -> Generator[tuple[str, "subprocess.Popen[bytes]"]]:
+    """The device of a serial adapter with servos behind it, run by `module` in a separate process."""
     theirs, ours = pty.openpty()
     tty.setraw(ours)
-    command = [sys.executable, "-m", "bench.stop_crowd", str(theirs), str(count)]
+    command = [sys.executable, "-m", module, str(theirs), str(count)]
     with subprocess.Popen(command, pass_fds=(theirs,), cwd=HERE, stdout=subprocess.PIPE, bufsize=0) as process:
         try:
             yield os.ttyname(ours), process
@@ -32,15 +32,15 @@ def crowd(count: int) -> Generator[tuple[str, "subprocess.Popen[bytes]"]]:
 
 
 @contextmanager
-def server(module: Sequence[str], *arguments: str) -> Generator[str]:
-    """The address of a server that `python MODULE ARGUMENTS` starts, until the block ends."""
+def server(module: Sequence[str], *arguments: str) -> Generator[tuple[str, int]]:
+    """Address and process ID of a server that `python MODULE ARGUMENTS` starts, until the block ends."""
     command = [sys.executable, *module, *arguments]
     with subprocess.Popen(command, stdout=subprocess.PIPE, text=True, cwd=HERE) as process:
         try:
             assert process.stdout is not None
             found = re.search(r"http://\S+/", process.stdout.readline())
             assert found is not None, "the server printed no address"
-            yield found[0]
+            yield found[0], process.pid
         finally:
             process.terminate()
             process.wait(timeout=10)
@@ -63,3 +63,9 @@ def wait_until_ready(url: str, count: int) -> None:
     while sum(one["state"] == "ready" for one in httpx.get(url + "api/v1/servos", timeout=30).json()) < count:
         assert time.monotonic() < until, f"not all {count} servos are ready after a minute"
         time.sleep(0.5)
+
+
+def cpu_s(pid: int) -> float:
+    """CPU time of a process, which a busy machine affects less than wall time."""
+    fields = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()
+    return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")

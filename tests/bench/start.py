@@ -14,6 +14,7 @@ from typing import Any
 import httpx
 
 from bench.line import line
+from bench.processes import cpu_s
 from e2e.servers import running_demo
 from unit.view.onlooker import Onlooker
 
@@ -39,7 +40,7 @@ def _starting() -> Iterator[dict[str, Any]]:
         with running_demo("--servos", "6") as (process, url):
             httpx.get(url + "api/v1/health").raise_for_status()
             http.append(time.monotonic() - began)
-            cpu.append(_cpu_s(process.pid))
+            cpu.append(cpu_s(process.pid))
             while sum(one["state"] == "ready" for one in httpx.get(url + "api/v1/servos").json()) < 6:
                 time.sleep(0.05)
             ready.append(time.monotonic() - began)
@@ -91,12 +92,6 @@ def _look(url: str) -> None:
     httpx.get(url + page, timeout=30).raise_for_status()
     with Onlooker(url.replace("http", "ws", 1) + page, origin=url.rstrip("/")) as onlooker:
         assert onlooker.read_for(SHOWN_S), "no scene was sent"
-
-
-def _cpu_s(pid: int) -> float:
-    """CPU time of a process, which a busy machine affects less than wall time."""
-    fields = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()
-    return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
 
 
 def _resident_mib(pid: int) -> float:

@@ -1,14 +1,14 @@
 """Twenty servos behind a serial adapter that record every stop: `python -m bench.stop_crowd FD COUNT`.
 
-For every torque off it prints the node id and the instant (CLOCK_MONOTONIC, one clock for all processes) at which the
-last of its frames came out of the adapter.
+For every torque off it prints the node ID and the time (CLOCK_MONOTONIC, one clock for all processes) at which the
+adapter received the last of its frames.
 """
 
-import os
 import sys
 import time
 
 from bench.crowd import HOST, NO_FAULT, Crowd
+from bench.serial_crowd import speak
 from hornbill.schema.catalog import Catalog
 from hornbill.wire.datatype import Kind
 from hornbill.wire.frame import Frame
@@ -53,40 +53,16 @@ class Writable:
         reply = received._replace(kind=Kind.RESPONSE, source=node, destination=HOST, payload=response.encode())
         return split(reply, GetSetResponse.TYPE)
 
-
-def speak(terminal: int, count: int) -> None:
-    """Act as the adapter until the process is ended."""
-    os.set_blocking(terminal, False)
-    canned = Crowd(Catalog.load(), count, NO_FAULT)
-    crowd, streams, rest = Writable(canned), canned.streams(), b""
-    began = time.monotonic()
-    at, said = next(streams)
-    while True:
-        out: list[Frame] = []
-        while began + at <= time.monotonic():
-            out += said
-            at, said = next(streams)
-        try:
-            *commands, rest = (rest + os.read(terminal, 65536)).split(b"\r")
-        except BlockingIOError:
-            commands = []
-        now = time.monotonic()
-        for command in commands:
-            if command[:1] == b"T":
-                out += crowd.respond(Frame(int(command[1:9], 16), bytes.fromhex(command[10:].decode())))
-        for node in crowd.stopped:
+    def report(self, now: float) -> None:
+        """Print the servos stopped since the last call."""
+        for node in self.stopped:
             sys.stdout.write(f"{node} {now:.6f}\n")
-        if crowd.stopped:
+        if self.stopped:
             sys.stdout.flush()
-            crowd.stopped.clear()
-        done = b"".join(b"Z\r" if command[:1] == b"T" else b"\r" for command in commands)
-        text = b"".join(b"T%08X%d%s\r" % (one.id, len(one.data), one.data.hex().encode()) for one in out)
-        try:
-            os.write(terminal, done + text)
-        except BlockingIOError:
-            pass  # the buffer is full because the host does not read
-        time.sleep(0.0005)
+            self.stopped.clear()
 
 
 if __name__ == "__main__":
-    speak(int(sys.argv[1]), int(sys.argv[2]))
+    servos = Crowd(Catalog.load(), int(sys.argv[2]), NO_FAULT)
+    writable = Writable(servos)
+    speak(int(sys.argv[1]), servos, writable.respond, writable.report, pause_s=0.0005)

@@ -16,7 +16,7 @@ import httpx
 
 from behaviour.rig import PLAIN, Rig, json, play
 from bench.line import line
-from bench.processes import crowd, listeners, server, wait_until_ready
+from bench.processes import adapter, listeners, server, wait_until_ready
 
 SERVOS, SOCKETS, STOPS = 20, 10, 100
 STREAMING = ("-m", "bench.stop_server")
@@ -54,8 +54,8 @@ def _in_real_time() -> Iterator[dict[str, Any]]:
     """Milliseconds from a request's last byte to the first and to the twentieth torque off out of the adapter."""
     with (
         tempfile.TemporaryDirectory() as folder,
-        crowd(SERVOS) as (device, servos),
-        server(STREAMING, device, folder) as url,
+        adapter("bench.stop_crowd", SERVOS) as (device, servos),
+        server(STREAMING, device, folder) as (url, _),
     ):
         wait_until_ready(url, SERVOS)
         with listeners(url, SOCKETS) as listeners_of:
