@@ -3,6 +3,7 @@
 import asyncio
 from collections.abc import Awaitable, Callable
 from dataclasses import replace
+from typing import Any
 
 import pytest
 
@@ -222,7 +223,7 @@ async def test_a_second_allocator(rig: Rig, mode: AllocationMode) -> None:
 async def test_a_node_stuck_in_its_allocation(rig: Rig, stage: int, node_ids: list[int]) -> None:
     await rig.ready(2)
     applicant = Applicant(rig.bus.port("applicant"), DEAF_UID, stage)
-    facts = {"severity": "warning", "node_ids": node_ids, "uids": [DEAF_UID[: 6 * stage].hex()]}
+    facts: dict[str, Any] = {"severity": "warning", "node_ids": node_ids, "uids": [DEAF_UID[: 6 * stage].hex()]}
     found = await finds(rig, "allocation_stuck", within_s=6, for_s=10, **facts)
     if stage < 3:
         assert f"{stage} part" in found["evidence"]
