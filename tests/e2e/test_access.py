@@ -86,9 +86,7 @@ RINGED = """() => {
 
 
 @pytest.mark.parametrize("path", [*PAGES, pytest.param(SCENE, marks=pytest.mark.scene, id="scene")])
-def test_a_page_passes_axe_in_both_themes_wide_and_on_a_tablet_and_shows_the_focus(
-    page: Page, demo: Demo, path: str
-) -> None:
+def test_every_page_passes_axe_and_shows_the_focus(page: Page, demo: Demo, path: str) -> None:
     page.emulate_media(color_scheme="light", reduced_motion="reduce")
     show(page, demo, path)
     assert complaints(page) == [], "light, wide"
@@ -110,7 +108,7 @@ def test_a_page_passes_axe_in_both_themes_wide_and_on_a_tablet_and_shows_the_foc
 
 
 @pytest.mark.parametrize(("path", "opens", "dialog"), DIALOGS)
-def test_a_dialog_has_a_name_keeps_the_focus_and_gives_it_back(
+def test_a_dialog_has_a_name_traps_and_returns_the_focus(
     page: Page, demo: Demo, path: str, opens: str, dialog: str | None
 ) -> None:
     page.emulate_media(color_scheme="light", reduced_motion="reduce")
@@ -137,7 +135,7 @@ def test_a_dialog_has_a_name_keeps_the_focus_and_gives_it_back(
     expect(page.get_by_test_id(opens)).to_be_focused()
 
 
-def test_the_first_tab_leads_past_bar_and_rail(page: Page, demo: Demo) -> None:
+def test_the_first_tab_skips_bar_and_rail(page: Page, demo: Demo) -> None:
     show(page, demo, "servos")
     page.keyboard.press("Tab")
     skip = page.get_by_role("button", name="Skip to content")
@@ -149,7 +147,7 @@ def test_the_first_tab_leads_past_bar_and_rail(page: Page, demo: Demo) -> None:
     assert page.evaluate("() => document.querySelector('main').contains(document.activeElement)")
 
 
-def test_every_page_is_two_keys_away_and_names_the_tab(page: Page, demo: Demo) -> None:
+def test_every_page_has_a_two_key_shortcut_and_a_title(page: Page, demo: Demo) -> None:
     show(page, demo, "servos")
     for letter, path, name in (
         ("c", "/commission", "Commission"),
@@ -173,7 +171,7 @@ def test_every_page_is_two_keys_away_and_names_the_tab(page: Page, demo: Demo) -
         expect(page.locator("main")).to_be_focused()
 
 
-def test_the_list_of_keys_is_that_of_the_page(page: Page, demo: Demo) -> None:
+def test_the_list_of_keys_matches_the_page(page: Page, demo: Demo) -> None:
     show(page, demo, "servos/{uid}/parameters")
     page.keyboard.press("?")
     keys = page.get_by_test_id("keys-dialog")
@@ -198,7 +196,7 @@ def tab_to(page: Page, testid: str, within_s: float = 20) -> None:
         page.keyboard.press("Tab")
 
 
-def test_a_limit_is_changed_and_the_horn_is_jogged_and_stopped_by_keyboard_alone(page: Page, demo: Demo) -> None:
+def test_keyboard_alone_changes_a_limit_jogs_and_stops(page: Page, demo: Demo) -> None:
     uid = servo_of(demo, "BLA21-12U-A0")
     before = demo.api.get(f"/servos/{uid}/parameters/temperature_limit_upper").json()["value"]
     wanted = before - 1
@@ -250,7 +248,7 @@ def test_a_limit_is_changed_and_the_horn_is_jogged_and_stopped_by_keyboard_alone
     expect(page.get_by_test_id("stop-band")).to_have_count(0)
 
 
-def test_with_reduced_motion_nothing_turns_or_fades(page: Page, demo: Demo) -> None:
+def test_reduced_motion_disables_animations(page: Page, demo: Demo) -> None:
     page.emulate_media(reduced_motion="reduce")
     for path in ("servos", "bus", "servos/{uid}/parameters"):
         show(page, demo, path)
@@ -260,9 +258,7 @@ def test_with_reduced_motion_nothing_turns_or_fades(page: Page, demo: Demo) -> N
         assert moving == 0
 
 
-def test_where_the_system_chooses_the_colours_the_chosen_page_and_segment_are_still_told(
-    page: Page, demo: Demo
-) -> None:
+def test_forced_colors_still_mark_the_selected_page_and_segment(page: Page, demo: Demo) -> None:
     page.emulate_media(forced_colors="active")
     show(page, demo, "records#profiles")
     colours = page.evaluate(

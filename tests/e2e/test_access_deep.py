@@ -241,7 +241,7 @@ def signed_out(page: Page, demo: Demo, say: Say) -> None:
     ],
     ids=lambda one: one.__name__,
 )
-def test_axe_finds_nothing_in_dialogs_and_deep_states(
+def test_dialogs_and_deep_states_pass_axe(
     page: Page, demo: Demo, watched: Watched, path: Callable[[Page, Demo, Say], None]
 ) -> None:
     found: dict[str, list[str]] = {}

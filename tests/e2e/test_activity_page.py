@@ -50,7 +50,7 @@ def marked(page: Page, demo: Demo, uid: str, says: str) -> None:
     assert complaints(page) == []
 
 
-def test_a_servo_that_pushes_at_its_limit_at_rest_is_marked_until_the_load_goes(page: Page, demo: Demo) -> None:
+def test_a_saturated_servo_is_marked_until_the_load_goes(page: Page, demo: Demo) -> None:
     with servo(demo, soft_start=0) as uid:
         demo.api.patch(f"/sim/servos/{uid}", json={"load_pct": 92.0}).raise_for_status()
         wait_for(lambda: activity(demo, uid) == "saturated", 40, "the server does not call it saturated")
@@ -61,7 +61,7 @@ def test_a_servo_that_pushes_at_its_limit_at_rest_is_marked_until_the_load_goes(
         expect(head).to_contain_text("Holding")
 
 
-def test_a_servo_that_hunts_at_rest_is_marked(page: Page, demo: Demo) -> None:
+def test_a_hunting_servo_is_marked(page: Page, demo: Demo) -> None:
     gains = {"speed_torque_control": 1, "angle_p_gain": 100, "angle_d_gain": 0, "angle_dead_band": 0}
     with servo(demo, **gains) as uid:
         heavy = {"load_inertia": 3.0, "external_angle_deg": 60.0}
@@ -72,7 +72,7 @@ def test_a_servo_that_hunts_at_rest_is_marked(page: Page, demo: Demo) -> None:
         expect(page.get_by_test_id("servo-state")).to_contain_text("peak to peak")
 
 
-def test_under_a_speed_command_head_and_side_panel_say_the_same(page: Page, demo: Demo) -> None:
+def test_head_and_side_panel_agree_during_a_speed_command(page: Page, demo: Demo) -> None:
     with servo(demo, speed_torque_control=1, soft_start=0) as uid:
         page.set_viewport_size(WIDE)
         page.goto(f"{demo.url}servos/{uid}/motion")

@@ -9,7 +9,7 @@ from e2e.servers import Demo
 STRANGER = "f" * 32
 
 
-def test_back_and_a_reload_bring_search_filter_sort_and_view_of_the_list(page: Page, demo: Demo) -> None:
+def test_back_and_reload_restore_the_list(page: Page, demo: Demo) -> None:
     page.goto(demo.url + "servos")
     rows = page.locator(".servo-row")
     expect(rows).to_have_count(6)
@@ -39,7 +39,7 @@ def test_back_and_a_reload_bring_search_filter_sort_and_view_of_the_list(page: P
     assert page.url == demo.url + "servos?sort=-name"
 
 
-def test_back_and_a_reload_bring_the_tab_and_the_filter_and_another_servo_keeps_the_tab(page: Page, demo: Demo) -> None:
+def test_back_and_reload_restore_tab_and_filter(page: Page, demo: Demo) -> None:
     one, other = (servo["uid"] for servo in demo.api.get("/servos").json()[:2])
     page.goto(f"{demo.url}servos/{one}/parameters")
     limits = page.get_by_test_id("tab-limit")
@@ -65,7 +65,7 @@ def test_back_and_a_reload_bring_the_tab_and_the_filter_and_another_servo_keeps_
     expect(page.get_by_role("button", name="Changed", exact=False)).to_have_attribute("aria-pressed", "true")
 
 
-def test_a_reload_brings_the_filters_of_monitor_matrix_and_audit(page: Page, demo: Demo) -> None:
+def test_a_reload_restores_the_filters_of_monitor_matrix_and_audit(page: Page, demo: Demo) -> None:
     page.goto(demo.url + "bus#monitor")
     page.get_by_test_id("monitor-filter").fill("type:NodeStatus")
     page.reload()
@@ -85,7 +85,7 @@ def test_a_reload_brings_the_filters_of_monitor_matrix_and_audit(page: Page, dem
 
 
 @pytest.mark.parametrize("path", ["nothing", "servos/12/parameters", f"servos/{STRANGER}/nothing"])
-def test_an_address_without_a_page_says_so_with_a_way_back(page: Page, demo: Demo, path: str) -> None:
+def test_an_unknown_address_links_back(page: Page, demo: Demo, path: str) -> None:
     page.goto(demo.url + path)
     expect(page.get_by_test_id("missing-page")).to_contain_text(f"/{path}")
     page.get_by_role("button", name="Go to Servos").click()
@@ -93,7 +93,7 @@ def test_an_address_without_a_page_says_so_with_a_way_back(page: Page, demo: Dem
 
 
 @pytest.mark.parametrize("part", ["parameters", "motion", "tune", "faults"])
-def test_an_unknown_servo_is_called_unknown_with_a_way_back(page: Page, demo: Demo, part: str) -> None:
+def test_an_unknown_servo_links_back(page: Page, demo: Demo, part: str) -> None:
     page.goto(f"{demo.url}servos/{STRANGER}/{part}")
     expect(page.get_by_test_id("missing-servo")).to_contain_text(STRANGER)
     page.get_by_role("button", name="Go to Servos").click()

@@ -13,7 +13,7 @@ from e2e.servers import Demo
 from e2e.test_technician import servo_of, wait_for
 
 
-def test_address_document_and_examples_are_those_of_this_server(page: Page, demo: Demo) -> None:
+def test_the_api_page_names_this_server(page: Page, demo: Demo) -> None:
     page.goto(demo.url)
     page.get_by_role("link", name="API").click()
     expect(page).to_have_url(re.compile(r"/api-page$"))
@@ -29,7 +29,7 @@ def test_address_document_and_examples_are_those_of_this_server(page: Page, demo
     expect(examples).to_contain_text("from hornbill.client import Hornbill")
 
 
-def test_the_examples_in_python_run_as_they_stand(page: Page, demo: Demo) -> None:
+def test_the_python_examples_run_unchanged(page: Page, demo: Demo) -> None:
     page.goto(demo.url + "api-page")
     page.get_by_role("button", name="Python").click()
     codes = page.get_by_test_id("api-examples").locator("pre").all_inner_texts()
@@ -40,7 +40,7 @@ def test_the_examples_in_python_run_as_they_stand(page: Page, demo: Demo) -> Non
     assert len(said["servos"]) >= 6
 
 
-def test_what_was_done_last_runs_as_a_program(page: Page, demo: Demo, context: BrowserContext) -> None:
+def test_the_last_actions_run_as_a_program(page: Page, demo: Demo, context: BrowserContext) -> None:
     uid = servo_of(demo, "BLA21-06U-A0")  # one that settles
     row = f"/servos/{uid}/parameters/temperature_limit_upper"
     before = demo.api.get(row).json()["value"]
@@ -97,7 +97,7 @@ def test_what_was_done_last_runs_as_a_program(page: Page, demo: Demo, context: B
 
 
 @pytest.mark.skipif(shutil.which("curl") is None, reason="needs curl")
-def test_the_last_action_copied_as_curl_does_the_same_again(page: Page, demo: Demo, context: BrowserContext) -> None:
+def test_the_last_action_copied_as_curl_repeats_it(page: Page, demo: Demo, context: BrowserContext) -> None:
     uid = servo_of(demo, "BLA21-12U-A0")
     row = f"/servos/{uid}/parameters/temperature_limit_upper"
     before = demo.api.get(row).json()["value"]

@@ -39,7 +39,7 @@ def figure(found: Locator, name: str) -> int:
     return int(match[1].replace("\u202f", ""))
 
 
-def test_the_top_bar_leads_to_the_page_and_the_doctor_finds_nothing_wrong(page: Page, demo: Demo) -> None:
+def test_the_top_bar_links_to_a_healthy_bus(page: Page, demo: Demo) -> None:
     page.goto(demo.url)
     page.get_by_test_id("bar-bus").click()
     expect(page).to_have_url(re.compile(r"/bus$"))
@@ -57,7 +57,7 @@ def test_the_top_bar_leads_to_the_page_and_the_doctor_finds_nothing_wrong(page: 
     expect(page.get_by_test_id("bus-counters")).to_contain_text(re.compile(r"\d.frames"))
 
 
-def test_findings_stand_worst_first_with_evidence_remedy_and_a_way_on(page: Page, demo: Demo) -> None:
+def test_findings_are_sorted_by_severity_with_evidence_and_remedy(page: Page, demo: Demo) -> None:
     finding: dict[str, Any] = {"evidence": "9 requests in 3 s, 0 answers.", "node_ids": [], "uids": []}
     told: list[dict[str, Any]] = [
         {"code": "load", "severity": "ok", "text": "The load is well", "remedy": None, **finding},
@@ -81,7 +81,7 @@ def test_findings_stand_worst_first_with_evidence_remedy_and_a_way_on(page: Page
     expect(page.get_by_test_id("monitor-filter")).to_have_value("node:9")
 
 
-def test_the_monitor_shows_decoded_transfers_and_the_filter_narrows_them(page: Page, demo: Demo) -> None:
+def test_the_monitor_shows_and_filters_decoded_transfers(page: Page, demo: Demo) -> None:
     open_bus(page, demo)
     expect(page.locator(ROWS).filter(has_text=re.compile(r"Status\s*servo \d+, .*°")).first).to_be_visible()
     counts = page.get_by_test_id("monitor-counts")
@@ -106,7 +106,7 @@ def test_the_monitor_shows_decoded_transfers_and_the_filter_narrows_them(page: P
     expect(page.locator(ROWS).first).to_contain_text(re.compile(r"\d+ → (all|\d+)\s+([0-9a-f]{2} ){3}"))
 
 
-def test_a_paused_or_chosen_row_stays_while_the_counts_go_on(page: Page, demo: Demo) -> None:
+def test_a_paused_or_selected_row_stays_while_the_counts_go_on(page: Page, demo: Demo) -> None:
     open_bus(page, demo)
     expect(page.locator(ROWS).nth(8)).to_be_visible()
     page.get_by_test_id("monitor-pause").click()
@@ -134,7 +134,7 @@ def test_a_paused_or_chosen_row_stays_while_the_counts_go_on(page: Page, demo: D
     expect(page.get_by_test_id("monitor-held")).to_have_count(0)
 
 
-def test_two_thousand_frames_a_second_make_no_more_elements_and_keep_the_page_drawing(page: Page, demo: Demo) -> None:
+def test_two_thousand_frames_per_second_keep_the_page_responsive(page: Page, demo: Demo) -> None:
     numbers = itertools.count()
 
     def transfer(number: int) -> dict[str, Any]:
@@ -174,7 +174,7 @@ def test_two_thousand_frames_a_second_make_no_more_elements_and_keep_the_page_dr
     expect(page.locator(ROWS).filter(has_text=f"servo {sent - 1},")).to_be_visible()
 
 
-def test_every_node_is_listed_servo_or_not(page: Page, demo: Demo) -> None:
+def test_every_node_is_listed(page: Page, demo: Demo) -> None:
     open_bus(page, demo, "nodes")
     nodes = [one for one in demo.api.get("/nodes").json() if one["node_id"] != 0 and one["online"]]
     servos = {one["node_id"]: one for one in demo.api.get("/servos").json()}
@@ -190,7 +190,7 @@ def test_every_node_is_listed_servo_or_not(page: Page, demo: Demo) -> None:
     assert uid in page.url
 
 
-def test_a_node_id_is_pinned_and_forgotten(page: Page, demo: Demo) -> None:
+def test_a_node_id_is_pinned_and_released(page: Page, demo: Demo) -> None:
     table = demo.api.get("/allocations").json()["allocations"]
     one, other = table[0], table[1]
     open_bus(page, demo, "ids")
@@ -218,7 +218,7 @@ def test_a_node_id_is_pinned_and_forgotten(page: Page, demo: Demo) -> None:
     demo.api.put(f"/allocations/{one['uid']}", json={"node_id": one["node_id"]})
 
 
-def test_the_allocator_is_turned_off_only_after_a_question(page: Page, demo: Demo) -> None:
+def test_turning_off_the_allocator_needs_confirmation(page: Page, demo: Demo) -> None:
     open_bus(page, demo, "ids")
     modes = page.get_by_role("group", name="Node ID allocator")
     modes.get_by_role("button", name="Off").click()
@@ -264,9 +264,7 @@ def test_a_log_is_started_stopped_downloaded_and_deleted(page: Page, demo: Demo,
     assert name not in [one["name"] for one in demo.api.get("/bus/logs").json()]
 
 
-def test_connect_lists_the_adapters_and_says_why_an_address_cannot_be_opened(
-    context: BrowserContext, demo: Demo
-) -> None:
+def test_connect_lists_adapters_and_explains_a_failed_address(context: BrowserContext, demo: Demo) -> None:
     page = context.new_page()  # unwatched: Chromium writes every refused request into its console
     open_bus(page, demo)
     page.get_by_test_id("bus-change").click()
@@ -284,7 +282,7 @@ def test_connect_lists_the_adapters_and_says_why_an_address_cannot_be_opened(
     assert demo.api.get("/bus").json()["state"] == "active"
 
 
-def test_disconnect_says_what_happens_and_connect_brings_the_servos_back(page: Page, demo: Demo) -> None:
+def test_disconnect_warns_and_connect_restores_the_servos(page: Page, demo: Demo) -> None:
     open_bus(page, demo)
     page.get_by_test_id("bus-disconnect").click()
     expect(page.get_by_test_id("disconnect-dialog")).to_contain_text("Torque is turned off first")
@@ -306,7 +304,7 @@ def test_disconnect_says_what_happens_and_connect_brings_the_servos_back(page: P
 
 
 @pytest.mark.parametrize(("width", "height"), [(1440, 900), (768, 1024)])
-def test_a_lost_adapter_is_told_with_the_next_try_and_stop_keeps_its_place(
+def test_a_lost_adapter_shows_the_next_retry_and_stop_does_not_move(
     page: Page, demo: Demo, width: int, height: int
 ) -> None:
     lost = {
@@ -341,7 +339,7 @@ def test_a_lost_adapter_is_told_with_the_next_try_and_stop_keeps_its_place(
     assert disconnect["x"] + disconnect["width"] < stop["x"], "nothing that disconnects stands under Stop"
 
 
-def test_by_keyboard_alone_the_parts_and_the_filter_are_reached(page: Page, demo: Demo) -> None:
+def test_the_keyboard_reaches_the_parts_and_the_filter(page: Page, demo: Demo) -> None:
     page.goto(demo.url)
     expect(page.get_by_test_id("live-state")).to_have_count(1)
     page.keyboard.press("g")

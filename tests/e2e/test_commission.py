@@ -129,7 +129,7 @@ def snapshots(demo: Demo, uid: str) -> list[dict[str, Any]]:
     return demo.api.get(f"/servos/{uid}/snapshots").json()
 
 
-def test_the_records_show_what_was_written_and_undo_it(page: Page, demo: Demo, new_servos: list[str]) -> None:
+def test_the_records_show_and_undo_the_writes(page: Page, demo: Demo, new_servos: list[str]) -> None:
     uid = new_servos[0]
     page.goto(f"{demo.url}records#snapshots/{uid}")
     before = {one["id"] for one in snapshots(demo, uid)}

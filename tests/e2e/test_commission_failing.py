@@ -98,9 +98,7 @@ def all_done(page: Page, server: Server, uids: list[str]) -> None:
     assert 0 not in ids
 
 
-def test_one_that_refuses_is_named_with_the_row_and_done_again_alone(
-    context: BrowserContext, server: Server, servos: list[str]
-) -> None:
+def test_a_failed_servo_is_named_and_retried_alone(context: BrowserContext, server: Server, servos: list[str]) -> None:
     page = context.new_page()
     first, bad, last = servos
     at_check(page, server, 3)
@@ -134,7 +132,7 @@ def test_one_that_refuses_is_named_with_the_row_and_done_again_alone(
     assert now == starts, "the others were left alone"
 
 
-def test_an_id_that_somebody_else_took_meanwhile_is_refused_before_anything_is_written(
+def test_an_id_taken_by_another_client_is_rejected_before_any_write(
     context: BrowserContext, server: Server, servos: list[str]
 ) -> None:
     page = context.new_page()
@@ -156,9 +154,7 @@ def test_an_id_that_somebody_else_took_meanwhile_is_refused_before_anything_is_w
         server.api.delete(f"/sim/servos/{twin}")
 
 
-def test_it_is_stopped_as_a_whole_and_resumed_after_a_reload(
-    context: BrowserContext, server: Server, servos: list[str]
-) -> None:
+def test_a_cancelled_job_is_resumed_after_a_reload(context: BrowserContext, server: Server, servos: list[str]) -> None:
     page = context.new_page()
     at_check(page, server, 3)
     sim(server, servos[1], restart_delay_s=8)
@@ -184,7 +180,7 @@ def test_it_is_stopped_as_a_whole_and_resumed_after_a_reload(
     all_done(page, server, servos)
 
 
-def test_one_that_is_silent_ends_it_there_and_the_next_server_goes_on(context: BrowserContext, tmp_path: Path) -> None:
+def test_a_job_failed_by_a_silent_servo_resumes_on_the_next_server(context: BrowserContext, tmp_path: Path) -> None:
     page = context.new_page()
     with running(*serving(tmp_path, "--sim-api")) as server:
         servos = plugged(server, 3)
@@ -215,7 +211,7 @@ def test_one_that_is_silent_ends_it_there_and_the_next_server_goes_on(context: B
         assert saved_ids(again, servos[:1]) == [held]
 
 
-def test_a_job_that_the_server_was_ended_in_is_gone_on_with_from_another_browser(
+def test_a_job_interrupted_by_a_server_restart_resumes_from_another_browser(
     context: BrowserContext, tmp_path: Path
 ) -> None:
     with running(*serving(tmp_path, "--sim-api")) as server:

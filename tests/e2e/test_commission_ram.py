@@ -44,7 +44,7 @@ def commissioned_in_ram(server: Server, hand: Hand) -> None:
     at_report(page)
 
 
-def test_values_in_ram_are_not_finished_until_they_are_saved_from_the_report(
+def test_ram_values_are_complete_only_after_a_save_from_the_report(
     browser: Browser, server: Server, servos: list[str]
 ) -> None:
     with hand_of(browser, "touch") as hand:
@@ -90,7 +90,7 @@ def saved_from_the_report(hand: Hand, server: Server, servos: list[str]) -> None
     heading(page, "All 2 servos are commissioned")
 
 
-def test_values_that_a_power_cut_took_are_not_called_commissioned(
+def test_values_lost_by_a_power_cut_are_not_reported_as_commissioned(
     context: BrowserContext, server: Server, servos: list[str]
 ) -> None:
     page = context.new_page()

@@ -49,7 +49,7 @@ def adapters(page: Page, found: list[dict[str, Any]]) -> None:
     page.route("**/api/v1/bus/adapters", answer)
 
 
-def test_without_an_adapter_the_page_says_what_to_do_and_the_demo_brings_servos(server: Server, plain: Page) -> None:
+def test_without_an_adapter_the_page_offers_the_demo(server: Server, plain: Page) -> None:
     adapters(plain, NOTHING)
     plain.goto(server.url)
     expect(plain.get_by_test_id("no-servos")).to_be_visible()
@@ -69,9 +69,7 @@ def test_without_an_adapter_the_page_says_what_to_do_and_the_demo_brings_servos(
     server.ready(6)
 
 
-def test_each_adapter_tells_its_state_and_reason_and_what_is_plugged_in_comes_before_the_demo(
-    server: Server, plain: Page
-) -> None:
+def test_adapters_show_their_state_and_precede_the_demo(server: Server, plain: Page) -> None:
     adapters(plain, PLUGGED)
     plain.goto(server.url + "bus")
     cards = plain.get_by_test_id("adapters").locator("[data-testid^=adapter-][data-usable]")
@@ -91,9 +89,7 @@ def test_each_adapter_tells_its_state_and_reason_and_what_is_plugged_in_comes_be
     assert server.api.get("/bus").json()["state"] == "disconnected"
 
 
-def test_before_the_demo_is_left_for_another_bus_the_page_says_what_becomes_of_it_and_it_is_switched_off(
-    server: Server, plain: Page, tmp_path: Path
-) -> None:
+def test_leaving_the_demo_needs_confirmation_and_switches_it_off(server: Server, plain: Page, tmp_path: Path) -> None:
     (tmp_path / "logs").mkdir(exist_ok=True)
     (tmp_path / "logs" / "short.log").write_text("(1.000000) can0 1E08FF05#0102030405060708\n")
     adapters(plain, PLUGGED)
@@ -113,7 +109,7 @@ def test_before_the_demo_is_left_for_another_bus_the_page_says_what_becomes_of_i
 
 
 @pytest.mark.parametrize("theme", ["light", "dark"])
-def test_axe_and_fingers_find_nothing_wrong_where_there_is_no_bus(server: Server, plain: Page, theme: str) -> None:
+def test_the_page_without_a_bus_passes_axe_and_touch_sizes(server: Server, plain: Page, theme: str) -> None:
     plain.emulate_media(color_scheme="dark" if theme == "dark" else "light")
     adapters(plain, PLUGGED)
     plain.goto(server.url + "bus")
@@ -124,9 +120,7 @@ def test_axe_and_fingers_find_nothing_wrong_where_there_is_no_bus(server: Server
     assert too_small(plain) == []
 
 
-def test_a_serial_adapter_shows_its_line_its_notes_and_the_pause_it_was_connected_with(
-    server: Server, plain: Page
-) -> None:
+def test_a_serial_adapter_shows_its_line_notes_and_frame_gap(server: Server, plain: Page) -> None:
     pytest.importorskip("termios", reason="pseudo terminals are a matter of POSIX")
     from unit.bus.adapter import FakeAdapter
 
@@ -136,7 +130,9 @@ def test_a_serial_adapter_shows_its_line_its_notes_and_the_pause_it_was_connecte
         plain.get_by_test_id("adapter-address").fill(f"slcan:{adapter.channel}")
         plain.get_by_test_id("adapter-options").locator("summary").click()
         plain.get_by_test_id("adapter-gap").fill("21")
-        expect(plain.get_by_test_id("adapter-options")).to_contain_text("21 is not a valid frame gap. Enter 0 to 20 ms.")
+        expect(plain.get_by_test_id("adapter-options")).to_contain_text(
+            "21 is not a valid frame gap. Enter 0 to 20 ms."
+        )
         expect(plain.get_by_test_id("connect")).to_be_disabled()
         plain.get_by_test_id("adapter-gap").fill("3")
         plain.get_by_test_id("connect").click()

@@ -50,7 +50,7 @@ def built(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return out
 
 
-def test_every_link_of_the_built_site_leads_somewhere_inside_it_and_nothing_is_inline(built: Path) -> None:
+def test_links_of_the_built_site_resolve_and_nothing_is_inline(built: Path) -> None:
     pages = {file: Links(file) for file in built.rglob("*.html")}
     assert len(pages) > 40
     for file, page in pages.items():
@@ -66,7 +66,7 @@ def test_every_link_of_the_built_site_leads_somewhere_inside_it_and_nothing_is_i
 
 
 @pytest.mark.usefixtures("built")
-def test_the_program_serves_the_site_below_docs_under_the_pages_policy(demo: Demo) -> None:
+def test_the_server_serves_the_site_under_the_pages_policy(demo: Demo) -> None:
     index = httpx.get(demo.url + "docs", follow_redirects=True)
     assert index.url.path == "/docs/"
     assert "<title>hornbill documentation" in index.text
@@ -79,7 +79,7 @@ def test_the_program_serves_the_site_below_docs_under_the_pages_policy(demo: Dem
 
 
 @pytest.mark.usefixtures("built")
-def test_somebody_finds_a_page_reads_it_dark_and_axe_finds_nothing(page: Page, demo: Demo) -> None:
+def test_a_page_is_found_read_in_dark_mode_and_passes_axe(page: Page, demo: Demo) -> None:
     page.goto(demo.url + "docs/")
     page.keyboard.press("/")
     page.keyboard.type("position unit\n")
@@ -97,7 +97,7 @@ def test_somebody_finds_a_page_reads_it_dark_and_axe_finds_nothing(page: Page, d
 
 
 @pytest.mark.usefixtures("built")
-def test_the_theme_chosen_in_the_documentation_is_the_pages(page: Page, demo: Demo) -> None:
+def test_documentation_and_page_share_the_theme(page: Page, demo: Demo) -> None:
     page.goto(demo.url + "docs/")
     page.get_by_role("button", name="color theme").first.click()
     chosen = page.locator("html").get_attribute("data-theme")
@@ -113,7 +113,7 @@ GUIDES = re.findall(
 
 
 @pytest.mark.usefixtures("built")
-def test_every_link_of_the_page_into_the_documentation_is_answered(page: Page, demo: Demo) -> None:
+def test_links_from_the_page_into_the_documentation_resolve(page: Page, demo: Demo) -> None:
     assert len(GUIDES) > 10
     for name, place in GUIDES:
         answer = httpx.get(f"{demo.url}docs/{place and place + '.html'}")

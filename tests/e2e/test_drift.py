@@ -48,7 +48,7 @@ def limit(server: Server, uid: str) -> float:
     return server.api.get(f"/servos/{uid}/parameters/angle_limit_cw", params={"refresh": "true"}).json()["value"]
 
 
-def test_the_difference_is_shown_and_written_back_and_saved(meddled: tuple[Server, Page, str]) -> None:
+def test_drift_is_shown_restored_and_saved(meddled: tuple[Server, Page, str]) -> None:
     server, page, uid = meddled
     found = {row["key"]: row for row in server.api.get(f"/servos/{uid}/drift").json()["rows"]}
     # the horn is off 0°, where the restart turns it
@@ -75,7 +75,7 @@ def test_the_difference_is_shown_and_written_back_and_saved(meddled: tuple[Serve
     expect(page.get_by_test_id("drift-line")).to_have_count(0)
 
 
-def test_what_was_found_is_accepted_from_the_records(meddled: tuple[Server, Page, str]) -> None:
+def test_drift_is_accepted_from_the_records(meddled: tuple[Server, Page, str]) -> None:
     server, page, uid = meddled
     held = limit(server, uid)
     page.goto(server.url + "records")

@@ -18,7 +18,7 @@ def open_faults(demo: Demo) -> int:
     return sum(one["unacknowledged"] for one in demo.api.get("/servos").json())
 
 
-def test_a_fault_is_seen_acknowledged_and_gone(page: Page, demo: Demo) -> None:
+def test_a_fault_appears_is_acknowledged_and_clears(page: Page, demo: Demo) -> None:
     uid = servo_of(demo, "BLA21-12U-A0")
     for one in demo.api.get("/servos").json():
         demo.api.post(f"/servos/{one['uid']}/faults/acknowledge", params={"by": "test"}).raise_for_status()
@@ -52,7 +52,7 @@ def test_a_fault_is_seen_acknowledged_and_gone(page: Page, demo: Demo) -> None:
     assert open_faults(demo) == 0
 
 
-def test_all_are_acknowledged_at_once_and_one_servo_can_be_looked_at_alone(page: Page, demo: Demo) -> None:
+def test_all_faults_are_acknowledged_at_once_and_filtered_by_servo(page: Page, demo: Demo) -> None:
     first, second = servo_of(demo, "BLA21-12U-A0"), servo_of(demo, "BLA21-28U-AB")
     try:
         inject(demo, first, "motor_signal", True)
@@ -73,7 +73,7 @@ def test_all_are_acknowledged_at_once_and_one_servo_can_be_looked_at_alone(page:
         inject(demo, second, "temperature_low", False)
 
 
-def test_a_servo_without_any_fault_teaches_what_would_stand_here(page: Page, demo: Demo) -> None:
+def test_a_servo_without_faults_explains_the_page(page: Page, demo: Demo) -> None:
     lists = {one["uid"]: demo.api.get(f"/servos/{one['uid']}/faults").json() for one in demo.api.get("/servos").json()}
     well = next(uid for uid, found in lists.items() if found == [])
     page.goto(f"{demo.url}servos/{well}/faults")
@@ -83,7 +83,7 @@ def test_a_servo_without_any_fault_teaches_what_would_stand_here(page: Page, dem
 
 
 @pytest.mark.parametrize("theme", ["light", "dark"])
-def test_axe_finds_nothing_and_a_finger_finds_everything(page: Page, demo: Demo, theme: str) -> None:
+def test_the_faults_page_passes_axe_and_touch_sizes(page: Page, demo: Demo, theme: str) -> None:
     uid = servo_of(demo, "BLA21-06U-A0")
     inject(demo, uid, "voltage_high", True)
     try:

@@ -146,7 +146,7 @@ def angles(demo: Demo) -> list[float]:
 
 
 @pytest.mark.parametrize("name", ["127.0.0.1", "localhost"])
-def test_another_site_reads_nothing_and_moves_nothing(browser: Browser, demo: Demo, elsewhere: int, name: str) -> None:
+def test_another_origin_can_neither_read_nor_move(browser: Browser, demo: Demo, elsewhere: int, name: str) -> None:
     from hornbill.view.page import client
 
     uid = str(demo.api.get("/servos").json()[0]["uid"])
@@ -172,9 +172,7 @@ def test_another_site_reads_nothing_and_moves_nothing(browser: Browser, demo: De
     assert angles(demo) == pytest.approx(stood, abs=2.0)  # what a servo measures is never quite still
 
 
-def test_a_link_of_another_site_opens_the_page_and_nothing_happens(
-    browser: Browser, demo: Demo, elsewhere: int
-) -> None:
+def test_a_link_from_another_origin_only_opens_the_page(browser: Browser, demo: Demo, elsewhere: int) -> None:
     context = browser.new_context()
     try:
         page = context.new_page()

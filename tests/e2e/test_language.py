@@ -25,7 +25,7 @@ def japanese(browser: Browser) -> Iterator[Page]:
     assert said == []
 
 
-def test_the_browsers_language_is_taken_and_another_choice_is_kept(japanese: Page, demo: Demo) -> None:
+def test_the_browser_language_is_the_default_and_a_choice_is_stored(japanese: Page, demo: Demo) -> None:
     japanese.goto(demo.url)
     expect(japanese.locator("html")).to_have_attribute("lang", "ja")
     expect(japanese.get_by_role("heading", level=1)).to_have_text("サーボ")
@@ -37,7 +37,7 @@ def test_the_browsers_language_is_taken_and_another_choice_is_kept(japanese: Pag
     expect(japanese.get_by_role("heading", level=1)).to_have_text("サーボ")
 
 
-def test_the_language_of_the_address_stays_chosen_on_other_pages(page: Page, demo: Demo) -> None:
+def test_the_language_of_the_address_applies_to_other_pages(page: Page, demo: Demo) -> None:
     page.goto(f"{demo.url}/?language=ja")
     page.get_by_role("link", name="記録").click()
     expect(page).to_have_url(re.compile("/records"))
@@ -47,7 +47,7 @@ def test_the_language_of_the_address_stays_chosen_on_other_pages(page: Page, dem
     expect(page.get_by_role("heading", level=1)).to_have_text("Records")
 
 
-def test_what_is_staged_and_ticked_survives_another_language_unasked(page: Page, demo: Demo) -> None:
+def test_staged_values_and_check_boxes_survive_a_language_change(page: Page, demo: Demo) -> None:
     one, other = (str(servo["uid"]) for servo in demo.api.get("/servos").json()[:2])
     asked: list[str] = []
 
@@ -80,7 +80,7 @@ def test_what_is_staged_and_ticked_survives_another_language_unasked(page: Page,
     assert asked == []
 
 
-def test_in_english_no_japanese_is_fetched(page: Page, demo: Demo) -> None:
+def test_english_pages_load_no_japanese(page: Page, demo: Demo) -> None:
     fetched: list[str] = []
     page.on("response", lambda response: fetched.append(response.text()) if response.url.endswith(".js") else None)
     with loading(page):
@@ -96,7 +96,7 @@ ENGLISH = """() => [...document.querySelectorAll('h1, h2, h3, th, button, [role=
 """English in buttons, headings and tabs, which are the page's own words; names of servos, files and hosts are not."""
 
 
-def test_no_label_of_any_page_is_left_in_english(japanese: Page, demo: Demo) -> None:
+def test_every_label_is_translated(japanese: Page, demo: Demo) -> None:
     names = {one["label"] for one in demo.api.get("/servos").json()} | {"hornbill", "demo", "curl", "Python"}
     uid = servo_of(demo, "BLA21-12U-A0")
     japanese.goto(demo.url)

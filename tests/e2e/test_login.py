@@ -45,7 +45,7 @@ def served(*flags: str, **environment: str) -> Generator[tuple[subprocess.Popen[
             process.wait(timeout=10)
 
 
-def test_a_token_lets_one_in_and_signing_out_ends_it(profile: BrowserContext) -> None:
+def test_a_token_signs_in_and_signing_out_ends_the_session(profile: BrowserContext) -> None:
     with running("demo", "--servos", "2", "--token", TOKEN) as server:
         url, page = server.url, profile.new_page()
         page.goto(url)
@@ -73,9 +73,7 @@ def test_a_token_lets_one_in_and_signing_out_ends_it(profile: BrowserContext) ->
         )
 
 
-def test_the_link_of_the_first_start_signs_in_and_leaves_no_token_behind(
-    profile: BrowserContext, tmp_path: Path
-) -> None:
+def test_the_first_start_link_signs_in_and_leaves_no_token(profile: BrowserContext, tmp_path: Path) -> None:
     flags = ("--host", "127.0.0.1", "--behind-proxy", "--data-dir", str(tmp_path))
     with served(*flags, HORNBILL_CONTAINER="1") as (process, said):
         assert process.stdout is not None
@@ -99,7 +97,7 @@ def test_the_link_of_the_first_start_signs_in_and_leaves_no_token_behind(
     assert not any(secret.encode() in file.read_bytes() for file in kept)
 
 
-def test_nothing_a_server_prints_holds_a_secret(tmp_path: Path) -> None:
+def test_server_output_contains_no_secret(tmp_path: Path) -> None:
     """Everything it logs, with every kind of request that carries one."""
     flags = ("--host", "127.0.0.1", "--token", TOKEN, "--data-dir", str(tmp_path))
     with served(*flags) as (process, said):

@@ -33,7 +33,7 @@ def held(demo: Demo, uid: str, key: str) -> dict[str, object]:
     return demo.api.get(f"/servos/{uid}/parameters").json()["parameters"][key]
 
 
-def test_who_differs_from_most_of_its_model_is_marked_by_a_word(page: Page, demo: Demo, uids: list[str]) -> None:
+def test_outliers_of_a_model_are_marked(page: Page, demo: Demo, uids: list[str]) -> None:
     page.goto(f"{demo.url}servos/matrix?uids={','.join(uids)}#angle_p_gain")
     cell = page.get_by_test_id(f"cell-{uids[2]}-angle_p_gain")
     expect(cell).to_have_attribute("data-odd", "outlier")
@@ -44,7 +44,7 @@ def test_who_differs_from_most_of_its_model_is_marked_by_a_word(page: Page, demo
     expect(page.get_by_test_id("line-smoothing")).to_have_count(0)
 
 
-def test_by_keyboard_cells_are_reached_edited_and_applied(page: Page, demo: Demo, uids: list[str]) -> None:
+def test_cells_are_edited_and_applied_by_keyboard(page: Page, demo: Demo, uids: list[str]) -> None:
     page.goto(f"{demo.url}servos/matrix?uids={','.join(uids)}#angle_p_gain")
     first = page.get_by_test_id(f"cell-{uids[0]}-angle_p_gain")
     expect(first).to_be_focused()
@@ -74,7 +74,7 @@ def test_by_keyboard_cells_are_reached_edited_and_applied(page: Page, demo: Demo
     page.get_by_test_id("matrix-discard").click()
 
 
-def test_a_row_is_set_on_all_and_saved_with_a_result_for_each(page: Page, demo: Demo, uids: list[str]) -> None:
+def test_a_row_is_set_on_all_servos_and_saved(page: Page, demo: Demo, uids: list[str]) -> None:
     # one horn is off 0°, where the restart turns it
     demo.api.post(f"/servos/{uids[0]}/torque", json={"mode": "off"}).raise_for_status()
     demo.api.patch(f"/sim/servos/{uids[0]}", json={"external_angle_deg": 30}).raise_for_status()
@@ -97,7 +97,7 @@ def test_a_row_is_set_on_all_and_saved_with_a_result_for_each(page: Page, demo: 
     page.get_by_test_id("change-close").click()
 
 
-def test_a_column_is_copied_to_the_others_but_for_who_they_are(page: Page, demo: Demo, uids: list[str]) -> None:
+def test_a_column_is_copied_without_identity(page: Page, demo: Demo, uids: list[str]) -> None:
     page.goto(f"{demo.url}servos/matrix?uids={','.join(uids)}")
     page.get_by_test_id(f"copy-{uids[2]}").click()
     page.get_by_test_id("copy-go").click()
@@ -109,9 +109,7 @@ def test_a_column_is_copied_to_the_others_but_for_who_they_are(page: Page, demo:
     expect(page.get_by_test_id(f"cell-{uids[3]}-angle_p_gain")).to_contain_text("40")
 
 
-def test_a_plan_that_could_switch_servos_off_says_so_and_writes_nothing_without_a_tick(
-    page: Page, demo: Demo, uids: list[str]
-) -> None:
+def test_a_plan_that_could_switch_servos_off_needs_confirmation(page: Page, demo: Demo, uids: list[str]) -> None:
     before = held(demo, uids[0], "voltage_limit_lower")["value"]
     page.goto(f"{demo.url}servos/matrix?uids={','.join(uids[:2])}#voltage_limit_lower")
     page.get_by_test_id("set-voltage_limit_lower").click()
@@ -143,7 +141,7 @@ def test_a_plan_that_could_switch_servos_off_says_so_and_writes_nothing_without_
         demo.api.put(path, json={"value": before}).raise_for_status()
 
 
-def test_with_nothing_staged_the_bar_speaks_of_what_is_in_ram_only(page: Page, demo: Demo, uids: list[str]) -> None:
+def test_with_nothing_staged_the_bar_shows_unsaved_values(page: Page, demo: Demo, uids: list[str]) -> None:
     row = f"/servos/{uids[0]}/parameters/angle_dead_band"
     before = demo.api.get(row).json()["value"]
     demo.api.put(row, json={"value": before + 0.5}).raise_for_status()
@@ -153,7 +151,7 @@ def test_with_nothing_staged_the_bar_speaks_of_what_is_in_ram_only(page: Page, d
     demo.api.put(row, json={"value": before}).raise_for_status()
 
 
-def test_heads_stay_in_sight_on_a_tablet(page: Page, demo: Demo, uids: list[str]) -> None:
+def test_headings_stay_visible_on_a_tablet(page: Page, demo: Demo, uids: list[str]) -> None:
     page.set_viewport_size({"width": 768, "height": 1024})
     page.goto(f"{demo.url}servos/matrix?uids={','.join(uids)}#voltage_limit_lower")
     cell = page.get_by_test_id(f"cell-{uids[0]}-voltage_limit_lower")

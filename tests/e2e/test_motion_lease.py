@@ -31,7 +31,7 @@ def hang(page: Page, seconds: float) -> None:
 
 
 @pytest.mark.parametrize("held_up_s", [1.5, 1.9])
-def test_a_page_that_is_held_up_shorter_than_its_lease_keeps_motion(
+def test_a_page_blocked_shorter_than_its_lease_keeps_motion(
     held_up_s: float, page: Page, demo: Demo, winch: str
 ) -> None:
     begin(page, demo, winch)
@@ -43,9 +43,7 @@ def test_a_page_that_is_held_up_shorter_than_its_lease_keeps_motion(
     assert raw(demo, winch, "torque_mode") == "on"
 
 
-def test_a_page_that_hangs_longer_than_its_lease_loses_it_and_torque_and_says_so(
-    page: Page, demo: Demo, winch: str
-) -> None:
+def test_a_page_blocked_longer_than_its_lease_loses_motion(page: Page, demo: Demo, winch: str) -> None:
     begin(page, demo, winch)
     hang(page, 6)
     hung = time.monotonic()

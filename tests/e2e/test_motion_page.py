@@ -117,9 +117,7 @@ RELEASES: tuple[Callable[[Page], None], ...] = (
 )  # fmt: skip
 
 
-def test_speed_runs_while_the_button_is_held_and_brakes_however_it_is_let_go(
-    page: Page, demo: Demo, winch: str
-) -> None:
+def test_speed_runs_while_the_button_is_held_and_brakes_on_release(page: Page, demo: Demo, winch: str) -> None:
     ready_to_hold(page, demo, winch)
     for number, release in enumerate(RELEASES):
         press(page)
@@ -147,7 +145,7 @@ def test_a_hidden_tab_ends_a_run_and_motion(page: Page, demo: Demo, winch: str) 
     expect(page.get_by_test_id("motion-refusal")).to_contain_text("the tab was hidden")
 
 
-def test_a_page_that_freezes_with_the_button_held_is_braked_by_the_server(page: Page, demo: Demo, winch: str) -> None:
+def test_the_server_brakes_when_the_page_freezes_with_the_button_held(page: Page, demo: Demo, winch: str) -> None:
     ready_to_hold(page, demo, winch)
     press(page)
     wait_for(lambda: speed(demo, winch) > 10, 3, "it does not turn")
@@ -161,7 +159,7 @@ def test_a_page_that_freezes_with_the_button_held_is_braked_by_the_server(page: 
     assert speed(demo, winch) < 3
 
 
-def test_a_key_runs_while_it_is_held_and_repeats_change_nothing(page: Page, demo: Demo, winch: str) -> None:
+def test_a_held_key_runs_and_key_repeats_are_ignored(page: Page, demo: Demo, winch: str) -> None:
     ready_to_hold(page, demo, winch)
     page.get_by_test_id("hold-ccw").focus()
     page.keyboard.down("ArrowLeft")
@@ -179,7 +177,7 @@ def test_a_key_runs_while_it_is_held_and_repeats_change_nothing(page: Page, demo
     page.keyboard.up("Enter")
 
 
-def test_where_speed_control_is_off_it_says_so_and_leads_to_the_row(page: Page, demo: Demo, winch: str) -> None:
+def test_speed_control_off_is_shown_with_a_link_to_the_row(page: Page, demo: Demo, winch: str) -> None:
     row = f"/servos/{winch}/parameters/speed_torque_control"
     demo.api.put(row, json={"value": False}).raise_for_status()
     try:
@@ -210,7 +208,7 @@ def turn(demo: Demo, uid: str, degrees: float) -> None:
     wait_for(lambda: abs(angle(demo, uid) - degrees) < 1, 5, "it was not turned by hand")
 
 
-def test_a_group_goes_to_one_angle_or_keeps_its_distances_and_all_of_it_ends(
+def test_a_group_moves_together_or_with_offsets_and_ends(
     page: Page, demo: Demo, pair: tuple[str, str], winch: str
 ) -> None:
     turn(demo, winch, 0)
@@ -279,9 +277,7 @@ def all_known(page: Page, *names: str) -> None:
 
 
 @pytest.mark.usefixtures("unanswered")
-def test_a_member_that_is_silent_at_enabling_is_named_and_nothing_is_claimed_of_it(
-    page: Page, demo: Demo, pair: tuple[str, str], winch: str
-) -> None:
+def test_a_group_member_silent_at_enabling_is_named(page: Page, demo: Demo, pair: tuple[str, str], winch: str) -> None:
     page.goto(f"{demo.url}servos/{winch}/motion")
     page.get_by_test_id("group").locator("summary").click()
     page.get_by_test_id(f"group-{pair[1]}").check()
@@ -302,7 +298,7 @@ def test_a_member_that_is_silent_at_enabling_is_named_and_nothing_is_claimed_of_
 
 
 @pytest.mark.usefixtures("unanswered")
-def test_a_member_that_is_silent_at_turning_off_is_named_and_nothing_is_claimed_of_it(
+def test_a_group_member_silent_at_torque_off_is_named(
     page: Page, demo: Demo, pair: tuple[str, str], winch: str
 ) -> None:
     turn(demo, winch, 0)
@@ -333,7 +329,7 @@ def sweep(page: Page, demo: Demo, uid: str, count: str) -> None:
     expect(page.get_by_test_id("sweep-progress")).to_contain_text(f"of {count}")
 
 
-def test_a_sweep_counts_and_ends_by_itself(page: Page, demo: Demo, winch: str) -> None:
+def test_a_sweep_counts_cycles_and_completes(page: Page, demo: Demo, winch: str) -> None:
     sweep(page, demo, winch, "2")
     expect(page.get_by_test_id("sweep-progress")).to_contain_text("1 of 2", timeout=10_000)
     expect(page.get_by_test_id("sweep-result")).to_contain_text("complete: 2 cycles", timeout=10_000)
@@ -350,7 +346,7 @@ def still(demo: Demo, uid: str) -> bool:
 
 
 @pytest.mark.parametrize("end", ["Esc", "leaving", "closing", "button"])
-def test_a_sweep_ends_with_esc_with_leaving_and_with_the_page(end: str, page: Page, demo: Demo, winch: str) -> None:
+def test_a_sweep_ends_with_esc_or_the_page(end: str, page: Page, demo: Demo, winch: str) -> None:
     sweep(page, demo, winch, "100")
     time.sleep(1)
     if end == "Esc":
@@ -370,7 +366,7 @@ def test_a_sweep_ends_with_esc_with_leaving_and_with_the_page(end: str, page: Pa
     wait_for(lambda: still(demo, winch), 6, "it goes on")
 
 
-def test_the_dial_is_a_slider_by_keys_and_everything_stays_in_sight(page: Page, demo: Demo, winch: str) -> None:
+def test_the_dial_works_by_keyboard_without_scrolling(page: Page, demo: Demo, winch: str) -> None:
     turn(demo, winch, 0)
     page.set_viewport_size(WIDE)
     page.goto(f"{demo.url}servos/{winch}/motion")
@@ -410,7 +406,7 @@ AT_ZERO = re.compile(r"^[+−]?0\.\d°$")
 
 
 @pytest.mark.parametrize(("size", "least"), [(PHONE, 200), (TABLET, 300), (WIDE, 360), (LARGE, 600)])
-def test_the_frame_stays_whatever_is_commanded_and_whether_torque_is_on(
+def test_the_layout_does_not_move_with_commands_or_torque(
     size: ViewportSize, least: int, page: Page, demo: Demo, winch: str
 ) -> None:
     page.set_viewport_size(size)
@@ -428,7 +424,7 @@ def test_the_frame_stays_whatever_is_commanded_and_whether_torque_is_on(
     assert min(dial["width"], dial["height"]) >= least
 
 
-def test_presets_are_stored_asked_about_and_gone_to_and_are_there_after_a_reload(
+def test_presets_are_stored_confirmed_applied_and_survive_a_reload(
     page: Page, demo: Demo, winch: str, pair: tuple[str, str]
 ) -> None:
     turn(demo, winch, 25)
@@ -459,9 +455,7 @@ def test_presets_are_stored_asked_about_and_gone_to_and_are_there_after_a_reload
     expect(page.get_by_test_id("preset-a"), "another servo has its own").to_contain_text("Set")
 
 
-def test_a_finger_steps_by_taps_walks_while_it_holds_and_stores_by_a_long_press(
-    browser: Browser, demo: Demo, winch: str
-) -> None:
+def test_touch_steps_repeats_and_stores_presets(browser: Browser, demo: Demo, winch: str) -> None:
     turn(demo, winch, 0)
     with page_in(browser, PHONE, has_touch=True) as page:
         page.goto(f"{demo.url}servos/{winch}/motion")
@@ -515,9 +509,7 @@ def test_a_finger_steps_by_taps_walks_while_it_holds_and_stores_by_a_long_press(
         assert too_small(page) == []
 
 
-def test_an_angle_past_a_limit_is_refused_by_the_limit_of_this_servo_and_moves_nothing_on_the_page(
-    page: Page, demo: Demo, winch: str
-) -> None:
+def test_an_angle_beyond_a_limit_is_rejected(page: Page, demo: Demo, winch: str) -> None:
     demo.api.put(f"/servos/{winch}/parameters/angle_limit_cw", json={"value": 60.0}).raise_for_status()
     begin(page, demo, winch)
     dial = page.get_by_test_id("jog-dial")

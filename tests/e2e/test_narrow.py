@@ -38,7 +38,7 @@ def well(page: Page, where: str) -> None:
     assert too_small(page) == [], where
 
 
-def test_from_the_list_to_a_servo_to_its_dial_and_to_another_page(phone: Page, demo: Demo) -> None:
+def test_a_phone_navigates_from_the_list_to_the_dial(phone: Page, demo: Demo) -> None:
     uid = servo_of(demo, "BLA21-12U-A0")
     four_pages_and_more_below(phone)
     phone.get_by_role("link", name="Servos").tap()
@@ -86,7 +86,7 @@ def four_pages_and_more_below(phone: Page) -> None:
     assert phone.url.endswith("/records")
 
 
-def test_a_thumb_wiggles_from_the_list_and_is_told_why_not(browser: Browser, demo: Demo) -> None:
+def test_a_phone_wiggles_from_the_list_and_shows_a_rejection(browser: Browser, demo: Demo) -> None:
     uid = servo_of(demo, "BLA21-12U-A0")
     wait_for(lambda: demo.api.get("/leases").json() == [], 6, "somebody has motion control")
     with page_in(browser, {"width": 390, "height": 844}, has_touch=True) as page:

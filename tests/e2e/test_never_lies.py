@@ -69,7 +69,7 @@ def own(context: BrowserContext) -> Iterator[tuple[Server, Page]]:
         yield server, page
 
 
-def test_the_angle_of_a_silent_servo_is_grey_at_once(page: Page, demo: Demo) -> None:
+def test_the_angle_of_a_silent_servo_is_stale_at_once(page: Page, demo: Demo) -> None:
     uid = servo_of(demo, "BLA21-12U-A0")
     page.goto(demo.url)
     angle = f"[data-testid=servo-row-{uid}] .c-angle"
@@ -84,7 +84,7 @@ def test_the_angle_of_a_silent_servo_is_grey_at_once(page: Page, demo: Demo) -> 
     expect(page.locator(angle), "it is back by itself").to_have_attribute("data-stale", "false", timeout=15_000)
 
 
-def test_a_figure_that_is_polled_is_grey_after_two_periods(page: Page, demo: Demo) -> None:
+def test_a_polled_value_is_stale_after_two_periods(page: Page, demo: Demo) -> None:
     uid = servo_of(demo, "BLA21-12U-A0")
     page.goto(f"{demo.url}servos/{uid}/parameters")
     readout = ".readouts > div:has([data-testid=angle-readout])"
@@ -102,7 +102,7 @@ def test_a_figure_that_is_polled_is_grey_after_two_periods(page: Page, demo: Dem
     expect(page.locator(readout)).to_have_attribute("data-stale", "false", timeout=15_000)
 
 
-def test_when_the_server_hangs_controls_wait_within_two_seconds_and_go_on_by_themselves(
+def test_controls_are_disabled_while_the_server_hangs(
     own: tuple[Server, Page],
 ) -> None:
     server, page = own
@@ -125,7 +125,7 @@ def test_when_the_server_hangs_controls_wait_within_two_seconds_and_go_on_by_the
     expect(page.get_by_test_id("stop")).to_contain_text("STOP")
 
 
-def test_a_server_that_ends_and_comes_back_on_its_port_is_taken_up_again(own: tuple[Server, Page]) -> None:
+def test_the_page_reconnects_after_a_server_restart(own: tuple[Server, Page]) -> None:
     server, page = own
     rows = page.locator("[data-testid^=servo-row-]")
     expect(rows).to_have_count(2)
@@ -153,7 +153,7 @@ def alive(page: Page) -> None:
     expect(page.get_by_test_id("live-state")).to_have_attribute("data-state", "up")
 
 
-def test_a_part_that_cannot_be_fetched_says_so_and_everything_else_goes_on(fresh_page: Page, demo: Demo) -> None:
+def test_a_failed_download_of_a_part_is_reported_in_place(fresh_page: Page, demo: Demo) -> None:
     page = fresh_page  # not watched: the console tells of the failure, as it should
     page.route("**/assets/faults-*.js", lambda route: route.abort())
     page.goto(demo.url)
@@ -166,7 +166,7 @@ def test_a_part_that_cannot_be_fetched_says_so_and_everything_else_goes_on(fresh
     expect(page.locator("[data-testid^=servo-row-]").first).to_be_visible()
 
 
-def test_a_page_that_breaks_takes_nothing_with_it_and_can_be_shown_again(fresh_page: Page, demo: Demo) -> None:
+def test_a_crashed_page_leaves_the_frame_and_can_be_retried(fresh_page: Page, demo: Demo) -> None:
     page = fresh_page
     broken = (
         "let n = 0; export function FaultsPage() { if (n++ === 0) throw new Error('broken here'); return 'mended'; }"
@@ -200,7 +200,7 @@ def test_a_page_that_breaks_takes_nothing_with_it_and_can_be_shown_again(fresh_p
         ),
     ],
 )
-def test_an_endpoint_that_fails_is_told_where_it_matters_and_nowhere_else(
+def test_a_failing_endpoint_is_reported_in_place(
     context: BrowserContext, demo: Demo, endpoint: str, where: str, says: str, works: str
 ) -> None:
     page = context.new_page()
@@ -212,7 +212,7 @@ def test_an_endpoint_that_fails_is_told_where_it_matters_and_nowhere_else(
     alive(page)
 
 
-def test_what_the_servo_refuses_says_why_and_what_to_do(page: Page, demo: Demo) -> None:
+def test_a_rejected_write_shows_reason_and_remedy(page: Page, demo: Demo) -> None:
     uid = servo_of(demo, "BLA21-12U-A0")
     held = demo.api.get(f"/servos/{uid}/parameters/angle_p_gain").json()["value"]
     demo.api.patch(f"/sim/servos/{uid}", json={"refuse_keys": ["angle_p_gain"]}).raise_for_status()

@@ -99,9 +99,7 @@ CASES = {
 
 
 @pytest.mark.parametrize("name", with_scene(CASES))
-def test_on_each_page_what_acts_waits_within_two_seconds_of_silence_and_goes_on_by_itself(
-    name: str, tab: Page, own: Server
-) -> None:
+def test_controls_of_each_page_are_disabled_while_the_server_is_silent(name: str, tab: Page, own: Server) -> None:
     case, uid = CASES[name], named(own)
     faulty = name == "faults"
     if faulty:
@@ -177,9 +175,7 @@ SILENT = {
 
 
 @pytest.mark.parametrize("name", with_scene(SILENT))
-def test_on_each_page_a_servo_that_falls_silent_is_old_in_time_and_comes_back_by_itself(
-    name: str, tab: Page, own: Server
-) -> None:
+def test_values_of_a_silent_servo_become_stale_on_each_page_and_recover(name: str, tab: Page, own: Server) -> None:
     case, uid = SILENT[name], named(own)
     names = {"uid": uid, "node": by_node(own, uid), "fault": FAULT}
     own.api.patch(f"/sim/servos/{uid}", json={"faults": {FAULT: name == "faults"}}).raise_for_status()
@@ -212,7 +208,7 @@ BREAKS = {
 }
 
 
-def test_each_page_that_breaks_takes_nothing_with_it_and_can_be_shown_again(fresh_page: Page, demo: Demo) -> None:
+def test_each_crashed_page_leaves_the_frame_and_can_be_retried(fresh_page: Page, demo: Demo) -> None:
     page, uid = fresh_page, demo.api.get("/servos").json()[0]["uid"]
     throws = "if (n++ === 0) throw new Error('broken here'); return 'mended';"
 
@@ -247,7 +243,7 @@ def test_each_page_that_breaks_takes_nothing_with_it_and_can_be_shown_again(fres
         ),
     ],
 )
-def test_a_plot_or_a_scene_that_breaks_leaves_what_stands_beside_it(
+def test_a_crashed_plot_or_scene_leaves_the_rest_of_the_page(
     chunk: str, component: str, where: str, works: str, fresh_page: Page, demo: Demo
 ) -> None:
     broken = f"export function {component}() {{ throw new Error('broken here'); }}"
@@ -262,7 +258,7 @@ def test_a_plot_or_a_scene_that_breaks_leaves_what_stands_beside_it(
     alive(fresh_page)
 
 
-def test_runs_that_cannot_be_drawn_leave_the_step_test_and_the_gains(fresh_page: Page, demo: Demo) -> None:
+def test_a_crashed_plot_of_runs_leaves_step_test_and_gains(fresh_page: Page, demo: Demo) -> None:
     fresh_page.route(re.compile(r"/api/v1/runs\?"), lambda route: route.fulfill(json=[{"id": 1}]))
     uid = demo.api.get("/servos").json()[0]["uid"]
     fresh_page.goto(f"{demo.url}servos/{uid}/tune")

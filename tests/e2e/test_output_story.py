@@ -59,7 +59,7 @@ def confirmed(server: Server, uid: str) -> Callable[[], bool]:
 
 
 @by("keyboard")
-def test_two_servos_are_commissioned_after_a_stop_and_keep_torque_in_rom(server: Server, hand: Hand) -> None:
+def test_servos_commissioned_after_a_stop_keep_torque_in_rom(server: Server, hand: Hand) -> None:
     page, uids = hand.page, [made(server), made(server)]
     page.goto(server.url + "servos")
     expect(page.get_by_test_id(f"servo-row-{uids[0]}")).to_be_visible()
@@ -97,7 +97,7 @@ def test_two_servos_are_commissioned_after_a_stop_and_keep_torque_in_rom(server:
 
 
 @by("touch")
-def test_a_tuned_gain_and_a_value_after_motion_are_saved_alone(server: Server, hand: Hand) -> None:
+def test_a_save_contains_only_the_changed_values(server: Server, hand: Hand) -> None:
     page, uid = hand.page, made(server, 21)
     page.goto(f"{server.url}servos/{uid}/motion")
     hand.press("enable-motion")
@@ -142,9 +142,7 @@ def test_torque_on_is_saved_from_the_parameters_page_without_motion_control(serv
 
 
 @by("touch")
-def test_a_save_that_would_be_refused_opens_no_dialog_and_says_why_beside_the_button(
-    server: Server, hand: Hand
-) -> None:
+def test_a_rejected_save_opens_no_dialog(server: Server, hand: Hand) -> None:
     page, uid = hand.page, made(server, 23)
     page.goto(f"{server.url}servos/{uid}/parameters#angle_p_gain")
     expect(page.get_by_test_id("input-angle_p_gain")).to_be_enabled(timeout=SLOW_MS)

@@ -41,7 +41,7 @@ def open_page(page: Page, name: str) -> None:
     page.locator("nav").get_by_role("link", name=re.compile(f"^{name}")).first.click()
 
 
-def test_every_page_opens_after_the_server_is_gone_and_its_parts_too(own: Server, tab: Page) -> None:
+def test_every_page_opens_without_the_server(own: Server, tab: Page) -> None:
     tab.goto(own.url)
     expect(tab.locator("html")).to_have_attribute("data-loaded", "all", timeout=COMING_BACK_MS)
     kill(own, tab)
@@ -61,7 +61,7 @@ def test_every_page_opens_after_the_server_is_gone_and_its_parts_too(own: Server
     assert style is True
 
 
-def test_a_page_that_was_not_fetched_names_the_link_and_appears_when_it_is_back(own: Server, tab: Page) -> None:
+def test_a_page_not_loaded_appears_when_the_link_is_back(own: Server, tab: Page) -> None:
     port = port_of(own)
     tab.route("**/assets/faults-*", lambda route: route.abort())
     with tab.expect_event("requestfailed", lambda one: "/assets/faults-" in one.url, timeout=COMING_BACK_MS):
@@ -81,7 +81,7 @@ def test_a_page_that_was_not_fetched_names_the_link_and_appears_when_it_is_back(
         tab.wait_for_function(rules)
 
 
-def test_a_server_that_was_updated_is_named_as_the_cause_with_a_way_on(tab: Page, demo: Demo) -> None:
+def test_an_updated_server_is_named_as_the_cause(tab: Page, demo: Demo) -> None:
     tab.route("**/assets/faults-*", lambda route: route.fulfill(status=404))
     tab.goto(demo.url)
     expect(tab.locator("[data-testid^=servo-row-]").first).to_be_visible()
@@ -93,7 +93,7 @@ def test_a_server_that_was_updated_is_named_as_the_cause_with_a_way_on(tab: Page
     expect(missing.get_by_role("button", name="Reload")).to_be_visible()
 
 
-def test_a_server_that_answers_and_does_not_deliver_is_asked_again(tab: Page, demo: Demo) -> None:
+def test_an_incomplete_download_is_retried(tab: Page, demo: Demo) -> None:
     tab.route("**/assets/faults-*", lambda route: route.fulfill(status=404))
     tab.goto(demo.url)
     open_page(tab, "Faults")

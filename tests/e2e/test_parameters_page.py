@@ -26,9 +26,7 @@ def value(demo: Demo, uid: str, key: str) -> object:
     return demo.api.get(f"/servos/{uid}/parameters").json()["parameters"][key]["value"]
 
 
-def test_keys_step_the_wheel_only_in_the_box_that_has_the_focus_and_escape_takes_back(
-    page: Page, demo: Demo, uid: str
-) -> None:
+def test_keys_and_wheel_step_only_the_focused_field(page: Page, demo: Demo, uid: str) -> None:
     page.goto(f"{demo.url}servos/{uid}/parameters#angle_limit_cw")
     box = page.get_by_test_id("input-angle_limit_cw")
     expect(box).to_be_focused()
@@ -49,9 +47,7 @@ def test_keys_step_the_wheel_only_in_the_box_that_has_the_focus_and_escape_takes
     assert demo.api.get("/stop").json()["latched"] is False, "nothing moves: Esc takes back what was typed, no more"
 
 
-def test_the_caret_stays_and_a_failed_write_is_said_across_tabs_and_searches(
-    context: BrowserContext, demo: Demo, uid: str
-) -> None:
+def test_the_caret_stays_and_a_failed_write_stays_visible(context: BrowserContext, demo: Demo, uid: str) -> None:
     page = context.new_page()
     page.goto(f"{demo.url}servos/{uid}/parameters#angle_limit_ccw")
     box = page.get_by_test_id("input-angle_limit_ccw")
@@ -87,7 +83,7 @@ def middle(page: Page, testid: str) -> tuple[float, float]:
     return box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
 
 
-def test_the_range_can_be_dragged_which_stages_and_sends_nothing(page: Page, demo: Demo, uid: str) -> None:
+def test_dragging_the_range_only_stages(page: Page, demo: Demo, uid: str) -> None:
     page.goto(f"{demo.url}servos/{uid}/parameters#torque_limit_cw")
     ruler = page.get_by_test_id("row-torque_limit_cw").locator(".ruler")
     expect(page.get_by_test_id("input-torque_limit_cw")).to_have_value("100")
@@ -103,9 +99,7 @@ def test_the_range_can_be_dragged_which_stages_and_sends_nothing(page: Page, dem
     page.get_by_test_id("discard").click()
 
 
-def test_help_of_a_row_is_opened_by_keyboard_and_names_register_section_and_raw(
-    page: Page, demo: Demo, uid: str
-) -> None:
+def test_row_help_opens_by_keyboard(page: Page, demo: Demo, uid: str) -> None:
     page.goto(f"{demo.url}servos/{uid}/parameters#angle_limit_cw")
     page.get_by_test_id("help-angle_limit_cw").focus()
     page.keyboard.press("Enter")
@@ -115,7 +109,7 @@ def test_help_of_a_row_is_opened_by_keyboard_and_names_register_section_and_raw(
     expect(page.get_by_test_id("raw-angle_limit_cw")).to_have_text("600")
 
 
-def test_expert_rows_are_folded_with_what_they_are(page: Page, demo: Demo, uid: str) -> None:
+def test_expert_rows_are_folded(page: Page, demo: Demo, uid: str) -> None:
     page.goto(f"{demo.url}servos/{uid}/parameters#angle_p_gain")
     expect(page.get_by_test_id("experts")).to_contain_text("Speed P gain")
     expect(page.get_by_test_id("row-speed_p_gain")).to_have_count(0)
@@ -125,7 +119,7 @@ def test_expert_rows_are_folded_with_what_they_are(page: Page, demo: Demo, uid: 
     expect(page.get_by_test_id("input-speed_p_gain")).to_be_enabled()
 
 
-def test_a_limit_that_would_switch_the_servo_off_is_asked_about_written_and_undone(
+def test_a_limit_that_could_switch_the_servo_off_is_confirmed_written_and_undone(
     page: Page, demo: Demo, uid: str, watched: Watched
 ) -> None:
     page.goto(f"{demo.url}servos/{uid}/parameters#voltage_limit_lower")
@@ -159,9 +153,7 @@ def test_a_limit_that_would_switch_the_servo_off_is_asked_about_written_and_undo
     watched.complaints[:] = [one for one in watched.complaints if "409" not in one]
 
 
-def test_a_power_cut_takes_the_undo_and_what_it_took_from_ram_is_staged_again_by_one_press(
-    page: Page, demo: Demo, uid: str
-) -> None:
+def test_ram_values_lost_by_a_power_cut_are_staged_again(page: Page, demo: Demo, uid: str) -> None:
     page.goto(f"{demo.url}servos/{uid}/parameters#angle_p_gain")
     page.get_by_test_id("input-angle_p_gain").fill("57")
     page.get_by_test_id("input-angle_p_gain").press("Enter")
@@ -189,7 +181,7 @@ def test_a_power_cut_takes_the_undo_and_what_it_took_from_ram_is_staged_again_by
     assert value(demo, uid, "angle_p_gain") == 57
 
 
-def test_a_favourite_is_marked_by_a_star_filtered_and_kept(page: Page, demo: Demo, uid: str) -> None:
+def test_favourites_are_marked_filtered_and_stored(page: Page, demo: Demo, uid: str) -> None:
     page.goto(f"{demo.url}servos/{uid}/parameters#angle_p_gain")
     page.get_by_test_id("favourite-angle_p_gain").click()
     page.goto(f"{demo.url}servos/{uid}/parameters?filter=favourites")

@@ -57,7 +57,7 @@ def drag(page: Page, plot: Locator, start: float, end: float) -> None:
     page.mouse.up()
 
 
-def test_a_channel_that_is_chosen_gets_a_lane_and_is_polled_until_it_is_left(page: Page, demo: Demo, uid: str) -> None:
+def test_a_selected_channel_is_plotted_and_polled_until_the_page_is_left(page: Page, demo: Demo, uid: str) -> None:
     plot = opened(page, demo, uid)
     expect(plot).to_have_attribute("data-lanes", "1")
     page.get_by_test_id("plot-channels").click()
@@ -74,7 +74,7 @@ def test_a_channel_that_is_chosen_gets_a_lane_and_is_polled_until_it_is_left(pag
     wait_for(lambda: "current_speed" not in wished(demo, uid), 5, "leaving gives nothing back")
 
 
-def test_a_part_is_enlarged_by_dragging_and_exported_as_it_is_seen(page: Page, demo: Demo, uid: str) -> None:
+def test_dragging_zooms_and_the_export_contains_the_visible_part(page: Page, demo: Demo, uid: str) -> None:
     plot = opened(page, demo, uid, seconds=3)
     expect(page.get_by_test_id("plot-live")).to_have_count(0)
     drag(page, plot, 0.8, 0.6)
@@ -98,9 +98,7 @@ def test_a_part_is_enlarged_by_dragging_and_exported_as_it_is_seen(page: Page, d
     expect(page.get_by_test_id("plot-live")).to_be_visible()
 
 
-def test_cursors_are_placed_by_pointer_and_moved_by_keys_from_sample_to_sample(
-    page: Page, demo: Demo, uid: str
-) -> None:
+def test_cursors_are_placed_by_pointer_and_moved_by_keys(page: Page, demo: Demo, uid: str) -> None:
     plot = opened(page, demo, uid, seconds=3)
     face = plot.locator(".u-over").first
     box = face.bounding_box()
@@ -127,7 +125,7 @@ def test_cursors_are_placed_by_pointer_and_moved_by_keys_from_sample_to_sample(
     expect(page.get_by_test_id("plot-cursor-B")).to_be_visible()
 
 
-def test_a_recording_is_opened_from_the_disk_and_a_file_that_is_none_is_refused(
+def test_a_recording_is_opened_from_disk_and_another_file_rejected(
     page: Page, demo: Demo, uid: str, tmp_path: Path
 ) -> None:
     opened(page, demo, uid)
@@ -168,7 +166,7 @@ def heads(plot: Locator) -> int:
     return plot.locator(".plot-lane canvas").first.evaluate(HEADS)
 
 
-def test_a_write_is_marked_when_it_happens_and_its_mark_goes_with_its_time(page: Page, demo: Demo, uid: str) -> None:
+def test_a_write_is_marked_in_the_plot(page: Page, demo: Demo, uid: str) -> None:
     plot = opened(page, demo, uid)
     page.get_by_test_id("plot-window").select_option("5")
     wait_for(lambda: heads(plot) == 0, 20, "something before is still marked")
@@ -184,7 +182,7 @@ def test_a_write_is_marked_when_it_happens_and_its_mark_goes_with_its_time(page:
     assert heads(plot) == 0, "the write of another servo"
 
 
-def test_a_fault_is_marked_when_it_comes_up_and_when_it_is_over(page: Page, demo: Demo, uid: str) -> None:
+def test_a_fault_is_marked_in_the_plot(page: Page, demo: Demo, uid: str) -> None:
     """A mark alone is 8 columns wide; its word, "fault", makes it 15 to 17 (a write's is longer)."""
     plot = opened(page, demo, uid)
     page.get_by_test_id("plot-window").select_option("5")
@@ -199,7 +197,7 @@ def test_a_fault_is_marked_when_it_comes_up_and_when_it_is_over(page: Page, demo
     wait_for(lambda: heads(plot) == 0, 10, "that mark stays")
 
 
-def test_several_servos_are_drawn_in_one_plot_each_with_its_own_wish(page: Page, demo: Demo) -> None:
+def test_several_servos_share_a_plot_with_own_subscriptions(page: Page, demo: Demo) -> None:
     uids = [one["uid"] for one in demo.api.get("/servos").json()][:3]
     page.goto(demo.url + "servos")
     for each in uids:

@@ -5,7 +5,7 @@ from playwright.sync_api import Page, expect
 from e2e.servers import Demo
 
 
-def test_paper_names_the_servo_and_keeps_heads_of_columns_and_drops_what_is_pressed(page: Page, demo: Demo) -> None:
+def test_a_printed_page_names_the_servo_without_buttons(page: Page, demo: Demo) -> None:
     uid = demo.api.get("/servos").json()[0]["uid"]
     page.emulate_media(media="print")
     page.goto(f"{demo.url}servos/{uid}/faults")

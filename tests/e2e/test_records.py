@@ -13,14 +13,14 @@ from e2e.test_technician import servo_of, wait_for
 
 
 @pytest.mark.parametrize("part", ["snapshots", "profiles", "reports", "audit"])
-def test_every_part_has_an_address_of_its_own(page: Page, demo: Demo, part: str) -> None:
+def test_every_part_has_its_own_address(page: Page, demo: Demo, part: str) -> None:
     page.goto(f"{demo.url}records#{part}")
     expect(page.get_by_test_id("records-page")).to_have_attribute("data-part", part)
     page.wait_for_timeout(500)
     assert complaints(page) == []
 
 
-def test_the_faults_of_one_servo_have_an_address_and_the_way_back_leads_to_all(page: Page, demo: Demo) -> None:
+def test_the_faults_of_one_servo_have_an_address(page: Page, demo: Demo) -> None:
     uid = servo_of(demo, "BLA21-28U-AB")
     page.goto(f"{demo.url}servos/{uid}/faults")
     name = demo.api.get(f"/servos/{uid}").json()
@@ -30,7 +30,7 @@ def test_the_faults_of_one_servo_have_an_address_and_the_way_back_leads_to_all(p
     expect(page).to_have_url(re.compile(rf"/servos/{uid}/faults$"))
 
 
-def test_snapshots_and_audit_are_told_in_words(page: Page, demo: Demo) -> None:
+def test_snapshots_and_audit_are_readable(page: Page, demo: Demo) -> None:
     uid = servo_of(demo, "BLA21-12U-A0")
     rows = demo.api.get(f"/servos/{uid}/parameters").json()["parameters"]
     held = {key: rows[key]["value"] for key in ("angle_limit_cw", "angle_p_gain")}
@@ -48,7 +48,7 @@ def test_snapshots_and_audit_are_told_in_words(page: Page, demo: Demo) -> None:
     assert [cell for cell in cells if re.search("[a-z]_[a-z]", cell)] == []
 
 
-def test_a_report_prints_black_on_white_with_every_fact_and_no_button(page: Page, demo: Demo) -> None:
+def test_a_report_prints_black_on_white_without_buttons(page: Page, demo: Demo) -> None:
     uid = servo_of(demo, "BLA21-12U-A0")
     as_in_rom(demo.api, uid)
     save = demo.api.post(f"/servos/{uid}/save")
@@ -91,7 +91,7 @@ def recorded(context: BrowserContext, recording: tuple[Server, str]) -> Iterator
     server.api.delete("/stop").raise_for_status()
 
 
-def test_a_recording_plays_as_a_bus_to_its_end_and_the_real_one_comes_back(recorded: tuple[Server, Page, str]) -> None:
+def test_a_recording_is_replayed_as_a_bus_to_its_end(recorded: tuple[Server, Page, str]) -> None:
     server, page, name = recorded
     page.goto(f"{server.url}recorder#{name}")
     page.get_by_test_id("recording-play").click()
@@ -113,7 +113,7 @@ def test_a_recording_plays_as_a_bus_to_its_end_and_the_real_one_comes_back(recor
     server.ready(2)
 
 
-def test_what_happened_at_a_stop_is_shown_from_its_band(recorded: tuple[Server, Page, str]) -> None:
+def test_the_stop_band_links_to_its_recording(recorded: tuple[Server, Page, str]) -> None:
     server, page, name = recorded
     (stored,) = [one for one in server.api.get("/recorder/recordings").json() if one["name"] == name]
     page.goto(f"{server.url}recorder?from={stored['at']}&to={stored['at']}")
@@ -130,9 +130,7 @@ def test_what_happened_at_a_stop_is_shown_from_its_band(recorded: tuple[Server, 
     assert at == pytest.approx(stopped_at, abs=2)
 
 
-def test_a_restore_that_could_switch_the_servo_off_says_so_and_writes_nothing_without_a_tick(
-    page: Page, demo: Demo, watched: Watched
-) -> None:
+def test_a_restore_that_could_switch_the_servo_off_needs_confirmation(page: Page, demo: Demo, watched: Watched) -> None:
     uid = servo_of(demo, "BLA21-06U-A0")
     row = f"/servos/{uid}/parameters/voltage_limit_lower"
 

@@ -60,7 +60,7 @@ def name(server: Server, uid: str, label: str) -> str:
     return label
 
 
-def test_outputs_come_on_again_after_a_dialog_that_names_who_is_under_load(server: Server, hand: Hand) -> None:
+def test_outputs_are_restored_after_a_dialog_names_loaded_servos(server: Server, hand: Hand) -> None:
     page = hand.page
     uids = [made(server, servo_id, timeout_action=HOLDS) for servo_id in (31, 32, 33)]
     rudder, arm, bay = uids
@@ -98,7 +98,7 @@ def test_outputs_come_on_again_after_a_dialog_that_names_who_is_under_load(serve
     assert server.api.get("/leases").json() == [], "they hold by themselves"
 
 
-def test_a_servo_that_lets_go_by_itself_is_kept_on_until_motion_is_turned_off(server: Server, mouse: Hand) -> None:
+def test_a_servo_with_a_timeout_stays_on_until_motion_is_off(server: Server, mouse: Hand) -> None:
     page, uid = mouse.page, made(server, 34, timeout_action=LETS_GO, timeout_time=500)
     page.goto(server.url + "servos")
     expect(page.get_by_test_id(f"servo-row-{uid}")).to_be_visible()
@@ -118,9 +118,7 @@ def test_a_servo_that_lets_go_by_itself_is_kept_on_until_motion_is_turned_off(se
     expect(page.get_by_test_id("kept-band")).to_have_count(0)
 
 
-def test_the_dialog_opens_only_after_the_server_agreed_and_not_for_a_stop_pressed_since(
-    server: Server, mouse: Hand
-) -> None:
+def test_the_restore_dialog_opens_only_if_the_server_permits(server: Server, mouse: Hand) -> None:
     page, uid = mouse.page, made(server, 35, timeout_action=HOLDS)
     page.goto(server.url + "servos")
     expect(page.get_by_test_id(f"servo-row-{uid}")).to_be_visible()

@@ -87,9 +87,7 @@ def upstream() -> Iterator[str]:
 
 
 @pytest.mark.parametrize("strips", [False, True])
-def test_rest_sockets_and_view_work_below_a_path_whether_the_proxy_strips_it_or_not(
-    upstream: str, tmp_path: Path, strips: bool
-) -> None:
+def test_rest_sockets_and_view_work_below_a_path(upstream: str, tmp_path: Path, strips: bool) -> None:
     with nginx(tmp_path, upstream, strips=strips) as (url, log), httpx.Client(base_url=url) as client:
         page = client.get("servos")
         assert 'content="/hornbill"' in page.text
@@ -133,7 +131,7 @@ def test_rest_sockets_and_view_work_below_a_path_whether_the_proxy_strips_it_or_
         assert TOKEN not in log.read_text()
 
 
-def test_the_page_lives_below_a_path_in_a_browser(upstream: str, tmp_path: Path, scene_browser: Browser) -> None:
+def test_the_page_works_below_a_path(upstream: str, tmp_path: Path, scene_browser: Browser) -> None:
     with nginx(tmp_path, upstream, strips=False) as (url, _):
         context = scene_browser.new_context(viewport={"width": 1440, "height": 900})
         try:
@@ -183,7 +181,7 @@ def test_the_page_lives_below_a_path_in_a_browser(upstream: str, tmp_path: Path,
             context.close()
 
 
-def test_with_a_certificate_it_serves_https_and_the_cookie_is_for_that_alone(tmp_path: Path) -> None:
+def test_with_a_certificate_it_serves_https_with_a_secure_cookie(tmp_path: Path) -> None:
     openssl = shutil.which("openssl")
     if openssl is None:
         pytest.skip("no openssl to make a certificate with")

@@ -24,7 +24,7 @@ def opened(page: Page, demo: Demo, uid: str, seconds: float = 0) -> None:
     page.wait_for_timeout(1000 * seconds)
 
 
-def test_a_single_shot_holds_the_step_that_crossed_the_level(page: Page, demo: Demo, uid: str) -> None:
+def test_a_single_trigger_captures_the_step(page: Page, demo: Demo, uid: str) -> None:
     opened(page, demo, uid)
     lease = {"Lease": demo.api.post("/leases", json={"holder": "Scope", "ttl_s": 30}).json()["id"]}
     try:

@@ -113,7 +113,7 @@ def heads(page: Page) -> list[tuple[float, float]]:
     return [(line["x"] + line["width"] / 2 - face["x"], face["width"]) for face, line in boxes if face and line]
 
 
-def test_a_zip_is_brought_and_opened_and_says_what_it_is_of(page: Page, demo: Demo, brought: Recorded) -> None:
+def test_a_recording_is_imported_and_described(page: Page, demo: Demo, brought: Recorded) -> None:
     bring(page, demo, brought)
     assert brought.uid not in {one["uid"] for one in demo.api.get("/servos").json()}, "it is of another bus"
     about = brought.content["about"]
@@ -125,9 +125,7 @@ def test_a_zip_is_brought_and_opened_and_says_what_it_is_of(page: Page, demo: De
     expect(page.get_by_test_id("plot-current_angle").locator("canvas")).to_be_visible()
 
 
-def test_a_zip_that_is_no_recording_is_refused_and_nothing_is_kept(
-    page: Page, watched: Watched, demo: Demo, tmp_path: Path
-) -> None:
+def test_another_zip_file_is_rejected_and_not_stored(page: Page, watched: Watched, demo: Demo, tmp_path: Path) -> None:
     before = demo.api.get("/recorder/recordings").json()
     packed = BytesIO()
     with zipfile.ZipFile(packed, "w") as file:
@@ -146,9 +144,7 @@ def test_a_zip_that_is_no_recording_is_refused_and_nothing_is_kept(
     watched.complaints.clear()
 
 
-def test_time_moves_the_lines_in_the_plots_and_the_horn_to_what_was_read_then(
-    page: Page, demo: Demo, brought: Recorded
-) -> None:
+def test_scrubbing_moves_the_plots_and_the_horn(page: Page, demo: Demo, brought: Recorded) -> None:
     angles, commands = brought.samples("current_angle"), brought.samples("command_angle")
     bring(page, demo, brought)
     expect(page.get_by_test_id("replay-band")).to_have_text("Recording, not live")
@@ -191,7 +187,7 @@ def degree(value: float) -> str:
     return ("" if value == 0 else "+" if value > 0 else "−") + f"{abs(value):.1f}°"
 
 
-def test_playing_takes_the_time_it_took_and_ends_at_the_end(page: Page, demo: Demo, brought: Recorded) -> None:
+def test_playback_takes_the_recorded_time(page: Page, demo: Demo, brought: Recorded) -> None:
     bring(page, demo, brought)
     move(page, "Home")
     page.get_by_test_id("scrub-play").click()
@@ -217,9 +213,7 @@ def test_playing_takes_the_time_it_took_and_ends_at_the_end(page: Page, demo: De
     assert moment(page) == pytest.approx(brought.content["about"]["ended_at"] - zero_of(brought))
 
 
-def test_with_less_motion_wished_for_it_plays_in_two_pictures_a_second(
-    page: Page, demo: Demo, brought: Recorded
-) -> None:
+def test_reduced_motion_plays_at_two_frames_per_second(page: Page, demo: Demo, brought: Recorded) -> None:
     page.emulate_media(reduced_motion="reduce")
     bring(page, demo, brought)
     move(page, "Home")
@@ -234,9 +228,7 @@ def test_with_less_motion_wished_for_it_plays_in_two_pictures_a_second(
     assert min(after - before for before, after in pairwise(moments)) > 300, moments
 
 
-def test_nothing_of_it_reaches_a_servo_and_pages_that_follow_are_live(
-    page: Page, demo: Demo, brought: Recorded
-) -> None:
+def test_scrubbing_sends_nothing_and_later_pages_are_live(page: Page, demo: Demo, brought: Recorded) -> None:
     asked: list[str] = []
     page.on("request", lambda one: asked.append(one.url) if one.method not in ("GET", "HEAD") else None)
     bring(page, demo, brought)
@@ -255,7 +247,7 @@ def test_nothing_of_it_reaches_a_servo_and_pages_that_follow_are_live(
     expect(page.get_by_test_id("replay-band")).to_have_count(0)
 
 
-def test_a_file_in_the_plot_turns_the_view_beside_it_and_closing_it_turns_it_back(
+def test_a_file_in_the_plot_drives_the_view_until_closed(
     page: Page, demo: Demo, recorded: Recorded, tmp_path: Path
 ) -> None:
     uid = demo.api.get("/servos").json()[0]["uid"]
@@ -285,7 +277,7 @@ def test_a_file_in_the_plot_turns_the_view_beside_it_and_closing_it_turns_it_bac
     shows(page, demo.api.get(f"/servos/{uid}").json()["angle_deg"], 2)
 
 
-def test_while_motion_is_on_the_view_is_of_the_servo(
+def test_the_view_shows_the_servo_while_motion_is_on(
     page: Page, demo: Demo, recorded: Recorded, tmp_path: Path
 ) -> None:
     uid = demo.api.get("/servos").json()[0]["uid"]
@@ -307,7 +299,7 @@ def test_while_motion_is_on_the_view_is_of_the_servo(
     wait_for(lambda: demo.api.get("/leases").json() == [], 15, "motion control is not let go")
 
 
-def test_a_zip_opened_in_a_plot_goes_to_records(page: Page, demo: Demo, brought: Recorded) -> None:
+def test_a_recording_opened_in_a_plot_is_imported(page: Page, demo: Demo, brought: Recorded) -> None:
     uid = demo.api.get("/servos").json()[0]["uid"]
     page.goto(f"{demo.url}servos/{uid}/parameters")
     page.get_by_test_id("plot-channels").click()

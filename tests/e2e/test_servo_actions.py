@@ -79,9 +79,7 @@ def seen_moving(server: Server, page: Page, at_rest: dict[str, float]) -> list[s
     return order
 
 
-def test_identical_servos_are_told_apart_one_restarts_one_row_gets_its_default_and_one_is_reset(
-    hand: Hand, server: Server
-) -> None:
+def test_servos_are_identified_restarted_set_to_default_and_reset(hand: Hand, server: Server) -> None:
     page = hand.page
     told: list[str] = []
     page.on("console", lambda message: told.append(message.text) if message.type == "error" else None)
@@ -195,7 +193,7 @@ def mouse(browser: Browser) -> Iterator[Page]:
         yield page
 
 
-def test_what_is_refused_is_said_where_it_was_pressed_and_no_dialog_opens(mouse: Page, server: Server) -> None:
+def test_a_rejection_is_shown_beside_the_button_without_a_dialog(mouse: Page, server: Server) -> None:
     uid = server.ready(COUNT)[0]
     mouse.goto(f"{server.url}servos/{uid}/parameters")
     says = mouse.get_by_test_id("servo-says")
@@ -229,7 +227,7 @@ def test_what_is_refused_is_said_where_it_was_pressed_and_no_dialog_opens(mouse:
     expect(mouse.get_by_role("dialog")).to_have_count(0)
 
 
-def test_several_are_restarted_in_turn_and_the_one_that_is_off_is_left_out(mouse: Page, server: Server) -> None:
+def test_several_servos_restart_in_turn_without_the_offline_one(mouse: Page, server: Server) -> None:
     known = {str(one["uid"]): str(one["serial"]) for one in server.servos()}
     uids = sorted(known, key=lambda uid: known[uid])  # as the list has servos without an ID
     server.api.patch(f"/servos/{uids[0]}/parameters", json={"values": {"angle_p_gain": 55}}).raise_for_status()

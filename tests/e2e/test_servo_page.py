@@ -17,7 +17,7 @@ def listed(demo: Demo) -> list[str]:
 
 
 @pytest.mark.parametrize("way", WAYS)
-def test_another_servo_is_picked_and_the_tab_stays(way: str, browser: Browser, demo: Demo) -> None:
+def test_selecting_another_servo_keeps_the_tab(way: str, browser: Browser, demo: Demo) -> None:
     one, other = listed(demo)[:2]
     with hand_of(browser, way) as hand:
         page = hand.page
@@ -40,7 +40,7 @@ def test_another_servo_is_picked_and_the_tab_stays(way: str, browser: Browser, d
         expect(page).to_have_url(f"{demo.url}servos/{one}/faults")
 
 
-def test_keys_lead_to_the_next_servo_and_not_past_the_ends(page: Page, demo: Demo) -> None:
+def test_keys_select_the_next_servo(page: Page, demo: Demo) -> None:
     uids = listed(demo)
     page.goto(f"{demo.url}servos/{uids[0]}/parameters")
     expect(page.get_by_test_id("servo-before")).to_be_disabled()
@@ -52,7 +52,7 @@ def test_keys_lead_to_the_next_servo_and_not_past_the_ends(page: Page, demo: Dem
 
 
 @pytest.mark.parametrize("way", WAYS)
-def test_notes_and_name_are_written_on_the_overview_and_kept(way: str, browser: Browser, demo: Demo) -> None:
+def test_notes_and_name_are_stored(way: str, browser: Browser, demo: Demo) -> None:
     uid = listed(demo)[1]
     before = demo.api.get(f"/inventory/{uid}").json()
     try:
@@ -81,7 +81,7 @@ def test_notes_and_name_are_written_on_the_overview_and_kept(way: str, browser: 
         demo.api.patch(f"/inventory/{uid}", json=patch).raise_for_status()
 
 
-def test_brake_takes_the_output_away_and_is_said(page: Page, demo: Demo) -> None:
+def test_the_brake_is_shown(page: Page, demo: Demo) -> None:
     uid = listed(demo)[0]
     page.goto(f"{demo.url}servos/{uid}")
     output = page.get_by_test_id("act-output")
@@ -93,7 +93,7 @@ def test_brake_takes_the_output_away_and_is_said(page: Page, demo: Demo) -> None
     expect(output.get_by_role("button", name="Off")).to_have_attribute("aria-pressed", "true")
 
 
-def test_what_the_servo_does_now_is_read_beside_its_drawn_case(page: Page, demo: Demo) -> None:
+def test_the_overview_shows_the_present_values(page: Page, demo: Demo) -> None:
     page.goto(f"{demo.url}servos/{listed(demo)[1]}")
     readings = page.locator(".o-now .readouts > div")
     expect(readings).to_have_count(8)
@@ -102,7 +102,7 @@ def test_what_the_servo_does_now_is_read_beside_its_drawn_case(page: Page, demo:
     expect(page.locator(".o-now .case-outline")).to_be_attached()
 
 
-def test_the_profile_that_was_applied_last_is_named_and_compared(page: Page, demo: Demo) -> None:
+def test_the_last_applied_profile_is_named_and_compared(page: Page, demo: Demo) -> None:
     uid = listed(demo)[2]
     row = f"/servos/{uid}/parameters/angle_p_gain"
     held = demo.api.get(row).json()["value"]
@@ -119,7 +119,7 @@ def test_the_profile_that_was_applied_last_is_named_and_compared(page: Page, dem
         demo.api.put(row, json={"value": held}).raise_for_status()
 
 
-def test_the_overview_says_what_rom_lacks_and_asks_before_it_saves(page: Page, demo: Demo) -> None:
+def test_the_overview_shows_unsaved_values_and_confirms_a_save(page: Page, demo: Demo) -> None:
     uid = demo.api.get("/servos").json()[0]["uid"]
     row = f"/servos/{uid}/parameters/angle_p_gain"
     held = demo.api.get(row).json()["value"]

@@ -78,9 +78,7 @@ def together(asked: list[str], path: str, took_s: float) -> None:
     assert 0 < len(asked) <= took_s / PAUSE_S + 1
 
 
-def test_all_rows_take_one_request_and_none_when_they_are_shown_again(
-    shown: Page, own: Server, asked: list[str]
-) -> None:
+def test_all_rows_take_one_request_and_none_when_shown_again(shown: Page, own: Server, asked: list[str]) -> None:
     (path,) = asked
     prefix, _, listed = path.partition("=")
     assert (prefix, sorted(listed.split(","))) == ("/parameters?uids", sorted(str(one["uid"]) for one in own.servos()))
@@ -99,9 +97,7 @@ def test_all_rows_take_one_request_and_none_when_they_are_shown_again(
     assert asked == []
 
 
-def test_a_change_of_every_servo_is_told_and_a_restart_of_all_is_asked_for_together(
-    shown: Page, own: Server, asked: list[str]
-) -> None:
+def test_changes_are_published_and_restarts_read_together(shown: Page, own: Server, asked: list[str]) -> None:
     asked.clear()
     uids = [str(one["uid"]) for one in own.servos()]
     body = {"servos": {uid: {"angle_p_gain": 43} for uid in uids}}
@@ -137,7 +133,7 @@ def test_the_faults_of_all_take_one_request(page: Page, own: Server, asked: list
     together(asked, "/faults?uids=", time.monotonic() - before)
 
 
-def test_no_healthy_servo_looks_old(shown: Page, own: Server) -> None:
+def test_no_healthy_servo_looks_stale(shown: Page, own: Server) -> None:
     own.ready(COUNT, within_s=60)
     longest = shown.evaluate(LONGEST_GREY, 6)
     assert [key for key, seconds in longest.items() if seconds > GREY_S] == []

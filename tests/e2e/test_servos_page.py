@@ -25,7 +25,7 @@ def names(page: Page) -> list[str]:
     return page.locator(".servo-row .row-link").all_inner_texts()
 
 
-def test_a_press_on_a_column_sorts_and_says_so_by_keyboard_too(page: Page, demo: Demo) -> None:
+def test_a_column_heading_sorts_by_pointer_and_keyboard(page: Page, demo: Demo) -> None:
     page.goto(demo.url + "servos")
     own = names(page) if page.locator(".servo-row").nth(5).is_visible() else []
     expect(page.locator(".servo-row")).to_have_count(6)
@@ -60,9 +60,7 @@ def troubled(demo: Demo) -> Iterator[str]:
 
 
 @pytest.mark.parametrize(("view", "height"), [("List", 72), ("Compact", 36)])
-def test_every_row_is_as_high_as_the_next_and_says_in_its_tooltip_what_has_no_room(
-    view: str, height: int, page: Page, demo: Demo, troubled: str
-) -> None:
+def test_rows_have_equal_height_and_tooltips(view: str, height: int, page: Page, demo: Demo, troubled: str) -> None:
     page.goto(demo.url + "servos")
     page.get_by_role("button", name=view, exact=True).click()
     health = page.get_by_test_id(f"servo-row-{troubled}").locator(".c-health")
@@ -71,7 +69,7 @@ def test_every_row_is_as_high_as_the_next_and_says_in_its_tooltip_what_has_no_ro
     expect(health).to_have_attribute("title", re.compile(r"Warning: angle sensor field weak\. .*magnet"))
 
 
-def test_compact_shows_twenty_rows_at_900_px_and_is_kept(page: Page, demo: Demo) -> None:
+def test_compact_shows_twenty_rows_at_900_px_and_is_stored(page: Page, demo: Demo) -> None:
     page.set_viewport_size({"width": 1440, "height": 900})
     page.goto(demo.url + "servos")
     page.get_by_role("button", name="Compact", exact=True).click()
@@ -84,7 +82,7 @@ def test_compact_shows_twenty_rows_at_900_px_and_is_kept(page: Page, demo: Demo)
     assert (scroll["y"] + scroll["height"] - first["y"]) / first["height"] >= 20
 
 
-def test_a_finger_has_rows_of_56_px_in_compact(browser: Browser, demo: Demo) -> None:
+def test_touch_rows_are_56_px_high_in_compact(browser: Browser, demo: Demo) -> None:
     with hand_of(browser, "touch") as hand:
         hand.page.goto(demo.url + "servos")
         hand.page.get_by_role("button", name="Compact", exact=True).tap()
@@ -93,7 +91,7 @@ def test_a_finger_has_rows_of_56_px_in_compact(browser: Browser, demo: Demo) -> 
         assert too_small(hand.page) == []
 
 
-def test_keys_go_through_the_rows_tick_them_and_open_one(page: Page, demo: Demo) -> None:
+def test_keys_move_select_and_open_rows(page: Page, demo: Demo) -> None:
     page.goto(demo.url + "servos")
     links = page.locator(".servo-row .row-link")
     expect(links).to_have_count(6)
@@ -133,7 +131,7 @@ def placed(demo: Demo) -> Iterator[dict[str, list[str]]]:
 
 
 @pytest.mark.parametrize("way", WAYS)
-def test_servos_of_a_place_stand_under_one_heading_that_folds_and_ticks_them(
+def test_groups_fold_and_select_their_servos(
     way: str, browser: Browser, demo: Demo, placed: dict[str, list[str]]
 ) -> None:
     with hand_of(browser, way) as hand:
@@ -156,7 +154,7 @@ def test_servos_of_a_place_stand_under_one_heading_that_folds_and_ticks_them(
         expect(page.locator(".servo-group").first).to_be_visible()
 
 
-def test_the_list_is_narrowed_to_a_model(page: Page, demo: Demo) -> None:
+def test_the_list_is_filtered_by_model(page: Page, demo: Demo) -> None:
     page.goto(demo.url + "servos")
     expect(page.locator(".servo-row")).to_have_count(6)
     model = demo.api.get("/servos").json()[0]["model"]
@@ -165,7 +163,7 @@ def test_the_list_is_narrowed_to_a_model(page: Page, demo: Demo) -> None:
     expect(page.locator(".servo-row")).to_have_count(len(same))
 
 
-def test_ticked_servos_are_edited_together_and_their_torque_is_turned_off(page: Page, demo: Demo) -> None:
+def test_selected_servos_are_edited_together_and_turned_off(page: Page, demo: Demo) -> None:
     uids = [one["uid"] for one in demo.api.get("/servos").json()][1:3]
     page.goto(demo.url + "servos")
     for uid in uids:
@@ -188,7 +186,7 @@ def test_ticked_servos_are_edited_together_and_their_torque_is_turned_off(page: 
     expect(bar).to_have_count(0)
 
 
-def test_a_profile_is_chosen_for_the_ticked_servos(page: Page, demo: Demo) -> None:
+def test_a_profile_is_chosen_for_the_selected_servos(page: Page, demo: Demo) -> None:
     one, other = demo.api.get("/servos").json()[:2]
     made = demo.api.put("/profiles/Bench", json={"from_uid": one["uid"]})
     made.raise_for_status()
@@ -201,7 +199,7 @@ def test_a_profile_is_chosen_for_the_ticked_servos(page: Page, demo: Demo) -> No
     expect(dialog.get_by_test_id(f"apply-{other['uid']}").get_by_role("checkbox")).not_to_be_checked()
 
 
-def test_ticked_servos_are_plotted_together_and_one_more_or_less_is_seen_at_once(page: Page, demo: Demo) -> None:
+def test_selected_servos_are_plotted_together(page: Page, demo: Demo) -> None:
     shown = demo.api.get("/servos").json()
     page.goto(demo.url + "servos")
     for one in shown[:3]:
@@ -219,7 +217,7 @@ def test_ticked_servos_are_plotted_together_and_one_more_or_less_is_seen_at_once
 
 
 @pytest.mark.scene
-def test_the_wall_shows_each_servo_found_under_its_name_and_leads_to_it(page: Page, demo: Demo) -> None:
+def test_the_wall_shows_and_links_each_servo(page: Page, demo: Demo) -> None:
     shown = demo.api.get("/servos").json()
     page.goto(demo.url + "servos")
     expect(page.locator(".servo-row")).to_have_count(6)

@@ -70,7 +70,7 @@ def latched(demo: Demo) -> bool:
 
 
 @pytest.mark.parametrize("language", ["en", "ja"])
-def test_stop_is_seen_whole_on_every_page_in_every_window(language: str, browser: Browser, demo: Demo) -> None:
+def test_stop_is_fully_visible_on_every_page_and_window(language: str, browser: Browser, demo: Demo) -> None:
     with page_in(browser, has_touch=True) as page:
         page.add_init_script(f"localStorage.setItem('hornbill.language', '{language}')")
         for path in ("servos", f"servos/{servo_of(demo, 'BLA21-12U-A0')}/parameters", "bus"):
@@ -84,7 +84,7 @@ def test_stop_is_seen_whole_on_every_page_in_every_window(language: str, browser
 
 @pytest.mark.usefixtures("stops")
 @pytest.mark.parametrize(("language", "windows"), [("en", tuple(WINDOWS)), ("ja", ("small phone", "tablet", "laptop"))])
-def test_stop_is_seen_whole_while_motion_is_on_and_stops_at_a_touch(
+def test_stop_is_fully_visible_while_motion_is_on_and_works_by_touch(
     language: str, windows: tuple[str, ...], browser: Browser, demo: Demo
 ) -> None:
     with page_in(browser, has_touch=True) as page:
@@ -119,7 +119,7 @@ def stops_at_a_touch(page: Page, demo: Demo, window: str) -> None:
 
 @pytest.mark.usefixtures("stops")
 @pytest.mark.parametrize("scale", [2.0, 4.0])
-def test_stop_stays_in_sight_of_a_page_that_is_pinched_larger(scale: float, browser: Browser, demo: Demo) -> None:
+def test_stop_stays_visible_when_the_page_is_zoomed(scale: float, browser: Browser, demo: Demo) -> None:
     with page_in(browser, {"width": 390, "height": 844}, has_touch=True, is_mobile=True) as page:
         uid = servo_of(demo, "BLA21-12U-A0")
         page.goto(f"{demo.url}servos/{uid}/motion")
@@ -134,7 +134,7 @@ def test_stop_stays_in_sight_of_a_page_that_is_pinched_larger(scale: float, brow
 
 
 @pytest.mark.usefixtures("stops")
-def test_motion_is_refused_and_ends_where_stop_does_not_fit(page: Page, demo: Demo) -> None:
+def test_motion_needs_a_fully_visible_stop(page: Page, demo: Demo) -> None:
     uid = servo_of(demo, "BLA21-12U-A0")
     page.goto(f"{demo.url}servos/{uid}/motion")
     expect(page.get_by_test_id("enable-motion")).to_be_enabled()
@@ -155,9 +155,7 @@ def test_motion_is_refused_and_ends_where_stop_does_not_fit(page: Page, demo: De
 
 @pytest.mark.usefixtures("stops")
 @pytest.mark.parametrize("theme", ["light", "dark"])
-def test_a_phone_shows_motion_without_scrolling_and_every_target_is_large_enough(
-    theme: str, browser: Browser, demo: Demo
-) -> None:
+def test_a_phone_shows_motion_without_scrolling_with_large_targets(theme: str, browser: Browser, demo: Demo) -> None:
     with page_in(browser, {"width": 390, "height": 844}, has_touch=True) as page:
         page.add_init_script(f"localStorage.setItem('hornbill.theme', '{theme}')")
         uid = servo_of(demo, "BLA21-12U-A0")
@@ -179,7 +177,7 @@ def test_a_phone_shows_motion_without_scrolling_and_every_target_is_large_enough
         assert {page.evaluate(under % x) for x in range(5, 390, 20)} <= {None, "disable-motion"}
 
 
-def test_stop_is_first_for_the_keyboard(page: Page, demo: Demo) -> None:
+def test_stop_has_the_first_tab_stop(page: Page, demo: Demo) -> None:
     page.goto(demo.url)
     expect(page.locator(".servo-row").nth(5)).to_be_visible()
     page.keyboard.press("Tab")  # to the content
@@ -188,7 +186,7 @@ def test_stop_is_first_for_the_keyboard(page: Page, demo: Demo) -> None:
 
 
 @pytest.mark.usefixtures("stops")
-def test_esc_closes_while_nothing_moves_and_stops_when_pressed_twice(page: Page, demo: Demo) -> None:
+def test_esc_closes_at_rest_and_stops_when_pressed_twice(page: Page, demo: Demo) -> None:
     uid = servo_of(demo, "BLA21-06U-A0")
     page.goto(f"{demo.url}servos/{uid}/parameters#angle_limit_cw")
     expect(page.get_by_test_id("stop")).to_contain_text("Esc twice")
@@ -241,7 +239,7 @@ def test_space_stops_only_while_motion_is_on(page: Page, demo: Demo) -> None:
 
 
 @pytest.mark.usefixtures("stops")
-def test_esc_stops_at_once_in_any_tab_while_somebody_moves_a_horn(page: Page, demo: Demo) -> None:
+def test_esc_stops_at_once_in_any_tab_while_a_horn_moves(page: Page, demo: Demo) -> None:
     uid = servo_of(demo, "BLA21-06U-A0")
     page.goto(f"{demo.url}servos")
     expect(page.get_by_test_id("stop")).to_contain_text("Esc twice")
@@ -269,7 +267,7 @@ def test_esc_stops_at_once_in_any_tab_while_somebody_moves_a_horn(page: Page, de
 
 @pytest.mark.usefixtures("stops")
 @pytest.mark.parametrize("motion", [False, True], ids=["at rest", "with motion on"])
-def test_esc_and_enter_of_an_input_method_do_nothing(motion: bool, page: Page, demo: Demo) -> None:
+def test_esc_and_enter_of_an_input_method_are_ignored(motion: bool, page: Page, demo: Demo) -> None:
     uid = servo_of(demo, "BLA21-12U-A0")
     name = demo.api.get(f"/servos/{uid}").json()["label"]
     if motion:

@@ -48,7 +48,7 @@ def commissioned(server: Server, uids: list[str], names: tuple[str, ...]) -> Non
         assert (rows["angle_limit_cw"]["rom"], rows["angle_limit_ccw"]["rom"]) == (LIMIT, -LIMIT)
 
 
-def test_six_new_servos_on_a_tablet_by_touch(browser: Browser, server: Server) -> None:
+def test_six_new_servos_are_commissioned_by_touch(browser: Browser, server: Server) -> None:
     with page_in(browser, TABLET, has_touch=True) as page:
         six_servos(page, server)
 
@@ -153,7 +153,7 @@ def press(page: Page, testid: str, key: str = "Enter") -> None:
     page.keyboard.press(key)
 
 
-def test_the_same_wizard_by_keyboard_alone(page_of: Page, server: Server) -> None:
+def test_the_wizard_works_by_keyboard(page_of: Page, server: Server) -> None:
     page, names = page_of, NAMES[:4]
     began = time.monotonic()
     uids = from_the_bag(server, 4)

@@ -74,7 +74,7 @@ def reading(client: httpx.Client, last: str | None = None) -> Generator[Reader]:
         yield Reader(response)
 
 
-def test_who_comes_back_with_the_last_id_gets_what_happened_meanwhile_and_nothing_twice(url: str) -> None:
+def test_the_last_id_resumes_the_stream_without_repeats(url: str) -> None:
     with httpx.Client(base_url=url, headers=BEARER, timeout=10) as client:
 
         def stop(reason: str) -> None:
@@ -108,7 +108,7 @@ def test_who_comes_back_with_the_last_id_gets_what_happened_meanwhile_and_nothin
         assert all(one["at"] > seen for one in news), "something was told twice"
 
 
-def test_an_id_nobody_knows_is_told_as_a_gap_and_begins_with_how_everything_is(url: str) -> None:
+def test_an_unknown_id_reports_a_gap_and_sends_the_state(url: str) -> None:
     with (
         httpx.Client(base_url=url, headers=BEARER, timeout=10) as client,
         reading(client, "of-another-life-7") as after,
@@ -118,5 +118,5 @@ def test_an_id_nobody_knows_is_told_as_a_gap_and_begins_with_how_everything_is(u
         assert after.hear("stop")["stop"] is not None
 
 
-def test_without_a_token_nothing_is_told(url: str) -> None:
+def test_the_stream_needs_a_token(url: str) -> None:
     assert httpx.get(url + STREAM, timeout=10).status_code == 401

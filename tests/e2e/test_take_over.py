@@ -38,7 +38,7 @@ def begin(page: Page, demo: Demo, uid: str) -> str:
     return demo.api.get("/leases").json()[0]["holder"]
 
 
-def test_motion_control_is_asked_for_kept_and_then_handed_over(page: Page, other: Page, demo: Demo) -> None:
+def test_motion_control_is_requested_refused_and_handed_over(page: Page, other: Page, demo: Demo) -> None:
     uid = servo_of(demo, "BLA21-12U-A0")
     holder = begin(page, demo, uid)
     other.goto(f"{demo.url}servos/{uid}/motion")
@@ -76,9 +76,7 @@ def test_motion_control_is_asked_for_kept_and_then_handed_over(page: Page, other
     wait_for(lambda: demo.api.get("/leases").json() == [], 5, "it was not given back")
 
 
-def test_taking_needs_a_second_step_and_a_reason_and_ends_the_others_motion(
-    page: Page, other: Page, demo: Demo
-) -> None:
+def test_taking_motion_control_needs_a_reason_and_ends_motion(page: Page, other: Page, demo: Demo) -> None:
     uid = servo_of(demo, "BLA21-12U-A0")
     holder = begin(page, demo, uid)
     other.set_viewport_size({"width": 768, "height": 1024})
@@ -99,7 +97,7 @@ def test_taking_needs_a_second_step_and_a_reason_and_ends_the_others_motion(
     wait_for(lambda: demo.api.get("/leases").json() == [], 5, "it was not given back")
 
 
-def test_a_copy_of_the_tab_is_somebody_else_and_says_so_in_the_readers_language_alone(page: Page, demo: Demo) -> None:
+def test_a_copied_tab_is_another_client(page: Page, demo: Demo) -> None:
     uid = servo_of(demo, "BLA21-12U-A0")
     holder = begin(page, demo, uid)
     kept = page.evaluate("() => JSON.stringify(sessionStorage)")

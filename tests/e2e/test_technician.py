@@ -60,7 +60,7 @@ def test_the_list_shows_every_servo_with_a_live_angle(page: Page, demo: Demo) ->
 
 
 @pytest.mark.parametrize("wanted", ["on", "off"])
-def test_a_servo_that_was_moved_keeps_torque_in_rom_unless_off_was_staged_and_agreed_to(
+def test_a_save_keeps_torque_in_rom_unless_off_is_confirmed(
     wanted: str, page: Page, context: BrowserContext, demo: Demo
 ) -> None:
     uid = servo_of(demo, "BLA21-12U-A0")
@@ -97,7 +97,7 @@ def test_a_servo_that_was_moved_keeps_torque_in_rom_unless_off_was_staged_and_ag
         demo.api.post(f"/servos/{uid}/save", params={"wait": True}, json={"torque_on": True}).raise_for_status()
 
 
-def test_limits_are_changed_saved_and_come_back_from_rom(page: Page, demo: Demo) -> None:
+def test_limits_are_changed_saved_and_loaded_from_rom(page: Page, demo: Demo) -> None:
     uid = servo_of(demo, "BLA21-06U-A0")
     as_in_rom(demo.api, uid)
     written: list[str] = []
@@ -145,7 +145,7 @@ def body_of(request: Request) -> str:
     return request.post_data or ""
 
 
-def test_a_jog_moves_the_plot_and_the_scene_and_stop_holds_until_it_is_cleared(page: Page, demo: Demo) -> None:
+def test_a_jog_moves_plot_and_scene_and_stop_latches(page: Page, demo: Demo) -> None:
     uid = servo_of(demo, "BLA21-12U-A0")
     page.goto(f"{demo.url}servos/{uid}/motion")
     assert demo.api.get("/leases").json() == [], "opening the page takes nothing"
@@ -198,7 +198,7 @@ def stands(page: Page, angle: float) -> None:
 
 
 @pytest.mark.scene
-def test_the_plot_and_the_3d_scene_follow_the_horn(page: Page, demo: Demo) -> None:
+def test_plot_and_scene_follow_the_horn(page: Page, demo: Demo) -> None:
     uid = servo_of(demo, "BLA15-06U-A0")
     page.goto(f"{demo.url}servos/{uid}/parameters")
     frame = page.get_by_test_id("view-frame")
@@ -235,7 +235,7 @@ def changed(before: np.ndarray, after: np.ndarray) -> int:
     return int((np.abs(before[:height, :width] - after[:height, :width]).max(axis=2) > 40).sum())
 
 
-def test_a_page_that_is_closed_takes_torque_with_it(page: Page, demo: Demo) -> None:
+def test_closing_the_page_turns_torque_off(page: Page, demo: Demo) -> None:
     uid = servo_of(demo, "BLA21-12U-A0")
     page.goto(f"{demo.url}servos/{uid}/motion")
     page.get_by_test_id("enable-motion").click()

@@ -41,9 +41,7 @@ def run_step(page: Page, legend: str) -> None:
     expect(page.get_by_test_id("step-go")).to_be_enabled()
 
 
-def test_two_gains_are_compared_on_the_tune_page_and_the_way_back_is_one_press(
-    page: Page, demo: Demo, servo: str
-) -> None:
+def test_two_gains_are_compared_and_the_first_is_restored(page: Page, demo: Demo, servo: str) -> None:
     page.goto(f"{demo.url}servos/{servo}/tune")
     expect(page.get_by_test_id("no-runs")).to_be_visible()
     expect(page.get_by_test_id("step-go")).to_have_count(0)
@@ -104,9 +102,7 @@ def test_two_gains_are_compared_on_the_tune_page_and_the_way_back_is_one_press(
     wait_for(lambda: demo.api.get(torque).json()["value"] == "off", 1, "torque is still on")
 
 
-def test_typing_starts_no_step_test_and_one_press_of_enter_sends_one_request(
-    page: Page, demo: Demo, servo: str
-) -> None:
+def test_typing_starts_no_step_test_and_enter_sends_one_request(page: Page, demo: Demo, servo: str) -> None:
     sent: list[str] = []
     page.on("request", lambda request: sent.append(request.url) if request.url.endswith("/step-test") else None)
     page.goto(f"{demo.url}servos/{servo}/tune")
@@ -125,7 +121,7 @@ def test_typing_starts_no_step_test_and_one_press_of_enter_sends_one_request(
     expect(page.get_by_test_id("step-problem")).to_have_count(0)
 
 
-def test_cancel_ends_a_step_test_and_says_so(page: Page, demo: Demo, servo: str) -> None:
+def test_a_step_test_is_cancelled(page: Page, demo: Demo, servo: str) -> None:
     page.goto(f"{demo.url}servos/{servo}/tune")
     page.get_by_test_id("enable-motion").click()
     page.get_by_test_id("step-runs").fill("20")

@@ -118,7 +118,7 @@ PANELS = """() => [...document.querySelectorAll(
     .filter(element => element.getClientRects().length).map(element => element.outerHTML.slice(0, 99))"""
 
 
-def test_the_frame_shows_a_servo_and_nothing_of_visers_own(shown: Shown) -> None:
+def test_the_frame_shows_a_servo_without_visers_controls(shown: Shown) -> None:
     assert shown.frame.evaluate(PANELS) == []
     picture = shown.picture()
     assert picture.shape == (HEIGHT, WIDTH, 3)
@@ -129,7 +129,7 @@ def test_the_frame_shows_a_servo_and_nothing_of_visers_own(shown: Shown) -> None
     assert teal.sum() > 100, "the limit arc"
 
 
-def test_a_positive_angle_turns_the_horn_clockwise_on_the_screen(shown: Shown) -> None:
+def test_a_positive_angle_is_clockwise_on_the_screen(shown: Shown) -> None:
     """The camera looks from the front right and above, so clockwise sweeps from the back over the right side."""
     middles: list[float] = []
     for angle in (0.0, 45.0, 90.0):
@@ -143,7 +143,7 @@ def test_a_positive_angle_turns_the_horn_clockwise_on_the_screen(shown: Shown) -
     assert middles[0] < middles[2] - 5
 
 
-def test_a_reload_comes_back_without_the_parameter_viser_adds(shown: Shown) -> None:
+def test_a_reload_drops_the_parameter_viser_adds(shown: Shown) -> None:
     assert "websocket=" in shown.frame.url, "viser no longer rewrites its address: the redirect may go"
     shown.frame.evaluate("() => location.reload()")
     shown.page.wait_for_timeout(500)
@@ -182,7 +182,7 @@ def open_view(page: Page, demo: Demo, uid: str) -> Frame:
     return frame
 
 
-def test_in_the_page_two_browsers_look_at_different_servos(page: Page, scene_browser: Browser, demo: Demo) -> None:
+def test_two_browsers_view_different_servos(page: Page, scene_browser: Browser, demo: Demo) -> None:
     shown = {one["model"][:5]: one["uid"] for one in demo.api.get("/servos").json()}
     assert {"BLA15", "BLA21"} <= shown.keys()
     with page_in(scene_browser, color_scheme="dark") as other:
@@ -199,7 +199,7 @@ def look_at_different_servos(page: Page, other: Page, demo: Demo, shown: dict[st
     assert ("darkMode" in first.url, "darkMode" in second.url) == (False, True)
 
 
-def test_a_click_in_the_picture_goes_to_that_servo_and_moves_nothing(page: Page, demo: Demo) -> None:
+def test_a_click_in_the_scene_opens_the_servo_without_motion(page: Page, demo: Demo) -> None:
     uid = demo.api.get("/servos").json()[0]["uid"]
     open_view(page, demo, uid)
     page.get_by_test_id("view-all").click()
@@ -223,7 +223,7 @@ def test_a_click_in_the_picture_goes_to_that_servo_and_moves_nothing(page: Page,
     assert {one["uid"]: one["command_deg"] for one in demo.api.get("/servos").json()} == before
 
 
-def test_alone_unless_all_are_asked_for_and_that_is_kept(page: Page, demo: Demo) -> None:
+def test_the_choice_to_show_all_servos_is_stored(page: Page, demo: Demo) -> None:
     uid = demo.api.get("/servos").json()[0]["uid"]
     open_view(page, demo, uid)
     named = page.locator("[data-testid^=view-name-]")
@@ -244,7 +244,7 @@ def drag(page: Page, grip: str, x: float, y: float) -> None:
     page.mouse.up()
 
 
-def test_the_horn_is_dragged_under_motion_control_alone_and_a_limit_is_only_staged(page: Page, demo: Demo) -> None:
+def test_dragging_needs_motion_control_and_only_stages_limits(page: Page, demo: Demo) -> None:
     uid = next(one["uid"] for one in demo.api.get("/servos").json() if one["state"] == "ready")
 
     def at() -> float:
@@ -287,7 +287,7 @@ def test_the_horn_is_dragged_under_motion_control_alone_and_a_limit_is_only_stag
     assert demo.api.get("/leases").json() == []
 
 
-def test_quality_by_hand_is_kept(page: Page, demo: Demo) -> None:
+def test_the_chosen_quality_is_stored(page: Page, demo: Demo) -> None:
     uid = demo.api.get("/servos").json()[0]["uid"]
     open_view(page, demo, uid)
     button = page.get_by_test_id("view-quality")
