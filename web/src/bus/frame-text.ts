@@ -41,8 +41,11 @@ export function typeWords(transfer: DecodedTransfer): string {
 
 /** The server's summary split into the type and the rest. */
 function halves(one: DecodedTransfer): { head: string; text: string } {
-  const type = typeWords(one);
-  const head = one.summary.startsWith(type) ? type : (/^[^,]*/.exec(one.summary)?.[0] ?? "");
+  const name = one.type === null ? `Type ${one.data_type_id}` : shortType(one.type);
+  const type = one.kind === "message" ? name : `${name} ${one.kind}`; // the summary is in English
+  if (one.summary.startsWith(type))
+    return { head: typeWords(one), text: one.summary.slice(type.length).trimStart() };
+  const head = /^[^,]*/.exec(one.summary)?.[0] ?? "";
   return { head, text: one.summary.slice(head.length).trimStart() };
 }
 

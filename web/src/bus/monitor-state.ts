@@ -52,7 +52,7 @@ effect(() => {
 });
 
 /** Follows again, whatever paused the list. */
-export function resume(): void {
+export function followFrames(): void {
   batch(() => {
     paused.value = false;
     scrolled.value = false;
@@ -88,7 +88,7 @@ export function watchFrames(): () => void {
     if (!up.value || !seen.value || connection.value === 0) return undefined;
     const filter: FrameFilter = { ...JSON.parse(settled.value), view: view.value };
     feed.clear();
-    resume();
+    followFrames();
     monitorRefusal.value = null;
     subscribedAt.value = monotonic();
     subscribing = live.send({ type: "subscribe", topics: ["frames"], uids: null, frames: filter });
@@ -116,6 +116,6 @@ export function watchFrames(): () => void {
     endRefusals();
     document.removeEventListener("visibilitychange", onVisibility);
     feed.clear();
-    resume();
+    followFrames();
   };
 }

@@ -88,7 +88,7 @@ function Tools() {
         testid="monitor-pause"
         pressed={held}
         onClick={() => {
-          if (held) monitor.resume();
+          if (held) monitor.followFrames();
           else monitor.paused.value = true;
         }}
       >

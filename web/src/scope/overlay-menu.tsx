@@ -11,7 +11,7 @@ import { instant } from "../kit/loaded";
 import { Menu } from "../kit/menu";
 import { fromCsv } from "../telemetry/csv";
 import type { ScopeChannel } from "./layout";
-import { type Overlay, overlayOfRun } from "./overlay";
+import { overlayOfRun, type ScopeOverlay } from "./overlay";
 import { scope as words } from "./words";
 
 /** Number of runs offered per servo. */
@@ -19,7 +19,7 @@ const OFFERED = 5;
 
 interface Props {
   channels: readonly ScopeChannel[];
-  onOverlay: (one: Overlay) => void;
+  onOverlay: (one: ScopeOverlay) => void;
   onProblem: (why: string | null) => void;
 }
 

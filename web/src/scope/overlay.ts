@@ -7,7 +7,7 @@ import type { Samples } from "../plots/trace";
 import type { Recorded } from "../telemetry/csv";
 import { idOf } from "./layout";
 
-export interface Overlay {
+export interface ScopeOverlay {
   name: string;
   content: Pick<Recorded, "columns">;
   /** Its time 0 is aligned with the trigger. */
@@ -15,7 +15,7 @@ export interface Overlay {
 }
 
 /** The first step of a run with its command, by servo name; time 0 is the command. */
-export function overlayOfRun(run: StepRun, name: string, servo: string): Overlay | null {
+export function overlayOfRun(run: StepRun, name: string, servo: string): ScopeOverlay | null {
   const [step] = run.steps;
   const last = step?.t.at(-1);
   if (!step || last === undefined) return null;
@@ -41,7 +41,7 @@ export function overlayOfRun(run: StepRun, name: string, servo: string): Overlay
 }
 
 /** The column of a file for a curve's channel, drawn faintly in its colour; null without one. */
-export function overlayCurve(one: Overlay, curve: Drawn, span: TimeSpan): Drawn | null {
+export function overlayCurve(one: ScopeOverlay, curve: Drawn, span: TimeSpan): Drawn | null {
   const { name, channel } = curve;
   const { columns } = one.content;
   const column =

@@ -30,7 +30,7 @@ import { MemoryStrip } from "./memory";
 import "./scope.css";
 import { arm, checkTrigger, reset, type ScopeCurve } from "./acquire";
 import { CursorTable } from "./cursor-table";
-import { type Overlay, overlayCurve } from "./overlay";
+import { overlayCurve, type ScopeOverlay } from "./overlay";
 import { OverlayMenu } from "./overlay-menu";
 import { ScopeSide } from "./side";
 import { SpectrumPanel } from "./spectrum-panel";
@@ -45,7 +45,7 @@ export function ScopePage() {
   const span = useMemo(() => new TimeSpan(() => telemetry.serverTime(monotonic())), []);
   const box = useRef<HTMLDivElement>(null);
   const plots = useRef<(Plot | null)[]>([]);
-  const overlays = useSignal<readonly Overlay[]>([]);
+  const overlays = useSignal<readonly ScopeOverlay[]>([]);
   const problem = useSignal<string | null>(null);
   const chosen = channels.value;
   const wanted = chosen.map(idOf).join(" ");

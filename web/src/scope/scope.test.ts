@@ -3,7 +3,7 @@ import { describe, expect, test } from "vitest";
 import type { StepRun } from "../api/lab-types";
 import { TimeSpan } from "../plots/span";
 import { readChannels, readLayouts, USUAL_RULE, writeChannels } from "./layout";
-import { type Overlay, overlayCurve, overlayOfRun } from "./overlay";
+import { overlayCurve, overlayOfRun, type ScopeOverlay } from "./overlay";
 import { fft, highestPeak, spectrumOf } from "./spectrum";
 import { statisticsOf } from "./statistics";
 import { type Acquisition, crossing, step, windowOf } from "./trigger";
@@ -158,7 +158,7 @@ describe("layouts", () => {
 
 test("a run is laid over its own servo's curves, its command at the instant of the trigger", () => {
   const step = { t: [-0.1, 0, 0.2], angle_deg: [0, 0, 9.5], from_deg: 0, to_deg: 10, direction: "there" };
-  const laid = overlayOfRun({ steps: [step] } as unknown as StepRun, "Run 1", "Left") as Overlay;
+  const laid = overlayOfRun({ steps: [step] } as unknown as StepRun, "Run 1", "Left") as ScopeOverlay;
   const held = new TimeSpan(() => 100);
   held.still.value = { from: 49, to: 51, zero: 50 };
   const curve = (name: string, channel: string) => {

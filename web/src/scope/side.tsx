@@ -13,7 +13,7 @@ import type { TimeSpan } from "../plots/span";
 import { arm, type ScopeCurve } from "./acquire";
 import { Letter } from "./cursor-table";
 import { idOf, MOST_CHANNELS } from "./layout";
-import type { Overlay } from "./overlay";
+import type { ScopeOverlay } from "./overlay";
 import {
   acquisition,
   applyLayout,
@@ -32,7 +32,7 @@ interface Props {
   span: TimeSpan;
   curves: readonly (ScopeCurve & { label: string })[];
   grants: ReadonlyMap<string, TelemetryGrant>;
-  overlays: Signal<readonly Overlay[]>;
+  overlays: Signal<readonly ScopeOverlay[]>;
   asked: number;
   windowed: number;
   children: ComponentChildren;
