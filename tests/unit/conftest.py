@@ -3,7 +3,7 @@
 import asyncio
 import inspect
 from contextlib import AbstractAsyncContextManager, AsyncExitStack
-from typing import Any
+from typing import Any, cast
 
 import pytest
 
@@ -22,8 +22,7 @@ def pytest_pyfunc_call(pyfuncitem: pytest.Function) -> bool | None:
         async with AsyncExitStack() as stack:
             for name, value in arguments.items():
                 if isinstance(value, AbstractAsyncContextManager):
-                    entered: AbstractAsyncContextManager[Any] = value
-                    arguments[name] = await stack.enter_async_context(entered)
+                    arguments[name] = await stack.enter_async_context(cast(AbstractAsyncContextManager[Any], value))
             await test(**arguments)
 
     run = asyncio.run if pyfuncitem.get_closest_marker("real_time") else jumping_clock.run

@@ -1,6 +1,6 @@
 """Helpers of the tests of slcan adapters."""
 
-from collections.abc import AsyncIterator
+from collections.abc import AsyncGenerator
 from contextlib import asynccontextmanager
 from typing import Any
 
@@ -12,7 +12,7 @@ from unit.bus.adapter import FakeAdapter
 @asynccontextmanager
 async def opened(
     adapter: FakeAdapter | None = None, baud: str = "", **options: Any
-) -> AsyncIterator[tuple[FakeAdapter, CanPort]]:
+) -> AsyncGenerator[tuple[FakeAdapter, CanPort]]:
     """`adapter`, by default a plain one, and its open port; both are closed afterwards."""
     with adapter or FakeAdapter() as adapter:
         port = await open_port(f"slcan:{adapter.channel}{baud}", **options)

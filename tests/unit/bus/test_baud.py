@@ -202,6 +202,10 @@ class Memory:
         self.known[serial_number] = baud
 
 
+def usb_with(serial_number: str) -> Callable[[str], UsbAdapter]:
+    return lambda _device: UsbAdapter(serial_number)
+
+
 @pytest.fixture(autouse=True)
 def tried(monkeypatch: pytest.MonkeyPatch) -> list[int]:
     """The rates set, in order. Nothing an adapter sent at one rate arrives at the next."""
@@ -272,7 +276,7 @@ async def test_an_adapter_without_data_is_passive_and_never_active(quick: None, 
 
 @pytest.mark.real_time
 async def test_an_adapter_is_tried_first_at_its_last_rate(monkeypatch: pytest.MonkeyPatch, tried: list[int]) -> None:
-    monkeypatch.setattr(address, "usb_of", lambda _device: UsbAdapter("A1B2"))  # pyright: ignore[reportUnknownLambdaType]
+    monkeypatch.setattr(address, "usb_of", usb_with("A1B2"))
     memory = Memory()
     async with opened(FakeAdapter(baud=115_200), memory=memory) as (adapter, port):
         adapter.send(BUS_FRAME)
@@ -369,7 +373,7 @@ async def test_a_cancelled_search_ends(tried: list[int]) -> None:
 @pytest.mark.real_time
 async def test_adapters_with_one_serial_number_are_each_detected_at_their_rate(monkeypatch: pytest.MonkeyPatch) -> None:
     """Copies of a chip often share one, so the remembered rate of one is wrong for the other."""
-    monkeypatch.setattr(address, "usb_of", lambda _device: UsbAdapter("A50285BI"))  # pyright: ignore[reportUnknownLambdaType]
+    monkeypatch.setattr(address, "usb_of", usb_with("A50285BI"))
     memory = Memory()
     with FakeAdapter(baud=1_000_000, bus=True) as one, FakeAdapter(baud=115_200, bus=True) as other:
         for adapter, rate in ((one, 1_000_000), (other, 115_200), (one, 1_000_000)):

@@ -1,7 +1,7 @@
 """The contract of every CanPort, on the embedded bus, python-can's virtual bus and slcan adapters."""
 
 import asyncio
-from collections.abc import AsyncIterator, Awaitable, Callable, Iterator
+from collections.abc import AsyncGenerator, Awaitable, Callable, Generator, Iterator
 from contextlib import AbstractAsyncContextManager, asynccontextmanager, contextmanager
 from functools import partial
 from itertools import count
@@ -23,7 +23,7 @@ _channels = count()
 
 
 @contextmanager
-def memory(*, fast: bool = False) -> Iterator[Opener]:
+def memory(*, fast: bool = False) -> Generator[Opener]:
     bus = MemoryBus(fast=fast)
 
     async def open_memory(name: str) -> CanPort:
@@ -33,13 +33,13 @@ def memory(*, fast: bool = False) -> Iterator[Opener]:
 
 
 @contextmanager
-def virtual() -> Iterator[Opener]:
+def virtual() -> Generator[Opener]:
     address = f"virtual:contract-{next(_channels)}"
     yield lambda _name: open_port(address)
 
 
 @contextmanager
-def slcan() -> Iterator[Opener]:
+def slcan() -> Generator[Opener]:
     with FakeAdapter() as one, FakeAdapter() as other:
         one.neighbour, other.neighbour = other, one
         channels = {"a": one.channel, "b": other.channel}
@@ -64,7 +64,7 @@ def opener(request: pytest.FixtureRequest) -> Iterator[Opener]:
 
 
 @asynccontextmanager
-async def opened(opener: Opener, name: str) -> AsyncIterator[CanPort]:
+async def opened(opener: Opener, name: str) -> AsyncGenerator[CanPort]:
     port = await opener(name)
     yield port
     await port.close()

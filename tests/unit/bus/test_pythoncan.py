@@ -5,7 +5,7 @@ import errno
 import queue
 import threading
 import time
-from collections.abc import AsyncIterator
+from collections.abc import AsyncGenerator
 from contextlib import asynccontextmanager
 
 import can
@@ -61,7 +61,7 @@ def adapter() -> Adapter:
 
 @pytest.fixture
 @asynccontextmanager
-async def port(adapter: Adapter) -> AsyncIterator[PythonCanPort]:
+async def port(adapter: Adapter) -> AsyncGenerator[PythonCanPort]:
     port = opened(adapter)
     yield port
     await port.close()

@@ -1,7 +1,7 @@
 """ReopeningPort: loss of the adapter, retries, reopening, and closing at any instant."""
 
 import asyncio
-from collections.abc import AsyncIterator
+from collections.abc import AsyncGenerator
 from contextlib import asynccontextmanager
 
 import pytest
@@ -24,7 +24,7 @@ def desk() -> Desk:
 
 @pytest.fixture
 @asynccontextmanager
-async def port(desk: Desk) -> AsyncIterator[ReopeningPort]:
+async def port(desk: Desk) -> AsyncGenerator[ReopeningPort]:
     """An open port, closed and checked afterwards."""
     port = desk.port()
     await port.open()

@@ -3,7 +3,7 @@
 import asyncio
 import os
 import threading
-from collections.abc import AsyncIterator
+from collections.abc import AsyncGenerator
 from contextlib import asynccontextmanager
 from itertools import pairwise
 from pathlib import Path
@@ -38,7 +38,7 @@ def recording(folder: Path, *frames: Frame, form: LogFormat = LogFormat.CANDUMP)
 @asynccontextmanager
 async def replaying(
     address: object, folder: Path | None = None, *, idle_s: float = 0.0
-) -> AsyncIterator[tuple[ReplayPort, list[Frame]]]:
+) -> AsyncGenerator[tuple[ReplayPort, list[Frame]]]:
     """An open replay of `address`, and the frames received from it."""
     received: list[Frame] = []
     port = await open_replay(f"file:{address}", folder=folder)

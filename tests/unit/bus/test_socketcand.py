@@ -3,7 +3,7 @@
 import asyncio
 import socket
 import threading
-from collections.abc import AsyncIterator, Iterator
+from collections.abc import AsyncGenerator, Iterator
 from contextlib import asynccontextmanager
 from types import TracebackType
 from typing import Self
@@ -88,7 +88,7 @@ def server() -> Iterator[Server]:
 
 @pytest.fixture
 @asynccontextmanager
-async def port(server: Server) -> AsyncIterator[CanPort]:
+async def port(server: Server) -> AsyncGenerator[CanPort]:
     port = await open_port(server.address)
     yield port
     await port.close()

@@ -3,7 +3,7 @@
 import asyncio
 import os
 import threading
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Generator
 from contextlib import contextmanager
 
 from hornbill.wire.frame import Frame
@@ -34,7 +34,7 @@ def in_use() -> tuple[int, int]:
 
 
 @contextmanager
-def no_leaks() -> Iterator[None]:
+def no_leaks() -> Generator[None]:
     """Check that afterwards no more threads run and no more file descriptors are open than before."""
     threads, descriptors = in_use()
     yield

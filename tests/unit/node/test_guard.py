@@ -40,16 +40,16 @@ def payload(name: bytes, value: bytes = b"\0", index: int = 0) -> bytes:
 WRITE_5 = b"\1" + struct.pack("<q", 5)
 
 
-def assert_refused(frames: list[Frame], **options: bool) -> OutOfRange | ForbiddenParameter:
-    guarded, inner = port(**options)
+def assert_refused(frames: list[Frame], *, allow_broadcast: bool = False) -> OutOfRange | ForbiddenParameter:
+    guarded, inner = port(allow_broadcast=allow_broadcast)
     with pytest.raises((ForbiddenParameter, OutOfRange)) as caught:
         guarded.send(frames)
     assert inner.sent == []
     return caught.value
 
 
-def assert_passes(frames: list[Frame], **options: bool) -> None:
-    guarded, inner = port(**options)
+def assert_passes(frames: list[Frame], *, allow_broadcast: bool = False) -> None:
+    guarded, inner = port(allow_broadcast=allow_broadcast)
     guarded.send(frames)
     assert inner.sent == frames
 

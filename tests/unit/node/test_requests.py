@@ -55,6 +55,10 @@ async def test_a_stalled_loop_does_not_time_out_requests() -> None:
     assert len(peer.requests) == 1
 
 
+def is_first(number: int) -> bool:
+    return number == 0
+
+
 def first_after(delay_s: float, later_s: float = 0.0) -> Callable[[int], float]:
     """A delay of the first response, and of all later ones."""
     return lambda number: later_s if number else delay_s
@@ -70,7 +74,7 @@ async def test_one_try_is_sent_once() -> None:
 
 @pytest.mark.parametrize(
     ("behaviour", "took_s"),
-    [({"drop": lambda number: number == 0}, 0.1), ({"delay": first_after(0.13, 9.0)}, 0.13)],
+    [({"drop": is_first}, 0.1), ({"delay": first_after(0.13, 9.0)}, 0.13)],
     ids=["a lost response costs one timeout", "a late response to an earlier try counts"],
 )
 async def test_a_request_is_repeated_until_a_response(behaviour: dict[str, Any], took_s: float) -> None:
@@ -211,7 +215,7 @@ async def test_a_recreated_participant_begins_with_another_transfer_id() -> None
 
 
 async def test_round_trip_times_are_reported_per_node() -> None:
-    _, host, _ = pair(delay=lambda _: 0.01, drop=lambda number: number == 0)
+    _, host, _ = pair(delay=lambda _: 0.01, drop=is_first)
     reported: list[tuple[int, float]] = []
     host.on_round_trip.append(lambda node_id, seconds: reported.append((node_id, seconds)))
     await host.request(42, read("0x20"), timeout=0.1, tries=2)
@@ -359,7 +363,7 @@ async def test_a_late_response_to_a_preempted_read_counts() -> None:
 
 
 async def test_an_urgent_request_is_sent_at_once_with_its_own_transfer_id() -> None:
-    _, host, peer = pair(drop=lambda number: number == 0)
+    _, host, peer = pair(drop=is_first)
     slow = asyncio.ensure_future(host.request(42, read("0x20"), timeout=0.5))
     queued = [asyncio.ensure_future(host.request(42, read("0x21"), timeout=0.5)) for _ in range(10)]
     await asyncio.sleep(0.1)
@@ -386,7 +390,7 @@ async def test_urgent_requests_never_share_a_transfer_id_and_the_33rd_is_refused
 
 
 async def test_cancelling_the_caller_frees_the_node_at_once() -> None:
-    _, host, peer = pair(drop=lambda number: number == 0)
+    _, host, peer = pair(drop=is_first)
     stuck = asyncio.ensure_future(host.request(42, read("0x20"), timeout=10, tries=3))
     queued = asyncio.ensure_future(host.request(42, read("0x21"), timeout=10))
     following = asyncio.ensure_future(host.request(42, read("0x22")))

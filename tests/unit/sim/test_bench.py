@@ -1,7 +1,7 @@
 """The bench: simulated servos on an event loop and a bus, added, removed and switched off."""
 
 import asyncio
-from collections.abc import AsyncIterator
+from collections.abc import AsyncGenerator
 from contextlib import asynccontextmanager
 from dataclasses import replace
 from itertools import count
@@ -29,7 +29,7 @@ def bus() -> MemoryBus:
 
 @pytest.fixture
 @asynccontextmanager
-async def bench(bus: MemoryBus) -> AsyncIterator[Bench]:
+async def bench(bus: MemoryBus) -> AsyncGenerator[Bench]:
     """A running bench."""
     bench = Bench(bus.port, catalog(), 1)
     await bench.start()
