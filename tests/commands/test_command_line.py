@@ -61,7 +61,7 @@ def test_list_get_set_and_save(demo: Demo, serial: str) -> None:
         (("set", "SERIAL", "angle_p_gain=0"), "out_of_range: 0 is below this model's limit of 1"),
         (("set", "SERIAL", "0x49=1"), "forbidden_parameter"),
         (("get", "SERIAL", "nonsense"), "unknown_parameter"),
-        (("get", "unknown"), "No servo is known as 'unknown'"),
+        (("get", "nothing"), "No servo matches 'nothing'"),
     ],
 )
 def test_an_error_is_explained_and_exits_with_1(demo: Demo, serial: str, words: tuple[str, ...], error: str) -> None:
