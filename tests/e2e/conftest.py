@@ -71,7 +71,7 @@ def scene_browser(chromium: Callable[..., Browser]) -> Iterator[Browser]:
 
 @dataclass
 class Watched:
-    """What a page asked for and complained about."""
+    """Requests and complaints of a page."""
 
     foreign: list[str]
     complaints: list[str]

@@ -1,4 +1,4 @@
-"""Whoever sits at a page: presses what is on it by mouse, by touch on a tablet, or by keys alone."""
+"""A user of the page: by mouse, by touch on a tablet, or by keyboard alone."""
 
 from collections.abc import Generator
 from contextlib import contextmanager
@@ -33,7 +33,7 @@ class Hand:
             found.click()
 
     def tick(self, target: str) -> None:
-        """Tick a box, where it is asked for."""
+        """Check a box, if present."""
         box = self._find(target)
         if box.count() and not box.is_checked():
             self.press(box, "Space")
@@ -83,14 +83,14 @@ class Hand:
         expect(self.page.get_by_test_id("stop-band")).to_have_count(0)
 
     def saves(self) -> Locator:
-        """Press save: the dialog that asks."""
+        """Press save: the dialog."""
         self.press("apply-save")
         dialog = self.page.get_by_test_id("save-dialog")
         expect(dialog).to_be_visible(timeout=SLOW_MS)
         return dialog
 
     def confirms(self) -> None:
-        """Say that the horn is free if asked, and answer the dialog, whose job then ends well."""
+        """Confirm that the horn is free if required, and the dialog; its job then succeeds."""
         self.tick("horn-free")
         self.press("save-go")
         expect(self.page.get_by_test_id("step-read_back")).to_have_attribute("data-state", "done", timeout=SLOW_MS)

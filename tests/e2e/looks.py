@@ -56,23 +56,23 @@ def still(page: Page) -> None:
 
 @contextmanager
 def loading(page: Page) -> Generator[None]:
-    """Wait, after the block, until everything the page asked for in it is answered and shown."""
-    asked: set[Request] = set()
+    """Wait, after the block, until all requests of the page have finished and are shown."""
+    pending: set[Request] = set()
 
     def on_request(request: Request) -> None:
-        asked.add(request)
+        pending.add(request)
 
-    def on_answer(request: Request) -> None:
-        asked.discard(request)
+    def on_end(request: Request) -> None:
+        pending.discard(request)
 
-    listeners = (("request", on_request), ("requestfinished", on_answer), ("requestfailed", on_answer))
+    listeners = (("request", on_request), ("requestfinished", on_end), ("requestfailed", on_end))
     for event, listener in listeners:
         page.on(event, listener)  # pyright: ignore[reportCallIssue, reportArgumentType] - a literal a call there
     try:
         yield
         until = time.monotonic() + LONGEST_S
         still(page)
-        while asked and time.monotonic() < until:
+        while pending and time.monotonic() < until:
             still(page)
     finally:
         for event, listener in listeners:

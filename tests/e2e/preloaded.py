@@ -1,6 +1,6 @@
 """`hornbill` in processes of its own, forked from one that imported it before: importing is most of a start.
 
-Run as a program, this module is that process. It is told of each command line and where its output goes.
+Run as a program, this module is that process. It receives each command line and the destination of its output.
 """
 
 import atexit
@@ -75,9 +75,9 @@ class Forked:
 def start(*words: str) -> Forked:
     """Start `hornbill` with these words, in the folder and environment of this process."""
     reading, writing = os.pipe()
-    asked = {"words": words, "environment": dict(os.environ), "folder": str(Path.cwd())}
+    request = {"words": words, "environment": dict(os.environ), "folder": str(Path.cwd())}
     with tempfile.TemporaryFile("w+") as question:
-        json.dump(asked, question)
+        json.dump(request, question)
         question.seek(0)
         line = _parent().line
         socket.send_fds(line, [b"?"], [question.fileno(), writing])
@@ -107,11 +107,11 @@ def _parent() -> _Parent:
 
 
 def main(line: socket.socket) -> None:
-    """Fork whenever asked to, until nobody is there to ask; then nothing that was forked goes on."""
+    """Fork on request, until the requesting process ends; then end all forks."""
     for name in IMPORTED:
         import_module(name)
     os.setpgrp()
-    signal.signal(signal.SIGCHLD, signal.SIG_IGN)  # nobody waits for a child: each is gone when it has ended
+    signal.signal(signal.SIGCHLD, signal.SIG_IGN)  # children are not waited for: each is removed when it ends
     gc.collect()
     gc.freeze()
     while True:
@@ -124,23 +124,23 @@ def main(line: socket.socket) -> None:
         if pid == 0:
             line.close()
             with open(question, encoding="utf-8") as file:  # noqa: PTH123 - a descriptor
-                asked = json.load(file)
-            _become(asked, output)
+                request = json.load(file)
+            _become(request, output)
         os.close(question)
         os.close(output)
         line.send(PID.pack(pid))
 
 
-def _become(asked: dict[str, Any], output: int) -> None:
-    """Be `hornbill` as `asked` until it ends."""
+def _become(request: dict[str, Any], output: int) -> None:
+    """Run `hornbill` as in `request`."""
     from hornbill.cli import main as hornbill
 
     signal.signal(signal.SIGCHLD, signal.SIG_DFL)
     sys.stdout = open(output, "w", encoding="utf-8")  # noqa: SIM115 - open until the process ends
-    os.chdir(asked["folder"])
+    os.chdir(request["folder"])
     os.environ.clear()
-    os.environ.update(asked["environment"])
-    sys.argv = ["hornbill", *asked["words"]]
+    os.environ.update(request["environment"])
+    sys.argv = ["hornbill", *request["words"]]
     hornbill()
 
 

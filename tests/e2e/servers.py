@@ -95,7 +95,7 @@ def serving(folder: Path, *flags: str) -> tuple[str, ...]:
 
 
 def as_in_rom(api: httpx.Client, uid: str) -> None:
-    """Restart a servo that holds what is not in ROM, or of which nobody knows what ROM holds: a save would ask."""
+    """Restart a servo whose RAM differs from ROM, or whose ROM is unknown: its save needs confirmation."""
     unsaved = api.get(f"/servos/{uid}").json()["unsaved"]
     if unsaved or api.get(f"/servos/{uid}/parameters/torque_mode").json()["rom"] is None:
         api.post(f"/servos/{uid}/restart", params={"wait": True}).raise_for_status()

@@ -16,7 +16,7 @@ from e2e.chromium import find  # noqa: E402
 from e2e.servers import running_demo  # noqa: E402
 
 PICTURES = Path(os.environ.get("HORNBILL_PICTURES", Path(__file__).parents[2] / "docs" / "pictures"))
-"""Elsewhere when told so: to look at pictures without changing those of the docs."""
+"""Another folder for a preview, which leaves the pictures of the docs."""
 LABELS = ("Elevator L", "Antenna arm", "Throttle", "Gripper", "Rudder", "Spare, new")
 WIDE, TABLET = {"width": 1440, "height": 900}, {"width": 820, "height": 1180}
 
@@ -63,7 +63,7 @@ def bus(page: Page, url: str, _uid: str) -> None:
 
 
 def commission(page: Page, url: str, _uid: str) -> None:
-    """Telling new servos apart: one has its name, the next wiggles."""
+    """Identifying new servos: one has its name, the next wiggles."""
     with httpx.Client(base_url=url + "api/v1", timeout=60) as api:
         for _ in range(4 - len(api.get("/commissioning/candidates").json()["servos"])):
             api.post("/sim/servos", json={"model": "BLA21-06U-A0", "firmware": "1.300"})
@@ -83,8 +83,8 @@ def records(page: Page, url: str, uid: str) -> None:
     with httpx.Client(base_url=url + "api/v1", timeout=60) as api:
         number = api.post(f"/servos/{uid}/snapshots", json={"reason": "before the first flight"}).json()["id"]
         for key, value in (("angle_limit_cw", 42.0), ("angle_p_gain", 55), ("temperature_limit_upper", 70)):
-            answer = api.put(f"/servos/{uid}/parameters/{key}", json={"value": value})
-            answer.raise_for_status()
+            response = api.put(f"/servos/{uid}/parameters/{key}", json={"value": value})
+            response.raise_for_status()
     page.goto(f"{url}records#snapshots/{uid}")
     page.get_by_test_id(f"snapshot-{number}").click()
     page.get_by_test_id("differs-angle_limit_cw").get_by_role("checkbox").check()
@@ -94,7 +94,7 @@ def records(page: Page, url: str, uid: str) -> None:
 
 
 def faults(page: Page, url: str, uid: str) -> Callable[[], None]:
-    """A failure and warnings now, one fault that is over, and one that was acknowledged. The answer ends them."""
+    """An active failure and warnings, a cleared fault, and an acknowledged one. Returns a function that clears them."""
     api = httpx.Client(base_url=url + "api/v1", timeout=60)
     first, second = [one["uid"] for one in api.get("/servos").json() if one["uid"] != uid][:2]
     wrong = {first: ["motor_signal"], second: ["sensor_strong", "temperature_high"], uid: ["torque_limit_cw_reached"]}
@@ -121,7 +121,7 @@ def faults(page: Page, url: str, uid: str) -> Callable[[], None]:
 
 
 def tune(page: Page, url: str, uid: str) -> Callable[[], None]:
-    """Two step tests with another P gain, over one another. The answer takes the gain and the runs back."""
+    """Overlaid step tests with two P gains. Returns a function that restores the gain and removes the runs."""
     api = httpx.Client(base_url=url + "api/v1", timeout=60)
     page.wait_for_timeout(5000)
     for key, value in (("smoothing", False), ("angle_p_gain", 25)):
@@ -141,7 +141,7 @@ def tune(page: Page, url: str, uid: str) -> Callable[[], None]:
     page.wait_for_timeout(1500)
 
     def end() -> None:
-        time.sleep(4)  # the page is closed: its motion control lapses
+        time.sleep(4)  # the page is closed: its motion control expires
         for key, value in (("smoothing", True), ("angle_p_gain", 40)):
             api.put(f"/servos/{uid}/parameters/{key}", json={"value": value})
         for run in api.get("/runs", params={"uid": uid}).json():
@@ -152,7 +152,7 @@ def tune(page: Page, url: str, uid: str) -> Callable[[], None]:
 
 
 def recorder(page: Page, url: str, uid: str) -> Callable[[], None]:
-    """A recording of a few moves, written by hand, open. The answer removes it."""
+    """A manual recording of a few moves, open. Returns a function that removes it."""
     api = httpx.Client(base_url=url + "api/v1", timeout=60)
     time.sleep(5)  # a scene before may hold motion control until then
     lease = {"Lease": api.post("/leases", json={"holder": "Bench", "ttl_s": 30}).json()["id"]}
@@ -184,11 +184,11 @@ def scrub(page: Page, url: str, uid: str) -> Callable[[], None]:
     """The same, scrolled to its plots, on the way from one angle to the next: the horn there, its command ahead."""
     end = recorder(page, url, uid)
     slider = page.get_by_test_id("scrub-slider")
-    told = page.get_by_test_id("replay-angle")
+    shown = page.get_by_test_id("replay-angle")
     slider.press("Home")
     for _ in range(4000):
         slider.press("ArrowRight")
-        if "command −45" in told.inner_text():  # the horn is on its way there
+        if "command −45" in shown.inner_text():  # the horn is on its way there
             break
     slider.evaluate("one => one.blur()")
     page.get_by_test_id("recording").evaluate("one => one.scrollTo(0, one.querySelector('.rec-split').offsetTop - 190)")
@@ -197,7 +197,7 @@ def scrub(page: Page, url: str, uid: str) -> Callable[[], None]:
 
 
 def api_page(page: Page, url: str, uid: str) -> Callable[[], None]:
-    """The last actions as curl, above every operation there is. The answer takes the values back."""
+    """The last actions as curl, above all operations. Returns a function that restores the values."""
     api = httpx.Client(base_url=url + "api/v1", timeout=60)
     path = f"/servos/{uid}/parameters/angle_limit_cw"
     before = api.get(path).json()["value"]
@@ -222,7 +222,7 @@ def api_page(page: Page, url: str, uid: str) -> Callable[[], None]:
 
 
 def matrix(page: Page, url: str, uid: str) -> Callable[[], None]:
-    """Every servo side by side; one was tuned otherwise. The answer takes that back."""
+    """Every servo side by side, one tuned differently. Returns a function that restores it."""
     api = httpx.Client(base_url=url + "api/v1", timeout=60)
     before = api.get(f"/servos/{uid}/parameters").json()["parameters"]
     odd = {"angle_p_gain": 71, "temperature_limit_upper": 65}
@@ -254,7 +254,7 @@ def wall(page: Page, url: str, _uid: str) -> None:
 
 
 def login(page: Page, _url: str, _uid: str) -> Callable[[], None]:
-    """What a page of a server that wants to be signed in to asks."""
+    """The sign-in page."""
     stack = ExitStack()
     _, url = stack.enter_context(running_demo("--servos", "1", "--token", "a-token-for-the-picture"))
     page.goto(url)

@@ -1,4 +1,4 @@
-"""Everybody can use the page: axe on every page in both themes, a finger's targets, and the keyboard alone."""
+"""Accessibility: axe on every page in both themes, touch targets, and the keyboard alone."""
 
 import re
 import time
@@ -33,7 +33,7 @@ PAGES = (
 )
 """Every page, and every part of one that has a link of its own."""
 SCENE = "servos/{uid}/parameters"
-"""A page with a 3D view, looked at once more where Chromium draws it."""
+"""A page with a 3D view, checked again in a Chromium with 3D."""
 
 DIALOGS = (
     ("servos", "keys", "keys-dialog"),
@@ -49,7 +49,7 @@ TABLET = {"width": 820, "height": 1180}
 
 
 def show(page: Page, demo: Demo, path: str) -> None:
-    page.goto("about:blank")  # a link to another part of the same page would not load it anew
+    page.goto("about:blank")  # a link to another part of the same page would not reload it
     uid = servo_of(demo, "BLA21-12U-A0")
     with loading(page):
         page.goto(demo.url + path.format(uid=uid))
@@ -189,7 +189,7 @@ def test_the_list_of_keys_matches_the_page(page: Page, demo: Demo) -> None:
 
 
 def tab_to(page: Page, testid: str, within_s: float = 20) -> None:
-    """Walks with Tab, as somebody without a mouse does; round again while a control is not yet enabled."""
+    """Press Tab until the control has the focus; start over while it is not yet enabled."""
     until = time.monotonic() + within_s
     while page.evaluate("() => document.activeElement?.dataset.testid ?? ''") != testid:
         assert time.monotonic() < until, f"{testid} is not reached with Tab in {within_s:g} s"

@@ -34,7 +34,7 @@ def close(page: Page) -> None:
 
 
 def parameters(page: Page, demo: Demo, say: Say) -> None:
-    """Staged, compared, about to be saved, asked back, written and to be undone."""
+    """Staged, compared, before a save, confirmation required, written, and before an undo."""
     uid = servo_of(demo, MODEL)
     # What ROM holds is known then, whatever other tests did to this servo.
     demo.api.post(f"/servos/{uid}/restart?wait=true").raise_for_status()
@@ -58,7 +58,7 @@ def parameters(page: Page, demo: Demo, say: Say) -> None:
     stage(page, "voltage_limit_lower", "11.9")
     page.get_by_test_id("apply").click()
     expect(page.get_by_test_id("apply-dialog")).to_be_visible()
-    say("the servo asks back")
+    say("confirmation required")
     close(page)
     page.get_by_test_id("discard").click()
 
@@ -189,13 +189,13 @@ def stopped(page: Page, demo: Demo, say: Say) -> None:
 
 def without_a_bus(page: Page, demo: Demo, say: Say) -> None:
     """Choosing an adapter beside what the doctor finds."""
-    told: list[dict[str, Any]] = [
+    findings: list[dict[str, Any]] = [
         {"code": "no_bus", "severity": "failure", "text": "No bus is connected", "evidence": "The server runs.",
          "remedy": "Choose one of GET /api/v1/bus/adapters, and connect it.", "node_ids": [], "uids": []},
         {"code": "second_allocator", "severity": "warning", "text": "Node 9 gives node ids too", "evidence": "Seen.",
          "remedy": None, "node_ids": [9], "uids": []},
     ]  # fmt: skip
-    page.route("**/api/v1/bus/doctor*", lambda route: route.fulfill(json=told))
+    page.route("**/api/v1/bus/doctor*", lambda route: route.fulfill(json=findings))
     show(page, demo, "bus")
     page.get_by_test_id("bus-change").click()
     with loading(page):
@@ -209,15 +209,15 @@ def signed_out(page: Page, demo: Demo, say: Say) -> None:
     """A server that wants a token, and one that was refused."""
     refusal = {"type": "about:blank", "title": "A token is needed", "status": 401, "code": "unauthorized",
                "detail": "A token is needed."}  # fmt: skip
-    nobody = {"required": True, "role": None, "name": None}
+    anonymous = {"required": True, "role": None, "name": None}
 
-    def answer(route: Route) -> None:
+    def respond(route: Route) -> None:
         if route.request.method == "GET":
-            route.fulfill(json=nobody)
+            route.fulfill(json=anonymous)
         else:
             route.fulfill(status=401, json=refusal)
 
-    page.route("**/api/v1/session", answer)
+    page.route("**/api/v1/session", respond)
     page.goto(demo.url)
     expect(page.get_by_test_id("login-token")).to_be_visible()
     say("sign-in")

@@ -6,7 +6,7 @@ from playwright.sync_api import Page, expect
 from e2e.hand import Hand
 from e2e.servers import Demo
 
-STRANGER = "f" * 32
+UNKNOWN = "f" * 32
 
 
 def test_back_and_reload_restore_the_list(page: Page, demo: Demo) -> None:
@@ -84,7 +84,7 @@ def test_a_reload_restores_the_filters_of_monitor_matrix_and_audit(page: Page, d
     expect(page.get_by_test_id("audit-servo")).to_have_value(uid)
 
 
-@pytest.mark.parametrize("path", ["nothing", "servos/12/parameters", f"servos/{STRANGER}/nothing"])
+@pytest.mark.parametrize("path", ["nothing", "servos/12/parameters", f"servos/{UNKNOWN}/nothing"])
 def test_an_unknown_address_links_back(page: Page, demo: Demo, path: str) -> None:
     page.goto(demo.url + path)
     expect(page.get_by_test_id("missing-page")).to_contain_text(f"/{path}")
@@ -94,8 +94,8 @@ def test_an_unknown_address_links_back(page: Page, demo: Demo, path: str) -> Non
 
 @pytest.mark.parametrize("part", ["parameters", "motion", "tune", "faults"])
 def test_an_unknown_servo_links_back(page: Page, demo: Demo, part: str) -> None:
-    page.goto(f"{demo.url}servos/{STRANGER}/{part}")
-    expect(page.get_by_test_id("missing-servo")).to_contain_text(STRANGER)
+    page.goto(f"{demo.url}servos/{UNKNOWN}/{part}")
+    expect(page.get_by_test_id("missing-servo")).to_contain_text(UNKNOWN)
     page.get_by_role("button", name="Go to Servos").click()
     expect(page.locator(".servo-row")).to_have_count(6)
 

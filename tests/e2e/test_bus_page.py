@@ -58,8 +58,8 @@ def test_the_top_bar_links_to_a_healthy_bus(page: Page, demo: Demo) -> None:
 
 
 def test_findings_are_sorted_by_severity_with_evidence_and_remedy(page: Page, demo: Demo) -> None:
-    finding: dict[str, Any] = {"evidence": "9 requests in 3 s, 0 answers.", "node_ids": [], "uids": []}
-    told: list[dict[str, Any]] = [
+    finding: dict[str, Any] = {"evidence": "9 requests in 3 s, 0 responses.", "node_ids": [], "uids": []}
+    findings: list[dict[str, Any]] = [
         {"code": "load", "severity": "ok", "text": "The load is well", "remedy": None, **finding},
         {"code": "second_allocator", "severity": "warning", "text": "Node 9 gives node ids too",
          "remedy": 'Switch ours off with PUT /api/v1/bus/allocator {"mode": "off"}.', **finding, "node_ids": [9],
@@ -67,7 +67,7 @@ def test_findings_are_sorted_by_severity_with_evidence_and_remedy(page: Page, de
         {"code": "interface_down", "severity": "failure", "text": "can0 is down",
          "remedy": f"Bring it up with: {COMMAND}", **finding, "advice": "see_adapter_message", "params": PARAMS},
     ]  # fmt: skip
-    page.route("**/api/v1/bus/doctor*", lambda route: route.fulfill(json=told))
+    page.route("**/api/v1/bus/doctor*", lambda route: route.fulfill(json=findings))
     open_bus(page, demo, "nodes")
     severities = page.locator(".finding").evaluate_all("all => all.map(one => one.dataset.severity)")
     assert severities == ["failure", "warning", "ok"]
@@ -90,7 +90,7 @@ def test_the_monitor_shows_and_filters_decoded_transfers(page: Page, demo: Demo)
 
     page.get_by_test_id("monitor-filter").fill("type:GetSet kind:request")
     wait_for(lambda: len(rows(page)) > 5 and only("GetSet request", page), 10, "not requests alone are shown")
-    wait_for(lambda: 0 < figure(counts, "shown") < figure(counts, "Received"), 10, "the counts are not told")
+    wait_for(lambda: 0 < figure(counts, "shown") < figure(counts, "Received"), 10, "the counts are not shown")
 
     page.get_by_test_id("monitor-filter").fill("type:GetSet node:300")
     expect(page.get_by_test_id("filter-problem")).to_contain_text("Enter 0 to 127")

@@ -87,7 +87,7 @@ def test_three_new_servos_are_commissioned_on_a_tablet(page: Page, demo: Demo, n
         page.get_by_test_id("horn-free").check()
     page.get_by_test_id("start").click()
 
-    # the job lives in the server: leaving and coming back shows it
+    # the job runs in the server: leaving and coming back shows it
     expect(page.get_by_test_id("commission-page")).to_have_attribute("data-step", re.compile("run|report"))
     page.goto(demo.url + "servos")
     page.goto(demo.url + "commission")

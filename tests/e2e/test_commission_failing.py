@@ -1,4 +1,4 @@
-"""Commissioning that does not go well: one servo refuses or is silent, somebody stops it, the server ends."""
+"""Failing commissioning: a servo refuses or is silent, the job is cancelled, the server ends."""
 
 import re
 from collections.abc import Iterator
@@ -13,7 +13,7 @@ from e2e.servers import Server, running, serving, until
 
 BODY = {"model": "BLA21-06U-A0", "firmware": "1.300"}
 NODE_IDS = count(20)
-"""Their own: asking for one takes a second."""
+"""Their own: allocation takes a second."""
 JOB_MS = 60_000
 """How long a job may take on a machine that is busy with something else."""
 
@@ -56,7 +56,7 @@ def sim(server: Server, uid: str, **change: object) -> None:
 
 
 def at_check(page: Page, server: Server, number: int) -> None:
-    """Everybody is chosen and has the next free id, unseen; the last question before anything is written."""
+    """All servos are selected with the next free ID, not identified; the last step before a write."""
     page.goto(server.url + "commission")
     expect(page.get_by_test_id("find-count")).to_contain_text(f"{number} of {number}", timeout=25_000)
     page.get_by_test_id("find-go").click()
@@ -87,8 +87,8 @@ def saved_ids(server: Server, uids: list[str]) -> list[object]:
 
 
 def all_done(page: Page, server: Server, uids: list[str]) -> None:
-    told = re.compile(f"All {len(uids)} servos are commissioned")
-    expect(page.get_by_test_id("commission-page")).to_contain_text(told, timeout=JOB_MS)
+    headline = re.compile(f"All {len(uids)} servos are commissioned")
+    expect(page.get_by_test_id("commission-page")).to_contain_text(headline, timeout=JOB_MS)
     heading(page, "Saved and verified in ROM after the restart.")
     for uid in uids:
         verdict(page, uid, "done")
@@ -115,13 +115,13 @@ def test_a_failed_servo_is_named_and_retried_alone(context: BrowserContext, serv
     assert saved_ids(server, [bad]) == [0], "all or nothing"
     starts = {uid: server.api.get(f"/sim/servos/{uid}").json()["starts"] for uid in (first, last)}
 
-    # it refuses still: the same is said anew, and nothing else changes
+    # it still fails: the same error is shown again, and nothing else changes
     page.get_by_test_id(f"retry-{bad}").click()
     expect(page.get_by_role("group", name="Report 2")).to_be_visible(timeout=JOB_MS)
     at_report(page)
     verdict(page, bad, "failed")
 
-    # a reload forgets nothing; the cause is taken away, and it alone is done
+    # a reload keeps the state; without the cause, only this servo is done
     page.reload()
     at_report(page)
     verdict(page, bad, "failed")
@@ -192,7 +192,7 @@ def test_a_job_failed_by_a_silent_servo_resumes_on_the_next_server(context: Brow
         heading(page, "1 failed, 1 not started.")
         for uid, says in zip(servos, ("done", "failed", "not_tried"), strict=True):
             verdict(page, uid, says)
-        expect(page.get_by_test_id(f"run-{servos[1]}").get_by_role("alert")).to_contain_text("answer")
+        expect(page.get_by_test_id(f"run-{servos[1]}").get_by_role("alert")).to_contain_text("respond")
         held = saved_ids(server, servos[:1])[0]
         port = urlsplit(server.url).port or 0
     expect(page.get_by_test_id("live-state")).to_have_attribute("data-state", "down", timeout=10_000)

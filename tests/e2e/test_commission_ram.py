@@ -28,7 +28,7 @@ def servos(server: Server) -> Iterator[list[str]]:
 
 
 def commissioned_in_ram(server: Server, hand: Hand) -> None:
-    """Everybody gets the next free ID, and nothing is saved."""
+    """All servos get the next free ID, and nothing is saved."""
     page = hand.page
     page.goto(server.url + "commission")
     expect(page.get_by_test_id("find-count")).to_contain_text("2 of 2", timeout=25_000)
@@ -98,7 +98,7 @@ def test_values_lost_by_a_power_cut_are_not_reported_as_commissioned(
     heading(page, "Not complete: 2 servos in RAM only")
     for uid in servos:
         sim(server, uid, power="off")
-    until(lambda: all(not one["online"] for one in server.servos()), 20, "they are still heard")
+    until(lambda: all(not one["online"] for one in server.servos()), 20, "they are still online")
     for uid in servos:
         sim(server, uid, power="on")
     heading_ms = 40_000

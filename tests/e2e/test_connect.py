@@ -43,10 +43,10 @@ def plain(context: BrowserContext) -> Page:
 
 
 def adapters(page: Page, found: list[dict[str, Any]]) -> None:
-    def answer(route: Route) -> None:
+    def respond(route: Route) -> None:
         route.fulfill(json=found)
 
-    page.route("**/api/v1/bus/adapters", answer)
+    page.route("**/api/v1/bus/adapters", respond)
 
 
 def test_without_an_adapter_the_page_offers_the_demo(server: Server, plain: Page) -> None:
@@ -124,7 +124,7 @@ def test_a_serial_adapter_shows_its_line_notes_and_frame_gap(server: Server, pla
     pytest.importorskip("termios", reason="pseudo terminals are a matter of POSIX")
     from unit.bus.adapter import FakeAdapter
 
-    with FakeAdapter(answers="fixed", bus=True, baud=1_000_000) as adapter:
+    with FakeAdapter(responds="fixed", bus=True, baud=1_000_000) as adapter:
         plain.goto(server.url + "bus")
         plain.get_by_test_id("adapter-other").check()
         plain.get_by_test_id("adapter-address").fill(f"slcan:{adapter.channel}")

@@ -23,7 +23,7 @@ class Links(HTMLParser):
         super().__init__()
         self.links: list[str] = []
         self.pointers: set[str] = set()
-        """Those that are followed when somebody clicks, and not fetched."""
+        """Links that are followed on click, not fetched."""
         self.anchors: set[str] = set()
         self.inline: list[str] = []
         self.feed(file.read_text(encoding="utf-8"))
@@ -116,8 +116,8 @@ GUIDES = re.findall(
 def test_links_from_the_page_into_the_documentation_resolve(page: Page, demo: Demo) -> None:
     assert len(GUIDES) > 10
     for name, place in GUIDES:
-        answer = httpx.get(f"{demo.url}docs/{place and place + '.html'}")
-        assert answer.status_code == 200, name
+        response = httpx.get(f"{demo.url}docs/{place and place + '.html'}")
+        assert response.status_code == 200, name
     page.goto(demo.url + "api-page")
     page.get_by_test_id("guide-rigs").wait_for()
     page.get_by_test_id("keys").click()

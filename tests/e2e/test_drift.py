@@ -19,7 +19,7 @@ def meddled(context: BrowserContext) -> Iterator[tuple[Server, Page, str]]:
         shown = server.api.get(f"/sim/servos/{known}").json()
         before = server.api.get(f"/servos/{known}/parameters", params={"refresh": "true"}).json()["parameters"]
         until(lambda: before_is_known(server, known), 20, "what ROM holds is not known")
-        # its plug is pulled, somebody saves other limits elsewhere, and it comes back
+        # it is unplugged, other limits are saved elsewhere, and it is plugged in again
         server.api.delete(f"/sim/servos/{known}").raise_for_status()
         until(lambda: not server.servos()[0]["online"], 20, "it is still on the bus")
         rom = {key: before[key]["raw"] for key in KEYS}
@@ -54,7 +54,7 @@ def test_drift_is_shown_restored_and_saved(meddled: tuple[Server, Page, str]) ->
     # the horn is off 0°, where the restart turns it
     server.api.post(f"/servos/{uid}/torque", json={"mode": "off"}).raise_for_status()
     server.api.patch(f"/sim/servos/{uid}", json={"external_angle_deg": 30}).raise_for_status()
-    until(lambda: (server.api.get(f"/servos/{uid}").json()["angle_deg"] or 0) > 20, 5, "it was not turned by hand")
+    until(lambda: (server.api.get(f"/servos/{uid}").json()["angle_deg"] or 0) > 20, 5, "it was not turned")
     page.goto(f"{server.url}servos/{uid}/parameters")
     expect(page.get_by_test_id("drift-line")).to_contain_text("hanged outside")
     page.get_by_test_id("drift-line").get_by_role("button").click()
@@ -63,7 +63,7 @@ def test_drift_is_shown_restored_and_saved(meddled: tuple[Server, Page, str]) ->
     expect(row).to_contain_text(f"{found['angle_limit_cw']['was']:.1f}".replace("-", "−"))
     expect(row).to_contain_text(f"{found['angle_limit_cw']['now']:.1f}".replace("-", "−"))
     assert complaints(page) == []
-    expect(page.get_by_test_id("change-save"), "a save is asked for, never assumed").not_to_be_checked()
+    expect(page.get_by_test_id("change-save"), "a save is optional and off by default").not_to_be_checked()
     page.get_by_test_id("change-save").check()
     expect(dialog.get_by_test_id("after-save")).to_contain_text("restarts")
     expect(page.get_by_test_id("drift-go")).to_be_disabled()

@@ -97,8 +97,8 @@ def test_the_faults_page_passes_axe_and_touch_sizes(page: Page, demo: Demo, them
         page.set_viewport_size({"width": 390, "height": 844})
         assert too_small(page) == []
         assert page.evaluate("() => document.documentElement.scrollWidth") <= 390
-        told = page.get_by_test_id("fault-voltage_high").locator(".fault-what").bounding_box()
-        assert told is not None
-        assert told["width"] > 300, "what it tells has the whole width of a telephone"
+        text = page.get_by_test_id("fault-voltage_high").locator(".fault-what").bounding_box()
+        assert text is not None
+        assert text["width"] > 300, "its text has the full width of a phone"
     finally:
         inject(demo, uid, "voltage_high", False)

@@ -1,4 +1,4 @@
-"""A page of somebody else, open in the same browser, neither reads nor moves anything of a running demo.
+"""A page of another origin, open in the same browser, neither reads nor moves anything of a running demo.
 
 The demo is open: no token is needed, so nothing but where a request comes from stands between that page and servos.
 """
@@ -21,7 +21,7 @@ ATTACK = """async ({ url, ws, uid, viser }) => {
   const tries = async (name, act) => { got[name] = await settle(act().catch(error => "refused: " + error.name)); };
   const api = url + "api/v1";
   const json = { "Content-Type": "application/json" };
-  const read = answer => answer.text().then(text => "read: " + answer.type + " " + text.slice(0, 60));
+  const read = response => response.text().then(text => "read: " + response.type + " " + text.slice(0, 60));
   await tries("read servos", () => fetch(api + "/servos").then(read));
   await tries("read with cookies", () => fetch(api + "/servos", { credentials: "include" }).then(read));
   await tries("stop by JSON", () => fetch(api + "/stop", { method: "POST", headers: json, body: "{}" }).then(read));
@@ -31,7 +31,7 @@ ATTACK = """async ({ url, ws, uid, viser }) => {
     fetch(`${api}/servos/${uid}/parameters/smoothing`, { method: "PUT", headers: json, body: '{"value":true}' })
       .then(read));
   const blind = { method: "POST", mode: "no-cors", credentials: "include" };
-  const opaque = answer => "sent: " + answer.type + " " + answer.status;
+  const opaque = response => "sent: " + response.type + " " + response.status;
   await tries("stop blind", () => fetch(api + "/stop", blind).then(opaque));
   await tries("stop blind, text", () => fetch(api + "/stop", { ...blind, body: '{"mode":"off"}' }).then(opaque));
   await tries("stop blind, form", () =>
@@ -51,7 +51,8 @@ ATTACK = """async ({ url, ws, uid, viser }) => {
   await tries("socket", socket(ws + "api/v1/ws", null, [stop]));
   await tries("viser socket", socket(ws + "viser", viser, []));
   await tries("viser socket with a key", socket(ws + "viser/" + "0".repeat(32), viser, []));
-  await tries("settings socket", socket(ws + "viser/" + "0".repeat(32) + "/settings", null, ['{"select":"' + uid + '"}']));
+  const select = '{"select":"' + uid + '"}';
+  await tries("settings socket", socket(ws + "viser/" + "0".repeat(32) + "/settings", null, [select]));
   const element = (tag, source) => () => new Promise(done => {
     const made = document.createElement(tag);
     made.onload = () => done("loaded");
@@ -75,7 +76,7 @@ ATTACK = """async ({ url, ws, uid, viser }) => {
     document.body.append(made);
   });
   await tries("frame of the page", frame(url));
-  await tries("frame of an answer", frame(api + "/servos"));
+  await tries("frame of a response", frame(api + "/servos"));
   await tries("frame of the view", frame(url + "viser/?select=" + uid));
   const form = (path, kind, fields) => {
     const made = document.createElement("form");
@@ -157,8 +158,8 @@ def test_another_origin_can_neither_read_nor_move(browser: Browser, demo: Demo, 
         ours.goto(demo.url)  # our own page is open beside it, as it would be
         page = context.new_page()
         page.goto(f"http://{name}:{elsewhere}/")
-        wish = {"url": demo.url, "ws": demo.url.replace("http", "ws", 1), "uid": uid, "viser": client().subprotocol}
-        got = cast(dict[str, str], page.evaluate(ATTACK, wish))
+        settings = {"url": demo.url, "ws": demo.url.replace("http", "ws", 1), "uid": uid, "viser": client().subprotocol}
+        got = cast(dict[str, str], page.evaluate(ATTACK, settings))
         links = page.context.new_page()
         links.goto(f"http://{name}:{elsewhere}/")
         links.evaluate("url => { location.href = url }", demo.url + "api/v1/bus/logs")

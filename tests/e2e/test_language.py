@@ -1,4 +1,4 @@
-"""English and Japanese: chosen by the browser or by hand, only the chosen one fetched."""
+"""English and Japanese: chosen by the browser or the user, only the chosen one fetched."""
 
 import re
 from collections.abc import Iterator
@@ -49,10 +49,10 @@ def test_the_language_of_the_address_applies_to_other_pages(page: Page, demo: De
 
 def test_staged_values_and_check_boxes_survive_a_language_change(page: Page, demo: Demo) -> None:
     one, other = (str(servo["uid"]) for servo in demo.api.get("/servos").json()[:2])
-    asked: list[str] = []
+    dialogs: list[str] = []
 
     def unexpected(dialog: Dialog) -> None:
-        asked.append(dialog.type)
+        dialogs.append(dialog.type)
         dialog.accept()
 
     page.on("dialog", unexpected)
@@ -62,8 +62,8 @@ def test_staged_values_and_check_boxes_survive_a_language_change(page: Page, dem
         page.get_by_test_id("input-angle_limit_cw").press("Enter")
     page.get_by_role("link", name=re.compile("^Servos")).click()
     page.get_by_test_id(f"select-{one}").check()
-    assert asked == ["beforeunload"], "an address that is typed leaves the page with staged edits"
-    asked.clear()
+    assert dialogs == ["beforeunload"], "an address that is typed leaves the page with staged edits"
+    dialogs.clear()
 
     page.get_by_role("button", name="日本語").click()
     expect(page.get_by_role("heading", level=1)).to_have_text("サーボ")
@@ -77,7 +77,7 @@ def test_staged_values_and_check_boxes_survive_a_language_change(page: Page, dem
     expect(page.get_by_test_id("message-angle_limit_cw")).to_contain_text("を下回っています")
     page.get_by_role("button", name="English").click()
     expect(page.get_by_test_id("message-angle_limit_cw")).to_contain_text("is below")
-    assert asked == []
+    assert dialogs == []
 
 
 def test_english_pages_load_no_japanese(page: Page, demo: Demo) -> None:
@@ -101,7 +101,7 @@ def test_every_label_is_translated(japanese: Page, demo: Demo) -> None:
     uid = servo_of(demo, "BLA21-12U-A0")
     japanese.goto(demo.url)
     for path in PAGES:
-        with loading(japanese):  # without loading the page anew
+        with loading(japanese):  # without reloading the page
             go = "path => { history.pushState(null, '', path); dispatchEvent(new PopStateEvent('popstate')); }"
             japanese.evaluate(go, "/" + path.format(uid=uid))
             expect(japanese.locator("main h1").first).to_be_visible()

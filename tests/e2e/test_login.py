@@ -1,4 +1,4 @@
-"""Signing in on the page of a server that wants a token: by hand, by the link of the first start, and out again."""
+"""Signing in to a server that requires a token: with the form, with the link of the first start, and signing out."""
 
 import os
 import re
@@ -81,13 +81,13 @@ def test_the_first_start_link_signs_in_and_leaves_no_token(profile: BrowserConte
         found = re.search(r"(http://localhost:\d+/)#token=(hb_[\w-]+)", "".join(lines))
         assert found is not None, lines
         page = profile.new_page()
-        asked: list[str] = []
-        page.on("request", lambda request: asked.append(request.url))
+        urls: list[str] = []
+        page.on("request", lambda request: urls.append(request.url))
         page.goto(found[0])
         expect(page.get_by_test_id("signed-in")).to_contain_text("first start")
         secret = found[2]
         assert page.url == found[1] + "servos"
-        assert not any(secret in url for url in asked)
+        assert not any(secret in url for url in urls)
         page.go_back()
         assert secret not in page.url
     with served(*flags, HORNBILL_CONTAINER="1") as (_, said):

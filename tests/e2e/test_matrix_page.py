@@ -78,7 +78,7 @@ def test_a_row_is_set_on_all_servos_and_saved(page: Page, demo: Demo, uids: list
     # one horn is off 0°, where the restart turns it
     demo.api.post(f"/servos/{uids[0]}/torque", json={"mode": "off"}).raise_for_status()
     demo.api.patch(f"/sim/servos/{uids[0]}", json={"external_angle_deg": 30}).raise_for_status()
-    wait_for(lambda: (demo.api.get(f"/servos/{uids[0]}").json()["angle_deg"] or 0) > 20, 5, "it was not turned by hand")
+    wait_for(lambda: (demo.api.get(f"/servos/{uids[0]}").json()["angle_deg"] or 0) > 20, 5, "it was not turned")
     page.goto(f"{demo.url}servos/matrix?uids={','.join(uids)}")
     page.get_by_test_id("set-angle_d_gain").click()
     page.get_by_test_id("set-value").fill("44")

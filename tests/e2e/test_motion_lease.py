@@ -13,7 +13,7 @@ from e2e.test_technician import wait_for
 
 @pytest.fixture
 def winch(demo: Demo, page: Page) -> Iterator[str]:
-    """A servo of this file alone; afterwards nobody has motion control."""
+    """A servo of this file alone; afterwards no client has motion control."""
     page.set_viewport_size(TABLET)
     uid = made(demo, "Winch", 63)
     yield uid
@@ -23,7 +23,7 @@ def winch(demo: Demo, page: Page) -> Iterator[str]:
 
 
 def hang(page: Page, seconds: float) -> None:
-    """From now on nothing of the page runs for so long; its socket stays open."""
+    """Block the page for this time; its socket stays open."""
     page.evaluate(
         "ms => void setTimeout(() => { const end = performance.now() + ms; while (performance.now() < end); }, 0)",
         seconds * 1000,

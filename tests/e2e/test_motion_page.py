@@ -49,7 +49,7 @@ def pair(demo: Demo) -> Iterator[tuple[str, str]]:
 
 @pytest.fixture
 def winch(pair: tuple[str, str], demo: Demo, page: Page) -> Iterator[str]:
-    """The first of them; afterwards nobody has motion control and nothing runs."""
+    """The first of them; afterwards no client has motion control and nothing runs."""
     page.set_viewport_size(TABLET)
     yield pair[0]
     page.goto(f"{demo.url}records")
@@ -202,10 +202,10 @@ def begin_group(page: Page, demo: Demo, pair: tuple[str, str]) -> None:
 
 
 def turn(demo: Demo, uid: str, degrees: float) -> None:
-    """By hand, with its torque off."""
+    """Turn the horn externally, with torque off."""
     demo.api.post(f"/servos/{uid}/torque", json={"mode": "off"}).raise_for_status()
     demo.api.patch(f"/sim/servos/{uid}", json={"external_angle_deg": degrees}).raise_for_status()
-    wait_for(lambda: abs(angle(demo, uid) - degrees) < 1, 5, "it was not turned by hand")
+    wait_for(lambda: abs(angle(demo, uid) - degrees) < 1, 5, "it was not turned")
 
 
 def test_a_group_moves_together_or_with_offsets_and_ends(
@@ -219,7 +219,7 @@ def test_a_group_moves_together_or_with_offsets_and_ends(
         wait_for(lambda uid=uid: abs(angle(demo, uid) - 24) < 1.5, 6, f"{uid} did not go there")
     assert complaints(page) == []
 
-    # one is turned by hand meanwhile, and the distance is kept from then on
+    # one is turned externally meanwhile; the new offset is kept
     page.get_by_test_id("disable-motion").click()
     wait_for(lambda: demo.api.get("/leases").json() == [], 6, "motion control was not given back")
     assert [raw(demo, uid, "torque_mode") for uid in pair] == ["off", "off"]
@@ -247,20 +247,20 @@ def test_a_group_moves_together_or_with_offsets_and_ends(
     wait_for(lambda: [raw(demo, uid, "torque_mode") for uid in pair] == ["off", "off"], 3, "torque stayed on")
 
 
-def answers(demo: Demo, uid: str, does: bool) -> None:
-    """It hears and does everything and is heard on the bus; only its answers are lost, or not."""
+def respond(demo: Demo, uid: str, does: bool) -> None:
+    """Drop the servo's responses, or not; it receives and sends everything else."""
     demo.api.patch(f"/sim/servos/{uid}", json={"drop_responses_pct": 0 if does else 100}).raise_for_status()
 
 
 @pytest.fixture
-def unanswered(page: Page, watched: Watched) -> Iterator[None]:
-    """Chromium says of every answer above 399 that it could not be loaded; 504 is what these tests are about."""
+def without_response(page: Page, watched: Watched) -> Iterator[None]:
+    """Chromium logs every response above 399 as a failed load; these tests cause 504."""
     yield
     page.goto("about:blank")
     watched.complaints[:] = [one for one in watched.complaints if "status of 504" not in one]
 
 
-def nothing_claimed(page: Page, silent: str, others: str) -> None:
+def silent_named(page: Page, silent: str, others: str) -> None:
     """The others are off and it is said; the silent one is named, and not as off."""
     expect(page.get_by_test_id("torque-is-off")).to_contain_text(others, timeout=10_000)
     expect(page.get_by_test_id("silent-band")).to_contain_text(f"No response: {silent}.", timeout=15_000)
@@ -270,49 +270,49 @@ def nothing_claimed(page: Page, silent: str, others: str) -> None:
 
 
 def all_known(page: Page, *names: str) -> None:
-    """Whoever was silent has answered: the page says so by itself."""
+    """The silent servo has responded: the page shows it automatically."""
     expect(page.get_by_test_id("silent-band")).to_have_count(0, timeout=15_000)
     for name in names:
         expect(page.get_by_test_id("torque-is-off")).to_contain_text(name)
 
 
-@pytest.mark.usefixtures("unanswered")
+@pytest.mark.usefixtures("without_response")
 def test_a_group_member_silent_at_enabling_is_named(page: Page, demo: Demo, pair: tuple[str, str], winch: str) -> None:
     page.goto(f"{demo.url}servos/{winch}/motion")
     page.get_by_test_id("group").locator("summary").click()
     page.get_by_test_id(f"group-{pair[1]}").check()
-    answers(demo, pair[1], False)
+    respond(demo, pair[1], False)
     try:
         page.get_by_test_id("enable-motion").click()
         expect(page.get_by_test_id("motion-refusal")).to_contain_text("Boom", timeout=15_000)
-        nothing_claimed(page, "Boom", "Winch")
+        silent_named(page, "Boom", "Winch")
         assert raw(demo, winch, "torque_mode") == "off"
         assert demo.api.get("/leases").json() == []
         # on another page it is no less true
         page.get_by_role("link", name="Records").first.click()
         expect(page.get_by_test_id("silent-band")).to_contain_text("Boom")
     finally:
-        answers(demo, pair[1], True)
+        respond(demo, pair[1], True)
     expect(page.get_by_test_id("silent-band")).to_have_count(0, timeout=15_000)
     assert [raw(demo, uid, "torque_mode") for uid in pair] == ["off", "off"]
 
 
-@pytest.mark.usefixtures("unanswered")
+@pytest.mark.usefixtures("without_response")
 def test_a_group_member_silent_at_torque_off_is_named(
     page: Page, demo: Demo, pair: tuple[str, str], winch: str
 ) -> None:
     turn(demo, winch, 0)
     begin_group(page, demo, pair)
-    answers(demo, pair[1], False)
+    respond(demo, pair[1], False)
     try:
         page.get_by_test_id("jog-torque-off").click()
         expect(page.get_by_test_id("jog-refusal")).to_contain_text("Boom", timeout=15_000)
         expect(page.get_by_test_id("silent-band")).to_contain_text("No response: Boom.")
         assert raw(demo, winch, "torque_mode") == "off"
         page.get_by_test_id("disable-motion").click()
-        nothing_claimed(page, "Boom", "Winch")
+        silent_named(page, "Boom", "Winch")
     finally:
-        answers(demo, pair[1], True)
+        respond(demo, pair[1], True)
     all_known(page, "Winch", "Boom")
     assert [raw(demo, uid, "torque_mode") for uid in pair] == ["off", "off"]
 
@@ -482,7 +482,7 @@ def test_touch_steps_repeats_and_stores_presets(browser: Browser, demo: Demo, wi
         assert 25 < angle(demo, winch) < 100, "it walks at 60°/s, and no further"
         assert raw(demo, winch, "torque_mode") == "on", "it holds"
 
-        # off the button is let go as well
+        # leaving the button releases it, too
         finger.send("Input.dispatchTouchEvent", {"type": "touchStart", "touchPoints": [spot]})
         expect(ahead).to_have_attribute("data-held", "true")
         away = {"x": spot["x"], "y": spot["y"] - 200}

@@ -88,7 +88,7 @@ def four_pages_and_more_below(phone: Page) -> None:
 
 def test_a_phone_wiggles_from_the_list_and_shows_a_rejection(browser: Browser, demo: Demo) -> None:
     uid = servo_of(demo, "BLA21-12U-A0")
-    wait_for(lambda: demo.api.get("/leases").json() == [], 6, "somebody has motion control")
+    wait_for(lambda: demo.api.get("/leases").json() == [], 6, "a client has motion control")
     with page_in(browser, {"width": 390, "height": 844}, has_touch=True) as page:
         page.goto(f"{demo.url}servos")
         wiggle, row = page.get_by_test_id(f"wiggle-{uid}"), page.get_by_test_id(f"servo-row-{uid}")
@@ -97,7 +97,7 @@ def test_a_phone_wiggles_from_the_list_and_shows_a_rejection(browser: Browser, d
         expect(row).to_have_attribute("data-wiggles", "false")
         assert page.get_by_test_id(f"wiggle-says-{uid}").all_inner_texts() == []
         assert page.url.endswith("/servos"), "the row stays closed"
-        # while somebody else moves servos it tells who, and moves nothing
+        # while another client moves servos it names the client, and moves nothing
         lease = demo.api.post("/leases", json={"holder": "Rig 3", "ttl_s": 10}).json()["id"]
         before = row.bounding_box()
         wiggle.tap()

@@ -14,10 +14,10 @@ from e2e.servers import Demo, Server, running
 from e2e.test_technician import servo_of
 
 STATUS_PERIOD_S = 0.1
-"""A servo tells its angle ten times a second (the Status message)."""
+"""A servo sends its angle ten times per second (the Status message)."""
 SILENCE_S = 2.0
-"""Nothing heard of the server for so long: the link is down."""
-TOLD_S = 0.6
+"""After this time without a message of the server the link is down."""
+SHOWN_S = 0.6
 """The request (0.1 s), batches on their way (0.1 s), the page's clock (0.2 s), and something else to do (0.2 s)."""
 MOST_HELD_S = 0.75
 """No allowance is made for a page that hangs for longer."""
@@ -55,7 +55,7 @@ def seconds(page: Page, within_s: float) -> float:
 def allowed(page: Page, within_s: float) -> float:
     """What may pass until it is seen. Without a GPU a scene holds the page while it is drawn: before the mark, and
     before the picture that shows it."""
-    return within_s + TOLD_S + 2 * min(MOST_HELD_S, page.evaluate("() => window.held") / 1000)
+    return within_s + SHOWN_S + 2 * min(MOST_HELD_S, page.evaluate("() => window.held") / 1000)
 
 
 @pytest.fixture
@@ -81,7 +81,7 @@ def test_the_angle_of_a_silent_servo_is_stale_at_once(page: Page, demo: Demo) ->
     finally:
         demo.api.patch(f"/sim/servos/{uid}", json={"mute": False})
     assert took < most, f"{took:.2f} s of {most:.2f} s"
-    expect(page.locator(angle), "it is back by itself").to_have_attribute("data-stale", "false", timeout=15_000)
+    expect(page.locator(angle), "it is back").to_have_attribute("data-stale", "false", timeout=15_000)
 
 
 def test_a_polled_value_is_stale_after_two_periods(page: Page, demo: Demo) -> None:
@@ -154,7 +154,7 @@ def alive(page: Page) -> None:
 
 
 def test_a_failed_download_of_a_part_is_reported_in_place(fresh_page: Page, demo: Demo) -> None:
-    page = fresh_page  # not watched: the console tells of the failure, as it should
+    page = fresh_page  # not watched: the console logs the failure, as expected
     page.route("**/assets/faults-*.js", lambda route: route.abort())
     page.goto(demo.url)
     page.get_by_role("link", name="Faults").first.click()
@@ -172,10 +172,10 @@ def test_a_crashed_page_leaves_the_frame_and_can_be_retried(fresh_page: Page, de
         "let n = 0; export function FaultsPage() { if (n++ === 0) throw new Error('broken here'); return 'mended'; }"
     )
 
-    def answer(route: Route) -> None:
+    def respond(route: Route) -> None:
         route.fulfill(body=broken, content_type="text/javascript")
 
-    page.route(re.compile(r"/assets/faults-.*\.js$"), answer)
+    page.route(re.compile(r"/assets/faults-.*\.js$"), respond)
     page.goto(demo.url + "faults")
     failed = page.get_by_test_id("panel-failed")
     expect(failed).to_contain_text("broken here")
@@ -217,9 +217,9 @@ def test_a_rejected_write_shows_reason_and_remedy(page: Page, demo: Demo) -> Non
     held = demo.api.get(f"/servos/{uid}/parameters/angle_p_gain").json()["value"]
     demo.api.patch(f"/sim/servos/{uid}", json={"refuse_keys": ["angle_p_gain"]}).raise_for_status()
     try:
-        answer = demo.api.put(f"/servos/{uid}/parameters/angle_p_gain", json={"value": held + 1})
-        assert answer.is_error
-        assert "angle_p_gain" in answer.json()["detail"]
+        response = demo.api.put(f"/servos/{uid}/parameters/angle_p_gain", json={"value": held + 1})
+        assert response.is_error
+        assert "angle_p_gain" in response.json()["detail"]
         page.goto(f"{demo.url}servos/{uid}/motion")
         demo.api.post("/stop").raise_for_status()
         expect(page.get_by_test_id("enable-motion")).to_be_disabled()

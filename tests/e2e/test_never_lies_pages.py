@@ -31,7 +31,7 @@ def own() -> Iterator[Server]:
 
 @pytest.fixture
 def tab(context: BrowserContext) -> Page:
-    """Not watched: the console tells of what is cut here, as it should."""
+    """Not watched: the console logs the failures caused here, as expected."""
     page = context.new_page()
     page.set_default_timeout(30_000)
     return page
@@ -127,7 +127,7 @@ def test_controls_of_each_page_are_disabled_while_the_server_is_silent(name: str
 
 
 def acts(one: Locator, case: Case) -> None:
-    """It can be done, or is true, now; perhaps not before everything was asked anew."""
+    """It is enabled, or true, now; perhaps only after all requests were repeated."""
     if case.attribute == "disabled":
         expect(one).to_be_enabled(timeout=COMING_BACK_MS)
     else:
@@ -165,7 +165,7 @@ SILENT = {
     ),
     "bus": Old(
         "bus#nodes", "[data-testid=node-{node}]", "data-away", "false", "true",
-        OFFLINE_AFTER_S + 2 * HEARTBEAT_S,  # the list is asked for every two seconds
+        OFFLINE_AFTER_S + 2 * HEARTBEAT_S,  # the list is polled every two seconds
     ),
     "records": Old(
         "records#snapshots/{uid}", "[data-testid=take-snapshot]", "disabled", "false", "true", OFFLINE_AFTER_S

@@ -25,7 +25,7 @@ NODE_IDS = count(20)
 
 def made(server: Server, servo_id: int = 0, **rom: int) -> str:
     """A servo of its own, ready; `rom` as raw values."""
-    node_id = next(NODE_IDS) if servo_id else 0  # asking for one takes a second
+    node_id = next(NODE_IDS) if servo_id else 0  # allocation takes a second
     body = {"model": "BLA21-06U-A0", "firmware": "1.300", "servo_id": servo_id, "node_id": node_id, "rom": rom}
     uid = str(server.api.post("/sim/servos", json=body).json()["uid"])
 
@@ -54,7 +54,7 @@ def by(way: str) -> pytest.MarkDecorator:
 
 
 def confirmed(server: Server, uid: str) -> Callable[[], bool]:
-    """Whether this servo, of all that were ever seen, has answered the stop."""
+    """Whether this servo has acknowledged the stop."""
     return lambda: any(one["uid"] == uid and one["confirmed"] for one in server.api.get("/stop").json()["servos"])
 
 

@@ -1,4 +1,4 @@
-"""The page lives on without its server: every page opens, and what could not be fetched comes by itself later."""
+"""The page without its server: every page opens, and failed downloads are repeated later."""
 
 import re
 from collections.abc import Iterator
@@ -23,7 +23,7 @@ def own() -> Iterator[Server]:
 
 @pytest.fixture
 def tab(fresh_page: Page) -> Page:
-    """Not watched: the console tells of what is cut here, as it should."""
+    """Not watched: the console logs the failures caused here, as expected."""
     return fresh_page
 
 

@@ -1,4 +1,4 @@
-"""Plots: channels that are asked for and given back, standing still, cursors, files, recordings, several servos."""
+"""Plots: subscribed channels, pause, cursors, files, recordings, several servos."""
 
 import csv
 import re
@@ -30,9 +30,9 @@ def opened(page: Page, demo: Demo, uid: str, seconds: float = 0) -> Locator:
     return plot
 
 
-def wished(demo: Demo, uid: str) -> set[str]:
-    wishes = demo.api.get(f"/servos/{uid}/telemetry").json()["subscriptions"]
-    return {key for one in wishes for key in one["channels"]}
+def subscribed(demo: Demo, uid: str) -> set[str]:
+    subscriptions = demo.api.get(f"/servos/{uid}/telemetry").json()["subscriptions"]
+    return {key for one in subscriptions for key in one["channels"]}
 
 
 SEEN = """one => {
@@ -63,15 +63,15 @@ def test_a_selected_channel_is_plotted_and_polled_until_the_page_is_left(page: P
     page.get_by_test_id("plot-channels").click()
     page.get_by_test_id("plot-channel-command_torque").check()
     expect(plot).to_have_attribute("data-lanes", "2")
-    wait_for(lambda: "command_torque" in wished(demo, uid), 5, "the channel is not asked for")
+    wait_for(lambda: "command_torque" in subscribed(demo, uid), 5, "the channel is not subscribed")
     page.get_by_test_id("plot-hz").select_option("50")
     expect(page.get_by_test_id("plot-rate")).to_have_text(re.compile(r"\d+ of 50"))
     page.get_by_test_id("plot-channel-command_torque").uncheck()
     page.get_by_test_id("plot-hz").select_option("20")
     expect(plot).to_have_attribute("data-lanes", "1")
-    wait_for(lambda: "command_torque" not in wished(demo, uid), 5, "the channel is not given back")
+    wait_for(lambda: "command_torque" not in subscribed(demo, uid), 5, "the channel is not unsubscribed")
     page.get_by_role("link", name="Records").click()
-    wait_for(lambda: "current_speed" not in wished(demo, uid), 5, "leaving gives nothing back")
+    wait_for(lambda: "current_speed" not in subscribed(demo, uid), 5, "leaving does not unsubscribe")
 
 
 def test_dragging_zooms_and_the_export_contains_the_visible_part(page: Page, demo: Demo, uid: str) -> None:
@@ -209,7 +209,7 @@ def test_several_servos_share_a_plot_with_own_subscriptions(page: Page, demo: De
     page.get_by_test_id(f"many-{uids[1]}").click()
     expect(page.get_by_test_id(f"many-{uids[1]}")).to_have_attribute("aria-pressed", "true")
     page.get_by_test_id("many-channel").select_option("current_voltage")
-    wait_for(lambda: all("current_voltage" in wished(demo, one) for one in uids), 5, "a servo is not asked")
+    wait_for(lambda: all("current_voltage" in subscribed(demo, one) for one in uids), 5, "a servo is not polled")
     page.get_by_test_id("plot-selected").click()
     expect(plot).to_have_count(0)
-    wait_for(lambda: not any("current_voltage" in wished(demo, one) for one in uids), 5, "not given back")
+    wait_for(lambda: not any("current_voltage" in subscribed(demo, one) for one in uids), 5, "not unsubscribed")

@@ -10,7 +10,7 @@ from e2e.hand import SLOW_MS, Hand, hand_of
 from e2e.servers import Server, running, serving, until
 from e2e.test_output_story import confirmed, made
 
-HOLDS, LETS_GO = 0, 1
+HOLDS, RELEASES = 0, 1
 """Values of 0x26."""
 
 
@@ -95,11 +95,11 @@ def test_outputs_are_restored_after_a_dialog_names_loaded_servos(server: Server,
     expect(page.get_by_test_id("outputs-off")).to_have_count(0)
     assert [output(server, uid) for uid in uids] == ["on", "on", "on"]
     assert [angle(server, uid) for uid in uids] == [pytest.approx(one, abs=0.5) for one in stood]
-    assert server.api.get("/leases").json() == [], "they hold by themselves"
+    assert server.api.get("/leases").json() == [], "they hold without a lease"
 
 
 def test_a_servo_with_a_timeout_stays_on_until_motion_is_off(server: Server, mouse: Hand) -> None:
-    page, uid = mouse.page, made(server, 34, timeout_action=LETS_GO, timeout_time=500)
+    page, uid = mouse.page, made(server, 34, timeout_action=RELEASES, timeout_time=500)
     page.goto(server.url + "servos")
     expect(page.get_by_test_id(f"servo-row-{uid}")).to_be_visible()
     mouse.stop_and_clear()

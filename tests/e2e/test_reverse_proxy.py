@@ -96,8 +96,8 @@ def test_rest_sockets_and_view_work_below_a_path(upstream: str, tmp_path: Path, 
         assert all(httpx.get(url.removesuffix("/hornbill/") + file).status_code == 200 for file in files)
         assert client.get("api/v1/servos").status_code == 401
         assert client.post("api/v1/stop").status_code == 401, "the proxy is on this machine; who is behind it is not"
-        answer = client.post("api/v1/session", json={"token": TOKEN})
-        assert "Path=/hornbill" in answer.headers["set-cookie"]
+        response = client.post("api/v1/session", json={"token": TOKEN})
+        assert "Path=/hornbill" in response.headers["set-cookie"]
         assert len(client.get("api/v1/servos").json()) == 2
         assert client.get("api/v1/openapi.json").json()["servers"] == [{"url": "/hornbill"}]
         foreign = client.post("api/v1/tickets", headers={"Origin": "http://evil.example"})
@@ -196,19 +196,19 @@ def test_with_a_certificate_it_serves_https_with_a_secure_cookie(tmp_path: Path)
     with running("demo", *flags) as server, httpx.Client(base_url=server.url, verify=trusted) as client:
         url = server.url
         assert url.startswith("https://")
-        answer = client.post("api/v1/session", json={"token": TOKEN})
-        assert "secure" in answer.headers["set-cookie"].lower()
+        response = client.post("api/v1/session", json={"token": TOKEN})
+        assert "secure" in response.headers["set-cookie"].lower()
         ticket = client.post("api/v1/tickets").json()["ticket"]
-        asked = hello(f"{url.replace('http', 'ws', 1)}api/v1/ws?ticket={ticket}", trusted)
+        greeting = hello(f"{url.replace('http', 'ws', 1)}api/v1/ws?ticket={ticket}", trusted)
         with ThreadPoolExecutor(1) as elsewhere:  # this thread has the loop of the browser
-            assert elsewhere.submit(asyncio.run, asked).result() == "hello"
+            assert elsewhere.submit(asyncio.run, greeting).result() == "hello"
         watch = [sys.executable, "-m", "hornbill", "watch", "--seconds", "1"]
         here = {**os.environ, "HORNBILL_URL": url, "HORNBILL_TOKEN": TOKEN}
         for trust, code, stream, said in (("", 3, "stderr", "SSL_CERT_FILE"), (str(cert), 0, "stdout", "state")):
-            told = subprocess.run(
+            ended = subprocess.run(
                 watch, capture_output=True, text=True, check=False, env={**here, "SSL_CERT_FILE": trust}
             )
-            assert (told.returncode, said in getattr(told, stream)) == (code, True), told
+            assert (ended.returncode, said in getattr(ended, stream)) == (code, True), ended
 
 
 async def hello(url: str, trusted: ssl.SSLContext) -> str:

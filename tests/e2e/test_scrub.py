@@ -25,7 +25,7 @@ MOVES = (30, -45, 10)
 
 @dataclass(frozen=True)
 class Recorded:
-    """A recording as somebody sends it, of servos of another bus, and what it says."""
+    """A recording from another bus, and its content."""
 
     name: str
     data: bytes
@@ -148,11 +148,11 @@ def test_scrubbing_moves_the_plots_and_the_horn(page: Page, demo: Demo, brought:
     angles, commands = brought.samples("current_angle"), brought.samples("command_angle")
     bring(page, demo, brought)
     expect(page.get_by_test_id("replay-band")).to_have_text("Recording, not live")
-    told = page.get_by_test_id("replay-angle")
+    shown = page.get_by_test_id("replay-angle")
 
     assert move(page, "Home") == pytest.approx(brought.content["about"]["started_at"] - zero_of(brought))
-    expect(told).to_have_text("No angle recorded at this time yet")
-    expect(told).to_have_attribute("data-stale", "true")
+    expect(shown).to_have_text("No angle recorded at this time yet")
+    expect(shown).to_have_attribute("data-stale", "true")
     shows(page, None)
 
     first = move(page, "ArrowRight")
@@ -166,7 +166,7 @@ def test_scrubbing_moves_the_plots_and_the_horn(page: Page, demo: Demo, brought:
     page.get_by_test_id("scrub-slider").fill(str(turned + 0.05))
     under_way = [value for at, value in angles if at <= turned + 0.05][-1]
     assert under_way is not None
-    expect(told).to_have_text(re.compile(rf"^{re.escape(degree(under_way))}, command −45\.0°$"))
+    expect(shown).to_have_text(re.compile(rf"^{re.escape(degree(under_way))}, command −45\.0°$"))
     shows(page, under_way)
     across = heads(page)
     assert len(across) >= 2
@@ -192,12 +192,12 @@ def test_playback_takes_the_recorded_time(page: Page, demo: Demo, brought: Recor
     move(page, "Home")
     page.get_by_test_id("scrub-play").click()
     page.wait_for_timeout(400)
-    asked = time.monotonic()
+    started = time.monotonic()
     before, began = moment(page), time.monotonic()
     page.wait_for_timeout(2000)
     least = time.monotonic() - began
     played = moment(page) - before
-    assert least - 0.4 < played < time.monotonic() - asked + 0.4
+    assert least - 0.4 < played < time.monotonic() - started + 0.4
     page.get_by_test_id("scrub-speed").select_option("0.25")
     before = moment(page)
     page.wait_for_timeout(2000)
@@ -229,16 +229,16 @@ def test_reduced_motion_plays_at_two_frames_per_second(page: Page, demo: Demo, b
 
 
 def test_scrubbing_sends_nothing_and_later_pages_are_live(page: Page, demo: Demo, brought: Recorded) -> None:
-    asked: list[str] = []
-    page.on("request", lambda one: asked.append(one.url) if one.method not in ("GET", "HEAD") else None)
+    sent: list[str] = []
+    page.on("request", lambda one: sent.append(one.url) if one.method not in ("GET", "HEAD") else None)
     bring(page, demo, brought)
     before = {one["uid"]: (one["command_deg"], one["state"]) for one in demo.api.get("/servos").json()}
     writes = len(demo.api.get("/audit").json())
-    asked.clear()
+    sent.clear()
     move(page, "Home", "ArrowRight", "Shift+ArrowRight", "End", "ArrowLeft")
     page.get_by_test_id("scrub-play").click()
     page.wait_for_timeout(1000)
-    assert asked == []
+    assert sent == []
     assert len(demo.api.get("/audit").json()) == writes
     assert {one["uid"]: (one["command_deg"], one["state"]) for one in demo.api.get("/servos").json()} == before
     uid = next(iter(before))
@@ -296,7 +296,7 @@ def test_the_view_shows_the_servo_while_motion_is_on(
     expect(view).to_have_attribute("data-replay", "false")
     expect(page.get_by_test_id("scrub-note")).to_contain_text("shows the servo, not the recording")
     page.get_by_role("link", name="Records").click()
-    wait_for(lambda: demo.api.get("/leases").json() == [], 15, "motion control is not let go")
+    wait_for(lambda: demo.api.get("/leases").json() == [], 15, "motion control is not released")
 
 
 def test_a_recording_opened_in_a_plot_is_imported(page: Page, demo: Demo, brought: Recorded) -> None:

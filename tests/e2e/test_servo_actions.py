@@ -20,7 +20,7 @@ HELD = {"angle_p_gain": 70, "servo_id": 7}
 
 @pytest.fixture
 def server(tmp_path: Path) -> Iterator[Server]:
-    """New servos of one model: nothing on the page tells which is which."""
+    """New servos of one model, identical on the page."""
     with running(*serving(tmp_path, "--sim-api")) as one:
         for number in range(COUNT):
             body = {"model": "BLA21-06U-A0", "firmware": "1.300", "node_id": 31 + number}
@@ -55,8 +55,8 @@ MARKS = """() => {
     look();
 }"""
 """Notes which rows are marked as wiggling, and since when."""
-TOLD_S = 0.5
-"""The page may hear of a wiggle so much later than it begins, and of its end."""
+SHOWN_S = 0.5
+"""Maximum delay of the start and end of a wiggle on the page."""
 
 
 def seen_moving(server: Server, page: Page, at_rest: dict[str, float]) -> list[str]:
@@ -71,8 +71,8 @@ def seen_moving(server: Server, page: Page, at_rest: dict[str, float]) -> list[s
         page.wait_for_timeout(50)
     marks: list[tuple[float, str]] = [(at, row) for at, row in page.evaluate("() => window.marks")]
     for at, uid in seen:
-        about = [row for since, row in marks if since <= at + TOLD_S]
-        late = [row for since, row in marks if at - TOLD_S < since <= at + TOLD_S]
+        about = [row for since, row in marks if since <= at + SHOWN_S]
+        late = [row for since, row in marks if at - SHOWN_S < since <= at + SHOWN_S]
         assert f"servo-row-{uid}" in {about[-1], *about[-1 - len(late) :]}, f"{uid} moves, and {about[-1]} is marked"
     order = [row.removeprefix("servo-row-") for _, row in marks if row]
     assert order == list(dict.fromkeys(uid for _, uid in seen)), "the row that is marked is not the horn that moves"
@@ -81,9 +81,9 @@ def seen_moving(server: Server, page: Page, at_rest: dict[str, float]) -> list[s
 
 def test_servos_are_identified_restarted_set_to_default_and_reset(hand: Hand, server: Server) -> None:
     page = hand.page
-    told: list[str] = []
-    page.on("console", lambda message: told.append(message.text) if message.type == "error" else None)
-    page.on("pageerror", lambda error: told.append(str(error)))
+    errors: list[str] = []
+    page.on("console", lambda message: errors.append(message.text) if message.type == "error" else None)
+    page.on("pageerror", lambda error: errors.append(str(error)))
     page.goto(server.url)
     expect(page.locator("[data-testid^=servo-row-]")).to_have_count(COUNT, timeout=SLOW_MS)
 
@@ -111,13 +111,13 @@ def test_servos_are_identified_restarted_set_to_default_and_reset(hand: Hand, se
     expect(page.get_by_test_id("restart-angle_p_gain")).to_contain_text(str(standard))
     assert reading(server, uid, "angle_p_gain")["value"] == 55, "the question changes nothing"
     looks(hand)
-    boots = server.api.get(f"/servos/{uid}").json()["uptime_s"]
+    uptime = server.api.get(f"/servos/{uid}").json()["uptime_s"]
     agree(hand)
     hand.press("restart-go")
     over(page)
     expect(page.get_by_test_id("step-read_back")).to_have_attribute("data-state", "done")
     assert reading(server, uid, "angle_p_gain")["value"] == standard
-    assert server.api.get(f"/servos/{uid}").json()["uptime_s"] < boots + 5
+    assert server.api.get(f"/servos/{uid}").json()["uptime_s"] < uptime + 5
     looks(hand)
     hand.press("change-close")
 
@@ -149,7 +149,7 @@ def test_servos_are_identified_restarted_set_to_default_and_reset(hand: Hand, se
     assert (reading(server, uid, "angle_p_gain")["rom"], reading(server, uid, "servo_id")["rom"]) == (standard, 7)
     hand.press("change-close")
     expect(page.get_by_test_id("job-dialog")).to_have_count(0)
-    assert told == []
+    assert errors == []
 
 
 def tune_gain(hand: Hand, server: Server, uid: str, value: int) -> None:
@@ -171,7 +171,7 @@ def apply(hand: Hand) -> None:
 
 
 def agree(hand: Hand) -> None:
-    """Says that the horn is free, where that is asked."""
+    """Confirm that the horn is free, if required."""
     if hand.page.get_by_test_id("horn-free").count():
         hand.press("horn-free", "Space")
 
@@ -188,7 +188,7 @@ def looks(hand: Hand) -> None:
 
 @pytest.fixture
 def mouse(browser: Browser) -> Iterator[Page]:
-    """A page whose console tells of what was refused, as it should."""
+    """A page whose console logs rejections, as expected."""
     with page_in(browser) as page:
         yield page
 
@@ -199,10 +199,10 @@ def test_a_rejection_is_shown_beside_the_button_without_a_dialog(mouse: Page, se
     says = mouse.get_by_test_id("servo-says")
 
     def each(why: str) -> None:
-        for item, told in (("menu-restart", "Not restarted"), ("menu-factory-reset", "Not reset")):
+        for item, words in (("menu-restart", "Not restarted"), ("menu-factory-reset", "Not reset")):
             mouse.get_by_test_id("servo-menu").click()
             mouse.get_by_test_id(item).click()
-            expect(says).to_contain_text(f"{told}. ")
+            expect(says).to_contain_text(f"{words}. ")
             expect(says).to_contain_text(why)
             expect(mouse.get_by_role("dialog")).to_have_count(0)
         mouse.get_by_test_id("wiggle").click()

@@ -1,4 +1,4 @@
-"""The list of many servos: asked for as one, and never grey while they are well."""
+"""The list of many servos: read with one request, and never stale while they are healthy."""
 
 import re
 import time
@@ -12,7 +12,7 @@ from e2e.servers import Demo, Server, running
 COUNT = 24
 PAUSE_S = 0.5
 GREY_S = 1.0
-"""A busy computer may hold up a row for a moment; nothing stays grey for so long."""
+"""A busy computer may delay a row for a moment; nothing stays stale for this time."""
 
 LONGEST_GREY = """async seconds => {
     const since = {}, longest = {};
@@ -44,26 +44,26 @@ def own() -> Iterator[Server]:
 
 @pytest.fixture(scope="module")
 def demo(own: Server) -> Demo:
-    """The same as what the page may ask: nobody else."""
+    """The same server, as the page's fixtures expect it."""
     return Demo(own.url, own.api)
 
 
 @pytest.fixture
-def asked(page: Page) -> list[str]:
-    """Paths of what the page asks about servos, as they come."""
+def requests(page: Page) -> list[str]:
+    """Paths of the page's requests about servos."""
     found: list[str] = []
 
-    def hear(url: str) -> None:
+    def note(url: str) -> None:
         path = url.partition("/api/v1")[2]
         if path.startswith(("/servos/", "/parameters", "/faults")):
             found.append(path)
 
-    page.on("request", lambda request: hear(request.url))
+    page.on("request", lambda request: note(request.url))
     return found
 
 
 @pytest.fixture
-def shown(page: Page, own: Server, asked: list[str]) -> Page:
+def shown(page: Page, own: Server, requests: list[str]) -> Page:
     """The list, painted for the first time."""
     page.goto(own.url + "servos")
     expect(page.locator(".servo-row")).to_have_count(COUNT)
@@ -72,65 +72,65 @@ def shown(page: Page, own: Server, asked: list[str]) -> Page:
     return page
 
 
-def together(asked: list[str], path: str, took_s: float) -> None:
-    """Servos that change one after another are asked about twice a second at most, however many there are."""
-    assert all(one.startswith(path) for one in asked), asked
-    assert 0 < len(asked) <= took_s / PAUSE_S + 1
+def together(requests: list[str], path: str, took_s: float) -> None:
+    """Servos that change one after another are read at most twice per second, however many change."""
+    assert all(one.startswith(path) for one in requests), requests
+    assert 0 < len(requests) <= took_s / PAUSE_S + 1
 
 
-def test_all_rows_take_one_request_and_none_when_shown_again(shown: Page, own: Server, asked: list[str]) -> None:
-    (path,) = asked
+def test_all_rows_take_one_request_and_none_when_shown_again(shown: Page, own: Server, requests: list[str]) -> None:
+    (path,) = requests
     prefix, _, listed = path.partition("=")
     assert (prefix, sorted(listed.split(","))) == ("/parameters?uids", sorted(str(one["uid"]) for one in own.servos()))
-    asked.clear()
+    requests.clear()
     rows = shown.locator(".servo-row")
     model = str(own.servos()[0]["model"])
     shown.get_by_test_id("filter-model").select_option(model)
     expect(rows).to_have_count(sum(one["model"] == model for one in own.servos()))
     shown.get_by_test_id("filter-model").select_option("")
     expect(rows).to_have_count(COUNT)
-    shown.get_by_role("searchbox").fill("nobody is called so")
+    shown.get_by_role("searchbox").fill("no such name")
     expect(rows).to_have_count(0)
     shown.get_by_role("searchbox").fill("")
     expect(rows).to_have_count(COUNT)
     shown.wait_for_timeout(1000)
-    assert asked == []
+    assert requests == []
 
 
-def test_changes_are_published_and_restarts_read_together(shown: Page, own: Server, asked: list[str]) -> None:
-    asked.clear()
+def test_changes_are_published_and_restarts_read_together(shown: Page, own: Server, requests: list[str]) -> None:
+    requests.clear()
     uids = [str(one["uid"]) for one in own.servos()]
     body = {"servos": {uid: {"angle_p_gain": 43} for uid in uids}}
     own.api.patch("/parameters", json=body, timeout=90).raise_for_status()
     changed = sum(one["unsaved"] != [] for one in own.servos())
     assert changed >= COUNT - 1, "of one that lost its ROM nothing is known to compare with"
     expect(shown.locator(".c-rom .half")).to_have_count(changed)
-    assert asked == []
+    assert requests == []
     before = time.monotonic()
     for uid in uids:
         own.api.post(f"/servos/{uid}/restart").raise_for_status()
     expect(shown.locator(".c-rom .half")).to_have_count(0, timeout=60_000)
     expect(shown.locator(".servo-row[data-state='ready']")).to_have_count(COUNT, timeout=60_000)
     shown.wait_for_timeout(1500)
-    together(asked, "/parameters?uids=", time.monotonic() - before)
-    assert {uid for path in asked for uid in path.partition("=")[2].split(",")} == set(uids)
+    together(requests, "/parameters?uids=", time.monotonic() - before)
+    assert {uid for path in requests for uid in path.partition("=")[2].split(",")} == set(uids)
 
 
-def test_the_faults_of_all_take_one_request(page: Page, own: Server, asked: list[str]) -> None:
+def test_the_faults_of_all_take_one_request(page: Page, own: Server, requests: list[str]) -> None:
     own.ready(COUNT, within_s=60)
     page.goto(own.url + "faults")
     expect(page.get_by_test_id("faults-list")).not_to_contain_text("Reading")
     page.wait_for_timeout(500)
-    (path,) = asked
+    (path,) = requests
     prefix, _, listed = path.partition("=")
     assert (prefix, sorted(listed.split(","))) == ("/faults?uids", sorted(str(one["uid"]) for one in own.servos()))
-    asked.clear()
+    requests.clear()
     before = time.monotonic()
     for one in own.servos():
         own.api.patch(f"/sim/servos/{one['uid']}", json={"faults": {"sensor_weak": True}}).raise_for_status()
     lines = page.get_by_test_id("faults-now").get_by_test_id("fault-sensor_weak")
     expect(lines).to_have_count(COUNT, timeout=30_000)
-    together(asked, "/faults?uids=", time.monotonic() - before)
+    together(requests, "/faults?uids=", time.monotonic() - before)
 
 
 def test_no_healthy_servo_looks_stale(shown: Page, own: Server) -> None:

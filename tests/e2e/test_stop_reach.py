@@ -59,7 +59,7 @@ def stop_is_seen(page: Page, where: str) -> None:
 
 @pytest.fixture
 def stops(demo: Demo) -> Iterator[None]:
-    """Nobody has motion control and nothing is stopped, before and after."""
+    """No client has motion control and nothing is stopped, before and after."""
     yield
     wait_for(lambda: demo.api.get("/leases").json() == [], 6, "motion control was not given back")
     demo.api.delete("/stop").raise_for_status()
@@ -252,7 +252,7 @@ def test_esc_stops_at_once_in_any_tab_while_a_horn_moves(page: Page, demo: Demo)
     demo.api.delete(f"/leases/{lease}")
     demo.api.delete("/stop").raise_for_status()
     expect(page.get_by_test_id("stop")).to_contain_text("Esc twice")
-    # nobody's motion control, and it turns all the same: by hand, by its PWM input, by another program
+    # no motion control, but it turns: externally, by its PWM input, by another program
     demo.api.post(f"/servos/{uid}/torque", json={"mode": "off"}).raise_for_status()
 
     def turned() -> bool:
@@ -290,7 +290,7 @@ def test_esc_and_enter_of_an_input_method_are_ignored(motion: bool, page: Page, 
             "Input.dispatchKeyEvent", {"type": "keyUp", "key": key, "code": key, "windowsVirtualKeyCode": code}
         )
         expect(box).to_have_value("かぜ")
-        # the last key, as Safari tells it: after the composition, known by its code alone
+        # the last key, as Safari sends it: after the composition, known by its code alone
         devtools.send("Input.imeSetComposition", {"text": "", "selectionStart": 0, "selectionEnd": 0})
         devtools.send(
             "Input.dispatchKeyEvent", {"type": "rawKeyDown", "key": key, "code": key, "windowsVirtualKeyCode": 229}

@@ -54,9 +54,9 @@ def test_six_new_servos_are_commissioned_by_touch(browser: Browser, server: Serv
 
 
 def six_servos(page: Page, server: Server) -> None:
-    told: list[str] = []
-    page.on("console", lambda message: told.append(message.text) if message.type == "error" else None)
-    page.on("pageerror", lambda error: told.append(str(error)))
+    errors: list[str] = []
+    page.on("console", lambda message: errors.append(message.text) if message.type == "error" else None)
+    page.on("pageerror", lambda error: errors.append(str(error)))
     began = time.monotonic()
 
     # an empty list that teaches, until servos are plugged in
@@ -93,7 +93,7 @@ def six_servos(page: Page, server: Server) -> None:
     # save: what moves is said first
     expect(page.locator('[data-testid^="changes-"]').first).to_be_visible(timeout=20_000)
     expect(page.get_by_test_id("check-step")).not_to_contain_text("Reading the servo", timeout=20_000)
-    if page.get_by_test_id("horn-free").count():  # asked where a horn is off 0°
+    if page.get_by_test_id("horn-free").count():  # required if a horn is off 0°
         page.get_by_test_id("horn-free").check()
     page.get_by_test_id("start").tap()
     expect(page.get_by_test_id("commission-page")).to_have_attribute("data-step", re.compile("run|report"))
@@ -128,7 +128,7 @@ def six_servos(page: Page, server: Server) -> None:
     until(lambda: server.api.get("/leases").json() == [], 10, "motion control is not given back")
 
     took = time.monotonic() - began
-    assert told == []
+    assert errors == []
     assert took < WITHIN_S, f"{took:.0f} s"
 
 

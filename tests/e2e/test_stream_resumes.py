@@ -14,7 +14,7 @@ from e2e.servers import running
 from e2e.test_reverse_proxy import TOKEN, nginx
 
 BEARER = {"Authorization": f"Bearer {TOKEN}"}
-PATIENCE_S = 30
+TIMEOUT_S = 30
 STREAM = "api/v1/events/stream?topics=events"
 
 
@@ -46,7 +46,7 @@ class Reader:
     def next(self) -> dict[str, Any]:
         """The next event; comments are passed over."""
         fields: dict[str, str] = {}
-        until = time.monotonic() + PATIENCE_S
+        until = time.monotonic() + TIMEOUT_S
         for line in self._lines:
             assert time.monotonic() < until, "nothing but comments"
             if line:
@@ -59,7 +59,7 @@ class Reader:
                 fields = {}
         raise AssertionError("the stream ended")
 
-    def hear(self, kind: str) -> dict[str, Any]:
+    def receive(self, kind: str) -> dict[str, Any]:
         while (found := self.next())["type"] != kind:
             pass
         return found
@@ -82,30 +82,30 @@ def test_the_last_id_resumes_the_stream_without_repeats(url: str) -> None:
 
         def until(reader: Reader, reason: str) -> list[dict[str, Any]]:
             """Everything up to the last of two: the stop as it is now, and its event. Either may come first."""
-            heard: list[dict[str, Any]] = []
+            received: list[dict[str, Any]] = []
             at: float | None = None
-            while at is None or not any(one.get("code") == "stopped" and one["at"] >= at for one in heard):
-                heard.append(reader.next())
-                if heard[-1]["type"] == "stop" and heard[-1]["stop"]["reason"] == reason:
-                    at = heard[-1]["stop"]["at"]
-            return heard
+            while at is None or not any(one.get("code") == "stopped" and one["at"] >= at for one in received):
+                received.append(reader.next())
+                if received[-1]["type"] == "stop" and received[-1]["stop"]["reason"] == reason:
+                    at = received[-1]["stop"]["at"]
+            return received
 
         with reading(client) as before:
             assert before.next()["type"] == "hello"
-            stop(f"at {url}")  # told while it is read: nobody on the way holds it back
+            stop(f"at {url}")  # received while streaming: no proxy buffers it
             seen = max(one["at"] for one in until(before, f"at {url}") if one["type"] == "event")
             last = before.last
         assert last
         client.delete("api/v1/stop").raise_for_status()
         stop(f"away from {url}")
         with reading(client, last) as after:
-            heard = until(after, f"away from {url}")
+            received = until(after, f"away from {url}")
         client.delete("api/v1/stop").raise_for_status()
-        assert heard[0]["type"] == "hello", "who serves; every connection begins with it"
-        assert not {"hello", "dropped"} & {one["type"] for one in heard[1:]}
-        news = [one for one in heard if one["type"] == "event"]
+        assert received[0]["type"] == "hello", "every connection begins with it"
+        assert not {"hello", "dropped"} & {one["type"] for one in received[1:]}
+        news = [one for one in received if one["type"] == "event"]
         assert {"stop_cleared", "stopped"} <= {one["code"] for one in news}
-        assert all(one["at"] > seen for one in news), "something was told twice"
+        assert all(one["at"] > seen for one in news), "an event was sent twice"
 
 
 def test_an_unknown_id_reports_a_gap_and_sends_the_state(url: str) -> None:
@@ -115,7 +115,7 @@ def test_an_unknown_id_reports_a_gap_and_sends_the_state(url: str) -> None:
     ):
         kinds = [after.next()["type"] for _ in range(2)]
         assert sorted(kinds) == ["dropped", "hello"]
-        assert after.hear("stop")["stop"] is not None
+        assert after.receive("stop")["stop"] is not None
 
 
 def test_the_stream_needs_a_token(url: str) -> None:

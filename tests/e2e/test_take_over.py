@@ -1,4 +1,4 @@
-"""Motion control passing between two browsers: asked for and refused, handed over, taken with a reason."""
+"""Motion control between two browsers: requested, refused, handed over, taken with a reason."""
 
 import re
 from collections.abc import Iterator
@@ -17,7 +17,7 @@ TABLET: ViewportSize = {"width": 820, "height": 1180}
 
 @pytest.fixture
 def other(browser: Browser, demo: Demo) -> Iterator[Page]:
-    """A second browser of somebody else; it must complain of nothing either."""
+    """The browser of another client, without complaints."""
     said: list[str] = []
     with page_in(browser, TABLET) as page:
         page.on("console", lambda one: said.append(one.text) if one.type == "error" else None)
@@ -30,7 +30,7 @@ def torque(demo: Demo, uid: str) -> object:
 
 
 def begin(page: Page, demo: Demo, uid: str) -> str:
-    """Motion is on; the answer is who has it."""
+    """Turn motion on. Returns its holder."""
     page.set_viewport_size(TABLET)
     page.goto(f"{demo.url}servos/{uid}/motion")
     page.get_by_test_id("enable-motion").click()
@@ -62,7 +62,7 @@ def test_motion_control_is_requested_refused_and_handed_over(page: Page, other: 
     page.get_by_test_id("keep-lease").click()
     expect(band).to_have_count(0)
     expect(other.get_by_test_id("motion-refusal")).to_contain_text(f"{holder} keeps motion control.")
-    assert torque(demo, uid) == "on", "asking ends nothing"
+    assert torque(demo, uid) == "on", "a request ends nothing"
 
     other.get_by_test_id("request-lease").click()
     expect(other.get_by_test_id("request-withdraw")).to_be_visible()
@@ -112,10 +112,10 @@ def test_a_copied_tab_is_another_client(page: Page, demo: Demo) -> None:
     expect(page.get_by_test_id("jog-pad")).to_be_visible()
     twin.get_by_test_id("stop").click()
     wait_for(lambda: demo.api.get("/stop").json()["latched"], 5, "it did not stop")
-    told = demo.api.get("/stop").json()
-    assert re.fullmatch(r"page-\d+", told["by"])
-    assert told["by"] != holder
-    assert told["reason"] == "stop_button"
-    expect(page.get_by_test_id("stop-band")).to_contain_text("by " + told["by"].replace("page-", "Page "))
+    latch = demo.api.get("/stop").json()
+    assert re.fullmatch(r"page-\d+", latch["by"])
+    assert latch["by"] != holder
+    assert latch["reason"] == "stop_button"
+    expect(page.get_by_test_id("stop-band")).to_contain_text("by " + latch["by"].replace("page-", "Page "))
     demo.api.delete("/stop").raise_for_status()
     twin.close()

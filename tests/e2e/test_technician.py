@@ -68,7 +68,7 @@ def test_a_save_keeps_torque_in_rom_unless_off_is_confirmed(
     demo.api.post(f"/servos/{uid}/torque", json={"mode": "off"}).raise_for_status()  # as the end of any motion
     row = f"/servos/{uid}/parameters/angle_p_gain"
     gain = demo.api.get(row).json()["value"]
-    tab = context.new_page()  # not watched: the console tells of the dry run that asks back, as it should
+    tab = context.new_page()  # not watched: the console logs the dry run that needs confirmation, as expected
     try:
         if wanted == "off":
             tab.goto(f"{demo.url}servos/{uid}/parameters#torque_mode")
@@ -160,8 +160,8 @@ def test_a_jog_moves_plot_and_scene_and_stop_latches(page: Page, demo: Demo) -> 
     expect(page.get_by_test_id("stop-band")).to_be_visible()
     stop = demo.api.get("/stop").json()
     assert stop["latched"]
-    # a servo that other tests have unplugged cannot answer, and stop says so of it
-    wait_for(lambda: not unconfirmed(demo) & on_the_bus(demo), 5, "not everybody on the bus has confirmed")
+    # a servo unplugged by other tests cannot respond, and is not confirmed
+    wait_for(lambda: not unconfirmed(demo) & on_the_bus(demo), 5, "not all servos on the bus have confirmed")
     expect(page.get_by_test_id("enable-motion")).to_be_disabled()
 
     refused = demo.api.post(f"/servos/{uid}/command", json={"type": "angle", "value": 0})
@@ -224,9 +224,9 @@ def move(demo: Demo, uid: str, lease: str, value: float) -> None:
     if demo.api.get(f"/servos/{uid}/parameters/torque_mode").json()["value"] != "on":
         assert demo.api.post(f"/servos/{uid}/torque", json={"mode": "on"}, headers=headers).is_success
     body = {"type": "angle", "value": value, "wait": "settled"}
-    answer: httpx.Response = demo.api.post(f"/servos/{uid}/command", json=body, headers=headers)
-    assert answer.is_success, answer.text
-    assert answer.json()["settled"] is True
+    response: httpx.Response = demo.api.post(f"/servos/{uid}/command", json=body, headers=headers)
+    assert response.is_success, response.text
+    assert response.json()["settled"] is True
 
 
 def changed(before: np.ndarray, after: np.ndarray) -> int:

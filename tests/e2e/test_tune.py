@@ -47,7 +47,7 @@ def test_two_gains_are_compared_and_the_first_is_restored(page: Page, demo: Demo
     expect(page.get_by_test_id("step-go")).to_have_count(0)
     page.get_by_test_id("enable-motion").click()
 
-    # what moves is said before, and a step beyond the limits cannot be asked for
+    # the move is shown before, and a step beyond the limits cannot be requested
     page.get_by_test_id("step-deg").fill("10")
     expect(page.get_by_test_id("step-moves")).to_contain_text("and back")
     page.get_by_test_id("step-deg").fill("90")
@@ -149,7 +149,7 @@ def test_a_recording_is_saved_opened_without_a_bus_and_deleted(page: Page, demo:
     expect(page.get_by_test_id("plot-current_angle").locator("canvas")).to_be_visible()
     assert page.url.endswith(f"recorder#{name}")
 
-    # playing it is asked for first; here the answer is no
+    # playback needs confirmation; here it is cancelled
     page.get_by_test_id("recording-play").click()
     expect(page.get_by_test_id("play-dialog")).to_contain_text("Nothing can be sent")
     page.get_by_test_id("play-dialog").get_by_role("button", name="Cancel").click()

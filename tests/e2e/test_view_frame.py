@@ -215,7 +215,7 @@ def test_a_click_in_the_scene_opens_the_servo_without_motion(page: Page, demo: D
         page.mouse.click(box["x"] + x, box["y"] + y)
         page.wait_for_timeout(100)
     page.wait_for_timeout(500)
-    assert page.url != here, "no click met another servo"
+    assert page.url != here, "no click hit another servo"
     chosen = page.url.split("/servos/")[1].split("/")[0]
     assert chosen in before
     assert chosen != uid
@@ -262,7 +262,7 @@ def test_dragging_needs_motion_control_and_only_stages_limits(page: Page, demo: 
     drag(page, "horn", 30, 12)
     expect(page.get_by_test_id("view-notice")).to_contain_text("motion is off")
     page.wait_for_timeout(800)
-    assert abs(at() - before) < 0.5, "nobody has motion control"
+    assert abs(at() - before) < 0.5, "no client has motion control"
 
     drag(page, "cw", -10, -14)
     expect(page.get_by_test_id("view-notice")).to_contain_text("Staged, not sent")
