@@ -201,7 +201,7 @@ function File({ one }: { one: LogFile }) {
       </span>
       {confirming.value ? (
         <>
-          <span class="small">{strings.removeAsk}</span>
+          <span class="small">{strings.confirmRemoval}</span>
           <Button look="danger" live testid="log-remove-yes" onClick={() => void removeLog(one.name)}>
             {strings.removeYes}
           </Button>

@@ -368,7 +368,7 @@ export const words = {
     noFiles: "No logs yet. A log contains every received and sent frame, and can be played back as a bus.",
     download: "Download",
     remove: "Delete…",
-    removeAsk: "Delete permanently?",
+    confirmRemoval: "Delete permanently?",
     removeYes: "Delete",
     removeNo: "Cancel",
     being: "being written",

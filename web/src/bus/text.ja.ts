@@ -351,7 +351,7 @@ export const words = {
     noFiles: "ログはまだありません。ログには送受信の全フレームが含まれ、バスとして再生できます。",
     download: "ダウンロード",
     remove: "削除…",
-    removeAsk: "完全に削除しますか？",
+    confirmRemoval: "完全に削除しますか？",
     removeYes: "削除",
     removeNo: "キャンセル",
     being: "書き込み中",

@@ -182,7 +182,7 @@ export function ScopePage() {
           <SpectrumPanel span={span} curves={shown} />
           <MemoryStrip span={span} curves={shown} seconds={MEMORY_S} />
         </div>
-        <ScopeSide {...{ span, curves, grants, overlays, asked: RATE_HZ, windowed: span.seconds.value }}>
+        <ScopeSide {...{ span, curves, grants, overlays, requested: RATE_HZ, windowed: span.seconds.value }}>
           <CursorTable span={span} curves={shown} />
         </ScopeSide>
       </div>

@@ -33,7 +33,7 @@ interface Props {
   curves: readonly (ScopeCurve & { label: string })[];
   grants: ReadonlyMap<string, TelemetryGrant>;
   overlays: Signal<readonly ScopeOverlay[]>;
-  asked: number;
+  requested: number;
   windowed: number;
   children: ComponentChildren;
 }
@@ -49,7 +49,7 @@ export function ScopeSide(props: Props) {
   );
 }
 
-function Channels({ curves, grants, overlays, asked }: Props) {
+function Channels({ curves, grants, overlays, requested }: Props) {
   const uid = useSignal("");
   const key = useSignal("");
   const offered = channelsOf(catalog.value?.rows.values() ?? [], null);
@@ -75,7 +75,7 @@ function Channels({ curves, grants, overlays, asked }: Props) {
                 <span class="small second">{one.name}</span>
               </span>
               <span class="small second">
-                {grant ? words.rate(number(grant.granted_hz, 0), number(asked, 0)) : words.waitingFor}
+                {grant ? words.rate(number(grant.granted_hz, 0), number(requested, 0)) : words.waitingFor}
               </span>
               <button
                 type="button"

@@ -25,7 +25,7 @@ export const words = {
   add: "Add",
   hide: (name: string) => `Hide ${name}`,
   remove: (name: string) => `Remove ${name}`,
-  rate: (got: string, asked: string) => `${got} of ${asked}\u202fHz`,
+  rate: (got: string, requested: string) => `${got} of ${requested}\u202fHz`,
   waitingFor: "waiting for data",
   trigger: "Trigger",
   none: "No trigger",

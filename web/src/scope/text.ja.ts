@@ -27,7 +27,7 @@ export const words = {
   add: "追加",
   hide: name => `${name}を隠す`,
   remove: name => `${name}を外す`,
-  rate: (got, asked) => `${got} / ${asked}\u202fHz`,
+  rate: (got, requested) => `${got} / ${requested}\u202fHz`,
   waitingFor: "データ待ち",
   trigger: "トリガ",
   none: "トリガなし",
