@@ -1,16 +1,14 @@
 """Routes are built once, not while a request is handled; above all not during a stop."""
 
-import asyncio
 from collections.abc import Callable
 from typing import Any, cast
 
-import httpx
 import pydantic
 import pytest
-from fastapi import FastAPI
 
 from hornbill.api.http import create_api
 from hornbill.schema.catalog import Catalog
+from unit.api.asgi import send
 
 
 @pytest.fixture
@@ -25,15 +23,6 @@ def built(monkeypatch: pytest.MonkeyPatch) -> list[object]:
 
     monkeypatch.setattr(pydantic.TypeAdapter, "__init__", note)
     return types
-
-
-def send(app: FastAPI, method: str, path: str) -> None:
-    async def main() -> None:
-        transport = httpx.ASGITransport(app, raise_app_exceptions=False)
-        async with httpx.AsyncClient(transport=transport, base_url="http://test") as http:
-            await http.request(method, path)
-
-    asyncio.run(main())
 
 
 @pytest.mark.parametrize(("method", "path"), [("GET", "/api/v1/no-such-thing"), ("POST", "/api/v1/stop")])

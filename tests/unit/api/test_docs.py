@@ -1,6 +1,5 @@
 """The documentation is served as built; without it, or for a missing page, an error page names the remedy."""
 
-import asyncio
 from pathlib import Path
 
 import httpx
@@ -9,6 +8,7 @@ import pytest
 from hornbill import resources
 from hornbill.api.http import create_api
 from hornbill.schema.catalog import Catalog
+from unit.api.asgi import send
 
 CATALOG = Catalog.load()
 INDEX = """<!doctype html>
@@ -20,14 +20,8 @@ INDEX = """<!doctype html>
 
 
 def get(path: str, docs: Path | None, page: Path | None, language: str = "en-GB", root: str = "") -> httpx.Response:
-    async def send() -> httpx.Response:
-        api = create_api(CATALOG, page_folder=lambda: page, docs_folder=lambda: docs)
-        transport = httpx.ASGITransport(api, root_path=root)
-        headers = {"Accept-Language": language}
-        async with httpx.AsyncClient(transport=transport, base_url="http://127.0.0.1", headers=headers) as client:
-            return await client.get(root + path)
-
-    return asyncio.run(send())
+    api = create_api(CATALOG, page_folder=lambda: page, docs_folder=lambda: docs)
+    return send(api, "GET", path, headers={"Accept-Language": language}, root=root)
 
 
 @pytest.fixture

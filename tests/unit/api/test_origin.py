@@ -1,14 +1,12 @@
 """A foreign page in the same browser can neither read nor change anything."""
 
-import asyncio
-
-import httpx
 import pytest
 from starlette.requests import HTTPConnection
 
 from hornbill.api.http import create_api
 from hornbill.api.security.origin import local_policy
 from hornbill.schema.catalog import Catalog
+from unit.api.asgi import send
 
 POLICY = local_policy(frozenset(("127.0.0.1", "localhost", "::1")))
 
@@ -44,12 +42,8 @@ def test_foreign_hosts_and_origins_are_rejected(headers: dict[str, str]) -> None
 
 
 def test_the_rejection_is_a_problem_and_reaches_no_route() -> None:
-    async def send() -> httpx.Response:
-        transport = httpx.ASGITransport(create_api(Catalog.load(), policy=POLICY))
-        async with httpx.AsyncClient(transport=transport, base_url="http://127.0.0.1") as client:
-            return await client.post("/api/v1/stop", headers={"Origin": "http://evil.example"})
-
-    response = asyncio.run(send())
+    api = create_api(Catalog.load(), policy=POLICY)
+    response = send(api, "POST", "/api/v1/stop", headers={"Origin": "http://evil.example"})
     assert response.status_code == 403
     assert response.headers["content-type"] == "application/problem+json"
     assert response.json()["code"] == "forbidden_origin"

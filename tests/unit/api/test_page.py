@@ -1,6 +1,5 @@
 """The page is served with a strict policy, and never a file from outside its folder."""
 
-import asyncio
 from pathlib import Path
 
 import httpx
@@ -8,6 +7,7 @@ import pytest
 
 from hornbill.api.http import create_api
 from hornbill.schema.catalog import Catalog
+from unit.api.asgi import send
 
 CATALOG = Catalog.load()
 
@@ -23,12 +23,7 @@ def folder(tmp_path: Path) -> Path:
 
 
 def get(path: str, folder: Path | None) -> httpx.Response:
-    async def send() -> httpx.Response:
-        transport = httpx.ASGITransport(create_api(CATALOG, page_folder=lambda: folder))
-        async with httpx.AsyncClient(transport=transport, base_url="http://127.0.0.1") as client:
-            return await client.get(path)
-
-    return asyncio.run(send())
+    return send(create_api(CATALOG, page_folder=lambda: folder), "GET", path)
 
 
 @pytest.mark.parametrize("path", ["/", "/servos", "/servos/0123/parameters"])
