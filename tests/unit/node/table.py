@@ -35,7 +35,7 @@ class MemoryTable:
         self.kept[uid] = node_id
 
     def idle(self, longer_than_s: float) -> list[Uid]:
-        """Unique IDs not seen for so long, by `away_s`; others are present."""
+        """Unique IDs absent for longer, according to `away_s`, longest first."""
         gone = [uid for uid, away in self.away_s.items() if away > longer_than_s and uid in self.kept]
         return [Uid(uid) for uid in sorted(gone, key=lambda uid: -self.away_s[uid]) if uid not in self.pins]
 
