@@ -1,4 +1,4 @@
-"""Finds Chromium for the browser tests, or installs it, and says which."""
+"""Find or install Chromium for the browser tests, and print which."""
 
 import os
 import shutil
@@ -7,11 +7,11 @@ import sys
 from pathlib import Path
 
 NAMES = ("chromium-headless-shell", "chromium", "chromium-browser", "google-chrome", "google-chrome-stable")
-"""The first has no window, and takes half the time to open a page."""
+"""The first one is headless and opens a page in half the time."""
 
 
 def find() -> str | None:
-    """The path of a Chromium that is already here: CHROMIUM, one on PATH, or the one Playwright downloaded."""
+    """Path of an installed Chromium: CHROMIUM, one on PATH, or Playwright's download."""
     for candidate in (os.environ.get("CHROMIUM"), *(shutil.which(name) for name in NAMES)):
         if candidate and Path(candidate).is_file():
             return candidate
@@ -23,7 +23,7 @@ def find() -> str | None:
 
 
 def install() -> str | None:
-    """Debian's package where we are root and apt is there, else Playwright's own download."""
+    """Install Debian's package as root with apt, else Playwright's own download."""
     if os.geteuid() == 0 and shutil.which("apt-get"):
         print("Chromium is missing: installing Debian's package with apt-get ...", flush=True)
         environment = {**os.environ, "DEBIAN_FRONTEND": "noninteractive"}
@@ -40,7 +40,7 @@ def install() -> str | None:
 
 
 def main() -> int:
-    """Exit 1 with the remedy when there is none and none can be had."""
+    """Exit 1 with the remedy if Chromium is neither found nor installed."""
     found = find() or install()
     if found is None:
         print("No Chromium: install it, or name it in the environment variable CHROMIUM.", file=sys.stderr)

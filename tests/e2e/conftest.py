@@ -13,7 +13,7 @@ from e2e.servers import Demo, ready_demo
 expect.set_options(timeout=TIMEOUT_MS)
 
 DRIVER = "GL Driver Message"
-"""What Chromium says of its own graphics driver: drawing in software it reads pictures back."""
+"""Message of Chromium about its own graphics driver: software rendering reads pictures back."""
 
 
 FAILED = pytest.StashKey[bool]()
@@ -30,7 +30,7 @@ def pytest_runtest_makereport(item: pytest.Item) -> Generator[None, pytest.TestR
 
 @pytest.hookimpl(trylast=True)
 def pytest_runtest_teardown(item: pytest.Item) -> None:
-    """After a failure, end every server and browser: what it left behind, a latched stop say, fails no other test."""
+    """After a failure, end every server and browser, so that a latched stop, for example, fails no other test."""
     if item.stash.get(FAILED, False):
         del item.stash[FAILED]
         item.session._setupstate.teardown_exact(None)  # pyright: ignore[reportPrivateUsage] # pytest offers no other way
@@ -38,14 +38,14 @@ def pytest_runtest_teardown(item: pytest.Item) -> None:
 
 @pytest.fixture(scope="module")
 def demo() -> Iterator[Demo]:
-    """The demo of one file of tests, its six servos of mixed models and firmware ready."""
+    """The demo of one test file: six servos of different models and firmware, ready."""
     with ready_demo(6) as one:
         yield one
 
 
 @pytest.fixture(scope="session")
 def chromium() -> Iterator[Callable[..., Browser]]:
-    """Starts Chromium, headless, with further flags."""
+    """A function that starts headless Chromium with additional flags."""
     path = find()
     if path is None:
         pytest.skip("no Chromium: 'make chromium' finds or installs one")
@@ -55,7 +55,7 @@ def chromium() -> Iterator[Callable[..., Browser]]:
 
 @pytest.fixture(scope="session")
 def browser(chromium: Callable[..., Browser]) -> Iterator[Browser]:
-    """Cannot draw 3D: where no graphics card does, drawing would take most of the time of a test of anything else."""
+    """A browser without 3D: software rendering would take most of a test's time."""
     launched = chromium("--disable-3d-apis")
     yield launched
     launched.close()
@@ -63,7 +63,7 @@ def browser(chromium: Callable[..., Browser]) -> Iterator[Browser]:
 
 @pytest.fixture(scope="session")
 def scene_browser(chromium: Callable[..., Browser]) -> Iterator[Browser]:
-    """Draws 3D in software."""
+    """A browser with 3D in software."""
     launched = chromium()
     yield launched
     launched.close()
@@ -79,7 +79,7 @@ class Watched:
 
 @pytest.fixture
 def context(request: pytest.FixtureRequest) -> Iterator[BrowserContext]:
-    """An empty profile with windows of 1440 x 900; it can draw 3D for tests marked `scene`."""
+    """An empty profile with windows of 1440 x 900, with 3D for tests marked `scene`."""
     name = "scene_browser" if request.node.get_closest_marker("scene") else "browser"
     launched: Browser = request.getfixturevalue(name)
     with borrowed(launched) as made:
@@ -88,7 +88,7 @@ def context(request: pytest.FixtureRequest) -> Iterator[BrowserContext]:
 
 @pytest.fixture
 def fresh_page(request: pytest.FixtureRequest) -> Iterator[Page]:
-    """An unwatched page in a context of its own, for tests that replace its scripts."""
+    """An unwatched page in its own context, for tests that replace its scripts."""
     name = "scene_browser" if request.node.get_closest_marker("scene") else "browser"
     launched: Browser = request.getfixturevalue(name)
     made = launched.new_context(viewport=WIDE)
@@ -105,7 +105,7 @@ def watched() -> Watched:
 
 @pytest.fixture
 def page(context: BrowserContext, watched: Watched, demo: Demo) -> Iterator[Page]:
-    """A page that must end without a request to another host and without an error or a warning in its console."""
+    """A page that must end without a request to another host and without an error or warning in its console."""
 
     def on_request(request: Request) -> None:
         if not request.url.startswith((demo.url, "data:", "blob:", demo.url.replace("http", "ws", 1))):

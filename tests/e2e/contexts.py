@@ -1,4 +1,4 @@
-"""Browser contexts that tests borrow one after another: a new one would compile every script of the page again."""
+"""Browser contexts that tests borrow in turn: a new one would compile every script of the page again."""
 
 from collections.abc import Generator
 from contextlib import contextmanager
@@ -10,13 +10,13 @@ from playwright.sync_api import Browser, BrowserContext, CDPSession, Frame, Page
 
 WIDE: ViewportSize = {"width": 1440, "height": 900}
 TIMEOUT_MS = 15_000
-"""A page may take this long on a busy machine; how soon something happens is measured elsewhere."""
+"""Time limit of a page on a busy machine; speed is measured elsewhere."""
 PARKED = "http://127.0.0.1:1/"
-"""Address of a blank page that stays open: Chromium keeps the process of its site, and with it compiled scripts."""
+"""Address of a blank page that stays open, so that Chromium keeps the process of its site with compiled scripts."""
 
 
 class _Context:
-    """A context between two tests: no page but the parked one, no cookie, nothing in any storage."""
+    """Reset a context between two tests: only the parked page, no cookies, empty storage."""
 
     def __init__(self, browser: Browser, options: dict[str, Any]) -> None:
         self.context: BrowserContext = browser.new_context(viewport=WIDE, **options)
@@ -50,10 +50,10 @@ _free: WeakKeyDictionary[Browser, dict[str, list[_Context]]] = WeakKeyDictionary
 
 @contextmanager
 def borrowed(browser: Browser, **options: Any) -> Generator[BrowserContext]:
-    """A context with these options of Browser.new_context, as good as new; its pages are closed with the block.
+    """A context with these options of Browser.new_context, cleared.
 
-    After an exception it is closed. What replaces a script of the page takes a context of its own: the process of this
-    one may keep the script.
+    Its pages are closed with the block; after an exception, it is closed. Tests that replace a script need their own
+    context, because this one's process may keep the script.
     """
     free = _free.setdefault(browser, {}).setdefault(repr(sorted(options.items())), [])
     lent = free.pop() if free else _Context(browser, options)

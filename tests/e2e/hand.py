@@ -8,20 +8,20 @@ from playwright.sync_api import Browser, Locator, Page, ViewportSize, expect
 from e2e.contexts import page_in
 
 WAYS = ("touch", "keyboard")
-"""A finger on a tablet, keys in a wide window. A mouse presses as the finger does, in the window of the keys."""
+"""Touch on a tablet, keys in a wide window, the mouse in the same window as keys."""
 TABLET: ViewportSize = {"width": 820, "height": 1180}
 SLOW_MS = 40_000
 
 
 class Hand:
-    """One way to work a page: "mouse", "touch" or "keyboard"."""
+    """One input method for a page: "mouse", "touch" or "keyboard"."""
 
     def __init__(self, page: Page, way: str) -> None:
         self.page = page
         self.way = way
 
     def press(self, target: str | Locator, key: str = "Enter") -> None:
-        """Press what has this test id, or this element; by keyboard: go there with Tab, then `key`."""
+        """Press the element with this test ID, or this element; by keyboard, Tab to it, then `key`."""
         found = self._find(target)
         expect(found).to_be_enabled(timeout=SLOW_MS)
         if self.way == "keyboard":
@@ -39,12 +39,12 @@ class Hand:
             self.press(box, "Space")
 
     def servo(self, uid: str) -> None:
-        """Choose another servo in the head of a servo's pages."""
+        """Select another servo in the head of a servo's pages."""
         self.press("choose-servo")
         self.press(f"choose-{uid}")
 
     def choose(self, item: str) -> None:
-        """Choose from the menu of the servo; by keyboard with its arrows."""
+        """Select from the servo's menu, by keyboard with the arrow keys."""
         self.press("servo-menu")
         found = self._find(item)
         if self.way != "keyboard":
@@ -55,7 +55,7 @@ class Hand:
         self.page.keyboard.press("Enter")
 
     def type(self, target: str, text: str) -> None:
-        """Put `text` into a box."""
+        """Enter `text` into a field."""
         found = self._find(target)
         expect(found).to_be_enabled(timeout=SLOW_MS)
         if self.way == "keyboard":
@@ -67,7 +67,7 @@ class Hand:
         expect(found, "what was typed stays").to_have_value(text)
 
     def stop(self) -> None:
-        """Esc twice, or the button."""
+        """Stop with Esc twice, or the button."""
         if self.way == "keyboard":
             self.page.keyboard.press("Escape")
             self.page.keyboard.press("Escape")
@@ -76,7 +76,7 @@ class Hand:
         expect(self.page.get_by_test_id("stop-band")).to_be_visible()
 
     def stop_and_clear(self) -> None:
-        """A stop that is cleared, which turns nothing on."""
+        """Clear a stop, which turns nothing on."""
         self.stop()
         self.press("clear-stop")
         self.press("confirm-clear")
@@ -109,7 +109,7 @@ class Hand:
 
 @contextmanager
 def hand_of(browser: Browser, way: str) -> Generator[Hand]:
-    """A new page, and one way to work it."""
+    """A new page with one input method."""
     if way == "touch":
         with page_in(browser, TABLET, has_touch=True) as page:
             yield Hand(page, way)

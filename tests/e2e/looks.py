@@ -1,4 +1,4 @@
-"""What a tool says of a page without looking at it: axe of its access, a ruler of what a finger can hit."""
+"""Measurements of a page by tools: axe for accessibility, and the size of touch targets."""
 
 import time
 from collections.abc import Generator
@@ -25,7 +25,7 @@ STILL = """() => new Promise(done => {
     watch.observe(document.documentElement, { childList: true, subtree: true });
     setTimeout(end, 400);
 })"""
-"""Until no element came or went for 0.1 s and nothing fades any more. A page that never rests is waited for 0.4 s."""
+"""Wait until no element was added or removed for 0.1 s and nothing fades; at most 0.4 s."""
 LONGEST_S = 10
 
 SMALL = """() => {
@@ -46,11 +46,11 @@ SMALL = """() => {
         .filter(found => found && (found[0] < 44 || found[1] < 44))
         .map(String);
 }"""
-"""What a finger cannot hit: everything that takes a touch and is less than 44 px wide or high."""
+"""Touch targets less than 44 px wide or high."""
 
 
 def still(page: Page) -> None:
-    """Wait until what the page shows has come, and has faded in."""
+    """Wait until the content of the page is complete and has faded in."""
     page.evaluate(STILL)
 
 
@@ -80,9 +80,9 @@ def loading(page: Page) -> Generator[None]:
 
 
 def complaints(page: Page, *rules: str, without: tuple[str, ...] = ()) -> list[str]:
-    """What axe finds wrong in the dialog that is open, else on the page: each rule, or each of `rules`.
+    """Violations that axe finds in the open dialog, else on the page: of all rules, or of `rules`.
 
-    Each with the first element that breaks it.
+    Each with the first element that breaks the rule.
     """
     if not page.evaluate("() => 'axe' in window"):
         page.evaluate(Axe().axe_script)
@@ -92,5 +92,5 @@ def complaints(page: Page, *rules: str, without: tuple[str, ...] = ()) -> list[s
 
 
 def too_small(page: Page) -> list[str]:
-    """What takes a touch on less than 44 x 44 px: width, height and element."""
+    """Touch targets smaller than 44 x 44 px: width, height and element."""
     return page.evaluate(SMALL)

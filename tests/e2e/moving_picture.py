@@ -1,4 +1,4 @@
-"""The moving picture of the README: a jog, from screenshots of the real page; part of `make shots`."""
+"""The animated picture of the README: a jog, from screenshots of the real page; part of `make shots`."""
 
 import io
 import sys
@@ -19,7 +19,7 @@ FRAMES_EACH, APART_MS = 9, 160
 
 
 def frames(page: Page) -> list[Image.Image]:
-    """What is seen while the horn goes to three angles, one after the other."""
+    """Screenshots while the horn moves to three angles in turn."""
     found: list[Image.Image] = []
     for angle in PATH:
         page.get_by_test_id("jog-value").fill(f"{angle:g}")

@@ -1,4 +1,4 @@
-"""`hornbill` in processes of its own, forked from one that imported it before: importing is most of a start.
+"""`hornbill` in its own processes, forked from one that has imported it: imports take most of a start.
 
 Run as a program, this module is that process. It receives each command line and the destination of its output.
 """
@@ -23,18 +23,18 @@ from typing import Any
 PID = struct.Struct("=i")
 IMPORTED = ("hornbill.cli.server.tokens", "hornbill.app.composition", "hornbill.app.network_policy",
             "hornbill.app.serving")  # fmt: skip
-"""What a server imports when it starts."""
+"""Imports of a starting server."""
 
 
 class Forked:
-    """A running `hornbill`, with what tests use of subprocess.Popen."""
+    """A running `hornbill`, with the part of subprocess.Popen that tests use."""
 
     def __init__(self, pid: int, stdout: io.TextIOBase) -> None:
         self.pid = pid
         self.stdout = stdout
 
     def poll(self) -> int | None:
-        """None while it runs, then 0: how it ended is not known."""
+        """None while it runs, then 0: its exit status is unknown."""
         try:
             os.kill(self.pid, 0)
         except ProcessLookupError:
@@ -49,7 +49,7 @@ class Forked:
             pass
 
     def kill(self) -> None:
-        """End it at once."""
+        """Kill it."""
         self.send_signal(signal.SIGKILL)
 
     def wait(self, timeout: float) -> None:
@@ -61,7 +61,7 @@ class Forked:
             time.sleep(0.01)
 
     def end(self) -> None:
-        """End it in order; at once when that takes too long. Twice is harmless."""
+        """End it gracefully, or kill it after a timeout. Can be repeated."""
         self.send_signal(signal.SIGCONT)
         self.send_signal(signal.SIGTERM)
         try:
@@ -87,7 +87,7 @@ def start(*words: str) -> Forked:
 
 
 class _Parent:
-    """The process that forks. It ends when this one does, and the line between them with it."""
+    """The process that forks. It ends with this process and the connection between them."""
 
     def __init__(self) -> None:
         self.line, theirs = socket.socketpair()

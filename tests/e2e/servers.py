@@ -1,4 +1,4 @@
-"""Servers of their own for browser tests that take one down, begin without a bus, or fill it from nothing."""
+"""Servers for browser tests that stop one, start without a bus, or add all servos."""
 
 import os
 import re
@@ -26,11 +26,11 @@ class Server:
     api: httpx.Client
 
     def servos(self) -> list[dict[str, object]]:
-        """As GET /servos gives them."""
+        """The response of GET /servos."""
         return self.api.get("/servos").json()
 
     def ready(self, number: int, within_s: float = 25) -> list[str]:
-        """Waits until `number` servos are ready; their uids."""
+        """Wait until `number` servos are ready. Returns their UIDs."""
         found: list[str] = []
 
         def enough() -> bool:
@@ -42,7 +42,7 @@ class Server:
 
 
 def until(what: Callable[[], bool], within_s: float, message: str) -> None:
-    """Fails with `message` unless `what` comes true in time."""
+    """Wait until `what` is true. Fails with `message` after `within_s`."""
     end = time.monotonic() + within_s
     while not what():
         assert time.monotonic() < end, message
@@ -50,13 +50,12 @@ def until(what: Callable[[], bool], within_s: float, message: str) -> None:
 
 
 _ports: list[int] = []
-"""Where servers of this process have listened. One that has ended leaves its port to the next: a browser keeps what it
-fetched and compiled by host and port."""
+"""Ports of earlier servers of this process, reused because a browser caches downloads and scripts by host and port."""
 _in_use: set[int] = set()
 
 
 def _next_port() -> int:
-    """A port without a server, below those that the kernel gives to clients."""
+    """An unused port below the kernel's ephemeral range."""
     for port in _ports:
         if port not in _in_use:
             return port
@@ -74,7 +73,7 @@ def _next_port() -> int:
 
 @contextmanager
 def running(*words: str, port: int | None = None) -> Generator[Server]:
-    """`hornbill` with these words, on `port` if given. It is ended with the block, stopped or not."""
+    """`hornbill` with these arguments, on `port` if given. Ended with the block, also while stopped."""
     port = _next_port() if port is None else port
     _in_use.add(port)
     process = preloaded.start(*words, "--port", str(port))
@@ -90,7 +89,7 @@ def running(*words: str, port: int | None = None) -> Generator[Server]:
 
 
 def serving(folder: Path, *flags: str) -> tuple[str, ...]:
-    """The words of `hornbill serve` with a data folder of its own."""
+    """Arguments of `hornbill serve` with its own data folder."""
     return ("serve", "--data-dir", str(folder), *flags)
 
 
@@ -102,7 +101,7 @@ def as_in_rom(api: httpx.Client, uid: str) -> None:
 
 
 def turn_manually(server: Server, uid: str, degrees: float) -> None:
-    """Turn a horn while its motor has no output, so that soft start has a way to go."""
+    """Turn a horn while its motor has no output, so that soft start has a distance to travel."""
 
     def turned() -> bool:
         return server.api.patch(f"/sim/servos/{uid}", json={"external_angle_deg": degrees}).is_success
@@ -124,7 +123,7 @@ class Demo:
 
 @contextmanager
 def running_demo(*flags: str) -> Generator[tuple[Popen[str], str]]:
-    """`hornbill demo`, started as a user starts it: the process and the address it printed. It ends with the block."""
+    """`hornbill demo`, started as a user does: the process and the address it printed. Ended with the block."""
     command = [sys.executable, "-m", "hornbill", "demo", "--port", "0", *flags]
     with Popen(command, stdout=PIPE, text=True) as process:
         try:
@@ -140,7 +139,7 @@ def running_demo(*flags: str) -> Generator[tuple[Popen[str], str]]:
 
 @contextmanager
 def ready_demo(count: int, *flags: str, seed: int = 1) -> Generator[Demo]:
-    """A demo with so many servos, all of them ready."""
+    """A demo with `count` servos, all ready."""
     with running("demo", "--servos", str(count), "--seed", str(seed), *flags) as server:
         server.ready(count, within_s=60)
         yield Demo(server.url, server.api)

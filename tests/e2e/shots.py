@@ -28,7 +28,7 @@ def servos(page: Page, url: str, _uid: str) -> None:
 
 
 def parameters(page: Page, url: str, uid: str) -> None:
-    """Limits, some staged and one refused."""
+    """Limits, some staged and one rejected."""
     page.goto(f"{url}servos/{uid}/parameters#angle_limit_cw")
     for key, text in (("angle_limit_cw", "75"), ("temperature_limit_upper", "70"), ("torque_limit_cw", "120")):
         box = page.get_by_test_id(f"input-{key}")
@@ -49,7 +49,7 @@ def motion(page: Page, url: str, uid: str) -> None:
 
 
 def bus(page: Page, url: str, _uid: str) -> None:
-    """Load that rises to its limit as every servo is polled fast, and what that looks like in the monitor."""
+    """Load that rises to its limit while every servo is polled fast, and the monitor."""
     fast = {"channels": ["current_angle", "current_speed", "current_torque"], "rate_hz": 50}
     with httpx.Client(base_url=url + "api/v1", timeout=60) as api:
         uids = [one["uid"] for one in api.get("/servos").json()]
@@ -78,7 +78,7 @@ def commission(page: Page, url: str, _uid: str) -> None:
 
 
 def records(page: Page, url: str, uid: str) -> None:
-    """A snapshot beside what the servo holds now."""
+    """A snapshot beside the present values."""
     page.wait_for_timeout(6000)  # a wiggle of another scene holds motion control until then
     with httpx.Client(base_url=url + "api/v1", timeout=60) as api:
         number = api.post(f"/servos/{uid}/snapshots", json={"reason": "before the first flight"}).json()["id"]
@@ -181,7 +181,7 @@ def recorder(page: Page, url: str, uid: str) -> Callable[[], None]:
 
 
 def scrub(page: Page, url: str, uid: str) -> Callable[[], None]:
-    """The same, scrolled to its plots, on the way from one angle to the next: the horn there, its command ahead."""
+    """The recording, scrolled to its plots, between two angles: the horn there, its command ahead."""
     end = recorder(page, url, uid)
     slider = page.get_by_test_id("scrub-slider")
     shown = page.get_by_test_id("replay-angle")
@@ -243,7 +243,7 @@ def matrix(page: Page, url: str, uid: str) -> Callable[[], None]:
 
 
 def wall(page: Page, url: str, _uid: str) -> None:
-    """Every horn at once."""
+    """All horns."""
     page.goto(url + "servos")
     page.locator(".servo-row").nth(5).wait_for()
     page.get_by_role("button", name="3D", exact=True).click()
@@ -263,7 +263,7 @@ def login(page: Page, _url: str, _uid: str) -> Callable[[], None]:
 
 
 def drawn(page: Page, beginning: str) -> None:
-    """Waits until the 3D view has a node whose name begins so."""
+    """Wait until the 3D view has a node with this prefix."""
     (frame,) = [one for one in page.frames if "/viser/" in one.url]
     frame.wait_for_function(
         "name => Object.keys(window.__viserSceneTree?.getState() ?? {}).some(node => node.startsWith(name))",
@@ -278,7 +278,7 @@ SCENES: tuple[Callable[[Page, str, str], Callable[[], None] | None], ...] = (
 
 
 def main() -> None:
-    """Every page, or those named, in both themes, wide; and as a tablet shows it, in one."""
+    """Every page, or those given, in both themes at desktop size, and in one theme on a tablet."""
     PICTURES.mkdir(parents=True, exist_ok=True)
     scenes = [scene for scene in SCENES if scene.__name__ in sys.argv[1:] or not sys.argv[1:]]
     with running_demo("--seed", "1") as (_, url), sync_playwright() as playwright:

@@ -31,7 +31,7 @@ PAGES = (
     "records#audit",
     "api-page",
 )
-"""Every page, and every part of one that has a link of its own."""
+"""Every page, and every part with its own link."""
 SCENE = "servos/{uid}/parameters"
 """A page with a 3D view, checked in a Chromium with 3D."""
 
@@ -43,7 +43,7 @@ DIALOGS = (
     ("records#profiles", "profile-create", None),
     ("records#profiles", "profile-import", None),
 )
-"""Page, what opens a dialog there."""
+"""Pages, and the button that opens a dialog there."""
 
 TABLET = {"width": 820, "height": 1180}
 
@@ -58,7 +58,7 @@ def show(page: Page, demo: Demo, path: str) -> None:
 
 
 def touch(page: Page) -> None:
-    """A tablet held upright, and a finger."""
+    """A tablet in portrait orientation, with touch."""
     page.set_viewport_size({"width": TABLET["width"], "height": TABLET["height"]})
     page.context.new_cdp_session(page).send("Emulation.setTouchEmulationEnabled", {"enabled": True})
 
@@ -82,7 +82,7 @@ RINGED = """() => {
         if (!seen(document.activeElement)) window.unseen.push(document.activeElement.outerHTML.slice(0, 120));
     });
 }"""
-"""Notes every element that gets the focus without a ring about it."""
+"""Record every element that gets the focus without a visible ring."""
 
 
 @pytest.mark.parametrize(

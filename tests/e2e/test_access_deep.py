@@ -1,4 +1,4 @@
-"""What axe finds where pages alone do not lead: dialogs, toasts, steps of the wizard, the sign-in, in both themes."""
+"""Axe on states that pages alone do not show: dialogs, toasts, steps of the wizard, the sign-in, in both themes."""
 
 import json
 import re
@@ -17,7 +17,7 @@ from e2e.test_technician import servo_of, wait_for
 MODEL = "BLA21-12U-A0"
 
 Say = Callable[[str], None]
-"""Looks at what is open now, under this name."""
+"""Check the present state, under this name."""
 
 
 def stage(page: Page, key: str, value: str) -> None:
@@ -28,7 +28,7 @@ def stage(page: Page, key: str, value: str) -> None:
 
 
 def close(page: Page) -> None:
-    """By its own button: Esc would stop every servo."""
+    """Close with the dialog's own button: Esc would stop every servo."""
     page.get_by_role("dialog").get_by_role("button", name=re.compile("^(Close|Cancel|Keep)")).last.click()
     expect(page.get_by_role("dialog")).to_have_count(0)
 
@@ -74,7 +74,7 @@ def parameters(page: Page, demo: Demo, say: Say) -> None:
 
 
 def several(page: Page, demo: Demo, say: Say) -> None:
-    """Many servos: plotted together, as a wall of horns, side by side, with a plan that needs a tick."""
+    """Many servos: plotted together, as a wall of horns, side by side, with a plan that needs confirmation."""
     uids = [one["uid"] for one in demo.api.get("/servos").json()][:3]
     show(page, demo, "servos")
     for uid in uids:
@@ -103,7 +103,7 @@ def several(page: Page, demo: Demo, say: Say) -> None:
 
 
 def restored(page: Page, demo: Demo, say: Say) -> None:
-    """A snapshot that differs, and the dialog before its rows are written."""
+    """A different snapshot, and the dialog before its rows are written."""
     uid = servo_of(demo, MODEL)
     path = f"/servos/{uid}/parameters/temperature_limit_upper"
     before = demo.api.get(path).json()["value"]
@@ -146,7 +146,7 @@ def commissioned(page: Page, demo: Demo, say: Say) -> None:
 
 
 def recorded(page: Page, demo: Demo, say: Say) -> None:
-    """A recording that is open, and a recording of one servo from the disk."""
+    """An open recording, and a recording of one servo from disk."""
     uid = servo_of(demo, MODEL)
     body = {"reason": "for axe", "before_s": 20}
     name = demo.api.post("/recorder/recordings", params={"wait": True}, json=body).json()["name"]
@@ -174,7 +174,7 @@ def recorded(page: Page, demo: Demo, say: Say) -> None:
 
 
 def stopped(page: Page, demo: Demo, say: Say) -> None:
-    """Every servo is stopped, and the stop is about to be cleared."""
+    """All servos stopped, and the dialog that clears the stop."""
     show(page, demo, "servos")
     page.get_by_test_id("stop").click()
     expect(page.get_by_test_id("stop-band")).to_be_visible()
@@ -188,7 +188,7 @@ def stopped(page: Page, demo: Demo, say: Say) -> None:
 
 
 def without_a_bus(page: Page, demo: Demo, say: Say) -> None:
-    """Choosing an adapter beside what the doctor finds."""
+    """Selecting an adapter beside the doctor's findings."""
     findings: list[dict[str, Any]] = [
         {"code": "no_bus", "severity": "failure", "text": "No bus is connected", "evidence": "The server runs.",
          "remedy": "Choose one of GET /api/v1/bus/adapters, and connect it.", "node_ids": [], "uids": []},
@@ -206,7 +206,7 @@ def without_a_bus(page: Page, demo: Demo, say: Say) -> None:
 
 
 def signed_out(page: Page, demo: Demo, say: Say) -> None:
-    """A server that wants a token, and one that was refused."""
+    """A server that requires a token, and a rejected token."""
     refusal = {"type": "about:blank", "title": "A token is needed", "status": 401, "code": "unauthorized",
                "detail": "A token is needed."}  # fmt: skip
     anonymous = {"required": True, "role": None, "name": None}

@@ -1,4 +1,4 @@
-"""What a servo does is said alike in list, head and panel: saturation is marked, a speed command is a speed."""
+"""The activity of a servo is the same in list, head and panel: saturation is marked, a speed command is a speed."""
 
 from collections.abc import Generator, Iterator
 from contextlib import contextmanager
@@ -15,7 +15,7 @@ WIDE: ViewportSize = {"width": 1440, "height": 900}
 
 @pytest.fixture(scope="module")
 def demo() -> Iterator[Demo]:
-    """A demo of this file's own: one servo hunts, another turns."""
+    """A demo of this file: one servo hunts, another rotates."""
     with ready_demo(2) as one:
         yield one
 
@@ -27,7 +27,7 @@ def activity(demo: Demo, uid: str) -> str | None:
 
 @contextmanager
 def servo(demo: Demo, **rom: int) -> Generator[str]:
-    """A servo that goes on under its last command, ready; gone afterwards."""
+    """A ready servo that keeps its last command; removed afterwards."""
     body = {"model": "BLA21-12U-A0", "firmware": "1.300", "servo_id": 63}
     uid = str(demo.api.post("/sim/servos", json={**body, "rom": {"timeout_action": 0, **rom}}).json()["uid"])
     try:
@@ -38,7 +38,7 @@ def servo(demo: Demo, **rom: int) -> Generator[str]:
 
 
 def marked(page: Page, demo: Demo, uid: str, says: str) -> None:
-    """On Servos and in the head of Motion, as a warning."""
+    """Shown as a warning on Servos and in the head of Motion."""
     page.goto(demo.url + "servos")
     row = page.get_by_test_id(f"servo-row-{uid}")
     expect(row).to_have_attribute("data-kind", "warning")

@@ -1,4 +1,4 @@
-"""Addresses: Back and a reload bring the page as it was, and one that leads nowhere says so."""
+"""Addresses: Back and a reload restore the page, and an unknown address says so."""
 
 import pytest
 from playwright.sync_api import Page, expect

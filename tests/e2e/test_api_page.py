@@ -1,4 +1,4 @@
-"""The API page: what a rig needs, the last action as a command that works, and every operation of the document."""
+"""The API page: access for a rig, the last action as a command that works, and every operation."""
 
 import re
 import shutil

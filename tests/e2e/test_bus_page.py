@@ -1,4 +1,4 @@
-"""The Bus page in a browser: doctor, monitor, nodes, node ids, logs, and connecting; in both themes and on a tablet."""
+"""The Bus page: doctor, monitor, nodes, node IDs, logs and connecting, in both themes and on a tablet."""
 
 import itertools
 import json

@@ -1,4 +1,4 @@
-"""A technician with new servos and a tablet: told apart by their horns, named, given ids, saved, and a report of it."""
+"""New servos on a tablet: identified by their horns, named, given IDs, saved, and a report."""
 
 import re
 from collections.abc import Iterator
@@ -19,21 +19,21 @@ NAMES = ("Flap L", "Flap R", "Tail")
 
 @pytest.fixture
 def context(browser: Browser) -> Iterator[BrowserContext]:
-    """Of a tablet."""
+    """Size of a tablet."""
     with borrowed(browser, has_touch=True) as made:
         yield made
 
 
 @pytest.fixture
 def page(page: Page) -> Page:
-    """A tablet, held upright."""
+    """A tablet in portrait orientation."""
     page.set_viewport_size(TABLET)
     return page
 
 
 @pytest.fixture
 def new_servos(demo: Demo) -> Iterator[list[str]]:
-    """Three servos as they come out of the bag: servo id 0, no name."""
+    """Three factory-new servos: servo ID 0, no name."""
     body = {"model": "BLA21-06U-A0", "firmware": "1.300"}
     made = [demo.api.post("/sim/servos", json=body).json()["uid"] for _ in range(3)]
     wait_for(lambda: all(state(demo, uid) == "ready" for uid in made), 20, "the new servos are not ready")
@@ -108,14 +108,14 @@ def test_three_new_servos_are_commissioned_on_a_tablet(page: Page, demo: Demo, n
 
 
 def choose(page: Page, demo: Demo, uids: list[str]) -> None:
-    """These alone, whatever else looks new."""
+    """Select only these servos, whatever else is new."""
     for one in demo.api.get("/commissioning/candidates").json()["servos"]:
         box = page.get_by_test_id(f"pick-{one['servo']['uid']}").locator("input")
         box.set_checked(one["servo"]["uid"] in uids)
 
 
 def gloves(page: Page) -> None:
-    """What is to be pressed is large enough, and nothing of it is near Stop."""
+    """Buttons are large enough, and none is near Stop."""
     stop = page.get_by_test_id("stop").bounding_box()
     assert stop is not None
     for name in ("wiggle", "skip", "give", "servo-id", "label"):

@@ -15,19 +15,19 @@ BODY = {"model": "BLA21-06U-A0", "firmware": "1.300"}
 NODE_IDS = count(20)
 """Their own: allocation takes a second."""
 JOB_MS = 60_000
-"""How long a job may take on a machine that is busy with something else."""
+"""Maximum duration of a job on a busy machine."""
 
 
 @pytest.fixture(scope="module")
 def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
-    """A bus to which each test plugs its own servos."""
+    """A bus to which each test adds its own servos."""
     with running(*serving(tmp_path_factory.mktemp("data"), "--sim-api")) as one:
         yield one
 
 
 @pytest.fixture
 def servos(server: Server) -> Iterator[list[str]]:
-    """Three servos out of the bag, in the order in which they are commissioned: by serial."""
+    """Factory-new servos in the order of commissioning: by serial."""
     made = plugged(server, 3)
     yield made
     for uid in made:
@@ -81,7 +81,7 @@ def heading(page: Page, says: str) -> None:
 
 
 def saved_ids(server: Server, uids: list[str]) -> list[object]:
-    """What each holds in ROM as its servo id."""
+    """Servo IDs in ROM."""
     held = [server.api.get(f"/servos/{uid}/parameters").json()["parameters"]["servo_id"] for uid in uids]
     return [one["rom"] for one in held]
 

@@ -1,4 +1,4 @@
-"""Commissioning without a save is not finished: said so, and saved from the report, by touch."""
+"""Commissioning without a save is reported as incomplete, and saved from the report, by touch."""
 
 from collections.abc import Iterator
 

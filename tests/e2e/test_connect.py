@@ -1,4 +1,4 @@
-"""From a server without a bus to servos in the list: adapters as cards, what to do when there is none, the demo."""
+"""From a server without a bus to servos in the list: adapters as cards, remedies without an adapter, the demo."""
 
 import json
 import re
@@ -38,7 +38,7 @@ def server(tmp_path: Path) -> Iterator[Server]:
 
 @pytest.fixture
 def plain(context: BrowserContext) -> Page:
-    """A page that is not watched: it has a server of its own."""
+    """An unwatched page with its own server."""
     return context.new_page()
 
 

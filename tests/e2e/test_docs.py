@@ -1,4 +1,4 @@
-"""The built documentation: links, search, themes, access, and the links of the page into it."""
+"""The built documentation: links, search, themes, accessibility, and links from the page into it."""
 
 import re
 import shutil
@@ -17,7 +17,7 @@ from e2e.sphinx_site import sphinx
 
 
 class Links(HTMLParser):
-    """What a page points at, and what in it can be pointed at."""
+    """Targets of links of a page, and anchors in it."""
 
     def __init__(self, file: Path) -> None:
         super().__init__()
@@ -42,7 +42,7 @@ class Links(HTMLParser):
 
 @pytest.fixture(scope="module")
 def built(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The site, where the program looks for it in a checkout."""
+    """The site, where the server looks for it in a checkout."""
     out = ROOT / "docs" / "dist"
     shutil.rmtree(out, ignore_errors=True)
     made = sphinx(ROOT, out, tmp_path_factory.mktemp("doctrees"))

@@ -1,4 +1,4 @@
-"""What another tool saved in a servo while hornbill looked away: flagged, shown, taken back or accepted."""
+"""Values saved by another tool while the servo was offline: flagged, shown, restored or accepted."""
 
 from collections.abc import Iterator
 
@@ -13,7 +13,7 @@ KEYS = ("angle_limit_cw", "speed_limit_cw")
 
 @pytest.fixture
 def meddled(context: BrowserContext) -> Iterator[tuple[Server, Page, str]]:
-    """A servo whose ROM holds other limits than hornbill last knew, and the list of servos in a browser."""
+    """A servo whose ROM limits differ from the last known ones, and the list of servos in a browser."""
     with running("demo", "--servos", "1", "--seed", "5") as server:
         known = server.ready(1)[0]
         shown = server.api.get(f"/sim/servos/{known}").json()

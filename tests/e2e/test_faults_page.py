@@ -1,4 +1,4 @@
-"""The Faults page in a browser: a fault comes up, is acknowledged, goes; in both themes and on a tablet."""
+"""The Faults page: a fault appears, is acknowledged and clears; in both themes and on a tablet."""
 
 import re
 

@@ -1,6 +1,6 @@
 """A page of another origin, open in the same browser, neither reads nor moves anything of a running demo.
 
-The demo is open: no token is needed, so nothing but where a request comes from stands between that page and servos.
+The demo needs no token, so only the origin of a request protects the servos from that page.
 """
 
 import threading
@@ -112,12 +112,12 @@ class _Elsewhere(BaseHTTPRequestHandler):
         self.wfile.write(PAGE)
 
     def log_message(self, format: str, *args: Any) -> None:
-        """Quiet."""
+        """Log nothing."""
 
 
 @pytest.fixture
 def elsewhere() -> Generator[int]:
-    """The port of another site on this machine."""
+    """Port of another site on this machine."""
     with ThreadingHTTPServer(("127.0.0.1", 0), _Elsewhere) as server:
         thread = threading.Thread(target=server.serve_forever)
         thread.start()
@@ -129,7 +129,7 @@ def elsewhere() -> Generator[int]:
 
 
 def state(demo: Demo, uid: str) -> dict[str, Any]:
-    """What must not change."""
+    """State that must not change."""
     get = demo.api.get
     return {
         "stop": get("/stop").json()["latched"],
@@ -142,7 +142,7 @@ def state(demo: Demo, uid: str) -> dict[str, Any]:
 
 
 def angles(demo: Demo) -> list[float]:
-    """Where the horns stand, degrees."""
+    """Horn angles, degrees."""
     return [float(one["angle_deg"]) for one in demo.api.get("/servos").json()]
 
 

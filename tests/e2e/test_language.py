@@ -1,4 +1,4 @@
-"""English and Japanese: chosen by the browser or the user, only the chosen one fetched."""
+"""English and Japanese: chosen by the browser or the user, only the chosen one is loaded."""
 
 import re
 from collections.abc import Iterator
@@ -16,7 +16,7 @@ from e2e.test_technician import servo_of
 
 @pytest.fixture
 def japanese(browser: Browser) -> Iterator[Page]:
-    """A page in a browser set to Japanese, which must end without an error or a warning in its console."""
+    """A page in a browser set to Japanese that must end without an error or warning in its console."""
     said: list[str] = []
     with page_in(browser, locale="ja-JP") as page:
         page.on("console", lambda one: said.append(one.text) if one.type in ("error", "warning") else None)
@@ -93,7 +93,7 @@ ENGLISH = """() => [...document.querySelectorAll('h1, h2, h3, th, button, [role=
     .filter(one => one.getClientRects().length && !one.closest('[lang=en], .row, .scroll li, tbody'))
     .map(one => one.innerText.trim().replace(/\\s+/g, ' '))
     .filter(text => /^[A-Za-z][a-z]{3,}( [a-z]+)*[.…]?$/.test(text))"""
-"""English in buttons, headings and tabs, which are the page's own words; names of servos, files and hosts are not."""
+"""English in buttons, headings and tabs, except names of servos, files and hosts."""
 
 
 def test_every_label_is_translated(japanese: Page, demo: Demo) -> None:

@@ -29,7 +29,7 @@ def profile(browser: Browser) -> Generator[BrowserContext]:
 
 @contextmanager
 def served(*flags: str, **environment: str) -> Generator[tuple[subprocess.Popen[str], list[str]]]:
-    """`hornbill serve`: the process, and the lines it said until it serves."""
+    """`hornbill serve`: the process, and its output until it serves."""
     command = [sys.executable, "-m", "hornbill", "serve", "--port", "0", *flags]
     with subprocess.Popen(
         command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, env={**os.environ, **environment}
@@ -98,7 +98,7 @@ def test_the_first_start_link_signs_in_and_leaves_no_token(profile: BrowserConte
 
 
 def test_server_output_contains_no_secret(tmp_path: Path) -> None:
-    """Everything it logs, with every kind of request that carries one."""
+    """All log output, with every kind of request that carries a secret."""
     flags = ("--host", "127.0.0.1", "--token", TOKEN, "--data-dir", str(tmp_path))
     with served(*flags) as (process, said):
         url = re.findall(r"http://\S+/", "".join(said))[0]

@@ -1,4 +1,4 @@
-"""Many servos side by side: who stands out, one cell, a row, a column, the plan, and what became of each."""
+"""The matrix: outliers, a cell, a row, a column, the plan, and the results."""
 
 from collections.abc import Iterator
 
@@ -13,7 +13,7 @@ MODEL = "BLA21-06U-A0"
 
 @pytest.fixture(scope="module")
 def demo() -> Iterator[Demo]:
-    """A demo of this file's own, with four servos of one model, one of them with another gain."""
+    """A demo of this file with four servos of one model, one of them with another gain."""
     with running("demo", "--servos", "1", "--seed", "1") as server:
         api = server.api
         for _ in range(3):

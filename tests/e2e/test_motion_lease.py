@@ -1,4 +1,4 @@
-"""The lease of the Motion page: a page that is slow keeps it, a page that hangs loses it and torque with it."""
+"""The lease of the Motion page: a slow page keeps it, a blocked page loses it and torque."""
 
 import time
 from collections.abc import Iterator

@@ -1,4 +1,4 @@
-"""The Motion page: what is held runs only while it is held, servos go together, a sweep ends with who began it."""
+"""The Motion page: hold to run, groups, sweeps, the dial and presets."""
 
 import re
 import time
@@ -15,15 +15,15 @@ from e2e.test_technician import wait_for
 
 WIDE: ViewportSize = {"width": 1440, "height": 900}
 TABLET: ViewportSize = {"width": 820, "height": 1180}
-"""Without the 3D view, whose software renderer would take the time a heart-beat needs."""
+"""Without the 3D view, because software rendering could delay heartbeats."""
 
 
 ROM = {"speed_torque_control": 1, "timeout_action": 0, "soft_start": 0}
-"""Speed may be commanded, and the servo itself would keep any command for ever."""
+"""Rows that permit speed commands and disable the servo's own timeout."""
 
 
 def made(demo: Demo, label: str, servo_id: int) -> str:
-    """A servo of its own, ready."""
+    """A ready servo of this test."""
     body = {"model": "BLA21-12U-A0", "firmware": "1.300", "servo_id": servo_id, "node_id": servo_id, "rom": ROM}
     uid = str(demo.api.post("/sim/servos", json=body).json()["uid"])
     wait_for(lambda: state(demo, uid) == "ready", 25, "the new servo is not ready")
@@ -38,7 +38,7 @@ def state(demo: Demo, uid: str) -> str | None:
 
 @pytest.fixture(scope="module")
 def pair(demo: Demo) -> Iterator[tuple[str, str]]:
-    """Two servos of this file alone, gone afterwards."""
+    """Two servos of this file, removed afterwards."""
     both = made(demo, "Winch", 61), made(demo, "Boom", 62)
     yield both
     for uid in both:
@@ -70,7 +70,7 @@ def angle(demo: Demo, uid: str) -> float:
 
 
 def begin(page: Page, demo: Demo, uid: str, *tab: str) -> None:
-    """Motion is on."""
+    """Turn motion on."""
     page.goto(f"{demo.url}servos/{uid}/motion")
     page.get_by_test_id("enable-motion").click()
     expect(page.get_by_test_id("jog-pad")).to_be_visible()
@@ -261,7 +261,7 @@ def without_response(page: Page, watched: Watched) -> Iterator[None]:
 
 
 def silent_named(page: Page, silent: str, others: str) -> None:
-    """The others are off and it is said; the silent one is named, and not as off."""
+    """The other servos are shown as off; the silent one is named, and not as off."""
     expect(page.get_by_test_id("torque-is-off")).to_contain_text(others, timeout=10_000)
     expect(page.get_by_test_id("silent-band")).to_contain_text(f"No response: {silent}.", timeout=15_000)
     expect(page.get_by_test_id("silent-band")).not_to_contain_text(others)
@@ -399,7 +399,7 @@ FRAME = """() => ['.jog-dial', '.figures', '.jog-side > .segments', '.jog-torque
   const { x, y, width, height } = document.querySelector(one).getBoundingClientRect();
   return [one, x, y, width, height].join(' ');
 })"""
-"""What stands at the same place, in the same size, for whatever is commanded."""
+"""Elements that must not move or resize, whatever is commanded."""
 
 
 AT_ZERO = re.compile(r"^[+−]?0\.\d°$")
@@ -540,4 +540,4 @@ CUT = """() => {
     return box.width > 0 && (box.bottom > seen.bottom + 0.5 || box.top < seen.top - 0.5);
   }).map(each => each.textContent || each.dataset.testid);
 }"""
-"""Controls of the pad that one would have to scroll to."""
+"""Controls of the pad that need scrolling."""

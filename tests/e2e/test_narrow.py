@@ -1,4 +1,4 @@
-"""A phone: from the list to a servo to its dial with one thumb, Stop first and never covered."""
+"""A phone: from the list to a servo to its dial with one thumb, with Stop always visible."""
 
 from collections.abc import Iterator
 
@@ -13,7 +13,7 @@ from e2e.test_technician import servo_of, wait_for
 
 PHONES = {"smallest": (320, 640), "small": (360, 740), "usual": (390, 844), "last": (767, 1024)}
 THEMED = [*((size, "light") for size in PHONES), ("usual", "dark")]
-"""One of them is dark: a theme is colours, which don't depend on the size."""
+"""Phone sizes; one is dark, because a theme is only colours."""
 
 
 @pytest.fixture(params=THEMED, ids="-".join)
@@ -29,7 +29,7 @@ def phone(request: pytest.FixtureRequest, browser: Browser, demo: Demo) -> Itera
 
 
 def well(page: Page, where: str) -> None:
-    """Stop is whole, at the top and as wide as the window; nothing is cut off, nothing too small for a finger."""
+    """Stop is complete, at the top and full width; nothing is cut off, no target too small."""
     found = page.evaluate(SEEN)
     assert (found["inside"], found["hit"], found["cut"]) == (True, True, False), where
     assert found["width"] == page.evaluate("innerWidth"), where

@@ -1,4 +1,4 @@
-"""The page never lies: what is old is grey, what cannot be done is off, and one panel's failure is that panel's."""
+"""The page never lies: old values are stale, unavailable controls disabled, and a failure stays in its panel."""
 
 import os
 import re
@@ -18,9 +18,9 @@ STATUS_PERIOD_S = 0.1
 SILENCE_S = 2.0
 """After this time without a message of the server the link is down."""
 SHOWN_S = 0.6
-"""The request (0.1 s), batches on their way (0.1 s), the page's clock (0.2 s), and something else to do (0.2 s)."""
+"""The request (0.1 s), batches in transit (0.1 s), the page's clock (0.2 s), and other work (0.2 s)."""
 MOST_HELD_S = 0.75
-"""No allowance is made for a page that hangs for longer."""
+"""Longer blocking of the page is not allowed for."""
 WATCHED_HZ = 20
 
 # Notes on the page's own clock when an attribute of an element first becomes what is wanted.
@@ -47,20 +47,22 @@ def begin(page: Page, selector: str, attribute: str, wanted: str) -> None:
 
 
 def seconds(page: Page, within_s: float) -> float:
-    """Seconds from `begin` until the attribute was as wanted."""
+    """Seconds from `begin` until the attribute had the value."""
     page.wait_for_function("() => window.noted !== null", timeout=within_s * 1000)
     return page.evaluate("() => window.noted") / 1000
 
 
 def allowed(page: Page, within_s: float) -> float:
-    """What may pass until it is seen. Without a GPU a scene holds the page while it is drawn: before the mark, and
-    before the picture that shows it."""
+    """Time allowed until it is visible.
+
+    Without a GPU, drawing a scene blocks the page before the mark and before the picture that shows it.
+    """
     return within_s + SHOWN_S + 2 * min(MOST_HELD_S, page.evaluate("() => window.held") / 1000)
 
 
 @pytest.fixture
 def own(context: BrowserContext) -> Iterator[tuple[Server, Page]]:
-    """A demo that may be stopped and started again, and a page of it."""
+    """A demo that can be stopped and restarted, and its page."""
     with running("demo", "--servos", "2", "--seed", "3") as server:
         server.ready(2)
         page = context.new_page()
@@ -147,7 +149,7 @@ def test_the_page_reconnects_after_a_server_restart(own: tuple[Server, Page]) ->
 
 
 def alive(page: Page) -> None:
-    """The frame works, whatever became of a page: bar, Stop, rail."""
+    """Bar, Stop and rail work, whatever the state of the page."""
     expect(page.get_by_test_id("stop")).to_be_enabled()
     expect(page.get_by_test_id("bar-bus")).to_contain_text("Active")
     expect(page.get_by_test_id("live-state")).to_have_attribute("data-state", "up")

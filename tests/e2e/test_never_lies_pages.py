@@ -1,4 +1,5 @@
-"""The page never lies, page by page: old is grey, what cannot be is off, it comes back, what breaks breaks alone."""
+"""The page never lies, page by page: old values are stale, unavailable controls disabled, both recover, and crashes
+stay local."""
 
 import os
 import re
@@ -15,14 +16,14 @@ from e2e.test_never_lies import SILENCE_S, STATUS_PERIOD_S, alive, allowed, begi
 
 HEARTBEAT_S = 1.0
 OFFLINE_AFTER_S = 3.0
-"""What has no rhythm of its own is as old as its servo is silent: three times the period of its NodeStatus."""
+"""Time until a silent servo is offline: three periods of its NodeStatus."""
 COMING_BACK_MS = 20_000
 FAULT = "sensor_weak"
 
 
 @pytest.fixture(scope="module")
 def own() -> Iterator[Server]:
-    """A demo that may be stopped for a while: two servos, and one as it comes out of the bag."""
+    """A demo that can be suspended: two servos, and a factory-new one."""
     with running("demo", "--servos", "2", "--seed", "3") as server:
         server.api.post("/sim/servos", json={"model": "BLA21-06U-A0", "firmware": "1.300"}).raise_for_status()
         server.ready(3, within_s=60)
@@ -38,21 +39,21 @@ def tab(context: BrowserContext) -> Page:
 
 
 def named(server: Server) -> str:
-    """A servo of the demo that has a servo id."""
+    """A servo of the demo with a servo ID."""
     return next(str(one["uid"]) for one in server.servos() if one["servo_id"])
 
 
 def with_scene(cases: dict[str, Any]) -> list[Any]:
-    """The names; that of the wall of horns with its mark."""
+    """The names; the wall of horns with its mark."""
     return [pytest.param(one, marks=pytest.mark.scene) if one == "wall" else one for one in cases]
 
 
 def as_is(page: Page, server: Server, uid: str) -> None:
-    """There is something to press without doing anything first."""
+    """Nothing needs to be done first."""
 
 
 def as_faulty(page: Page, server: Server, uid: str) -> None:
-    """The fault is there now: one of an earlier test, which is over, never grows old."""
+    """Wait for an active fault: a cleared one of an earlier test never becomes stale."""
     expect(page.locator(f"[data-testid=fault-{FAULT}][data-active=true]")).to_be_visible(timeout=COMING_BACK_MS)
 
 
@@ -76,7 +77,7 @@ def as_wall(page: Page, server: Server, uid: str) -> None:
 
 @dataclass(frozen=True)
 class Case:
-    """Where, what is done there first, and what says that nothing can be done or is true any more."""
+    """Page, preparation, and the element that is disabled or false while the server is silent."""
 
     where: str
     selector: str
@@ -140,7 +141,7 @@ def by_node(server: Server, uid: str) -> str:
 
 @dataclass(frozen=True)
 class Old:
-    """Where a servo is shown, what says that this is old, and how soon after its last word."""
+    """Page with a servo, the element that shows staleness, and its time limit."""
 
     where: str
     selector: str

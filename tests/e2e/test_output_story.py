@@ -1,4 +1,4 @@
-"""Output is session state: what Stop or motion switched off never reaches ROM, by touch or keyboard."""
+"""Output is session state: what Stop or motion turned off never reaches ROM, by touch or keyboard."""
 
 from collections.abc import Callable, Iterator
 from itertools import count
@@ -13,18 +13,18 @@ from e2e.servers import Server, running, serving, until
 
 @pytest.fixture(scope="module")
 def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
-    """A bus with two servos out of the bag and one that is at work."""
+    """A bus with two factory-new servos and a configured one."""
     folder: Path = tmp_path_factory.mktemp("output")
     with running(*serving(folder, "--sim-api")) as one:
         yield one
 
 
 NODE_IDS = count(20)
-"""One for each servo that is no new one."""
+"""One for each configured servo."""
 
 
 def made(server: Server, servo_id: int = 0, **rom: int) -> str:
-    """A servo of its own, ready; `rom` as raw values."""
+    """A ready servo of this test; `rom` has raw values."""
     node_id = next(NODE_IDS) if servo_id else 0  # allocation takes a second
     body = {"model": "BLA21-06U-A0", "firmware": "1.300", "servo_id": servo_id, "node_id": node_id, "rom": rom}
     uid = str(server.api.post("/sim/servos", json=body).json()["uid"])
@@ -43,13 +43,13 @@ def torque(server: Server, uid: str, side: str = "rom") -> object:
 
 @pytest.fixture
 def hand(request: pytest.FixtureRequest, browser: Browser) -> Iterator[Hand]:
-    """A page, and one way to press what is on it."""
+    """A page with one input method."""
     with hand_of(browser, request.param) as one:
         yield one
 
 
 def by(way: str) -> pytest.MarkDecorator:
-    """How the page is worked in a test."""
+    """Input method of a test."""
     return pytest.mark.parametrize("hand", [way], indirect=True)
 
 

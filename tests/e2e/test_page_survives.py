@@ -15,7 +15,7 @@ PAGES = ("Commission", "Matrix", "Motion", *TABS, "Faults", "Bus", "Records", "A
 
 @pytest.fixture
 def own() -> Iterator[Server]:
-    """A demo that may be killed."""
+    """A demo that can be killed."""
     with running("demo", "--servos", "2", "--seed", "3") as server:
         server.ready(2)
         yield server

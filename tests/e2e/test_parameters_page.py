@@ -1,4 +1,4 @@
-"""The Parameters page: keys, wheel and slider, help, the question before a dangerous limit, and undo."""
+"""The Parameters page: keys, wheel and slider, help, confirmation of a dangerous limit, and undo."""
 
 import re
 from collections.abc import Iterator
@@ -12,7 +12,7 @@ from e2e.servers import Demo, ready_demo
 
 @pytest.fixture(scope="module")
 def demo() -> Iterator[Demo]:
-    """A demo of this file's own: a servo's output is switched off in it."""
+    """A demo of this file, in which a servo's output is switched off."""
     with ready_demo(1) as one:
         yield one
 

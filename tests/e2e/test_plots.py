@@ -16,12 +16,12 @@ PNG = b"\x89PNG\r\n\x1a\n"
 
 @pytest.fixture
 def uid(demo: Demo) -> str:
-    """A servo whose plot is looked at."""
+    """A servo with a plot."""
     return next(one["uid"] for one in demo.api.get("/servos").json() if one["model"] == "BLA15-12U-A0")
 
 
 def opened(page: Page, demo: Demo, uid: str, seconds: float = 0) -> Locator:
-    """The plot of a servo, with so much to see."""
+    """The plot of a servo, after enough samples."""
     page.goto(f"{demo.url}servos/{uid}/parameters")
     plot = page.get_by_test_id("plot-angle")
     plot.locator("canvas").first.wait_for()
@@ -43,7 +43,7 @@ SEEN = """one => {
 
 
 def drag(page: Page, plot: Locator, start: float, end: float) -> None:
-    """Over the first lane that nothing covers."""
+    """A point over the first lane that nothing covers."""
     deadline = time.monotonic() + 10
     while (lane := next((one for one in plot.locator(".u-over").all() if one.evaluate(SEEN)), None)) is None:
         assert time.monotonic() < deadline, "every lane is covered"
@@ -159,7 +159,7 @@ HEADS = """canvas => {
     for (let i = 0; i < data.length; i += 4) if (data[i + 3] > 120) columns.add((i / 4) % width);
     return columns.size;
 }"""
-"""How many columns of the strip above a lane, right of its axis, where marks and their words stand, are not empty."""
+"""Number of columns with marks or their texts in the strip above a lane, right of its axis."""
 
 
 def heads(plot: Locator) -> int:

@@ -1,4 +1,4 @@
-"""Pages on paper: which servo it is, and the heads of tables that are buttons on the screen."""
+"""Printed pages: the name of the servo, and headings of tables that are buttons on the screen."""
 
 from playwright.sync_api import Page, expect
 

@@ -1,4 +1,4 @@
-"""Records in a browser: deep links, texts of snapshots and audit, a printed report, a recording played to its end."""
+"""Records: deep links, texts of snapshots and audit, a printed report, a recording replayed to its end."""
 
 import re
 from collections.abc import Iterator
@@ -72,7 +72,7 @@ def test_a_report_prints_black_on_white_without_buttons(page: Page, demo: Demo) 
 
 @pytest.fixture(scope="module")
 def recording() -> Iterator[tuple[Server, str]]:
-    """A server, and the name of a short recording: making one takes more than ten seconds."""
+    """A server, and the name of a short recording, which takes more than ten seconds to make."""
     with running("demo", "--servos", "2", "--seed", "4") as server:
         server.ready(2)
         body = {"reason": "rattled", "before_s": 30}
@@ -83,7 +83,7 @@ def recording() -> Iterator[tuple[Server, str]]:
 
 @pytest.fixture
 def recorded(context: BrowserContext, recording: tuple[Server, str]) -> Iterator[tuple[Server, Page, str]]:
-    """The same, and a page."""
+    """The same with a page."""
     server, name = recording
     yield server, context.new_page(), name
     server.api.delete("/stop").raise_for_status()

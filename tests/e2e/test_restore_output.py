@@ -1,4 +1,4 @@
-"""Restore output after a stop: a dry run, a dialog that names who is under load, and each horn held where it stands."""
+"""Restore output after a stop: a dry run, a dialog that names loaded servos, and horns held at their positions."""
 
 import time
 from collections.abc import Iterator
@@ -23,7 +23,7 @@ def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
 
 @pytest.fixture
 def hand(browser: Browser, server: Server) -> Iterator[Hand]:
-    """A page worked by keyboard alone; servos of before are gone."""
+    """A page used by keyboard alone; earlier servos are removed."""
     clear(server)
     with hand_of(browser, "keyboard") as one:
         yield one
@@ -31,7 +31,7 @@ def hand(browser: Browser, server: Server) -> Iterator[Hand]:
 
 @pytest.fixture
 def mouse(browser: Browser, server: Server) -> Iterator[Hand]:
-    """The same by mouse alone."""
+    """The same by mouse."""
     clear(server)
     with hand_of(browser, "mouse") as one:
         yield one

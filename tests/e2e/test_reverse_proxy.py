@@ -1,4 +1,4 @@
-"""Behind a real nginx, below a path: page, REST, sockets, 3D view and login, with the block of the documentation."""
+"""Behind a real nginx, below a path: page, REST, sockets, 3D view and login, with the documented configuration."""
 
 import asyncio
 import json
@@ -46,7 +46,7 @@ http {{
 
 @contextmanager
 def nginx(folder: Path, upstream: str, *, strips: bool) -> Generator[tuple[str, Path]]:
-    """nginx with the block of the documentation in front of `upstream`: its address, and its log."""
+    """nginx with the documented configuration in front of `upstream`: its address, and its log."""
     if NGINX is None:
         pytest.skip("no nginx: install the package nginx-light")
     document = DOCUMENT.read_text(encoding="utf-8")
@@ -212,6 +212,6 @@ def test_with_a_certificate_it_serves_https_with_a_secure_cookie(tmp_path: Path)
 
 
 async def hello(url: str, trusted: ssl.SSLContext) -> str:
-    """The kind of the first message. Without threads: two that share a connection with TLS hang now and then."""
+    """Type of the first message. Without threads: two that share a TLS connection sometimes hang."""
     async with asyncio.timeout(10), aconnect(url, ssl=trusted) as opened:
         return json.loads(await opened.recv())["type"]

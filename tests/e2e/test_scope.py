@@ -1,4 +1,4 @@
-"""The scope: channels in the address, a single shot on a level, cursors by pointer and keys, memory, layouts, files."""
+"""The scope: channels in the address, a single trigger, cursors by pointer and keys, memory, layouts, files."""
 
 import re
 from pathlib import Path
@@ -12,12 +12,12 @@ from e2e.test_technician import servo_of, wait_for
 
 @pytest.fixture
 def uid(demo: Demo) -> str:
-    """A servo whose position can be commanded."""
+    """A servo that accepts angle commands."""
     return servo_of(demo, "BLA21-12U-A0")
 
 
 def opened(page: Page, demo: Demo, uid: str, seconds: float = 0) -> None:
-    """The scope of a servo, with so much to see."""
+    """The scope of a servo, after enough samples."""
     page.goto(f"{demo.url}scope?ch={uid}:current_angle,command_angle,current_voltage")
     page.get_by_test_id("scope-plot").locator("canvas").first.wait_for()
     expect(page.get_by_test_id("scope-channel-A")).to_contain_text(re.compile(r"\d+ of 50"))

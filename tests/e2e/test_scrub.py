@@ -1,4 +1,4 @@
-"""A recording looked at: brought as a .zip or opened in a plot, its time, its horns; never taken for the servo."""
+"""A recording, imported as a .zip file or opened in a plot: its time and its horns, never confused with live servos."""
 
 import csv
 import re
@@ -34,7 +34,7 @@ class Recorded:
     uid: str
 
     def samples(self, channel: str) -> list[tuple[float, float | None]]:
-        """Of the servo that moved: times from the first mark, values."""
+        """Samples of the servo that moved: times from the first mark, values."""
         zero = self.content["about"]["marks"][0]["at"]
         (found,) = [one for one in self.content["telemetry"] if one["uid"] == self.uid and one["channel"] == channel]
         return [(at - zero, value) for at, value in zip(found["t"], found["v"], strict=True)]
@@ -42,7 +42,7 @@ class Recorded:
 
 @pytest.fixture(scope="module")
 def recorded() -> Recorded:
-    """Three servos, the first of which went to three angles. Their server is gone."""
+    """Three servos, the first of which moved to three angles. Their server has ended."""
     with running("demo", "--servos", "3", "--seed", "11") as server:
         uid = server.ready(3)[0]
         api = server.api
@@ -67,7 +67,7 @@ def recorded() -> Recorded:
 
 @pytest.fixture
 def brought(demo: Demo, recorded: Recorded) -> Iterator[Recorded]:
-    """As `recorded`; what a test brings to the server is removed again."""
+    """As `recorded`; recordings a test imports are removed."""
     yield recorded
     for one in demo.api.get("/recorder/recordings").json():
         if one["name"].startswith(recorded.name.removesuffix(".zip")):
@@ -75,7 +75,7 @@ def brought(demo: Demo, recorded: Recorded) -> Iterator[Recorded]:
 
 
 def shows(page: Page, angle: float | None, within_s: float = 10) -> None:
-    """Waits until the horn stands there; without an angle, until there is none."""
+    """Wait until the horn is at this angle; without one, until no horn is shown."""
 
     def there() -> bool:
         found = horn(page)
@@ -85,7 +85,7 @@ def shows(page: Page, angle: float | None, within_s: float = 10) -> None:
 
 
 def move(page: Page, *keys: str) -> float:
-    """Presses keys on the time line; where it is then."""
+    """Press keys on the time line. Returns its position."""
     slider = page.get_by_test_id("scrub-slider")
     for key in keys:
         slider.press(key)
@@ -97,7 +97,7 @@ def moment(page: Page) -> float:
 
 
 def bring(page: Page, demo: Demo, recorded: Recorded) -> None:
-    """Brings the .zip on the Recorder's part, opens it from the list and chooses the servo that moved."""
+    """Import the .zip file on Recorder, open it and select the servo that moved."""
     page.goto(f"{demo.url}recorder")
     file = {"name": recorded.name, "mimeType": "application/zip", "buffer": recorded.data}
     page.get_by_test_id("recording-file").set_input_files(files=[file])  # pyright: ignore[reportArgumentType]
@@ -107,7 +107,7 @@ def bring(page: Page, demo: Demo, recorded: Recorded) -> None:
 
 
 def heads(page: Page) -> list[tuple[float, float]]:
-    """Of each plot, how far across its face the moment's line is, and the width of that face."""
+    """Position of the time line in each plot, and the width of the plot."""
     faces: list[Locator] = page.locator(".record-plot .u-over").all()
     boxes = [(face.bounding_box(), face.locator(".playhead").bounding_box()) for face in faces]
     return [(line["x"] + line["width"] / 2 - face["x"], face["width"]) for face, line in boxes if face and line]

@@ -1,4 +1,4 @@
-"""Wiggle, restart, default and factory reset on the page: by touch and by keys alone; and what refuses them."""
+"""Wiggle, restart, default and factory reset on the page: by touch and by keyboard; and their rejections."""
 
 import time
 from collections.abc import Iterator
@@ -15,7 +15,7 @@ from e2e.servers import Server, running, serving, until
 
 COUNT = 3
 HELD = {"angle_p_gain": 70, "servo_id": 7}
-"""What the servo that is reset has in ROM: one value that goes, one that stays."""
+"""ROM of the servo before its reset: one value that is reset, one that stays."""
 
 
 @pytest.fixture
@@ -31,13 +31,13 @@ def server(tmp_path: Path) -> Iterator[Server]:
 
 @pytest.fixture(params=WAYS)
 def hand(request: pytest.FixtureRequest, browser: Browser) -> Iterator[Hand]:
-    """A page and a way to work it."""
+    """A page with one input method."""
     with hand_of(browser, request.param) as one:
         yield one
 
 
 def angles(server: Server) -> dict[str, float]:
-    """Where the horns really are."""
+    """Real horn angles."""
     return {one["uid"]: one["angle_deg"] for one in server.api.get("/sim/servos").json()}
 
 
@@ -54,13 +54,13 @@ MARKS = """() => {
     new MutationObserver(look).observe(document.body, { subtree: true, childList: true, attributes: true });
     look();
 }"""
-"""Notes which rows are marked as wiggling, and since when."""
+"""Record which rows are marked as wiggling, and since when."""
 SHOWN_S = 0.5
 """Maximum delay of the start and end of a wiggle on the page."""
 
 
 def seen_moving(server: Server, page: Page, at_rest: dict[str, float]) -> list[str]:
-    """The servos in the order the page marked them while it wiggled; each time that horn and no other has moved."""
+    """Servos in the order the page marked them during wiggles. Each time, only that horn has moved."""
     seen: list[tuple[float, str]] = []
     said, end = page.get_by_test_id("selection-says"), time.monotonic() + 90
     while f"{COUNT} wiggled" not in said.inner_text():
@@ -153,7 +153,7 @@ def test_servos_are_identified_restarted_set_to_default_and_reset(hand: Hand, se
 
 
 def tune_gain(hand: Hand, server: Server, uid: str, value: int) -> None:
-    """Into RAM, through the page."""
+    """Write to RAM through the page."""
     if "#angle_p_gain" not in hand.page.url:
         hand.page.goto(f"{server.url}servos/{uid}/parameters#angle_p_gain")
     hand.type("input-angle_p_gain", str(value))

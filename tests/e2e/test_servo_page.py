@@ -11,7 +11,7 @@ from e2e.servers import Demo
 
 
 def listed(demo: Demo) -> list[str]:
-    """Unique IDs as the list has them: by servo ID, then by serial."""
+    """UIDs in the order of the list: by servo ID, then by serial."""
     known = demo.api.get("/servos").json()
     return [one["uid"] for one in sorted(known, key=lambda one: (one["servo_id"] or 999, one["serial"]))]
 

@@ -36,7 +36,7 @@ LONGEST_GREY = """async seconds => {
 
 @pytest.fixture(scope="module")
 def own() -> Iterator[Server]:
-    """A demo of many servos, all of them ready."""
+    """A demo with many servos, all ready."""
     with running("demo", "--servos", str(COUNT), "--seed", "1") as server:
         server.ready(COUNT, within_s=60)
         yield server
@@ -64,7 +64,7 @@ def requests(page: Page) -> list[str]:
 
 @pytest.fixture
 def shown(page: Page, own: Server, requests: list[str]) -> Page:
-    """The list, painted for the first time."""
+    """The list, after it was first shown."""
     page.goto(own.url + "servos")
     expect(page.locator(".servo-row")).to_have_count(COUNT)
     expect(page.locator(".c-supply").filter(has_text=re.compile(r"\d\s?V"))).to_have_count(COUNT)

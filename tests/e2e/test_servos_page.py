@@ -1,4 +1,4 @@
-"""The list of servos: order, filter, ticks, and what is done to several at once."""
+"""The list of servos: order, filter, selection, and actions on several servos."""
 
 import re
 from collections.abc import Iterator
@@ -13,7 +13,7 @@ from e2e.servers import Demo, ready_demo
 
 @pytest.fixture(scope="module")
 def demo() -> Iterator[Demo]:
-    """A demo of this file's own: torque is turned off in it."""
+    """A demo of this file, in which torque is turned off."""
     with ready_demo(6) as one:
         labels = ("Delta", "Alpha", "Echo", "Bravo", "Foxtrot", "Charlie")
         for servo, label in zip(one.api.get("/servos").json(), labels, strict=True):
@@ -49,7 +49,7 @@ HEIGHTS = "rows => rows.map(one => one.getBoundingClientRect().height)"
 
 @pytest.fixture
 def troubled(demo: Demo) -> Iterator[str]:
-    """A servo with a name, a fault and advice that are longer than a row has room for."""
+    """A servo whose name, fault and advice are longer than a row."""
     uid = demo.api.get("/servos").json()[0]["uid"]
     patch = {"label": "Left wing / Aileron outboard, behind the third inspection cover"}
     demo.api.patch(f"/servos/{uid}", json=patch).raise_for_status()
@@ -119,7 +119,7 @@ def test_keys_move_select_and_open_rows(page: Page, demo: Demo) -> None:
 
 @pytest.fixture
 def placed(demo: Demo) -> Iterator[dict[str, list[str]]]:
-    """Servos whose labels begin with a place: names by place, in the order of the list."""
+    """Servos whose labels begin with a group: names by group, in the order of the list."""
     servos = demo.api.get("/servos").json()
     before = {one["uid"]: one["label"] for one in servos}
     names = ("Wing / Flap", "Tail / Rudder", "Wing / Aileron", "Winch", "Tail / Elevator", "Wing / Slat")

@@ -1,4 +1,4 @@
-"""Stop in every window: seen whole from 320 px on, however it is turned or enlarged; and the keys that stop."""
+"""Stop in every window: fully visible from 320 px on, in any orientation and zoom; and the keys that stop."""
 
 from collections.abc import Iterator
 
@@ -40,14 +40,14 @@ SEEN = """() => {
   return { inside, hit, width: box.width * view.scale, height: box.height * view.scale,
     cut: stop.scrollWidth > stop.clientWidth };
 }"""
-"""Stop against what is seen of the page: inside it, uncovered at its corners, its words whole, its size."""
+"""Stop and the visible part of the page: inside it, uncovered at its corners, its text complete, its size."""
 
 BEYOND = """() => { const { scrollWidth, scrollHeight } = document.scrollingElement;
   return [scrollWidth - innerWidth, scrollHeight - innerHeight]; }"""
-"""How far a script or a focus could scroll the window, Stop with it, px."""
+"""How far a script or the focus could scroll the window with Stop, px."""
 
 DRAWN = "() => new Promise(then => requestAnimationFrame(() => requestAnimationFrame(then)))"
-"""Until the page was drawn as large as its window is now."""
+"""Wait until the page is drawn at the size of its window."""
 
 
 def stop_is_seen(page: Page, where: str) -> None:

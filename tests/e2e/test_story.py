@@ -1,4 +1,4 @@
-"""The whole technician's story: six servos out of the bag, a tablet, nothing read beforehand; then keys alone."""
+"""A technician's session: six factory-new servos on a tablet without instructions, then by keyboard alone."""
 
 import re
 import time
@@ -17,12 +17,12 @@ NAMES = tuple(f"Flap {number}" for number in range(1, 7))
 PROFILE = "Flaps"
 LIMIT = 40.0
 WITHIN_S = 180
-"""How long either story may take, on a machine that is busy with something else, too."""
+"""Maximum duration of either session, also on a busy machine."""
 
 
 @pytest.fixture
 def server(tmp_path: Path) -> Iterator[Server]:
-    """A bus without a servo, and the profile the design office made for the rig."""
+    """A bus without servos, and the rig's profile."""
     with running(*serving(tmp_path, "--sim-api")) as one:
         values = {"angle_limit_cw": LIMIT, "angle_limit_ccw": -LIMIT}
         body = {"values": values, "model": "BLA21-06U-A0", "description": "limits of the rig"}
@@ -31,13 +31,13 @@ def server(tmp_path: Path) -> Iterator[Server]:
 
 
 def from_the_bag(server: Server, number: int) -> list[str]:
-    """So many new servos are plugged in; their uids."""
+    """Add factory-new servos. Returns their UIDs."""
     body = {"model": "BLA21-06U-A0", "firmware": "1.300"}
     return [server.api.post("/sim/servos", json=body).json()["uid"] for _ in range(number)]
 
 
 def commissioned(server: Server, uids: list[str], names: tuple[str, ...]) -> None:
-    """Every one has an id of its own, a name, and the limits of the profile in ROM."""
+    """Each servo has its own ID, a name, and the profile's limits in ROM."""
     found = [server.api.get(f"/servos/{uid}").json() for uid in uids]
     assert sorted(one["label"] for one in found) == sorted(names)
     ids = [one["servo_id"] for one in found]
@@ -133,7 +133,7 @@ def six_servos(page: Page, server: Server) -> None:
 
 
 def tab_to(page: Page, testid: str) -> None:
-    """Presses Tab until the focus is on, or in, what has this test id."""
+    """Press Tab until the focus is on, or in, the element with this test ID."""
     here = f"""() => {{
         const at = document.activeElement;
         const found = document.querySelector('[data-testid="{testid}"]');
@@ -147,7 +147,7 @@ def tab_to(page: Page, testid: str) -> None:
 
 
 def press(page: Page, testid: str, key: str = "Enter") -> None:
-    """Goes to something by Tab and presses a key on it."""
+    """Tab to an element and press a key on it."""
     tab_to(page, testid)
     expect(page.get_by_test_id(testid)).to_be_enabled()
     page.keyboard.press(key)
@@ -195,6 +195,6 @@ def test_the_wizard_works_by_keyboard(page_of: Page, server: Server) -> None:
 
 @pytest.fixture
 def page_of(browser: Browser) -> Iterator[Page]:
-    """A page without a mouse being used."""
+    """A page without a mouse."""
     with page_in(browser) as page:
         yield page

@@ -1,4 +1,4 @@
-"""The event stream over real connections, alone and through nginx: who comes back goes on where they were."""
+"""The event stream over real connections, direct and through nginx: a client that reconnects resumes."""
 
 import json
 import time
@@ -27,7 +27,7 @@ def server() -> Iterator[str]:
 
 @pytest.fixture(params=["uvicorn", "nginx"])
 def url(server: str, request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[str]:
-    """The server itself, and as the proxy shows it."""
+    """The server itself, and through the proxy."""
     if request.param == "uvicorn":
         yield server
         return
@@ -36,7 +36,7 @@ def url(server: str, request: pytest.FixtureRequest, tmp_path: Path) -> Iterator
 
 
 class Reader:
-    """Events as they come over one connection."""
+    """Events of one connection."""
 
     def __init__(self, response: httpx.Response) -> None:
         self.response = response
@@ -44,7 +44,7 @@ class Reader:
         self.last = ""
 
     def next(self) -> dict[str, Any]:
-        """The next event; comments are passed over."""
+        """The next event; comments are skipped."""
         fields: dict[str, str] = {}
         until = time.monotonic() + TIMEOUT_S
         for line in self._lines:
@@ -81,7 +81,7 @@ def test_the_last_id_resumes_the_stream_without_repeats(url: str) -> None:
             client.post("api/v1/stop", json={"mode": "off", "reason": reason}).raise_for_status()
 
         def until(reader: Reader, reason: str) -> list[dict[str, Any]]:
-            """Everything up to the last of two: the stop as it is now, and its event. Either may come first."""
+            """All messages up to the present stop and its event, which arrive in any order."""
             received: list[dict[str, Any]] = []
             at: float | None = None
             while at is None or not any(one.get("code") == "stopped" and one["at"] >= at for one in received):

@@ -12,7 +12,7 @@ from e2e.servers import Demo
 from e2e.test_technician import servo_of, wait_for
 
 TABLET: ViewportSize = {"width": 820, "height": 1180}
-"""Two of them without the 3D view, which two software renderers at once would make slower than the countdown."""
+"""Without the 3D view: two software renderers would be slower than the countdown."""
 
 
 @pytest.fixture

@@ -1,4 +1,4 @@
-"""The whole path in a browser: pick a servo, change limits, apply, save, jog, watch it move, stop."""
+"""A session in a browser: select a servo, change limits, apply, save, jog, watch it move, stop."""
 
 import io
 import re
@@ -23,7 +23,7 @@ def wait_for(what: Callable[[], bool], within_s: float, message: str) -> None:
 
 
 def servo_of(demo: Demo, model: str) -> str:
-    """The uid of the demo's servo of this model."""
+    """UID of the demo's servo of this model."""
     return next(one["uid"] for one in demo.api.get("/servos").json() if one["model"] == model)
 
 
@@ -32,7 +32,7 @@ def on_the_bus(demo: Demo) -> set[str]:
 
 
 def unconfirmed(demo: Demo) -> set[str]:
-    """The uids that the latched stop still waits for."""
+    """UIDs that have not confirmed the latched stop."""
     return {one["uid"] for one in demo.api.get("/stop").json()["servos"] if not one["confirmed"]}
 
 
@@ -177,11 +177,11 @@ HORN = """() => {
     const horn = window.__viserMutable?.nodeRefFromName['/hero/pivot'];
     return horn && horn.visible ? [horn.quaternion.z, horn.quaternion.w] : null;
 }"""
-"""Half the angle of the horn in front, as sine and cosine; null while none is drawn."""
+"""Half the angle of the horn in front, as sine and cosine; null while no horn is drawn."""
 
 
 def horn(page: Page) -> float | None:
-    """The angle of the horn in the 3D view of this page, in degrees, as the servo counts them."""
+    """Angle of the horn in the 3D view of this page, degrees, with the servo's sign."""
     (frame,) = [one for one in page.frames if "/viser/" in one.url]
     found = frame.evaluate(HORN)
     return None if found is None else -2 * degrees(atan2(*found))
@@ -230,7 +230,7 @@ def move(demo: Demo, uid: str, lease: str, value: float) -> None:
 
 
 def changed(before: np.ndarray, after: np.ndarray) -> int:
-    """How many pixels differ clearly."""
+    """Number of pixels that clearly differ."""
     height, width = min(before.shape[0], after.shape[0]), min(before.shape[1], after.shape[1])
     return int((np.abs(before[:height, :width] - after[:height, :width]).max(axis=2) > 40).sum())
 

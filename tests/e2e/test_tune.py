@@ -1,4 +1,4 @@
-"""Tune and the recorder through the page: a gain is changed, measured before and after, and what happened is kept."""
+"""Tune and the recorder: a gain is changed and measured before and after, and the events are recorded."""
 
 from collections.abc import Iterator
 
@@ -14,7 +14,7 @@ HEALTHY = {"smoothing": False, "angle_p_gain": 40}
 
 @pytest.fixture
 def servo(demo: Demo) -> Iterator[str]:
-    """A servo of the newest firmware; what the test changes in RAM and measures is gone afterwards."""
+    """A servo with the newest firmware; its changes and measurements are removed afterwards."""
     made = demo.api.post("/sim/servos", json={"model": "BLA21-06U-A0", "firmware": "1.300"}).json()["uid"]
     wait_for(lambda: state(demo, made) == "ready", 20, "the new servo is not ready")
     demo.api.patch(f"/servos/{made}", json={"label": "Tail"})

@@ -47,7 +47,7 @@ class Shown:
         self.wait_for_horn(self.servos.now[0].angle_deg or 0)
 
     def wait_for_horn(self, angle: float) -> None:
-        """Until the horn is drawn at this angle: models are unpacked, and drawn in software."""
+        """Wait until the horn is drawn at this angle: models are unpacked, and drawn in software."""
         stands(self.page, angle)
         end = time.monotonic() + 30
         while (self.picture()[60:] > 150).all(axis=2).sum() < 300:
@@ -65,7 +65,7 @@ def servos() -> tuple[Pose, ...]:
 
 @pytest.fixture(scope="module")
 def opened(scene_browser: Browser) -> Iterator[Shown]:
-    """A page with the frame in it. It must end without a foreign request and without a complaint in its console."""
+    """A page with the frame. It must end without a request to another host and without complaints in its console."""
 
     async def host(_: Request) -> HTMLResponse:
         source = f"/viser/{KEY}/?darkMode&quality=low&fixedDpr=1"
@@ -106,7 +106,7 @@ def opened(scene_browser: Browser) -> Iterator[Shown]:
 
 @pytest.fixture
 def shown(opened: Shown) -> Shown:
-    """The same, with its servos as at the beginning and none chosen."""
+    """The same, with its servos in the initial state and none selected."""
     opened.servos.now = servos()
     opened.selected.clear()
     opened.wait_for_horn(opened.servos.now[0].angle_deg or 0)
@@ -130,7 +130,7 @@ def test_the_frame_shows_a_servo_without_visers_controls(shown: Shown) -> None:
 
 
 def test_a_positive_angle_is_clockwise_on_the_screen(shown: Shown) -> None:
-    """The camera looks from the front right and above, so clockwise sweeps from the back over the right side."""
+    """The camera looks from the front right and above, so clockwise moves from the back over the right side."""
     middles: list[float] = []
     for angle in (0.0, 45.0, 90.0):
         shown.servos.now = (pose(0, series="BLA15", angle_deg=angle, command_deg=None), *shown.servos.now[1:])
@@ -174,7 +174,7 @@ NODES = "() => Object.keys(window.__viserSceneTree?.getState() ?? {})"
 
 
 def open_view(page: Page, demo: Demo, uid: str) -> Frame:
-    """A servo's parameters with its 3D view shown."""
+    """A servo's parameters with its 3D view."""
     page.goto(f"{demo.url}servos/{uid}/parameters")
     page.locator("[data-testid=view-frame][data-state=shown]").wait_for(timeout=40_000)
     (frame,) = [one for one in page.frames if "/viser/" in one.url]
