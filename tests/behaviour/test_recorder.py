@@ -15,7 +15,8 @@ from typing import Any
 import orjson
 import pytest
 
-from behaviour.rig import PLAIN, Rig, Socket, json, play, problem
+from behaviour.rig import PLAIN, Rig, Socket, json, play, problem, until
+from behaviour.scene import scene
 from hornbill.app.bus_ports import BusPorts
 from hornbill.bus.recordings.folder import RECORDINGS, FileFolder
 from hornbill.bus.recordings.recording import MEMBERS, RecordingReader, RecordingWriter
@@ -45,16 +46,18 @@ def start_recorder(rig: Rig, folder: Path, most: int = 50) -> None:
     rig.host.recorder.begin(partial(RecordingWriter.begin, shelf))
 
 
-def recorded(*recipes: Recipe, most: int = 50) -> Callable[[Callable[..., Awaitable[None]]], Callable[[Path], None]]:
-    """Decorate a scene `(rig)` or `(rig, tmp_path)`: a test with a recorder that writes to `tmp_path`."""
+def recorded(*recipes: Recipe, most: int = 50) -> Callable[[Callable[..., Awaitable[None]]], Callable[..., None]]:
+    """Decorate a scene `(rig)`, with `servo` and `tmp_path` if needed: a test with a recorder that writes to it."""
 
-    def make(act: Callable[..., Awaitable[None]]) -> Callable[[Path], None]:
-        more = "tmp_path" in signature(act).parameters
+    def make(act: Callable[..., Awaitable[None]]) -> Callable[..., None]:
+        async def test(rig: Rig, tmp_path: Path) -> None:
+            start_recorder(rig, tmp_path, most)
+            given: dict[str, Any] = {"rig": rig, "tmp_path": tmp_path}
+            if "servo" in signature(act).parameters:
+                given["servo"] = (await rig.ready(len(recipes) or 1))[0]
+            await act(**{name: given[name] for name in signature(act).parameters})
 
-        def test(tmp_path: Path) -> None:
-            record(tmp_path, lambda rig: act(rig, tmp_path) if more else act(rig), *recipes, most=most)
-
-        return test
+        return scene(*recipes)(test)
 
     return make
 
@@ -64,18 +67,14 @@ async def recordings(rig: Rig) -> list[dict[str, Any]]:
     return found
 
 
-async def written(rig: Rig, count: int = 1, within_s: float = 30.0) -> list[dict[str, Any]]:
-    async with asyncio.timeout(within_s):
-        while len(rig.events("recording_written")) < count:
-            await asyncio.sleep(0.2)
+async def written(rig: Rig, count: int = 1) -> list[dict[str, Any]]:
+    await until(lambda: len(rig.events("recording_written")) >= count, every_s=0.2)
     return await recordings(rig)
 
 
 async def break_driver(rig: Rig, servo: Servo) -> None:
     rig.sim(servo).faults.inject("motor_driver", True)
-    async with asyncio.timeout(10):
-        while not servo.raw("fault_failure"):
-            await asyncio.sleep(0.05)
+    await until(lambda: servo.raw("fault_failure"), 10)
 
 
 def names_in(folder: Path) -> list[str]:
@@ -91,8 +90,9 @@ def frames_of(path: Path) -> list[Frame]:
 
 
 @recorded(*TWO)
-async def test_a_failure_bit_writes_a_recording_with_the_time_before_and_after_it(rig: Rig, tmp_path: Path) -> None:
-    servo = (await rig.ready(2))[0]
+async def test_a_failure_bit_writes_a_recording_with_the_time_before_and_after_it(
+    rig: Rig, servo: Servo, tmp_path: Path
+) -> None:
     await asyncio.sleep(70)
     json(await rig.call("PATCH", f"/servos/{servo.uid}/parameters", {"values": {"angle_limit_cw": 61}}))
     at = rig.host.base.utc_now()
@@ -139,23 +139,7 @@ async def test_a_failure_bit_writes_a_recording_with_the_time_before_and_after_i
 
 
 @recorded()
-async def test_stop_writes_a_recording(rig: Rig) -> None:
-    await rig.ready()
-    await asyncio.sleep(40)
-    json(await rig.call("POST", "/stop", {"reason": "smoke"}))
-    (one,) = await written(rig)
-    assert one["reason"] == "stop"
-    assert "smoke" in one["text"]
-    content = json(await rig.call("GET", f"/recorder/recordings/{one['name']}/content"))
-    assert [each["latched"] for each in content["events"] if each["type"] == "stop"] == [True]
-    torque = [row for row in content["writes"] if row["key"] == "torque_mode"]
-    assert torque[-1]["raw"] == "1"
-    assert content["complete"]
-
-
-@recorded()
-async def test_a_lost_servo_writes_a_recording_but_not_each_time_it_is_lost_again(rig: Rig) -> None:
-    servo = (await rig.ready())[0]
+async def test_a_lost_servo_writes_a_recording_but_not_each_time_it_is_lost_again(rig: Rig, servo: Servo) -> None:
     uid = servo.uid
     await asyncio.sleep(35)
     for _ in range(4):
@@ -172,19 +156,24 @@ async def test_a_lost_servo_writes_a_recording_but_not_each_time_it_is_lost_agai
 
 
 @recorded()
-async def test_triggers_during_a_recording_are_marks_in_it(rig: Rig, tmp_path: Path) -> None:
-    servo = (await rig.ready())[0]
+async def test_triggers_during_a_recording_are_marks_in_it(rig: Rig, servo: Servo, tmp_path: Path) -> None:
     await asyncio.sleep(40)
+    json(await rig.call("POST", "/stop", {"reason": "smoke"}))
+    await asyncio.sleep(6)
     await break_driver(rig, servo)
     await asyncio.sleep(6)
-    json(await rig.call("POST", "/stop"))
-    await asyncio.sleep(6)
-    assert await recordings(rig) == [], "ten seconds after the last mark are in it, too"
-    json(await rig.call("POST", "/recorder/recordings", {"reason": "Heard a click"}), 202)
+    assert await recordings(rig) == [], "it includes ten seconds after the last mark"
+    json(await rig.call("POST", "/recorder/recordings", {"reason": "A click"}), 202)
     (one,) = await written(rig)
-    assert [mark["reason"] for mark in one["marks"]] == ["failure", "stop", "manual"]
-    last = frames_of(tmp_path / one["name"])[-1].at
-    assert last - one["marks"][-1]["at"] > 9.5
+    assert one["reason"] == "stop"
+    assert "smoke" in one["text"]
+    assert [mark["reason"] for mark in one["marks"]] == ["stop", "failure", "manual"]
+    assert frames_of(tmp_path / one["name"])[-1].at - one["marks"][-1]["at"] > 9.5
+    content = json(await rig.call("GET", f"/recorder/recordings/{one['name']}/content"))
+    assert [each["latched"] for each in content["events"] if each["type"] == "stop"] == [True]
+    torque = [row for row in content["writes"] if row["key"] == "torque_mode"]
+    assert torque[-1]["raw"] == "1"
+    assert content["complete"]
 
 
 @recorded()
@@ -225,23 +214,20 @@ async def test_a_lost_bus_writes_a_recording_and_a_disconnected_one_does_not(rig
     assert one["reason"] == "bus_lost"
 
 
-def test_a_full_disk_is_reported_and_affects_nothing_else(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+@recorded()
+async def test_a_full_disk_is_reported_and_affects_nothing_else(rig: Rig, servo: Servo, tmp_path: Path) -> None:
     def no_space(*_: object) -> None:
         raise OSError(28, "No space left on device")
 
-    async def scene(rig: Rig) -> None:
-        servo = (await rig.ready())[0]
-        monkeypatch.setattr("hornbill.bus.recordings.recording.RecordingWriter._pack", no_space)
+    with pytest.MonkeyPatch.context() as broken:
+        broken.setattr("hornbill.bus.recordings.recording.RecordingWriter._pack", no_space)
         refused = await rig.call("POST", "/recorder/recordings?wait=true")
         assert "Free space on the disk" in problem(refused, "log_failed", 500)["detail"]
         (event,) = rig.events("recording_failed")
         assert event.level == "warning"
         assert names_in(tmp_path) == []
         json(await rig.call("GET", f"/servos/{servo.uid}/parameters/current_angle"))
-        monkeypatch.undo()
-        json(await rig.call("POST", "/recorder/recordings?wait=true"), 201)
-
-    record(tmp_path, scene)
+    json(await rig.call("POST", "/recorder/recordings?wait=true"), 201)
 
 
 def test_a_pending_recording_is_written_when_the_server_exits(tmp_path: Path) -> None:

@@ -141,9 +141,7 @@ async def test_a_node_id_that_cannot_be_stored_is_not_allocated(rig: Rig, tmp_pa
 
 @scene(store=lambda tmp_path: str(tmp_path), behind=True)
 async def test_a_stop_does_not_wait_for_a_process_that_locks_the_database_and_is_stored_later(
-    rig: Rig,
-    servo: Servo,
-    tmp_path: Path,
+    rig: Rig, servo: Servo, tmp_path: Path
 ) -> None:
     lease = await rig.lease()
     json(await rig.call("POST", f"/servos/{servo.uid}/command", {"type": "angle", "value": 20}, lease=lease))

@@ -52,10 +52,7 @@ REFUSED: tuple[tuple[float, Callable[[Leases], object], Refusal, str], ...] = (
 
 @pytest.mark.parametrize(("ttl_s", "act", "expected", "detail"), REFUSED)
 def test_a_refusal_has_a_cause_and_a_remedy(
-    ttl_s: float,
-    act: Callable[[Leases], object],
-    expected: Refusal,
-    detail: str,
+    ttl_s: float, act: Callable[[Leases], object], expected: Refusal, detail: str
 ) -> None:
     leases = Leases()
     leases.grant("Rig 3", ttl_s, now=100.0)
