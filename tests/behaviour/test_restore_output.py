@@ -8,7 +8,7 @@ import pytest
 
 from behaviour.applying import in_order
 from behaviour.restarting import ended, failed_with, succeeded
-from behaviour.rig import PLAIN, Rig, json, problem
+from behaviour.rig import PLAIN, Rig, json, problem, until
 from behaviour.scene import scene
 from hornbill.servo.device.servo import Servo
 
@@ -194,8 +194,7 @@ async def test_a_lease_taken_by_another_client_ends_the_job(rig: Rig) -> None:
     servos = await in_order(rig, 3)
     await stop(rig)
     started = json(await rig.call("POST", "/stop/restore"), 202)
-    while 0 not in outputs(rig, servos):
-        await asyncio.sleep(0.001)
+    await until(lambda: 0 in outputs(rig, servos), every_s=0.001)
     await rig.lease()
     failed_with(await ended(rig, started["id"]), "lease_held")
     await asyncio.sleep(1)
@@ -207,8 +206,7 @@ async def test_stop_during_the_job_ends_it_at_once(rig: Rig) -> None:
     servos = await in_order(rig, 3)
     await stop(rig)
     started = json(await rig.call("POST", "/stop/restore"), 202)
-    while 0 not in outputs(rig, servos):
-        await asyncio.sleep(0.001)
+    await until(lambda: 0 in outputs(rig, servos), every_s=0.001)
     json(await rig.call("POST", "/stop?by=Ben"))
     assert outputs(rig, servos) == [1, 1, 1]
     failed_with(await ended(rig, started["id"]), "stopped")
@@ -278,8 +276,7 @@ async def test_a_dry_run_reports_a_servo_that_has_not_acknowledged_the_stop(rig:
 async def test_torque_is_off_again_on_a_servo_that_its_load_moves(rig: Rig, servo: Servo) -> None:
     await stop(rig)
     started = json(await rig.call("POST", "/stop/restore"), 202)
-    while rig.sim(servo).output != 0:
-        await asyncio.sleep(0.0005)
+    await until(lambda: rig.sim(servo).output == 0, every_s=0.0005)
     rig.sim(servo).conditions.load_pct = 140.0  # more than its torque
     failed_with(await ended(rig, started["id"]), "did_not_move")
     await asyncio.sleep(0.5)

@@ -1,8 +1,8 @@
-"""A bag of servos of one model or of several, and what tests do with profiles over REST."""
+"""Servos of one model or of several, and requests about profiles."""
 
 from typing import Any
 
-from behaviour.rig import Answer, Rig, json
+from behaviour.rig import Response, Rig, json
 from hornbill.servo.device.servo import Servo
 from hornbill.sim.bench.recipe import Recipe
 
@@ -19,14 +19,14 @@ THREE = tuple(Recipe("BLA21-06U-A0", "1.300", servo_id=n, node_id=10 + n) for n 
 
 
 async def put(rig: Rig, name: str = "gains", **body: Any) -> Any:
-    """Keep a profile (by default the gains); the answer's body."""
-    answer = await rig.call("PUT", f"/profiles/{name}", body or {"values": GAINS})
-    assert answer.status_code in (200, 201), answer.text
-    return answer.json()
+    """Store a profile, by default the gains; the response."""
+    response = await rig.call("PUT", f"/profiles/{name}", body or {"values": GAINS})
+    assert response.status_code in (200, 201), response.text
+    return response.json()
 
 
 async def in_order(rig: Rig, count: int) -> list[Servo]:
-    """The servos by node id, once they are ready."""
+    """The servos by node ID, once they are ready."""
     return sorted(await rig.ready(count), key=lambda servo: servo.node_id or 0)
 
 
@@ -37,12 +37,12 @@ async def apply(rig: Rig, servos: list[Servo], name: str = "gains", **more: Any)
 
 
 def memory(rig: Rig, servo: Servo) -> dict[str, int]:
-    """What RAM of the simulated servo holds, raw by key."""
+    """Raw values in RAM of the simulated servo, by key."""
     return {key: rig.sim(servo).memory.get(address) for key, address in ADDRESSES.items()}
 
 
 def outcomes(job: Any) -> list[str]:
-    """How it went for each servo, in order."""
+    """The outcome for each servo, in order."""
     return [one["outcome"] for one in job["result"]["servos"]]
 
 
@@ -51,7 +51,7 @@ def states(job: Any) -> dict[str, str]:
     return {step["name"]: step["state"] for step in job["steps"]}
 
 
-async def send(rig: Rig, name: str, text: str, form: str) -> Answer:
+async def send(rig: Rig, name: str, text: str, form: str) -> Response:
     """Import a file."""
     headers = {"Content-Type": f"application/{form}"}
     return await rig.http.put(f"/profiles/{name}/file", content=text.encode(), headers=headers)
