@@ -1,5 +1,6 @@
 """Requests that tests of many subjects send."""
 
+import asyncio
 from collections.abc import Iterable
 from typing import Any
 
@@ -21,6 +22,13 @@ async def move(rig: Rig, servo: Servo, lease: str, angle: float = 20.0, **more: 
 async def write(rig: Rig, servo: Servo, lease: str | None = None, **values: object) -> Any:
     """Write parameters to RAM; the response."""
     return json(await rig.call("PATCH", f"/servos/{servo.uid}/parameters", {"values": values}, lease=lease))
+
+
+async def power_cycle(rig: Rig, uid: Any, off_s: float) -> None:
+    """Cut the supply of a servo for a while."""
+    rig.bench.power(uid, False)
+    await asyncio.sleep(off_s)
+    rig.bench.power(uid, True)
 
 
 def by_servo_id(servos: Iterable[Servo]) -> list[Servo]:

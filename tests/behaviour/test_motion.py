@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import pytest
 
-from behaviour.actions import move, torque, write
+from behaviour.actions import move, power_cycle, torque, write
 from behaviour.losing import now
 from behaviour.rig import PLAIN, Response, Rig, json, problem, until
 from behaviour.scene import scene
@@ -245,9 +245,7 @@ async def test_a_servo_that_restarts_under_command_is_not_commanded_again(rig: R
     await asyncio.sleep(3)
     await move(rig, servo, await rig.lease(), 90)
     await asyncio.sleep(1)
-    rig.bench.power(servo.uid, False)
-    await asyncio.sleep(0.7)
-    rig.bench.power(servo.uid, True)
+    await power_cycle(rig, servo.uid, 0.7)
     fastest = 0.0
     for _ in range(3000):
         await asyncio.sleep(0.001)

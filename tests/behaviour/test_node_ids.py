@@ -9,6 +9,7 @@ from typing import Any
 
 import pytest
 
+from behaviour.actions import power_cycle
 from behaviour.neighbour import Neighbour
 from behaviour.rig import CATALOG, PLAIN, Rig, json, play, problem, until
 from behaviour.scene import scene
@@ -55,13 +56,6 @@ async def set_mode(rig: Rig, mode: str) -> dict[str, Any]:
     return json(await rig.call("PUT", "/bus/allocator", {"mode": mode}))
 
 
-async def restart(rig: Rig, servo: Servo, off_s: float = 4.0) -> None:
-    """Cut the supply of a servo, by default long enough to be noticed."""
-    rig.bench.power(servo.uid, False)
-    await asyncio.sleep(off_s)
-    rig.bench.power(servo.uid, True)
-
-
 @contextmanager
 def clock_offset(rig: Rig, seconds: float) -> Generator[None]:
     """Store allocations with another time."""
@@ -103,11 +97,11 @@ async def test_a_pin_or_its_removal_takes_effect_at_the_next_start(rig: Rig, ser
     assert (await table(rig))["allocations"] == []
     await asyncio.sleep(2)
     assert servo.node_id == 125
-    await restart(rig, servo)
+    await power_cycle(rig, servo.uid, 4)
     await rig.ready()
     assert servo.node_id == 125, "where it was last seen"
     await pin(rig, servo.uid, 17)
-    await restart(rig, servo)
+    await power_cycle(rig, servo.uid, 4)
     await rig.ready()
     assert servo.node_id == 17
     assert "already" in (await pin(rig, servo.uid, 17))["note"]
@@ -328,7 +322,7 @@ async def test_a_servo_keeps_its_node_id_over_thirty_restarts(rig: Rig, servo: S
     for _ in range(30):
         await asyncio.sleep(3)  # of a younger uptime one could not see that it went back
         boot_count = servo.boot_count
-        await restart(rig, servo, off_s=0.3)
+        await power_cycle(rig, servo.uid, 0.3)
         await until(lambda count=boot_count: servo.boot_count != count and servo.state is State.READY, 20)
         assert servo.node_id == first
     assert rig.host.store.allocations.entries() == {servo.uid: first}

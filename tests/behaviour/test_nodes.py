@@ -8,6 +8,7 @@ from typing import Any
 
 import pytest
 
+from behaviour.actions import power_cycle
 from behaviour.losing import PAIR
 from behaviour.neighbour import Neighbour, refuse
 from behaviour.rig import CATALOG, PLAIN, Rig, Socket, json
@@ -43,12 +44,6 @@ def starting(rig: Rig) -> Any:
     sim = rig.bench.add(replace(PLAIN, node_id=30, servo_id=3))
     sim.conditions.refuse_keys.add("model_number")
     return sim
-
-
-async def power_cycle(rig: Rig, uid: Any, off_s: float = 0.5) -> None:
-    rig.bench.power(uid, False)
-    await asyncio.sleep(off_s)
-    rig.bench.power(uid, True)
 
 
 @scene(PLAIN)
@@ -220,7 +215,7 @@ async def test_a_node_that_takes_over_the_node_id_of_a_servo_is_not_that_servo(
 async def test_a_servo_that_is_busy_after_a_restart_is_identified_later(rig: Rig, servo: Servo) -> None:
     await asyncio.sleep(4)
     rig.sim(servo).conditions.refuse_keys.add("model_number")
-    await power_cycle(rig, servo.uid)
+    await power_cycle(rig, servo.uid, 0.5)
     await asyncio.sleep(20)
     assert servo.state is State.IDENTIFYING
     rig.sim(servo).conditions.refuse_keys.clear()

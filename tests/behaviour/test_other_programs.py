@@ -64,15 +64,6 @@ async def test_a_program_that_reads_by_index_is_not_the_makers(rig: Rig) -> None
 
 
 @scene(*TWO)
-async def test_a_program_that_reads_by_name_and_sends_nodestatus_is_not_the_makers(rig: Rig) -> None:
-    await rig.ready(2)
-    other = Peer(rig.bus.port("other"), 127)
-    other.say_status(900)
-    other.port.send([READS_0X2C])
-    await finds(rig, "own_node_id", within_s=0.3)
-
-
-@scene(*TWO)
 async def test_no_node_ids_are_allocated_until_a_minute_after_a_program_with_our_node_id(rig: Rig) -> None:
     async with program(rig):
         await asyncio.sleep(0.3)
