@@ -159,7 +159,9 @@ def test_a_line_without_data_is_a_guess_after_the_search(
 
 
 @pytest.mark.parametrize("heartbeat", HEARTBEATS, ids=["MAVLink 1", "MAVLink 2"])
-@pytest.mark.parametrize(("rate", "period_s"), [(None, 1.0), (57_600, 0.3)], ids=["on USB", "57600"])
+@pytest.mark.parametrize(
+    ("rate", "period_s"), [(None, 1.0), (57_600, 0.3), (57_600, 1.0)], ids=["on USB", "57600", "57600 once a second"]
+)
 def test_mavlink_is_reported(search: Callable[..., Any], heartbeat: bytes, rate: int | None, period_s: float) -> None:
     line = VirtualLine(rate, responds="mute", heartbeat=heartbeat, period_s=period_s)
     with pytest.raises(PortOpenFailed, match=r"sends MAVLink \(system 1\): an autopilot is on this port") as caught:
