@@ -62,7 +62,7 @@ def test_0_is_relative_to_the_origin(reverse: int) -> None:
     ],
 )  # fmt: skip
 def test_five_parameters_change_until_it_ends_and_later_motion_is_fast(own: dict[str, int], values: list[int]) -> None:
-    desk = starting(**own)
+    desk = Desk(rom=STORED | own, angle_deg=150.0)
     assert desk.reads("0x21", *LIMITS) == [1, *TEMPORARY]
     desk.settle()
     assert desk.reads(*LIMITS) == values
