@@ -56,7 +56,7 @@ def saved_from_the_report(hand: Hand, server: Server, servos: list[str]) -> None
     commissioned_in_ram(server, hand)
 
     heading(page, "Not complete: 2 servos in RAM only")
-    expect(page.get_by_test_id(report)).not_to_contain_text("servos commissioned")
+    expect(page.get_by_test_id(report)).not_to_contain_text("servos are commissioned")
     for uid in servos:
         unit = page.get_by_test_id(f"run-{uid}")
         expect(unit).to_have_attribute("data-place", "ram")

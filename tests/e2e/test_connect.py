@@ -145,6 +145,6 @@ def test_a_serial_adapter_shows_its_line_notes_and_frame_gap(server: Server, pla
         expect(facts.get_by_test_id("line-baud")).to_contain_text("1\u202f000\u202f000 bauddetected")
         expect(facts.get_by_test_id("line-budget")).to_contain_text("3\u202f703 frames/s")
         expect(facts.get_by_test_id("line-gap")).to_contain_text("3\u202fms")
-        expect(facts.get_by_test_id("line-notes")).to_contain_text("does not accept a CAN bit rate")
+        expect(facts.get_by_test_id("line-notes")).to_contain_text("bit rate of the adapter cannot be set")
         assert complaints(plain) == []
         server.api.delete("/bus").raise_for_status()

@@ -56,7 +56,7 @@ def test_drift_is_shown_restored_and_saved(meddled: tuple[Server, Page, str]) ->
     server.api.patch(f"/sim/servos/{uid}", json={"external_angle_deg": 30}).raise_for_status()
     until(lambda: (server.api.get(f"/servos/{uid}").json()["angle_deg"] or 0) > 20, 5, "it was not turned")
     page.goto(f"{server.url}servos/{uid}/parameters")
-    expect(page.get_by_test_id("drift-line")).to_contain_text("hanged outside")
+    expect(page.get_by_test_id("drift-line")).to_contain_text("Changed externally")
     page.get_by_test_id("drift-line").get_by_role("button").click()
     dialog = page.get_by_test_id("drift-dialog")
     row = dialog.get_by_test_id("drift-angle_limit_cw")

@@ -151,7 +151,7 @@ def test_a_rejected_save_opens_no_dialog(server: Server, hand: Hand) -> None:
     until(confirmed(server, uid), 5, "the stop is not confirmed")
     try:
         hand.press("apply-save")
-        expect(page.get_by_test_id("save-bar").get_by_role("alert")).to_contain_text("clear the stop first")
+        expect(page.get_by_test_id("save-bar").get_by_role("alert")).to_contain_text("Clear the stop first")
         expect(page.get_by_role("dialog")).to_have_count(0)
     finally:
         server.api.delete("/stop").raise_for_status()

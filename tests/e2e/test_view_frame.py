@@ -260,7 +260,7 @@ def test_dragging_needs_motion_control_and_only_stages_limits(page: Page, demo: 
     page.wait_for_timeout(1500)
     before, held = at(), limit()
     drag(page, "horn", 30, 12)
-    expect(page.get_by_test_id("view-notice")).to_contain_text("motion is off")
+    expect(page.get_by_test_id("view-notice")).to_contain_text("Motion is off")
     page.wait_for_timeout(800)
     assert abs(at() - before) < 0.5, "no client has motion control"
 
