@@ -16,7 +16,7 @@ from behaviour.restarting import (
     run_until_step,
     succeeded,
 )
-from behaviour.rig import PLAIN, Rig, json, problem
+from behaviour.rig import PLAIN, Rig, json, problem, until
 from behaviour.scene import settled
 from hornbill.servo.configuration.restart_plan import RestartOptions
 from hornbill.servo.device.servo import Servo, State
@@ -209,8 +209,7 @@ async def test_only_a_client_that_could_start_a_job_joins_it(rig: Rig, servo: Se
     await change(rig, servo, angle_p_gain=55)
     path = f"/servos/{servo.uid}"
     job = json(await rig.call("POST", f"{path}/{kind}"), 202)["id"]
-    while servo.expected_rom is None and kind == "save":
-        await asyncio.sleep(0.001)
+    await until(lambda: servo.expected_rom is not None or kind == "restart", every_s=0.001)
     lease = await rig.lease()
     problem(await rig.call("POST", f"{path}/{kind}"), "lease_held", 409)
     assert json(await rig.call("POST", f"{path}/{kind}", lease=lease), 202)["id"] == job
@@ -226,8 +225,7 @@ async def test_a_second_save_joins_the_running_one_and_new_values_are_refused(ri
     await change(rig, servo, angle_p_gain=55)
     job_id = await save_until(rig, servo, ServoStage.SAVING)
     assert json(await rig.call("POST", f"/servos/{servo.uid}/save"), 202)["id"] == job_id
-    while servo.state is not State.RESTARTING:
-        await asyncio.sleep(0.001)
+    await until(lambda: servo.state is State.RESTARTING, every_s=0.001)
     assert json(await rig.call("POST", f"/servos/{servo.uid}/save"), 202)["id"] == job_id
     path, same = f"/servos/{servo.uid}/parameters", {"values": {"angle_p_gain": 55}, "save": True}
     joined = json(await rig.call("PATCH", path, same))
@@ -415,9 +413,7 @@ async def test_a_save_permitted_earlier_needs_no_lease_but_no_stop(rig: Rig, ser
 
 @settled()
 async def test_a_full_disk_does_not_prevent_a_save_and_the_missing_snapshot_is_reported(
-    rig: Rig,
-    servo: Servo,
-    monkeypatch: pytest.MonkeyPatch,
+    rig: Rig, servo: Servo, monkeypatch: pytest.MonkeyPatch
 ) -> None:
 
     def full(*_args: object, **_more: object) -> None:

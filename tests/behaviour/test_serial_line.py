@@ -6,7 +6,7 @@ from collections import Counter
 import pytest
 
 from behaviour import serial_line
-from behaviour.rig import PLAIN, Rig, json, problem
+from behaviour.rig import PLAIN, Rig, json, problem, until
 from behaviour.scene import scene
 from hornbill.servo.device.servo import State
 from hornbill.servo.monitoring.line_budget import BROADCAST_BYTES_PER_S, FULL, READ_BYTES
@@ -162,6 +162,5 @@ async def test_every_servo_confirms_a_stop_on_a_slow_line(rig: Rig) -> None:
     json(await rig.call("POST", "/stop", {}))
     latch = rig.host.stop.latch
     assert latch is not None
-    while latch.unconfirmed():
-        await asyncio.sleep(0.001)
+    await until(lambda: not latch.unconfirmed(), every_s=0.001)
     assert asyncio.get_running_loop().time() - began < 0.25

@@ -5,7 +5,7 @@ import asyncio
 import pytest
 
 from behaviour.losing import PAIR, back, commanded
-from behaviour.rig import PLAIN, Rig, json, problem
+from behaviour.rig import PLAIN, Rig, json, problem, until
 from behaviour.scene import scene
 from hornbill.servo.device.servo import Servo, State
 from hornbill.servo.runtime.hub import Change, ReadingChanged, StopChanged
@@ -189,9 +189,7 @@ async def test_a_servo_whose_rows_cannot_be_read_is_stopped(rig: Rig) -> None:
     await rig.ready()
     await rig.call("POST", "/stop")
     sim = rig.bench.add(Recipe("BLA21-12U-A0", "1.300", servo_id=2, node_id=12))
-    async with asyncio.timeout(10):
-        while len(rig.host.fleet.all()) < 2:
-            await asyncio.sleep(0.0005)
+    await until(lambda: len(rig.host.fleet.all()) == 2, 10, 0.0005)
     sim.conditions.drop_responses_pct = 100
     await asyncio.sleep(0.3)
     assert sim.output == 1
@@ -307,9 +305,7 @@ async def reconnect(rig: Rig) -> None:
 
 
 @scene(*PAIR)
-async def test_a_stop_cleared_without_a_bus_still_reaches_a_servo_that_never_responded(
-    rig: Rig,
-) -> None:
+async def test_a_stop_cleared_without_a_bus_still_reaches_a_servo_that_never_responded(rig: Rig) -> None:
     servo = (await rig.ready(2))[0]
     await commanded(rig, servo)
     rig.bus.loss(100)

@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from behaviour.losing import PAIR, commanded, now
-from behaviour.rig import PLAIN, Rig, json, play
+from behaviour.rig import PLAIN, Rig, json, play, until
 from behaviour.scene import scene
 from hornbill.servo.device.servo import Servo, State
 from hornbill.sim.bench.recipe import Recipe
@@ -178,9 +178,7 @@ async def test_a_stop_that_a_timeout_cannot_change_is_written_once(
 
 
 @scene(*PAIR)
-async def test_a_servo_that_does_not_respond_is_reported_and_again_when_it_does(
-    rig: Rig,
-) -> None:
+async def test_a_servo_that_does_not_respond_is_reported_and_again_when_it_does(rig: Rig) -> None:
     servo, other = await rig.ready(2)
     rig.sim(servo).conditions.drop_responses_pct = 100
     state = await press(rig)
@@ -209,9 +207,7 @@ async def test_all_servos_behind_a_lost_bus_are_in_one_event(rig: Rig) -> None:
 
 
 @scene(*PAIR)
-async def test_torque_off_to_an_offline_servo_is_repeated_once_a_second(
-    rig: Rig,
-) -> None:
+async def test_torque_off_to_an_offline_servo_is_repeated_once_a_second(rig: Rig) -> None:
     servo = (await rig.ready(2))[0]
     sim, node = rig.sim(servo), servo.node_id
     rig.bench.power(servo.uid, False)
@@ -223,9 +219,7 @@ async def test_torque_off_to_an_offline_servo_is_repeated_once_a_second(
     await asyncio.sleep(60)
     assert 55 <= writes(rig, node) - before <= 61
     rig.bench.power(servo.uid, True)
-    async with asyncio.timeout(10):
-        while not sim.powered or not servo.online:
-            await asyncio.sleep(0.005)
+    await until(lambda: sim.powered and servo.online, 10, 0.005)
     await asyncio.sleep(0.05)
     assert sim.output == 1
     settled = writes(rig, node)

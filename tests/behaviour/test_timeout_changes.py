@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import pytest
 
-from behaviour.rig import PLAIN, Rig, json
+from behaviour.rig import PLAIN, Rig, json, until
 from behaviour.scene import scene
 from hornbill.servo.device.servo import Servo
 from hornbill.sim import address
@@ -96,8 +96,7 @@ async def test_a_lost_response_to_the_change_keeps_torque_on(rig: Rig) -> None:
     async with torque_stays_on(rig, servo):
         await asyncio.sleep(0.9)
         change = asyncio.create_task(set_timeout(rig, servo, lease, 90))
-        while rig.sim(servo).register(address.TIMEOUT_TIME) != 90:
-            await asyncio.sleep(0.00005)
+        await until(lambda: rig.sim(servo).register(address.TIMEOUT_TIME) == 90, every_s=0.00005)
         rig.cable.deafen(100)
         await asyncio.sleep(0.001)
         rig.cable.deafen(0)

@@ -11,7 +11,7 @@ from typing import Any
 import pytest
 
 from behaviour.restarting import ended, failed_with, opcodes, refuse, run, run_until, succeeded
-from behaviour.rig import CATALOG, PLAIN, Rig, json, problem
+from behaviour.rig import CATALOG, PLAIN, Rig, json, problem, until
 from behaviour.scene import settled
 from hornbill.servo.device.servo import Servo
 from hornbill.servo.host import Host, HostSettings
@@ -466,11 +466,7 @@ async def test_stop_during_a_save_leaves_rom_with_torque_on(rig: Rig, servo: Ser
 
 @pytest.mark.parametrize("moment", [commanded, torque_on])
 @settled(HOLDS)
-async def test_torque_off_or_brake_during_a_save_takes_precedence(
-    rig: Rig,
-    servo: Servo,
-    moment: Reached,
-) -> None:
+async def test_torque_off_or_brake_during_a_save_takes_precedence(rig: Rig, servo: Servo, moment: Reached) -> None:
     job_id = await save_until(rig, servo, moment)
     json(await rig.call("POST", f"/servos/{servo.uid}/torque", {"mode": "brake"}))
     job = await ended(rig, job_id)
@@ -556,8 +552,7 @@ async def test_the_end_of_a_lease_does_not_interrupt_a_save(rig: Rig, servo: Ser
     await stopped(rig, servo)
     lease = await rig.lease()
     started = json(await rig.call("POST", f"/servos/{servo.uid}/save", lease=lease), 202)
-    while not torque_on(rig, servo):
-        await asyncio.sleep(0.0001)
+    await until(lambda: torque_on(rig, servo), every_s=0.0001)
     await rig.call("DELETE", f"/leases/{lease}")
     await ended(rig, started["id"])
     assert rig.sim(servo).memory.stored(TORQUE) == 0
