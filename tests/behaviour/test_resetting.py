@@ -56,7 +56,11 @@ def erase_restarts(monkeypatch: pytest.MonkeyPatch) -> None:
 
 def erase_does_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
     """Let ERASE be acknowledged and not carried out."""
-    monkeypatch.setattr(Registers, "erase", lambda _self: None)
+
+    def nothing(_self: Registers) -> None:
+        return
+
+    monkeypatch.setattr(Registers, "erase", nothing)
 
 
 VARIANTS = ("erase_rom", "spares_identity", "restarts", "keeps_identity", "static_id", "responds")

@@ -184,7 +184,10 @@ def test_parquet_contains_the_samples_of_the_ring() -> None:
 
 @scene()
 async def test_parquet_names_its_missing_library(rig: Rig, servo: Servo, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(telemetry_files.importlib.util, "find_spec", lambda _name: None)
+    def nothing(_name: str) -> None:
+        return None
+
+    monkeypatch.setattr(telemetry_files.importlib.util, "find_spec", nothing)
     found = problem(await rig.call("GET", f"/servos/{servo.uid}/telemetry.parquet"), "not_available", 501)
     assert "hornbill[parquet]" in found["detail"]
 
