@@ -213,3 +213,17 @@ def commands(rig: Rig) -> list[tuple[float, float]]:
             if not found or abs(found[-1][1] - angle) > 0.05:
                 found.append((transfer.at, angle))
     return found
+
+
+@scene(PLAIN)
+async def test_conditions_that_spoil_the_metrics_are_noted_with_the_run(rig: Rig) -> None:
+    servo, path, lease = await ready(rig)
+    for smoothing, codes in ((0, []), (1, ["smoothing_on"])):
+        json(await rig.call("PATCH", f"{path}/parameters", {"values": {"smoothing": bool(smoothing)}}, lease=lease))
+        job = succeeded(await step_test(rig, path, lease, step_deg=4.0))
+        run = json(await rig.call("GET", f"/runs/{job['result']['run']}"))
+        assert [one["code"] for one in run["warnings"]] == codes
+    older = {**rig.host.store.runs.of(servo.uid)[0].document, "warnings": ["A sentence."]}
+    stored = rig.host.store.runs.add(servo.uid, "", older)
+    run = json(await rig.call("GET", f"/runs/{stored.id}"))
+    assert [(one["text"], one["code"]) for one in run["warnings"]] == [("A sentence.", "text")]

@@ -141,6 +141,7 @@ async def test_the_lease_stop_and_a_closed_page_end_a_stream_and_turn_torque_off
     assert [rig.sim(servo).output for servo in servos] == [1, 1, 1, 1]
     shown = json(await rig.call("GET", f"/streams/{stream}"))
     assert shown["ended"]
+    assert shown["ended_code"] == "problem"
     assert shown["moving"] is False
     if end is not press_stop:
         refused = await rig.call("PUT", f"/streams/{stream}", {"values": {servos[0].uid: 1.0}}, lease=await rig.lease())
@@ -177,6 +178,7 @@ async def test_a_restarted_servo_ends_the_stream_and_is_named(rig: Rig) -> None:
     await asyncio.sleep(4)
     shown = json(await rig.call("GET", f"/streams/{stream}"))
     assert servos[2].title in shown["ended"]
+    assert shown["ended_params"]["servo"] == servos[2].title
     assert rig.events("stream_ended")
 
 

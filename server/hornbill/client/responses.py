@@ -1877,8 +1877,8 @@ class StepRun(TypedDict):
     """Unique ID, 32 lower-case hex digits."""
     voltage_v: float | None
     """Supply voltage during the test, V. Null if unknown."""
-    warnings: list[str]
-    """Warnings, one sentence each."""
+    warnings: list[Note]
+    """Conditions that make the metrics less meaningful."""
 
 
 class StepTrace(TypedDict):
@@ -1947,8 +1947,9 @@ class Stream(TypedDict):
     """Share of the bus, 0 to 1."""
     ended: str | None
     """Reason why it ended. Null while it runs."""
-    ended_summary: str | None
-    """`ended` without the request that resolves it. Null while it runs."""
+    ended_code: NoteCode | None
+    """Code of `ended`. Null while it runs."""
+    ended_params: Params
     holder: str
     """Client with motion control."""
     id: str
@@ -2393,6 +2394,11 @@ NoteCode: TypeAlias = Literal[
     "servo_forgotten",
     "not_seen_for",
     "commissioned",
+    "ended_by_request",
+    "server_shutdown",
+    "smoothing_on",
+    "limit_reached",
+    "limit_unknown",
 ]
 ParameterKey: TypeAlias = Literal[
     "command_angle",

@@ -80,6 +80,13 @@ NoteCode = TypeAliasType(
         "not_seen_for",
         # results of jobs
         "commissioned",
+        # ends of streams
+        "ended_by_request",
+        "server_shutdown",
+        # step tests
+        "smoothing_on",
+        "limit_reached",
+        "limit_unknown",
     ],
 )
 """Code of a note. With its `params` a page words it in its language. `problem`: its params are those of a problem.

@@ -6,6 +6,7 @@ from pydantic import Field
 from pydantic.dataclasses import dataclass
 
 from hornbill.domain.fields import STRICT, Model, UidField
+from hornbill.domain.note import Note
 
 
 @dataclass(frozen=True, slots=True, config=STRICT)
@@ -55,7 +56,7 @@ class StepRun(Model):
     parameters: dict[str, bool | int | float | str | None] = Field(
         description="Values of all rows during the test, by key."
     )
-    warnings: list[str] = Field(description="Warnings, one sentence each.")
+    warnings: list[Note] = Field(description="Conditions that make the metrics less meaningful.")
     step_deg: float = Field(description="Step size, °.")
     band_deg: float = Field(description="Settling band around the target, °.")
     achieved_hz: float = Field(description="Samples per second.")

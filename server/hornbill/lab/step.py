@@ -5,6 +5,7 @@ from dataclasses import asdict, dataclass
 from typing import Final, Literal, cast
 
 from hornbill.domain.fields import known
+from hornbill.domain.note import Note
 from hornbill.domain.step_test import StepMetrics, StepTrace
 from hornbill.errors import DidNotMove, HornbillError, InvalidValue, NoResponse
 from hornbill.lab import metrics
@@ -106,7 +107,8 @@ class StepTests:
         values = {"steps": len(traces), "samples": samples, "rate_hz": round(rate)}
         job.done("measure", Evidence("samples", text, values))
         job.begin("evaluate")
-        conditions["warnings"] = [*_warnings(servo), *await self._limit_warnings(servo)]
+        warnings = [*_warnings(servo), *await self._limit_warnings(servo)]
+        conditions["warnings"] = [asdict(one) for one in warnings]
         document = {**conditions, "step_deg": plan.step_deg, "band_deg": band, "achieved_hz": round(rate, 1)}
         document["steps"] = [one.model_dump() for one in traces]
         run = await self._store.run(self._store.runs.add, servo.uid, plan.note, document)  # pyright: ignore[reportArgumentType] - plain JSON
@@ -183,17 +185,18 @@ class StepTests:
             "parameters": stored,
         }
 
-    async def _limit_warnings(self, servo: Servo) -> list[str]:
+    async def _limit_warnings(self, servo: Servo) -> list[Note]:
         """Warning if a limit of the servo was reached: then the metrics are those of the limit, not of the loop."""
         try:
             bits = await self._requests.read(servo, servo.registers["fault_notification"].parameter, POLL)
         except HornbillError:
-            return ["The notifications could not be read, so it is unknown whether a limit was reached."]
+            text = "The notifications could not be read, so it is unknown whether a limit was reached."
+            return [Note(text, "limit_unknown")]
         limits = sum(
             bit.mask for bit in servo.catalog.faults_of(pwm=False) if bit.level == "notification" and bit.limit
         )
         text = "A limit of the servo was reached: the metrics are those of the limit, not of the loop."
-        return [text] if bits & limits else []
+        return [Note(text, "limit_reached")] if bits & limits else []
 
     async def _return_to_start(self, servo: Servo, lease_id: str | None, start_deg: float) -> None:
         try:
@@ -202,11 +205,9 @@ class StepTests:
             pass  # stopped, or without a lease: torque is off or turning off
 
 
-def _warnings(servo: Servo) -> list[str]:
-    found: list[str] = []
-    if servo.raw("smoothing") == 1:
-        found.append("Smoothing (0x22) is on: the test measures the smoothing (section 4.15).")
-    return found
+def _warnings(servo: Servo) -> list[Note]:
+    text = "Smoothing (0x22) is on: the test measures the smoothing (section 4.15)."
+    return [Note(text, "smoothing_on")] if servo.raw("smoothing") == 1 else []
 
 
 def _number(parameters: object, key: str) -> float:

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 import pytest
 
 import jumping_clock
+from hornbill.domain.note import Note
 from hornbill.errors import Stopped
 from hornbill.servo.motion.setpoint_runner import PeriodicSource, SetpointRunner
 from hornbill.servo.runtime.hub import Hub, LogEvent
@@ -30,9 +31,9 @@ class Counted(PeriodicSource):
         self.at.append(round(self.now(), 6))
         return len(self.at) == self.slots
 
-    def interrupt(self, why: str) -> LogEvent:
-        self.why = why
-        return LogEvent("notice", "move_ended", why)
+    def interrupt(self, why: Note) -> LogEvent:
+        self.why = why.text
+        return LogEvent("notice", "move_ended", why.text)
 
 
 def run(slots: int, before: Callable[[int], float], end_after_s: float | None = None) -> tuple[Counted, list[LogEvent]]:

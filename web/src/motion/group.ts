@@ -14,6 +14,7 @@ import {
   presentAngle,
   type Together,
 } from "../bench/motion";
+import { noteText } from "../bench/note-text";
 import { type Poll, poll } from "../bench/poll";
 import type { Limits } from "../bench/servo-condition";
 import { limitsOf } from "../bench/servo-condition";
@@ -120,7 +121,10 @@ async function put(
 async function readStream(id: string): Promise<void> {
   const found = await callApi("GET", "/streams/{stream_id}", { path: { stream_id: id } }).catch(() => null);
   if (found === null || stream.peek()?.id !== found.id) return;
-  const next: Stream = { ...found, ended: found.ended_summary ?? null };
+  const next: Stream = {
+    ...found,
+    ended: found.ended && noteText(found.ended, found.ended_code, found.ended_params),
+  };
   const before = stream.peek();
   stream.value = next;
   const present = motion.peek();

@@ -122,7 +122,10 @@ describe("the way back", () => {
 });
 
 test("a warning of several runs is listed once, with their letters", () => {
-  const odd = (line: string) => ({ ...run([{}]), warnings: [line] });
+  const odd = (line: string) => ({
+    ...run([{}]),
+    warnings: [{ text: line, code: "text" as const, params: {} }],
+  });
   expect(runs.warned([odd("x"), run([{}]), odd("y"), odd("x")])).toEqual([
     { line: "x", letters: ["A", "D"] },
     { line: "y", letters: ["C"] },

@@ -1,6 +1,7 @@
 /** Results of step tests: letters of runs, the metrics table with errors, parameter differences, symptoms. */
 import type { StepMetrics, StepRun, StepTrace } from "../api/lab-types";
 import type { Value } from "../api/types";
+import { noteText } from "../bench/note-text";
 
 export type Direction = StepTrace["direction"];
 
@@ -162,7 +163,10 @@ export function differing(differences: Readonly<Record<string, readonly Value[]>
 export function warned(runs: readonly StepRun[]): { line: string; letters: string[] }[] {
   const found = new Map<string, string[]>();
   runs.forEach((run, place) => {
-    for (const line of run.warnings) found.set(line, [...(found.get(line) ?? []), letter(place)]);
+    for (const { text, code, params } of run.warnings) {
+      const line = noteText(text, code, params);
+      found.set(line, [...(found.get(line) ?? []), letter(place)]);
+    }
   });
   return [...found].map(([line, letters]) => ({ line, letters }));
 }

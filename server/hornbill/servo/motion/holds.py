@@ -5,6 +5,7 @@ from collections.abc import Callable, Collection, Coroutine
 from dataclasses import dataclass
 from typing import Any, Final
 
+from hornbill.domain.note import Note
 from hornbill.errors import Busy, HornbillError, InvalidValue, NoResponse
 from hornbill.servo.device.permission import Target
 from hornbill.servo.device.services import HostServices
@@ -42,9 +43,9 @@ class _Hold(SetpointSource):
         await self.expire(self)
         return None
 
-    def interrupt(self, why: str) -> LogEvent:
+    def interrupt(self, why: Note) -> LogEvent:
         """Event for an early end of the hold."""
-        text = f"The hold of {self.servo.title} at {self.value:g} {UNIT[self.kind]} ended: {why}"
+        text = f"The hold of {self.servo.title} at {self.value:g} {UNIT[self.kind]} ended: {why.text}"
         return LogEvent("notice", "hold_ended", text, self.servo.uid, self.params)
 
     @property

@@ -5,6 +5,7 @@ from collections.abc import Collection
 from dataclasses import dataclass, field
 from typing import Final
 
+from hornbill.domain.note import Note
 from hornbill.errors import Busy, NoResponse
 from hornbill.servo.device.permission import Target
 from hornbill.servo.device.requests import READ
@@ -62,9 +63,9 @@ class _Jog(PeriodicSource):
         self.acknowledged_at = self.base.now()
         return there
 
-    def interrupt(self, why: str) -> LogEvent:
+    def interrupt(self, why: Note) -> LogEvent:
         """Event with the reason and angle at which the move ended."""
-        text = f"The move of {self.servo.title} to {self.degrees:g}° ended at {self.track.at:.1f}°: {why}"
+        text = f"The move of {self.servo.title} to {self.degrees:g}° ended at {self.track.at:.1f}°: {why.text}"
         params: dict[str, object] = {
             "servo": self.servo.title, "to_deg": self.degrees, "at_deg": round(self.track.at, 1),
         }  # fmt: skip

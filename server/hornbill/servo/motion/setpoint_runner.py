@@ -3,10 +3,11 @@
 import asyncio
 import logging
 from abc import ABC, abstractmethod
-from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import Final
 
+from hornbill.domain.fields import Param
+from hornbill.domain.note import Note
 from hornbill.errors import HornbillError
 from hornbill.servo.runtime.hub import Hub, LogEvent
 from hornbill.servo.runtime.timebase import TimeBase
@@ -25,7 +26,7 @@ class SetpointSource(ABC):
         Raises HornbillError when motion has ended (Stopped, LeaseRequired, BusDisconnected, …); that ends the run.
         """
 
-    def interrupt(self, why: str) -> LogEvent | None:
+    def interrupt(self, why: Note) -> LogEvent | None:
         """Note that the run ended early, and why. Returns the event to log, or None."""
         return None
 
@@ -61,7 +62,7 @@ class PeriodicSource(SetpointSource):
         self.misses += slots
 
 
-INTERNAL: Final = {"problem": "internal"}
+INTERNAL: Final[dict[str, Param]] = {"problem": "internal"}
 
 
 class SetpointRunner:
@@ -104,7 +105,7 @@ class SetpointRunner:
         """End every run."""
         tasks = dict(self._tasks)
         for source in tasks:
-            source.interrupt("The server is shutting down.")
+            source.interrupt(Note("The server is shutting down.", "server_shutdown"))
             self.end(source)
         await asyncio.gather(*tasks.values(), return_exceptions=True)
 
@@ -112,14 +113,16 @@ class SetpointRunner:
         try:
             await self.follow(source)
         except HornbillError as error:
-            self._report(source, error.detail, "notice", error.note_params)
+            self._report(source, Note.of(error), "notice")
         except Exception as error:  # after a bug, the run must not appear to continue
             log.exception("setpoints failed")
-            self._report(source, f"Internal error in hornbill: {error!r}. Report it.", "failure", INTERNAL)
+            self._report(
+                source, Note(f"Internal error in hornbill: {error!r}. Report it.", "problem", INTERNAL), "failure"
+            )
         finally:
             self._tasks.pop(source, None)
 
-    def _report(self, source: SetpointSource, why: str, level: str, params: Mapping[str, object]) -> None:
+    def _report(self, source: SetpointSource, why: Note, level: str) -> None:
         event = source.interrupt(why)
         if event is not None:
-            self._hub.publish(replace(event, level=level, params={**params, **event.params}))
+            self._hub.publish(replace(event, level=level, params={**why.params, **event.params}))

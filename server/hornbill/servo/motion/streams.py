@@ -7,7 +7,8 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Final
 
-from hornbill.errors import BusBudget, Busy, HornbillError, InvalidValue, Unknown
+from hornbill.domain.note import Note
+from hornbill.errors import BusBudget, Busy, InvalidValue, Unknown
 from hornbill.servo.device.position_estimate import HALF_TURN_DEG
 from hornbill.servo.device.requests import READ
 from hornbill.servo.device.services import HostServices
@@ -65,8 +66,7 @@ class SetpointStream(PeriodicSource):
     legs: dict[Uid, Leg] = field(default_factory=dict[Uid, Leg])
     sent: int = 0
     worst_skew_s: float = 0.0
-    ended: str | None = None
-    ended_summary: str | None = None
+    ended: Note | None = None
 
     @property
     def uids(self) -> list[Uid]:
@@ -86,12 +86,8 @@ class SetpointStream(PeriodicSource):
 
     async def send_next(self) -> bool:
         """Send one burst, advancing each move by one slot. A stream has no last setpoint."""
-        try:
-            self._advance()
-            sent = self.bursts.send(self.lease_id, self.prepared)
-        except HornbillError as error:
-            self.ended_summary = error.detail
-            raise
+        self._advance()
+        sent = self.bursts.send(self.lease_id, self.prepared)
         self.sent += 1
         self.totals.sent += 1
         self.worst_skew_s = max(self.worst_skew_s, sent.skew_s)
@@ -102,10 +98,10 @@ class SetpointStream(PeriodicSource):
         self.misses += slots
         self.totals.misses += slots
 
-    def interrupt(self, why: str) -> LogEvent:
+    def interrupt(self, why: Note) -> LogEvent:
         """Note why it ended."""
-        self.ended, self.ended_summary = why, self.ended_summary or why
-        text = f"A stream to {len(self.uids)} servos ended: {why}"
+        self.ended = why
+        text = f"A stream to {len(self.uids)} servos ended: {why.text}"
         return LogEvent("notice", "stream_ended", text, params={"servos": len(self.uids)})
 
     def _advance(self) -> None:
@@ -198,7 +194,7 @@ class Streams:
         stream = self.get(stream_id)
         self._leases.require(lease_id, self._base.now())
         if stream.ended is not None:
-            raise Busy(f"The stream has ended: {stream.ended} Start a new one.", cause="stream_ended")
+            raise Busy(f"The stream has ended: {stream.ended.text} Start a new one.", cause="stream_ended")
         uids = set(stream.uids)
         foreign = next((uid for uid in values if uid not in uids), None)
         if foreign is not None:
@@ -222,11 +218,11 @@ class Streams:
             stream.set_out(steps, profile)
         return stream
 
-    async def end(self, stream_id: str, why: str) -> SetpointStream:
+    async def end(self, stream_id: str) -> SetpointStream:
         """End a stream. Its servos stay under their last value while the lease is valid. Raises Unknown."""
         stream = self.get(stream_id)
         if stream.ended is None:
-            stream.interrupt(why)
+            stream.interrupt(Note("Ended by request.", "ended_by_request"))
         self._runner.end(stream)
         return stream
 

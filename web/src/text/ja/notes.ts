@@ -100,4 +100,11 @@ export const notes = {
 
   commissioned: p =>
     `${p.servos}台中${p.done}台の初期設定が完了しました。${p.saved ? "" : "ROMには書き込んでいないため、再起動すると失われます。"}`,
+
+  ended_by_request: () => "要求により終了しました。",
+  server_shutdown: () => "サーバが終了しました。",
+
+  smoothing_on: () => "スムージング（0x22）がオンのため、スムージングを含めて測定しています。",
+  limit_reached: () => "サーボの制限に達しました。結果は制御ループではなく制限によるものです。",
+  limit_unknown: () => "通知を読み出せなかったため、制限に達したかどうか不明です。",
 } satisfies Codes["notes"];

@@ -114,7 +114,14 @@ def _table(run: StepRun) -> Iterator[tuple[object, ...]]:
 
 
 def _shown(host: Host, run: Run, *, traces: bool) -> StepRun:
-    shown = StepRun.model_validate({"id": run.id, "uid": run.uid, "at": run.at, "note": run.note, **run.document})
+    document = dict(run.document)
+    warnings = document["warnings"]
+    # an older hornbill stored warnings as text
+    document["warnings"] = [
+        {"text": one, "code": "text"} if isinstance(one, str) else one
+        for one in (warnings if isinstance(warnings, list) else [])
+    ]
+    shown = StepRun.model_validate({"id": run.id, "uid": run.uid, "at": run.at, "note": run.note, **document})
     if not traces:
         for step in shown.steps:
             step.t, step.angle_deg = [], []

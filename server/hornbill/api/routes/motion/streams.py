@@ -8,8 +8,9 @@ from hornbill.api.dependencies import LeaseHeader, StreamId, TheHost
 from hornbill.api.routes.motion.motion import MOTION_PROBLEMS
 from hornbill.api.routing import Routes
 from hornbill.api.security.roles import Role
-from hornbill.domain.fields import Model, UidField
+from hornbill.domain.fields import Model, Param, Params, UidField
 from hornbill.domain.motion import MotionProfile
+from hornbill.domain.note import NoteCode
 from hornbill.schema.effect import CommandKind
 from hornbill.servo.motion.streams import SetpointStream
 from hornbill.servo.motion.trapezoid import TrapezoidProfile
@@ -54,9 +55,8 @@ class Stream(Model):
     worst_skew_ms: float = Field(description="Longest time between the first and last message of a burst, ms.")
     moving: bool = Field(description="A servo is still following its profile.")
     ended: str | None = Field(default=None, description="Reason why it ended. Null while it runs.")
-    ended_summary: str | None = Field(
-        default=None, description="`ended` without the request that resolves it. Null while it runs."
-    )
+    ended_code: NoteCode | None = Field(default=None, description="Code of `ended`. Null while it runs.")
+    ended_params: Params = Field(default_factory=dict[str, Param])
 
 
 STREAM_PROBLEMS = (*MOTION_PROBLEMS, "conflict", "position_unit_unconfirmed", "bus_budget")
@@ -94,11 +94,12 @@ async def set_stream_values(
 @routes.delete("/streams/{stream_id}", Role.OPERATE, "unknown_stream")
 async def end_stream(host: TheHost, stream_id: StreamId) -> Stream:
     """End a stream. Servos keep their last setpoint until the lease ends. To turn torque off, use `POST /stop`."""
-    return shown(await host.streams.end(stream_id, "Ended by request."))
+    return shown(await host.streams.end(stream_id))
 
 
 def shown(one: SetpointStream) -> Stream:
     """Stream as a response."""
+    ended = one.ended
     return Stream(
         id=one.id,
         holder=one.holder,
@@ -111,6 +112,7 @@ def shown(one: SetpointStream) -> Stream:
         worst_late_ms=round(one.worst_late_s * 1000, 2),
         worst_skew_ms=round(one.worst_skew_s * 1000, 2),
         moving=bool(one.legs) and one.ended is None,
-        ended=one.ended,
-        ended_summary=one.ended_summary,
+        ended=ended and ended.text,
+        ended_code=ended and ended.code,
+        ended_params=ended.params if ended else {},
     )
