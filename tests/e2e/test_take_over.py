@@ -29,6 +29,11 @@ def torque(demo: Demo, uid: str) -> object:
     return demo.api.get(f"/servos/{uid}/parameters/torque_mode", params={"fresh": "true"}).json()["value"]
 
 
+def in_english(holder: str) -> str:
+    """The name of a page as shown."""
+    return holder.replace("page-", "Page ")
+
+
 def begin(page: Page, demo: Demo, uid: str) -> str:
     """Turn motion on. Returns its holder."""
     page.set_viewport_size(TABLET)
@@ -42,8 +47,8 @@ def test_motion_control_is_requested_refused_and_handed_over(page: Page, other: 
     uid = servo_of(demo, "BLA21-12U-A0")
     holder = begin(page, demo, uid)
     other.goto(f"{demo.url}servos/{uid}/motion")
-    expect(other.get_by_test_id("take-over")).to_contain_text(f"{holder} has motion control")
-    expect(other.get_by_test_id("bar-motion")).to_contain_text(re.compile(rf"\d.s left.*{holder}"))
+    expect(other.get_by_test_id("take-over")).to_contain_text(f"{in_english(holder)} has motion control")
+    expect(other.get_by_test_id("bar-motion")).to_contain_text(re.compile(rf"\d.s left.*{in_english(holder)}"))
     expect(other.get_by_test_id("enable-motion")).to_be_disabled()
     assert complaints(other) == []
 
@@ -61,7 +66,7 @@ def test_motion_control_is_requested_refused_and_handed_over(page: Page, other: 
         assert box["x"] + box["width"] < stop["x"], "nothing that enables stands under Stop"
     page.get_by_test_id("keep-lease").click()
     expect(band).to_have_count(0)
-    expect(other.get_by_test_id("motion-refusal")).to_contain_text(f"{holder} keeps motion control.")
+    expect(other.get_by_test_id("motion-refusal")).to_contain_text(f"{in_english(holder)} keeps motion control.")
     assert torque(demo, uid) == "on", "a request ends nothing"
 
     other.get_by_test_id("request-lease").click()
@@ -83,7 +88,7 @@ def test_taking_motion_control_needs_a_reason_and_ends_motion(page: Page, other:
     other.goto(f"{demo.url}servos/{uid}/motion")
     other.get_by_test_id("take-lease").click()
     dialog = other.get_by_test_id("take-dialog")
-    expect(dialog).to_contain_text(f"Take motion control from {holder}?")
+    expect(dialog).to_contain_text(f"Take motion control from {in_english(holder)}?")
     expect(other.get_by_test_id("take-now")).to_be_disabled()
     assert too_small(other) == []
     dialog.get_by_test_id("take-reason").fill("it runs into the wing")
@@ -91,7 +96,7 @@ def test_taking_motion_control_needs_a_reason_and_ends_motion(page: Page, other:
     expect(other.get_by_test_id("take-over")).to_contain_text("You have motion control")
     assert torque(demo, uid) == "off"
     mine = demo.api.get("/leases").json()[0]["holder"]
-    expect(page.get_by_test_id("motion-refusal")).to_contain_text(f"{mine} took motion control.")
+    expect(page.get_by_test_id("motion-refusal")).to_contain_text(f"{in_english(mine)} took motion control.")
     wait_for(lambda: "it runs into the wing" in demo.api.get("/audit").text, 5, "the audit does not say why")
     other.get_by_test_id("give-back").click()
     wait_for(lambda: demo.api.get("/leases").json() == [], 5, "it was not given back")
