@@ -29,8 +29,10 @@ export function FindStep() {
   const others = all.value.filter(one => one.online && !fresh.includes(one.uid));
   const folded = useSignal(true);
   const touched = useSignal(draft.peek().chosen.length > 0);
-  // All new servos, including later ones, are selected until the user changes the selection.
-  const key = fresh.join(" ");
+  // All new servos, including later ones, are selected until the user changes the selection. A servo may be a candidate
+  // before the page knows it; it is selected when both are there.
+  const known = new Set(all.value.map(one => one.uid));
+  const key = fresh.filter(uid => known.has(uid)).join(" ");
   useEffect(() => {
     const present = draft.peek().chosen;
     const seen = new Set(all.peek().map(one => one.uid));
