@@ -63,7 +63,7 @@ def seen_moving(server: Server, page: Page, at_rest: dict[str, float]) -> list[s
     """Servos in the order the page marked them during wiggles. Each time, only that horn has moved."""
     seen: list[tuple[float, str]] = []
     said, end = page.get_by_test_id("selection-says"), time.monotonic() + 90
-    while f"{COUNT} wiggled" not in said.inner_text():
+    while f"{COUNT} servos wiggled" not in said.inner_text():
         assert time.monotonic() < end, f"{len({uid for _, uid in seen})} wiggled: {said.inner_text()}"
         moved = [uid for uid, angle in angles(server).items() if abs(angle - at_rest[uid]) > 2]
         assert len(moved) <= 1, "two horns move at once"
