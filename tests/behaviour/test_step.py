@@ -13,6 +13,7 @@ from hornbill.lab import metrics
 from hornbill.servo.device.servo import Servo
 from hornbill.sim.bench.recipe import Recipe
 from hornbill.sim.servo import SimulatedServo
+from hornbill.store.tables import Json
 from hornbill.wire.services import GetSetRequest
 
 LIVELY = Recipe("BLA21-06U-A0", "1.300", servo_id=1, node_id=11, load_inertia=4.0)
@@ -223,7 +224,7 @@ async def test_conditions_that_spoil_the_metrics_are_noted_with_the_run(rig: Rig
         job = succeeded(await step_test(rig, path, lease, step_deg=4.0))
         run = json(await rig.call("GET", f"/runs/{job['result']['run']}"))
         assert [one["code"] for one in run["warnings"]] == codes
-    older = {**rig.host.store.runs.of(servo.uid)[0].document, "warnings": ["A sentence."]}
+    older: dict[str, Json] = {**rig.host.store.runs.of(servo.uid)[0].document, "warnings": ["A sentence."]}
     stored = rig.host.store.runs.add(servo.uid, "", older)
     run = json(await rig.call("GET", f"/runs/{stored.id}"))
     assert [(one["text"], one["code"]) for one in run["warnings"]] == [("A sentence.", "text")]

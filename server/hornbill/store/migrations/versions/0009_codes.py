@@ -105,7 +105,7 @@ _EVIDENCE: Final = {
     "values_still_hold": "values_still_verified",
     "servo_id_put_back": "servo_id_restored",
 }
-_CAUSE: Final = dict(pair.split("=") for pair in _CAUSES.split())
+_CAUSE: Final = {old: new for old, _, new in (pair.partition("=") for pair in _CAUSES.split())}
 _CODES: Final[Mapping[str, Mapping[str, str]]] = {
     "code": _PROBLEMS | _NOTES,
     "problem": _PROBLEMS,
@@ -165,7 +165,8 @@ def _upgrade_jobs(connection: sa.Connection) -> None:
     )
     for job, kind, document in connection.execute(sa.select(_JOBS)).all():
         new = _renamed(document)
-        for step in new.get("steps") or []:
+        steps = cast("list[dict[str, str]]", new.get("steps") or [])
+        for step in steps:
             name, _, place = step["name"].partition(" ")
             step["name"] = f"{_STEPS.get(kind, {}).get(name, name)} {place}".rstrip()
         if error := new.get("error"):
