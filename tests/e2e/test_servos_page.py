@@ -95,13 +95,7 @@ def test_keys_move_select_and_open_rows(page: Page, demo: Demo) -> None:
     page.goto(demo.url + "servos")
     links = page.locator(".servo-row .row-link")
     expect(links).to_have_count(6)
-    for _ in range(100):  # the keys of the list are loaded after its rows
-        page.keyboard.press("j")
-        if links.first.evaluate("row => row === document.activeElement"):
-            break
-        page.wait_for_timeout(50)
-    expect(links.first).to_be_focused()
-    for key, at in (("j", 1), ("ArrowDown", 2), ("k", 1), ("ArrowUp", 0), ("k", 0)):
+    for key, at in (("j", 0), ("j", 1), ("ArrowDown", 2), ("k", 1), ("ArrowUp", 0), ("k", 0)):
         page.keyboard.press(key)
         expect(links.nth(at), key).to_be_focused()
     page.keyboard.press("x")

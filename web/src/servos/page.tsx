@@ -35,6 +35,7 @@ import {
 import { ServoRow } from "./row";
 import { selected } from "./selection";
 import "./selection.css";
+import { RowKeys } from "./row-keys";
 
 const GroupedRows = lazy<{ uids: readonly string[]; by: Grouping }>(() =>
   import("./headings").then(file => file.GroupedRows),
@@ -42,7 +43,6 @@ const GroupedRows = lazy<{ uids: readonly string[]; by: Grouping }>(() =>
 const ManyPlot = lazy<{ uids: readonly string[] }>(() => import("./many-plot").then(file => file.ManyPlot));
 const EmptyServos = lazy<{ loading: boolean }>(() => import("../servo/empty").then(file => file.EmptyServos));
 const Reconnect = lazy<object>(() => import("../servo/empty").then(file => file.Reconnect));
-const RowKeys = lazy<object>(() => import("./row-keys").then(file => file.RowKeys));
 const SelectionBar = lazy<{ plotting: boolean; onPlot: () => void }>(() =>
   import("./selection-bar").then(file => file.SelectionBar),
 );
