@@ -114,7 +114,7 @@ def test_cursors_are_placed_by_pointer_and_moved_by_keys(page: Page, demo: Demo,
     first.press("ArrowRight")
     first.press("ArrowRight")
     after = float(first.get_attribute("aria-valuenow") or "nan")
-    assert 0.02 < after - before < 0.3, "two samples of 20 Hz"
+    assert 0.02 < after - before < 1, "two samples of at most 20 Hz"
     first.press("Home")
     expect(first).to_have_attribute("aria-valuenow", "-10")
     page.get_by_test_id("plot-zoom-cursors").click()

@@ -1,6 +1,6 @@
 /** The dialog: below the top bar, so that Stop is never covered; Esc closes it without acting. */
 import type { ComponentChildren } from "preact";
-import { useEffect, useId, useRef } from "preact/hooks";
+import { useEffect, useId, useLayoutEffect, useRef } from "preact/hooks";
 import { onKey } from "../bench/keys";
 import { text } from "../text";
 import { Button } from "./button";
@@ -25,7 +25,8 @@ export function Dialog({ title, subtitle, children, foot, onClose, testid }: Pro
   const close = useRef(onClose);
   close.current = onClose;
 
-  useEffect(() => {
+  // Before it is painted, so that an Esc pressed as soon as it is seen closes it.
+  useLayoutEffect(() => {
     const before = document.activeElement;
     const first = box.current?.querySelector<HTMLElement>("[data-first-focus] :is(button, input, select)");
     (first ?? box.current)?.focus();

@@ -51,6 +51,9 @@ FURTHEST_DEG = AMPLITUDE_DEG + 1.0
 STILL_DEG = 0.5
 """Tolerance between two readings at rest, and of the final position."""
 
+RESTING_DEG = 0.2
+"""Maximum difference between consecutive readings, PERIOD_S apart, of a horn at rest: two steps of the sensor."""
+
 MOVED_DEG = 1.0
 """A horn whose readings span less did not move. With normal play and deadband, they span about 5°."""
 
@@ -325,13 +328,16 @@ class IdentifyMotion:
         return angle
 
     async def _settle(self, horn: _Horn) -> float:
+        """Wait until the horn is at rest at its start position, not merely passing it. Returns its angle."""
         until, back = self._base.now() + SETTLES_WITHIN_S, None
         while self._base.now() < until or (back is None and self._base.now() - self._answered < SILENT_S):
             self._motion.may_move(self._servo, self._lease.id)
             angle = await self._sample(horn)
-            back = back if angle is None else angle
-            if angle is not None and abs(angle - horn.centre) <= horn.tolerance:
-                break
+            if angle is not None:
+                rests = back is not None and abs(angle - back) <= RESTING_DEG
+                back = angle
+                if rests and abs(angle - horn.centre) <= horn.tolerance:
+                    break
             await asyncio.sleep(PERIOD_S)
         return await self._read("current_angle")
 
