@@ -52,8 +52,8 @@ let disarm: ReturnType<typeof setTimeout> | undefined;
 /** True while the next Esc stops. */
 export const escapeArmed = signal(false);
 
-function arm(): void {
-  escapeAt = performance.now();
+function arm(at: number): void {
+  escapeAt = at;
   escapeArmed.value = true;
   clearTimeout(disarm);
   disarm = setTimeout(() => {
@@ -61,11 +61,17 @@ function arm(): void {
   }, TWICE_MS);
 }
 
+/** When a key was pressed, ms on the page's clock: a slow page handles it later, a frame has a clock of its own. */
+function pressedAt(event: KeyboardEvent): number {
+  return event.timeStamp + (event.view ?? window).performance.timeOrigin - performance.timeOrigin;
+}
+
 /** The stop key of an event, if it stops now. */
 function stopKey(event: KeyboardEvent): StopKey | null {
   if (event.key === "Escape") {
-    const twice = performance.now() - escapeAt < TWICE_MS;
-    arm();
+    const at = pressedAt(event);
+    const twice = at - escapeAt < TWICE_MS;
+    arm(at);
     return twice || moving() ? "Esc" : null;
   }
   const plain = !event.ctrlKey && !event.altKey && !event.metaKey;
@@ -110,7 +116,7 @@ export function listen(target: Window, stop: (key: StopKey) => void): () => void
     if (inTextBox(event.target)) return;
     if (held && event.key.toLowerCase() === "z" && newest("Ctrl+Z", event)) event.preventDefault();
     if (held || event.altKey) return;
-    if (performance.now() - gAt < GO_MS && follow(event.key)) {
+    if (pressedAt(event) - gAt < GO_MS && follow(event.key)) {
       gAt = Number.NEGATIVE_INFINITY;
       event.preventDefault();
       return;
@@ -120,7 +126,7 @@ export function listen(target: Window, stop: (key: StopKey) => void): () => void
     const letter = event.key.toLowerCase();
     const once = ONCE.has(letter) && !event.repeat && !covered();
     if (once && newest(letter, event)) event.preventDefault();
-    gAt = event.key === "g" ? performance.now() : Number.NEGATIVE_INFINITY;
+    gAt = event.key === "g" ? pressedAt(event) : Number.NEGATIVE_INFINITY;
     if ((event.key === "/" || event.key === "?") && newest(event.key, event)) event.preventDefault();
   };
   // An Esc that neither stopped nor was handled closes the newest dialog.

@@ -1,7 +1,7 @@
 /** The frame around every page, and the choice of the page inside. */
 import { useSignal } from "@preact/signals";
 import type { ComponentChildren } from "preact";
-import { useEffect } from "preact/hooks";
+import { useLayoutEffect } from "preact/hooks";
 import { connectOpen } from "../bench/connect-open";
 import { type KnownServo, servo } from "../bench/fleet";
 import { onKey } from "../bench/keys";
@@ -42,7 +42,7 @@ const ConnectDialog = lazy(() => import("../bus/connect").then(file => file.Conn
 
 export function App() {
   const help = useSignal(false);
-  useEffect(() => {
+  useLayoutEffect(() => {
     const open = () => {
       help.value = true;
     };

@@ -60,16 +60,21 @@ function atRest(): void {
   ]);
 }
 
-function pressOn(target: Element | null, key: string, more: KeyboardEventInit = {}): KeyboardEvent {
+interface Press extends KeyboardEventInit {
+  /** Handled so much later than pressed, ms. */
+  late?: number;
+}
+
+function pressOn(target: Element | null, key: string, { late = 0, ...more }: Press = {}): KeyboardEvent {
   const event = new KeyboardEvent("keydown", { key, bubbles: true, cancelable: true, ...more });
+  Object.defineProperty(event, "timeStamp", { value: clock - late });
   act(() => {
     target?.dispatchEvent(event);
   });
   return event;
 }
 
-const press = (id: string, key: string, more: KeyboardEventInit = {}) =>
-  pressOn(document.getElementById(id), key, more);
+const press = (id: string, key: string, more: Press = {}) => pressOn(document.getElementById(id), key, more);
 
 function put<T>(signal: { value: T }, value: T): void {
   signal.value = value;
@@ -145,6 +150,13 @@ describe("Esc while nothing moves", () => {
     expect(escapeArmed.value).toBe(true);
     clock += 990;
     press("text", "Escape");
+    expect(stops).toEqual(["Esc"]);
+  });
+
+  test("does not stop; a second one within a second does, however late a slow page handles it", () => {
+    press("text", "Escape");
+    clock += 4000;
+    press("text", "Escape", { late: 3010 });
     expect(stops).toEqual(["Esc"]);
   });
 

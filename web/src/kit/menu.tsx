@@ -1,5 +1,5 @@
 /** A button that opens a menu of actions, by pointer, touch and keys, each with a line of help. */
-import { useEffect, useId } from "preact/hooks";
+import { useId, useLayoutEffect } from "preact/hooks";
 import { Button } from "./button";
 import { Icon } from "./icon";
 import { usePopup } from "./popup";
@@ -28,7 +28,7 @@ interface Props {
 export function Menu({ label, word, testid, children }: Props) {
   const { open, box, close } = usePopup<HTMLDivElement>();
   const id = useId();
-  useEffect(() => {
+  useLayoutEffect(() => {
     if (open.value) box.current?.querySelector<HTMLElement>("[role=menuitem]")?.focus();
   }, [open.value]);
   const move = (event: KeyboardEvent) => {

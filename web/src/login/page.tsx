@@ -1,7 +1,7 @@
 /** Sign-in form, and the signed-in name at the foot of the page. */
 
 import { useSignal } from "@preact/signals";
-import { useEffect, useRef } from "preact/hooks";
+import { useLayoutEffect, useRef } from "preact/hooks";
 import { problemText } from "../bench/facts";
 import { session, signedOut, signIn, signOut, tokenRefused } from "../bench/session";
 import { Note } from "../kit/note";
@@ -12,7 +12,7 @@ export function LoginPage() {
   const token = useSignal("");
   const busy = useSignal(false);
   const box = useRef<HTMLInputElement>(null);
-  useEffect(() => box.current?.focus(), []);
+  useLayoutEffect(() => box.current?.focus(), []);
   const enter = async (event: Event) => {
     event.preventDefault();
     if (busy.peek() || token.peek().trim() === "") return;

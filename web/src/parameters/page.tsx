@@ -1,6 +1,6 @@
 /** The Parameters page of one servo: head, tabs, rows, live panel, save bar and its dialogs. */
 import { useSignal } from "@preact/signals";
-import { useEffect } from "preact/hooks";
+import { useLayoutEffect } from "preact/hooks";
 import { catalog } from "../bench/catalog";
 import { staged, wrong } from "../bench/draft";
 import { nameOf, servo } from "../bench/fleet";
@@ -37,7 +37,7 @@ export function ParametersPage({ uid, hash }: { uid: string; hash: string }) {
   const one = servo(uid);
   const diff = useSignal(false);
   const checking = useSignal(false);
-  useEffect(() => {
+  useLayoutEffect(() => {
     // Results of the last visit are outdated.
     if (sheet.busy.peek() === null) sheet.outcomes.value = new Map();
     sheet.written.value = null;

@@ -1,6 +1,6 @@
 /** The name of a servo as a button that opens the list of servos: by ID, name, model and health, with a search. */
 import { useSignal } from "@preact/signals";
-import { useEffect, useId, useRef } from "preact/hooks";
+import { useEffect, useId, useLayoutEffect, useRef } from "preact/hooks";
 import { all, isFound, type KnownServo, nameOf } from "../bench/fleet";
 import { NONE } from "../bench/format";
 import { modelName } from "../bench/model";
@@ -57,7 +57,7 @@ function List({ id, one, onChoose }: { id: string; one: KnownServo; onChoose: (u
     0,
     found.findIndex(each => each.uid === marked.value),
   );
-  useEffect(() => input.current?.focus(), []);
+  useLayoutEffect(() => input.current?.focus(), []);
   useEffect(() => {
     document.getElementById(`${id}-${at}`)?.scrollIntoView({ block: "nearest" });
   }, [at]);
