@@ -2,33 +2,10 @@
 
 from hypothesis import strategies as st
 
+from hornbill.wire import messages, services
 from hornbill.wire.frame import Frame
-from hornbill.wire.messages import (
-    ActuatorCommand,
-    ActuatorStatus,
-    AllocationMessage,
-    ArrayCommand,
-    CommandType,
-    Mode,
-    NodeHealth,
-    NodeStatus,
-)
-from hornbill.wire.services import (
-    EMPTY,
-    ExecuteOpcodeRequest,
-    ExecuteOpcodeResponse,
-    GetNodeInfoRequest,
-    GetNodeInfoResponse,
-    GetSetRequest,
-    GetSetResponse,
-    HardwareVersion,
-    RestartNodeRequest,
-    RestartNodeResponse,
-    SoftwareVersion,
-    Value,
-    ValueKind,
-    integer,
-)
+from hornbill.wire.messages import CommandType, Mode, NodeHealth
+from hornbill.wire.services import EMPTY, GetSetResponse, Value, ValueKind, integer
 from hornbill.wire.transfer import Transfer, split
 from hornbill.wire.types import AnyStructure
 
@@ -60,34 +37,30 @@ values = st.one_of(
     text(128).map(lambda string: Value(ValueKind.STRING, string)),
 )
 
-commands = st.builds(ActuatorCommand, bits(8), st.sampled_from(CommandType) | bits(8), halves)
+commands = st.builds(messages.ActuatorCommand, bits(8), st.sampled_from(CommandType) | bits(8), halves)
 node_statuses = st.builds(
-    NodeStatus,
+    messages.NodeStatus,
     bits(32),
     st.sampled_from(NodeHealth),
     st.sampled_from(Mode) | st.integers(4, 6),
     bits(3),
     bits(16),
 )
-allocations = st.builds(AllocationMessage, bits(7), st.booleans(), st.binary(max_size=16))
-array_commands = st.builds(ArrayCommand, st.lists(commands, max_size=15).map(tuple))
-actuator_statuses = st.builds(ActuatorStatus, bits(8), halves, halves, halves, bits(7))
+allocations = st.builds(messages.AllocationMessage, bits(7), st.booleans(), st.binary(max_size=16))
+array_commands = st.builds(messages.ArrayCommand, st.lists(commands, max_size=15).map(tuple))
+actuator_statuses = st.builds(messages.ActuatorStatus, bits(8), halves, halves, halves, bits(7))
 node_infos = st.builds(
-    GetNodeInfoResponse,
+    services.GetNodeInfoResponse,
     node_statuses,
-    st.builds(SoftwareVersion, bits(8), bits(8), bits(8), bits(32), bits(64)),
-    st.builds(HardwareVersion, bits(8), bits(8), st.binary(min_size=16, max_size=16), st.binary(max_size=255)),
+    st.builds(services.SoftwareVersion, bits(8), bits(8), bits(8), bits(32), bits(64)),
+    st.builds(services.HardwareVersion, bits(8), bits(8), st.binary(min_size=16, max_size=16), st.binary(max_size=255)),
     text(80),
 )
-get_set_requests = st.builds(GetSetRequest, bits(13), values, text(92))
+get_set_requests = st.builds(services.GetSetRequest, bits(13), values, text(92))
 get_set_responses = st.builds(GetSetResponse, values, values, numeric_values, numeric_values, text(92))
+empties = st.just(EMPTY)
 servo_responses = st.builds(
-    GetSetResponse,
-    signed(64).map(integer),
-    st.just(EMPTY),
-    st.just(EMPTY),
-    st.just(EMPTY),
-    st.integers(0, 0x5F).map(lambda address: f"0x{address:02X}"),
+    GetSetResponse, signed(64).map(integer), empties, empties, empties, st.integers(0, 0x5F).map("0x{:02X}".format)
 )
 
 structures: st.SearchStrategy[AnyStructure] = st.one_of(
@@ -95,12 +68,12 @@ structures: st.SearchStrategy[AnyStructure] = st.one_of(
     allocations,
     array_commands,
     actuator_statuses,
-    st.builds(GetNodeInfoRequest),
+    st.builds(services.GetNodeInfoRequest),
     node_infos,
-    st.builds(RestartNodeRequest, bits(40)),
-    st.builds(RestartNodeResponse, st.booleans()),
-    st.builds(ExecuteOpcodeRequest, bits(8), signed(48)),
-    st.builds(ExecuteOpcodeResponse, signed(48), st.booleans()),
+    st.builds(services.RestartNodeRequest, bits(40)),
+    st.builds(services.RestartNodeResponse, st.booleans()),
+    st.builds(services.ExecuteOpcodeRequest, bits(8), signed(48)),
+    st.builds(services.ExecuteOpcodeResponse, signed(48), st.booleans()),
     get_set_requests,
     get_set_responses,
     servo_responses,

@@ -23,26 +23,10 @@ def test_the_eight_types_are_those_of_the_specification() -> None:
     assert {(t.name, t.id, t.signature, t.service) for t in types.BY_KEY.values()} == PRINTED
 
 
-def test_message_1_and_service_1_are_different_types() -> None:
-    assert types.BY_KEY[False, 1].name.endswith("Allocation")
-    assert types.BY_KEY[True, 1].name.endswith("GetNodeInfo")
-
-
 def test_a_service_has_two_structures_and_a_message_one() -> None:
     kinds = {t: {s.KIND for s in types.ALL if s.TYPE is t} for t in types.BY_KEY.values()}
     for data_type, found in kinds.items():
         assert found == ({Kind.REQUEST, Kind.RESPONSE} if data_type.service else {Kind.MESSAGE})
-
-
-def test_crc_seed_is_the_crc_of_the_signature() -> None:
-    """CRC-16 computed bit by bit, as in the protocol."""
-    for data_type in types.BY_KEY.values():
-        crc = 0xFFFF
-        for byte in data_type.signature.to_bytes(8, "little"):
-            crc ^= byte << 8
-            for _ in range(8):
-                crc = (crc << 1 ^ (0x1021 if crc & 0x8000 else 0)) & 0xFFFF
-        assert data_type.crc_seed == crc
 
 
 @pytest.mark.parametrize(
