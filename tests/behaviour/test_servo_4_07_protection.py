@@ -5,6 +5,7 @@ from typing import Any
 
 import pytest
 
+from behaviour.servo_story import Rom, Steps, between, follow, go, near, refused, stories, turned, under
 from hornbill.schema.parameter import DUMMY
 from hornbill.sim.device import ServoStage
 from unit.sim.desk import FREE, MODELS, Desk
@@ -18,76 +19,64 @@ BOUNDARY = {"06U": (35, 74, 120), "12U": (35, 120, 240), "28U": (35, 280, 500)}
 """Least lower limit, the value that both limits share, greatest upper limit, in 0.1 V."""
 
 
-@pytest.mark.states("B107")
-@pytest.mark.parametrize(
-    ("conditions", "celsius", "tenths_of_a_volt"),
-    [
-        ({"temperature_c": 41.0, "voltage_v": 6.0}, 41, 60),
-        ({"sensor_error": -1.0}, 20, 69),
+@pytest.mark.states("B41", "B42", "B43", "B61", "B92", "B107")
+@stories({
+    **{f"B107: both are read in their units within the tolerance of the document, {conditions}": ({}, [
+        under(**conditions), 0.1, {"0x0B": celsius, "0x0C": near(tenths_of_a_volt, 1)},
+    ]) for conditions, celsius, tenths_of_a_volt in (
+        ({"temperature_c": 41.0, "voltage_v": 6.0}, 41, 60), ({"sensor_error": -1.0}, 20, 69),
         ({"sensor_error": 1.0}, 30, 79),
-    ],
-)
-def test_both_are_read_in_their_units_within_the_tolerance_of_the_document(
-    conditions: dict[str, float], celsius: int, tenths_of_a_volt: int
-) -> None:
-    desk = Desk().under(**conditions)
-    desk.wait(0.1)
-    assert desk.read("0x0B") == celsius
-    assert desk.read("0x0C") == pytest.approx(tenths_of_a_volt, abs=1)
-
-
-@pytest.mark.states("B41", "B107")
-def test_protection_uses_the_reading_of_the_sensor() -> None:
-    desk = Desk(rom=FREE).under(temperature_c=77.0)
-    assert desk.servo.output == 0
-    desk.under(sensor_error=1.0)
-    assert desk.servo.output == 1
+    )},
+    "B41, B107: protection uses the reading of the sensor": ({}, [
+        under(temperature_c=77.0), {"output": 0}, under(sensor_error=1.0), {"output": 1},
+    ]),
+    **{f"B41, B92: a limit written beyond the reading protects immediately, {name} = {raw}": ({}, [
+        under(temperature_c=celsius), {"0x1A": 0, "output": 0}, (name, raw, 0.1), {"0x1A": bit, "output": 1},
+    ]) for name, raw, celsius, bit in (
+        ("0x3E", 20, 25.0, TEMPERATURE_HIGH), ("0x3E", 50, 52.0, TEMPERATURE_HIGH),
+        ("0x3F", 10, 8.0, TEMPERATURE_LOW), ("0x3F", -20, -22.0, TEMPERATURE_LOW),
+    )},
+    "B92: the temperature limits meet at 20 degrees": ({}, [
+        refused("0x3E", 19, 81), ("0x3E", 20, 0), ("0x3E", 80, 0),
+        refused("0x3F", -41, 21), ("0x3F", -40, 0), ("0x3F", 20, 0),
+    ]),
+    **{f"B41, B43: without output a load turns the horn, {cause}": ({"speed_torque_control": 0}, [
+        under(load_pct=10.0), {"angle_deg": near(0, 2)}, under(**cause), 1.0, {"angle_deg": between(30, 1_000)},
+    ]) for cause in (HOT, HIGH, {"voltage_v": 3.5})},
+    "B41, B42: after an angle command it holds the present angle, which 0x00 reads": ({}, [
+        go(900), under(**HOT), turned(-20.0), ("0x00", 900, 0),  # dropped, too
+        under(**NORMAL), 0.5, {"0x00": -200, "0x08": near(-200)},
+    ]),
+    **{f"B42, B43: after a speed or torque it stands still and the command is 0, {name}, {cause}": ({}, [
+        (name, 40, 0.5), under(**cause), 1.0, under(**NORMAL), 0.5, {name: 0, "0x00": DUMMY, "0x09": 0, "output": 0},
+    ]) for name in ("0x01", "0x02") for cause in (HOT, HIGH)},
+    "B42, B61: brake remains after protection": ({}, [
+        ("0x20", 2, 0), under(**HOT), {"output": 1}, under(**NORMAL), {"output": 2},
+    ]),
+})  # fmt: skip
+def test_protection(rom: Rom, steps: Steps) -> None:
+    follow(Desk(rom=FREE | rom), *steps)
 
 
 @pytest.mark.states("B41", "B43", "B55", "B92")
 @pytest.mark.parametrize(
-    ("limit", "condition", "at", "beyond", "bit"),
+    ("key", "raw", "condition", "at", "beyond", "bit"),
     [
-        ({"temperature_limit_upper": 60}, "temperature_c", 60.0, 61.0, TEMPERATURE_HIGH),
-        ({"temperature_limit_lower": 10}, "temperature_c", 10.0, 9.0, TEMPERATURE_LOW),
-        ({"voltage_limit_upper": 90}, "voltage_v", 9.0, 9.2, VOLTAGE_HIGH),
-        ({"voltage_limit_lower": 60}, "voltage_v", 6.0, 5.8, VOLTAGE_LOW),
+        ("temperature_limit_upper", 60, "temperature_c", 60.0, 61.0, TEMPERATURE_HIGH),
+        ("temperature_limit_lower", 10, "temperature_c", 10.0, 9.0, TEMPERATURE_LOW),
+        ("voltage_limit_upper", 90, "voltage_v", 9.0, 9.2, VOLTAGE_HIGH),
+        ("voltage_limit_lower", 60, "voltage_v", 6.0, 5.8, VOLTAGE_LOW),
     ],
 )
 def test_at_a_limit_the_bit_is_set_and_beyond_it_output_goes_off(
-    limit: dict[str, int], condition: str, at: float, beyond: float, bit: int
+    key: str, raw: int, condition: str, at: float, beyond: float, bit: int
 ) -> None:
-    desk = Desk(rom=FREE | limit)
-    assert (desk.reads("0x18", "0x1A"), desk.servo.output) == ([0, 0], 0)
+    desk = Desk(rom=FREE | {key: raw})
+    follow(desk, {"0x18": 0, "0x1A": 0, "output": 0})
     for value, output in ((at, 0), (beyond, 1), (at, 0)):
-        desk.under(**{condition: value})
-        assert (desk.read("0x1A"), desk.servo.output) == (bit, output)
+        follow(desk, under(**{condition: value}), {"0x1A": bit, "output": output})
         assert desk.value("0x18") & SOFTWARE_WARNING
-    desk.under(**NORMAL)
-    assert (desk.reads("0x18", "0x1A"), desk.servo.output) == ([0, 0], 0)
-
-
-@pytest.mark.states("B41", "B92")
-@pytest.mark.parametrize(
-    ("name", "raw", "celsius", "bit"),
-    [
-        ("0x3E", 20, 25.0, TEMPERATURE_HIGH), ("0x3E", 50, 52.0, TEMPERATURE_HIGH),
-        ("0x3F", 10, 8.0, TEMPERATURE_LOW), ("0x3F", -20, -22.0, TEMPERATURE_LOW),
-    ],
-)  # fmt: skip
-def test_a_limit_written_beyond_the_reading_protects_immediately(name: str, raw: int, celsius: float, bit: int) -> None:
-    desk = Desk(rom=FREE).under(temperature_c=celsius)
-    assert (desk.read("0x1A"), desk.servo.output) == (0, 0)
-    assert desk.write(name, raw) == raw
-    desk.wait(0.1)
-    assert (desk.read("0x1A"), desk.servo.output) == (bit, 1)
-
-
-@pytest.mark.states("B92")
-def test_the_temperature_limits_meet_at_20_degrees() -> None:
-    desk = Desk(rom=FREE)
-    assert [desk.write("0x3E", raw) for raw in (19, 20, 80, 81)] == [None, 20, 80, None]
-    assert [desk.write("0x3F", raw) for raw in (-41, -40, 20, 21)] == [None, -40, 20, None]
+    follow(desk, under(**NORMAL), {"0x18": 0, "0x1A": 0, "output": 0})
 
 
 @pytest.mark.states("B93")
@@ -107,69 +96,17 @@ def test_the_voltage_limits_of_a_class_share_a_boundary(model: str) -> None:
 def test_by_default_every_model_is_protected_on_both_sides_and_not_at_its_nominal_supply(model: str) -> None:
     upper = {"06U": 10.0, "12U": 20.0, "28U": 40.0}[model[6:9]]
     desk = Desk(model)
-    desk.settle()
-    desk.go(1_700)
-    assert desk.read("0x1A") == 0
+    follow(desk, Desk.settle, go(1_700), {"0x1A": 0})
     for volts, word in ((upper - 0.3, 0), (upper + 0.3, VOLTAGE_HIGH), (3.7, VOLTAGE_LOW), (4.3, 0)):
-        desk.write("0x00", 1_700)
-        desk.under(voltage_v=volts)
-        assert (desk.read("0x1A"), desk.servo.output) == (word, int(word != 0))
-
-
-@pytest.mark.states("B41", "B43")
-@pytest.mark.parametrize("cause", [HOT, HIGH, {"voltage_v": 3.5}])
-def test_without_output_a_load_turns_the_horn(cause: dict[str, float]) -> None:
-    desk = Desk(rom=FREE | {"speed_torque_control": 0}).under(load_pct=10.0)
-    assert abs(desk.servo.angle_deg) < 2
-    desk.under(**cause).wait(1.0)
-    assert desk.servo.angle_deg > 30
+        follow(desk, ("0x00", 1_700, 0), under(voltage_v=volts), {"0x1A": word, "output": int(word != 0)})
 
 
 @pytest.mark.states("B65")
 @pytest.mark.parametrize("cause", [{"voltage_v": 3.5}, HIGH, {"temperature_c": 85.0}])
 def test_torque_on_has_no_effect_until_the_cause_ends(cause: dict[str, float]) -> None:
-    desk = Desk(rom=FREE).under(**cause)
-    for mode in (1, 0):
-        assert desk.write("0x20", mode) == mode
-        assert desk.servo.output == 1
-    assert desk.write("0x00", 300) == 300
-    desk.wait(0.3)
-    assert desk.servo.output == 1
-    assert abs(desk.servo.angle_deg) < 1
-    desk.under(**NORMAL)
-    assert desk.servo.output == 0
-
-
-@pytest.mark.states("B41", "B42")
-def test_after_an_angle_command_it_holds_the_present_angle_which_0x00_reads() -> None:
     desk = Desk(rom=FREE)
-    desk.go(900)
-    desk.under(**HOT)
-    assert desk.turn(-20.0)
-    desk.write("0x00", 900)  # dropped, too
-    desk.under(**NORMAL).wait(0.5)
-    assert desk.read("0x00") == -200
-    assert desk.read("0x08") == pytest.approx(-200, abs=3)
-
-
-@pytest.mark.states("B42", "B43")
-@pytest.mark.parametrize("name", ["0x01", "0x02"])
-@pytest.mark.parametrize("cause", [HOT, HIGH])
-def test_after_speed_or_torque_it_stands_still_and_the_command_is_0(name: str, cause: dict[str, float]) -> None:
-    desk = Desk(rom=FREE)
-    desk.run(name, 40, 0.5)
-    desk.under(**cause).wait(1.0)
-    desk.under(**NORMAL).wait(0.5)
-    assert desk.reads(name, "0x00", "0x09") == [0, DUMMY, 0]
-    assert desk.servo.output == 0
-
-
-@pytest.mark.states("B42", "B61")
-def test_brake_remains_after_protection() -> None:
-    desk = Desk(rom=FREE)
-    desk.write("0x20", 2)
-    assert desk.under(**HOT).servo.output == 1
-    assert desk.under(**NORMAL).servo.output == 2
+    follow(desk, under(**cause), ("0x20", 1, 0), {"output": 1}, ("0x20", 0, 0), {"output": 1})
+    follow(desk, ("0x00", 300, 0.3), {"output": 1, "angle_deg": near(0, 1)}, under(**NORMAL), {"output": 0})
 
 
 @pytest.mark.states("B43")

@@ -2,23 +2,26 @@
 
 import pytest
 
+from behaviour.servo_story import Rom, Steps, follow, go, near, stories
 from unit.sim.desk import FREE, MODELS, QUIET, Desk
 
 
-@pytest.mark.states("B08", "B44", "B45", "B61")
-def test_a_factory_reset_resets_ram_and_commands_so_that_the_horn_moves() -> None:
-    desk = Desk(rom=QUIET | {"angle_p_gain": 55})
-    desk.go(900)
-    desk.write("0x20", 1)
-    assert desk.servo.output == 1
-    assert desk.write("0x10", 1) == 1
-    assert desk.reads("0x20", "0x2C", "0x00", "0x01", "0x45", "0x46") == [0, 40, 0, 0, 0, 0]
-    assert (desk.servo.output, desk.servo.node_id) == (0, 42)
-    desk.settle()
-    assert desk.read("0x08") == pytest.approx(0, abs=3)
-    desk.restart()
-    desk.wait(0.2)
-    assert desk.read("0x2C") == 55
+@pytest.mark.states("B08", "B44", "B45", "B47", "B61", "B66")
+@stories({
+    "B08, B44, B45, B61: a factory reset resets RAM, so that the horn moves": (QUIET | {"angle_p_gain": 55}, [
+        go(900), ("0x20", 1, 0), {"output": 1}, ("0x10", 1, 0),
+        {"0x20": 0, "0x2C": 40, "0x00": 0, "0x01": 0, "0x45": 0, "0x46": 0, "output": 0, "node_id": 42},
+        Desk.settle, {"0x08": near(0)}, Desk.restart, 0.2, {"0x2C": 55},
+    ]),
+    **{f"B45: a factory reset ends a speed or torque and the horn goes to 0, {name}": (FREE, [
+        (name, 30, 0.2), ("0x10", 1, 0), {"0x00": 0, "0x01": 0, "0x02": 0, "0x25": 0}, Desk.settle, {"0x08": near(0)},
+    ]) for name in ("0x01", "0x02")},
+    "B47, B66: soft start runs again after 0x11": ({"timeout_action": 0}, [
+        go(1_200), ("0x11", 1, 0.2), {"soft_starting": True}, Desk.settle, {"0x08": near(0)},
+    ]),
+})  # fmt: skip
+def test_resets(rom: Rom, steps: Steps) -> None:
+    follow(Desk(rom=rom), *steps)
 
 
 @pytest.mark.states("B45")
@@ -28,17 +31,6 @@ def test_a_factory_reset_and_0x12_reset_rom_too() -> None:
     desk.save()
     assert desk.servo.register(0x2C) == 40
     assert desk.servo.node_id == 0
-
-
-@pytest.mark.states("B45")
-@pytest.mark.parametrize("name", ["0x01", "0x02"])
-def test_a_factory_reset_ends_a_speed_or_torque_and_the_horn_goes_to_0(name: str) -> None:
-    desk = Desk(rom=FREE)
-    desk.run(name, 30, 0.2)
-    assert desk.write("0x10", 1) == 1
-    assert desk.reads("0x00", "0x01", "0x02", "0x25") == [0, 0, 0, 0]
-    desk.settle()
-    assert desk.read("0x08") == pytest.approx(0, abs=3)
 
 
 @pytest.mark.states("B45", "B71")
@@ -81,13 +73,3 @@ def test_0x11_restarts_as_at_power_on() -> None:
     # All but measured values, and the angle that is held.
     names = [f"0x{at:02X}" for at in range(1, 0x60) if not 0x08 <= at <= 0x0C]
     assert restarted.reads(*names) == cycled.reads(*names)
-
-
-@pytest.mark.states("B47", "B66")
-def test_soft_start_runs_again_after_0x11() -> None:
-    desk = Desk(rom={"timeout_action": 0})
-    desk.go(1_200)
-    desk.run("0x11", 1, 0.2)
-    assert desk.servo.soft_starting
-    desk.settle()
-    assert desk.read("0x08") == pytest.approx(0, abs=3)

@@ -4,6 +4,7 @@ from collections.abc import Callable
 
 import pytest
 
+from behaviour.servo_story import follow, near
 from hornbill.sim.device import ServoStage
 from unit.sim.desk import FREE, NODE, QUIET, Desk
 
@@ -75,13 +76,8 @@ def test_a_supply_that_fails_while_rom_is_written_loses_the_saved_values(fail: C
 @pytest.mark.states("B08", "B48")
 def test_a_supply_that_fails_before_or_after_a_save_loses_only_ram() -> None:
     desk = Desk(rom=QUIET | {"angle_p_gain": 55})
-    desk.write("0x2C", 77)
-    desk.power_cycle()
-    assert desk.read("0x2C") == 55
-    desk.write("0x2C", 56)
-    desk.run("0x12", 1, 0.06)
-    desk.power_cycle()
-    assert desk.reads("0x2C", "0x1A") == [56, 0]
+    follow(desk, ("0x2C", 77, 0), Desk.power_cycle, {"0x2C": 55})
+    follow(desk, ("0x2C", 56, 0), ("0x12", 1, 0.06), Desk.power_cycle, {"0x2C": 56, "0x1A": 0})
 
 
 def give_node_id(desk: Desk) -> None:
@@ -116,8 +112,4 @@ def test_a_save_moves_the_horn_to_0_by_soft_start_and_holds_it_otherwise(
     desk = Desk(rom={"timeout_action": 0, "soft_start": soft_start})
     desk.go(900)
     desk.save(by)
-    desk.settle()
-    assert desk.read("0x08") == pytest.approx(ends_at, abs=3)
-    assert desk.servo.output == 0
-    if not soft_start:
-        assert desk.read("0x00") == pytest.approx(ends_at, abs=3)
+    follow(desk, Desk.settle, {"0x08": near(ends_at), "output": 0}, *([] if soft_start else [{"0x00": near(ends_at)}]))

@@ -2,6 +2,7 @@
 
 import pytest
 
+from behaviour.servo_story import follow, go, near, under
 from hornbill.wire.messages import CommandType
 from unit.sim.desk import FREE, Desk
 
@@ -11,24 +12,17 @@ REVERSED = FREE | {"reverse": 1}
 @pytest.mark.states("B70", "B27")
 def test_commands_and_readings_are_reversed_on_the_bus_as_in_the_registers() -> None:
     desk = Desk(rom=REVERSED)
-    desk.go(450)
-    assert desk.read("0x08") == pytest.approx(450, abs=3)
-    assert desk.servo.angle_deg == pytest.approx(-45.0, abs=0.4)
+    follow(desk, go(450), {"0x08": near(450), "angle_deg": near(-45.0, 0.4)})
     desk.array(7, CommandType.POSITION, 0.5)
-    desk.settle()
-    assert desk.servo.angle_deg == pytest.approx(-50.0, abs=0.4)
+    follow(desk, Desk.settle, {"angle_deg": near(-50.0, 0.4)})
     assert desk.statuses(desk.wait(0.2))[-1].position == pytest.approx(0.5, abs=0.005)
-    desk.run("0x01", 60, 1.0)
-    assert desk.read("0x09") == pytest.approx(60, abs=1)
-    assert desk.servo.speed_rpm == pytest.approx(-60, abs=1)
+    follow(desk, ("0x01", 60, 1.0), {"0x09": near(60, 1), "speed_rpm": near(-60, 1)})
 
 
 @pytest.mark.states("B70")
 def test_a_torque_is_reversed_and_reads_as_commanded() -> None:
-    desk = Desk(rom=REVERSED).under(load_pct=30.0)
-    desk.run("0x02", 30, 0.3)
-    assert desk.read("0x0A") == 30
-    desk.under(load_pct=0.0).wait(0.3)
+    desk = Desk(rom=REVERSED)
+    follow(desk, under(load_pct=30.0), ("0x02", 30, 0.3), {"0x0A": 30}, under(load_pct=0.0), 0.3)
     assert desk.servo.speed_rpm < -20
 
 
@@ -38,13 +32,9 @@ def test_writing_it_changes_only_the_sign_of_the_reading() -> None:
     desk.write("0x01", 100)
     while desk.servo.angle_deg < 3_590:
         desk.wait(0.01)
-    desk.run("0x01", 0, 0.5)
-    desk.write("0x20", 1)
-    desk.write("0x00", 0)
+    follow(desk, ("0x01", 0, 0.5), ("0x20", 1, 0), ("0x00", 0, 0))
     before = desk.value("0x08")
-    for reverse, reading in ((1, -before), (0, before)):
-        desk.write("0x23", reverse)
-        assert desk.read("0x08") == reading
+    follow(desk, ("0x23", 1, 0), {"0x08": -before}, ("0x23", 0, 0), {"0x08": before})
 
 
 LIMITS = {

@@ -2,6 +2,7 @@
 
 import pytest
 
+from behaviour.servo_story import follow, go, near
 from unit.sim.desk import FREE, Desk
 
 
@@ -28,5 +29,4 @@ def test_ten_turns_are_discarded_without_it_and_undone_by_0_degrees_with_it(exte
 def test_turns_between_angle_commands_are_counted_without_it() -> None:
     desk = Desk(rom=FREE | {"angle_limit_cw": 36_000})
     for target in (7_200, 3_600, 0):
-        desk.go(target)
-        assert desk.servo.angle_deg == pytest.approx(target / 10, abs=0.4)
+        follow(desk, go(target), {"angle_deg": near(target / 10, 0.4)})

@@ -4,8 +4,9 @@ from itertools import pairwise
 
 import pytest
 
+from behaviour.servo_story import follow, near, under
 from hornbill.schema.parameter import DUMMY
-from unit.sim.desk import FREE, Desk
+from unit.sim.desk import FREE, QUIET, Desk
 from unit.sim.response import step, watch
 
 
@@ -13,24 +14,16 @@ from unit.sim.response import step, watch
 def test_speed_and_torque_are_ignored_while_0x25_is_off() -> None:
     desk = Desk(rom={"timeout_action": 0})
     desk.write("0x00", 100)
-    for name in ("0x01", "0x02"):
-        assert desk.write(name, 50) == DUMMY
-    assert desk.reads("0x00", "0x01", "0x02") == [100, DUMMY, DUMMY]
-    desk.settle()
-    assert desk.read("0x08") == pytest.approx(100, abs=3)
+    assert [desk.write(name, 50) for name in ("0x01", "0x02")] == [DUMMY, DUMMY]
+    follow(desk, {"0x00": 100, "0x01": DUMMY, "0x02": DUMMY}, Desk.settle, {"0x08": near(100)})
 
 
 @pytest.mark.states("B36", "B38", "B76")
 @pytest.mark.parametrize(("name", "reading", "raw"), [("0x01", "0x09", 60), ("0x02", "0x0A", 30)])
 def test_switched_on_it_obeys_them_and_switched_off_it_brakes(name: str, reading: str, raw: int) -> None:
-    desk = Desk(rom={"timeout_action": 0, "soft_start": 0}).under(load_pct=-raw if name == "0x02" else 0.0)
-    desk.write("0x25", 1)
-    assert desk.write(name, raw) == raw
-    desk.wait(1.0)
-    assert desk.read(reading) == pytest.approx(raw, abs=1)
-    desk.under(load_pct=0.0)
-    desk.run("0x25", 0, 0.5)
-    assert desk.read("0x09") == 0
+    desk = Desk(rom=QUIET).under(load_pct=-raw if name == "0x02" else 0.0)
+    follow(desk, ("0x25", 1, 0), (name, raw, 1.0), {reading: near(raw, 1)})
+    follow(desk, under(load_pct=0.0), ("0x25", 0, 0.5), {"0x09": 0})
 
 
 @pytest.mark.states("B76")
