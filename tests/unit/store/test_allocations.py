@@ -2,23 +2,13 @@
 
 import pytest
 
-from hornbill.errors import InvalidValue, OutOfRange, Unknown
-from hornbill.node.allocator import AllocationTable
+from hornbill.errors import InvalidValue, OutOfRange
 from hornbill.store.allocations import AllocationEntry
 from hornbill.store.store import Store
 from hornbill.units import NodeId, Uid
 from unit.store.clock import Wall
 
-A = Uid("a0" * 16)
-B = Uid("b0" * 16)
-
-
-def test_it_is_the_table_of_the_allocator(store: Store) -> None:
-    table: AllocationTable = store.allocations
-    table.record(A, NodeId(125))
-    assert table.entries() == {A: 125}
-    assert not table.pinned(A)
-    assert not table.pinned(B)
+A, B, C, D, E = (Uid(f"{letter}0" * 16) for letter in "abcde")
 
 
 def test_a_row_has_first_and_last_seen(store: Store, wall: Wall) -> None:
@@ -30,51 +20,37 @@ def test_a_row_has_first_and_last_seen(store: Store, wall: Wall) -> None:
         AllocationEntry(B, NodeId(3), False, 1234.5, 1234.5),
         AllocationEntry(A, NodeId(125), False, 1000.0, 1234.5),
     ]
-
-
-def test_a_pin_is_kept_when_the_node_id_is_used(store: Store, wall: Wall) -> None:
-    store.allocations.pin(A, NodeId(10))
-    assert store.allocations.rows() == [AllocationEntry(A, NodeId(10), True, None, None)]
-    assert store.allocations.pinned(A)
     wall.now = 2000.0
-    store.allocations.record(A, NodeId(10))
-    assert store.allocations.rows() == [AllocationEntry(A, NodeId(10), True, 2000.0, 2000.0)]
-
-
-def test_pinning_changes_the_node_id_and_keeps_the_times(store: Store) -> None:
-    store.allocations.record(A, NodeId(125))
-    store.allocations.pin(A, NodeId(10))
-    assert store.allocations.rows() == [AllocationEntry(A, NodeId(10), True, 1000.0, 1000.0)]
-
-
-def test_another_node_id_ends_the_pin(store: Store) -> None:
-    store.allocations.pin(A, NodeId(10))
-    store.allocations.record(A, NodeId(11))
-    assert not store.allocations.pinned(A)
-    assert store.allocations.entries() == {A: 11}
-
-
-def test_seen_updates_known_nodes_only(store: Store, wall: Wall) -> None:
-    store.allocations.record(A, NodeId(125))
-    store.allocations.record(B, NodeId(124))
-    wall.now = 2000.0
-    store.allocations.seen([A, Uid("c0" * 16)])
+    store.allocations.seen([A, C])
     store.allocations.seen([])
     assert store.allocations.get(A).last_seen == 2000.0
-    assert store.allocations.get(B).last_seen == 1000.0
-    assert len(store.allocations.rows()) == 2
+    assert store.allocations.get(B).last_seen == 1234.5
+    assert store.allocations.entries() == {A: 125, B: 3}
+
+
+def test_a_pin_lasts_until_another_node_id_is_used(store: Store, wall: Wall) -> None:
+    store.allocations.pin(A, NodeId(10))
+    assert store.allocations.rows() == [AllocationEntry(A, NodeId(10), True, None, None)]
+    store.allocations.record(A, NodeId(10))
+    wall.now = 2000.0
+    store.allocations.pin(A, NodeId(11))
+    assert store.allocations.rows() == [AllocationEntry(A, NodeId(11), True, 1000.0, 1000.0)]
+    assert store.allocations.pinned(A)
+    assert not store.allocations.pinned(B)
+    store.allocations.record(A, NodeId(12))
+    assert store.allocations.rows() == [AllocationEntry(A, NodeId(12), False, 1000.0, 2000.0)]
+    assert not store.allocations.pinned(A)
 
 
 def test_idle_is_ordered_by_last_seen_without_pinned_nodes(store: Store, wall: Wall) -> None:
-    for seconds, uid in ((2000.0, A), (1000.0, B), (1500.0, Uid("c0" * 16)), (1200.0, Uid("d0" * 16))):
+    for seconds, uid in ((2000.0, A), (1000.0, B), (1500.0, C), (1200.0, D)):
         wall.now = seconds
         store.allocations.record(uid, NodeId(int(seconds) // 100))
-    store.allocations.pin(Uid("d0" * 16), NodeId(12))
-    store.allocations.pin(Uid("e0" * 16), NodeId(13))
+    store.allocations.pin(D, NodeId(12))
+    store.allocations.pin(E, NodeId(13))
     wall.now = 3000.0
-    assert store.allocations.idle(1200.0) == [B, "c0" * 16]
-    assert store.allocations.idle(2000.0) == []
-    assert store.allocations.idle(0.0) == [B, "c0" * 16, A]
+    for longer_than_s, idle in ((1200.0, [B, C]), (2000.0, []), (0.0, [B, C, A])):
+        assert store.allocations.idle(longer_than_s) == idle
 
 
 def test_a_node_id_is_allocated_to_one_node(store: Store) -> None:
@@ -88,17 +64,10 @@ def test_a_node_id_is_allocated_to_one_node(store: Store) -> None:
     assert store.allocations.entries() == {B: 125}
 
 
-@pytest.mark.parametrize("node_id", [0, 126, 127, -1])
-def test_reserved_node_ids_cannot_be_pinned(store: Store, node_id: int) -> None:
-    with pytest.raises(OutOfRange) as caught:
-        store.allocations.pin(A, NodeId(node_id))
-    cause = "node_id_out_of_range"
-    assert caught.value.facts == {"minimum": 1, "maximum": 125, "unit": "", "requested": node_id, "cause": cause}
+def test_reserved_node_ids_cannot_be_pinned(store: Store) -> None:
+    for node_id in (0, 126, 127, -1):
+        with pytest.raises(OutOfRange) as caught:
+            store.allocations.pin(A, NodeId(node_id))
+        facts = {"minimum": 1, "maximum": 125, "unit": "", "requested": node_id, "cause": "node_id_out_of_range"}
+        assert caught.value.facts == facts
     assert store.allocations.entries() == {}
-
-
-def test_unknown_nodes_are_errors(store: Store) -> None:
-    for method in (store.allocations.drop, store.allocations.get):
-        with pytest.raises(Unknown) as caught:
-            method(A)
-        assert caught.value.code == "unknown_uid"

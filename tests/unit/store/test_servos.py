@@ -1,5 +1,7 @@
 """Servos are stored while they are off."""
 
+from dataclasses import replace
+
 import pytest
 
 from hornbill.store.servos import ServoFacts, StoredServo
@@ -7,20 +9,17 @@ from hornbill.store.store import Store
 from hornbill.units import Uid
 from unit.store.clock import Wall
 
-A = Uid("a0" * 16)
-B = Uid("b0" * 16)
+A, B = Uid("a0" * 16), Uid("b0" * 16)
 FACTS = ServoFacts(
-    name="jp.co.futaba.bla21",
-    model="BLA21-06U-A0",
-    model_number=61,
-    hardware_version=6010,
-    firmware=1300,
-    serial=123456,
-    production_date="2024-05-06T07:08",
-    node_id=125,
-    servo_id=0,
-    bus="memory:demo",
-)
+    name="jp.co.futaba.bla21", model="BLA21-06U-A0", model_number=61, hardware_version=6010, firmware=1300,
+    serial=123456, production_date="2024-05-06T07:08", node_id=125, servo_id=0, bus="memory:demo",
+)  # fmt: skip
+
+
+def stored(store: Store, uid: Uid = A) -> StoredServo:
+    found = store.servos.get(uid)
+    assert found is not None
+    return found
 
 
 def test_a_servo_is_stored_whole(place: str, store: Store) -> None:
@@ -41,50 +40,36 @@ def test_unknown_facts_keep_the_stored_ones(store: Store, wall: Wall) -> None:
     store.servos.seen(A, FACTS)
     wall.now = 2000.0
     store.servos.seen(A, ServoFacts(node_id=124, servo_id=7))
-    found = store.servos.get(A)
-    assert found is not None
-    assert (found.facts.node_id, found.facts.servo_id, found.facts.serial) == (124, 7, 123456)
-    assert (found.first_seen, found.last_seen) == (1000.0, 2000.0)
+    expected = replace(FACTS, node_id=124, servo_id=7)
+    assert stored(store) == StoredServo(A, "", expected, 1000.0, 2000.0)
     store.servos.seen(A, ServoFacts(servo_id=0))
-    found = store.servos.get(A)
-    assert found is not None
-    assert found.facts.servo_id == 0
+    assert stored(store).facts.servo_id == 0
 
 
 def test_a_label_can_be_set_before_the_servo_is_seen_and_removed(store: Store) -> None:
-    store.servos.set_label(B, "spare")
-    assert store.servos.get(B) == StoredServo(B, "spare")
+    store.servos.set_label(B, "x" * 200)
+    with pytest.raises(ValueError, match="at most 200"):
+        store.servos.set_label(B, "x" * 201)
+    assert stored(store, B) == StoredServo(B, "x" * 200)
     store.servos.seen(B)
     store.servos.set_label(B, "")
-    assert store.servos.get(B) == StoredServo(B, "", ServoFacts(), 1000.0, 1000.0)
-
-
-def test_a_label_that_is_too_long_is_rejected(store: Store) -> None:
-    store.servos.set_label(A, "x" * 200)
-    with pytest.raises(ValueError, match="at most 200"):
-        store.servos.set_label(A, "x" * 201)
+    assert stored(store, B) == StoredServo(B, "", ServoFacts(), 1000.0, 1000.0)
 
 
 def test_rom_values_are_replaced(store: Store) -> None:
     store.servos.put_rom(A, {"origin": 1, "servo_id": 2})
     store.servos.put_rom(A, {"origin": 3})
-    found = store.servos.get(A)
-    assert found is not None
-    assert found.rom == {"origin": 3}
+    assert stored(store).rom == {"origin": 3}
 
 
-def test_servos_are_ordered_by_unique_id_and_can_be_forgotten(store: Store) -> None:
+def test_servos_are_ordered_by_unique_id_and_can_be_excluded_or_forgotten(store: Store) -> None:
+    def uids(but: list[Uid] | None = None) -> list[Uid]:
+        return [one.uid for one in store.servos.all(but=but or [])]
+
     store.servos.seen(B)
     store.servos.seen(A)
-    assert [each.uid for each in store.servos.all()] == [A, B]
+    assert (uids(), uids([A])) == ([A, B], [B])
     store.servos.forget(A)
     store.servos.forget(A)
     assert store.servos.get(A) is None
-    assert [each.uid for each in store.servos.all()] == [B]
-
-
-def test_servos_can_be_excluded(store: Store) -> None:
-    for uid in (A, B):
-        store.servos.seen(uid)
-    assert [one.uid for one in store.servos.all(but=[A])] == [B]
-    assert [one.uid for one in store.servos.all(but=[])] == [A, B]
+    assert uids() == [B]

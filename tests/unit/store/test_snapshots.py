@@ -4,15 +4,13 @@ from typing import Any
 
 import pytest
 
-from hornbill.errors import Unknown
 from hornbill.store import snapshots
 from hornbill.store.snapshots import StoredSnapshot
 from hornbill.store.store import Store
 from hornbill.units import Uid
 from unit.store.clock import Wall
 
-A = Uid("a0" * 16)
-B = Uid("b0" * 16)
+A, B = Uid("a0" * 16), Uid("b0" * 16)
 
 
 def add(store: Store, uid: Uid = A, *, automatic: bool = True, **other: Any) -> StoredSnapshot:
@@ -81,30 +79,17 @@ def test_a_snapshot_equal_to_the_newest_is_not_added(store: Store) -> None:
     assert store.snapshots.of(A) == [third, second, first]
 
 
-def test_the_number_of_a_deleted_snapshot_is_not_reused(store: Store) -> None:
-    dropped = add(store)
-    store.snapshots.drop(dropped.id)
-    assert add(store).id > dropped.id
-
-
-def test_an_unknown_snapshot_is_an_error(store: Store) -> None:
-    for method in (store.snapshots.get, store.snapshots.drop):
-        with pytest.raises(Unknown) as caught:
-            method(7)
-        assert caught.value.code == "unknown_snapshot"
-        assert caught.value.facts == {"snapshot": 7, "cause": "snapshot_not_found"}
+def test_deleted_snapshots_are_gone_and_their_numbers_are_not_reused(store: Store) -> None:
+    other = add(store, B, automatic=False)
+    made = [add(store) for _ in range(3)]
+    store.snapshots.drop(made[-1].id)
+    assert store.snapshots.drop_all(A) == 2
+    assert store.snapshots.drop_all(A) == 0
+    assert store.snapshots.counts() == {B: 1}
+    assert store.snapshots.latest(B) == other
+    assert add(store).id > made[-1].id
 
 
 def test_long_texts_are_cut(store: Store) -> None:
     made = add(store, reason="r" * 300, by="b" * 100)
     assert (len(made.reason), len(made.by)) == (200, 80)
-
-
-def test_all_snapshots_of_a_servo_are_deleted(store: Store) -> None:
-    for _ in range(3):
-        add(store)
-    other = add(store, B, automatic=False)
-    assert store.snapshots.drop_all(A) == 3
-    assert store.snapshots.counts() == {B: 1}
-    assert store.snapshots.latest(B) == other
-    assert store.snapshots.drop_all(A) == 0

@@ -11,7 +11,7 @@ from hornbill.errors import InvalidValue, StoreFailed, Unknown
 from hornbill.store.audit import NewAuditEntry
 from hornbill.store.faults import FaultReading
 from hornbill.store.jobs import StoredJob
-from hornbill.store.servos import ServoFacts
+from hornbill.store.servos import ServoFacts, StoredServo
 from hornbill.store.store import Store
 from hornbill.units import NodeId, Uid
 
@@ -58,6 +58,12 @@ def write_behind(
     asyncio.run(run())
 
 
+def stored(store: Store) -> StoredServo:
+    servo = store.servos.get(UID)
+    assert servo is not None
+    return servo
+
+
 def test_tables_in_memory_are_usable_while_the_database_is_blocked(place: str) -> None:
     async def scene(store: Store, gate: Gate) -> None:
         gate.close()
@@ -69,8 +75,7 @@ def test_tables_in_memory_are_usable_while_the_database_is_blocked(place: str) -
         store.allocations.record(UID, NodeId(20))
         store.profiles.put("gains", {"values": {}})
         store.faults.record(FaultReading(UID, 5.0, appeared=frozenset(["voltage_low"])))
-        servo = store.servos.get(UID)
-        assert servo is not None
+        servo = stored(store)
         assert (servo.label, servo.rom, servo.facts.model) == ("rudder", {"angle_p_gain": 19}, "M")
         assert store.settings.get("latest") == 19
         assert store.allocations.entries() == {UID: 20}
@@ -80,8 +85,7 @@ def test_tables_in_memory_are_usable_while_the_database_is_blocked(place: str) -
 
     write_behind(place, scene)
     with Store(place) as again:
-        servo = again.servos.get(UID)
-        assert servo is not None
+        servo = stored(again)
         assert (servo.label, servo.rom, servo.facts.firmware) == ("rudder", {"angle_p_gain": 19}, 1300)
         assert again.settings.get("latest") == 19
         assert again.allocations.entries() == {UID: 20}
@@ -133,9 +137,7 @@ def test_rows_have_the_time_of_the_change_not_of_the_write(place: str) -> None:
 
     write_behind(place, scene, lambda: now)
     with Store(place) as again:
-        servo = again.servos.get(UID)
-        assert servo is not None
-        assert servo.last_seen == 100.0
+        assert stored(again).last_seen == 100.0
 
 
 def test_an_awaited_change_is_made_in_the_database_or_fails(place: str) -> None:
@@ -146,8 +148,7 @@ def test_an_awaited_change_is_made_in_the_database_or_fails(place: str) -> None:
             await store.run(store.servos.set_label, UID, "elbow")
         with pytest.raises(StoreFailed):
             await store.run(store.profiles.put, "gains", {})
-        servo = store.servos.get(UID)
-        assert servo is not None
+        servo = stored(store)
         assert (servo.label, store.profiles.all()) == ("rudder", [])
         gate.error = None
         with pytest.raises(Unknown):
@@ -176,20 +177,7 @@ def test_cancelling_an_awaited_change_leaves_it_complete(place: str) -> None:
 
     write_behind(place, scene)
     with Store(place) as again:
-        servo = again.servos.get(UID)
-        assert servo is not None
-        assert servo.label == "rudder"
-
-
-def test_the_unique_id_of_an_installation_is_permanent(place: str) -> None:
-    found: list[bytes] = []
-
-    async def scene(store: Store, _gate: Gate) -> None:
-        found.append(store.settings.own_unique_id())
-
-    write_behind(place, scene)
-    write_behind(place, scene)
-    assert found[0] == found[1]
+        assert stored(again).label == "rudder"
 
 
 def test_settled_waits_until_changes_are_in_the_database(place: str) -> None:
