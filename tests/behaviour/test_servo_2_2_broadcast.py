@@ -4,6 +4,7 @@ from itertools import pairwise
 
 import pytest
 
+from behaviour.servo_story import follow
 from hornbill.wire.messages import Mode, NodeHealth
 from unit.sim.desk import FREE, NODE, Desk
 
@@ -72,19 +73,15 @@ def test_during_a_software_update_only_node_info_is_served() -> None:
     desk.servo.conditions.software_update = True
     statuses = desk.node_statuses(desk.wait(2.1))
     assert {status.mode for status in statuses[1:]} == {Mode.SOFTWARE_UPDATE}
-    assert desk.servo.output == 1
     assert (desk.read("0x50"), desk.write("0x2C", 77), desk.opcode(0)) == (None, None, False)
     info = desk.node_info()
     assert info is not None
     assert info.status.mode is Mode.SOFTWARE_UPDATE
     desk.array(7, 1, 0.5)
-    desk.wait(0.5)
-    assert desk.servo.angle_deg == 0.0
+    follow(desk, {"output": 1}, 0.5, {"angle_deg": 0.0})
     desk.servo.conditions.software_update = False
-    desk.wait(0.3)
-    assert desk.servo.starts == 2
+    follow(desk, 0.3, {"starts": 2, "0x2C": 40})
     assert desk.node_statuses(desk.wait(1.1))[-1].mode is Mode.OPERATIONAL
-    assert desk.read("0x2C") == 40
 
 
 @pytest.mark.states("B28")

@@ -4,6 +4,7 @@ from math import inf, nan
 
 import pytest
 
+from behaviour.servo_story import follow, near, refused, under
 from hornbill.schema.parameter import DUMMY
 from hornbill.sim.behaviour import Behaviour
 from hornbill.wire.messages import ActuatorCommand, ArrayCommand, CommandType
@@ -28,10 +29,8 @@ def cascaded(**switches: object) -> Desk:
 def test_each_type_is_stored_in_its_register(kind: CommandType, value: float, place: int, raw: int) -> None:
     desk = cascaded()
     desk.array(7, kind, value)
-    expected = [DUMMY] * 3
-    expected[place] = raw
     # float16 holds 0.9 only to about 0.05 % of it.
-    assert desk.reads(*COMMANDS) == pytest.approx(expected, abs=1)
+    assert desk.reads(*COMMANDS) == pytest.approx([raw if at == place else DUMMY for at in range(3)], abs=1)
 
 
 @pytest.mark.states("B21", "B22", "B95", "B28")
@@ -49,23 +48,15 @@ def test_a_new_servo_id_has_effect_immediately_and_only_it_and_255_reach_the_ser
 
 
 @pytest.mark.states("B95")
-@pytest.mark.parametrize("servo_id", [-1, 255, 256])
-def test_other_servo_ids_are_refused(servo_id: int) -> None:
-    desk = Desk(servo_id=7)
-    assert desk.write("0x45", servo_id) is None
-    assert desk.read("0x45") == 7
+def test_other_servo_ids_are_refused() -> None:
+    follow(Desk(servo_id=7), refused("0x45", -1, 255, 256), {"0x45": 7})
 
 
 @pytest.mark.states("B95")
 def test_a_servo_id_is_lost_at_power_off_unless_saved() -> None:
     desk = Desk(servo_id=7)
-    desk.write("0x45", 8)
-    desk.power_cycle()
-    assert desk.read("0x45") == 7
-    desk.write("0x45", 8)
-    desk.save()
-    desk.power_cycle()
-    assert desk.read("0x45") == 8
+    follow(desk, ("0x45", 8, 0), Desk.power_cycle, {"0x45": 7})
+    follow(desk, ("0x45", 8, 0), Desk.save, Desk.power_cycle, {"0x45": 8})
 
 
 @pytest.mark.states("B21", "B95")
@@ -102,17 +93,12 @@ def test_unlisted_types_and_values_out_of_range_have_no_effect(kind: int, value:
 
 @pytest.mark.states("B25")
 @pytest.mark.parametrize(
-    ("kind", "value", "expected"),
-    [
-        (FORCE, 101.0, [DUMMY, DUMMY, 100]),
-        (SPEED, -301.0, [DUMMY, -300, DUMMY]),
-        (UNITLESS, 1.5, [1800, DUMMY, DUMMY]),
-    ],
+    ("kind", "value", "place", "raw"), [(FORCE, 101.0, 2, 100), (SPEED, -301.0, 1, -300), (UNITLESS, 1.5, 0, 1800)]
 )
-def test_a_switch_clamps_values_out_of_range(kind: CommandType, value: float, expected: list[int]) -> None:
+def test_a_switch_clamps_values_out_of_range(kind: CommandType, value: float, place: int, raw: int) -> None:
     desk = cascaded(out_of_range="clamp")
     desk.array(7, kind, value)
-    assert desk.reads(*COMMANDS) == expected
+    assert desk.reads(*COMMANDS) == [raw if at == place else DUMMY for at in range(3)]
 
 
 @pytest.mark.states("B36", "B38")
@@ -127,15 +113,11 @@ def test_speed_and_torque_are_ignored_while_0x25_is_off() -> None:
 def test_the_horn_follows_and_force_is_in_percent_and_speed_in_rpm() -> None:
     desk = Desk(rom=FREE)
     desk.array(7, POSITION, 0.45)
-    desk.settle()
-    assert desk.read("0x08") == pytest.approx(450, abs=3)
+    follow(desk, Desk.settle, {"0x08": near(450)})
     desk.array(7, SPEED, 90.0)
-    desk.wait(1.0)
-    assert desk.servo.speed_rpm == pytest.approx(90, abs=1)
-    desk.under(load_pct=-35.0)
+    follow(desk, 1.0, {"speed_rpm": near(90, 1)}, under(load_pct=-35.0))
     desk.array(7, FORCE, 35.0)
-    desk.wait(0.3)
-    assert desk.read("0x0A") == 35
+    follow(desk, 0.3, {"0x0A": 35})
 
 
 @pytest.mark.states("B25")

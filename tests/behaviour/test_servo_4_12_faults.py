@@ -4,6 +4,7 @@ from collections.abc import Callable
 
 import pytest
 
+from behaviour.servo_story import Rom, Steps, follow, go, near, stories, turned, under
 from unit.sim.desk import FREE, QUIET, Desk
 
 NOTIFICATION, WARNING, FAILURE = "0x19", "0x1A", "0x1B"
@@ -39,6 +40,14 @@ def lose_rom(desk: Desk) -> None:
     desk.power_cycle()
 
 
+def injected(key: str) -> Callable[[Desk], None]:
+    return lambda desk: desk.servo.faults.inject(key, True)
+
+
+def removed(key: str) -> Callable[[Desk], None]:
+    return lambda desk: desk.servo.faults.inject(key, False)
+
+
 CAUSES: dict[str, Callable[[Desk], object]] = {
     "angle_limit_cw_reached": lambda desk: desk.write("0x00", 2_000),
     "angle_limit_ccw_reached": lambda desk: desk.write("0x00", -2_000),
@@ -46,13 +55,13 @@ CAUSES: dict[str, Callable[[Desk], object]] = {
     "speed_limit_ccw_reached": lambda desk: desk.write("0x01", -90),
     "torque_limit_cw_reached": lambda desk: push(desk, 60),
     "torque_limit_ccw_reached": lambda desk: push(desk, -60),
-    "pwm_missing": lambda desk: desk.under(pwm_us=None),
-    "pwm_low": lambda desk: desk.under(pwm_us=800.0),
-    "pwm_high": lambda desk: desk.under(pwm_us=2_300.0),
-    "temperature_high": lambda desk: desk.under(temperature_c=90.0),
-    "temperature_low": lambda desk: desk.under(temperature_c=-30.0),
-    "voltage_high": lambda desk: desk.under(voltage_v=11.0),
-    "voltage_low": lambda desk: desk.under(voltage_v=3.5),
+    "pwm_missing": under(pwm_us=None),
+    "pwm_low": under(pwm_us=800.0),
+    "pwm_high": under(pwm_us=2_300.0),
+    "temperature_high": under(temperature_c=90.0),
+    "temperature_low": under(temperature_c=-30.0),
+    "voltage_high": under(voltage_v=11.0),
+    "voltage_low": under(voltage_v=3.5),
     "rom_lost": lose_rom,
 }
 """Bits with a cause outside the servo. The others report internal defects."""
@@ -60,13 +69,6 @@ LIMITED = FREE | {
     "speed_limit_cw": 40, "speed_limit_ccw": -40, "torque_limit_cw": 50, "torque_limit_ccw": -50,
     "temperature_limit_lower": -20,
 }  # fmt: skip
-
-
-@pytest.mark.states("B53")
-def test_a_healthy_servo_reads_0() -> None:
-    desk = Desk()
-    desk.settle()
-    assert desk.reads("0x18", "0x19", "0x1A", "0x1B") == [0, 0, 0, 0]
 
 
 @pytest.mark.states("B53", "B54", "B55", "B57", "B58")
@@ -96,23 +98,12 @@ def test_a_cause_sets_its_bit_and_no_other(key: str) -> None:
     assert set(words.values()) == {0}
 
 
-@pytest.mark.states("B54")
-@pytest.mark.parametrize(
-    ("limits", "command", "bits"),
-    [
-        ({"angle_limit_cw": 300}, ("0x00", 300), 1 << 8),
-        ({"angle_limit_ccw": -300}, ("0x00", -300), 1 << 9),
-        ({"angle_limit_cw": 400, "angle_limit_ccw": -400}, ("0x00", 300), 0),
-        ({"speed_limit_cw": 40}, ("0x01", 40), 1 << 10),
-        ({"speed_limit_ccw": -40}, ("0x01", -40), 1 << 11),
-        ({"speed_limit_cw": 60}, ("0x01", 40), 0),
-    ],
-)
-def test_a_value_at_its_limit_sets_the_bit(limits: dict[str, int], command: tuple[str, int], bits: int) -> None:
-    desk = Desk(rom=FREE | {"angle_dead_band": 0, "speed_dead_band": 0} | limits)
-    desk.run(*command, 1.5)
-    assert desk.read("0x08" if command[0] == "0x00" else "0x09") == command[1]
-    assert desk.read(NOTIFICATION) == bits
+AT_A_LIMIT = [
+    ({"angle_limit_cw": 300}, "0x00", 300, "0x08", 1 << 8), ({"angle_limit_ccw": -300}, "0x00", -300, "0x08", 1 << 9),
+    ({"angle_limit_cw": 400, "angle_limit_ccw": -400}, "0x00", 300, "0x08", 0),
+    ({"speed_limit_cw": 40}, "0x01", 40, "0x09", 1 << 10), ({"speed_limit_ccw": -40}, "0x01", -40, "0x09", 1 << 11),
+    ({"speed_limit_cw": 60}, "0x01", 40, "0x09", 0),
+]  # fmt: skip
 
 
 @pytest.mark.states("B53", "B54", "B55", "B57")
@@ -144,78 +135,50 @@ def test_a_model_without_pwm_has_no_pwm_bits(key: str) -> None:
 
 @pytest.mark.states("B57", "B58", "B59")
 @pytest.mark.parametrize("key", UNTIL_START)
-def test_a_bit_about_a_restart_or_rom_remains_until_the_next_start(key: str) -> None:
-    name, bit = BITS[key]
-    for removed in (True, False):
-        for start in (Desk.restart, Desk.power_cycle):
-            desk = Desk(rom=FREE)
-            desk.write("0x2C", 77)
-            desk.servo.faults.inject(key, True)
-            if removed:
-                desk.servo.faults.inject(key, False)
-            desk.wait(5.0)
-            starts = 1 if key == "rom_lost" else 2
-            assert desk.servo.starts == starts
-            assert desk.reads(name, "0x2C") == [1 << bit, 77 if key == "rom_lost" else 40]
-            start(desk)
-            desk.wait(0.2)
-            assert (desk.read(name), desk.servo.starts) == (0, starts + 1)
+@pytest.mark.parametrize("start", [Desk.restart, Desk.power_cycle])
+@pytest.mark.parametrize("cause_ends", [True, False])
+def test_a_bit_about_a_restart_or_rom_remains_until_the_next_start(
+    key: str, start: Callable[[Desk], object], cause_ends: bool
+) -> None:
+    (name, bit), (starts, gain) = BITS[key], (1, 77) if key == "rom_lost" else (2, 40)
+    desk = Desk(rom=FREE)
+    follow(desk, ("0x2C", 77, 0), injected(key), *([removed(key)] if cause_ends else []), 5.0)
+    follow(desk, {"starts": starts, name: 1 << bit, "0x2C": gain}, start, 0.2, {name: 0, "starts": starts + 1})
 
 
 @pytest.mark.states("B59")
 @pytest.mark.parametrize("key", RESTARTS)
 def test_a_start_after_a_brownout_does_not_report_an_earlier_restart(key: str) -> None:
     desk = Desk(rom=QUIET)
-    desk.servo.faults.inject(key, True)
-    desk.wait(0.5)
+    follow(desk, injected(key), 0.5)
     assert desk.node_statuses(desk.received)[-1].uptime_sec == 0
     assert desk.read(FAILURE) != 0
-    desk.under(voltage_v=2.0).under(voltage_v=7.4).wait(0.5)
-    assert desk.servo.starts == 3
-    assert desk.read(FAILURE) == 0
+    follow(desk, under(voltage_v=2.0), under(voltage_v=7.4), 0.5, {"starts": 3, FAILURE: 0})
 
 
-@pytest.mark.states("B58")
-@pytest.mark.parametrize("key", [*BROKEN, "sensor_weak", "sensor_strong"])
-def test_a_defect_is_reported_again_after_a_start(key: str) -> None:
-    desk = Desk()
-    desk.servo.faults.inject(key, True)
-    desk.power_cycle()
-    name, bit = BITS[key]
-    assert desk.read(name) == 1 << bit
-
-
-@pytest.mark.states("B57")
-@pytest.mark.parametrize("key", BROKEN)
-def test_with_a_broken_motor_circuit_there_is_no_output(key: str) -> None:
-    desk = Desk()
-    desk.settle()
-    assert desk.servo.output == 0
-    for broken in (True, False):
-        desk.servo.faults.inject(key, broken)
-        desk.wait(0.1)
-        assert desk.servo.output == broken
+@pytest.mark.states("B53", "B54", "B55", "B57", "B58")
+@stories({
+    **{f"B58: a defect is reported again after a start, {key}": (
+        {}, [injected(key), Desk.power_cycle, {BITS[key][0]: 1 << BITS[key][1]}],
+    ) for key in (*BROKEN, "sensor_weak", "sensor_strong")},
+    **{f"B57: with a broken motor circuit there is no output, {key}": ({}, [
+        Desk.settle, {"output": 0}, injected(key), 0.1, {"output": 1}, removed(key), 0.1, {"output": 0},
+    ]) for key in BROKEN},
+    **{f"B55: with a weak or strong magnet the servo works, {key}": (
+        FREE, [injected(key), go(300), {"0x08": near(300)}],
+    ) for key in ("sensor_weak", "sensor_strong")},
+    **{f"B54: a value at its limit sets the bit, {limits}": (
+        FREE | {"angle_dead_band": 0, "speed_dead_band": 0} | limits, [(name, raw, 1.5), {reading: raw, "0x19": bits}],
+    ) for limits, name, raw, reading, bits in AT_A_LIMIT},
+    "B53: a healthy servo reads 0": ({}, [Desk.settle, {"0x18": 0, "0x19": 0, "0x1A": 0, "0x1B": 0}]),
+})  # fmt: skip
+def test_faults(rom: Rom, steps: Steps) -> None:
+    follow(Desk(rom=rom), *steps)
 
 
 @pytest.mark.states("B57")
 def test_with_a_failed_sensor_the_last_angle_is_read_until_it_recovers() -> None:
     desk = Desk(rom=FREE, angle_deg=30.0)
-    desk.servo.faults.inject("sensor_failure", True)
-    desk.wait(0.1)
-    assert desk.turn(90.0)
-    assert desk.read("0x08") == 300
+    follow(desk, injected("sensor_failure"), 0.1, turned(90.0), {"0x08": 300})
     assert {round(status.position, 2) for status in desk.statuses(desk.wait(0.5))} == {0.3}
-    desk.servo.faults.inject("sensor_failure", False)
-    desk.wait(0.1)
-    assert desk.read("0x08") == 900
-    desk.wait(0.5)
-    assert desk.read("0x08") == pytest.approx(900, abs=3)
-
-
-@pytest.mark.states("B55")
-@pytest.mark.parametrize("key", ["sensor_weak", "sensor_strong"])
-def test_with_a_weak_or_strong_magnet_the_servo_works(key: str) -> None:
-    desk = Desk(rom=FREE)
-    desk.servo.faults.inject(key, True)
-    desk.go(300)
-    assert desk.read("0x08") == pytest.approx(300, abs=3)
+    follow(desk, removed("sensor_failure"), 0.1, {"0x08": 900}, 0.5, {"0x08": near(900)})

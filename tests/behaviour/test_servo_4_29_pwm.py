@@ -2,6 +2,7 @@
 
 import pytest
 
+from behaviour.servo_story import Rom, Steps, follow, near, stories, under
 from hornbill.schema.parameter import DUMMY
 from unit.sim.desk import Desk
 
@@ -27,12 +28,10 @@ def desk_with(pulse: float | None, **rom: int) -> Desk:
     ids=["example 1", "example 2", "example 3", "reverse"],
 )
 def test_pulses_command_angles_the_wider_the_more_clockwise(rom: dict[str, int], expected: dict[int, int]) -> None:
-    desk = desk_with(None, **rom)
+    desk, sign = desk_with(None, **rom), -1 if rom.get("reverse") else 1
     for pulse, tenths in expected.items():
-        desk.under(pwm_us=float(pulse)).settle()
-        assert desk.read("0x00") == tenths
-        assert desk.read("0x08") == pytest.approx(tenths, abs=3)
-        assert desk.servo.angle_deg == pytest.approx(-tenths / 10 if rom.get("reverse") else tenths / 10, abs=0.4)
+        horn = near(sign * tenths / 10, 0.4)
+        follow(desk, under(pwm_us=float(pulse)), Desk.settle, {"0x00": tenths, "0x08": near(tenths), "angle_deg": horn})
 
 
 @pytest.mark.states("B84", "B36")
@@ -45,11 +44,28 @@ def test_in_example_4_pulses_command_speeds_if_0x25_is_on(pulse: float, rpm: int
     assert desk_with(pulse, pwm_mode=1, pwm_output_range=150).reads("0x01", "0x09") == [0, 0]
 
 
-@pytest.mark.states("B84", "B31")
-def test_angle_limits_apply_to_pulses() -> None:
-    desk = desk_with(2_100, angle_limit_cw=200)
-    assert desk.read("0x08") == pytest.approx(200, abs=3)
-    assert desk.read("0x19") == 1 << 8
+@pytest.mark.states("B31", "B61", "B72", "B84", "B85", "B86")
+@stories({
+    "B31, B84: angle limits apply to pulses": (
+        {"angle_limit_cw": 200}, [under(pwm_us=2_100), 1.0, {"0x08": near(200), "0x19": 1 << 8}],
+    ),
+    **{f"B85: CAN takes precedence immediately, and PWM after {ms} ms without CAN": ({"timeout_time": ms}, [
+        under(pwm_us=1_870), 1.0, ("0x00", -200, 0.5), ("0x00", -250, ms / 1000 - 0.1),
+        {"0x00": -250, "0x08": near(-250)},
+        0.2, {"0x00": 350}, 1.3, {"output": 0, "0x08": near(350)},
+    ]) for ms in (1_000, 3_000)},
+    "B85, B72: without a pulse the timeout applies": ({}, [("0x00", -200, 1.1), {"output": 1}]),
+    "B85, B61: pulses do not switch the output on": (
+        {"torque_mode": 1}, [under(pwm_us=1_870), 1.0, {"output": 1, "0x08": 0}],
+    ),
+    **{f"B86, B72: a pulse out of range is no signal, and 0x26 and 0x27 apply, {pulse}, {action}": (
+        {"timeout_action": action, "timeout_time": 500}, [
+            under(pwm_us=1_870), 1.0, under(pwm_us=pulse), 0.35, {"output": 0, "0x00": 350},
+            0.2, {"output": action, "0x00": 350}, under(pwm_us=1_620.0), Desk.settle, {"output": 0, "0x08": near(100)},
+    ]) for pulse in (None, 2_300.0, 700.0) for action in (0, 1, 2)},
+})  # fmt: skip
+def test_pulses_and_commands(rom: Rom, steps: Steps) -> None:
+    follow(Desk("BLA21-06U-AB", rom={"soft_start": 0} | rom), *steps)
 
 
 @pytest.mark.states("B86")
@@ -70,57 +86,11 @@ def test_the_bits_report_pulses_that_are_missing_or_at_an_end_of_the_range(
     assert desk.read("0x19") == bit
 
 
-@pytest.mark.states("B85")
-@pytest.mark.parametrize("timeout_ms", [1_000, 3_000])
-def test_can_takes_precedence_immediately_and_pwm_after_0x27_without_can(timeout_ms: int) -> None:
-    desk = desk_with(1_870, timeout_time=timeout_ms)
-    desk.run("0x00", -200, 0.5)
-    desk.run("0x00", -250, timeout_ms / 1000 - 0.1)
-    assert desk.read("0x00") == -250
-    assert desk.read("0x08") == pytest.approx(-250, abs=3)
-    desk.wait(0.2)
-    assert desk.read("0x00") == 350
-    desk.wait(1.3)
-    assert desk.servo.output == 0
-    assert desk.read("0x08") == pytest.approx(350, abs=3)
-
-
-@pytest.mark.states("B85", "B72")
-def test_without_a_pulse_the_timeout_applies() -> None:
-    desk = desk_with(None)
-    desk.run("0x00", -200, 1.1)
-    assert desk.servo.output == 1
-
-
-@pytest.mark.states("B85", "B61")
-def test_pulses_do_not_switch_the_output_on() -> None:
-    desk = desk_with(1_870, torque_mode=1)
-    assert (desk.servo.output, desk.read("0x08")) == (1, 0)
-
-
-@pytest.mark.states("B86", "B72")
-@pytest.mark.parametrize("pulse", [None, 2_300.0, 700.0])
-@pytest.mark.parametrize("action", [0, 1, 2])
-def test_a_pulse_out_of_range_is_no_signal_and_0x26_and_0x27_apply(pulse: float | None, action: int) -> None:
-    desk = desk_with(1_870, timeout_action=action, timeout_time=500)
-    desk.under(pwm_us=pulse).wait(0.35)
-    assert (desk.servo.output, desk.read("0x00")) == (0, 350)
-    desk.wait(0.2)
-    assert (desk.servo.output, desk.read("0x00")) == (action, 350)
-    desk.under(pwm_us=1_620.0)
-    desk.settle()
-    assert (desk.servo.output, desk.read("0x08")) == (0, pytest.approx(100, abs=3))
-
-
 @pytest.mark.states("B86")
 def test_a_pulse_out_of_range_since_the_start_commands_nothing() -> None:
-    desk = desk_with(2_300)
-    desk.wait(0.2)
-    assert (desk.reads("0x00", "0x08"), desk.servo.output) == ([0, 0], 1)
+    follow(desk_with(2_300), 0.2, {"0x00": 0, "0x08": 0, "output": 1})
 
 
 @pytest.mark.states("B60", "B83")
 def test_other_models_ignore_pulses() -> None:
-    desk = Desk("BLA21-06U-A0", rom={"soft_start": 0}).under(pwm_us=2_000)
-    desk.wait(1.0)
-    assert desk.reads("0x08", "0x19") == [0, 0]
+    follow(Desk("BLA21-06U-A0", rom={"soft_start": 0}), under(pwm_us=2_000), 1.0, {"0x08": 0, "0x19": 0})

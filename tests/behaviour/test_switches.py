@@ -3,17 +3,19 @@
 The questions are those of docs/reference/fidelity.toml; the reasons for the defaults are in sim/behaviour.py.
 """
 
+from collections.abc import Callable
 from dataclasses import fields, replace
 from math import radians
 from typing import Any, get_args, get_type_hints
 
 import pytest
 
+from behaviour.servo_story import follow, go, near, refused
 from hornbill.schema.parameter import DUMMY
 from hornbill.sim.behaviour import Behaviour
 from hornbill.wire.messages import CommandType, NodeHealth
 from hornbill.wire.services import EMPTY, GetSetRequest
-from unit.sim.desk import FREE, Desk
+from unit.sim.desk import FREE, QUIET, Desk
 
 SAVE, ERASE = 0, 1
 
@@ -26,9 +28,13 @@ def both(name: str, *, firmware: str = "1.300", **more: Any) -> list[Desk]:
     """Two servos that differ in one switch: with its default and with the other setting."""
     default = getattr(Behaviour(), name)
     (other,) = (setting for setting in settings_of(name) if setting != default)
-    more.setdefault("rom", FREE if firmware != "1.010" else {"timeout_action": 0, "soft_start": 0})
+    more.setdefault("rom", FREE if firmware != "1.010" else QUIET)
     switched = (Behaviour(), replace(Behaviour(), **{name: other}))
     return [Desk("BLA21-06U-A0", firmware, behaviour=behaviour, **more) for behaviour in switched]
+
+
+def array(value: float, kind: CommandType = CommandType.POSITION, to: int = 7) -> Callable[[Desk], None]:
+    return lambda desk: desk.array(to, kind, value)
 
 
 @pytest.mark.states("B14")
@@ -48,9 +54,7 @@ def test_reserved_registers_fail_or_read_0_and_ignore_writes() -> None:
 def test_reading_an_action_fails_or_returns_0_and_writing_it_acts() -> None:
     for desk, expected in zip(both("write_only"), (None, 0), strict=True):
         assert desk.reads("0x10", "0x11", "0x12") == [expected] * 3
-        desk.write("0x2C", 77)
-        assert desk.write("0x10", 1) == 1
-        assert desk.read("0x2C") == 40
+        follow(desk, ("0x2C", 77, 0), ("0x10", 1, 0), {"0x2C": 40})
 
 
 @pytest.mark.states("B22")
@@ -59,11 +63,7 @@ def test_a_new_servo_obeys_commands_for_id_0_or_ignores_them() -> None:
     for desk, command in zip(both("array_command_id_0", servo_id=0), (500, 0), strict=True):
         for other in range(1, 255):
             desk.array(other, CommandType.POSITION, 0.3)
-        assert desk.reads("0x45", "0x00") == [0, 0]
-        desk.array(0, CommandType.POSITION, 0.5)
-        assert desk.read("0x00") == command
-        desk.array(255, CommandType.POSITION, 0.7)
-        assert desk.read("0x00") == 700
+        follow(desk, {"0x45": 0, "0x00": 0}, array(0.5, to=0), {"0x00": command}, array(0.7, to=255), {"0x00": 700})
 
 
 @pytest.mark.states("B15")
@@ -92,11 +92,9 @@ def test_names_in_lower_case_fail_or_are_accepted_with_a_response_in_capitals() 
 @pytest.mark.switch("out_of_range")
 def test_a_value_out_of_range_is_refused_or_clamped() -> None:
     refusing, clamping = both("out_of_range")
-    assert (refusing.write("0x3E", 99), refusing.read("0x3E")) == (None, 80)
-    assert (clamping.write("0x3E", 1), clamping.read("0x3E")) == (20, 20)
-    for desk, expected in ((refusing, 0), (clamping, 100)):
-        desk.array(7, CommandType.FORCE, 130.0)
-        assert desk.read("0x02") == expected
+    follow(refusing, refused("0x3E", 99), {"0x3E": 80}, array(130.0, CommandType.FORCE), {"0x02": 0})
+    assert clamping.write("0x3E", 1) == 20
+    follow(clamping, {"0x3E": 20}, array(130.0, CommandType.FORCE), {"0x02": 100})
 
 
 @pytest.mark.states("B23", "B27")
@@ -132,10 +130,7 @@ def test_the_opcode_save_restarts_or_not_and_0x12_always_restarts() -> None:
         desk.go(300)
         assert desk.opcode(SAVE) is True
         assert desk.wait(0.049) == []
-        desk.wait(0.3)
-        assert desk.servo.starts == starts
-        desk.save("0x12")
-        assert desk.servo.starts == starts + 1
+        follow(desk, 0.3, {"starts": starts}, Desk.save, {"starts": starts + 1})
 
 
 @pytest.mark.states("B06", "B47")
@@ -154,8 +149,7 @@ def test_a_restart_is_acknowledged_or_not(by: str) -> None:
 def test_erase_resets_ram_alone_or_rom_too() -> None:
     for desk, after_power in zip(both("erase_rom", rom=FREE | {"angle_p_gain": 77}), (77, 40), strict=True):
         assert desk.opcode(ERASE) is True
-        assert desk.read("0x2C") == 40
-        desk.power_cycle()
+        follow(desk, {"0x2C": 40}, Desk.power_cycle)
         assert desk.servo.register(0x2C) == after_power
 
 
@@ -173,70 +167,50 @@ def test_a_factory_reset_includes_origin_and_ids_or_not(by: str) -> None:
 @pytest.mark.switch("timeout_from")
 def test_the_timeout_starts_at_power_on_or_at_the_first_command() -> None:
     for desk, output in zip(both("timeout_from", rom={"soft_start": 0}), (1, 0), strict=True):
-        desk.wait(30.0)
-        assert desk.servo.output == output
-        desk.write("0x00", 0)
-        assert desk.servo.output == 0
-        desk.wait(1.1)
-        assert desk.servo.output == 1
+        follow(desk, 30.0, {"output": output}, ("0x00", 0, 0), {"output": 0}, 1.1, {"output": 1})
 
 
 @pytest.mark.states("B32")
 @pytest.mark.switch("array_command_shows")
 @pytest.mark.parametrize(
-    ("kind", "value", "shown"),
-    [
-        (CommandType.POSITION, 0.5, [500, DUMMY, DUMMY]),
-        (CommandType.SPEED, 60.0, [DUMMY, 60, DUMMY]),
-        (CommandType.FORCE, 20.0, [DUMMY, DUMMY, 20]),
-    ],
+    ("kind", "value", "place", "raw"),
+    [(CommandType.POSITION, 0.5, 0, 500), (CommandType.SPEED, 60.0, 1, 60), (CommandType.FORCE, 20.0, 2, 20)],
 )
 def test_an_array_command_is_stored_in_the_registers_or_separately(
-    kind: CommandType, value: float, shown: list[int]
+    kind: CommandType, value: float, place: int, raw: int
 ) -> None:
-    courses: list[float] = []
-    for desk, expected in zip(both("array_command_shows"), (shown, [100, DUMMY, DUMMY]), strict=True):
-        desk.go(100)
-        desk.array(7, kind, value)
-        desk.wait(0.5)
-        assert desk.reads("0x00", "0x01", "0x02") == expected
-        courses.append(desk.servo.angle_deg)
-    assert courses[0] == courses[1] > 30
+    shown, separately = both("array_command_shows")
+    for desk in (shown, separately):
+        follow(desk, go(100), array(value, kind), 0.5)
+    commands = ("0x00", "0x01", "0x02")
+    assert shown.reads(*commands) == [raw if at == place else DUMMY for at in range(3)]
+    assert separately.reads(*commands) == [100, DUMMY, DUMMY]
+    assert shown.servo.angle_deg == separately.servo.angle_deg > 30
 
 
 @pytest.mark.states("B62")
 @pytest.mark.switch("array_command_shows")
 def test_a_command_stored_separately_is_dropped_like_any_other() -> None:
     for desk in both("array_command_shows"):
-        desk.array(7, CommandType.POSITION, 1.5)
-        desk.wait(0.05)
-        desk.run("0x20", 1, 0.5)
-        there = desk.read("0x08")
-        desk.run("0x20", 0, 0.5)
-        assert desk.read("0x00") == there
-        assert desk.read("0x08") == pytest.approx(there, abs=3)
+        follow(desk, array(1.5), 0.05, ("0x20", 1, 0.5))
+        there = desk.value("0x08")
+        follow(desk, ("0x20", 0, 0.5), {"0x00": there, "0x08": near(there)})
 
 
 @pytest.mark.states("B72")
 @pytest.mark.switch("array_command_feeds_timeout")
 def test_an_array_command_restarts_the_timeout_or_not() -> None:
     for desk, output in zip(both("array_command_feeds_timeout", rom={"soft_start": 0}), (0, 1), strict=True):
-        desk.write("0x00", 100)
-        for _ in range(4):
-            desk.wait(0.4)
-            desk.array(7, CommandType.POSITION, 0.1)
-        assert desk.servo.output == output
+        follow(desk, ("0x00", 100, 0), *([0.4, array(0.1)] * 4), {"output": output})
 
 
 @pytest.mark.states("B94", "B31")
 @pytest.mark.switch("limits_follow_origin")
 def test_the_limits_move_with_the_origin_or_not() -> None:
     rom = FREE | {"angle_limit_cw": 600, "angle_limit_ccw": -600, "origin": 200}
-    for desk, angles in zip(both("limits_follow_origin", rom=rom), ((80, -40), (60, -60)), strict=True):
-        for command, angle, bit in zip((1_500, -1_500), angles, (8, 9), strict=True):
-            desk.go(command)
-            assert desk.servo.angle_deg == pytest.approx(angle, abs=0.4)
-            assert desk.read("0x19") == 1 << bit
+    for desk, (cw, ccw) in zip(both("limits_follow_origin", rom=rom), ((80, -40), (60, -60)), strict=True):
+        follow(desk, go(1_500), {"angle_deg": near(cw, 0.4), "0x19": 1 << 8})
+        follow(desk, go(-1_500), {"angle_deg": near(ccw, 0.4), "0x19": 1 << 9})
 
 
 @pytest.mark.states("B58")
@@ -247,11 +221,9 @@ def test_a_failure_ends_with_its_cause_or_at_the_next_start(key: str) -> None:
         desk.servo.faults.inject(key, True)
         desk.wait(0.2)
         desk.servo.faults.inject(key, False)
-        desk.wait(5.0)
-        assert desk.servo.output == output
+        follow(desk, 5.0, {"output": output})
         assert bool(desk.read("0x1B")) is bool(output)
-        desk.power_cycle()
-        assert (desk.read("0x1B"), desk.servo.output) == (0, 0)
+        follow(desk, Desk.power_cycle, {"0x1B": 0, "output": 0})
 
 
 @pytest.mark.states("B58")
@@ -270,17 +242,12 @@ def test_a_lasting_cause_shows_again_after_a_start_and_warnings_never_latch() ->
 @pytest.mark.states("B67")
 @pytest.mark.switch("soft_start_shows")
 def test_limits_read_temporary_or_stored_values_during_soft_start_and_a_save_stores_what_they_read() -> None:
-    names = ("0x25", "0x3A", "0x3B", "0x3C", "0x3D")
     temporary, stored = [1, 30, -30, 30, -30], [0, 300, -300, 100, -100]
     for desk, shown in zip(both("soft_start_shows", rom={}, angle_deg=150.0), (temporary, stored), strict=True):
-        assert desk.servo.soft_starting
-        assert desk.reads(*names) == shown
-        desk.wait(0.3)
+        limits = dict(zip(("0x25", "0x3A", "0x3B", "0x3C", "0x3D"), shown, strict=True))
+        follow(desk, {"soft_starting": True, **limits}, 0.3)
         assert 20 <= abs(desk.value("0x09")) <= 31
-        desk.save()
-        desk.write("0x20", 0)
-        assert not desk.servo.soft_starting
-        assert desk.reads(*names) == shown
+        follow(desk, Desk.save, ("0x20", 0, 0), {"soft_starting": False, **limits})
 
 
 @pytest.mark.states("B75")
@@ -289,11 +256,10 @@ def test_firmware_without_0x25_obeys_speed_and_torque_or_ignores_them() -> None:
     for desk, obeys in zip(both("cascade_without_switch", firmware="1.010"), (True, False), strict=True):
         assert desk.read("0x25") == 0
         desk.run("0x01", 50, 1.0)
-        assert desk.read("0x09") == pytest.approx(50 if obeys else 0, abs=1)
+        assert desk.read("0x09") == near(50 if obeys else 0, 1)
         desk.run("0x02", 30, 1.0)
         assert (desk.value("0x09") > 10) is obeys
-        desk.go(0)
-        assert desk.read("0x08") == pytest.approx(0, abs=3)
+        follow(desk, go(0), {"0x08": near(0)})
 
 
 @pytest.mark.parametrize("delay_s", [0.0, 0.004, 0.25])
@@ -310,5 +276,4 @@ def test_a_switch_can_be_set_at_any_time(name: str) -> None:
     desk = Desk(rom=FREE)
     for setting in (*settings_of(name), *reversed(settings_of(name))):
         desk.servo.behaviour = replace(desk.servo.behaviour, **{name: setting})
-        desk.go(300)
-        assert desk.read("0x08") == pytest.approx(300, abs=3)
+        follow(desk, go(300), {"0x08": near(300)})
