@@ -8,11 +8,11 @@ from pathlib import Path
 import pytest
 
 from hornbill.bus.recordings import bus_log as module
-from hornbill.bus.recordings.bus_log import BATCH_S, BusLog, LogPhase, log_name
+from hornbill.bus.recordings.bus_log import BATCH_S, BusLog, LogPhase
 from hornbill.bus.recordings.folder import LOGS, FileFolder
 from hornbill.bus.recordings.reader import LogReader
 from hornbill.bus.recordings.writer import LogFormat, LogWriter
-from hornbill.errors import Busy, InvalidValue, LogFailed, Unknown
+from hornbill.errors import LogFailed
 from hornbill.wire.frame import Frame, LoggedFrame
 
 UTC = 1_700_000_000.0
@@ -86,11 +86,12 @@ async def test_timestamps_are_sorted_although_received_frames_arrive_later_than_
 
 
 async def test_the_file_contains_every_frame_until_the_stop(bench: Bench, tmp_path: Path) -> None:
-    assert bench.recorder.status.phase is LogPhase.IDLE
     begun = await bench.recorder.start(LogFormat.CANDUMP, "bench", 10**6)
     assert (begun.phase, begun.name, begun.frames) == (LogPhase.RUNNING, "bench.log", 0)
     bench.transfer(frame(1), frame(2))
-    await asyncio.sleep(3 * BATCH_S)
+    await asyncio.sleep(2 * BATCH_S)
+    assert len(read(tmp_path / "bench.log")) == 2, "written within two batches"
+    await asyncio.sleep(BATCH_S)
     assert bench.recorder.status.frames == 2
     bench.address = "slcan:/dev/ttyACM0?speed=1"
     bench.transfer(frame(3), sent=True)
@@ -100,52 +101,19 @@ async def test_the_file_contains_every_frame_until_the_stop(bench: Bench, tmp_pa
     found = read(tmp_path / "bench.log")
     assert [(one.channel, one.sent) for one in found] == [("can0", False), ("can0", False), ("ttyACM0", True)]
     assert [one.frame.at for one in found] == [UTC + 1000.001, UTC + 1000.002, UTC + 1000.003]
-    assert ended.size == (tmp_path / "bench.log").stat().st_size
     assert bench.codes() == ["log_started", "log_stopped"]
     assert await bench.recorder.stop() == ended, "idempotent"
-
-
-async def test_frames_are_written_within_two_batches(bench: Bench, tmp_path: Path) -> None:
-    await bench.recorder.start(LogFormat.CANDUMP, "bench", 10**6)
-    bench.transfer(frame(1))
-    await asyncio.sleep(2 * BATCH_S)
-    assert len(read(tmp_path / "bench.log")) == 1
-    await bench.recorder.stop()
-
-
-async def test_a_full_log_ends_automatically_and_reports_it_once(bench: Bench, tmp_path: Path) -> None:
-    await bench.recorder.start(LogFormat.CANDUMP, "small", 2000)
-    for n in range(200):
-        bench.transfer(frame(n))
-        await asyncio.sleep(0.01)
-    ended = bench.recorder.status
-    assert ended.phase is LogPhase.FULL
-    assert ended.reason is not None
-    assert ended.reason.text == "It reached its limit of 0.002 MB."
-    assert (tmp_path / "small.log").stat().st_size == ended.size <= 2000
-    assert len(read(tmp_path / "small.log")) == ended.frames > 20
-    assert bench.listeners == []
-    assert bench.codes() == ["log_started", "log_full"]
-    again = await bench.recorder.start(LogFormat.BLF, "next", 2000)
-    assert again.phase is LogPhase.RUNNING
-    await bench.recorder.stop()
 
 
 @pytest.mark.parametrize(
     ("raised", "reason"),
     [
-        (OSError(28, "No space left on device"), "No space left on device: free space on the disk of the data folder."),
         (OSError(5, "Input/output error"), "Input/output error."),
         (ValueError("odd"), "It could not be written: odd."),
     ],
 )
 async def test_a_failing_disk_ends_the_log_with_the_reason(
-    bench: Bench,
-    raised: Exception,
-    reason: str,
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-    caplog: pytest.LogCaptureFixture,
+    bench: Bench, raised: Exception, reason: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def fail(_file: LogWriter, _batch: object) -> bool:
         raise raised
@@ -215,20 +183,6 @@ async def test_a_hanging_disk_is_abandoned(bench: Bench, monkeypatch: pytest.Mon
     assert bench.recorder.status == ended
 
 
-async def test_only_one_log_runs_at_a_time(bench: Bench, tmp_path: Path) -> None:
-    await bench.recorder.start(LogFormat.CANDUMP, None, 10**6)
-    with pytest.raises(Busy, match="is already running"):
-        await bench.recorder.start(LogFormat.CANDUMP, "other", 10**6)
-    name = bench.recorder.status.name
-    assert name is not None
-    assert name.endswith("Z.log")
-    with pytest.raises(Busy, match="is running"):
-        await bench.recorder.delete(name)
-    await bench.recorder.stop()
-    await bench.recorder.delete(name)
-    assert bench.recorder.folder.all() == []
-
-
 async def test_a_log_that_cannot_be_created_is_reported_and_another_can_be_started(tmp_path: Path) -> None:
     bench = Bench(tmp_path / "logs")
     (tmp_path / "logs").write_text("a file where the folder should be")
@@ -236,40 +190,10 @@ async def test_a_log_that_cannot_be_created_is_reported_and_another_can_be_start
         await bench.recorder.start(LogFormat.CANDUMP, "bench", 10**6)
     assert bench.recorder.status.phase is LogPhase.FAILED
     (tmp_path / "logs").unlink()
-    assert (await bench.recorder.start(LogFormat.CANDUMP, "bench", 10**6)).phase is LogPhase.RUNNING
+    started = await bench.recorder.start(LogFormat.CANDUMP, None, 10**6)
+    assert started.phase is LogPhase.RUNNING
+    assert (started.name or "").endswith("Z.log")
     await bench.recorder.stop()
-
-
-@pytest.mark.parametrize(
-    "name", ["", " ", "..", "../x", "a/b", "a\\b", "/etc/passwd", ".hidden", "x" * 81, "a\0b", "a b", "Ä", "-rf"]
-)
-def test_names_outside_the_folder_or_with_other_characters_are_refused(name: str, tmp_path: Path) -> None:
-    folder = FileFolder(tmp_path, LOGS)
-    with pytest.raises(InvalidValue, match="is not a valid log name"):
-        folder.new(log_name(LogFormat.CANDUMP, name))
-    for path in (name, f"{name}.log", f"{name}.log/../x.log"):
-        with pytest.raises(Unknown, match="not found"):
-            folder.path(path)
-
-
-def test_the_folder_lists_and_deletes_only_logs(tmp_path: Path) -> None:
-    folder = FileFolder(tmp_path / "logs", LOGS)
-    assert folder.all() == []
-    (tmp_path / "logs").mkdir()
-    (tmp_path / "secret.log").write_text("not in the folder")
-    for name in ("one.log", "two.blf", "notes.txt"):
-        (tmp_path / "logs" / name).write_text(name)
-    (tmp_path / "logs" / "folder.log").mkdir()
-    assert {one.name for one in folder.all()} == {"one.log", "two.blf"}
-    assert {one.size for one in folder.all()} == {7}
-    for name in ("notes.txt", "folder.log", "../secret.log", "three.log"):
-        with pytest.raises(Unknown, match="not found"):
-            folder.delete(name)
-    folder.delete("one.log")
-    assert [one.name for one in folder.all()] == ["two.blf"]
-    with pytest.raises(InvalidValue, match=r"A log two\.blf exists already"):
-        folder.new(log_name(LogFormat.BLF, "two"))
-    assert folder.new(log_name(LogFormat.BLF, "three.blf")).name == "three.blf", "a given extension is not repeated"
 
 
 @pytest.mark.real_time

@@ -1,4 +1,4 @@
-"""MemoryBus in virtual time: arbitration, bit times, delivery, load, loss and bus-off."""
+"""MemoryBus in virtual time: arbitration, bit times, delivery, load, loss, bus-off, noise and other bit rates."""
 
 import asyncio
 from itertools import pairwise
@@ -9,16 +9,22 @@ import pytest
 from hornbill.bus.embedded.memory import MemoryBus
 from hornbill.bus.embedded.memory_port import MemoryPort
 from hornbill.errors import BusDisconnected
-from hornbill.wire.bittime import frame_bits
+from hornbill.wire.bittime import NOISE_BITS, frame_bits
 from hornbill.wire.frame import Frame
 from hornbill.wire.port import PortState
-from jumping_clock import START, run
+from jumping_clock import START, Deadlock, run
 
 BIT = 1e-6
 
 
 def ms(milliseconds: float) -> float:
     return pytest.approx(milliseconds * 1e-3, rel=0.02)  # pyright: ignore[reportReturnType]
+
+
+def received_by(port: MemoryPort) -> list[bytes]:
+    received: list[bytes] = []
+    port.listen(lambda frames: received.extend(frame.data for frame in frames))
+    return received
 
 
 async def test_a_frame_arrives_at_the_instant_of_its_last_bit(a: MemoryPort, b: MemoryPort, c: MemoryPort) -> None:
@@ -47,13 +53,8 @@ async def test_the_lowest_identifier_wins_regardless_of_queueing_order(
     c.send([Frame(25, b"6")])  # at the same instant, in a later iteration of the loop
     await asyncio.sleep(1)
     assert [(name, frame.id, frame.data) for name, frame in bus.history] == [
-        ("b", 5, b"5"),
-        ("a", 10, b"3"),
-        ("b", 20, b"4"),
-        ("c", 25, b"6"),
-        ("a", 30, b"1"),
-        ("a", 30, b"2"),
-    ]
+        ("b", 5, b"5"), ("a", 10, b"3"), ("b", 20, b"4"), ("c", 25, b"6"), ("a", 30, b"1"), ("a", 30, b"2"),
+    ]  # fmt: skip
     ends = [frame.at for _, frame in bus.history]
     bits = [frame_bits(frame) for _, frame in bus.history]
     assert [b - a for a, b in pairwise(ends)] == pytest.approx([count * BIT for count in bits[1:]], abs=1e-12)
@@ -153,10 +154,8 @@ async def test_a_fast_bus_has_no_bit_times_but_arbitration() -> None:
     for _ in range(6):
         await asyncio.sleep(0)
     assert [frame for _, frame in bus.history] == [
-        Frame(3, b"", START),
-        Frame(7, b"", START),
-        Frame(1, b"!", START),
-    ]
+        Frame(3, b"", START), Frame(7, b"", START), Frame(1, b"!", START),
+    ]  # fmt: skip
     assert bus.load() == 0
 
 
@@ -207,12 +206,6 @@ async def stream(port: MemoryPort, count: int = COUNT) -> None:
     await asyncio.sleep(1)
 
 
-def received_by(port: MemoryPort) -> list[bytes]:
-    received: list[bytes] = []
-    port.listen(lambda frames: received.extend(frame.data for frame in frames))
-    return received
-
-
 def test_loss_on_the_bus_affects_all_ports_and_repeats_with_its_seed() -> None:
     async def main(seed: int) -> tuple[list[bytes], list[bytes]]:
         bus = MemoryBus()
@@ -260,11 +253,8 @@ def test_corrupted_frames_are_repeated_in_order_and_cost_time() -> None:
         received = received_by(b)
         bus.corruption(pct)
         await stream(a)
-        assert b.statistics.errors == c.statistics.errors == a.statistics.errors
-        assert (
-            b.statistics.error_frames == c.statistics.error_frames == a.statistics.error_frames == a.statistics.errors
-        )
-        assert a.statistics.unacknowledged == 0
+        counted = {count for port in (a, b, c) for count in (port.statistics.errors, port.statistics.error_frames)}
+        assert (counted, a.statistics.unacknowledged) == ({a.statistics.errors}, 0)
         assert a.statistics.tx_frames == b.statistics.rx_frames == COUNT
         assert a.state is PortState.ACTIVE
         return received, a.statistics.busy_s, a.statistics.errors
@@ -369,3 +359,150 @@ async def test_missing_acknowledgements_never_lead_to_bus_off(bus: MemoryBus, a:
         await asyncio.sleep(0.001)
     assert a.statistics.errors == a.statistics.unacknowledged == 16 + 40
     assert a.state is PortState.PASSIVE
+
+
+# Noise, and a controller at another bit rate.
+
+
+async def send_every_ms(port: MemoryPort, count: int) -> None:
+    for number in range(count):
+        port.send([Frame(0x100, number.to_bytes(2, "big"))])
+        await asyncio.sleep(0.001)
+
+
+@pytest.mark.parametrize("fast", [False, True])
+async def test_in_noise_no_frame_arrives_a_sender_is_bus_off_after_32_tries_and_listeners_turn_passive(
+    fast: bool,
+) -> None:
+    bus = MemoryBus(fast=fast, history=10)
+    a, b, c = (bus.port(name) for name in "abc")
+    received = received_by(b)
+    bus.noise()
+    a.send([Frame(1, b"lost"), Frame(2, b"")])
+    await asyncio.sleep(1)
+    assert received == list(bus.history) == []
+    assert (a.state, b.state, c.state) == (PortState.BUS_OFF, PortState.PASSIVE, PortState.PASSIVE)
+    seen = a.statistics
+    assert (seen.error_frames, seen.errors, seen.bus_offs) == (32, 32 + 2, 1)  # two frames were dropped
+    assert (seen.unacknowledged, seen.tx_frames) == (0, 0)
+    assert b.statistics.error_frames == c.statistics.error_frames == b.statistics.errors
+    assert b.statistics.error_frames == pytest.approx(1 / (NOISE_BITS * BIT), rel=0.02)
+    assert (b.statistics.bus_offs, b.statistics.rx_frames) == (0, 0)
+    bus.noise(False)
+    bus.recover()
+    assert {port.state for port in (a, b, c)} == {PortState.ACTIVE}
+    a.send([Frame(3, b"again")])
+    await asyncio.sleep(0.1)
+    assert received == [b"again"]
+
+
+async def test_noise_destroys_the_current_frame_which_is_repeated_afterwards(
+    bus: MemoryBus, a: MemoryPort, b: MemoryPort
+) -> None:
+    received = received_by(b)
+    a.send([Frame(1, b"again")])
+    await asyncio.sleep(40 * BIT)
+    bus.noise()
+    await asyncio.sleep(3.5 * NOISE_BITS * BIT)
+    bus.noise(False)
+    ended = asyncio.get_running_loop().time()
+    await asyncio.sleep(0.1)
+    assert received == [b"again"]
+    (_, frame), *_ = bus.history
+    assert frame.at - ended == pytest.approx(frame_bits(frame) * BIT, abs=NOISE_BITS * BIT)
+    assert 2 <= a.statistics.error_frames <= 5
+    assert a.state is b.state is PortState.ACTIVE
+    sent = asyncio.get_running_loop().time()
+    a.send([frame])
+    await asyncio.sleep(0.1)
+    assert bus.history[-1][1].at == pytest.approx(sent + (frame_bits(frame) - 3) * BIT, abs=1e-9), "exact again"
+
+
+async def test_a_passive_listener_turns_active_with_the_first_valid_frame(
+    bus: MemoryBus, a: MemoryPort, b: MemoryPort
+) -> None:
+    bus.noise()
+    await asyncio.sleep(0.1)
+    bus.noise(False)
+    assert a.state is b.state is PortState.PASSIVE
+    a.send([Frame(1, b"")])
+    await asyncio.sleep(0.01)
+    assert b.state is PortState.ACTIVE
+    assert a.state is PortState.PASSIVE  # it has received nothing yet
+    b.send([Frame(1, b"")])
+    await asyncio.sleep(0.01)
+    assert a.state is PortState.ACTIVE
+
+
+def test_noise_keeps_the_bus_busy_and_ends_with_the_last_port() -> None:
+    async def main() -> None:
+        bus = MemoryBus()
+        a = bus.port("a")
+        bus.noise()
+        await asyncio.sleep(1)
+        assert bus.load() == pytest.approx(1, abs=0.02)
+        assert a.statistics.busy_s == pytest.approx(1, abs=0.02)
+        await a.close()
+        loop = asyncio.get_running_loop()
+        loop.stuck_after_s = 0.01  # pyright: ignore[reportAttributeAccessIssue] - it is a JumpingLoop
+        await loop.create_future()  # nothing is left that could ring
+
+    with pytest.raises(Deadlock):
+        run(main())
+
+
+async def test_a_port_at_another_bit_rate_receives_only_errors_and_turns_passive(
+    bus: MemoryBus, a: MemoryPort, b: MemoryPort
+) -> None:
+    wrong = bus.port("wrong", bitrate=500_000)
+    assert wrong.bitrate == 500_000
+    at_b, at_wrong = received_by(b), received_by(wrong)
+    await send_every_ms(a, 100)
+    await asyncio.sleep(0.1)
+    assert len(at_b) == 100
+    assert at_wrong == []
+    assert wrong.state is PortState.PASSIVE
+    assert a.state is PortState.ACTIVE
+    assert a.statistics.error_frames == b.statistics.error_frames == 16  # the first to detect an error counts 8
+    assert wrong.statistics.error_frames == 16 + 100
+    assert (wrong.statistics.rx_frames, wrong.statistics.rx_dropped, wrong.statistics.bus_offs) == (0, 0, 0)
+
+
+async def test_a_port_that_sends_at_another_bit_rate_causes_errors_until_bus_off(
+    bus: MemoryBus, a: MemoryPort, b: MemoryPort
+) -> None:
+    wrong = bus.port("wrong", bitrate=500_000)
+    at_b = received_by(b)
+    wrong.send([Frame(1, b"what?")])
+    await asyncio.sleep(0.1)
+    assert wrong.state is PortState.BUS_OFF
+    assert at_b == []
+    assert a.statistics.error_frames == b.statistics.error_frames == wrong.statistics.error_frames == 32
+    assert a.state is b.state is PortState.ACTIVE
+    await send_every_ms(a, 10)
+    assert len(at_b) == 10
+
+
+async def test_a_port_at_another_bit_rate_acknowledges_nothing(bus: MemoryBus, a: MemoryPort) -> None:
+    wrong = bus.port("wrong", bitrate=125_000)
+    a.send([Frame(1, b"")])
+    await asyncio.sleep(0.1)
+    assert a.statistics.tx_frames == 0
+    assert a.statistics.unacknowledged > 100  # another port is present, so it continues
+    assert a.state is wrong.state is PortState.PASSIVE
+    await wrong.close()
+    bus.port("right")
+    await asyncio.sleep(0.1)
+    assert a.statistics.tx_frames == 1
+
+
+async def test_a_port_at_another_bit_rate_does_not_keep_a_fast_bus_busy() -> None:
+    bus = MemoryBus(fast=True)
+    a, wrong = bus.port("a"), bus.port("wrong", bitrate=125_000)
+    a.send([Frame(1, b"")])
+    await asyncio.sleep(1)
+    assert (a.state, wrong.state) == (PortState.PASSIVE, PortState.PASSIVE)
+    assert a.statistics.unacknowledged == 16
+    received = received_by(bus.port("right"))
+    await asyncio.sleep(1)
+    assert received == [b""]

@@ -12,16 +12,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hornbill.bus.recordings.folder import RECORDINGS, FileFolder
-from hornbill.bus.recordings.recording import (
-    MEMBERS,
-    RecordingReader,
-    RecordingWriter,
-    read_about,
-    read_events,
-    read_telemetry,
-    read_writes,
-)
+from hornbill.bus.recordings import recording as recordings
+from hornbill.bus.recordings.bus_log import log_name
+from hornbill.bus.recordings.folder import LOGS, RECORDINGS, FileFolder, FileKind
+from hornbill.bus.recordings.recording import RecordingReader, RecordingWriter, read_about
+from hornbill.bus.recordings.writer import LogFormat
 from hornbill.domain.recording import About, RecordedWrite
 from hornbill.errors import InvalidValue, LogFailed, OutOfRange, Unknown
 from hornbill.wire.frame import Frame, LoggedFrame
@@ -106,20 +101,43 @@ async def content(chunks: int) -> AsyncIterator[bytes]:
 
 
 @pytest.mark.parametrize(
-    "name", ["", ".zip", "a", "a.ZIP", "../a.zip", "a/b.zip", "a\\b.zip", "-a.zip", "a\n.zip", "ä.zip"]
+    "stem", ["", " ", "..", ".hidden", "../a", "/etc/a", "a/b", "a\\b", "-a", "a b", "a\n", "a\0b", "ä", "x" * 101]
 )
-async def test_an_invalid_name_is_refused_and_nothing_stored(tmp_path: Path, name: str) -> None:
-    folder = FileFolder(tmp_path, RECORDINGS)
-    with pytest.raises(Unknown):
-        folder.path(name)
-    with pytest.raises(InvalidValue):
-        await folder.adopt(name, content(1), lambda _path: None)
+@pytest.mark.parametrize(("kind", "ending"), [(RECORDINGS, ".zip"), (LOGS, ".log")], ids=["recording", "log"])
+async def test_an_invalid_name_is_refused_and_nothing_stored(
+    tmp_path: Path, kind: FileKind, ending: str, stem: str
+) -> None:
+    folder = FileFolder(tmp_path, kind)
+    for name in (stem, stem + ending, f"{stem}{ending}/../x{ending}"):
+        with pytest.raises(Unknown, match="not found"):
+            folder.path(name)
+        with pytest.raises(InvalidValue, match=f"is not a valid {kind.word} name"):
+            await folder.adopt(name, content(1), lambda _path: None)
     assert os.listdir(tmp_path) == []  # noqa: PTH208
+
+
+def test_a_folder_lists_and_deletes_only_its_kind_of_file(tmp_path: Path) -> None:
+    folder = FileFolder(tmp_path / "logs", LOGS)
+    assert folder.all() == []
+    (tmp_path / "logs").mkdir()
+    (tmp_path / "secret.log").write_text("not in the folder")
+    for name in ("one.log", "two.blf", "notes.txt"):
+        (tmp_path / "logs" / name).write_text(name)
+    (tmp_path / "logs" / "folder.log").mkdir()
+    assert {(one.name, one.size) for one in folder.all()} == {("one.log", 7), ("two.blf", 7)}
+    for name in ("notes.txt", "folder.log", "../secret.log", "three.log"):
+        with pytest.raises(Unknown, match="not found"):
+            folder.delete(name)
+    folder.delete("one.log")
+    assert [one.name for one in folder.all()] == ["two.blf"]
+    with pytest.raises(InvalidValue, match=r"A log two\.blf exists already"):
+        folder.new(log_name(LogFormat.BLF, "two"))
+    assert folder.new(log_name(LogFormat.BLF, "three.blf")).name == "three.blf", "a given extension is not repeated"
 
 
 async def test_a_file_above_the_size_limit_is_refused_and_nothing_stored(tmp_path: Path) -> None:
     with pytest.raises(OutOfRange):
-        await FileFolder(tmp_path, replace(RECORDINGS, largest=1000)).adopt("a.zip", content(1000), lambda _path: None)
+        await FileFolder(tmp_path, replace(RECORDINGS, largest=1000)).adopt("a.zip", content(11), lambda _path: None)
     assert os.listdir(tmp_path) == []  # noqa: PTH208
 
 
@@ -136,7 +154,7 @@ async def test_a_recording_is_listed_only_when_complete_and_a_second_gets_anothe
 
 
 async def test_a_member_is_cut_at_its_limit(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setitem(MEMBERS, "events.jsonl", 10)
+    monkeypatch.setitem(recordings.MEMBERS, "events.jsonl", 10)
     file = await RecordingWriter.begin(FileFolder(tmp_path, RECORDINGS), "a.zip")
     await file.add_events([b"1234567"])
     assert file.cut == []
@@ -184,15 +202,15 @@ def test_an_invalid_about_is_refused_with_the_field(wrong: dict[str, Any]) -> No
 def test_arbitrary_bytes_raise_nothing_but_log_failed(data: bytes) -> None:
     with pytest.raises(LogFailed):
         read_about(data, "a.zip")
-    read_telemetry(data)
-    read_events(data)
-    read_writes(data)
+    recordings.read_telemetry(data)
+    recordings.read_events(data)
+    recordings.read_writes(data)
 
 
 def test_deep_json_is_refused() -> None:
     with pytest.raises(LogFailed):
         read_about(b"[" * 100_000, "a.zip")
-    assert read_events(b"[" * 100_000) == []
+    assert recordings.read_events(b"[" * 100_000) == []
 
 
 async def test_samples_events_and_writes_are_read_back(tmp_path: Path) -> None:
@@ -222,15 +240,15 @@ async def test_samples_events_and_writes_are_read_back(tmp_path: Path) -> None:
             "1001.000000,,,array_command,unitless,actuator 7,,0.5",
             "1001.000000,,,array_command,speed,actuator 8,,-1",
         ]
-        (column,), complete = read_telemetry(recording.member("telemetry.csv"))
-        assert read_events(recording.member("events.jsonl")) == [{"a": 1}, {"a": 2}]
-        assert read_writes(recording.member("writes.csv"))[-1]["name"] == "actuator 8"
+        (column,), complete = recordings.read_telemetry(recording.member("telemetry.csv"))
+        assert recordings.read_events(recording.member("events.jsonl")) == [{"a": 1}, {"a": 2}]
+        assert recordings.read_writes(recording.member("writes.csv"))[-1]["name"] == "actuator 8"
         assert recording.about() == About.model_validate(ABOUT)
     assert complete
     assert (column.uid, column.channel, column.t, column.v) == (UID, "current_angle", [101.0, 102.0], [-0.1, None])
 
 
 def test_telemetry_is_cut_at_its_limit_and_marked_incomplete(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("hornbill.bus.recordings.recording.SAMPLES_MOST", 10)
-    (column,), complete = read_telemetry(b"time,uid,channel,value\n" + f"1.0,{UID},a,1.0\n".encode() * 20)
+    monkeypatch.setattr(recordings, "SAMPLES_MOST", 10)
+    (column,), complete = recordings.read_telemetry(b"time,uid,channel,value\n" + f"1.0,{UID},a,1.0\n".encode() * 20)
     assert (len(column.t), complete) == (10, False)

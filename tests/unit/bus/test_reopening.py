@@ -1,20 +1,90 @@
-"""ReopeningPort: loss of the adapter, retries, reopening, and closing at any instant."""
+"""ReopeningPort: loss of the adapter, retries, reopening, closing at any instant, and queued frames."""
 
 import asyncio
-from collections.abc import AsyncGenerator
+import errno
+from collections.abc import AsyncGenerator, Sequence
 from contextlib import asynccontextmanager
+from dataclasses import dataclass, field
 
+import can
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from hornbill.bus.ports.pythoncan import PythonCanPort
 from hornbill.bus.reopening import BUS_OFF_S, PAUSES_S, STEADY_S, ReopeningPort
 from hornbill.errors import BusDisconnected, PortError, PortOpenFailed
 from hornbill.wire.frame import Frame
-from hornbill.wire.port import PortState
+from hornbill.wire.port import PLAIN, CanPort, FrameSink, PortDetails, PortState, PortStatistics
+from hornbill.wire.services import GetNodeInfoRequest
 from jumping_clock import run
-from unit.bus.reopening_desk import Desk, refusal
-from unit.bus.waiting import received_by
+from unit.bus.test_pythoncan import Adapter as Scripted
+from unit.bus.waiting import received_by, until
+from unit.node.peer import participant
+
+
+@dataclass(eq=False)
+class Adapter:
+    """An open adapter; the test sets its state."""
+
+    statistics: PortStatistics
+    close_s: float = 0.0
+    address: str = "test:0"
+    bitrate: int = 1_000_000
+    state: PortState = PortState.ACTIVE
+    sample_point: float | None = 0.8
+    trouble: PortError | None = None
+    retry_in_s: float | None = None
+    details: PortDetails = PLAIN
+    sink: FrameSink | None = None
+    sent: list[Frame] = field(default_factory=list[Frame])
+    closing: bool = False
+    closed: bool = False
+
+    def listen(self, sink: FrameSink) -> None:
+        self.sink = sink
+
+    def send(self, frames: Sequence[Frame]) -> None:
+        if self.state in (PortState.LOST, PortState.DISCONNECTED):
+            raise BusDisconnected("gone", cause=None)
+        self.sent += frames
+        self.statistics.tx_frames += len(frames)
+
+    async def close(self) -> None:
+        self.closing = True
+        await asyncio.sleep(self.close_s)
+        self.closed, self.state = True, PortState.DISCONNECTED
+
+
+class Desk:
+    """Opens adapters, or raises `failure` if set; `times` are the instants of the attempts."""
+
+    def __init__(self, *, open_s: float = 0.0, close_s: float = 0.0) -> None:
+        self.open_s = open_s
+        self.close_s = close_s
+        self.failure: Exception | None = None
+        self.opened: list[Adapter] = []
+        self.times: list[float] = []
+
+    async def open(self, statistics: PortStatistics) -> CanPort:
+        self.times.append(asyncio.get_running_loop().time())
+        assert all(one.closed for one in self.opened), "an adapter must be closed before it is opened again"
+        await asyncio.sleep(self.open_s)
+        if self.failure is not None:
+            raise self.failure
+        self.opened.append(Adapter(statistics, self.close_s))
+        return self.opened[-1]
+
+    def port(self) -> ReopeningPort:
+        return ReopeningPort(self.open, address="test:0", bitrate=1_000_000)
+
+    def lose(self, trouble: str | None = None) -> None:
+        self.opened[-1].state = PortState.LOST
+        self.opened[-1].trouble = None if trouble is None else PortError(trouble, cause=None)
+
+
+def refusal(text: str = "There is no such device.") -> PortOpenFailed:
+    return PortOpenFailed(text, cause=None, address="test:0")
 
 
 @pytest.fixture
@@ -137,7 +207,8 @@ async def test_repeated_losses_lengthen_the_pause_until_the_adapter_is_steady(de
         await asyncio.sleep(0.1)
         assert port.state is PortState.ACTIVE
     await asyncio.sleep(STEADY_S)
-    desk.lose()
+    await desk.opened[-1].close()  # from outside
+    assert port.state is PortState.LOST
     await asyncio.sleep(PAUSES_S[0] + 0.1)
     assert port.state is PortState.ACTIVE, "steady in between"
 
@@ -157,13 +228,6 @@ async def test_a_controller_that_stays_bus_off_is_reopened(desk: Desk, port: Reo
     assert (port.state, str(port.trouble)) == (PortState.LOST, "Off the bus.")
     await asyncio.sleep(0.3)
     assert (port.state, len(desk.opened)) == (PortState.ACTIVE, 2)
-
-
-async def test_an_adapter_closed_from_outside_is_lost_and_reopened(desk: Desk, port: ReopeningPort) -> None:
-    await desk.opened[0].close()
-    assert port.state is PortState.LOST
-    await asyncio.sleep(0.3)
-    assert port.state is PortState.ACTIVE
 
 
 async def test_an_exception_in_a_driver_does_not_end_the_retries(
@@ -223,3 +287,73 @@ def test_closing_at_any_instant_leaves_nothing_behind(
         assert asyncio.all_tasks() == {asyncio.current_task()}
 
     run(main())
+
+
+# Requests and frames that are under way.
+
+
+@pytest.mark.parametrize("state", [PortState.LOST, PortState.CONNECTING, PortState.DISCONNECTED])
+async def test_requests_fail_at_once_in_every_disconnected_state(state: PortState) -> None:
+    adapter = Adapter(PortStatistics())
+    adapter.trouble = PortError("Plug it in.", cause=None)
+    host = participant(adapter)
+    host.start()
+    waiting = asyncio.create_task(host.request(1, GetNodeInfoRequest(), timeout=60))
+    await asyncio.sleep(0.12)
+    adapter.state = state
+    began = asyncio.get_running_loop().time()
+    with pytest.raises(BusDisconnected, match="Plug it in"):
+        await waiting
+    assert asyncio.get_running_loop().time() - began <= 0.05
+    sent = len(adapter.sent)
+    with pytest.raises(BusDisconnected):
+        await host.request(1, GetNodeInfoRequest())
+    assert len(adapter.sent) == sent
+    await host.close()
+
+
+class Refusing(Scripted):
+    """A python-can bus that may refuse frames, and reports error frames."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.refused = 0
+
+    def send(self, msg: can.Message, timeout: float | None = None) -> None:
+        self.refused += self.refuse is not None
+        super().send(msg, timeout)
+
+    def report(self, classes: int) -> None:
+        """Receive an error frame of these classes (linux/can/error.h)."""
+        self.incoming.put(can.Message(arbitration_id=classes, is_extended_id=False, is_error_frame=True, data=bytes(8)))
+
+
+@pytest.mark.real_time
+async def test_frames_queued_at_bus_off_are_never_sent() -> None:
+    """With real threads: one frame is in the adapter, others are queued behind it."""
+    opened: list[Refusing] = []
+
+    async def open_it(statistics: PortStatistics) -> CanPort:
+        opened.append(Refusing())
+        return PythonCanPort(opened[-1], address="socketcan:x", bitrate=1_000_000, statistics=statistics)
+
+    port = ReopeningPort(open_it, address="socketcan:x", bitrate=1_000_000)
+    await port.open()
+    adapter = opened[0]
+    adapter.refuse = can.CanOperationError("no room", errno.ENOBUFS)
+    port.send([Frame(number, b"old") for number in range(20)])
+    await until(lambda: adapter.refused)
+    adapter.report(0x040)
+    await until(lambda: port.state is PortState.BUS_OFF)
+    with pytest.raises(BusDisconnected):
+        port.send([Frame(0x100, b"old")])
+    await until(lambda: port.statistics.errors == 20 + 1)  # every frame dropped, and the error frame
+    adapter.refuse = None
+    adapter.report(0x100)
+    await until(lambda: port.state is PortState.ACTIVE)
+    port.send([Frame(0x200, b"new")])
+    await until(lambda: port.statistics.tx_frames)
+    await asyncio.sleep(0.02)
+    assert [data for _, data in adapter.sent] == [b"new"]
+    assert port.statistics.errors == 20 + 1
+    await port.close()
