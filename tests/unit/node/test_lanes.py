@@ -2,6 +2,7 @@
 
 from random import Random
 
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -19,30 +20,19 @@ def drain(lanes: Lanes[str]) -> list[str]:
     return taken
 
 
-def test_nodes_take_turns_and_each_keeps_its_order() -> None:
+@pytest.mark.parametrize(
+    ("items", "order"),
+    [
+        ("1a24 1b24 1c24 2a24 2b24 3a24", ["1a", "2a", "3a", "1b", "2b", "1c"]),
+        ("1a24 2a24 3a20 1b17 2b24", ["1b", "3a", "2a", "1a", "2b"]),
+    ],
+    ids=["nodes take turns, each in its order", "higher priority first, within a node and among nodes"],
+)
+def test_the_order_of_items(items: str, order: list[str]) -> None:
     lanes = Lanes[str]()
-    for item in ("1a", "1b", "1c", "2a", "2b", "3a"):
-        lanes.put(int(item[0]), 24, item)
-    assert drain(lanes) == ["1a", "2a", "3a", "1b", "2b", "1c"]
-
-
-def test_a_busy_node_gets_nothing_until_it_is_free() -> None:
-    lanes = Lanes[str]()
-    lanes.put(1, 24, "1a")
-    lanes.put(1, 24, "1b")
-    assert lanes.take() == "1a"
-    assert not lanes
-    assert lanes.take() is None
-    lanes.free(1)
-    assert lanes
-    assert lanes.take() == "1b"
-
-
-def test_higher_priority_goes_first_within_a_node_and_among_nodes() -> None:
-    lanes = Lanes[str]()
-    for item, priority in (("1a", 24), ("2a", 24), ("3a", 20), ("1b", 17), ("2b", 24)):
-        lanes.put(int(item[0]), priority, item)
-    assert drain(lanes) == ["1b", "3a", "2a", "1a", "2b"]
+    for item in items.split():
+        lanes.put(int(item[0]), int(item[2:]), item[:2])
+    assert drain(lanes) == order
 
 
 def test_an_item_is_preempted_only_by_higher_priority_and_returns_before_its_equals() -> None:
@@ -60,16 +50,20 @@ def test_an_item_is_preempted_only_by_higher_priority_and_returns_before_its_equ
     assert drain(lanes) == ["1c", "1d", "1a", "1b"]
 
 
-def test_clearing_drops_queued_items_and_a_busy_node_can_still_be_freed() -> None:
+def test_a_busy_node_gets_nothing_until_it_is_free_even_if_its_items_are_dropped() -> None:
     lanes = Lanes[str]()
-    lanes.put(1, 24, "1a")
-    lanes.put(1, 24, "1b")
-    lanes.put(2, 24, "2a")
-    assert lanes.take() == "1a"
-    lanes.clear()
+    for item in ("1a", "1b", "2a"):
+        lanes.put(int(item[0]), 24, item)
+    assert [lanes.take(), lanes.take(), lanes.take()] == ["1a", "2a", None]
     assert not lanes
     lanes.free(1)
-    assert not lanes
+    assert lanes
+    assert lanes.take() == "1b"
+    lanes.put(2, 24, "2b")
+    lanes.clear()
+    for node in (1, 2):
+        lanes.free(node)
+        assert not lanes
     lanes.put(1, 24, "1c")
     assert lanes.take() == "1c"
 
