@@ -28,6 +28,10 @@ LIMITS = {f"{kind}_limit_{direction}" for kind in ("speed", "torque") for direct
 STATED = {"command_speed", "command_torque", "angle_d_gain"} | LIMITS
 SPEED_LOOP = {"speed_p_gain", "speed_i_gain", "speed_dead_band", "speed_i_limit"}
 INFERRED = {"extended_angle"} | SPEED_LOOP
+ALWAYS = ("overcurrent_limit", "smoothing", "reverse", "temperature_limit_upper", "voltage_limit_lower")
+ACTS = Effect(True, None)
+NOT_READ = "Effect unknown: speed and torque control (0x25) has not been read."
+NO_COMMAND = "Effect unknown: the last command is unknown."
 ANGLE_LOOP = {"angle_p_gain", "angle_d_gain", "angle_dead_band", "angle_boost", "angle_limit_cw", "angle_limit_ccw"}
 
 
@@ -38,7 +42,7 @@ def test_speed_and_torque_control_off_marks_exactly_these() -> None:
 def test_speed_and_torque_control_on_clears_them_all() -> None:
     rows = PWM.rows()
     values = fresh(speed_torque_control=1)
-    assert {why_not(CATALOG, key, values, rows=rows) for key in rows} == {Effect(True, None)}
+    assert {why_not(CATALOG, key, values, rows=rows) for key in rows} == {ACTS}
 
 
 @pytest.mark.parametrize(
@@ -51,12 +55,6 @@ def test_speed_and_torque_control_on_clears_them_all() -> None:
 )
 def test_the_last_command_decides(last: LastCommand, ignored: set[str]) -> None:
     assert without_effect(fresh(speed_torque_control=1), last) == ignored
-
-
-def test_torque_limits_apply_to_every_command_while_control_is_on() -> None:
-    for last in ("angle", "speed", "torque"):
-        found = why_not(CATALOG, "torque_limit_cw", fresh(speed_torque_control=1), last)
-        assert found == Effect(True, None)
 
 
 @pytest.mark.parametrize(
@@ -87,26 +85,26 @@ def test_the_reason_is_a_sentence(key: str, values: Values, sentence: str) -> No
     assert found[:2] == (False, f"No effect now: {sentence}.")
 
 
-def test_an_unread_deciding_value_leaves_the_effect_unknown() -> None:
-    found = why_not(CATALOG, "torque_limit_cw", {}, rows=PWM.rows())
-    assert found == Effect(
-        None, "Effect unknown: speed and torque control (0x25) has not been read.",
-        Why("not_read", {"parameter": "speed_torque_control"}),
-    )  # fmt: skip
-    found = why_not(CATALOG, "angle_p_gain", {"speed_torque_control": 1}, rows=PWM.rows())
-    assert found == Effect(None, "Effect unknown: the last command is unknown.", Why("last_command_unknown"))
+@pytest.mark.parametrize(
+    ("key", "values", "last", "effect"),
+    [
+        ("torque_limit_cw", {}, None, Effect(None, NOT_READ, Why("not_read", {"parameter": "speed_torque_control"}))),
+        ("angle_p_gain", {"speed_torque_control": 1}, None, Effect(None, NO_COMMAND, Why("last_command_unknown"))),
+        ("pwm_range", {"pwm_mode": 0, "speed_torque_control": None}, None, ACTS),
+        ("timeout_time", {"timeout_action": 0}, None, ACTS),
+        *((key, {}, None, ACTS) for key in ALWAYS),
+        *(("torque_limit_cw", fresh(speed_torque_control=1), last, ACTS) for last in ("angle", "speed", "torque")),
+    ],
+)
+def test_the_effect_from_what_was_read(key: str, values: Values, last: LastCommand | None, effect: Effect) -> None:
+    """One false condition decides a rule of two. With PWM input, the timeout also matters under hold."""
+    assert why_not(CATALOG, key, values, last, rows=PWM.rows()) == effect
 
 
 def test_a_rule_that_applies_outweighs_an_unknown_one() -> None:
-    found = why_not(CATALOG, "speed_limit_cw", {"speed_torque_control": 0}, rows=PWM.rows())
-    assert found.in_effect is False
-    found = why_not(CATALOG, "speed_limit_cw", {"speed_torque_control": None}, "torque", rows=PWM.rows())
-    assert found.in_effect is False
-
-
-def test_one_false_condition_decides_a_rule_of_two() -> None:
-    values: Values = {"pwm_mode": 0, "speed_torque_control": None}
-    assert why_not(CATALOG, "pwm_range", values, rows=PWM.rows()) == Effect(True, None)
+    rows = PWM.rows()
+    assert why_not(CATALOG, "speed_limit_cw", {"speed_torque_control": 0}, rows=rows).in_effect is False
+    assert why_not(CATALOG, "speed_limit_cw", {"speed_torque_control": None}, "torque", rows=rows).in_effect is False
 
 
 @pytest.mark.parametrize("mode", [1, 2])
@@ -127,24 +125,16 @@ def test_firmware_without_0x25_counts_as_off() -> None:
     assert ignored == STATED | INFERRED
     found = why_not(CATALOG, "torque_limit_cw", {}, rows=rows)
     assert found.why_not == "No effect now: this firmware has no speed and torque control (0x25)."
-    assert why_not(CATALOG, "angle_p_gain", {"torque_mode": 0}, rows=rows) == Effect(True, None)
+    assert why_not(CATALOG, "angle_p_gain", {"torque_mode": 0}, rows=rows) == ACTS
 
 
 def test_the_timeout_time_has_no_effect_under_hold_without_pwm_input() -> None:
-    values: Values = {"timeout_action": 0}
-    found = why_not(CATALOG, "timeout_time", values, rows=PLAIN.rows())
-    assert found == Effect(
+    assert why_not(CATALOG, "timeout_time", {"timeout_action": 0}, rows=PLAIN.rows()) == Effect(
         False,
         "No effect now: the timeout action (0x26) is hold.",
         Why("timeout_holds", {"parameter": "timeout_action"}),
     )
-    assert why_not(CATALOG, "timeout_time", values, rows=PWM.rows()) == Effect(True, None)
-    assert why_not(CATALOG, "timeout_time", {"timeout_action": 1}, rows=PLAIN.rows()) == Effect(True, None)
-
-
-def test_rows_without_a_rule_always_have_effect() -> None:
-    for key in ("overcurrent_limit", "smoothing", "reverse", "temperature_limit_upper", "voltage_limit_lower"):
-        assert why_not(CATALOG, key, {}) == Effect(True, None)
+    assert why_not(CATALOG, "timeout_time", {"timeout_action": 1}, rows=PLAIN.rows()) == ACTS
 
 
 @pytest.mark.parametrize(

@@ -1,12 +1,12 @@
 """Raw integers and engineering values: round trips for every row, and errors for invalid values."""
 
-from typing import Any, cast
+from typing import cast
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hornbill.errors import ForbiddenParameter, InvalidValue, OutOfRange
+from hornbill.errors import ForbiddenParameter, HornbillError, InvalidValue, OutOfRange
 from hornbill.schema.catalog import Catalog
 from hornbill.schema.parameter import DUMMY, Parameter
 from hornbill.schema.scale import allowed, to_nearest_raw, to_raw, to_text, to_value, unit_of
@@ -98,47 +98,58 @@ def test_the_dummy_is_a_plain_number_in_other_rows() -> None:
 
 
 @pytest.mark.parametrize(
-    ("key", "value", "sentence"),
+    ("error", "key", "value", "sentence"),
     [
-        ("torque_limit_cw", 120, "120 % is above this model's limit of 100 %. Enter 0 to 100 %."),
-        ("torque_limit_ccw", -101, "−101 % is below this model's limit of −100 %. Enter −100 to 0 %."),
-        ("voltage_limit_lower", 3.0, "3.0 V is below this model's limit of 3.5 V. Enter 3.5 to 7.4 V."),
-        ("origin", 180, "180.0° is above this model's limit of 179.9°. Enter −180.0 to 179.9°."),
-        ("origin", 179.95, "179.95° is above this model's limit of 179.9°. Enter −180.0 to 179.9°."),
-        ("servo_id", 255, "255 is above this model's limit of 254. Enter 0 to 254."),
-        ("servo_id", 10**400, "1.000000000e+400 is above this model's limit of 254. Enter 0 to 254."),
+        (OutOfRange, "torque_limit_cw", 120, "120 % is above this model's limit of 100 %. Enter 0 to 100 %."),
+        (OutOfRange, "torque_limit_ccw", -101, "−101 % is below this model's limit of −100 %. Enter −100 to 0 %."),
+        (OutOfRange, "voltage_limit_lower", 3.0, "3.0 V is below this model's limit of 3.5 V. Enter 3.5 to 7.4 V."),
+        (OutOfRange, "origin", 180, "180.0° is above this model's limit of 179.9°. Enter −180.0 to 179.9°."),
+        (OutOfRange, "origin", 179.95, "179.95° is above this model's limit of 179.9°. Enter −180.0 to 179.9°."),
+        (OutOfRange, "servo_id", 255, "255 is above this model's limit of 254. Enter 0 to 254."),
+        (OutOfRange, "servo_id", 10**400, "1.000000000e+400 is above this model's limit of 254. Enter 0 to 254."),
+        (InvalidValue, "origin", 12.34, "12.34° is between two steps of 0.1°. Enter 12.3 or 12.4°."),
+        (InvalidValue, "origin", -0.05, "−0.05° is between two steps of 0.1°. Enter −0.1 or 0.0°."),
+        (InvalidValue, "timeout_time", 99.5, "99.5 ms is between two steps of 1 ms. Enter 99 or 100 ms."),
+        (InvalidValue, "angle_p_gain", 1.5, "1.5 is between two steps of 1. Enter 1 or 2."),
+        (InvalidValue, "torque_mode", True, "Torque cannot be true. Enter on, off or brake."),
+        (InvalidValue, "torque_mode", 0, "Torque cannot be 0. Enter on, off or brake."),
+        (InvalidValue, "torque_mode", "On", 'Torque cannot be "On". Enter on, off or brake.'),
+        (InvalidValue, "soft_start", 1, "Soft start cannot be 1. Enter true or false."),
+        (InvalidValue, "soft_start", "on", 'Soft start cannot be "on". Enter true or false.'),
+        (InvalidValue, "servo_id", "3", 'Servo ID cannot be "3". Enter 0 to 254.'),
+        (InvalidValue, "servo_id", True, "Servo ID cannot be true. Enter 0 to 254."),
+        (InvalidValue, "servo_id", None, "Servo ID cannot be empty. Enter 0 to 254."),
+        (InvalidValue, "servo_id", [3], "Servo ID cannot be a list or an object. Enter 0 to 254."),
+        (InvalidValue, "servo_id", float("nan"), "Servo ID cannot be NaN. Enter 0 to 254."),
+        (InvalidValue, "servo_id", float("-inf"), "Servo ID cannot be infinite. Enter 0 to 254."),
     ],
 )
-def test_a_value_out_of_range_is_refused_with_its_limit(key: str, value: float, sentence: str) -> None:
-    with pytest.raises(OutOfRange) as caught:
+def test_an_invalid_value_is_refused_with_the_valid_ones(
+    error: type[HornbillError], key: str, value: object, sentence: str
+) -> None:
+    with pytest.raises(error) as caught:
         to_raw(ROWS[key], value)
     assert caught.value.detail == sentence
-    assert caught.value.facts["requested"] == value
-
-
-def test_out_of_range_facts_are_engineering_values() -> None:
-    with pytest.raises(OutOfRange) as caught:
-        to_raw(ROWS["voltage_limit_upper"], 13)
-    facts = {"minimum": 7.4, "maximum": 12.0, "unit": "V", "requested": 13}
-    assert caught.value.facts == {**facts, "key": "voltage_limit_upper", "cause": "beyond_model_limit"}
 
 
 @pytest.mark.parametrize(
-    ("key", "value", "sentence", "nearest"),
+    ("row", "requested", "cause", "facts"),
     [
-        ("origin", 12.34, "12.34° is between two steps of 0.1°. Enter 12.3 or 12.4°.", [12.3, 12.4]),
-        ("origin", -0.05, "−0.05° is between two steps of 0.1°. Enter −0.1 or 0.0°.", [-0.1, 0.0]),
-        ("timeout_time", 99.5, "99.5 ms is between two steps of 1 ms. Enter 99 or 100 ms.", [99, 100]),
-        ("angle_p_gain", 1.5, "1.5 is between two steps of 1. Enter 1 or 2.", [1, 2]),
+        (
+            "voltage_limit_upper", 13, "beyond_model_limit",
+            {"minimum": 7.4, "maximum": 12.0, "unit": "V", "key": "voltage_limit_upper"},
+        ),
+        ("origin", 12.34, "between_steps", {"nearest": [12.3, 12.4], "unit": "°"}),
+        ("timeout_time", 99.5, "between_steps", {"nearest": [99, 100], "unit": "ms"}),
+        ("pwm_mode", "torque", "wrong_type", {"allowed": ["angle", "speed"], "key": "pwm_mode"}),
     ],
-)
-def test_a_value_between_steps_is_refused_with_its_neighbours(
-    key: str, value: float, sentence: str, nearest: list[float]
+)  # fmt: skip
+def test_the_facts_of_a_refusal_are_engineering_values(
+    row: str, requested: object, cause: str, facts: dict[str, object]
 ) -> None:
-    with pytest.raises(InvalidValue) as caught:
-        to_raw(ROWS[key], value)
-    assert caught.value.detail == sentence
-    assert caught.value.facts["nearest"] == nearest
+    with pytest.raises(HornbillError) as caught:
+        to_raw(ROWS[row], requested)
+    assert caught.value.facts == {**facts, "requested": requested, "cause": cause}
 
 
 @pytest.mark.parametrize(
@@ -169,36 +180,6 @@ def test_sums_of_tenths_count_as_the_nearest_step() -> None:
     assert to_raw(ROWS["command_angle"], 35_999_999.9) == 359_999_999
 
 
-@pytest.mark.parametrize(
-    ("key", "value", "sentence"),
-    [
-        ("torque_mode", True, "Torque cannot be true. Enter on, off or brake."),
-        ("torque_mode", 0, "Torque cannot be 0. Enter on, off or brake."),
-        ("torque_mode", "On", 'Torque cannot be "On". Enter on, off or brake.'),
-        ("soft_start", 1, "Soft start cannot be 1. Enter true or false."),
-        ("soft_start", "on", 'Soft start cannot be "on". Enter true or false.'),
-        ("servo_id", "3", 'Servo ID cannot be "3". Enter 0 to 254.'),
-        ("servo_id", True, "Servo ID cannot be true. Enter 0 to 254."),
-        ("servo_id", None, "Servo ID cannot be empty. Enter 0 to 254."),
-        ("servo_id", [3], "Servo ID cannot be a list or an object. Enter 0 to 254."),
-        ("servo_id", float("nan"), "Servo ID cannot be NaN. Enter 0 to 254."),
-        ("servo_id", float("-inf"), "Servo ID cannot be infinite. Enter 0 to 254."),
-    ],
-)
-def test_a_value_of_the_wrong_kind_is_refused_with_the_right_one(key: str, value: object, sentence: str) -> None:
-    with pytest.raises(InvalidValue) as caught:
-        to_raw(ROWS[key], value)
-    assert caught.value.detail == sentence
-
-
-def test_an_invalid_choice_is_refused_with_the_allowed_ones() -> None:
-    with pytest.raises(InvalidValue) as caught:
-        to_raw(ROWS["pwm_mode"], "torque")
-    assert caught.value.facts == {
-        "allowed": ["angle", "speed"], "requested": "torque", "key": "pwm_mode", "cause": "wrong_type"
-    }  # fmt: skip
-
-
 def test_a_choice_outside_the_range_of_a_model_is_refused() -> None:
     row = CATALOG.models["BLA15-06U-A0"].parameters["pwm_mode"]
     with pytest.raises(InvalidValue, match=r'^PWM mode cannot be "speed"\. Enter angle\.$'):
@@ -216,32 +197,28 @@ def test_the_boot_loader_has_no_value_to_write() -> None:
         to_raw(CATALOG.parameters["boot_loader"], 0)
 
 
-class TestPwmOutputRange:
+@pytest.mark.parametrize(
+    ("values", "unit", "value"),
+    [({"pwm_mode": 1}, ("rpm", 1), 150)]
+    + [(values, ("°", 10), 15.0) for values in ({"pwm_mode": 0}, {"pwm_mode": None}, {}, None)],
+)
+def test_the_unit_of_the_pwm_output_range_follows_the_mode(
+    values: dict[str, int | None] | None, unit: object, value: float
+) -> None:
     """0x36 is tenths of a degree or rpm, as 0x37 says (section 4.30)."""
-
     row = ROWS["pwm_output_range"]
+    assert unit_of(row, values) == unit
+    assert to_value(row, 150, values) == value
+    assert to_raw(row, value, values) == 150
 
-    @pytest.mark.parametrize(
-        ("values", "unit", "value"),
-        [
-            ({"pwm_mode": 0}, ("°", 10), 15.0),
-            ({"pwm_mode": 1}, ("rpm", 1), 150),
-            ({"pwm_mode": None}, ("°", 10), 15.0),
-            ({}, ("°", 10), 15.0),
-            (None, ("°", 10), 15.0),
-        ],
-    )
-    def test_its_unit_follows_the_mode(self, values: dict[str, Any] | None, unit: object, value: float) -> None:
-        assert unit_of(self.row, values) == unit
-        assert to_value(self.row, 150, values) == value
-        assert to_raw(self.row, value, values) == 150
 
-    def test_its_limit_is_in_the_unit_of_the_mode(self) -> None:
-        with pytest.raises(OutOfRange, match=r"^400\.0° is above this model's limit of 360\.0°"):
-            to_raw(self.row, 400, {"pwm_mode": 0})
-        assert to_raw(self.row, 400, {"pwm_mode": 1}) == 400
-        with pytest.raises(OutOfRange, match="Enter 0 to 3600 rpm"):
-            to_raw(self.row, 4000, {"pwm_mode": 1})
+def test_the_limit_of_the_pwm_output_range_is_in_its_unit() -> None:
+    row = ROWS["pwm_output_range"]
+    with pytest.raises(OutOfRange, match=r"^400\.0° is above this model's limit of 360\.0°"):
+        to_raw(row, 400, {"pwm_mode": 0})
+    assert to_raw(row, 400, {"pwm_mode": 1}) == 400
+    with pytest.raises(OutOfRange, match="Enter 0 to 3600 rpm"):
+        to_raw(row, 4000, {"pwm_mode": 1})
 
 
 @pytest.mark.parametrize(

@@ -2,7 +2,7 @@
 
 import re
 import shutil
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
@@ -12,7 +12,33 @@ from hornbill.errors import TableError
 from hornbill.schema.catalog import Catalog
 
 Refusal = Callable[[str, str, str], TableError]
+Case = tuple[str, str, str, str, str | None, str]
+"""File, pattern in it, replacement, reported file and row, words of the message."""
 FILE = "parameters.toml"
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    """A copy of the tables."""
+    return shutil.copytree(resources.schemas(), tmp_path / "schemas")
+
+
+@pytest.fixture
+def refusal(folder: Path) -> Refusal:
+    """Replaces a pattern once in a file of a copy of the tables. Returns the error of loading it."""
+
+    def spoil(file: str, pattern: str, replacement: str) -> TableError:
+        before = (folder / file).read_text(encoding="utf-8")
+        after, count = re.subn(pattern, replacement, before, count=1)
+        assert count == 1
+        assert after != before
+        (folder / file).write_text(after, encoding="utf-8")
+        with pytest.raises(TableError) as caught:
+            Catalog.load(folder)
+        return caught.value
+
+    return spoil
+
 
 PWM_MODE = 'parameter = "pwm_mode", raw = 1'
 UNIT_WHEN = f'unit_when = {{ {PWM_MODE}, unit = "", per_unit = 1 }}'
@@ -71,43 +97,6 @@ PLACES = [
 ]
 
 
-@pytest.mark.parametrize(("row", "old", "new", "words"), ROWS)
-def test_a_mistake_in_a_row(refusal: Refusal, row: str, old: str, new: str, words: str) -> None:
-    inside = rf'(?s)(\nkey = "{row}"\n(?:(?!\n\[\[).)*?){re.escape(old)}'
-    error = refusal(FILE, inside, rf"\g<1>{new}")
-    assert error.facts == {"cause": "table_invalid", "file": FILE, "row": row}
-    assert error.detail.startswith(f"{FILE}, row {row}: ")
-    assert words in error.detail
-
-
-@pytest.mark.parametrize(("pattern", "replacement", "row", "words"), PLACES)
-def test_a_mistake_in_the_file(refusal: Refusal, pattern: str, replacement: str, row: str | None, words: str) -> None:
-    error = refusal(FILE, pattern, replacement)
-    assert error.facts == {"cause": "table_invalid", "file": FILE, "row": row}
-    assert error.detail.startswith(f"{FILE}, row {row}: " if row else f"{FILE}: ")
-    assert words in error.detail
-
-
-@pytest.mark.parametrize(
-    ("name", "message"),
-    [(name, "the file is missing") for name in ("parameters.toml", "faults.toml", "effects.toml")]
-    + [(name, "the folder is missing or empty") for name in ("series", "models")],
-)
-def test_a_missing_file_or_folder(tmp_path: Path, name: str, message: str) -> None:
-    folder = tmp_path / "schemas"
-    shutil.copytree(resources.schemas(), folder, ignore=shutil.ignore_patterns(name))
-    with pytest.raises(TableError, match=f"{name}: {message}"):
-        Catalog.load(folder)
-
-
-def test_a_file_that_is_not_text(tmp_path: Path) -> None:
-    folder = tmp_path / "schemas"
-    shutil.copytree(resources.schemas(), folder)
-    (folder / "faults.toml").write_bytes(b"\xff\xfe\x00")
-    with pytest.raises(TableError, match=r"faults\.toml: the file cannot be read"):
-        Catalog.load(folder)
-
-
 # Series and models.
 
 SERIES, MODEL, PLAIN = "series/bla21.toml", "models/bla21-06u-ab.toml", "models/bla21-06u-a0.toml"
@@ -150,25 +139,6 @@ IDENTITIES = [
 ]  # fmt: skip
 
 
-@pytest.mark.parametrize(("row", "line", "named", "words"), OVERLAYS)
-@pytest.mark.parametrize("file", [SERIES, MODEL])
-def test_a_mistake_in_an_overlay(refusal: Refusal, file: str, row: str, line: str, named: str, words: str) -> None:
-    places = {SERIES: (rf"(?m)^{row} .*$", line), MODEL: (r"\[rows\]", f"[rows]\n{line}")}
-    error = refusal(file, *places[file])
-    assert error.facts == {"cause": "table_invalid", "file": file, "row": named}
-    assert error.detail.startswith(f"{file}, row {named}: ")
-    assert words in error.detail
-
-
-@pytest.mark.parametrize(("file", "pattern", "replacement", "blamed", "row", "words"), IDENTITIES)
-def test_a_mistake_in_the_identity_of_a_model(
-    refusal: Refusal, file: str, pattern: str, replacement: str, blamed: str, row: str | None, words: str
-) -> None:
-    error = refusal(file, pattern, replacement)
-    assert error.facts == {"cause": "table_invalid", "file": blamed, "row": row}
-    assert words in error.detail
-
-
 # Fault bits and effect rules.
 
 # text in faults.toml (first occurrence), replacement, row, message
@@ -209,22 +179,55 @@ EFFECTS = [
 ]
 
 
-@pytest.mark.parametrize(("old", "new", "row", "words"), FAULTS)
-def test_a_mistake_in_a_fault_bit(refusal: Refusal, old: str, new: str, row: str, words: str) -> None:
-    error = refusal("faults.toml", re.escape(old), new)
-    assert error.facts == {"cause": "table_invalid", "file": "faults.toml", "row": row}
+def cases() -> Iterator[Case]:
+    """All mistakes that are reported with their row."""
+    for row, old, new, words in ROWS:
+        inside = rf'(?s)(\nkey = "{row}"\n(?:(?!\n\[\[).)*?){re.escape(old)}'
+        yield FILE, inside, rf"\g<1>{new}", FILE, row, words
+    for pattern, replacement, named, words in PLACES:
+        yield FILE, pattern, replacement, FILE, named, words
+    for row, line, named, words in OVERLAYS:
+        yield SERIES, rf"(?m)^{row} .*$", line, SERIES, named, words
+        yield MODEL, r"\[rows\]", f"[rows]\n{line}", MODEL, named, words
+    yield from IDENTITIES
+    for old, new, row, words in FAULTS:
+        yield "faults.toml", re.escape(old), new, "faults.toml", row, words
+    no_bits = r'(key = "fault_warning"\n(?:.+\n)*?)kind = "bits"'
+    yield FILE, no_bits, r'\g<1>kind = "number"', "faults.toml", "sensor_weak", "unknown fault parameter fault_warning"
+
+
+@pytest.mark.parametrize(("file", "pattern", "replacement", "blamed", "row", "words"), [*cases()])
+def test_a_mistake_is_refused_with_its_file_and_row(
+    refusal: Refusal, file: str, pattern: str, replacement: str, blamed: str, row: str | None, words: str
+) -> None:
+    error = refusal(file, pattern, replacement)
+    assert error.facts == {"cause": "table_invalid", "file": blamed, "row": row}
+    assert error.detail.startswith(f"{blamed}, row {row}: " if row else f"{blamed}: ")
     assert words in error.detail
 
 
-def test_a_detail_bit_of_a_register_without_bits(refusal: Refusal) -> None:
-    error = refusal("parameters.toml", r'(key = "fault_warning"\n(?:.+\n)*?)kind = "bits"', r'\g<1>kind = "number"')
-    assert error.facts == {"cause": "table_invalid", "file": "faults.toml", "row": "sensor_weak"}
-    assert "unknown fault parameter fault_warning" in error.detail
-
-
 @pytest.mark.parametrize(("old", "new", "words"), EFFECTS)
-def test_a_mistake_in_an_effect_rule(refusal: Refusal, old: str, new: str, words: str) -> None:
+def test_a_mistake_in_an_effect_rule_is_refused_with_its_number(
+    refusal: Refusal, old: str, new: str, words: str
+) -> None:
     error = refusal("effects.toml", re.escape(old), new)
     assert error.facts["file"] == "effects.toml"
     assert re.fullmatch(r"\d+ of \[\[effect\]\]", str(error.facts["row"]))
     assert words in error.detail
+
+
+@pytest.mark.parametrize(
+    ("name", "message"),
+    [(name, "the file is missing") for name in ("parameters.toml", "faults.toml", "effects.toml")]
+    + [(name, "the folder is missing or empty") for name in ("series", "models")],
+)
+def test_a_missing_file_or_folder(folder: Path, name: str, message: str) -> None:
+    (folder / name).rename(folder.parent / name)
+    with pytest.raises(TableError, match=f"{name}: {message}"):
+        Catalog.load(folder)
+
+
+def test_a_file_that_is_not_text(folder: Path) -> None:
+    (folder / "faults.toml").write_bytes(b"\xff\xfe\x00")
+    with pytest.raises(TableError, match=r"faults\.toml: the file cannot be read"):
+        Catalog.load(folder)
