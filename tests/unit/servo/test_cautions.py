@@ -25,47 +25,35 @@ def servo(model: str = "BLA21-06U-A0") -> Servo:
     return made
 
 
-def confirmations(found: list[Caution]) -> list[str]:
-    return [one.confirm for one in found if one.confirm is not None]
-
-
-@given(raw=st.integers(-36000, 36000), here=st.lists(st.integers(-36000, 36000), max_size=3))
-def test_a_move_beyond_one_turn_requires_a_confirmation(raw: int, here: list[int]) -> None:
-    far = max((abs(raw - angle) for angle in here), default=0)
-    assert ("turns" in confirmations(cautions(servo(), "angle", raw, here, 0.06))) == (far > 3600)
-
-
-@given(raw=st.integers(-300, 300), kind=st.sampled_from(["speed", "torque"]))
-def test_continuous_rotation_is_a_caution_without_a_confirmation(raw: int, kind: str) -> None:
-    found = cautions(servo(), kind, raw, [], 0.06)
-    assert any("rotates continuously" in one.text for one in found) == (raw != 0)
-    assert confirmations(found) == []
+@pytest.mark.parametrize(
+    ("raw", "here", "lost_deg", "confirm"),
+    [
+        (3600, [0], None, []), (3601, [0], None, ["turns"]), (-3601, [3600, 0], None, ["turns"]), (3601, [], None, []),
+        (1, [0], None, []), (450, [0], 270.0, []), (451, [0], 270.0, ["turn_count"]), (0, [], 270.0, ["turn_count"]),
+    ],
+)  # fmt: skip
+def test_more_than_a_turn_or_a_far_move_after_lost_turns_is_confirmed(
+    raw: int, here: list[int], lost_deg: float | None, confirm: list[str]
+) -> None:
+    one = servo()
+    one.turns_lost_deg = lost_deg
+    found = cautions(one, "angle", raw, here, 0.06)
+    assert [caution.code for caution in found] == [caution.confirm for caution in found] == confirm
 
 
 @pytest.mark.parametrize("kind", ["speed", "torque"])
-@pytest.mark.parametrize(
-    ("raw", "warned"), [(0, False), (1, True), (-9, True), (10, False), (-10, False), (100, False)]
-)
-def test_a_value_below_the_usable_minimum_is_a_caution(kind: str, raw: int, warned: bool) -> None:
-    found = [one for one in cautions(servo(), kind, raw, [], 0.06) if one.code == "below_minimum"]
-    assert bool(found) is warned
-    for one in found:
-        assert "at least ±10 " in one.text
-        assert one.params == {"value": raw, "smallest": 10}
-        assert one.confirm is None
-
-
-def test_no_angle_is_below_the_usable_minimum() -> None:
-    assert [one.code for one in cautions(servo(), "angle", 1, [0], 0.06)] == []
-
-
-def test_with_lost_turns_only_a_short_move_from_a_known_angle_needs_no_confirmation() -> None:
-    lost = servo()
-    lost.turns_lost_deg = 270.0
-    assert confirmations(cautions(lost, "angle", 450, [0], 0.06)) == []
-    assert confirmations(cautions(lost, "angle", 451, [0], 0.06)) == ["turn_count"]
-    assert confirmations(cautions(lost, "angle", 0, [], 0.06)) == ["turn_count"], "its angle is unknown"
-    assert confirmations(cautions(lost, "speed", 0, [], 0.06)) == []
+@pytest.mark.parametrize(("raw", "rotates", "small"), [(0, 0, 0), (1, 1, 1), (-9, 1, 1), (10, 1, 0), (-100, 1, 0)])
+def test_continuous_rotation_and_a_value_below_the_usable_minimum_are_cautions(
+    kind: str, raw: int, rotates: bool, small: bool
+) -> None:
+    one = servo()
+    one.turns_lost_deg = 270.0
+    found = {caution.code: caution for caution in cautions(one, kind, raw, [], 0.06)}
+    assert list(found) == ["continuous_rotation"] * rotates + ["below_minimum"] * small
+    assert not any(caution.confirm for caution in found.values())
+    if small:
+        assert found["below_minimum"].params == {"value": raw, "smallest": 10}
+        assert "at least ±10 " in found["below_minimum"].text
 
 
 def test_all_missing_confirmations_are_listed_at_once() -> None:
@@ -105,7 +93,6 @@ def test_no_angle_beyond_half_a_turn_is_sent_and_float16_rounds_by_a_step(raw: i
 
 @given(raw=st.integers(-2048, 2048), kind=st.sampled_from(["speed", "torque"]))
 def test_whole_rpm_and_percent_are_exact(raw: int, kind: str) -> None:
-    one = servo()
-    target = permission.Target(one.registers[f"command_{kind}"].parameter, raw, clamped=False)
-    part = bursts._part(one, kind, target)  # pyright: ignore[reportPrivateUsage]
+    target = permission.Target(servo().registers[f"command_{kind}"].parameter, raw, clamped=False)
+    part = bursts._part(servo(), kind, target)  # pyright: ignore[reportPrivateUsage]
     assert part.value == part.command.command_value == raw / target.parameter.per_unit
