@@ -204,10 +204,6 @@ class Memory:
         self.known[serial_number] = baud
 
 
-def usb_with(serial_number: str) -> Callable[[str], UsbAdapter]:
-    return lambda _device: UsbAdapter(serial_number)
-
-
 @pytest.fixture(autouse=True)
 def tried(monkeypatch: pytest.MonkeyPatch) -> list[int]:
     """The rates set, in order. Nothing an adapter sent at one rate arrives at the next."""
@@ -274,27 +270,6 @@ async def test_an_adapter_without_data_is_passive_and_never_active(quick: None, 
             assert port.details.nothing_received
             assert "no data was received" in str(port.trouble)
             assert remedy.format(adapter.channel) in str(port.trouble)
-
-
-@pytest.mark.real_time
-async def test_an_adapter_is_tried_first_at_its_last_rate(monkeypatch: pytest.MonkeyPatch, tried: list[int]) -> None:
-    monkeypatch.setattr(address, "usb_of", usb_with("A1B2"))
-    memory = Memory()
-    async with opened(FakeAdapter(baud=115_200), memory=memory) as (adapter, port):
-        adapter.send(BUS_FRAME)
-        await until(lambda: memory.known)
-        assert memory.known == {"A1B2": 115_200}
-        assert line_of(port).serial_number == "A1B2"
-    tried.clear()
-    async with opened(FakeAdapter(baud=115_200), memory=memory) as (_, port):
-        assert line_of(port).baud == tried[0] == 115_200
-
-
-def test_a_wrong_remembered_rate_leads_to_a_search() -> None:
-    with FakeAdapter(baud=115_200) as adapter:
-        bus = slcan.SlcanBus(adapter.channel, first_baud=460_800)
-        assert bus.line_info.baud == 115_200
-        bus.shutdown()
 
 
 @pytest.mark.real_time
@@ -373,14 +348,19 @@ async def test_a_cancelled_search_ends(tried: list[int]) -> None:
 
 
 @pytest.mark.real_time
-async def test_adapters_with_one_serial_number_are_each_detected_at_their_rate(monkeypatch: pytest.MonkeyPatch) -> None:
+async def test_an_adapter_is_tried_first_at_the_last_rate_of_its_serial_number(
+    monkeypatch: pytest.MonkeyPatch, tried: list[int]
+) -> None:
     """Copies of a chip often share one, so the remembered rate of one is wrong for the other."""
-    monkeypatch.setattr(address, "usb_of", usb_with("A50285BI"))
+    monkeypatch.setattr(address, "usb_of", lambda _device: UsbAdapter("A50285BI"))
     memory = Memory()
     with FakeAdapter(baud=1_000_000, bus=True) as one, FakeAdapter(baud=115_200, bus=True) as other:
-        for adapter, rate in ((one, 1_000_000), (other, 115_200), (one, 1_000_000)):
+        for adapter, rate, first in (
+            (one, 1_000_000, 1_000_000), (other, 115_200, 1_000_000), (other, 115_200, 115_200),
+        ):  # fmt: skip
+            tried.clear()
             port = await open_port(f"slcan:{adapter.channel}", memory=memory)
-            assert line_of(port).baud == rate
+            assert (line_of(port).baud, line_of(port).serial_number, tried[0]) == (rate, "A50285BI", first)
             await until(lambda rate=rate: memory.known == {"A50285BI": rate})
             await port.close()
 

@@ -100,7 +100,7 @@ def message(can_id: int, data: bytes) -> Any:
 
 
 @pytest.mark.parametrize("channel", ["", "0031", "0031/0"])
-async def test_an_adapter_is_opened_at_the_servos_bit_rate_used_and_released(
+async def test_an_adapter_is_opened_at_the_servos_bit_rate_used_lost_when_unplugged_and_released(
     channel: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     device = Device("0031")
@@ -119,18 +119,11 @@ async def test_an_adapter_is_opened_at_the_servos_bit_rate_used_and_released(
     port.send([Frame(0x1FAA7F01, b"\x55")])
     await until(lambda: wire.sent)
     assert (wire.sent[0].can_id, bytes(wire.sent[0])[:1]) == (0x1FAA7F01, b"\x55")
-    await port.close()
-    assert (wire.started, device.opened) == (False, False)
-
-
-async def test_an_unplugged_adapter_is_lost(monkeypatch: pytest.MonkeyPatch) -> None:
-    device = Device("0031")
-    plugged_in(monkeypatch, device)
-    port = await open_port("candle:0031")
     device.is_connected = False
     await until(lambda: port.state is PortState.LOST)
     assert "it was unplugged" in str(port.trouble)
     await port.close()
+    assert (wire.started, device.opened) == (False, False)
 
 
 @pytest.mark.parametrize(

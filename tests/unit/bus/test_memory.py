@@ -1,10 +1,11 @@
 """MemoryBus in virtual time: arbitration, bit times, delivery, load, loss, bus-off, noise and other bit rates."""
 
 import asyncio
-from itertools import pairwise
 from random import Random
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from hornbill.bus.embedded.memory import MemoryBus
 from hornbill.bus.embedded.memory_port import MemoryPort
@@ -44,40 +45,41 @@ async def test_a_frame_arrives_at_the_instant_of_its_last_bit(a: MemoryPort, b: 
         assert port.statistics.busy_s == pytest.approx(frame_bits(frame) * BIT)
 
 
-async def test_the_lowest_identifier_wins_regardless_of_queueing_order(
-    bus: MemoryBus, a: MemoryPort, b: MemoryPort, c: MemoryPort
-) -> None:
-    a.send([Frame(30, b"1"), Frame(30, b"2"), Frame(10, b"3")])
-    b.send([Frame(20, b"4"), Frame(5, b"5")])
-    await asyncio.sleep(0)
-    c.send([Frame(25, b"6")])  # at the same instant, in a later iteration of the loop
-    await asyncio.sleep(1)
-    assert [(name, frame.id, frame.data) for name, frame in bus.history] == [
-        ("b", 5, b"5"), ("a", 10, b"3"), ("b", 20, b"4"), ("c", 25, b"6"), ("a", 30, b"1"), ("a", 30, b"2"),
-    ]  # fmt: skip
-    ends = [frame.at for _, frame in bus.history]
-    bits = [frame_bits(frame) for _, frame in bus.history]
-    assert [b - a for a, b in pairwise(ends)] == pytest.approx([count * BIT for count in bits[1:]], abs=1e-12)
+def arbitrated(sent: list[tuple[int, str, Frame]]) -> list[tuple[str, Frame]]:
+    """What a bus carries of frames queued at these bit times: whenever it is idle, the lowest identifier wins."""
+    carried: list[tuple[str, Frame]] = []
+    idle_at, waiting = 0, sorted(sent, key=lambda each: each[0])
+    while waiting:
+        idle_at = max(idle_at, waiting[0][0])
+        winner = min((each for each in waiting if each[0] <= idle_at), key=lambda each: each[2].id)
+        waiting.remove(winner)
+        idle_at += frame_bits(winner[2])
+        carried.append((winner[1], winner[2]._replace(at=START + (idle_at - 3) * BIT)))
+    return carried
 
 
-async def test_a_frame_on_the_wire_is_not_interrupted(
-    bus: MemoryBus, a: MemoryPort, b: MemoryPort, c: MemoryPort
-) -> None:
-    a.send([Frame(100, bytes(8)), Frame(100, bytes(8))])
-    await asyncio.sleep(1 * BIT)
-    b.send([Frame(1, b"")])
-    await asyncio.sleep(1)
-    assert [name for name, _ in bus.history] == ["a", "b", "a"]
+queued = st.tuples(st.integers(0, 600), st.integers(0, 5), st.binary(max_size=8))
 
 
-async def test_a_shorter_frame_that_wins_late_is_delivered_on_time(a: MemoryPort, b: MemoryPort, c: MemoryPort) -> None:
-    seen: list[float] = []
-    c.listen(lambda frames: seen.append(asyncio.get_running_loop().time()))
-    a.send([Frame(100, bytes(8))])  # the timer is set for this one
-    b.send([Frame(1, b"")])
-    await asyncio.sleep(1)
-    first = (frame_bits(Frame(1, b"")) - 3) * BIT
-    assert seen[0] == pytest.approx(START + first, abs=1e-12)
+@given(st.lists(queued, max_size=12))
+def test_the_lowest_queued_identifier_wins_whenever_the_bus_is_idle(queued: list[tuple[int, int, bytes]]) -> None:
+    sent = sorted((at, "abc"[number % 3], Frame(number, data)) for at, number, data in queued)
+
+    async def main() -> None:
+        bus, loop = MemoryBus(history=100), asyncio.get_running_loop()
+        ports = {name: bus.port(name) for name in "abcd"}
+        arrived: list[Frame] = []
+        ports["d"].listen(lambda frames: arrived.extend(frame for frame in frames if frame.at == loop.time()))
+        for at, name, frame in sent:  # those of one instant in successive iterations of the loop
+            await asyncio.sleep(START + at * BIT - loop.time())
+            ports[name].send([frame])
+        await asyncio.sleep(1)
+        expected = arbitrated(sent)
+        assert [(name, frame[:2]) for name, frame in bus.history] == [(name, frame[:2]) for name, frame in expected]
+        ends = [frame.at for _, frame in expected]
+        assert [frame.at for frame in arrived] == pytest.approx(ends, abs=1e-9), "each is delivered with its last bit"
+
+    run(main())
 
 
 async def test_an_immediate_response_follows_after_the_interframe_space(

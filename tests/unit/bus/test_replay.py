@@ -17,8 +17,7 @@ from hornbill.bus.recordings.writer import LogFormat, LogWriter
 from hornbill.errors import BusDisconnected, BusReadOnly, PortOpenFailed
 from hornbill.wire.bittime import frame_bits
 from hornbill.wire.frame import Frame, LoggedFrame
-from hornbill.wire.port import PortState
-from jumping_clock import run
+from hornbill.wire.port import PortState, PortStatistics
 
 UTC = 1_700_000_000.0
 
@@ -65,38 +64,22 @@ async def test_frames_keep_their_spacing_divided_by_the_speed(form: LogFormat, s
     assert [at - began for at in arrivals] == pytest.approx(after, abs=0.0011), "resolution of a loop's timers"
 
 
-async def test_replay_begins_with_the_first_listener_and_stays_active_at_its_end(tmp_path: Path) -> None:
+async def test_replay_begins_with_the_first_listener_and_stays_active_and_read_only_at_its_end(tmp_path: Path) -> None:
     path = recording(tmp_path, frame(0), frame(1))
     async with replaying(path, idle_s=10) as (port, received):
         assert (port.state, port.trouble, port.retry_in_s, port.sample_point) == (PortState.ACTIVE, None, None, None)
-        assert port.statistics.rx_frames == 0
-        await asyncio.sleep(0.5)
-        assert len(received) == 1
-        assert not port.ended
-        await asyncio.sleep(3600)
-        assert len(received) == 2
-        assert port.ended
-        assert port.state is PortState.ACTIVE
-        assert port.trouble is not None
-        assert "has ended" in str(port.trouble)
-        assert port.statistics.rx_frames == 2
-        assert port.statistics.busy_s == pytest.approx(2 * frame_bits(received[0]) / 1e6, rel=0.1)
-
-
-async def test_a_replay_is_read_only(tmp_path: Path) -> None:
-    path = recording(tmp_path, frame(0), frame(1))
-    async with replaying(path) as (port, received):
         with pytest.raises(BusReadOnly, match="is a recording and read-only"):
             port.send([frame(0), frame(1)])
         with pytest.raises(ValueError, match="29 bits"):
             port.send([Frame(1 << 29, b"")])
-        assert (port.refused, port.statistics.tx_frames, port.statistics.errors) == (2, 0, 0)
-        await asyncio.sleep(5)
-        assert len(received) == 2
-        await port.close()
-        assert port.state is PortState.DISCONNECTED
-        with pytest.raises(BusDisconnected, match="has stopped"):
-            port.send([frame(0)])
+        assert (port.refused, port.statistics) == (2, PortStatistics())
+        await asyncio.sleep(0.5)
+        assert (len(received), port.ended) == (1, False)
+        await asyncio.sleep(3600)
+        assert (len(received), port.ended, port.state) == (2, True, PortState.ACTIVE)
+        assert "has ended" in str(port.trouble)
+        assert port.statistics.rx_frames == 2
+        assert port.statistics.busy_s == pytest.approx(2 * frame_bits(received[0]) / 1e6, rel=0.1)
 
 
 async def test_closing_ends_it_at_once_and_is_idempotent(tmp_path: Path) -> None:
@@ -105,7 +88,9 @@ async def test_closing_ends_it_at_once_and_is_idempotent(tmp_path: Path) -> None
         await asyncio.sleep(1.05)
         await port.close()
         await port.close()
-        assert len(received) == 11
+        assert port.state is PortState.DISCONNECTED
+        with pytest.raises(BusDisconnected, match="has stopped"):
+            port.send([frame(0)])
         await asyncio.sleep(300)
         assert len(received) == 11
 
@@ -121,24 +106,16 @@ async def test_a_long_recording_is_read_as_it_is_played(tmp_path: Path) -> None:
     assert max(abs(gap - 0.001) for gap in gaps) < 5e-6
 
 
-async def test_a_recording_that_steps_back_in_time_continues_without_a_pause(tmp_path: Path) -> None:
+async def test_a_recording_that_steps_back_in_time_or_has_other_lines_continues_without_a_pause(tmp_path: Path) -> None:
     path = recording(tmp_path, frame(10), frame(10.1), frame(10.2))
-    path.write_text(path.read_text() + f"({UTC + 3:.6f}) can0 1003F30B#AA\n({UTC + 10.3:.6f}) can0 1003F30B#BB\n")
-    async with replaying(path) as (_port, received):
+    lines = "garbage", f"({UTC + 3:.6f}) can0 1003F30B#AA", "(1.0) can0 123#00", "(1.0) can0 20000004#0000000000000000"
+    path.write_text("\n".join((path.read_text(), *lines, f"({UTC + 10.3:.6f}) can0 1003F30B#BB")))
+    async with replaying(path) as (port, received):
         await asyncio.sleep(0.35)
         assert len(received) == 5
-        assert [one.at for one in received] == sorted(one.at for one in received)
-
-
-async def test_lines_that_are_not_frames_are_counted(tmp_path: Path) -> None:
-    path = recording(tmp_path, frame(0), frame(1))
-    path.write_text(
-        path.read_text() + "garbage\n(1700000001.1) can0 123#00\n(1700000001.1) can0 20000004#0000000000000000\n"
-    )
-    async with replaying(path) as (port, _):
-        await asyncio.sleep(5)
         seen = port.statistics
-        assert (seen.rx_frames, seen.ignored, seen.error_frames, seen.errors) == (2, 1, 1, 2)
+        assert (seen.rx_frames, seen.ignored, seen.error_frames, seen.errors) == (5, 1, 1, 2)
+        assert [one.at for one in received] == sorted(one.at for one in received)
 
 
 async def test_a_damaged_file_is_lost_with_the_reason(tmp_path: Path) -> None:
@@ -149,7 +126,6 @@ async def test_a_damaged_file_is_lost_with_the_reason(tmp_path: Path) -> None:
         await asyncio.sleep(120)
         assert 500 < len(received) < 6000
         assert port.state is PortState.LOST
-        assert port.trouble is not None
         assert "damaged" in str(port.trouble)
 
 
@@ -198,13 +174,6 @@ async def test_an_invalid_address_is_refused_with_the_reason(address: str, detai
     assert caught.value.facts["address"] == address
 
 
-async def test_a_file_without_extended_frames_is_refused(tmp_path: Path) -> None:
-    path = tmp_path / "standard.log"
-    path.write_text("(1.0) can0 123#00\n")
-    with pytest.raises(PortOpenFailed, match="no CAN frames with 29-bit identifiers"):
-        await open_replay(f"file:{path}")
-
-
 async def test_a_failing_listener_is_logged_and_ends_the_replay(
     tmp_path: Path, caplog: pytest.LogCaptureFixture
 ) -> None:
@@ -221,10 +190,12 @@ async def test_a_failing_listener_is_logged_and_ends_the_replay(
         assert "odd" in caplog.text
 
 
-@pytest.mark.parametrize("name", ["pipe", "no\0name", "x" * 5000, "/dev/zero"])
-async def test_a_path_that_is_not_a_file_is_refused_at_once(name: str, tmp_path: Path) -> None:
+@pytest.mark.parametrize("name", ["pipe", "no\0name", "x" * 5000, "/dev/zero", "standard.log"])
+async def test_a_path_that_is_not_a_recording_is_refused_at_once(name: str, tmp_path: Path) -> None:
     os.mkfifo(tmp_path / "pipe")
-    with pytest.raises(PortOpenFailed, match="file"):
+    (tmp_path / "standard.log").write_text("(1.0) can0 123#00\n")
+    expected = "no CAN frames with 29-bit identifiers" if name == "standard.log" else "file"
+    with pytest.raises(PortOpenFailed, match=expected):
         await asyncio.wait_for(open_replay(f"file:{name}", folder=tmp_path), 5)
 
 
@@ -251,9 +222,3 @@ async def test_opening_times_out_and_a_late_file_is_closed(tmp_path: Path, monke
     async with asyncio.timeout(5):
         while not closed.is_set():
             await asyncio.sleep(0.01)
-
-
-def test_an_invalid_bit_rate_is_refused(tmp_path: Path) -> None:
-    path = recording(tmp_path, frame(1))
-    with pytest.raises(PortOpenFailed, match="bit/s"):
-        run(open_replay(f"file:{path}", bitrate=0))

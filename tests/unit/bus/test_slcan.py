@@ -20,7 +20,7 @@ pytest.importorskip("termios", reason="pseudo terminals exist on POSIX only")
 
 from unit.bus.adapter import FakeAdapter, wait_until
 from unit.bus.slcan_ports import opened
-from unit.bus.waiting import no_leaks, received_by, until
+from unit.bus.waiting import received_by, until
 
 pytestmark = pytest.mark.real_time
 
@@ -72,21 +72,19 @@ async def test_an_open_command_that_is_refused_is_reported(bitrate: int, command
         SlcanBus(adapter.channel).shutdown()  # the device was released
 
 
-def test_an_adapter_that_refuses_the_servos_bit_rate_is_used_with_a_note() -> None:
-    with FakeAdapter(refuses=(b"S8",)) as adapter:
+@pytest.mark.parametrize(
+    ("refuses", "codes"), [((b"S8",), ["bit_rate_fixed"]), ((b"C", b"", b"V", b"F"), [])], ids=["bit rate", "closing"]
+)
+def test_an_adapter_that_refuses_the_servos_bit_rate_or_to_close_a_closed_channel_is_used(
+    refuses: tuple[bytes, ...], codes: list[str]
+) -> None:
+    with FakeAdapter(refuses=refuses) as adapter:
         bus = SlcanBus(adapter.channel)
-        assert [note.code for note in bus.notes] == ["bit_rate_fixed"]
-        assert "BELL to S8" in bus.notes[0].text
+        assert [note.code for note in bus.notes] == codes
+        assert not codes or "BELL to S8" in bus.notes[0].text
         wait_until(lambda: adapter.is_open)
         adapter.send(b"T000000010\r")
         assert bus.receive(1, 0.0).frames[0][:2] == (1, b"")
-        bus.shutdown()
-
-
-def test_an_adapter_may_refuse_to_close_a_closed_channel() -> None:
-    with FakeAdapter(refuses=(b"C", b"", b"V", b"F")) as adapter:
-        bus = SlcanBus(adapter.channel)
-        assert not bus.receive(0.02, 0.0)
         bus.shutdown()
 
 
@@ -178,14 +176,6 @@ def test_no_more_is_written_than_the_bus_can_soon_transmit() -> None:
         bus.shutdown()
 
 
-async def test_a_refused_frame_is_counted() -> None:
-    async with opened(FakeAdapter(refuses=(b"T000000010",))) as (adapter, port):
-        port.send([Frame(1, b""), Frame(2, b"")])
-        await until(lambda: port.statistics.errors == 1)
-        assert port.state is PortState.ACTIVE
-        assert adapter.sent == [b"T000000010", b"T000000020"]
-
-
 async def test_a_stuck_adapter_is_lost_and_queued_frames_are_never_sent() -> None:
     async with opened() as (adapter, port):
         adapter.fill()
@@ -239,24 +229,21 @@ async def test_an_unplugged_adapter_is_lost(sending: bool) -> None:
             port.send([Frame(1, b"")])
 
 
-async def test_an_adapter_that_stops_responding_is_lost(monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.parametrize("flags", [0, None], ids=["with status flags", "without"])
+async def test_an_adapter_with_status_flags_that_stops_responding_is_lost(
+    flags: int | None, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setattr(slcan, "_POLL_S", 0.02)
     monkeypatch.setattr(slcan, "_SILENT_S", 0.2)
-    async with opened(FakeAdapter(flags=0)) as (adapter, port):
+    async with opened(FakeAdapter(flags=flags)) as (adapter, port):
         await asyncio.sleep(0.4)
         assert port.state is PortState.ACTIVE
+        if flags is None:
+            assert adapter.received.count(b"F") == 1, "an adapter without them may stay silent"
+            return
         adapter.stall()
         await until(lambda: port.state is PortState.LOST)
         assert "no longer responds" in str(port.trouble)
-
-
-async def test_an_adapter_without_status_flags_may_stay_silent(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(slcan, "_POLL_S", 0.02)
-    monkeypatch.setattr(slcan, "_SILENT_S", 0.04)
-    async with opened() as (adapter, port):
-        await asyncio.sleep(0.2)
-        assert port.state is PortState.ACTIVE
-        assert adapter.received.count(b"F") == 1
 
 
 async def test_status_flags_set_passive_and_active(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -299,12 +286,6 @@ async def test_unsolicited_reports_set_the_state_and_are_counted() -> None:
         await until(lambda: port.state is PortState.ACTIVE)
         seen = port.statistics
         assert (seen.unacknowledged, seen.bus_offs, seen.error_frames, seen.errors) == (2, 1, 4, 4)
-
-
-async def test_opening_and_closing_leaves_no_thread_and_no_descriptor() -> None:
-    with FakeAdapter() as adapter, no_leaks():
-        for _ in range(5):
-            await (await open_port(f"slcan:{adapter.channel}")).close()
 
 
 # As a python-can bus.

@@ -1,12 +1,14 @@
 """The virtual CAN interface chosen for simulated servos, never one of real hardware."""
 
 import socket
+from contextlib import nullcontext
 from pathlib import Path
 
 import pytest
 
-from hornbill.bus.adapters import socketcan, virtual
+from hornbill.bus.adapters import socketcan
 from hornbill.bus.adapters.virtual import find_vcan
+from unit.bus.sysfs import interface
 
 on_linux = pytest.mark.skipif(not hasattr(socket, "AF_CAN"), reason="SocketCAN is available on Linux only")
 
@@ -20,22 +22,12 @@ def net(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return folder
 
 
-def interface(net: Path, name: str, *, place: str = "virtual", up: bool = True) -> None:
-    real = net.parent / "devices" / place / name
-    real.mkdir(parents=True)
-    (real / "type").write_text("280")
-    (real / "flags").write_text("0x40081" if up else "0x40080")
-    (net / name).symlink_to(real)
-
-
-class Opens:
+class Opens(nullcontext[object]):
     """A socket that binds to every interface."""
 
-    def __init__(self, *_arguments: int) -> None: ...
-    def __enter__(self) -> "Opens":
-        return self
+    def __init__(self, *_arguments: int) -> None:
+        super().__init__(self)
 
-    def __exit__(self, *_arguments: object) -> None: ...
     def bind(self, _address: tuple[str]) -> None: ...
 
 
@@ -48,8 +40,8 @@ def test_without_an_interface_the_reason_names_the_commands_to_create_one(net: P
 @on_linux
 def test_the_first_interface_that_is_up_is_chosen(net: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(socket, "socket", Opens)
-    interface(net, "vcan0", up=False)
-    interface(net, "vcan1")
+    interface(net, "vcan0", up=False, device="virtual")
+    interface(net, "vcan1", device="virtual")
     address, why = find_vcan()
     assert address == "socketcan:vcan1"
     assert "vcan1 is up" in why
@@ -57,7 +49,7 @@ def test_the_first_interface_that_is_up_is_chosen(net: Path, monkeypatch: pytest
 
 @on_linux
 def test_an_interface_that_is_down_or_cannot_be_opened_is_named(net: Path) -> None:
-    interface(net, "vcan0", up=False)
+    interface(net, "vcan0", up=False, device="virtual")
     assert find_vcan() == (None, "vcan0 is down (sudo ip link set vcan0 up)")
     (net / "vcan0" / "flags").write_text("0x40081")
     address, why = find_vcan()
@@ -70,10 +62,10 @@ def test_an_interface_of_real_hardware_is_never_chosen(
     net: Path, monkeypatch: pytest.MonkeyPatch, name: str, place: str
 ) -> None:
     monkeypatch.setattr(socket, "socket", Opens)
-    interface(net, name, place=place)
+    interface(net, name, device=place)
     assert find_vcan()[0] is None
 
 
 def test_without_socketcan_the_reason_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.delattr(socket, "AF_CAN", raising=False)
-    assert virtual.find_vcan() == (None, "SocketCAN is available on Linux only")
+    assert find_vcan() == (None, "SocketCAN is available on Linux only")
