@@ -4,7 +4,6 @@ from itertools import pairwise
 
 import pytest
 
-from behaviour.servo_story import follow, refused
 from hornbill.wire.messages import AllocationMessage
 from hornbill.wire.transfer import Transfer
 from hornbill.wire.types import decode
@@ -143,11 +142,6 @@ def test_a_new_node_id_is_used_from_the_next_start_on_if_saved(node_id: int, sav
     expected = node_id if saved else 42
     assert (desk.servo.node_id, desk.servo.register(0x46)) == (expected, expected)
     assert ({each.type_id for each in desk.wait(3.0)} == {1}) is (expected == 0)
-
-
-@pytest.mark.states("B02")
-def test_other_node_ids_are_refused() -> None:
-    follow(Desk(rom=QUIET), refused("0x46", -1, 128, 255), {"0x46": 42})
 
 
 def test_the_discriminator_changes_between_requests() -> None:

@@ -4,7 +4,7 @@ from math import inf, nan
 
 import pytest
 
-from behaviour.servo_story import follow, near, refused, under
+from behaviour.servo_story import follow, near, under
 from hornbill.schema.parameter import DUMMY
 from hornbill.sim.behaviour import Behaviour
 from hornbill.wire.messages import ActuatorCommand, ArrayCommand, CommandType
@@ -45,11 +45,6 @@ def test_a_new_servo_id_has_effect_immediately_and_only_it_and_255_reach_the_ser
     for addressed, position in ((servo_id, 0.5), (255, 0.25)):
         desk.array(addressed, POSITION, position)
         assert desk.read("0x00") == 1000 * position
-
-
-@pytest.mark.states("B95")
-def test_other_servo_ids_are_refused() -> None:
-    follow(Desk(servo_id=7), refused("0x45", -1, 255, 256), {"0x45": 7})
 
 
 @pytest.mark.states("B95")

@@ -5,7 +5,7 @@ from typing import Any
 
 import pytest
 
-from behaviour.servo_story import Rom, Steps, between, follow, go, near, refused, stories, turned, under
+from behaviour.servo_story import Rom, Steps, between, follow, go, near, stories, turned, under
 from hornbill.schema.parameter import DUMMY
 from hornbill.sim.device import ServoStage
 from unit.sim.desk import FREE, MODELS, Desk
@@ -15,8 +15,6 @@ SOFTWARE_WARNING = 1 << 9
 HOT: dict[str, Any] = {"temperature_c": 90.0}
 HIGH: dict[str, Any] = {"voltage_v": 11.0}
 NORMAL: dict[str, Any] = {"temperature_c": 25.0, "voltage_v": 7.4}
-BOUNDARY = {"06U": (35, 74, 120), "12U": (35, 120, 240), "28U": (35, 280, 500)}
-"""Least lower limit, the value that both limits share, greatest upper limit, in 0.1 V."""
 
 
 @pytest.mark.states("B41", "B42", "B43", "B61", "B92", "B107")
@@ -36,10 +34,6 @@ BOUNDARY = {"06U": (35, 74, 120), "12U": (35, 120, 240), "28U": (35, 280, 500)}
         ("0x3E", 20, 25.0, TEMPERATURE_HIGH), ("0x3E", 50, 52.0, TEMPERATURE_HIGH),
         ("0x3F", 10, 8.0, TEMPERATURE_LOW), ("0x3F", -20, -22.0, TEMPERATURE_LOW),
     )},
-    "B92: the temperature limits meet at 20 degrees": ({}, [
-        refused("0x3E", 19, 81), ("0x3E", 20, 0), ("0x3E", 80, 0),
-        refused("0x3F", -41, 21), ("0x3F", -40, 0), ("0x3F", 20, 0),
-    ]),
     **{f"B41, B43: without output a load turns the horn, {cause}": ({"speed_torque_control": 0}, [
         under(load_pct=10.0), {"angle_deg": near(0, 2)}, under(**cause), 1.0, {"angle_deg": between(30, 1_000)},
     ]) for cause in (HOT, HIGH, {"voltage_v": 3.5})},
@@ -77,18 +71,6 @@ def test_at_a_limit_the_bit_is_set_and_beyond_it_output_goes_off(
         follow(desk, under(**{condition: value}), {"0x1A": bit, "output": output})
         assert desk.value("0x18") & SOFTWARE_WARNING
     follow(desk, under(**NORMAL), {"0x18": 0, "0x1A": 0, "output": 0})
-
-
-@pytest.mark.states("B93")
-@pytest.mark.parametrize("model", MODELS)
-def test_the_voltage_limits_of_a_class_share_a_boundary(model: str) -> None:
-    least, shared, greatest = BOUNDARY[model[6:9]]
-    if model == "BLA34-28U-AB":
-        greatest = 400
-    desk = Desk(model, rom=FREE)
-    assert [desk.write("0x41", raw) for raw in (least - 1, least, shared, shared + 1)] == [None, least, shared, None]
-    wanted = [None, shared, greatest, None]
-    assert [desk.write("0x40", raw) for raw in (shared - 1, shared, greatest, greatest + 1)] == wanted
 
 
 @pytest.mark.states("B41", "B43", "B93")

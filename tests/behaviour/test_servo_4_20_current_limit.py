@@ -2,14 +2,8 @@
 
 import pytest
 
-from unit.sim.desk import FREE, MODELS, Desk
+from unit.sim.desk import FREE, MODELS, Desk, catalog
 from unit.sim.response import step
-
-LIMITS = {
-    "BLA21-06U": (60, 120), "BLA21-12U": (35, 63), "BLA21-28U": (16, 24), "BLA15-06U": (10, 21), "BLA15-12U": (7, 10),
-    "BLA34-12U": (35, 63), "BLA34-28U": (16, 24),
-}  # fmt: skip
-"""The least and the default value, in 0.1 A."""
 
 
 def stalled(cascade: int, limit: int, model: str = "BLA21-06U-A0") -> Desk:
@@ -31,9 +25,11 @@ def test_a_lower_limit_reduces_torque_and_the_droop_of_the_supply(cascade: int) 
 @pytest.mark.states("B77", "B105")
 @pytest.mark.parametrize("model", MODELS)
 def test_the_range_of_every_model_reduces_torque(model: str) -> None:
-    least, default = LIMITS[model[:9]]
-    weak, strong = (stalled(1, limit, model).value("0x0A") for limit in (least, default))
-    assert weak == pytest.approx(100 * least / default, abs=2)
+    row = catalog().models[model].parameters["overcurrent_limit"]
+    assert row.minimum is not None
+    assert row.default is not None
+    weak, strong = (stalled(1, limit, model).value("0x0A") for limit in (row.minimum, row.default))
+    assert weak == pytest.approx(100 * row.minimum / row.default, abs=2)
     assert strong > weak + 10
 
 

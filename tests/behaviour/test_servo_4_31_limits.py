@@ -94,14 +94,6 @@ def test_speed_limits_apply_to_angles_but_not_to_a_torque_nor_without_0x25() -> 
         assert max(watch(desk, "0x09", 0.5)) > 40
 
 
-@pytest.mark.states("B104")
-@pytest.mark.parametrize("model", ["BLA15-06U-A0", "BLA15-12U-A0"])
-def test_a_bla15_accepts_limits_of_300_and_commands_of_150(model: str) -> None:
-    desk = Desk(model, rom=FREE)
-    follow(desk, ("0x3A", 300, 0), ("0x3B", -300, 0), ("0x01", 150, 0), ("0x01", -150, 0))
-    follow(desk, refused("0x3A", 301), refused("0x3B", -301), refused("0x01", 151, -151))
-
-
 @pytest.mark.states("B91", "B54")
 @pytest.mark.parametrize(("sign", "limit", "bit"), [(1, 25, TORQUE_CW), (-1, -35, TORQUE_CCW)])
 @pytest.mark.parametrize(("name", "raw"), [("0x00", 900), ("0x01", 50), ("0x02", 90)])
