@@ -22,31 +22,6 @@ def test_timers_run_in_order_at_their_exact_instants() -> None:
     assert run(main()) == [("a", START + 1e-6), ("c", START + 0.3), ("b", START + 0.3)]
 
 
-def test_a_timer_is_never_early() -> None:
-    async def main() -> list[float]:
-        loop = asyncio.get_running_loop()
-        early: list[float] = []
-
-        def check(at: float) -> None:
-            if loop.time() < at:
-                early.append(at)
-
-        at = START
-        for step in range(2000):
-            at += 1 + step * 1.7e-6
-            loop.call_at(at, check, at)
-        await asyncio.sleep(3000)
-        return early
-
-    assert run(main()) == []
-
-
-async def test_an_executor_runs_inline() -> None:
-    assert await asyncio.to_thread(threading.get_ident) == threading.get_ident()
-    with pytest.raises(ZeroDivisionError):
-        await asyncio.get_running_loop().run_in_executor(None, divmod, 1, 0)
-
-
 def test_a_deadlock_names_the_waiting_tasks() -> None:
     async def main() -> None:
         loop = asyncio.get_running_loop()

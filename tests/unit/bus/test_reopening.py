@@ -119,33 +119,6 @@ async def test_an_open_port_forwards_to_its_adapter(desk: Desk, port: ReopeningP
     assert (len(desk.opened), port.statistics.tx_frames, port.statistics.reopened) == (1, 1, 0)
 
 
-async def test_a_failed_first_opening_raises_and_is_not_retried() -> None:
-    desk = Desk()
-    desk.failure = refusal()
-    port = desk.port()
-    with pytest.raises(PortOpenFailed, match="no such device"):
-        await port.open()
-    await asyncio.sleep(60)
-    assert len(desk.times) == 1
-    assert port.state is PortState.DISCONNECTED
-    await port.close()
-
-
-async def test_open_with_retries_tries_until_it_opens() -> None:
-    desk = Desk()
-    desk.failure = refusal("Plug it in.")
-    port = desk.port()
-    await port.open_with_retries()
-    assert (port.state, str(port.trouble)) == (PortState.LOST, "Plug it in.")
-    assert port.retry_in_s is not None
-    await asyncio.sleep(30)
-    desk.failure = None
-    await asyncio.sleep(PAUSES_S[-1])
-    assert (port.state, port.trouble, port.retry_in_s) == (PortState.ACTIVE, None, None)
-    assert port.statistics.reopened == 0, "it was never open before"
-    await port.close()
-
-
 async def test_a_lost_adapter_is_reported_at_once_and_reopened_after_the_first_pause(
     desk: Desk, port: ReopeningPort
 ) -> None:

@@ -166,11 +166,12 @@ def test_an_address_is_a_file_and_an_optional_speed(address: str, path: str, spe
         ("file:a.log?speed=1e9", "not a valid speed"),
         ("file:/nowhere/a.log", "cannot be read: No such file"),
         ("file:/", "Is a directory"),
+        ("file:a.log", "0 bit/s is not a valid bit rate"),
     ],
 )
-async def test_an_invalid_address_is_refused_with_the_reason(address: str, detail: str) -> None:
+async def test_an_invalid_address_or_bit_rate_is_refused_with_the_reason(address: str, detail: str) -> None:
     with pytest.raises(PortOpenFailed, match=detail) as caught:
-        await open_replay(address)
+        await open_replay(address, bitrate=0 if "bit rate" in detail else 1_000_000)
     assert caught.value.facts["address"] == address
 
 

@@ -28,10 +28,14 @@ ALLOCATION = Frame(0x1800017F, bytes.fromhex("fac0"))
         ([READ_BY_NAME, ALLOCATION], 1, True, True),
     ],
 )
-def test_its_transfers_identify_the_program(frames: list[Frame], requests: int, makers: bool, allocates: bool) -> None:
+def test_its_transfers_of_known_types_identify_the_program(
+    frames: list[Frame], requests: int, makers: bool, allocates: bool
+) -> None:
     it = SharedNodeId(HOST)
     reported: list[float] = []
     it.on_seen.append(reported.append)
+    it.receive([READ_BY_NAME._replace(id=unknown) for unknown in (0x0012347F, 0x187794FF, 0x18FF15FF)], 1.0)
+    assert (it.frames, it.last_seen) == (0, None)
     it.receive(frames, 5.0)
     assert (it.frames, it.requests, it.is_makers_program, it.allocates) == (len(frames), requests, makers, allocates)
     assert (it.last_seen, reported) == (5.0, [5.0])
@@ -58,13 +62,6 @@ def test_a_soon_returned_frame_of_ours_is_an_echo() -> None:
     assert it.frames == 1
     it.receive([READ_BY_NAME], 1.0 + ECHO_S + 0.1)
     assert it.frames == 2
-
-
-@pytest.mark.parametrize("can_id", [0x0012347F, 0x1877947F | 0x80, 0x18FF15FF])
-def test_frames_of_unknown_data_types_are_ignored(can_id: int) -> None:
-    it = SharedNodeId(HOST)
-    it.receive([Frame(can_id, bytes.fromhex("000030783243c5"))], 1.0)
-    assert (it.frames, it.last_seen) == (0, None)
 
 
 @pytest.mark.parametrize(("address", "frames"), [("slcan:COM3", 1), ("file:morning.log", 0)])

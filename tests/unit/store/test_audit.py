@@ -11,28 +11,19 @@ from hornbill.store.tables import Json
 from hornbill.units import Uid
 from unit.store.clock import Wall
 
-A = Uid("a0" * 16)
-B = Uid("b0" * 16)
+A, B = Uid("a0" * 16), Uid("b0" * 16)
 
 
-def test_an_entry_is_stored_whole(place: str, store: Store) -> None:
-    entry = NewAuditEntry(
-        "Ada", "write", "clamped", A, "origin", -90.0, 200, 180, Note.words("clamped by the servo"), "0011"
-    )
-    store.audit.add([entry])
-    store.close()
-    with Store(place) as again:
-        (row,) = again.audit.rows()
-        assert row == AuditEntry(row.id, 1000.0, entry)
-
-
-def test_any_value_is_stored_with_its_type(store: Store) -> None:
+def test_an_entry_is_stored_whole_with_values_of_any_type(place: str, store: Store) -> None:
     values: list[Json] = [None, False, True, 0, 0.5, "", "off", [], {"a": None}]
-    store.audit.add(NewAuditEntry("Ada", "write", "applied", before=one, requested=one, after=one) for one in values)
-    for value, row in zip(values, reversed(store.audit.rows()), strict=True):
-        found = row.entry.before, row.entry.requested, row.entry.after
-        assert found == (value, value, value)
-        assert [type(one) for one in found] == [type(value)] * 3
+    notes = Note.words("clamped by the servo")
+    entries = [NewAuditEntry("Ada", "write", "clamped", A, "origin", one, one, one, notes, "0011") for one in values]
+    store.audit.add(entries)
+    with Store(place) as again:
+        rows = again.audit.rows()[::-1]
+    assert rows == [AuditEntry(row.id, 1000.0, entry) for row, entry in zip(rows, entries, strict=True)]
+    for value, row in zip(values, rows, strict=True):  # False equals 0
+        assert {type(one) for one in (row.entry.before, row.entry.requested, row.entry.after)} == {type(value)}
 
 
 def test_rows_are_paged_newest_first(store: Store) -> None:

@@ -25,6 +25,7 @@ def stored(store: Store, uid: Uid = A) -> StoredServo:
 def test_a_servo_is_stored_whole(place: str, store: Store) -> None:
     store.servos.seen(A, FACTS)
     store.servos.set_label(A, "Elevator L")
+    store.servos.put_rom(A, {"origin": 1, "servo_id": 2})
     store.servos.put_rom(A, {"torque_mode": 0, "origin": -900})
     store.servos.set_notes(A, "New gears.")
     expected = StoredServo(
@@ -54,12 +55,6 @@ def test_a_label_can_be_set_before_the_servo_is_seen_and_removed(store: Store) -
     store.servos.seen(B)
     store.servos.set_label(B, "")
     assert stored(store, B) == StoredServo(B, "", ServoFacts(), 1000.0, 1000.0)
-
-
-def test_rom_values_are_replaced(store: Store) -> None:
-    store.servos.put_rom(A, {"origin": 1, "servo_id": 2})
-    store.servos.put_rom(A, {"origin": 3})
-    assert stored(store).rom == {"origin": 3}
 
 
 def test_servos_are_ordered_by_unique_id_and_can_be_excluded_or_forgotten(store: Store) -> None:

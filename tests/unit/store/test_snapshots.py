@@ -21,27 +21,25 @@ def add(store: Store, uid: Uid = A, *, automatic: bool = True, **other: Any) -> 
     return store.snapshots.add(uid, automatic=automatic, **facts)
 
 
-def test_a_snapshot_is_stored_whole(place: str, store: Store) -> None:
-    made = add(store)
-    expected = StoredSnapshot(
-        made.id, A, 1000.0, "before a change", "Ada", True, "BLA21-06U-A0", 1300, "1.3", {"origin": -900}, {"origin": 0}
-    )
-    assert made == expected
-    store.close()
-    with Store(place) as again:
-        assert again.snapshots.get(made.id) == expected
-
-
-def test_snapshots_of_a_servo_are_ordered_newest_first(store: Store, wall: Wall) -> None:
+def test_snapshots_are_stored_whole_and_ordered_newest_first(place: str, store: Store, wall: Wall) -> None:
     first = add(store)
-    add(store, B)
+    expected = StoredSnapshot(
+        first.id, A, 1000.0, "before a change", "Ada", True, "BLA21-06U-A0", 1300, "1.3",
+        {"origin": -900}, {"origin": 0},
+    )  # fmt: skip
+    assert first == expected
+    other = add(store, B, ram={"origin": 1})
     wall.now = 900.0  # a wall clock may be set back: the order of creation counts
-    second = add(store)
-    assert store.snapshots.of(A) == [second, first]
-    assert store.snapshots.of(A, limit=1) == [second]
-    assert store.snapshots.latest(A) == second
-    assert store.snapshots.latest(Uid("c0" * 16)) is None
-    assert store.snapshots.counts() == {A: 2, B: 1}
+    assert add(store, by="Bo", unless_same=True) == first, "it equals the newest"
+    second = add(store, rom={"origin": 5}, unless_same=True)
+    third = add(store, unless_same=True)
+    with Store(place) as again:
+        assert again.snapshots.get(first.id) == expected
+        assert again.snapshots.of(A) == [third, second, first]
+        assert again.snapshots.of(A, limit=1) == [third]
+        assert (again.snapshots.latest(A), again.snapshots.latest(B)) == (third, other)
+        assert again.snapshots.latest(Uid("c0" * 16)) is None
+        assert again.snapshots.counts() == {A: 3, B: 1}
 
 
 def test_only_automatic_snapshots_of_the_servo_are_deleted(store: Store, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -68,15 +66,6 @@ def test_the_oldest_are_deleted_periodically_and_after_a_start(
     with Store(place) as again:
         add(again)
         assert again.snapshots.counts() == {A: 3}
-
-
-def test_a_snapshot_equal_to_the_newest_is_not_added(store: Store) -> None:
-    first = add(store)
-    add(store, B, ram={"origin": 1})
-    assert add(store, by="Bo", unless_same=True) == first
-    second = add(store, rom={"origin": 5}, unless_same=True)
-    third = add(store, unless_same=True)
-    assert store.snapshots.of(A) == [third, second, first]
 
 
 def test_deleted_snapshots_are_gone_and_their_numbers_are_not_reused(store: Store) -> None:

@@ -64,7 +64,7 @@ def stored(store: Store) -> StoredServo:
     return servo
 
 
-def test_tables_in_memory_are_usable_while_the_database_is_blocked(place: str) -> None:
+def test_tables_are_loaded_at_the_start_and_usable_while_the_database_is_blocked(place: str) -> None:
     async def scene(store: Store, gate: Gate) -> None:
         gate.close()
         store.servos.seen(UID, ServoFacts(model="M", firmware=1300))
@@ -88,25 +88,15 @@ def test_tables_in_memory_are_usable_while_the_database_is_blocked(place: str) -
         servo = stored(again)
         assert (servo.label, servo.rom, servo.facts.firmware) == ("rudder", {"angle_p_gain": 19}, 1300)
         assert again.settings.get("latest") == 19
-        assert again.allocations.entries() == {UID: 20}
-        assert list(again.faults.of(UID)) == ["voltage_low"]
+        rows = again.servos.all(), again.allocations.rows(), again.profiles.all(), again.faults.of(UID)
+    assert all(rows)
 
-
-def test_stored_rows_are_in_memory_from_the_start(place: str) -> None:
-    with Store(place) as before:
-        before.servos.set_label(UID, "rudder")
-        before.allocations.pin(UID, NodeId(7))
-        before.settings.put("one", {"a": [1, None]})
-        before.profiles.put("gains", {"values": {"angle_p_gain": 5}})
-        before.faults.record(FaultReading(UID, 5.0, appeared=frozenset(["voltage_low"])))
-        rows = before.servos.all(), before.allocations.rows(), before.profiles.all(), before.faults.of(UID)
-
-    async def scene(store: Store, gate: Gate) -> None:
+    async def next_start(store: Store, gate: Gate) -> None:
         gate.close()
         assert (store.servos.all(), store.allocations.rows(), store.profiles.all(), store.faults.of(UID)) == rows
-        assert store.settings.get("one") == {"a": [1, None]}
+        assert store.settings.get("latest") == 19
 
-    write_behind(place, scene)
+    write_behind(place, next_start)
 
 
 def test_a_read_from_the_database_follows_earlier_changes(place: str) -> None:
@@ -178,22 +168,6 @@ def test_cancelling_an_awaited_change_leaves_it_complete(place: str) -> None:
     write_behind(place, scene)
     with Store(place) as again:
         assert stored(again).label == "rudder"
-
-
-def test_settled_waits_until_changes_are_in_the_database(place: str) -> None:
-    async def scene(store: Store, gate: Gate) -> None:
-        gate.close()
-        store.settings.put("one", 1)
-        settling = asyncio.create_task(store.settled())
-        for _ in range(10):
-            await asyncio.sleep(0)
-        assert not settling.done()
-        gate.open()
-        await settling
-        with Store(place) as other:
-            assert other.settings.get("one") == 1
-
-    write_behind(place, scene)
 
 
 def test_listeners_receive_failed_writes_and_the_next_success(place: str) -> None:
