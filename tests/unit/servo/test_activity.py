@@ -60,18 +60,13 @@ class Rig:
                 status = self.now
                 if self.now - self._polled > 0.15:
                     self._sample("current_angle", angle)
-            every = (
-                1 / self.reads[-1][1]
-                if read and self._read_key == "current_torque"
-                else CATALOG.polled["current_torque"]
-            )
-            if self.now - self._torque >= every:
+            fast = read and self._read_key == "current_torque"
+            if self.now - self._torque >= (1 / self.reads[-1][1] if fast else CATALOG.polled["current_torque"]):
                 self._torque = self.now
                 self._sample("current_torque", torque)
             self.activities.tick()
-            doing = self.doing
-            if not self.states or self.states[-1] != doing:
-                self.states.append(doing)
+            if self.states[-1:] != [self.doing]:
+                self.states.append(self.doing)
 
     def _sample(self, key: str, of: Signal) -> None:
         value = round(of(self.now), 1)
@@ -104,7 +99,7 @@ def swing(hz: float, peak: float) -> Signal:
     return lambda at: peak * math.sin(2 * math.pi * hz * at + 0.4)
 
 
-@pytest.mark.parametrize("hz", [2.0, 3.1, 5.0, 7.7, 9.4, 9.9, 10.0, 10.1, 16.0, 20.0, 23.7, 30.0])
+@pytest.mark.parametrize("hz", [2.0, 5.0, 9.9, 10.0, 20.0, 23.7])
 def test_hunting_is_found_at_every_frequency_and_reported_once(hz: float) -> None:
     rig = Rig()
     rig.run(30.0, swing(hz, 1.0), swing(hz, 90.0))
@@ -157,18 +152,6 @@ def test_a_changing_load_on_a_horn_at_rest_is_no_hunting(watched_hz: float) -> N
     rig.run(60.0, lambda at: 0.1 * math.sin(at), lambda at: 60.0 * math.sin(at * 1.3), watched_hz)
     assert rig.codes() == []
     assert set(rig.states) <= {"unknown", "holding"}
-
-
-def test_a_motor_at_its_limit_at_rest_is_saturated_and_reported_once() -> None:
-    rig = Rig()
-    rig.run(10.0, lambda _at: 5.0, lambda _at: 40.0)
-    rig.run(30.0, lambda _at: 5.0, lambda at: 95.0 if math.sin(at * 7) > -0.9 else 85.0)
-    assert rig.doing == "saturated"
-    (event,) = rig.events
-    assert (event.code, event.params["torque_limit_pct"]) == ("saturated", 100.0)
-    rig.run(30.0, lambda _at: 5.0, lambda _at: 30.0)
-    assert rig.codes() == ["saturated", "saturated_ended"]
-    assert rig.states == ["unknown", "holding", "saturated", "holding"]
 
 
 def test_torque_during_a_move_is_no_saturation() -> None:

@@ -5,7 +5,7 @@ from dataclasses import replace
 from typing import cast
 
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from hornbill.domain.note import Note
@@ -50,6 +50,7 @@ def test_a_side_equals_itself(held: Held) -> None:
     assert found.same == len(held[1])
 
 
+@settings(max_examples=50)
 @given(servos(), servos())
 def test_a_comparison_with_exchanged_sides_is_its_mirror(left: Held, right: Held) -> None:
     one = compare(CATALOG, side(left), side(right), identity=True)
@@ -66,6 +67,7 @@ def test_a_comparison_with_exchanged_sides_is_its_mirror(left: Held, right: Held
     assert one.same + len(one.differences) == len(rows)
 
 
+@settings(max_examples=50)
 @given(servos(), servos())
 def test_restored_rows_do_not_differ(there: Held, here: Held) -> None:
     rows, raws = here

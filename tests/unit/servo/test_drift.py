@@ -58,6 +58,7 @@ def test_a_row_that_is_not_known_yet_keeps_its_last_value_and_is_doubtful(store:
     assert stored.rom == dict.fromkeys(KEYS, 1)
     assert doubtful(stored) == {"angle_limit_cw", "speed_limit_cw"}
     assert drifted(stored) == process.servo.drift == {}
+    assert doubtful(process.start(*KEYS)) == set()
 
 
 def test_drift_is_found_after_a_crash_between_the_two_writes(store: Store) -> None:

@@ -170,6 +170,26 @@ def test_a_bit_cleared_by_an_unobserved_restart_was_last_seen_before_it(desk: De
     assert (fault.active, fault.last_seen) == (False, EPOCH + 1001.0)
 
 
+def test_a_fault_that_is_no_longer_read_is_stale(desk: Desk) -> None:
+    desk.read(WARNING, HOT)
+    assert desk.one("temperature_high").active
+    desk.now += 10
+    fault = desk.one("temperature_high")
+    assert (fault.active, fault.stale, fault.last_seen) == (False, True, EPOCH + 1001.0)
+
+
+def test_warnings_and_failures_require_an_acknowledgement(desk: Desk) -> None:
+    desk.read(NOTIFICATION, 1 << 8)
+    assert desk.faults.unacknowledged(UID) == 0
+    desk.read(WARNING, HOT)
+    desk.read(FAILURE, DRIVER | 1 << 3)
+    assert desk.faults.unacknowledged(UID) == 3
+    asyncio.run(desk.faults.acknowledge(UID, "Ada", "motor_driver"))
+    assert desk.faults.unacknowledged(UID) == 2
+    asyncio.run(desk.faults.acknowledge(UID, "Ada"))
+    assert desk.faults.unacknowledged(UID) == 0
+
+
 def test_another_server_counts_a_bit_set_after_a_restart_as_new(desk: Desk) -> None:
     desk.read(WARNING, HOT)
     desk.read(FAILURE, WATCHDOG)

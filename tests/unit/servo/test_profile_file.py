@@ -111,7 +111,7 @@ def profiles(draw: st.DrawFn) -> Profile:
     return put(name, Draft(values, text, model.name, firmware), identity=True, by="hypothesis")
 
 
-@settings(suppress_health_check=[HealthCheck.too_slow])  # every profile is checked and kept on its way
+@settings(max_examples=40, suppress_health_check=[HealthCheck.too_slow])  # every profile is checked and kept on its way
 @given(profiles(), st.sampled_from(FORMS))
 def test_a_written_profile_reads_back_as_the_same(profile: Profile, form: Form) -> None:
     text = profile_file.to_toml(profile, CATALOG) if form == "toml" else profile_file.to_json(profile)
@@ -126,6 +126,7 @@ def test_a_written_profile_reads_back_as_the_same(profile: Profile, form: Form) 
     assert text == (profile_file.to_toml(again, CATALOG) if form == "toml" else profile_file.to_json(again))
 
 
+@settings(max_examples=40)
 @given(profiles(), st.sampled_from(FORMS))
 def test_every_verdict_has_the_line_of_its_key(profile: Profile, form: Form) -> None:
     text = profile_file.to_toml(profile, CATALOG) if form == "toml" else profile_file.to_json(profile)

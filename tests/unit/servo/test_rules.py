@@ -32,42 +32,24 @@ def test_the_ranges_of_a_lower_and_an_upper_limit_meet(model: ServoModel) -> Non
 
 
 @given(windows, raws, raws, raws, st.sampled_from(("lower", "upper")))
-def test_a_limit_near_the_reading_requires_a_confirmation(
+def test_a_limit_tightened_to_less_than_the_margin_from_the_reading_requires_a_confirmation(
     row: Parameter, before: Raw, after: Raw, reading: Raw, which: str
 ) -> None:
     limits, side = row.limits, 1 if which == "upper" else -1
     assert limits is not None
-    key = limits.upper if which == "upper" else limits.lower
-    margin = limits.tolerance or 0
-    tightened = (after - before) * side < 0
-    too_near = (after - reading) * side < margin
+    key, margin = getattr(limits, which), limits.tolerance or 0
     now = {key: before, row.key: reading}
-    for confirm in ((), ("torque_off_in_rom",)):
-        if not (tightened and too_near):
-            rules.check_readings(ROWS, now, {key: after}, confirm)
-            continue
-        with pytest.raises(NeedsConfirmation) as confirms:
-            rules.check_readings(ROWS, now, {key: after}, confirm)
-        assert (confirms.value.facts["confirm"], confirms.value.facts["key"]) == (limits.confirm, key)
-        assert f"±{margin / row.per_unit:g}" in confirms.value.detail
+    confirms = (after - before) * side < 0 and (after - reading) * side < margin
     rules.check_readings(ROWS, now, {key: after}, (str(limits.confirm),))
-
-
-@given(windows, raws, raws, raws, st.sampled_from(("lower", "upper")))
-def test_a_limit_outside_the_margin_is_accepted(
-    row: Parameter, before: Raw, after: Raw, reading: Raw, which: str
-) -> None:
-    limits, side = row.limits, 1 if which == "upper" else -1
-    assert limits is not None
-    key = limits.upper if which == "upper" else limits.lower
-    now = {key: before, row.key: reading}
-    try:
+    if not confirms:
         rules.check_readings(ROWS, now, {key: after}, ())
-    except NeedsConfirmation:
-        remedy = reading + side * (limits.tolerance or 0)
-        rules.check_readings(ROWS, now, {key: remedy}, ())
-        with pytest.raises(NeedsConfirmation):
-            rules.check_readings(ROWS, now | {key: remedy + side}, {key: remedy - side}, ())
+        return
+    for confirm in ((), ("torque_off_in_rom",)):
+        with pytest.raises(NeedsConfirmation) as caught:
+            rules.check_readings(ROWS, now, {key: after}, confirm)
+        assert (caught.value.facts["confirm"], caught.value.facts["key"]) == (limits.confirm, key)
+        assert f"±{margin / row.per_unit:g}" in caught.value.detail
+    rules.check_readings(ROWS, now, {key: reading + side * margin}, ())
 
 
 @pytest.mark.parametrize("row", READINGS, ids=lambda row: row.key)
@@ -97,16 +79,11 @@ def test_an_id_in_use_is_refused_and_a_free_one_suggested(key: str, requested: i
         return
     with pytest.raises(Conflict) as refused:
         rules.check_id(ROWS[key], requested, taken)
-    facts = refused.value.facts
-    unique = ROWS[key].unique
-    free = facts["free"]
-    assert isinstance(free, int)
+    free, unique = refused.value.facts["free"], ROWS[key].unique
     assert unique is not None
-    assert unique.lowest <= free <= unique.highest
-    assert free not in numbers
-    assert facts["owner"] == next(one.owner for one in taken if one.number == requested)
+    assert free == min(set(range(unique.lowest, unique.highest + 1)) - numbers)
+    assert refused.value.facts["owner"] == next(one.owner for one in taken if one.number == requested)
     assert "elbow" in refused.value.detail
-    rules.check_id(ROWS[key], free, taken)
 
 
 def test_id_zero_is_never_in_use() -> None:

@@ -60,10 +60,7 @@ def response(value: Value, name: str) -> GetSetResponse:
         (response(integer(9), "0x20"), "GetSet response 0x20 = 9"),
         (response(integer(555_555_555), "0x01"), "GetSet response 0x01 = 555555555, inactive"),
         (response(integer(0), "0x18"), "GetSet response 0x18 = 0, no fault"),
-        (
-            response(integer(0b1_0000_0010), "0x18"),
-            "GetSet response 0x18 = 258, Hardware warning, Software notification",
-        ),
+        (response(integer(0x102), "0x18"), "GetSet response 0x18 = 258, Hardware warning, Software notification"),
         (response(integer(1 << 30), "0x1B"), "GetSet response 0x1B = 1073741824, bit 30"),
         (response(integer(5), "0x07"), "GetSet response 0x07 = 5"),
         (response(integer(5), "0xzz"), "GetSet response 0xzz = 5"),
@@ -73,38 +70,33 @@ def test_registers_have_names_and_values_have_units(structure: AnyStructure, tex
     assert describe(texts(), structure) == text
 
 
-def test_only_the_position_of_a_servo_is_in_degrees() -> None:
-    status = ActuatorStatus(1, 0.125, 0.0, 0.0, 0)
-    assert describe(texts(Known(10, 1)), status, source=10) == "Status servo 1, 12.5°"
-    assert describe(texts(Known(10, 1)), status, source=11) == "Status servo 1, position 0.125"
+STATUS = ActuatorStatus(1, 0.125, 0.0, 0.0, 0)
+COMMAND = ArrayCommand((ActuatorCommand(1, CommandType.POSITION, 0.125),))
 
 
-@pytest.mark.parametrize(("unit", "text"), [("radian", "7.2°"), ("degree", "0.1°"), ("tenth_degree", "0.0°")])
+@pytest.mark.parametrize(
+    ("unit", "text"),
+    [("hundred_degrees", "12.5°"), ("radian", "7.2°"), ("degree", "0.1°"), ("tenth_degree", "0.0°")],
+)
 def test_a_position_is_converted_by_the_unit_of_the_servo(unit: PositionUnit, text: str) -> None:
     servo = Known(10, 1, position_unit=Estimate(forced=unit))
-    assert describe(texts(servo), ActuatorStatus(1, 0.125, 0.0, 0.0, 0), source=10) == f"Status servo 1, {text}"
-    command = ArrayCommand((ActuatorCommand(1, CommandType.POSITION, 0.125),))
-    assert describe(texts(servo), command) == f"ArrayCommand servo 1 to {text}"
+    assert describe(texts(servo), STATUS, source=10) == f"Status servo 1, {text}"
+    assert describe(texts(servo), COMMAND) == f"ArrayCommand servo 1 to {text}"
 
 
-def test_a_position_of_unknown_unit_has_none() -> None:
-    servo = Known(10, 1, position_unit=Estimate())
-    status = ActuatorStatus(1, 0.125, 0.0, 0.0, 0)
-    assert describe(texts(servo), status, source=10) == "Status servo 1, position 0.125"
-    command = ArrayCommand((ActuatorCommand(1, CommandType.POSITION, 0.125),))
-    assert describe(texts(servo), command) == "ArrayCommand servo 1 position 0.125"
+def test_a_position_of_unknown_unit_or_of_another_node_has_none() -> None:
+    unknown = texts(Known(10, 1, position_unit=Estimate()))
+    assert describe(unknown, STATUS, source=10) == "Status servo 1, position 0.125"
+    assert describe(unknown, COMMAND) == "ArrayCommand servo 1 position 0.125"
+    assert describe(texts(Known(10, 1)), STATUS, source=11) == "Status servo 1, position 0.125"
 
 
 def test_a_command_has_the_units_of_its_servo() -> None:
-    message = ArrayCommand(
-        (
-            ActuatorCommand(1, CommandType.POSITION, -0.125),
-            ActuatorCommand(1, CommandType.UNITLESS, 0.5),
-            ActuatorCommand(1, CommandType.SPEED, 100),
-            ActuatorCommand(1, CommandType.FORCE, -20),
-            ActuatorCommand(9, CommandType.POSITION, -0.125),
-        )
-    )
+    commands = (
+        (1, CommandType.POSITION, -0.125), (1, CommandType.UNITLESS, 0.5), (1, CommandType.SPEED, 100),
+        (1, CommandType.FORCE, -20), (9, CommandType.POSITION, -0.125),
+    )  # fmt: skip
+    message = ArrayCommand(tuple(ActuatorCommand(*one) for one in commands))
     assert describe(texts(Known(10, 1)), message) == (
         "ArrayCommand servo 1 to −12.5°, servo 1 to 90.0°, servo 1 speed 100 rpm, servo 1 torque −20 %, "
         "servo 9 position −0.125"
@@ -122,36 +114,44 @@ def test_the_unit_depends_on_the_known_mode_of_the_servo() -> None:
     assert row.unit != row.unit_when.unit
 
 
-def test_a_response_has_its_delay_and_whether_the_value_is_the_requested_one() -> None:
+HOST_TO_10, TO_HOST = {"source": 127, "destination": 10}, {"source": 10, "destination": 127}
+
+
+@pytest.mark.parametrize(
+    ("name", "requested", "found", "text"),
+    [
+        ("0x38", integer(900), 900, "0x38 = 900, 90.0°, as requested. 0.8 ms"),
+        ("0x39", integer(-900), -750, "0x39 = −750, −75.0°, requested −900. 0.8 ms"),
+        ("0x08", EMPTY, 1, "0x08 = 1, 0.1°. 0.8 ms"),
+    ],
+)
+def test_a_response_has_its_delay_and_whether_the_value_is_the_requested_one(
+    name: str, requested: Value, found: int, text: str
+) -> None:
     one = texts()
-    describe(one, GetSetRequest(0, integer(900), "0x38"), at=5.0, source=127, destination=10, transfer_id=3)
-    text = describe(one, response(integer(900), "0x38"), at=5.0008, source=10, destination=127, transfer_id=3)
-    assert text == "GetSet response 0x38 = 900, 90.0°, as requested. 0.8 ms"
-    describe(one, GetSetRequest(0, integer(-900), "0x39"), at=6.0, source=127, destination=10, transfer_id=4)
-    text = describe(one, response(integer(-750), "0x39"), at=6.002, source=10, destination=127, transfer_id=4)
-    assert text == "GetSet response 0x39 = −750, −75.0°, requested −900. 2.0 ms"
-    describe(one, GetSetRequest(0, EMPTY, "0x08"), at=7.0, source=127, destination=10, transfer_id=5)
-    text = describe(one, response(integer(1), "0x08"), at=7.001, source=10, destination=127, transfer_id=5)
-    assert text == "GetSet response 0x08 = 1, 0.1°. 1.0 ms"
+    describe(one, GetSetRequest(0, requested, name), at=5.0, **HOST_TO_10, transfer_id=3)
+    shown = describe(one, response(integer(found), name), at=5.0008, **TO_HOST, transfer_id=3)
+    assert shown == f"GetSet response {text}"
 
 
 def test_a_requested_text_contains_no_control_characters() -> None:
     one = texts()
     requested = GetSetRequest(0, Value(ValueKind.STRING, "\x1b[2J"), "0x00")
-    describe(one, requested, at=5.0, source=127, destination=10, transfer_id=3)
-    text = describe(one, response(integer(1), "0x00"), at=5.001, source=10, destination=127, transfer_id=3)
+    describe(one, requested, at=5.0, **HOST_TO_10, transfer_id=3)
+    text = describe(one, response(integer(1), "0x00"), at=5.001, **TO_HOST, transfer_id=3)
     assert text.isprintable()
     assert "requested" in text
 
 
 def test_a_response_to_another_node_and_a_second_one_do_not_match() -> None:
     one = texts()
-    describe(one, GetSetRequest(0, EMPTY, "0x08"), at=7.0, source=127, destination=10, transfer_id=5)
-    other = describe(one, response(integer(1), "0x08"), at=7.001, source=10, destination=126, transfer_id=5)
-    first = describe(one, response(integer(1), "0x08"), at=7.002, source=10, destination=127, transfer_id=5)
-    second = describe(one, response(integer(1), "0x08"), at=7.003, source=10, destination=127, transfer_id=5)
-    assert (other, second) == ("GetSet response 0x08 = 1, 0.1°", "GetSet response 0x08 = 1, 0.1°")
-    assert first.endswith("2.0 ms")
+    describe(one, GetSetRequest(0, EMPTY, "0x08"), at=7.0, **HOST_TO_10, transfer_id=5)
+    other, first, second = (
+        describe(one, response(integer(1), "0x08"), at=7.002, source=10, destination=node, transfer_id=5)
+        for node in (126, 127, 127)
+    )
+    assert other == second == "GetSet response 0x08 = 1, 0.1°"
+    assert first == f"{other}. 2.0 ms"
 
 
 def test_the_oldest_requests_without_a_response_are_dropped() -> None:
