@@ -2,7 +2,7 @@
 
 import asyncio
 import threading
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import pytest
@@ -27,15 +27,9 @@ class Bench:
         self.events: list[tuple[str, str, str]] = []
         self.address = "socketcan:can0"
         self.recorder = BusLog(
-            FileFolder(folder, LOGS),
-            listen=self.listen,
-            address=lambda: self.address,
-            utc=lambda at: at + UTC,
-            publish=self.publish,
-        )
-
-    def publish(self, level: str, code: str, text: str, params: Mapping[str, object]) -> None:
-        self.events.append((level, code, text))
+            FileFolder(folder, LOGS), listen=self.listen, address=lambda: self.address, utc=lambda at: at + UTC,
+            publish=lambda level, code, text, params: self.events.append((level, code, text)),
+        )  # fmt: skip
 
     def listen(self, listener: Listener) -> Callable[[], None]:
         self.listeners.append(listener)

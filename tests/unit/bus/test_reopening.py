@@ -4,7 +4,6 @@ import asyncio
 import errno
 from collections.abc import AsyncGenerator, Sequence
 from contextlib import asynccontextmanager
-from dataclasses import dataclass, field
 
 import can
 import pytest
@@ -15,45 +14,31 @@ from hornbill.bus.ports.pythoncan import PythonCanPort
 from hornbill.bus.reopening import BUS_OFF_S, PAUSES_S, STEADY_S, ReopeningPort
 from hornbill.errors import BusDisconnected, PortError, PortOpenFailed
 from hornbill.wire.frame import Frame
-from hornbill.wire.port import PLAIN, CanPort, FrameSink, PortDetails, PortState, PortStatistics
+from hornbill.wire.port import CanPort, PortState, PortStatistics
 from hornbill.wire.services import GetNodeInfoRequest
 from jumping_clock import run
 from unit.bus.test_pythoncan import Adapter as Scripted
 from unit.bus.waiting import received_by, until
 from unit.node.peer import participant
+from unit.node.recording import RecordingPort
 
 
-@dataclass(eq=False)
-class Adapter:
-    """An open adapter; the test sets its state."""
+class Adapter(RecordingPort):
+    """An open adapter; the test sets its state. Closing takes `close_s`."""
 
-    statistics: PortStatistics
-    close_s: float = 0.0
-    address: str = "test:0"
-    bitrate: int = 1_000_000
-    state: PortState = PortState.ACTIVE
-    sample_point: float | None = 0.8
-    trouble: PortError | None = None
-    retry_in_s: float | None = None
-    details: PortDetails = PLAIN
-    sink: FrameSink | None = None
-    sent: list[Frame] = field(default_factory=list[Frame])
-    closing: bool = False
-    closed: bool = False
-
-    def listen(self, sink: FrameSink) -> None:
-        self.sink = sink
+    def __init__(self, statistics: PortStatistics, close_s: float = 0.0) -> None:
+        super().__init__()
+        self.statistics = statistics
+        self.sample_point = 0.8
+        self._close_s = close_s
 
     def send(self, frames: Sequence[Frame]) -> None:
-        if self.state in (PortState.LOST, PortState.DISCONNECTED):
-            raise BusDisconnected("gone", cause=None)
-        self.sent += frames
+        super().send(frames)
         self.statistics.tx_frames += len(frames)
 
     async def close(self) -> None:
-        self.closing = True
-        await asyncio.sleep(self.close_s)
-        self.closed, self.state = True, PortState.DISCONNECTED
+        await asyncio.sleep(self._close_s)
+        await super().close()
 
 
 class Desk:
@@ -108,8 +93,7 @@ async def test_an_open_port_forwards_to_its_adapter(desk: Desk, port: ReopeningP
     received = received_by(port)
     port.send([Frame(1, b"a")])
     adapter = desk.opened[0]
-    assert adapter.sink is not None
-    adapter.sink([Frame(2, b"b")])
+    adapter.deliver([Frame(2, b"b")])
     assert (adapter.sent, received) == ([Frame(1, b"a")], [Frame(2, b"b")])
     for state in (PortState.PASSIVE, PortState.ACTIVE):
         adapter.state = state
@@ -135,8 +119,7 @@ async def test_a_lost_adapter_is_reported_at_once_and_reopened_after_the_first_p
     first, second = desk.opened
     assert first.closed
     assert second.sent == []
-    assert second.sink is not None
-    second.sink([Frame(3, b"")])
+    second.deliver([Frame(3, b"")])
     assert received == [Frame(3, b"")]
     port.send([Frame(4, b"")])
     assert (port.statistics.tx_frames, port.statistics.reopened) == (2, 1)
