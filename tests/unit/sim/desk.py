@@ -2,15 +2,13 @@
 
 from collections.abc import Iterable
 from functools import cache
-from random import Random
 from typing import TypeVar
 
 from hornbill.schema.catalog import Catalog
 from hornbill.sim.behaviour import Behaviour
 from hornbill.sim.bench.recipe import Recipe
-from hornbill.sim.link import SimNode
 from hornbill.sim.servo import SimulatedServo
-from hornbill.units import NodeId, Raw
+from hornbill.units import Raw
 from hornbill.wire.datatype import Kind
 from hornbill.wire.frame import Frame
 from hornbill.wire.messages import (
@@ -196,12 +194,6 @@ class Desk:
             if isinstance(decoded, response) and transfer.transfer_id == self._transfer_id:
                 return decoded
         return None
-
-    def servo_link(self) -> SimNode:
-        """A link like the servo's own, to test its filter."""
-        link = SimNode(self.servo.uid, Random(1), self.servo.conditions)
-        link.join(NodeId(self.servo.node_id), self.now)
-        return link
 
     # Services.
 

@@ -58,10 +58,10 @@ def at_desk(recipe: Recipe) -> Desk:
     return desk
 
 
-def test_every_servo_of_the_fleet_has_its_own_story() -> None:
-    stories = [recipe.story for recipe in demo_fleet(catalog(), 11, 1)]
-    assert all(stories)
-    assert len(set(stories)) == 11
+def test_every_servo_of_the_fleet_has_its_own_story_and_every_series_occurs() -> None:
+    fleet = demo_fleet(catalog(), 11, 1)
+    assert len({recipe.story for recipe in fleet if recipe.story}) == 11
+    assert {catalog().models[recipe.model].series for recipe in fleet} == set(catalog().series)
 
 
 def test_one_servo_hunts_until_its_gain_is_lowered() -> None:
@@ -103,11 +103,6 @@ def test_one_servo_is_new_and_one_lost_its_settings() -> None:
     new, lost = servo_of("new servo"), at_desk(servo_of("lost")).servo
     assert (new.model[:5], new.servo_id, new.node_id) == ("BLA15", 0, 0)
     assert (lost.register(0x1A), lost.register(0x25), lost.node_id) == (1 << 15, 0, 0)
-
-
-def test_the_fleet_contains_every_series() -> None:
-    series = {catalog().models[recipe.model].series for recipe in demo_fleet(catalog(), 11, 1)}
-    assert series == set(catalog().series)
 
 
 def test_of_a_hundred_servos_four_request_an_id_and_the_others_have_one() -> None:
