@@ -1,5 +1,5 @@
 /** How the page is built, served while it is written, and tested. */
-import type { Plugin } from "vite";
+import type { Plugin, Rollup } from "vite";
 import { defineConfig } from "vitest/config";
 
 const server = process.env.HORNBILL_URL ?? "http://127.0.0.1:8000";
@@ -24,6 +24,49 @@ const startEarly: Plugin = {
   },
 };
 
+/** Scripts of the start, each with the module whose static imports it contains, and the words of the start. */
+const STARTS = { index: "main.tsx", start: "start.tsx", en: "text/en.ts", ja: "text/ja.ts" } as const;
+/** Parts of a page that can fail without it, each in its own script. */
+const ALONE = ["angle-plot", "live"];
+/** Scripts by folder, from below. */
+const FOLDERS: Readonly<Record<string, string>> = {
+  telemetry: "kit",
+  bench: "kit",
+  kit: "kit",
+  plots: "plots",
+  change: "parts",
+  view3d: "parts",
+  servo: "parts",
+  motion: "moves",
+  servos: "list",
+};
+
+/** Script of each module of the start; empty until the first question. */
+const atStart = new Map<string, string>();
+
+/**
+ * The script of a module, or undefined for a page, which has its own. The browser loads all parts of the page while it
+ * is idle: a hundred small files take it twice as long as a few.
+ */
+const scriptOf: Rollup.GetManualChunk = (id, { getModuleInfo, getModuleIds }) => {
+  for (const [script, module] of atStart.size === 0 ? Object.entries(STARTS) : []) {
+    const next = [...getModuleIds()].filter(one => one.endsWith(`/src/${module}`));
+    for (let one = next.pop(); one !== undefined; one = next.pop()) {
+      if (atStart.has(one)) continue;
+      atStart.set(one, script);
+      next.push(...(getModuleInfo(one)?.importedIds ?? []));
+    }
+  }
+  const path = id.split("/src/").at(-1) ?? id;
+  const language = /\.(en|ja)\.ts$/.exec(path)?.[1] ?? /^text\/(ja)\//.exec(path)?.[1];
+  const [folder = "", file = ""] = path.split(/[/.]/);
+  if (atStart.has(id)) return atStart.get(id);
+  if (id.includes("/node_modules/uplot/")) return "plots";
+  if (language !== undefined) return `words.${language}`;
+  if (ALONE.includes(file)) return file;
+  return file === "page" ? undefined : FOLDERS[folder];
+};
+
 /** The folder of a page's module, or undefined. */
 const pageFolder = (file: string | null) => /\b(\w+)\/page\.\w+$/.exec(file ?? "")?.[1];
 
@@ -40,6 +83,8 @@ export default defineConfig({
     chunkSizeWarningLimit: 300,
     rollupOptions: {
       output: {
+        manualChunks: scriptOf,
+        onlyExplicitManualChunks: true,
         // Scripts and sheets of a page have the name of its folder; every page is called page.tsx.
         chunkFileNames: ({ name, facadeModuleId }) =>
           `assets/${pageFolder(facadeModuleId) ?? name}-[hash].js`,
