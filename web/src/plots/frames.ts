@@ -7,8 +7,12 @@ interface Drawn {
   visible: boolean;
 }
 
+/** Half a frame of tolerance keeps a rate that divides the screen's from slipping to the next frame. */
+const HALF_FRAME_S = 0.008;
+
 const all = new Map<Element, Drawn>();
 let frame = 0;
+let timer: ReturnType<typeof setTimeout> | undefined;
 
 const observer =
   typeof IntersectionObserver === "undefined"
@@ -18,26 +22,40 @@ const observer =
           const one = all.get(entry.target);
           if (one) one.visible = entry.isIntersecting;
         }
+        nextFrame();
       });
 
 /** Call `draw` with the monotonic clock (seconds), at most `hz` times per second, while `element` is visible. */
 export function everyFrame(element: Element, hz: number, draw: (now: number) => void): () => void {
   all.set(element, { draw, period: 1 / hz, due: 0, visible: observer === null });
   observer?.observe(element);
-  if (frame === 0) frame = requestAnimationFrame(turn);
+  nextFrame();
   return () => {
     observer?.unobserve(element);
     all.delete(element);
   };
 }
 
+function nextFrame(): void {
+  clearTimeout(timer);
+  timer = undefined;
+  if (frame === 0) frame = requestAnimationFrame(turn);
+}
+
 function turn(millis: number): void {
+  frame = 0;
   const now = millis / 1000;
+  let next = Number.POSITIVE_INFINITY;
   for (const one of all.values()) {
-    if (!one.visible || now < one.due) continue;
-    // Half a frame of tolerance keeps a rate that divides the screen's from slipping to the next frame.
-    one.due = now + one.period - 0.008;
-    one.draw(now);
+    if (!one.visible) continue;
+    if (now >= one.due) {
+      one.due = now + one.period - HALF_FRAME_S;
+      one.draw(now);
+    }
+    next = Math.min(next, one.due);
   }
-  frame = all.size === 0 ? 0 : requestAnimationFrame(turn);
+  // An animation frame has its price even if nothing is drawn in it, so none is requested before one is due.
+  const pause = next - now;
+  if (pause <= 2 * HALF_FRAME_S) nextFrame();
+  else if (pause < Number.POSITIVE_INFINITY) timer = setTimeout(nextFrame, 1000 * pause);
 }

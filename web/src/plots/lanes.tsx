@@ -1,6 +1,7 @@
 /** The lanes of a plot on the page: canvases, and their pointer and key handling. */
 import { useEffect, useRef } from "preact/hooks";
 import { number, withUnit } from "../bench/format";
+import { calm } from "../bench/screen";
 import type { TelemetryStore } from "../telemetry/store";
 import type { MarkAt } from "./annotate";
 import { calmRange, keyOf, type Lane, type LaneCurve } from "./lane";
@@ -13,6 +14,8 @@ import { plots as words } from "./words";
 const GRAB_PX = { mouse: 6, touch: 22 };
 /** A press that moves less than this is not a drag. */
 const DRAG_PX = 6;
+/** Draws per second with reduced motion, instead of one for each frame of the screen. */
+const CALM_HZ = 10;
 
 interface Props {
   lanes: readonly Lane[];
@@ -112,6 +115,7 @@ function LaneBox({ lane, first, last, store, span, marks, names, cursors, ruled,
       span,
       first,
       last,
+      ...(calm.peek() ? { hz: CALM_HZ } : {}),
     });
     plot.current = made;
     onPlot(made);

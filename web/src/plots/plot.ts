@@ -85,6 +85,8 @@ export class Plot {
   #drawn = "";
   #version = 0;
   #ends: (CurveEnd | null)[] = [];
+  /** Width for names beside it, measured when it is built. */
+  #gutter = 0;
   #head = new Playhead();
   #moment: number | null = null;
   #forget: () => void;
@@ -247,7 +249,8 @@ export class Plot {
     const colours = palette();
     const font = `12px ${colours.font}`;
     const { span, first, last = true, group, x, y, ruled, yWidth = 56 } = this.#options;
-    const gutter = this.#gutter(colours);
+    const gutter = this.#measured(colours);
+    this.#gutter = gutter;
     this.#plot = new uPlot(
       {
         width: Math.max(50, this.#box.clientWidth),
@@ -318,7 +321,7 @@ export class Plot {
     this.#zoom();
   }
 
-  #gutter(colours: Palette): number {
+  #measured(colours: Palette): number {
     const { names } = this.#picture;
     if (!names) return 0;
     const letters = this.#curves.some(one => one.tag !== undefined) ? LETTER_PX : 0;
@@ -427,9 +430,9 @@ export class Plot {
     if (names) {
       const crowd = this.#curves.length > 8;
       const ends = this.#ends.filter((one, i) => one && one.name !== "" && !(crowd && this.#of(i).dashed));
-      pen.endNames(plot, ends as CurveEnd[], this.#gutter(colours), colours);
+      pen.endNames(plot, ends as CurveEnd[], this.#gutter, colours);
     }
-    if (first || !span) pen.markHeads(plot, marks, at, names ? this.#gutter(colours) : 0, colours);
+    if (first || !span) pen.markHeads(plot, marks, at, names ? this.#gutter : 0, colours);
     if (first && cursors) {
       placed.forEach((one, i) => {
         if (one !== null && one >= at.min && one <= at.max) {
