@@ -13,7 +13,7 @@ from hornbill.wire.port import CanPort
 from hornbill.wire.reassembly import Reassembler
 from hornbill.wire.transfer import Transfer, split
 
-CHECK_S = 0.05
+CHECK_S = 0.2
 
 
 def codes(rig: Rig) -> list[str]:
@@ -54,13 +54,13 @@ async def stays(rig: Rig, *expected: str, for_s: float) -> None:
 
 
 async def well(rig: Rig, within_s: float) -> None:
-    """Wait until the doctor reports nothing, and assert that it stays so for 10 s."""
+    """Wait until the doctor reports nothing, and assert that it stays so for 5 s."""
     try:
         await until(lambda: not codes(rig), within_s, CHECK_S)
     except TimeoutError:
         raise AssertionError(f"still found after {within_s} s: {rig.host.doctor.findings()}") from None
     assert json(await rig.call("GET", "/bus/doctor")) == []
-    await stays(rig, for_s=10)
+    await stays(rig, for_s=5)
 
 
 @dataclass

@@ -6,6 +6,7 @@ from typing import Any
 
 import pytest
 
+from behaviour.actions import move, torque, write
 from behaviour.rig import CATALOG, PLAIN, Rig, Socket, json, until
 from behaviour.scene import scene
 from hornbill.servo.device.servo import Servo
@@ -38,10 +39,11 @@ async def steadily(rig: Rig, servo: Servo, state: str, seconds: float) -> None:
         assert rig.host.activities.of(servo).doing == state
 
 
-async def on(rig: Rig, servo: Servo) -> str:
+async def commanded(rig: Rig, servo: Servo, kind: str = "angle", value: float = 10.0) -> None:
+    """Turn torque on and command it."""
     lease = await rig.lease()
-    json(await rig.call("POST", f"/servos/{servo.uid}/torque", {"mode": "on"}, lease=lease))
-    return lease
+    await torque(rig, servo, "on", lease)
+    json(await rig.call("POST", f"/servos/{servo.uid}/command", {"type": kind, "value": value}, lease=lease))
 
 
 async def alarmless(rig: Rig, count: int, *, moves: int, jogs: int, rest_s: float) -> None:
@@ -49,19 +51,15 @@ async def alarmless(rig: Rig, count: int, *, moves: int, jogs: int, rest_s: floa
     servos = await rig.ready(count, within_s=60)
     lease = await rig.lease(ttl_s=moves * 2.5 + jogs * 0.05 + 5)
     movable = [one for one in servos if not one.rom_lost]
-
-    async def command(servo: Servo, value: float) -> None:
-        body = {"type": "angle", "value": value, "clamp": True, "confirm": ["turns", "turn_count"]}
-        json(await rig.call("POST", f"/servos/{servo.uid}/command", body, lease=lease))
-
+    more: dict[str, Any] = {"clamp": True, "confirm": ["turns", "turn_count"]}
     for servo in movable:
-        json(await rig.call("POST", f"/servos/{servo.uid}/torque", {"mode": "on"}, lease=lease))
+        await torque(rig, servo, "on", lease)
     for turn in range(moves):
         for servo in movable:
-            await command(servo, (-1) ** turn * 30)
+            await move(rig, servo, lease, (-1) ** turn * 30, **more)
         await asyncio.sleep(2.5)
     for tick in range(jogs):
-        await command(movable[0], round(abs(tick % 20 - 10) * 1.0, 1))
+        await move(rig, movable[0], lease, round(abs(tick % 20 - 10) * 1.0, 1), **more)
         await asyncio.sleep(0.05)
     await asyncio.sleep(15)
     assert rig.host.leases.current(rig.host.base.now()) is None
@@ -85,7 +83,7 @@ async def test_hunting_is_reported_within_3_s_and_until_it_ends(rig: Rig, servo:
     assert shown["peak_to_peak_deg"] == pytest.approx(2.0, abs=0.5)
     last: list[dict[str, Any]] = [one for one in socket.received() if one["type"] == "servos"]
     assert last[-1]["servos"][0]["activity"]["state"] == "hunting"
-    json(await rig.call("PATCH", f"/servos/{servo.uid}/parameters", {"values": {"angle_dead_band": 3}}))
+    await write(rig, servo, angle_dead_band=3)
     await becomes(rig, servo, "holding", 8.0)
     await steadily(rig, servo, "holding", 10.0)
     assert alarms(rig) == ["hunting", "hunting_ended"]
@@ -97,7 +95,7 @@ HEALTHY = [one for one in demo_fleet(CATALOG, 6, 1) if "hunts" not in one.story]
 @scene(*HEALTHY)
 async def test_a_healthy_fleet_raises_no_alarm(rig: Rig) -> None:
     """During moves, jogs, rest, restarts and after them; `make test-release` does more of each."""
-    await alarmless(rig, len(HEALTHY), moves=4, jogs=60, rest_s=20)
+    await alarmless(rig, len(HEALTHY), moves=2, jogs=40, rest_s=10)
 
 
 @scene(replace(PLAIN, rom={"timeout_action": 0}))
@@ -115,38 +113,28 @@ async def test_saturation_is_reported_until_the_load_goes(rig: Rig, servo: Servo
 @pytest.mark.parametrize(("action", "state"), [("off", "released"), ("brake", "brake"), ("hold", "held_after_timeout")])
 @scene(PLAIN)
 async def test_the_action_of_the_servos_own_timeout_is_shown(rig: Rig, servo: Servo, action: str, state: str) -> None:
-    json(await rig.call("PATCH", f"/servos/{servo.uid}/parameters", {"values": {"timeout_action": action}}))
-    lease = await on(rig, servo)
-    json(await rig.call("POST", f"/servos/{servo.uid}/command", {"type": "angle", "value": 10}, lease=lease))
+    await write(rig, servo, timeout_action=action)
+    await commanded(rig, servo)
     await asyncio.sleep(4)
     assert await doing(rig, servo) == "holding"
     rig.host.motion.stop_commanding(servo)
     await asyncio.sleep(4)
     assert await doing(rig, servo) == state
-
-
-@scene(PLAIN)
-async def test_a_timeout_from_before_the_server_started_is_shown(rig: Rig, servo: Servo) -> None:
-    lease = await on(rig, servo)
-    json(await rig.call("POST", f"/servos/{servo.uid}/command", {"type": "angle", "value": 10}, lease=lease))
-    await asyncio.sleep(5)
-    rig.host.motion.stop_commanding(servo)
-    await asyncio.sleep(5)
-    servo.output.commanded_at = servo.output.timed_out_at = None  # as for a server started since
-    json(await rig.call("PUT", "/bus", {"address": "memory:host"}))
-    await rig.ready()
-    await asyncio.sleep(3)
-    assert rig.sim(servo).output == 1
-    assert await doing(rig, servo) == "released"
+    if action == "off":
+        servo.output.commanded_at = servo.output.timed_out_at = None  # as for a server started since
+        json(await rig.call("PUT", "/bus", {"address": "memory:host"}))
+        await rig.ready()
+        await asyncio.sleep(3)
+        assert rig.sim(servo).output == 1
+        assert await doing(rig, servo) == state
 
 
 @scene(replace(PLAIN, rom={"speed_torque_control": 1}))
 async def test_turning_brake_off_and_unknown_are_shown(rig: Rig, servo: Servo) -> None:
-    lease = await on(rig, servo)
-    json(await rig.call("POST", f"/servos/{servo.uid}/command", {"type": "speed", "value": 20}, lease=lease))
+    await commanded(rig, servo, "speed", 20)
     await asyncio.sleep(2)
     assert await doing(rig, servo) == "turning"
-    json(await rig.call("POST", f"/servos/{servo.uid}/torque", {"mode": "brake"}))
+    await torque(rig, servo, "brake")
     await asyncio.sleep(1)
     assert await doing(rig, servo) == "brake"
     json(await rig.call("POST", "/stop"))

@@ -2,9 +2,11 @@
 
 import asyncio
 from dataclasses import replace
+from typing import Any
 
 import pytest
 
+from behaviour.actions import move
 from behaviour.rig import PLAIN, Rig, json, problem
 from behaviour.scene import scene
 from hornbill.errors import Busy, Stopped
@@ -22,17 +24,14 @@ def fleet(count: int) -> list[Recipe]:
     return [replace(PLAIN, node_id=10 + n, servo_id=1 + n) for n in range(count)]
 
 
-async def ready(rig: Rig, count: int) -> tuple[list[Servo], str]:
-    return await rig.ready(count), await rig.lease()
-
-
 def angles(servos: list[Servo], value: float) -> dict[str, object]:
     return {"commands": [{"uid": servo.uid, "type": "angle", "value": value} for servo in servos]}
 
 
 @scene(*fleet(20))
 async def test_twenty_servos_get_their_angles_in_two_messages_with_the_reported_skew(rig: Rig) -> None:
-    servos, lease = await ready(rig, 20)
+    servos, lease = await rig.ready(20), await rig.lease()
+    assert {servo.position_unit.state for servo in servos} == {"assumed"}, "from the first contact"
     rig.bus.history.clear()
     response = json(await rig.call("POST", "/commands", angles(servos, 30), lease=lease))
     assert response["messages"] == 2
@@ -55,7 +54,7 @@ async def test_twenty_servos_get_their_angles_in_two_messages_with_the_reported_
 
 @scene(*fleet(3))
 async def test_one_invalid_command_rejects_the_whole_burst(rig: Rig) -> None:
-    servos, lease = await ready(rig, 3)
+    servos, lease = await rig.ready(3), await rig.lease()
     rig.sim(servos[1]).memory.put(0x38, 450)
     servos[1].forget("angle_limit_cw")
     body = angles(servos, 60)
@@ -73,72 +72,62 @@ async def test_one_invalid_command_rejects_the_whole_burst(rig: Rig) -> None:
     assert not [write for write in rig.writes() if write[1] == "0x00"]
 
 
-@pytest.mark.parametrize("ids", [(0, 5), (5, 5)])
-@scene(lambda ids: (replace(PLAIN, node_id=10 + n, servo_id=own) for n, own in enumerate(ids)))
-async def test_a_servo_id_of_0_or_of_two_servos_is_rejected(rig: Rig, ids: tuple[int, int]) -> None:
-    servos, lease = await ready(rig, 2)
-    one = next(servo for servo in servos if servo.servo_id == ids[0])
-    refused = problem(await rig.call("POST", "/commands", angles([one], 5), lease=lease), "conflict", 409)
-    assert refused["key"] == "servo_id"
+@scene(*(replace(PLAIN, node_id=10 + n, servo_id=own) for n, own in enumerate((0, 5, 5))))
+async def test_a_servo_id_of_0_or_of_two_servos_is_rejected(rig: Rig) -> None:
+    servos, lease = await rig.ready(3), await rig.lease()
+    for servo in servos:
+        refused = problem(await rig.call("POST", "/commands", angles([servo], 5), lease=lease), "conflict", 409)
+        assert refused["key"] == "servo_id"
     assert rig.array_commands() == []
-
-
-@scene()
-async def test_an_angle_is_sent_by_array_command_from_the_first_contact(rig: Rig) -> None:
-    servos, lease = await ready(rig, 1)
-    assert servos[0].position_unit.state == "assumed"
-    json(await rig.call("POST", "/commands", angles(servos, 30), lease=lease))
-    await asyncio.sleep(1)
-    assert abs(rig.sim(servos[0]).angle_deg - 30) < 1
 
 
 @scene(replace(PLAIN, behaviour=Behaviour(position_unit="radian")))
-async def test_a_position_unit_conflict_blocks_angles_until_forced(rig: Rig) -> None:
-    servos, lease = await ready(rig, 1)
-    json(await rig.call("POST", f"/servos/{servos[0].uid}/command", {"type": "angle", "value": 20}, lease=lease))
+async def test_a_position_unit_conflict_blocks_angles_until_forced(rig: Rig, servo: Servo) -> None:
+    lease = await rig.lease()
+    await move(rig, servo, lease)
     await asyncio.sleep(3)
-    assert servos[0].position_unit.state == "conflict"
-    refused = await rig.call("POST", "/commands", angles(servos, 30), lease=lease)
+    assert servo.position_unit.state == "conflict"
+    refused = await rig.call("POST", "/commands", angles([servo], 30), lease=lease)
     assert "force" in problem(refused, "position_unit_unconfirmed", 409)["detail"]
     assert rig.array_commands() == []
-    servos[0].position_unit.forced = "radian"
-    json(await rig.call("POST", "/commands", angles(servos, 30), lease=lease))
+    servo.position_unit.forced = "radian"
+    json(await rig.call("POST", "/commands", angles([servo], 30), lease=lease))
     await asyncio.sleep(1)
-    assert abs(rig.sim(servos[0]).angle_deg - 30) < 1
+    assert abs(rig.sim(servo).angle_deg - 30) < 1
 
 
-@pytest.mark.parametrize("value", [180.1, 600.3, 3000.7])
 @scene(replace(PLAIN, rom={"angle_limit_cw": 36000, "extended_angle": 1}))
-async def test_an_angle_beyond_half_a_turn_uses_0x00(rig: Rig, value: float) -> None:
-    servos, lease = await ready(rig, 1)
-    uid = servos[0].uid
-    body = angles(servos, value) | {"confirm": ["turns"]}
-    refused = problem(await rig.call("POST", "/commands", body, lease=lease), "invalid_value", 422)
-    assert (refused["minimum"], refused["maximum"]) == (-180, 180)
-    stream = json(await rig.call("POST", "/streams", {"uids": [uid]}, lease=lease), 201)["id"]
-    put = await rig.call("PUT", f"/streams/{stream}", {"values": {uid: value}}, lease=lease)
+async def test_an_angle_beyond_half_a_turn_uses_0x00(rig: Rig, servo: Servo) -> None:
+    lease = await rig.lease()
+    refused: dict[str, Any] = {}
+    for value in (180.1, 600.3, 3000.7):
+        body = angles([servo], value) | {"confirm": ["turns"]}
+        refused = problem(await rig.call("POST", "/commands", body, lease=lease), "invalid_value", 422)
+        assert (refused["minimum"], refused["maximum"]) == (-180, 180)
+    stream = json(await rig.call("POST", "/streams", {"uids": [servo.uid]}, lease=lease), 201)["id"]
+    put = await rig.call("PUT", f"/streams/{stream}", {"values": {servo.uid: 180.1}}, lease=lease)
     problem(put, "invalid_value", 422)
     await rig.call("DELETE", f"/streams/{stream}", lease=lease)
     advised = refused["detail"].rpartition("POST /api/v1")[2].rstrip(".")
-    alone = {"type": "angle", "value": value, "confirm": ["turns"]}
-    assert json(await rig.call("POST", advised, alone, lease=lease))["value"] == value
+    alone = {"type": "angle", "value": 3000.7, "confirm": ["turns"]}
+    assert json(await rig.call("POST", advised, alone, lease=lease))["value"] == 3000.7
     assert rig.array_commands() == []
-    assert ("0x00", round(value * 10)) in [(name, raw) for _, name, raw in rig.writes()]
+    assert ("0x00", 30007) in [(name, raw) for _, name, raw in rig.writes()]
 
 
 @scene(FAST)
-async def test_speed_and_torque_are_sent_in_rpm_and_percent(rig: Rig) -> None:
-    servos, lease = await ready(rig, 1)
+async def test_speed_and_torque_are_sent_in_rpm_and_percent(rig: Rig, servo: Servo) -> None:
+    lease = await rig.lease()
     for kind, value, number in (("speed", -60, CommandType.SPEED), ("torque", 12, CommandType.FORCE)):
         rig.bus.history.clear()
-        body = {"commands": [{"uid": servos[0].uid, "type": kind, "value": value}]}
+        body = {"commands": [{"uid": servo.uid, "type": kind, "value": value}]}
         assert json(await rig.call("POST", "/commands", body, lease=lease))["warnings"]
         await asyncio.sleep(0.1)
         found = ArrayCommand.decode(rig.array_commands()[0].payload)
         assert found is not None
         assert (found.commands[0].command_type, found.commands[0].command_value) == (number, value)
-        assert servos[0].raw(f"command_{kind}") == value
-        assert servos[0].raw("command_angle") == 555_555_555
+        assert servo.raw(f"command_{kind}") == value
+        assert servo.raw("command_angle") == 555_555_555
 
 
 @pytest.mark.parametrize("shows", [True, False])
@@ -164,8 +153,8 @@ async def test_a_burst_is_commanded_until_the_lease_expires(rig: Rig, servo: Ser
 
 
 @scene(PLAIN)
-async def test_a_servo_that_missed_a_burst_is_released_and_not_moved_late(rig: Rig) -> None:
-    (servo,), lease = await ready(rig, 1)
+async def test_a_servo_that_missed_a_burst_is_released_and_not_moved_late(rig: Rig, servo: Servo) -> None:
+    lease = await rig.lease()
     json(await rig.call("POST", "/commands", angles([servo], 20), lease=lease))
     await asyncio.sleep(1)
     prepared = await rig.host.bursts.prepare(lease, [Setpoint(servo, "angle", 80.0)])
@@ -181,7 +170,7 @@ async def test_a_servo_that_missed_a_burst_is_released_and_not_moved_late(rig: R
 
 @scene(*fleet(2))
 async def test_a_stop_invalidates_a_prepared_burst(rig: Rig) -> None:
-    servos, lease = await ready(rig, 2)
+    servos, lease = await rig.ready(2), await rig.lease()
     prepared = await rig.host.bursts.prepare(lease, [Setpoint(servo, "angle", 10.0) for servo in servos])
     rig.host.bursts.send(lease, prepared)
     for n in range(50):

@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import pytest
 
+from behaviour.actions import move, torque
 from behaviour.losing import PAIR, THREE, WITHOUT_ID, Loss, back, commanded, each_loss, unplugged
 from behaviour.rig import PLAIN, Rig, json, problem, until
 from behaviour.scene import scene
@@ -68,8 +69,8 @@ Case = Callable[[Rig, Servo, str], Awaitable[None]]
 async def lease_expires(rig: Rig, servo: Servo, lease: str) -> None:
     json(await rig.call("DELETE", f"/leases/{lease}"))
     other = await rig.lease(ttl_s=2)
-    json(await rig.call("POST", f"/servos/{servo.uid}/torque", {"mode": "on"}, lease=other))
-    json(await rig.call("POST", f"/servos/{servo.uid}/command", {"type": "angle", "value": 20}, lease=other))
+    await torque(rig, servo, "on", other)
+    await move(rig, servo, other)
     await rig.cable.unplug()
     await asyncio.sleep(20)
 
@@ -210,7 +211,7 @@ async def test_requests_around_a_loss_are_not_performed_later(rig: Rig) -> None:
     servo = (await rig.ready(2))[0]
     path = f"/servos/{servo.uid}"
     lease = await commanded(rig, servo, 5)
-    json(await rig.call("POST", path + "/torque", {"mode": "off"}))
+    await torque(rig, servo, "off")
     await asyncio.sleep(1)
     where = rig.sim(servo).angle_deg
     tasks: list[asyncio.Task[object]] = []

@@ -3,6 +3,7 @@
 import asyncio
 from dataclasses import replace
 
+from behaviour.actions import power_cycle, torque
 from behaviour.rig import PLAIN, Response, Rig, Socket, json, problem, until
 from behaviour.scene import scene
 from hornbill.servo.device.servo import Servo, State
@@ -22,24 +23,29 @@ async def cautions(rig: Rig, servo: Servo, value: float, kind: str = "angle") ->
 
 
 async def restart(rig: Rig, servo: Servo) -> None:
-    rig.bench.power(servo.uid, False)
-    await asyncio.sleep(0.4)
-    rig.bench.power(servo.uid, True)
-    await until(lambda: servo.boot_count and servo.state is State.READY, 20)
+    boot_count = servo.boot_count
+    await power_cycle(rig, servo.uid, 0.4)
+    await until(lambda: servo.boot_count > boot_count and servo.state is State.READY, 20)
 
 
 @scene(WIDE)
 async def test_a_move_of_more_than_a_turn_needs_confirmation(rig: Rig, servo: Servo) -> None:
-    lease = await rig.lease()
+    lease, socket = await rig.lease(), Socket(rig.app)
     json(await move(rig, servo, lease, 300))
     await asyncio.sleep(3)
     refused = problem(await move(rig, servo, lease, 1200), "needs_confirmation", 409)
     assert refused["confirm"] == "turns"
     assert "2.5 turns clockwise" in refused["detail"]
+    command: dict[str, object] = {"uid": servo.uid, "type": "angle", "value": 1200}
+    socket.send(type="command", lease=lease, commands=[command])
+    assert (await socket.receive("error"))["code"] == "needs_confirmation"
     assert abs(rig.sim(servo).angle_deg - 300) < 1
     response = json(await move(rig, servo, lease, 1200, "turns"))
     assert "2.5 turns" in response["warnings"][0]
     problem(await move(rig, servo, lease, 0), "needs_confirmation", 409)
+    socket.send(type="command", lease=lease, commands=[command | {"value": -400, "confirm": ["turns"]}])
+    await asyncio.sleep(1)
+    assert rig.writes()[-1][1:] == ("0x00", -4000)
 
 
 @scene(SPEEDY)
@@ -52,29 +58,22 @@ async def test_continuous_rotation_is_a_warning(rig: Rig, servo: Servo) -> None:
 
 
 @scene(WIDE)
-async def test_a_socket_confirms_in_its_command(rig: Rig, servo: Servo) -> None:
-    lease = await rig.lease()
-    socket = Socket(rig.app)
-    await socket.receive("hello")
-    command: dict[str, object] = {"uid": servo.uid, "type": "angle", "value": 400}
-    socket.send(type="command", lease=lease, commands=[command])
-    assert (await socket.receive("error"))["code"] == "needs_confirmation"
-    socket.send(type="command", lease=lease, commands=[command | {"confirm": ["turns"]}])
-    await asyncio.sleep(1)
-    assert rig.sim(servo).angle_deg > 100
-
-
-@scene(WIDE)
 async def test_after_lost_turns_the_next_far_move_needs_confirmation(rig: Rig, servo: Servo) -> None:
     lease = await rig.lease()
-    await asyncio.sleep(3)
+    for value in (270, 20):
+        json(await move(rig, servo, lease, value))
+        await asyncio.sleep(8)
+    await restart(rig, servo)
+    assert not rig.events("turns_lost"), "within half a turn none is lost"
+    assert await cautions(rig, servo, 170) == []
+    await torque(rig, servo, "on", lease)
     json(await move(rig, servo, lease, 270))
     await asyncio.sleep(3)
     await restart(rig, servo)
     shown = json(await rig.call("GET", f"/servos/{servo.uid}/parameters/current_angle"))["value"]
     assert abs(shown + 90) < 1, "270° returns as -90°"
     assert rig.events("turns_lost")
-    json(await rig.call("POST", f"/servos/{servo.uid}/torque", {"mode": "on"}, lease=lease))
+    await torque(rig, servo, "on", lease)
     assert [one["confirm"] for one in await cautions(rig, servo, 200)] == ["turn_count"]
     refused = problem(await move(rig, servo, lease, 200), "needs_confirmation", 409)
     assert refused["confirm"] == "turn_count"
@@ -83,17 +82,6 @@ async def test_after_lost_turns_the_next_far_move_needs_confirmation(rig: Rig, s
     problem(await move(rig, servo, lease, 200), "needs_confirmation", 409)
     json(await move(rig, servo, lease, 200, "turn_count"))
     assert await cautions(rig, servo, 0) == []
-
-
-@scene(WIDE)
-async def test_a_restart_within_half_a_turn_loses_no_turns(rig: Rig, servo: Servo) -> None:
-    lease = await rig.lease()
-    for value in (270, 20):
-        json(await move(rig, servo, lease, value))
-        await asyncio.sleep(8)
-    await restart(rig, servo)
-    assert not rig.events("turns_lost")
-    assert await cautions(rig, servo, 170) == []
 
 
 @scene(Recipe("BLA21-06U-AB", "1.300", servo_id=1, node_id=11, rom={"timeout_action": 0, "speed_torque_control": 1}))

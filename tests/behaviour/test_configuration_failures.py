@@ -1,24 +1,28 @@
 """Failures around configuration: concurrent clients, restarts at bad moments, cancelled jobs."""
 
 import asyncio
+from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
 import pytest
 
+from behaviour.actions import torque
 from behaviour.clashes import Watch
-from behaviour.restarting import ended
+from behaviour.restarting import ended, failed_with, run, run_until_step
 from behaviour.rig import PLAIN, Rig, json, problem, until
 from behaviour.scene import scene, settled
 from hornbill.errors import Busy
 from hornbill.servo.configuration.restart_plan import RestartKind, RestartOptions
 from hornbill.servo.device.servo import Servo, State
+from hornbill.servo.runtime.jobs import RunningJob
 from hornbill.sim.behaviour import Behaviour
 from hornbill.sim.registers import Registers
 
 GAIN = 0x2C
 STILL = replace(PLAIN, rom={"soft_start": 0, "torque_mode": 1})
 TWO = (STILL, replace(STILL, servo_id=2, node_id=12))
+RESTARTS: tuple[RestartKind, ...] = ("save", "restart", "factory_reset")
 
 
 async def old(rig: Rig, count: int) -> list[Servo]:
@@ -42,46 +46,47 @@ async def until_step(rig: Rig, job_id: str, step: str) -> None:
 
 async def aside(rig: Rig, servo: Servo) -> None:
     """Put its horn at 90°, under more load than soft start can move, with torque on after a restart."""
-    json(await rig.call("POST", f"/servos/{servo.uid}/torque", {"mode": "off"}))
+    await torque(rig, servo, "off")
     assert rig.bench.turn_manually(servo.uid, 90.0)
     rig.sim(servo).memory.put(0x20, 0)  # as another tool would: on, and commanded by no client
     rig.sim(servo).conditions.load_pct = 60.0
 
 
-@pytest.mark.parametrize("kind", ["save", "restart", "reset", "identify"])
+def brief_power_cut(rig: Rig, servo: Servo) -> None:
+    rig.bench.power(servo.uid, on=False)
+    rig.bench.power(servo.uid, on=True)
+
+
 @settled(STILL)
-async def test_a_job_cancelled_before_its_first_step_leaves_its_servo_ready(rig: Rig, servo: Servo, kind: str) -> None:
-    begin = {
-        "save": lambda: rig.host.restarting.start(servo, "save"),
-        "restart": lambda: rig.host.restarting.start(servo, "restart"),
-        "reset": lambda: rig.host.restarting.start(servo, "factory_reset"),
-        "identify": lambda: rig.host.wiggle.identify(servo, None),
-    }[kind]
-    job = begin()
-    await rig.host.jobs.cancel(job.id)
-    assert job.ended
-    assert servo.busy is None
-    assert rig.host.leases.current(rig.host.base.now()) is None
-    assert servo.state is State.READY
+async def test_a_job_cancelled_before_its_first_step_leaves_its_servo_ready(rig: Rig, servo: Servo) -> None:
+    begin: list[Callable[[], RunningJob]] = [
+        lambda: rig.host.restarting.start(servo, "save"), lambda: rig.host.restarting.start(servo, "restart"),
+        lambda: rig.host.restarting.start(servo, "factory_reset"), lambda: rig.host.wiggle.identify(servo, None),
+    ]  # fmt: skip
+    for each in begin:
+        job = each()
+        await rig.host.jobs.cancel(job.id)
+        assert job.ended
+        assert servo.busy is None
+        assert rig.host.leases.current(rig.host.base.now()) is None
+        assert servo.state is State.READY
 
 
 @settled()
 async def test_a_save_fails_when_the_servo_keeps_restarting(rig: Rig, servo: Servo) -> None:
     await aside(rig, servo)
-    started = json(await rig.call("POST", f"/servos/{servo.uid}/save"), 202)
-    await until_step(rig, started["id"], "soft_start")
+    job_id = await run_until_step(rig, servo, "save", "soft_start")
 
     async def sag() -> None:  # each soft start makes the supply sag
         while True:
-            rig.bench.power(servo.uid, on=False)
-            rig.bench.power(servo.uid, on=True)
+            brief_power_cut(rig, servo)
             await until(lambda: not servo.soft_starting, every_s=0.0001)
             await until(lambda: servo.soft_starting, every_s=0.0001)
 
     task = asyncio.create_task(sag())
     try:
         async with asyncio.timeout(300):
-            done = await ended(rig, started["id"])
+            done = await ended(rig, job_id)
     finally:
         task.cancel()
     assert done["state"] == "failed", done
@@ -98,16 +103,12 @@ async def test_rom_is_unknown_when_a_reset_ends_during_erase(rig: Rig, servo: Se
     await asyncio.sleep(8)
     assert servo.registers["angle_p_gain"].rom == 77
     rig.sim(servo).conditions.response_delay_s = 0.1
-    started = json(await rig.call("POST", f"/servos/{servo.uid}/factory-reset"), 202)
-    await until_step(rig, started["id"], "erase")
+    job_id = await run_until_step(rig, servo, "factory-reset", "erase")
     await asyncio.sleep(0.05)
     assert rig.sim(servo).memory.stored(GAIN) == 40
-    if how == "stop":
-        json(await rig.call("POST", "/stop"))
-    else:
-        json(await rig.call("DELETE", f"/jobs/{started['id']}"))
+    json(await (rig.call("POST", "/stop") if how == "stop" else rig.call("DELETE", f"/jobs/{job_id}")))
     rig.sim(servo).conditions.response_delay_s = 0.0
-    await ended(rig, started["id"])
+    await ended(rig, job_id)
     assert servo.registers["angle_p_gain"].rom is None
     assert servo.registers["angle_p_gain"].at is None
 
@@ -115,8 +116,7 @@ async def test_rom_is_unknown_when_a_reset_ends_during_erase(rig: Rig, servo: Se
 @settled(STILL)
 async def test_values_lost_in_a_restart_before_their_save_are_not_reported_saved(rig: Rig, servo: Servo) -> None:
     response = await patch(rig, servo, save=True, angle_p_gain=55)
-    rig.bench.power(servo.uid, on=False)
-    rig.bench.power(servo.uid, on=True)
+    brief_power_cut(rig, servo)
     done = await ended(rig, response["job"])
     assert rig.sim(servo).memory.stored(GAIN) == 40
     assert done["state"] == "failed", done
@@ -131,8 +131,7 @@ async def test_a_profile_changed_before_its_save_is_not_reported_saved(rig: Rig,
     started = json(await rig.call("POST", "/profiles/bench/apply", body), 202)
     await until_step(rig, started["id"], "save 1")
     if change == "restart":
-        rig.bench.power(second.uid, on=False)
-        rig.bench.power(second.uid, on=True)
+        brief_power_cut(rig, second)
     else:
         await patch(rig, second, angle_p_gain=66)
     done = await ended(rig, started["id"])
@@ -158,14 +157,14 @@ async def test_static_node_ids_saved_at_once_never_clash(rig: Rig, wanted: tuple
     assert watch.clashes == set()
 
 
-@pytest.mark.parametrize("other", ["save", "restart", "factory_reset"])
 @settled(STILL)
-async def test_a_servo_is_not_identified_and_restarted_at_once(rig: Rig, servo: Servo, other: RestartKind) -> None:
+async def test_a_servo_is_not_identified_and_restarted_at_once(rig: Rig, servo: Servo) -> None:
     job = rig.host.wiggle.identify(servo, None)
     lease = rig.host.leases.current(rig.host.base.now())
     assert lease is not None
-    with pytest.raises(Busy):
-        rig.host.restarting.start(servo, other, RestartOptions(lease.id))
+    for other in RESTARTS:
+        with pytest.raises(Busy):
+            rig.host.restarting.start(servo, other, RestartOptions(lease.id))
     await ended(rig, job.id)
 
 
@@ -175,8 +174,7 @@ async def test_a_static_node_id_taken_meanwhile_is_not_saved(rig: Rig, servo: Se
     watch = Watch(rig)
     rig.bench.add(replace(STILL, servo_id=2, node_id=50))
     await rig.ready(2)
-    done = json(await rig.call("POST", f"/servos/{servo.uid}/save?wait=true"))
-    assert done["error"]["code"] == "conflict", done
+    failed_with(await run(rig, servo, "save"), "conflict")
     assert rig.sim(servo).starts == 1
     assert watch.clashes == set()
 
@@ -185,7 +183,7 @@ async def test_a_static_node_id_taken_meanwhile_is_not_saved(rig: Rig, servo: Se
 @settled(replace(PLAIN, rom={"speed_torque_control": 0}, behaviour=Behaviour(timeout_from="first_command")))
 async def test_values_of_an_unfinished_soft_start_are_not_taken_for_rom(rig: Rig, servo: Servo) -> None:
     await aside(rig, servo)
-    done = json(await rig.call("POST", f"/servos/{servo.uid}/save?wait=true"))
+    done = await run(rig, servo, "save")
     assert done["state"] == "failed", done
     await asyncio.sleep(40)
     assert rig.sim(servo).soft_starting
@@ -194,43 +192,33 @@ async def test_values_of_an_unfinished_soft_start_are_not_taken_for_rom(rig: Rig
     assert wrong == {}, done["error"]
 
 
-@pytest.mark.parametrize("later", ["stop", "torque off", "release"])
+@pytest.mark.parametrize("later", ["stop", "torque off", "release", "slow responses"])
 @settled(replace(PLAIN, rom={"soft_start": 0, "timeout_action": 0}, angle_deg=25.0))
-async def test_an_identify_that_lost_torque_fails(rig: Rig, servo: Servo, later: str) -> None:
+async def test_an_identify_fails_exactly_if_it_lost_torque(rig: Rig, servo: Servo, later: str) -> None:
     lease = await rig.lease()
-    response = await rig.call("POST", f"/servos/{servo.uid}/identify", lease=lease)
-    started = json(response, 202)
+    started = json(await rig.call("POST", f"/servos/{servo.uid}/identify", lease=lease), 202)
     await until_step(rig, started["id"], "restore")
     if later == "stop":
         json(await rig.call("POST", "/stop"))
     elif later == "release":
         await rig.call("DELETE", f"/leases/{lease}")
+    elif later == "torque off":
+        await torque(rig, servo, "off")
     else:
-        json(await rig.call("POST", f"/servos/{servo.uid}/torque", {"mode": "off"}))
-    done = await ended(rig, started["id"])
-    await asyncio.sleep(1)
-    assert rig.sim(servo).register(0x20) == 1
-    assert done["state"] == "failed", done
-
-
-@settled(replace(PLAIN, rom={"soft_start": 0, "timeout_action": 0}, angle_deg=25.0))
-async def test_an_identify_with_a_slow_restore_keeps_torque(rig: Rig, servo: Servo) -> None:
-    started = json(await rig.call("POST", f"/servos/{servo.uid}/identify"), 202)
-    await until_step(rig, started["id"], "restore")
-    for _ in range(4):
-        rig.sim(servo).conditions.mute = True
-        await asyncio.sleep(1.7)
-        rig.sim(servo).conditions.mute = False
-        await asyncio.sleep(0.13)
+        for _ in range(4):
+            rig.sim(servo).conditions.mute = True
+            await asyncio.sleep(1.7)
+            rig.sim(servo).conditions.mute = False
+            await asyncio.sleep(0.13)
     done = await ended(rig, started["id"])
     await asyncio.sleep(1)
     assert (done["state"] == "succeeded") is (rig.sim(servo).register(0x20) == 0), done
+    assert later == "slow responses" or done["state"] == "failed"
 
 
 @settled(STILL)
 async def test_a_write_after_an_unnoticed_restart_is_not_taken_for_rom(rig: Rig, servo: Servo) -> None:
-    rig.bench.power(servo.uid, on=False)
-    rig.bench.power(servo.uid, on=True)
+    brief_power_cut(rig, servo)
     rig.bus.loss(100)
     await asyncio.sleep(0.12)  # its first NodeStatus is lost
     rig.bus.loss(0)
@@ -257,9 +245,8 @@ async def test_after_a_save_without_a_restart_rom_is_unknown(rig: Rig) -> None:
     servo = await again(rig)
     assert servo.registers["angle_p_gain"].rom == 40
     await patch(rig, servo, angle_p_gain=55)
-    started = json(await rig.call("POST", f"/servos/{servo.uid}/save"), 202)
-    await until_step(rig, started["id"], "silence")
-    json(await rig.call("DELETE", f"/jobs/{started['id']}"))
+    job_id = await run_until_step(rig, servo, "save", "silence")
+    json(await rig.call("DELETE", f"/jobs/{job_id}"))
     assert servo.registers["angle_p_gain"].rom is None
     assert rig.sim(servo).memory.stored(GAIN) == 55
     assert (await again(rig)).registers["angle_p_gain"].rom is None
@@ -277,32 +264,25 @@ async def test_rom_is_unknown_if_the_restart_is_rejected(
         return False
 
     monkeypatch.setattr(rig.host.requests, "restart", no)
-    done = await ended(rig, started["id"])
-    assert done["error"]["code"] == "refused_by_servo", done
+    failed_with(await ended(rig, started["id"]), "refused_by_servo")
     assert rig.sim(servo).memory.stored(GAIN) == 55
     assert servo.registers["angle_p_gain"].rom is None
 
 
 @scene(*TWO)
-async def test_a_cancelled_commissioning_restores_a_parked_id_or_reports_it(rig: Rig) -> None:
+async def test_a_commissioning_excludes_another_and_once_cancelled_restores_a_parked_id_or_reports_it(
+    rig: Rig,
+) -> None:
     first, second = await old(rig, 2)
     wanted = [{"uid": first.uid, "servo_id": 2}, {"uid": second.uid, "servo_id": 1}]
     started = json(await rig.call("POST", "/commissioning", {"servos": wanted, "save": True}), 202)
+    other = {"servos": [{"uid": second.uid, "servo_id": 9}], "save": True}
+    problem(await rig.call("POST", "/commissioning", other), "busy", 409)
     await until_step(rig, started["id"], "save 1")
     json(await rig.call("DELETE", f"/jobs/{started['id']}"))
     done = await ended(rig, started["id"])
     unit = done["result"]["servos"][1]
     assert rig.sim(second).servo_id == 2 or "Servo ID" in (unit["problem"] or {}).get("detail", ""), done
-
-
-@scene(*TWO)
-async def test_two_commissionings_of_one_servo_are_rejected(rig: Rig) -> None:
-    first, second = await old(rig, 2)
-    both = {"servos": [{"uid": first.uid, "servo_id": 5}, {"uid": second.uid, "servo_id": 6}], "save": True}
-    started = json(await rig.call("POST", "/commissioning", both), 202)
-    other = {"servos": [{"uid": second.uid, "servo_id": 9}], "save": True}
-    problem(await rig.call("POST", "/commissioning", other), "busy", 409)
-    assert (await ended(rig, started["id"]))["state"] == "succeeded"
 
 
 @settled(STILL)
@@ -313,7 +293,7 @@ async def test_a_failed_reset_records_its_writes(rig: Rig, servo: Servo, monkeyp
     monkeypatch.setattr(Registers, "erase", nothing)
     await patch(rig, servo, angle_p_gain=77, temperature_limit_upper=70)
     rig.sim(servo).conditions.refuse_keys.add("temperature_limit_upper")
-    done = json(await rig.call("POST", f"/servos/{servo.uid}/factory-reset?wait=true"))
+    done = await run(rig, servo, "factory-reset")
     assert done["state"] == "failed", done
     shown = json(await rig.call("GET", f"/audit?uid={servo.uid}"))
     rows = [one for one in shown if one["action"] == "factory_reset"]

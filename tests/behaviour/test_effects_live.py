@@ -6,7 +6,9 @@ from typing import Any
 
 import pytest
 
-from behaviour.rig import PLAIN, Rig, Socket, json
+from behaviour.actions import torque, write
+from behaviour.restarting import run, succeeded
+from behaviour.rig import PLAIN, Rig, Socket, json, until
 from behaviour.scene import scene
 from hornbill.servo.device.servo import Servo
 
@@ -51,10 +53,6 @@ async def truth(rig: Rig, servo: Servo) -> Effects:
     return {key: (one["in_effect"], one["why_not"]) for key, one in shown.items()}
 
 
-async def write(rig: Rig, servo: Servo, **values: object) -> None:
-    json(await rig.call("PATCH", f"/servos/{servo.uid}/parameters", {"values": values}))
-
-
 @scene(ON)
 async def test_0x25_off_and_on_updates_every_page(rig: Rig) -> None:
     servo, both = await pages(rig)
@@ -76,45 +74,40 @@ async def test_0x25_off_and_on_updates_every_page(rig: Rig) -> None:
 
 
 @pytest.mark.parametrize(
-    ("cause", "word"), [({"temperature_c": 110.0}, "temperature (0x0B)"), ({"voltage_v": 12.5}, "voltage (0x0C)")]
+    ("condition", "value", "word"),
+    [("temperature_c", 110.0, "temperature (0x0B)"), ("voltage_v", 12.5, "voltage (0x0C)")],
 )
 @scene(ON)
-async def test_protection_suspends_commands_gains_and_limits(rig: Rig, cause: dict[str, float], word: str) -> None:
+async def test_protection_suspends_commands_gains_and_limits(rig: Rig, condition: str, value: float, word: str) -> None:
     servo, both = await pages(rig)
     conditions = rig.sim(servo).conditions
-    normal = {key: getattr(conditions, key) for key in cause}
-    for key, value in cause.items():
-        setattr(conditions, key, value)
+    normal = getattr(conditions, condition)
+    setattr(conditions, condition, value)
     await asyncio.sleep(3)
+    now = await truth(rig, servo)
     for page in both:
         news = page.update()
         assert {"command_angle", "angle_p_gain", "speed_limit_cw", "torque_limit_cw"} <= without_effect(news)
         assert word in (news["command_angle"][1] or "")
         assert "temperature_limit_upper" not in without_effect(news)
-    assert {key: both[0].shown[key] for key in both[0].shown} == {
-        key: one for key, one in (await truth(rig, servo)).items() if key in both[0].shown
-    }
-    for key, value in normal.items():
-        setattr(conditions, key, value)
+        assert page.shown == {key: now[key] for key in page.shown}
+    setattr(conditions, condition, normal)
     await asyncio.sleep(3)
     assert [page.update()["speed_limit_cw"] for page in both] == [(True, None)] * 2
 
 
 @scene(replace(ON, rom={"speed_torque_control": 1}, angle_deg=150.0))
 async def test_soft_start_overrides_its_rows_until_it_ends(rig: Rig) -> None:
-    while not (found := rig.host.fleet.all()) or not found[0].soft_starting:
-        await asyncio.sleep(0.05)
-    servo = found[0]
+    await until(lambda: any(one.soft_starting for one in rig.host.fleet.all()), every_s=0.05)
+    (servo,) = rig.host.fleet.all()
     both = [Page(rig), Page(rig)]
     await asyncio.sleep(0.2)
-    now = await truth(rig, servo)
-    soft_start_rows = servo.soft_start_rows
-    for key in soft_start_rows:
-        assert now[key][0] is False
-        assert "soft start (0x21)" in (now[key][1] or "")
     shown = json(await rig.call("GET", f"/servos/{servo.uid}/parameters"))["parameters"]
-    assert {shown[key]["unsaved"] for key in soft_start_rows} == {None}
-    assert {shown[key]["differs_from_default"] for key in soft_start_rows} == {None}
+    for key in servo.soft_start_rows:
+        assert shown[key]["in_effect"] is False
+        assert "soft start (0x21)" in shown[key]["why_not"]
+        assert shown[key]["unsaved"] is shown[key]["differs_from_default"] is None
+    soft_start_rows = servo.soft_start_rows
     for page in both:
         page.update()
     assert servo.soft_starting
@@ -127,25 +120,21 @@ async def test_soft_start_overrides_its_rows_until_it_ends(rig: Rig) -> None:
 
 
 @scene(ON)
-async def test_torque_off_suspends_gains_and_limits(rig: Rig) -> None:
+async def test_torque_off_suspends_gains_and_a_new_node_id_takes_effect_after_a_save(rig: Rig) -> None:
     servo, (page, other) = await pages(rig)
-    json(await rig.call("POST", f"/servos/{servo.uid}/torque", {"mode": "off"}))
+    await torque(rig, servo, "off")
     await asyncio.sleep(0.1)
     news = page.update()
     assert {"command_angle", "angle_p_gain", "angle_limit_cw", "torque_limit_cw"} <= without_effect(news)
     assert news["angle_p_gain"][1] == "No effect now: torque (0x20) is not on, so no angle is held."
     assert other.update() == news
 
-
-@scene(ON)
-async def test_a_new_node_id_takes_effect_after_a_save(rig: Rig) -> None:
-    servo, (page, other) = await pages(rig)
     await write(rig, servo, node_id=40, soft_start=True)
     await asyncio.sleep(0.1)
     news = page.update()
     for key in ("node_id", "soft_start"):
         assert news[key] == (False, "No effect now: takes effect at the next start after a save.")
-    assert json(await rig.call("POST", f"/servos/{servo.uid}/save?wait=true"))["state"] == "succeeded"
+    succeeded(await run(rig, servo, "save"))
     await asyncio.sleep(0.1)
     news = page.update()
     assert (news["node_id"], servo.node_id) == ((True, None), 40)
@@ -172,6 +161,17 @@ async def test_offline_and_software_update_are_given_as_reasons(rig: Rig) -> Non
         each.update()
         assert each.shown["angle_p_gain"] == (True, None)
 
+    await write(rig, servo, angle_p_gain=41)
+    shown = json(await rig.call("GET", f"/servos/{servo.uid}/parameters"))["parameters"]
+    shown = {key: (one["differs_from_default"], one["unsaved"]) for key, one in shown.items()}
+    assert shown["angle_p_gain"] == (True, True)
+    assert shown["speed_torque_control"] == (True, False)
+    assert shown["angle_d_gain"] == (False, False)
+    assert shown["current_angle"] == shown["command_angle"] == (None, None)
+    servo.registers["angle_d_gain"].rom = None
+    again = json(await rig.call("GET", f"/servos/{servo.uid}/parameters/angle_d_gain"))
+    assert (again["differs_from_default"], again["unsaved"]) == (False, None)
+
 
 @scene(replace(ON, rom_sound=False))
 async def test_lost_configuration_and_failures_suspend_commands(rig: Rig) -> None:
@@ -183,17 +183,3 @@ async def test_lost_configuration_and_failures_suspend_commands(rig: Rig) -> Non
     news = page.update()
     assert "failure (0x1B)" in (news["torque_limit_cw"][1] or "")
     assert other.update()["torque_limit_cw"] == news["torque_limit_cw"]
-
-
-@scene(ON)
-async def test_every_row_shows_whether_it_differs_from_default_and_is_unsaved(rig: Rig, servo: Servo) -> None:
-    await write(rig, servo, angle_p_gain=41)
-    shown = json(await rig.call("GET", f"/servos/{servo.uid}/parameters"))["parameters"]
-    shown = {key: (one["differs_from_default"], one["unsaved"]) for key, one in shown.items()}
-    assert shown["angle_p_gain"] == (True, True)
-    assert shown["speed_torque_control"] == (True, False)
-    assert shown["angle_d_gain"] == (False, False)
-    assert shown["current_angle"] == shown["command_angle"] == (None, None)
-    servo.registers["angle_d_gain"].rom = None
-    again = json(await rig.call("GET", f"/servos/{servo.uid}/parameters/angle_d_gain"))
-    assert (again["differs_from_default"], again["unsaved"]) == (False, None)

@@ -2,6 +2,7 @@
 
 import asyncio
 
+from behaviour.actions import move
 from behaviour.rig import Rig, Socket, json, problem
 from behaviour.scene import scene
 from hornbill.servo.device.servo import Servo
@@ -13,6 +14,7 @@ NONE = "0" * 32
 UNKNOWN = f"/servos/{NONE}"
 ANGLE = {"type": "angle", "value": 1}
 READ_ONLY = ("current_angle", "model_number", "firmware_version", "fault_overview", "production_year")
+OPCODES = ("initialize", "reboot", "write_rom")
 REJECTED: list[tuple[str, str, object, str, int]] = [
     ("GET", UNKNOWN, None, "unknown_servo", 404),
     ("PATCH", UNKNOWN, {"label": "x"}, "unknown_servo", 404),
@@ -20,9 +22,10 @@ REJECTED: list[tuple[str, str, object, str, int]] = [
     ("POST", f"{UNKNOWN}/save", ANGLE, "unknown_servo", 404),
     ("POST", f"{UNKNOWN}/command", ANGLE, "unknown_servo", 404),
     ("PATCH", "S/parameters", {"values": {"nonsense": 1}}, "unknown_parameter", 404),
-    ("PUT", "S/parameters/initialize", {"value": 1}, "unknown_parameter", 404),
-    ("PUT", "S/parameters/reboot", {"value": 1}, "unknown_parameter", 404),
-    ("PUT", "S/parameters/write_rom", {"value": 1}, "unknown_parameter", 404),
+    *(
+        ("PUT", f"S/parameters/{key}", {"value": 1}, "unknown_parameter", 404)
+        for key in ("initialize", "reboot", "write_rom")
+    ),
     ("PUT", "S/parameters/pwm_neutral", {"value": 1500}, "not_in_this_model", 409),
     *(("PUT", f"S/parameters/{key}", {"value": 1}, "read_only", 409) for key in READ_ONLY),
     *(("PATCH", "S/parameters", {"values": {key: 1}}, "read_only", 409) for key in READ_ONLY),
@@ -30,10 +33,8 @@ REJECTED: list[tuple[str, str, object, str, int]] = [
     ("PUT", "S/telemetry", {"channels": ["torque_mode"], "rate_hz": 5}, "invalid_value", 422),
     ("PUT", "S/telemetry", {"channels": ["pwm_range"], "rate_hz": 5}, "not_in_this_model", 409),
     ("PUT", "S/telemetry", {"channels": ["current_angle"], "rate_hz": 0}, "invalid_value", 422),
-    ("GET", "/jobs/none", None, "unknown_job", 404),
-    ("DELETE", "/jobs/none", None, "unknown_job", 404),
-    ("PUT", "/leases/none", None, "unknown_lease", 404),
-    ("DELETE", "/leases/none", None, "unknown_lease", 404),
+    *((verb, "/jobs/none", None, "unknown_job", 404) for verb in ("GET", "DELETE")),
+    *((verb, "/leases/none", None, "unknown_lease", 404) for verb in ("PUT", "DELETE")),
     ("GET", "/nothing", None, "not_found", 404),
 ]
 """Verb, path (S for a servo), body, code, status."""
@@ -43,9 +44,17 @@ REJECTED: list[tuple[str, str, object, str, int]] = [
 async def test_rejected_requests(rig: Rig, servo: Servo) -> None:
     for verb, path, body, code, status in REJECTED:
         problem(await rig.call(verb, path.replace("S/", f"/servos/{servo.uid}/", 1), body), code, status)
-    misspelt = await rig.call("GET", f"/servos/{servo.uid}/parameters/angle_limit_cv")
+    path = f"/servos/{servo.uid}/parameters"
+    misspelt = await rig.call("GET", f"{path}/angle_limit_cv")
     assert "angle_limit_cw" in problem(misspelt, "unknown_parameter", 404)["detail"]
+    mine = await rig.lease(ttl_s=30)
+    found = problem(await rig.call("POST", "/leases", {"holder": "other", "ttl_s": 5}), "lease_held", 409)
+    assert found["holder"] == "test"
+    assert 29 < found["expires_in_s"] <= 30
+    body = {"values": {"angle_p_gain": 41}}
+    problem(await rig.call("PATCH", path, body), "lease_held", 409)
     assert rig.writes() == []
+    assert json(await rig.call("PATCH", path, body, lease=mine))["outcome"] == "applied"
 
 
 OUT_OF_RANGE = [
@@ -105,45 +114,23 @@ async def test_refused_by_servo_and_no_response_are_different(rig: Rig, servo: S
 
 @scene()
 async def test_bus_disconnected(rig: Rig, servo: Servo) -> None:
-    assert json(await rig.call("DELETE", "/bus"))["state"] == "disconnected"
-    lease = await rig.lease()
-    path = f"/servos/{servo.uid}"
-    problem(await rig.call("GET", path + "/parameters/angle_p_gain"), "bus_disconnected", 503)
-    problem(await rig.call("PUT", path + "/parameters/angle_p_gain", {"value": 1}), "bus_disconnected", 503)
-    problem(await rig.call("POST", path + "/save"), "bus_disconnected", 503)
-    command = {"type": "angle", "value": 1}
-    problem(await rig.call("POST", path + "/command", command, lease=lease), "bus_disconnected", 503)
-    assert json(await rig.call("GET", path))["state"] == "offline"
-    json(await rig.call("PUT", "/bus", {"address": "memory:host"}))
-    await rig.ready()
-
-
-@scene()
-async def test_a_waiting_request_fails_when_the_bus_is_disconnected(rig: Rig, servo: Servo) -> None:
+    lease, path = await rig.lease(), f"/servos/{servo.uid}"
     rig.sim(servo).conditions.drop_responses_pct = 100
-    waiting = asyncio.create_task(rig.call("GET", f"/servos/{servo.uid}/parameters/angle_p_gain"))
+    waiting = asyncio.create_task(rig.call("GET", f"{path}/parameters/angle_p_gain"))
     await asyncio.sleep(0.05)
     began = asyncio.get_running_loop().time()
-    await rig.call("DELETE", "/bus")
+    assert json(await rig.call("DELETE", "/bus"))["state"] == "disconnected"
     problem(await waiting, "bus_disconnected", 503)
     assert asyncio.get_running_loop().time() - began < 0.5
-
-
-@scene()
-async def test_lease_held_names_the_holder(rig: Rig, servo: Servo) -> None:
-    mine = await rig.lease(ttl_s=30)
-    found = problem(await rig.call("POST", "/leases", {"holder": "other", "ttl_s": 5}), "lease_held", 409)
-    assert found["holder"] == "test"
-    assert 29 < found["expires_in_s"] <= 30
-    body = {"values": {"angle_p_gain": 41}}
-    path = f"/servos/{servo.uid}/parameters"
-    problem(await rig.call("PATCH", path, body), "lease_held", 409)
-    assert json(await rig.call("PATCH", path, body, lease=mine))["outcome"] == "applied"
-
-
-@scene()
-async def test_reconnecting_reopens_the_adapter_and_a_broken_one_changes_nothing(rig: Rig) -> None:
-    await rig.ready()
+    for verb, end, body in (
+        ("GET", "parameters/angle_p_gain", None),
+        ("PUT", "parameters/angle_p_gain", {"value": 1}),
+        ("POST", "save", None),
+        ("POST", "command", ANGLE),
+    ):
+        problem(await rig.call(verb, f"{path}/{end}", body, lease=lease), "bus_disconnected", 503)
+    assert json(await rig.call("GET", path))["state"] == "offline"
+    rig.sim(servo).conditions.drop_responses_pct = 0
     assert json(await rig.call("PUT", "/bus", {"address": "memory:host"}))["state"] == "active"
     await rig.ready()
     problem(await rig.call("PUT", "/bus", {"address": "memory:broken"}), "bus_open_failed", 502)
@@ -154,7 +141,7 @@ async def test_reconnecting_reopens_the_adapter_and_a_broken_one_changes_nothing
 @scene()
 async def test_two_concurrent_connects_leave_one_connection(rig: Rig, servo: Servo) -> None:
     lease = await rig.lease()
-    json(await rig.call("POST", f"/servos/{servo.uid}/command", {"type": "angle", "value": 5}, lease=lease))
+    await move(rig, servo, lease)
     rig.sim(servo).conditions.drop_responses_pct = 100
     await asyncio.gather(
         rig.call("PUT", "/bus", {"address": "memory:other"}),

@@ -6,9 +6,11 @@ from typing import Any, cast
 import orjson
 import pytest
 from fastapi import FastAPI
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from behaviour.actions import write
+from behaviour.restarting import run
 from behaviour.rig import PLAIN, Rig, Socket, json, problem
 from behaviour.scene import scene
 from behaviour.secured import SecuredServer, secured
@@ -109,7 +111,9 @@ def codes(events: list[Event]) -> list[str]:
 
 
 @scene()
-async def test_a_stream_begins_with_the_state_and_continues_with_changes(rig: Rig, servo: Servo) -> None:
+async def test_a_stream_begins_with_the_state_continues_with_changes_and_ends_with_the_server(
+    rig: Rig, servo: Servo
+) -> None:
     stream = Stream(rig.app)
     hello = await stream.next()
     assert (hello["type"], stream.status) == ("hello", 200)
@@ -120,22 +124,26 @@ async def test_a_stream_begins_with_the_state_and_continues_with_changes(rig: Ri
     assert "telemetry" not in kinds
     assert [one["servos"][0]["uid"] for one in first if one["type"] == "servos"] == [servo.uid]
     assert [one["seq"] for one in first] == list(range(1, len(first) + 1))
-    json(await rig.call("PUT", f"/servos/{servo.uid}/parameters/angle_p_gain", {"value": 42}))
+    await write(rig, servo, angle_p_gain=42)
     changed = await stream.receive("parameter")
     assert (changed["reading"]["key"], changed["reading"]["value"]) == ("angle_p_gain", 42)
-    json(await rig.call("POST", f"/servos/{servo.uid}/restart?wait=true"))
+    await run(rig, servo, "restart")
     await stream.receive("job")
     json(await rig.call("POST", "/stop"))
     assert (await stream.receive("stop"))["stop"]["latched"] is True
-    await stream.close()
+    end_streams(rig.app.state)
+    async with asyncio.timeout(1):
+        await stream.task
 
 
 @scene(PLAIN, OTHER)
 async def test_topics_and_servos_filter_but_stop_and_lease_always_come(rig: Rig) -> None:
     servos = await rig.ready(2)
+    for query in ("topics=frames", "topics=", "topics=servos,", "topics=all", "uids=abc", "uids=x,y"):
+        problem(await rig.call("GET", f"/events/stream?{query}"), "invalid_value", 422)
     stream = Stream(rig.app, f"topics=servos&uids={servos[0].uid}")
     for one in servos:
-        json(await rig.call("PUT", f"/servos/{one.uid}/parameters/angle_p_gain", {"value": 42}))
+        await write(rig, one, angle_p_gain=42)
     await rig.lease()
     publish(rig, "not_subscribed")
     received = await stream.settled()
@@ -202,15 +210,15 @@ async def test_a_gap_is_reported_with_its_size_and_the_state(rig: Rig, monkeypat
     await again.close()
 
 
-@pytest.mark.parametrize("last", ["deadbeef.12", "nonsense", "~.~", "", "x" * 200])
 @scene()
-async def test_an_event_id_of_another_server_is_a_gap_of_unknown_size(rig: Rig, last: str) -> None:
+async def test_an_event_id_of_another_server_is_a_gap_of_unknown_size(rig: Rig) -> None:
     await rig.ready()
-    stream = Stream(rig.app, "topics=servos", last=last)
-    received = await stream.settled()
-    assert [(one["type"], one.get("count")) for one in received[:2]] == [("hello", None), ("dropped", None)]
-    assert "servos" in {one["type"] for one in received}
-    await stream.close()
+    for last in ("deadbeef.12", "nonsense", "~.~", "", "x" * 200):
+        stream = Stream(rig.app, "topics=servos", last=last)
+        received = await stream.settled()
+        assert [(one["type"], one.get("count")) for one in received[:2]] == [("hello", None), ("dropped", None)]
+        assert "servos" in {one["type"] for one in received}
+        await stream.close()
 
 
 @scene()
@@ -240,20 +248,13 @@ async def test_a_slow_reader_delays_no_one_and_learns_what_it_missed(rig: Rig, m
 
 
 @scene(connect=False)
-async def test_an_idle_stream_sends_heartbeats(rig: Rig) -> None:
-    stream = Stream(rig.app, "topics=jobs")
+async def test_an_idle_stream_sends_heartbeats_and_an_event_its_values(rig: Rig) -> None:
+    stream, socket = Stream(rig.app, "topics=events"), Socket(rig.app)
+    socket.send(type="subscribe", topics=["events"])
     await stream.settled()
     begun = rig.host.base.now()
     assert await stream.block(HEARTBEAT_S + 1) == ": heartbeat"
     assert rig.host.base.now() - begun <= HEARTBEAT_S + 0.5
-    await stream.close()
-
-
-@scene(connect=False)
-async def test_an_event_carries_its_values(rig: Rig) -> None:
-    stream, socket = Stream(rig.app, "topics=events"), Socket(rig.app)
-    socket.send(type="subscribe", topics=["events"])
-    await stream.settled()
     rig.host.hub.publish(LogEvent("notice", "hunting", "It is 4.2°.", params={"angle_deg": 4.2}))
     for event in (await stream.receive("event", code="hunting"), await socket.receive("event")):
         assert (event["text"], event["params"]) == ("It is 4.2°.", {"angle_deg": 4.2})
@@ -279,21 +280,6 @@ async def test_the_log_stops_after_the_last_reader(rig: Rig, monkeypatch: pytest
     await again.close()
 
 
-@scene()
-async def test_streams_end_with_the_server(rig: Rig) -> None:
-    stream = Stream(rig.app)
-    await stream.settled()
-    end_streams(rig.app.state)
-    async with asyncio.timeout(1):
-        await stream.task
-
-
-@scene(connect=False)
-async def test_invalid_topics_and_servos_are_rejected(rig: Rig) -> None:
-    for query in ("topics=frames", "topics=", "topics=servos,", "topics=all", "uids=abc", "uids=x,y"):
-        problem(await rig.call("GET", f"/events/stream?{query}"), "invalid_value", 422)
-
-
 @secured()
 async def test_a_stream_needs_a_token_and_ends_with_it(server: SecuredServer) -> None:
     await server.token("boss", "admin")
@@ -307,6 +293,7 @@ async def test_a_stream_needs_a_token_and_ends_with_it(server: SecuredServer) ->
         await stream.task
 
 
+@settings(max_examples=50)
 @given(st.integers(1, 20), st.lists(st.text("abc", max_size=5), max_size=60), st.integers(0, 60))
 def test_a_buffer_counts_lost_entries_and_returns_the_rest(most: int, texts: list[str], place: int) -> None:
     buffer = EventBuffer(entries=most, size=40)
@@ -326,8 +313,7 @@ def test_a_buffer_keeps_the_newest_entry_of_each_key() -> None:
     for number in range(30):
         buffer.put(LogEntry("servos", "parameter", None, str(number), f"key {number % 3}"))
     lost, found = buffer.since(0)
-    assert lost == 0
-    assert [(number, entry.json) for number, entry in found] == [(27, "27"), (28, "28"), (29, "29")]
+    assert (lost, [(number, entry.json) for number, entry in found]) == (0, [(27, "27"), (28, "28"), (29, "29")])
 
 
 def test_event_ids_of_any_form_are_parsed() -> None:

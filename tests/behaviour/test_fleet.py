@@ -2,11 +2,12 @@
 
 import asyncio
 from dataclasses import replace
-from pathlib import Path
 
 import pytest
 
-from behaviour.rig import CATALOG, PLAIN, Rig, json, play, until
+from behaviour.actions import by_servo_id, power_cycle, write
+from behaviour.restarting import run, succeeded
+from behaviour.rig import CATALOG, PLAIN, Rig, json, until
 from behaviour.scene import scene
 from hornbill.servo.device.servo import Servo, State
 from hornbill.sim.bench.bench import demo_fleet
@@ -34,38 +35,35 @@ async def test_the_demo_is_identified_and_read_within_12_s(rig: Rig, seed: int) 
 
 
 @pytest.mark.parametrize("model", sorted(CATALOG.models))
-@pytest.mark.parametrize("firmware", CATALOG.firmware_steps)
-@scene(lambda model, firmware: Recipe(model, firmware, node_id=20, any_firmware=True), fast=True)
-async def test_every_model_and_firmware_has_its_rows(rig: Rig, servo: Servo, model: str, firmware: str) -> None:
-    assert servo.model is not None
-    assert (servo.model.name, servo.firmware_text) == (model, firmware)
-    assert all(register.raw is not None for register in servo.registers.values())
+@scene(
+    lambda model: [
+        Recipe(model, firmware, servo_id=n, node_id=20 + n, any_firmware=True)
+        for n, firmware in enumerate(CATALOG.firmware_steps, start=1)
+    ],
+    fast=True,
+)
+async def test_every_model_and_firmware_has_its_rows(rig: Rig, model: str) -> None:
+    servos = by_servo_id(await rig.ready(len(CATALOG.firmware_steps)))
+    assert [servo.firmware_text for servo in servos] == list(CATALOG.firmware_steps)
+    for servo in servos:
+        assert servo.model is not None
+        assert servo.model.name == model
+        assert all(register.raw is not None for register in servo.registers.values())
 
 
 @scene()
 async def test_a_servo_with_a_new_node_id_is_the_same_servo(rig: Rig, servo: Servo) -> None:
     json(await rig.call("PATCH", f"/servos/{servo.uid}", {"label": "Elevator L"}))
-    json(await rig.call("PATCH", f"/servos/{servo.uid}/parameters", {"values": {"node_id": 42}}))
-    job = json(await rig.call("POST", f"/servos/{servo.uid}/save?wait=true"))
-    assert job["state"] == "succeeded"
+    await write(rig, servo, node_id=42)
+    assert servo.registers["node_id"].rom != 42
+    json(await rig.call("PUT", "/bus", {"address": "memory:host"}))
+    await rig.ready()
+    assert servo.registers["node_id"].rom != 42, "a written value is not taken for ROM after reconnecting"
+    job = succeeded(await run(rig, servo, "save"))
     assert job["result"]["node_id"] == 42
-    shown = json(await rig.call("GET", "/servos"))
-    assert [(one["uid"], one["node_id"], one["label"]) for one in shown] == [(servo.uid, 42, "Elevator L")]
-
-
-def test_labels_survive_the_server(tmp_path: Path) -> None:
-    recipe, data = replace(PLAIN, uid=bytes(range(16))), str(tmp_path / "data")
-
-    async def label(rig: Rig) -> None:
-        servo = (await rig.ready())[0]
-        json(await rig.call("PATCH", f"/servos/{servo.uid}", {"label": "Elevator L"}))
-
-    async def labels(rig: Rig) -> list[str]:
-        await rig.ready()
-        return [one["label"] for one in json(await rig.call("GET", "/servos?label=Elevator L"))]
-
-    play(label, recipe, store=data)
-    assert play(labels, recipe, store=data) == ["Elevator L"]
+    for query in ("", "?label=Elevator L"):
+        shown = json(await rig.call("GET", f"/servos{query}"))
+        assert [(one["uid"], one["node_id"], one["label"]) for one in shown] == [(servo.uid, 42, "Elevator L")]
 
 
 @scene()
@@ -92,12 +90,9 @@ async def test_two_servos_that_swap_node_ids_are_distinguished(rig: Rig) -> None
     response = json(await rig.call("PATCH", "/parameters", {"servos": swapped}))
     assert [each["outcome"] for each in response["servos"]] == ["applied", "applied"]
     await asyncio.sleep(2)
-    for servo in (one, other):  # both change at once: power off, then on again
-        rig.sim(servo).memory.save(rig.sim(servo).behaviour)
-        rig.bench.power(servo.uid, False)
-    await asyncio.sleep(1)
     for servo in (one, other):
-        rig.bench.power(servo.uid, True)
+        rig.sim(servo).memory.save(rig.sim(servo).behaviour)
+    await asyncio.gather(*(power_cycle(rig, servo.uid, 1) for servo in (one, other)))  # both change at once
     await asyncio.sleep(5)
     assert {one.uid: other.node_id, other.uid: one.node_id} == ids
     assert rig.sim(one).node_id == one.node_id
@@ -105,37 +100,25 @@ async def test_two_servos_that_swap_node_ids_are_distinguished(rig: Rig) -> None
 
 
 @scene(connect=False)
-async def test_rom_is_unknown_when_the_servo_ran_before_connecting(rig: Rig) -> None:
+async def test_rom_is_unknown_when_the_servo_ran_before_connecting_or_unseen(rig: Rig) -> None:
     await asyncio.sleep(30)
     await rig.host.connect("memory:host", 1_000_000)
     servo = (await rig.ready())[0]
     reading = json(await rig.call("GET", f"/servos/{servo.uid}/parameters/angle_p_gain"))
     assert (reading["value"], reading["rom"]) == (40, None)
     assert servo.unsaved() == []
-
-
-@scene()
-async def test_values_of_a_long_running_servo_are_not_taken_for_rom(rig: Rig, servo: Servo) -> None:
-    sim = rig.sim(servo)
+    await power_cycle(rig, servo.uid, 0.3)
     await asyncio.sleep(5)
+    assert servo.registers["angle_p_gain"].rom == 40
+    sim = rig.sim(servo)
     sim.conditions.mute = True
-    rig.bench.power(servo.uid, False)
-    await asyncio.sleep(0.3)
-    rig.bench.power(servo.uid, True)
+    await power_cycle(rig, servo.uid, 0.3)
     await asyncio.sleep(60)
     sim.memory.put(0x2C, 77)  # another tool wrote RAM meanwhile
     sim.conditions.mute = False
     await asyncio.sleep(5)
     assert servo.raw("angle_p_gain") == 77
     assert servo.registers["angle_p_gain"].rom is None
-
-
-@scene()
-async def test_a_written_value_is_not_taken_for_rom_after_reconnecting(rig: Rig, servo: Servo) -> None:
-    json(await rig.call("PATCH", f"/servos/{servo.uid}/parameters", {"values": {"angle_p_gain": 41}}))
-    json(await rig.call("PUT", "/bus", {"address": "memory:host"}))
-    await rig.ready()
-    assert servo.registers["angle_p_gain"].rom != 41
 
 
 @scene()

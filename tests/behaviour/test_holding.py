@@ -1,10 +1,10 @@
 """Speed and torque while a button is held: however the release is lost, the servo brakes or torque goes off."""
 
 import asyncio
-from dataclasses import replace
 
 import pytest
 
+from behaviour.actions import move, torque, write
 from behaviour.rig import Rig, Socket, json, problem
 from behaviour.scene import scene
 from hornbill.servo.device.servo import Servo
@@ -17,10 +17,13 @@ FOR_S = 0.4
 
 
 async def ready(rig: Rig) -> tuple[Servo, str]:
-    servo = (await rig.ready())[0]
-    lease = await rig.lease()
-    json(await rig.call("POST", f"/servos/{servo.uid}/torque", {"mode": "on"}, lease=lease))
+    servo, lease = (await rig.ready())[0], await rig.lease()
+    await torque(rig, servo, "on", lease)
     return servo, lease
+
+
+def path(servo: Servo) -> str:
+    return f"/servos/{servo.uid}/command"
 
 
 def held(value: float, kind: str = "speed", *, renew: bool = False) -> dict[str, object]:
@@ -35,11 +38,15 @@ def turns(rig: Rig, servo: Servo) -> bool:
     return abs(rig.sim(servo).speed_rpm) > 5
 
 
+def plain(value: float) -> dict[str, object]:
+    return {"type": "speed", "value": value}
+
+
 @pytest.mark.parametrize(("kind", "row"), [("speed", "0x01"), ("torque", "0x02")])
 @scene(SPEEDY)
 async def test_a_run_that_is_not_renewed_is_braked(rig: Rig, kind: str, row: str) -> None:
     servo, lease = await ready(rig)
-    response = json(await rig.call("POST", f"/servos/{servo.uid}/command", held(20, kind), lease=lease))
+    response = json(await rig.call("POST", path(servo), held(20, kind), lease=lease))
     assert "rotates continuously" in response["warnings"][0]
     await asyncio.sleep(FOR_S * 0.8)
     assert turns(rig, servo)
@@ -52,7 +59,7 @@ async def test_a_run_that_is_not_renewed_is_braked(rig: Rig, kind: str, row: str
 
 
 @scene(SPEEDY)
-async def test_a_run_lasts_as_long_as_it_is_renewed(rig: Rig) -> None:
+async def test_a_run_lasts_as_long_as_it_is_renewed_in_time(rig: Rig) -> None:
     servo, lease = await ready(rig)
     page = Socket(rig.app)
     page.send(type="heartbeat", lease=lease)
@@ -66,24 +73,15 @@ async def test_a_run_lasts_as_long_as_it_is_renewed(rig: Rig) -> None:
     # the page hangs: its socket and lease stay, and no renewal comes
     await asyncio.sleep(FOR_S + 0.3)
     assert not turns(rig, servo)
-
-
-@scene(SPEEDY)
-async def test_a_late_renewal_does_not_restart_a_run(rig: Rig) -> None:
-    servo, lease = await ready(rig)
-    page = Socket(rig.app)
-    send(page, servo, lease, 30)
-    await asyncio.sleep(FOR_S + 0.3)
     send(page, servo, lease, 30, renew=True)
     assert (await page.receive("error"))["code"] == "busy"
-    path = f"/servos/{servo.uid}/command"
-    problem(await rig.call("POST", path, held(30, renew=True), lease=lease), "busy", 409)
+    problem(await rig.call("POST", path(servo), held(30, renew=True), lease=lease), "busy", 409)
     await asyncio.sleep(0.3)
-    assert not turns(rig, servo)
+    assert not turns(rig, servo), "a late renewal does not restart a run"
 
 
 @scene(SPEEDY)
-async def test_a_release_brakes_immediately(rig: Rig) -> None:
+async def test_a_release_brakes_immediately_and_a_later_angle_is_not_braked(rig: Rig) -> None:
     servo, lease = await ready(rig)
     page = Socket(rig.app)
     send(page, servo, lease, 30)
@@ -93,6 +91,13 @@ async def test_a_release_brakes_immediately(rig: Rig) -> None:
     assert rig.writes()[-1] == (12, "0x01", 0)
     await asyncio.sleep(FOR_S)
     assert rig.events("hold_ended") == []
+    before = len(rig.writes())
+    json(await rig.call("POST", path(servo), held(10), lease=lease))
+    await asyncio.sleep(0.1)
+    await move(rig, servo, lease)
+    await asyncio.sleep(FOR_S + 1)
+    assert abs(rig.sim(servo).angle_deg - 20) < 1
+    assert not [one for one in rig.writes()[before:] if one[1:] == ("0x01", 0)]
 
 
 @scene(SPEEDY)
@@ -117,7 +122,7 @@ async def test_a_release_does_not_wait_for_an_unacknowledged_command(rig: Rig) -
 async def test_an_unacknowledged_brake_becomes_torque_off(rig: Rig) -> None:
     servo, lease = await ready(rig)
     conditions = rig.sim(servo).conditions
-    json(await rig.call("POST", f"/servos/{servo.uid}/command", held(30), lease=lease))
+    json(await rig.call("POST", path(servo), held(30), lease=lease))
     conditions.mute = True
     await asyncio.sleep(FOR_S + 0.7)
     after = [one for one in rig.writes() if one[1] == "0x20"]
@@ -153,19 +158,6 @@ async def test_every_end_of_motion_control_ends_a_run_with_torque_off(rig: Rig, 
 
 
 @scene(SPEEDY)
-async def test_a_later_angle_is_not_braked_and_an_angle_cannot_be_held(rig: Rig) -> None:
-    servo, lease = await ready(rig)
-    path = f"/servos/{servo.uid}/command"
-    json(await rig.call("POST", path, held(10), lease=lease))
-    await asyncio.sleep(0.1)
-    json(await rig.call("POST", path, {"type": "angle", "value": 20}, lease=lease))
-    await asyncio.sleep(FOR_S + 1)
-    assert abs(rig.sim(servo).angle_deg - 20) < 1
-    assert not [one for one in rig.writes() if one[1:] == ("0x01", 0)]
-    problem(await rig.call("POST", path, held(10, "angle"), lease=lease), "invalid_value", 422)
-
-
-@scene(SPEEDY)
 async def test_a_move_in_progress_ends_when_a_run_begins(rig: Rig, monkeypatch: pytest.MonkeyPatch) -> None:
     servo, lease = await ready(rig)
     freshen = rig.host.motion.freshen
@@ -177,9 +169,7 @@ async def test_a_move_in_progress_ends_when_a_run_begins(rig: Rig, monkeypatch: 
             await asyncio.sleep(0.1)
 
     monkeypatch.setattr(rig.host.motion, "freshen", slowly)
-    profile = {"speed_deg_s": 20, "accel_deg_s2": 80}
-    body = {"type": "angle", "value": 90, "profile": profile}
-    json(await rig.call("POST", f"/servos/{servo.uid}/command", body, lease=lease))
+    await move(rig, servo, lease, 90, profile={"speed_deg_s": 20, "accel_deg_s2": 80})
     page = Socket(rig.app)
     await asyncio.sleep(0.35)  # in the middle of an angle
     send(page, servo, lease, -30)
@@ -194,23 +184,24 @@ async def test_a_move_in_progress_ends_when_a_run_begins(rig: Rig, monkeypatch: 
 
 
 @scene(SPEEDY)
-async def test_a_run_beyond_the_limit_is_rejected(rig: Rig) -> None:
+async def test_a_run_that_cannot_be_held_is_rejected(rig: Rig) -> None:
     servo, lease = await ready(rig)
-    path = f"/servos/{servo.uid}/command"
-    problem(await rig.call("POST", path, held(1000), lease=lease), "out_of_range", 422)
+
+    async def refused(body: dict[str, object], code: str, status: int) -> None:
+        problem(await rig.call("POST", path(servo), body, lease=lease), code, status)
+
+    await refused(held(1000), "out_of_range", 422)
+    await refused(held(10, "angle"), "invalid_value", 422)
     await asyncio.sleep(FOR_S + 0.2)
     assert rig.events("hold_ended") == [], "nothing ran"
     assert rig.sim(servo).output == 0, "a rejection leaves torque on"
-
-
-@scene(replace(SPEEDY, rom={"speed_torque_control": 0}))
-async def test_a_run_needs_speed_control(rig: Rig) -> None:
-    servo, lease = await ready(rig)
-    problem(await rig.call("POST", f"/servos/{servo.uid}/command", held(10), lease=lease), "mode_off", 409)
-
-
-def plain(value: float) -> dict[str, object]:
-    return {"type": "speed", "value": value}
+    json(await rig.call("POST", path(servo), held(30), lease=lease))
+    await asyncio.sleep(0.1)
+    json(await rig.call("POST", path(servo), plain(12), lease=lease))
+    await refused(held(40, renew=True), "busy", 409)  # another command came since
+    assert ("0x01", 40) not in [(row, raw) for _, row, raw in rig.writes()]
+    await write(rig, servo, lease, speed_torque_control=False)
+    await refused(held(10), "mode_off", 409)
 
 
 @pytest.mark.parametrize("later_s", [0.0, 0.0002])
@@ -234,25 +225,12 @@ async def test_a_page_that_closes_on_release_still_brakes(rig: Rig, hold: bool, 
 
 
 @scene(SPEEDY)
-async def test_a_renewal_after_another_command_is_rejected(rig: Rig) -> None:
-    servo, lease = await ready(rig)
-    path = f"/servos/{servo.uid}/command"
-    json(await rig.call("POST", path, held(30), lease=lease))
-    await asyncio.sleep(0.1)
-    json(await rig.call("POST", path, plain(12), lease=lease))
-    problem(await rig.call("POST", path, held(40, renew=True), lease=lease), "busy", 409)
-    assert ("0x01", 40) not in [(row, raw) for _, row, raw in rig.writes()]
-
-
-@scene(SPEEDY)
 async def test_the_end_of_a_run_does_not_brake_a_later_one(rig: Rig) -> None:
     servo, lease = await ready(rig)
-    path = f"/servos/{servo.uid}"
-    json(await rig.call("POST", f"{path}/command", held(30), lease=lease))
+    json(await rig.call("POST", path(servo), held(30), lease=lease))
     json(await rig.call("DELETE", f"/leases/{lease}"))
-    other = await rig.lease()
-    json(await rig.call("POST", f"{path}/torque", {"mode": "on"}, lease=other))
-    json(await rig.call("POST", f"{path}/command", plain(30), lease=other))
+    servo, other = await ready(rig)
+    json(await rig.call("POST", path(servo), plain(30), lease=other))
     await asyncio.sleep(FOR_S + 0.2)
     assert rig.host.motion.is_commanded(servo.uid)
     assert turns(rig, servo)
@@ -261,13 +239,12 @@ async def test_the_end_of_a_run_does_not_brake_a_later_one(rig: Rig) -> None:
 @scene(SPEEDY, Recipe("BLA21-12U-A0", "1.300", servo_id=3, node_id=13))
 async def test_a_stop_ends_a_run_and_its_renewals(rig: Rig) -> None:
     servo, lease = await ready(rig)
-    path = f"/servos/{servo.uid}/command"
-    json(await rig.call("POST", path, held(30), lease=lease))
+    json(await rig.call("POST", path(servo), held(30), lease=lease))
     json(await rig.call("POST", "/stop"))
-    problem(await rig.call("POST", path, held(30, renew=True), lease=lease), "stopped", 423)
+    problem(await rig.call("POST", path(servo), held(30, renew=True), lease=lease), "stopped", 423)
     json(await rig.call("DELETE", "/stop"))
     for value in (30, 40):
-        again = await rig.call("POST", path, held(value, renew=True), lease=lease)
+        again = await rig.call("POST", path(servo), held(value, renew=True), lease=lease)
         assert again.status_code == 409
     await asyncio.sleep(0.5)
     assert not turns(rig, servo)

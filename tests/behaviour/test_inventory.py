@@ -30,14 +30,6 @@ async def change(rig: Rig, uid: str, lease: str | None = None, **body: str) -> d
     return json(await rig.call("PATCH", f"/inventory/{uid}", body, lease=lease))
 
 
-async def with_snapshots(rig: Rig, servo: Servo, count: int) -> None:
-    """Store snapshots of a servo and switch it off."""
-    for _ in range(count):
-        json(await rig.call("POST", f"/servos/{servo.uid}/snapshots", {"reason": "manual"}), 201)
-    rig.bench.power(servo.uid, False)
-    await asyncio.sleep(5)
-
-
 @scene(ONE)
 async def test_an_entry_has_identity_rom_values_and_when_the_servo_was_seen(rig: Rig, servo: Servo) -> None:
     await asyncio.sleep(60)
@@ -114,7 +106,9 @@ async def test_a_servo_can_be_removed_off_the_bus_and_returns_as_new_with_its_hi
     problem(await rig.call("DELETE", f"/inventory/{uid}"), "busy", 409)
     assert len(await listed(rig)) == 1
     json(await rig.call("PATCH", f"/servos/{uid}", {"label": "Rudder"}))
-    await with_snapshots(rig, servo, 1)
+    json(await rig.call("POST", f"/servos/{servo.uid}/snapshots", {"reason": "manual"}), 201)
+    rig.bench.power(uid, False)
+    await asyncio.sleep(5)
     assert (await rig.call("DELETE", f"/inventory/{uid}", lease=await rig.lease())).status_code == 204
     assert await listed(rig) == []
     assert json(await rig.call("GET", "/servos")) == []
@@ -132,11 +126,9 @@ async def test_a_servo_can_be_removed_off_the_bus_and_returns_as_new_with_its_hi
     reading = json(await rig.call("GET", f"/servos/{uid}/parameters"))["parameters"]["current_voltage"]
     assert reading["age_s"] < 3
     assert rig.events("drift") == []
-
-
-@scene(ONE)
-async def test_its_history_is_removed_on_request(rig: Rig, servo: Servo) -> None:
-    await with_snapshots(rig, servo, 3)
-    assert (await rig.call("DELETE", f"/inventory/{servo.uid}?history=true")).status_code == 204
-    assert rig.host.store.snapshots.of(servo.uid) == []
-    assert "3 snapshots" in rig.host.store.audit.rows(action="forget")[0].entry.detail
+    json(await rig.call("POST", f"/servos/{uid}/snapshots", {"reason": "manual"}), 201)
+    rig.bench.power(uid, False)
+    await asyncio.sleep(5)
+    assert (await rig.call("DELETE", f"/inventory/{uid}?history=true")).status_code == 204
+    assert rig.host.store.snapshots.of(uid) == []
+    assert "2 snapshots" in rig.host.store.audit.rows(action="forget")[0].entry.detail

@@ -33,9 +33,17 @@ async def test_a_move_keeps_its_speed_limit_and_arrives(rig: Rig, servo: Servo) 
 
 
 @scene()
-async def test_without_wait_it_responds_at_once_and_a_new_target_replaces_the_first(rig: Rig, servo: Servo) -> None:
-    lease, sim = await torque_on(rig, servo), rig.sim(servo)
-    assert (await move(rig, servo, lease, 90, profile=PROFILE))["settled"] is None
+async def test_a_new_target_a_direct_command_stop_and_a_released_lease_end_a_move(rig: Rig, servo: Servo) -> None:
+    lease, sim, path = await torque_on(rig, servo), rig.sim(servo), f"/servos/{servo.uid}/command"
+    for body, code, by in (
+        ({"type": "angle", "value": 5000}, "out_of_range", lease),
+        ({"type": "speed", "value": 10}, "invalid_value", lease),
+        ({"type": "angle", "value": 10}, "lease_held", None),
+    ):
+        problem(await rig.call("POST", path, body | {"profile": PROFILE}, lease=by), code, 409 if by is None else 422)
+    await asyncio.sleep(0.5)
+    assert abs(sim.angle_deg) < 0.6
+    assert (await move(rig, servo, lease, 90, profile=PROFILE))["settled"] is None, "it responds at once"
     await asyncio.sleep(0.7)
     assert 10 < sim.angle_deg < 50
     await move(rig, servo, lease, 0, profile=PROFILE)
@@ -46,36 +54,18 @@ async def test_without_wait_it_responds_at_once_and_a_new_target_replaces_the_fi
     assert highest < 60
     assert abs(sim.angle_deg) < 0.6
 
-
-@scene()
-async def test_a_direct_command_stop_and_a_released_lease_end_a_move(rig: Rig, servo: Servo) -> None:
-    lease, sim = await torque_on(rig, servo), rig.sim(servo)
     await move(rig, servo, lease, 90, profile=PROFILE)
     await asyncio.sleep(0.4)
     await move(rig, servo, lease, -10)
     await asyncio.sleep(1)
     assert abs(sim.angle_deg + 10) < 0.6
-    for verb, path in (("POST", "/stop"), ("DELETE", f"/leases/{lease}")):
+    for verb, end in (("POST", "/stop"), ("DELETE", f"/leases/{lease}")):
         await torque(rig, servo, "on", lease)
         await move(rig, servo, lease, 90, profile=PROFILE)
         await asyncio.sleep(0.4)
-        json(await rig.call(verb, path))
+        json(await rig.call(verb, end))
         written = len(rig.writes())
         await asyncio.sleep(1)
         assert {name for _, name, _ in rig.writes()[written:]} <= {"0x20"}
         assert sim.output == 1
         await rig.call("DELETE", "/stop")
-
-
-@scene()
-async def test_a_rejected_move_moves_nothing(rig: Rig, servo: Servo) -> None:
-    lease, path = await torque_on(rig, servo), f"/servos/{servo.uid}/command"
-    profile = {"profile": PROFILE}
-    for body, code, by in (
-        ({"type": "angle", "value": 5000, **profile}, "out_of_range", lease),
-        ({"type": "speed", "value": 10, **profile}, "invalid_value", lease),
-        ({"type": "angle", "value": 10, **profile}, "lease_held", None),
-    ):
-        problem(await rig.call("POST", path, body, lease=by), code, 409 if by is None else 422)
-    await asyncio.sleep(0.5)
-    assert abs(rig.sim(servo).angle_deg) < 0.6

@@ -66,12 +66,21 @@ async def test_a_log_contains_every_frame_of_the_bus_in_both_directions(
 
 
 @scene()
-async def test_logs_are_listed_downloaded_and_deleted(rig: Rig, tmp_path: Path) -> None:
+async def test_logs_are_written_one_at_a_time_with_unique_names_listed_downloaded_and_deleted(
+    rig: Rig, tmp_path: Path
+) -> None:
     path = "/bus/logs/one.log"
     await rig.ready()
     async with logging_to(rig, tmp_path):
+        for wrong in (
+            {"name": "../x"}, {"name": "a/b"}, {"name": "/tmp/x"}, {"name": ""},
+            {"format": "mf4"}, {"limit_mb": 0}, {"limit_mb": 10_001},
+        ):  # fmt: skip
+            problem(await rig.call("POST", "/bus/log", wrong), "invalid_value", 422)
+        assert json(await rig.call("GET", "/bus/log"))["state"] == "idle"
         assert json(await rig.call("GET", "/bus/logs")) == []
         json(await start(rig, name="one"), 201)
+        problem(await start(rig, name="two"), "busy", 409)
         await asyncio.sleep(1)
         growing = await rig.call("GET", path)
         assert growing.status_code == 200
@@ -79,6 +88,7 @@ async def test_logs_are_listed_downloaded_and_deleted(rig: Rig, tmp_path: Path) 
         assert int(growing.headers["content-length"]) == len(growing.content)
         problem(await rig.call("DELETE", path), "busy", 409)
         ended = json(await rig.call("DELETE", "/bus/log"))
+        problem(await start(rig, name="one"), "invalid_value", 422)
         (listed,) = json(await rig.call("GET", "/bus/logs"))
         assert (listed["name"], listed["bytes"]) == ("one.log", ended["bytes"])
         got = await rig.call("GET", path)
@@ -89,27 +99,6 @@ async def test_logs_are_listed_downloaded_and_deleted(rig: Rig, tmp_path: Path) 
         for verb in ("GET", "DELETE"):
             problem(await rig.call(verb, path), "unknown_log", 404)
         assert json(await rig.call("GET", "/bus/logs")) == []
-
-
-@scene()
-async def test_logs_are_written_one_at_a_time_inside_the_folder_with_unique_names(rig: Rig, tmp_path: Path) -> None:
-    secret = tmp_path / "hornbill.log"
-    secret.write_text("secret")
-    async with logging_to(rig, tmp_path / "logs"):
-        for name in ("../hornbill.log", "..%2Fhornbill.log", "%2e%2e/hornbill.log", "..\\hornbill.log", ".log"):
-            for verb in ("GET", "DELETE"):
-                assert (await rig.call(verb, f"/bus/logs/{name}")).status_code in (404, 405), name
-        for wrong in (
-            {"name": "../x"}, {"name": "a/b"}, {"name": "/tmp/x"}, {"name": ""},
-            {"format": "mf4"}, {"limit_mb": 0}, {"limit_mb": 10_001},
-        ):  # fmt: skip
-            problem(await rig.call("POST", "/bus/log", wrong), "invalid_value", 422)
-        assert secret.read_text() == "secret"
-        assert json(await rig.call("GET", "/bus/log"))["state"] == "idle"
-        json(await start(rig, name="one"), 201)
-        problem(await start(rig, name="two"), "busy", 409)
-        json(await rig.call("DELETE", "/bus/log"))
-        problem(await start(rig, name="one"), "invalid_value", 422)
 
 
 def no_space(*_: object) -> bool:
@@ -142,26 +131,23 @@ async def test_a_full_log_or_disk_ends_the_log_with_an_event_and_nothing_else(
         json(await start(rig, name="again"), 201)
 
 
-@pytest.mark.parametrize("unplugged", [True, False])
 @scene()
-async def test_a_log_continues_after_the_bus_was_lost(rig: Rig, unplugged: bool, tmp_path: Path) -> None:
+async def test_a_log_continues_after_the_bus_was_lost_or_disconnected(rig: Rig, tmp_path: Path) -> None:
     await rig.ready()
     async with logging_to(rig, tmp_path):
         json(await start(rig, name="bench"), 201)
-        await asyncio.sleep(1)
-        if unplugged:
-            await rig.cable.unplug()
-        else:
-            json(await rig.call("DELETE", "/bus"))
-        await asyncio.sleep(5)
-        gone = json(await rig.call("GET", "/bus/log"))
-        assert gone["state"] == "running"
-        if unplugged:
-            rig.cable.plug_in()
-        else:
-            json(await rig.call("PUT", "/bus", {"address": "memory:host"}))
-        await asyncio.sleep(8)
-        ended = json(await rig.call("DELETE", "/bus/log"))
-        assert ended["frames"] > gone["frames"] + 40
+        for unplugged in (True, False):
+            await asyncio.sleep(1)
+            await (rig.cable.unplug() if unplugged else rig.call("DELETE", "/bus"))
+            await asyncio.sleep(5)
+            gone = json(await rig.call("GET", "/bus/log"))
+            assert gone["state"] == "running"
+            if unplugged:
+                rig.cable.plug_in()
+            else:
+                json(await rig.call("PUT", "/bus", {"address": "memory:host"}))
+            await asyncio.sleep(8)
+            assert json(await rig.call("GET", "/bus/log"))["frames"] > gone["frames"] + 40
+        json(await rig.call("DELETE", "/bus/log"))
         times = [frame.at for _, frame in frames_in(tmp_path / "bench.log")]
-        assert max(after - before for before, after in pairwise(times)) > 4
+        assert sum(after - before > 4 for before, after in pairwise(times)) == 2

@@ -8,25 +8,19 @@ from typing import Any
 import pytest
 
 from behaviour.actions import write
+from behaviour.restarting import run, succeeded
 from behaviour.rig import PLAIN, Rig, Socket, json, play
 from behaviour.scene import scene
 from behaviour.test_drift import meddle, power
 from hornbill.servo.device.servo import Servo
 
 HERE = replace(PLAIN, uid=bytes(range(16)), rom={"speed_limit_cw": 120})
-WITHOUT_SOFT_START = replace(HERE, rom={"speed_limit_cw": 120, "soft_start": 0})
+LOST: dict[str, Any] = {"angle_limit_cw": 45.5, "angle_p_gain": 77}
 
 
 async def lost(rig: Rig, servo: Servo) -> dict[str, Any]:
     rows = json(await rig.call("GET", f"/servos/{servo.uid}"))["lost"]
     return {row["key"]: row["value"] for row in rows}
-
-
-async def cut(rig: Rig, servo: Servo) -> None:
-    """Two values are lost."""
-    await write(rig, servo, angle_p_gain=77, angle_limit_cw=45.5)
-    await power(rig, servo)
-    assert await lost(rig, servo) == {"angle_limit_cw": 45.5, "angle_p_gain": 77}
 
 
 @pytest.mark.parametrize("off_s", [0.2, 4.0], ids=["brief", "long enough to be offline"])
@@ -35,7 +29,7 @@ async def test_ram_values_are_reported_and_offered_after_a_power_cut(rig: Rig, s
     await asyncio.sleep(3)
     socket = Socket(rig.app)
     socket.send(type="subscribe", topics=["servos", "events"])
-    expected: dict[str, Any] = {"smoothing": False, "angle_p_gain": 77, "angle_limit_cw": 45.5}
+    expected: dict[str, Any] = {"smoothing": False, **LOST, "speed_limit_cw": 90.0}  # soft start overrides the last
     await write(rig, servo, **expected)
     await power(rig, servo, off_s=off_s)
     assert await lost(rig, servo) == expected
@@ -53,14 +47,7 @@ async def test_ram_values_are_reported_and_offered_after_a_power_cut(rig: Rig, s
     await socket.close()
 
 
-@scene(HERE)
-async def test_a_row_overridden_by_soft_start_is_compared_afterwards(rig: Rig, servo: Servo) -> None:
-    await write(rig, servo, speed_limit_cw=90)
-    await power(rig, servo)
-    assert await lost(rig, servo) == {"speed_limit_cw": 90.0}
-
-
-@scene(WITHOUT_SOFT_START, connect=False)
+@scene(replace(HERE, rom={"speed_limit_cw": 120, "soft_start": 0}), connect=False)
 async def test_rows_whose_rom_value_is_unknown_are_offered(rig: Rig) -> None:
     await asyncio.sleep(20)  # another tool may have written RAM in this time
     json(await rig.call("PUT", "/bus", {"address": "memory:host"}))
@@ -73,7 +60,8 @@ async def test_rows_whose_rom_value_is_unknown_are_offered(rig: Rig) -> None:
 
 @scene(HERE)
 async def test_a_value_is_offered_until_ram_has_it_again_a_save_or_a_dismissal(rig: Rig, servo: Servo) -> None:
-    await cut(rig, servo)
+    await write(rig, servo, **LOST)
+    await power(rig, servo)
     await write(rig, servo, angle_p_gain=50)
     assert set(await lost(rig, servo)) == {"angle_limit_cw", "angle_p_gain"}
     await write(rig, servo, angle_p_gain=77)
@@ -81,10 +69,10 @@ async def test_a_value_is_offered_until_ram_has_it_again_a_save_or_a_dismissal(r
     await write(rig, servo, angle_limit_cw=45.5)
     assert await lost(rig, servo) == {}
     await power(rig, servo)
-    assert set(await lost(rig, servo)) == {"angle_limit_cw", "angle_p_gain"}
+    assert await lost(rig, servo) == LOST
     assert len(rig.events("ram_values_lost")) == 2
 
-    assert json(await rig.call("POST", f"/servos/{servo.uid}/save?wait=true"))["state"] == "succeeded"
+    succeeded(await run(rig, servo, "save"))
     assert await lost(rig, servo) == {}
 
     await write(rig, servo, angle_p_gain=88)
@@ -99,7 +87,7 @@ async def test_a_value_is_offered_until_ram_has_it_again_a_save_or_a_dismissal(r
 
 
 @scene(HERE)
-async def test_nothing_is_lost_by_a_requested_restart_or_a_save(rig: Rig, servo: Servo) -> None:
+async def test_nothing_is_lost_by_a_requested_restart_a_save_or_a_stop(rig: Rig, servo: Servo) -> None:
     for value, action in ((77, "restart"), (66, "save"), (55, "factory-reset")):
         await write(rig, servo, angle_p_gain=value)
         json(await rig.call("POST", f"/servos/{servo.uid}/{action}?wait=true"))
@@ -107,14 +95,6 @@ async def test_nothing_is_lost_by_a_requested_restart_or_a_save(rig: Rig, servo:
     await asyncio.sleep(3)
     await meddle(rig, servo, angle_p_gain=44)
     assert await lost(rig, servo) == {}
-    assert rig.events("ram_values_lost") == []
-    await write(rig, servo, angle_p_gain=33)
-    await power(rig, servo)
-    assert await lost(rig, servo) == {"angle_p_gain": 33}
-
-
-@scene(HERE)
-async def test_torque_turned_off_by_stop_is_no_lost_value(rig: Rig, servo: Servo) -> None:
     json(await rig.call("POST", "/stop"))
     await asyncio.sleep(1)
     json(await rig.call("DELETE", "/stop"))
@@ -122,15 +102,21 @@ async def test_torque_turned_off_by_stop_is_no_lost_value(rig: Rig, servo: Servo
     await power(rig, servo)
     assert servo.raw("torque_mode") == 0
     assert await lost(rig, servo) == {}
+    assert rig.events("ram_values_lost") == []
+    await write(rig, servo, angle_p_gain=33)
+    await power(rig, servo)
+    assert await lost(rig, servo) == {"angle_p_gain": 33}
 
 
 def test_the_offer_is_stored_over_a_restart_of_the_server_and_removed_with_the_servo(tmp_path: Path) -> None:
     async def first(rig: Rig) -> None:
-        await cut(rig, (await rig.ready())[0])
+        servo = (await rig.ready())[0]
+        await write(rig, servo, **LOST)
+        await power(rig, servo)
 
     async def later(rig: Rig) -> None:
         servo = (await rig.ready())[0]
-        assert await lost(rig, servo) == {"angle_limit_cw": 45.5, "angle_p_gain": 77}
+        assert await lost(rig, servo) == LOST
         rig.bench.power(servo.uid, False)
         await asyncio.sleep(5)
         assert (await rig.call("DELETE", f"/inventory/{servo.uid}")).status_code == 204
