@@ -23,7 +23,7 @@ VISCOUS: Final = 0.3
 WEAK_BRAKE: Final = 0.5
 """Braking (0x20 = 2) relative to a shorted motor: 4.13 calls it weak."""
 
-_TOP_RPM: Final = {"BLA21": 150.0, "BLA15": 110.0, "BLA34": 80.0}
+_TOP_RPM: Final = {"BLA21": 150.0, "BLA15": 110.0}
 _RISE_S: Final = {"BLA21": 0.030, "BLA15": 0.025, "BLA34": 0.035}
 _RISE_OTHER_S: Final = 0.030
 _D_COUNTS: Final = 30  # lower bound of the default, or the range of 0x2D would far exceed useful damping
