@@ -105,7 +105,13 @@ export default defineConfig({
     environment: "happy-dom",
     include: ["src/**/*.test.{ts,tsx}"],
     restoreMocks: true,
-    setupFiles: ["src/text/setup.ts"],
+    // One document for the files of a worker; clean.ts gives each file an empty one, and its own modules.
+    pool: "threads",
+    isolate: false,
+    // A test that loads modules takes long on a busy machine.
+    testTimeout: 60_000,
+    hookTimeout: 60_000,
+    setupFiles: ["src/text/clean.ts", "src/text/setup.ts"],
     // The contrast test reads the tokens as they are.
     css: { include: [/tokens\.css/] },
   },
