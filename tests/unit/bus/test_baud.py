@@ -352,7 +352,11 @@ async def test_an_adapter_is_tried_first_at_the_last_rate_of_its_serial_number(
     monkeypatch: pytest.MonkeyPatch, tried: list[int]
 ) -> None:
     """Copies of a chip often share one, so the remembered rate of one is wrong for the other."""
-    monkeypatch.setattr(address, "usb_of", lambda _device: UsbAdapter("A50285BI"))
+
+    def usb_of(_device: str) -> UsbAdapter:
+        return UsbAdapter("A50285BI")
+
+    monkeypatch.setattr(address, "usb_of", usb_of)
     memory = Memory()
     with FakeAdapter(baud=1_000_000, bus=True) as one, FakeAdapter(baud=115_200, bus=True) as other:
         for adapter, rate, first in (

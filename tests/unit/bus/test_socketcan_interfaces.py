@@ -32,6 +32,10 @@ def nothing(_name: str, path: str) -> str | None:
     assert "/sbin" in path
 
 
+def ip_is_found(_name: str, path: str) -> str:
+    return "/sbin/ip"
+
+
 def can(name: str, bitrate: int = 1_000_000, sample_point: object = "0.875", **more: object) -> dict[str, Any]:
     """A link as `ip -details -json` prints it, the sample point as text."""
     timing = {"bitrate": bitrate, "sample_point": sample_point, "tq": 25, "sjw": 1, "brp": 1}
@@ -48,7 +52,7 @@ def ip_reports(monkeypatch: pytest.MonkeyPatch, *links: object, text: str | None
         output = json.dumps(links) if text is None else text
         return subprocess.CompletedProcess(command, 0, output.encode())
 
-    monkeypatch.setattr(socketcan.shutil, "which", lambda _name, path: "/sbin/ip")
+    monkeypatch.setattr(socketcan.shutil, "which", ip_is_found)
     monkeypatch.setattr(socketcan.subprocess, "run", response)
 
 

@@ -81,12 +81,17 @@ async def test_a_request_is_repeated_until_a_response(behaviour: dict[str, Any],
     assert len(peer.requests) == 2
 
 
+def after_its_quarantine(number: int) -> float:
+    """A delay until the transfer ID of the first request is in use again."""
+    return {0: 2.26, 32: 0.09}.get(number, 0.0)
+
+
 @pytest.mark.parametrize(
     ("behaviour", "fails_first", "quiet_s", "reads", "late"),
     [
         ({"delay": first_after(0.2)}, True, 0.1, 8, 1),
         ({"delay": first_after(0.15)}, True, 0.0, 40, 1),  # more than there are transfer IDs
-        ({"delay": lambda number: {0: 2.26, 32: 0.09}.get(number, 0.0)}, True, 2.1, 32, 1),
+        ({"delay": after_its_quarantine}, True, 2.1, 32, 1),
         ({"copies": 3}, False, 0.0, 8, 16),
     ],
     ids=["after the last try", "never for another request", "later than its quarantine", "repeated"],
