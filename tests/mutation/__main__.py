@@ -1,6 +1,7 @@
 """Mutation tests of critical modules: `python tests/mutation [NAME…]`, or `make mutate`.
 
-Each entry of modules.toml is mutated in a copy of the checkout under build/mutation, and tested with its tests.
+Each entry of modules.toml is mutated in a copy of the checkout under build/mutation, and tested with its tests. An
+entry with `sample` has slow tests: of its mutants only that many are tested, chosen at random but always the same.
 Prints the score of each entry, and the survivors. Exit status 1 if a score is below the floor.
 """
 
@@ -14,6 +15,7 @@ import tomllib
 from copy import deepcopy
 from dataclasses import dataclass
 from pathlib import Path
+from random import Random
 from typing import Final
 
 ROOT: Final = Path(__file__).parents[2]
@@ -32,29 +34,14 @@ class Entry:
     name: str
     modules: tuple[str, ...]
     tests: tuple[str, ...]
-
-
-@dataclass(frozen=True)
-class Score:
-    """The results of the mutants of an entry."""
-
-    detected: int
-    """Mutants that failed a test, or timed out."""
-    survived: tuple[str, ...]
-    """Includes those in lines that no test reaches."""
-    texts: int
-    """Mutants that change only a text; not counted."""
-
-    @property
-    def pct(self) -> float:
-        """Share of detected mutants, in %."""
-        return 100 * self.detected / max(1, self.detected + len(self.survived))
+    sample: int | None
+    """Number of mutants to test. None: all."""
 
 
 def entries() -> list[Entry]:
     """The table."""
     read = tomllib.loads(TABLE.read_text(encoding="utf-8"))
-    return [Entry(name, tuple(row["modules"]), tuple(row["tests"])) for name, row in read.items()]
+    return [Entry(name, tuple(row["modules"]), tuple(row["tests"]), row.get("sample")) for name, row in read.items()]
 
 
 def prepare(entry: Entry) -> Path:
@@ -100,27 +87,37 @@ def _without_texts(function: ast.FunctionDef | ast.AsyncFunctionDef) -> str:
     return "".join(ast.dump(_WithoutTexts().visit(deepcopy(each))) for each in function.body)
 
 
-def score(folder: Path) -> Score:
-    """Count the results that mutmut wrote next to the mutated modules."""
-    detected, texts, survived = 0, 0, list[str]()
+def results(folder: Path) -> tuple[dict[str, int | None], int]:
+    """Exit status of the tests of each mutant, as mutmut wrote it next to the mutated modules; None if not tested.
+
+    Mutants that change only a text are not in it; their number is the second value.
+    """
+    codes: dict[str, int | None] = {}
+    texts = 0
     for meta in (folder / "mutants").rglob("*.meta"):
-        results: dict[str, int | None] = json.loads(meta.read_text(encoding="utf-8")).get("exit_code_by_key", {})
-        if not results:
+        found: dict[str, int | None] = json.loads(meta.read_text(encoding="utf-8")).get("exit_code_by_key", {})
+        if not found:
             continue
         tree = ast.parse(meta.with_suffix("").read_text(encoding="utf-8"))
         functions = {
             each.name: each for each in ast.walk(tree) if isinstance(each, ast.FunctionDef | ast.AsyncFunctionDef)
         }
-        for name, code in results.items():
+        for name, code in found.items():
             short = name.rpartition(".")[2]
             original = functions[short.rpartition("__mutmut_")[0] + "__mutmut_orig"]
             if _without_texts(functions[short]) == _without_texts(original):
                 texts += 1
-            elif code in DETECTED:
-                detected += 1
             else:
-                survived.append(name)
-    return Score(detected, tuple(sorted(survived)), texts)
+                codes[name] = code
+    return codes, texts
+
+
+def mutate(folder: Path, names: list[str]) -> None:
+    """Run mutmut for the named mutants, or for all."""
+    environment = {name: value for name, value in os.environ.items() if name != "PYTHONPATH"}
+    with (folder / "log").open("a", encoding="utf-8") as log:
+        command = [sys.executable, "-m", "mutmut", "run", "--max-children", "1", *names]
+        subprocess.run(command, cwd=folder, env=environment, stdout=log, stderr=subprocess.STDOUT, check=False)
 
 
 def main(names: list[str]) -> int:
@@ -129,21 +126,23 @@ def main(names: list[str]) -> int:
     worst = 100.0
     for entry in [each for each in known if not names or each.name in names]:
         folder = prepare(entry)
-        environment = {name: value for name, value in os.environ.items() if name != "PYTHONPATH"}
-        with (folder / "log").open("w", encoding="utf-8") as log:
-            command = [sys.executable, "-m", "mutmut", "run", "--max-children", "1"]
-            subprocess.run(command, cwd=folder, env=environment, stdout=log, stderr=subprocess.STDOUT, check=False)
-        reached = score(folder)
-        if not reached.detected:
+        chosen: list[str] = []
+        if entry.sample is not None:
+            mutate(folder, ["none"])  # only makes the mutants
+            all_names = sorted(results(folder)[0])
+            chosen = Random(0).sample(all_names, min(entry.sample, len(all_names)))
+        mutate(folder, chosen)
+        codes, texts = results(folder)
+        tested = {name: codes[name] for name in chosen or codes}
+        survived = sorted(name for name, code in tested.items() if code not in DETECTED)
+        if len(survived) == len(tested):
             print(f"{entry.name}: no mutant was tested; see {folder / 'log'}", flush=True)
             return 1
-        total = reached.detected + len(reached.survived)
-        print(
-            f"{entry.name}: {reached.pct:.1f} % of {total} mutants detected, {reached.texts} of texts not counted",
-            flush=True,
-        )
-        print("".join(f"  survived: {name}\n" for name in reached.survived), end="", flush=True)
-        worst = min(worst, reached.pct)
+        pct = 100 * (1 - len(survived) / len(tested))
+        of = f"{len(tested)} of {len(codes)}" if chosen else f"{len(tested)}"
+        print(f"{entry.name}: {pct:.1f} % of {of} mutants detected, {texts} of texts not counted", flush=True)
+        print("".join(f"  survived: {name}\n" for name in survived), end="", flush=True)
+        worst = min(worst, pct)
     return int(worst < FLOOR_PCT)
 
 

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass, field
 
-from hornbill.node.allocator import Allocator
+from hornbill.node.allocator import Allocator, PendingWrite
 from hornbill.units import NodeId, Uid
 from hornbill.wire.datatype import Kind
 from hornbill.wire.messages import AllocationMessage
@@ -18,6 +18,8 @@ class MemoryTable:
         self.recorded: list[tuple[str, int]] = []
         self.away_s: dict[str, float] = {}
         self.broken = False
+        self.write: PendingWrite | None = None
+        """Returned by `record`: None if a write is done at once."""
 
     def entries(self) -> dict[Uid, NodeId]:
         """All allocations."""
@@ -27,12 +29,13 @@ class MemoryTable:
         """Whether it is among the pins."""
         return uid in self.pins
 
-    def record(self, uid: Uid, node_id: NodeId) -> None:
+    def record(self, uid: Uid, node_id: NodeId) -> PendingWrite | None:
         """Store an allocation. Raises OSError while `broken`."""
         if self.broken:
             raise OSError("the disk is full")
         self.recorded.append((uid, node_id))
         self.kept[uid] = node_id
+        return self.write
 
     def idle(self, longer_than_s: float) -> list[Uid]:
         """Unique IDs absent for longer, according to `away_s`, longest first."""
