@@ -2,7 +2,8 @@
 
 import asyncio
 import threading
-from collections.abc import Awaitable, Callable
+from collections.abc import AsyncGenerator, Callable
+from contextlib import asynccontextmanager
 from typing import Any
 
 import pytest
@@ -14,6 +15,8 @@ from hornbill.store.jobs import StoredJob
 from hornbill.store.servos import ServoFacts, StoredServo
 from hornbill.store.store import Store
 from hornbill.units import NodeId, Uid
+
+pytestmark = pytest.mark.real_time
 
 UID, OTHER = Uid("ab" * 16), Uid("cd" * 16)
 
@@ -42,20 +45,17 @@ class Gate:
         self._free.set()
 
 
-def write_behind(
-    place: str, scene: Callable[[Store, Gate], Awaitable[None]], wall: Callable[[], float] | None = None
-) -> None:
-    async def run() -> None:
-        with Store(place, wall=wall or (lambda: 5.0)) as store:
-            store.begin()
-            gate = Gate(store)
-            try:
-                await scene(store, gate)
-            finally:
-                gate.error = None
-                gate.open()
-
-    asyncio.run(run())
+@asynccontextmanager
+async def behind(place: str, wall: Callable[[], float] = lambda: 5.0) -> AsyncGenerator[tuple[Store, Gate]]:
+    """A store that writes behind, closed and completely written afterwards."""
+    with Store(place, wall=wall) as store:
+        store.begin()
+        gate = Gate(store)
+        try:
+            yield store, gate
+        finally:
+            gate.error = None
+            gate.open()
 
 
 def stored(store: Store) -> StoredServo:
@@ -64,8 +64,8 @@ def stored(store: Store) -> StoredServo:
     return servo
 
 
-def test_tables_are_loaded_at_the_start_and_usable_while_the_database_is_blocked(place: str) -> None:
-    async def scene(store: Store, gate: Gate) -> None:
+async def test_tables_are_loaded_at_the_start_and_usable_while_the_database_is_blocked(place: str) -> None:
+    async with behind(place) as (store, gate):
         gate.close()
         store.servos.seen(UID, ServoFacts(model="M", firmware=1300))
         for number in range(20):
@@ -82,8 +82,6 @@ def test_tables_are_loaded_at_the_start_and_usable_while_the_database_is_blocked
         assert [one.name for one in store.profiles.all()] == ["gains"]
         assert list(store.faults.of(UID)) == ["voltage_low"]
         assert [one.uid for one in store.servos.all(but=[OTHER])] == [UID]
-
-    write_behind(place, scene)
     with Store(place) as again:
         servo = stored(again)
         assert (servo.label, servo.rom, servo.facts.firmware) == ("rudder", {"angle_p_gain": 19}, 1300)
@@ -91,16 +89,14 @@ def test_tables_are_loaded_at_the_start_and_usable_while_the_database_is_blocked
         rows = again.servos.all(), again.allocations.rows(), again.profiles.all(), again.faults.of(UID)
     assert all(rows)
 
-    async def next_start(store: Store, gate: Gate) -> None:
+    async with behind(place) as (store, gate):
         gate.close()
         assert (store.servos.all(), store.allocations.rows(), store.profiles.all(), store.faults.of(UID)) == rows
         assert store.settings.get("latest") == 19
 
-    write_behind(place, next_start)
 
-
-def test_a_read_from_the_database_follows_earlier_changes(place: str) -> None:
-    async def scene(store: Store, gate: Gate) -> None:
+async def test_a_read_from_the_database_follows_earlier_changes(place: str) -> None:
+    async with behind(place) as (store, gate):
         gate.close()
         for number in range(10):
             store.audit.add([NewAuditEntry("Ada", "write", "applied", UID, after=number)])
@@ -110,28 +106,23 @@ def test_a_read_from_the_database_follows_earlier_changes(place: str) -> None:
         gate.open()
         assert [row.entry.after for row in await reading] == list(reversed(range(10)))
 
-    write_behind(place, scene)
 
-
-def test_rows_have_the_time_of_the_change_not_of_the_write(place: str) -> None:
+async def test_rows_have_the_time_of_the_change_not_of_the_write(place: str) -> None:
     now = 100.0
 
-    async def scene(store: Store, gate: Gate) -> None:
-        nonlocal now
+    async with behind(place, lambda: now) as (store, gate):
         gate.close()
         store.audit.add([NewAuditEntry("Ada", "write", "applied")])
         store.servos.seen(UID)
         now = 9000.0
         gate.open()
         assert [row.at for row in await store.run(store.audit.rows)] == [100.0]
-
-    write_behind(place, scene, lambda: now)
     with Store(place) as again:
         assert stored(again).last_seen == 100.0
 
 
-def test_an_awaited_change_is_made_in_the_database_or_fails(place: str) -> None:
-    async def scene(store: Store, gate: Gate) -> None:
+async def test_an_awaited_change_is_made_in_the_database_or_fails(place: str) -> None:
+    async with behind(place) as (store, gate):
         await store.run(store.servos.set_label, UID, "rudder")
         gate.error = StoreFailed("The disk is full.", cause=None)
         with pytest.raises(StoreFailed):
@@ -148,11 +139,9 @@ def test_an_awaited_change_is_made_in_the_database_or_fails(place: str) -> None:
             await store.run(store.allocations.pin, UID, NodeId(9))
         assert store.allocations.entries() == {OTHER: 9}
 
-    write_behind(place, scene)
 
-
-def test_cancelling_an_awaited_change_leaves_it_complete(place: str) -> None:
-    async def scene(store: Store, gate: Gate) -> None:
+async def test_cancelling_an_awaited_change_leaves_it_complete(place: str) -> None:
+    async with behind(place) as (store, gate):
         gate.close()
         waiting = asyncio.create_task(store.run(store.servos.set_label, UID, "rudder"))
         await asyncio.sleep(0)
@@ -164,14 +153,12 @@ def test_cancelling_an_awaited_change_leaves_it_complete(place: str) -> None:
         await store.settled()
         while store.servos.get(UID) is None:
             await asyncio.sleep(0)
-
-    write_behind(place, scene)
     with Store(place) as again:
         assert stored(again).label == "rudder"
 
 
-def test_listeners_receive_failed_writes_and_the_next_success(place: str) -> None:
-    async def scene(store: Store, gate: Gate) -> None:
+async def test_listeners_receive_failed_writes_and_the_next_success(place: str) -> None:
+    async with behind(place) as (store, gate):
         results: list[Exception | None] = []
         store.listen(results.append)
         gate.error = failure = StoreFailed("The disk is full.", cause=None)
@@ -189,12 +176,10 @@ def test_listeners_receive_failed_writes_and_the_next_success(place: str) -> Non
         assert results[2] is None
         assert [one.id for one in await store.run(store.jobs.all)] == ["1"]
 
-    write_behind(place, scene)
 
-
-def test_without_a_server_every_change_is_written_immediately(place: str) -> None:
+async def test_without_a_server_every_change_is_written_immediately(place: str) -> None:
     with Store(place) as store, Store(place) as other:
         store.servos.set_label(UID, "rudder")
         assert other.servos.get(UID) == store.servos.get(UID)
         assert store.posted(store.servos) is None
-        assert asyncio.run(store.run(store.servos.get, UID)) == store.servos.get(UID)
+        assert await store.run(store.servos.get, UID) == store.servos.get(UID)
