@@ -310,6 +310,8 @@ async def test_urgent_requests_never_share_a_transfer_id_and_the_33rd_is_refused
     assert sorted(each.transfer_id for each in peer.requests) == list(range(32))
     results = await asyncio.gather(*tasks, return_exceptions=True)
     assert all(isinstance(each, NoResponse) for each in results)
+    with pytest.raises(NoResponse):  # all are in quarantine, none is in use
+        await host.request(42, read("0x20"), urgent=True)
 
 
 async def test_cancelling_the_caller_frees_the_node_at_once() -> None:
@@ -317,6 +319,9 @@ async def test_cancelling_the_caller_frees_the_node_at_once() -> None:
     stuck = asyncio.ensure_future(host.request(42, read("0x20"), timeout=10, tries=3))
     queued = asyncio.ensure_future(host.request(42, read("0x21"), timeout=10))
     following = asyncio.ensure_future(host.request(42, read("0x22")))
+    abandoned = host.request(42, read("0x23"))
+    abandoned.send(None)
+    abandoned.close()
     await asyncio.sleep(0.01)
     queued.cancel()
     await turns()
