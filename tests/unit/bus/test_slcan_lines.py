@@ -1,7 +1,7 @@
 """Lines of the slcan protocol: every form, and invalid data."""
 
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from hornbill.bus.ports.errorframe import BUS_ERROR, NOW_ACTIVE, NOW_BUS_OFF, NOW_PASSIVE, OVERFLOW, UNACKNOWLEDGED
@@ -22,6 +22,7 @@ def test_a_frame_is_written_as_in_the_manuals() -> None:
     assert len(line_of(Frame(0, bytes(8)))) == LONGEST
 
 
+@settings(max_examples=40)
 @given(st.lists(frames, max_size=20), st.data())
 def test_frames_are_read_back_complete_and_in_order_wherever_the_text_is_split(
     sent: list[Frame], data: st.DataObject
@@ -115,6 +116,7 @@ def test_unsolicited_reports_become_error_frames() -> None:
     assert said(b"e1a\re3bcO\re2so\r").errors == [UNACKNOWLEDGED, BUS_ERROR, BUS_ERROR, OVERFLOW]
 
 
+@settings(max_examples=40)
 @given(st.lists(st.binary(max_size=2000) | st.sampled_from([b"\r", b"\a", b"T", b"T123", b"F", b"s", b"e9", b"#"])))
 def test_arbitrary_bytes_neither_raise_nor_accumulate(pieces: list[bytes]) -> None:
     lines = Lines()

@@ -147,7 +147,7 @@ def test_every_structure_has_a_sentence_that_is_safe_to_print(structure: AnyStru
 
 
 @given(transfers)
-@settings(max_examples=500)
+@settings(max_examples=200)
 def test_any_bytes_of_any_type_are_described_without_raising(received: Transfer) -> None:
     structure = decode(received)
     assert sentence(received, structure).isprintable()
