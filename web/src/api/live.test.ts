@@ -1,6 +1,6 @@
 /** The socket: up, lost, silent, back again, and nothing sent late. */
 import { afterEach, beforeEach, describe, expect, test, vi } from "vitest";
-import { type LinkState, Live, SILENCE_MS, type Socket } from "./live";
+import { CONNECT_MS, type LinkState, Live, SILENCE_MS, type Socket } from "./live";
 import type { ServerMessage } from "./types";
 
 class FakeSocket implements Socket {
@@ -94,6 +94,19 @@ describe("Live", () => {
       vi.advanceTimersByTime(2000);
       expect(sockets.length).toBeGreaterThan(before);
     }
+  });
+
+  test("waits longer for a first message than for the next, then tries again", () => {
+    vi.advanceTimersByTime(CONNECT_MS - 500);
+    last().accept();
+    vi.advanceTimersByTime(CONNECT_MS - 500);
+    last().say(hello);
+    expect(states).toEqual(["up"]);
+    last().break();
+    vi.advanceTimersByTime(300);
+    expect(sockets).toHaveLength(2);
+    vi.advanceTimersByTime(CONNECT_MS + 600);
+    expect(sockets).toHaveLength(3);
   });
 
   test("sends a ping when nothing arrives, and is down within two seconds", () => {

@@ -28,6 +28,8 @@ const LAST_RETRY_MS = 2000;
 const PING_MS = 700;
 /** The link is down after this time without a message. */
 export const SILENCE_MS = 1700;
+/** A busy server may need this long to accept a socket and send the first message: retries would only add to its work. */
+export const CONNECT_MS = 8000;
 const WATCH_MS = 200;
 /** If the check runs later than this, the page was suspended, and so were the messages of the server. */
 const LATE_MS = 2 * WATCH_MS;
@@ -113,7 +115,7 @@ export class Live {
   #judge(): void {
     if (this.#socket === null) return;
     const now = performance.now();
-    if (now - this.#received > SILENCE_MS) this.#lost();
+    if (now - this.#received > (this.#state === "up" ? SILENCE_MS : CONNECT_MS)) this.#lost();
     else if (now - Math.max(this.#received, this.#requested) > PING_MS) {
       this.#requested = now;
       this.send({ type: "subscribe", topics: ["bus"], uids: null, frames: null });
