@@ -4,6 +4,7 @@ import asyncio
 from dataclasses import replace
 from typing import Any
 
+from behaviour.actions import torque, write
 from behaviour.rig import PLAIN, Rig, json, problem, until
 from behaviour.scene import scene
 from hornbill.domain.change import Reason
@@ -43,13 +44,16 @@ async def compare(rig: Rig, left: str, right: str, **more: str) -> dict[str, Any
 
 
 @scene()
-async def test_a_snapshot_is_stored_before_each_change(rig: Rig, servo: Servo) -> None:
+async def test_a_snapshot_is_stored_before_each_change_and_once_of_an_unchanged_servo(rig: Rig, servo: Servo) -> None:
+    made = [await rig.host.history.take(rig.host.requests, servo, reason=Reason("again"), by="me") for _ in range(3)]
+    assert len({one.id for one in made}) == 1
     lease, path = await rig.lease(), f"/servos/{servo.uid}/parameters"
     for body in ({"values": {"angle_p_gain": 45}, "dry_run": True}, {"values": {"angle_p_gain": 40}}):
         json(await rig.call("PATCH", path, body, lease=lease))
-    assert await listed(rig, servo) == [], "neither writes"
-    for values in ({"angle_p_gain": 45}, {"angle_p_gain": 50, "angle_d_gain": 31, "smoothing": True}):
-        json(await rig.call("PATCH", path, {"values": values}, lease=lease))
+    assert [one["id"] for one in await listed(rig, servo)] == [made[0].id], "neither writes"
+    await write(rig, servo, lease, angle_p_gain=45)
+    assert [one["id"] for one in await listed(rig, servo)] == [made[0].id], "it was unchanged before"
+    await write(rig, servo, lease, angle_p_gain=50, angle_d_gain=31, smoothing=True)
     newest, oldest = await listed(rig, servo)
     assert newest["reason"] == "before a change of angle_p_gain and 1 more", "smoothing was on"
     default = servo.registers["angle_p_gain"].parameter.default
@@ -63,16 +67,7 @@ async def test_a_snapshot_is_stored_before_each_change(rig: Rig, servo: Servo) -
 
 
 @scene()
-async def test_an_unchanged_servo_is_stored_once(rig: Rig, servo: Servo) -> None:
-    made = [await rig.host.history.take(rig.host.requests, servo, reason=Reason("again"), by="me") for _ in range(3)]
-    assert len({one.id for one in made}) == 1
-    await patch(rig, servo, {"angle_p_gain": 45})
-    await patch(rig, servo, {"angle_p_gain": 45})
-    assert [one["id"] for one in await listed(rig, servo)] == [made[0].id]
-
-
-@scene()
-async def test_a_manual_snapshot_is_always_stored_and_reads_stale_values(rig: Rig, servo: Servo) -> None:
+async def test_a_manual_snapshot_is_always_stored_reads_stale_values_and_can_be_deleted(rig: Rig, servo: Servo) -> None:
     first = await take(rig, servo)
     servo.forget("angle_p_gain")
     assert "angle_p_gain" not in configured_values(servo)
@@ -80,21 +75,18 @@ async def test_a_manual_snapshot_is_always_stored_and_reads_stale_values(rig: Ri
     assert [one["id"] for one in await listed(rig, servo)] == [second["id"], first["id"]]
     assert (first["reason"], second["reason"], second["automatic"]) == ("manual", "before the fair", False)
     assert second["values"] == first["values"]
-    one = json(await rig.call("GET", f"/servos/{servo.uid}/snapshots/{second['id']}"))
-    assert one == second
-    entry = json(await rig.call("GET", "/audit?action=snapshot"))[0]
-    assert (entry["after"], entry["detail"], entry["by"]) == (second["id"], "before the fair", "no lease")
-
-
-@scene()
-async def test_deleting_a_snapshot_is_in_the_audit(rig: Rig, servo: Servo) -> None:
-    made = await take(rig, servo)
-    path = f"/servos/{servo.uid}/snapshots/{made['id']}"
+    path = f"/servos/{servo.uid}/snapshots/{second['id']}"
+    assert json(await rig.call("GET", path)) == second
     assert (await rig.call("DELETE", path)).status_code == 204
-    problem(await rig.call("GET", path), "unknown_snapshot", 404)
-    problem(await rig.call("DELETE", path), "unknown_snapshot", 404)
-    entry = json(await rig.call("GET", "/audit"))[0]
-    assert (entry["action"], entry["outcome"], entry["before"]) == ("snapshot", "dropped", made["id"])
+    for verb in ("GET", "DELETE"):
+        problem(await rig.call(verb, path), "unknown_snapshot", 404)
+    deleted, taken = json(await rig.call("GET", "/audit?action=snapshot"))[:2]
+    assert (taken["after"], taken["detail"], taken["by"]) == (second["id"], "before the fair", "no lease")
+    assert (deleted["action"], deleted["outcome"], deleted["before"]) == ("snapshot", "dropped", second["id"])
+    rig.bench.power(servo.uid, False)
+    await until(lambda: not servo.online, 10)
+    problem(await rig.call("POST", f"/servos/{servo.uid}/snapshots"), "no_response", 504)
+    assert [one["id"] for one in await listed(rig, servo)] == [first["id"]]
 
 
 @scene(*TWO)
@@ -166,49 +158,22 @@ async def test_named_rows_are_restored_including_identity(rig: Rig, servo: Servo
 
 
 @scene()
-async def test_a_restore_never_turns_torque_on(rig: Rig, servo: Servo) -> None:
+async def test_a_restore_never_turns_torque_on_nor_reverses_under_torque(rig: Rig, servo: Servo) -> None:
     lease = await rig.lease()
-    json(await rig.call("POST", f"/servos/{servo.uid}/torque", {"mode": "on"}, lease=lease))
+    await torque(rig, servo, "on", lease)
     made = await take(rig, servo)
     assert made["values"]["torque_mode"] == "on"
-    json(await rig.call("POST", f"/servos/{servo.uid}/torque", {"mode": "off"}))
+    await torque(rig, servo, "off")
     path = f"/servos/{servo.uid}/snapshots/{made['id']}/restore"
     body = {"keys": ["torque_mode", "smoothing"]}
     response = json(await rig.call("POST", path, body, lease=lease))
     assert "never turns torque on" in response["left_out"][0]["why"]
     assert rig.sim(servo).memory.get(0x20) == 1
 
-
-@scene()
-async def test_reverse_is_not_restored_under_torque(rig: Rig, servo: Servo) -> None:
-    await patch(rig, servo, {"torque_mode": "off"})
-    made = await take(rig, servo)
-    await patch(rig, servo, {"reverse": True, "angle_p_gain": 45})
-    lease = await rig.lease()
-    json(await rig.call("POST", f"/servos/{servo.uid}/torque", {"mode": "on"}, lease=lease))
-    path = f"/servos/{servo.uid}/snapshots/{made['id']}/restore"
+    await write(rig, servo, lease, reverse=True, angle_p_gain=45)
+    await torque(rig, servo, "on", lease)
     problem(await rig.call("POST", path, None, lease=lease), "torque_on", 409)
     assert servo.raw("angle_p_gain") == 45
-
-
-@scene(*TWO)
-async def test_a_copy_from_another_model_lists_every_row_that_does_not_fit(rig: Rig) -> None:
-    servos = {one.servo_id: one for one in await rig.ready(2)}
-    there, here = servos[1], servos[2]
-    await patch(rig, there, {"angle_p_gain": 70})
-    refused = await rig.call("POST", f"/servos/{here.uid}/copy", {"from": f"servo:{there.uid}"})
-    shown = problem(refused, "out_of_range", 422)
-    assert {one["code"] for one in shown["problems"]} == {"out_of_range"}
-    bad = {one["key"] for one in shown["problems"]}
-    assert len(bad) > 1
-    assert [name for node, name, _ in rig.writes() if node == here.node_id] == []
-    names = [key for key, one in here.registers.items() if one.parameter.rom and key not in bad]
-    fits = [key for key in names if not here.registers[key].parameter.identity and key != "torque_mode"]
-    response = await rig.call("POST", f"/servos/{here.uid}/copy", {"from": f"servo:{there.uid}", "keys": fits})
-    assert json(response)["outcome"] == "applied"
-    differ = (await compare(rig, f"servo:{there.uid}", f"servo:{here.uid}"))["differences"]
-    assert {one["key"] for one in differ if one["left_has"] and one["right_has"]} <= {*bad, "torque_mode"}
-    assert here.servo_id == 2
 
 
 @scene()
@@ -294,11 +259,3 @@ async def test_after_lost_rom_the_last_snapshot_restores_the_servo(rig: Rig, ser
     differ = (await compare(rig, f"snapshot:{made['id']}", f"rom:{servo.uid}", identity="true"))["differences"]
     assert {one["key"] for one in differ} <= {"torque_mode"}
     assert (sim.memory.stored(0x2C), sim.memory.stored(0x45), sim.memory.stored(0x46)) == (61, 7, 11)
-
-
-@scene(PLAIN)
-async def test_an_offline_servo_gives_no_snapshot(rig: Rig, servo: Servo) -> None:
-    rig.sim(servo).power_off(asyncio.get_running_loop().time())
-    await until(lambda: not servo.online, 10)
-    problem(await rig.call("POST", f"/servos/{servo.uid}/snapshots"), "no_response", 504)
-    assert await listed(rig, servo) == []

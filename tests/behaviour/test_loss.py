@@ -5,7 +5,7 @@ from dataclasses import dataclass, field, replace
 
 import pytest
 
-from behaviour.actions import move, torque
+from behaviour.actions import torque
 from behaviour.rig import CATALOG, PLAIN, Rig, json
 from behaviour.scene import scene
 from hornbill.servo.device.servo import Servo
@@ -16,7 +16,7 @@ from hornbill.wire.services import ExecuteOpcodeRequest, GetSetRequest, GetSetRe
 ALL_ROWS = Recipe("BLA21-06U-AB", "1.300")
 """With PWM input and the newest firmware, a servo has every row."""
 
-SERVOS = [replace(ALL_ROWS, node_id=10 + n, servo_id=1 + n) for n in range(8)]
+SERVOS = [replace(ALL_ROWS, node_id=10 + n, servo_id=1 + n) for n in range(4)]
 SLOW_TIMEOUT = {"timeout_time": 60_000}
 """A timeout of a minute, so that commands are not repeated to keep it from expiring."""
 
@@ -68,8 +68,8 @@ def mute_for(rig: Rig, servo: Servo, seconds: float) -> None:
 
 
 @scene(*SERVOS)
-async def test_every_row_of_eight_servos_is_read(rig: Rig) -> None:
-    servos = await rig.ready(8)
+async def test_every_row_of_four_servos_is_read(rig: Rig) -> None:
+    servos = await rig.ready(4)
     actions = watch(rig)
     rig.bus.loss(20, seed=5)
     loop = asyncio.get_running_loop()
@@ -98,47 +98,37 @@ async def test_servos_without_node_ids_get_different_ones(rig: Rig) -> None:
     assert {servo.uid: servo.node_id for servo in servos} == rig.host.store.allocations.entries()
 
 
-@pytest.mark.parametrize(
-    ("verb", "path", "body"),
-    [
-        ("GET", "/parameters/angle_p_gain", None),
-        ("PUT", "/parameters/angle_p_gain", {"value": 41}),
-        ("POST", "/torque", {"mode": "on"}),
-        ("POST", "/torque", {"mode": "off"}),
-        ("POST", "/command", {"type": "angle", "value": 5}),
-    ],
-)
-@scene()
-async def test_a_lost_response_costs_at_most_150_ms(rig: Rig, servo: Servo, verb: str, path: str, body: object) -> None:
+@scene(replace(PLAIN, rom=SLOW_TIMEOUT))
+async def test_a_lost_response_costs_at_most_150_ms_and_no_second_motion(rig: Rig, servo: Servo) -> None:
     await rig.host.polling.close()
     lease = await rig.lease()
     await torque(rig, servo, "on", lease)
     loop = asyncio.get_running_loop()
-    began = loop.time()
-    await rig.call(verb, f"/servos/{servo.uid}{path}", body, lease=lease)
-    usually = loop.time() - began
-    again = {"value": 42} if body == {"value": 41} else body
-    mute_for(rig, servo, 0.03)
-    began = loop.time()
-    json(await rig.call(verb, f"/servos/{servo.uid}{path}", again, lease=lease))
-    assert 0.03 < loop.time() - began < 0.15 + usually
 
+    async def duration(verb: str, end: str, body: object) -> float:
+        began = loop.time()
+        json(await rig.call(verb, f"/servos/{servo.uid}{end}", body, lease=lease))
+        return loop.time() - began
 
-@scene(replace(PLAIN, rom=SLOW_TIMEOUT))
-async def test_a_motion_command_whose_response_is_lost_is_performed_once(rig: Rig, servo: Servo) -> None:
-    lease = await rig.lease()
-    await torque(rig, servo, "on", lease)
-    for row in ("torque_mode", "angle_limit_cw", "angle_limit_ccw"):
-        json(await rig.call("GET", f"/servos/{servo.uid}/parameters/{row}"))
-    actions = watch(rig)[servo.uid]
-    mute_for(rig, servo, 0.05)
-    await move(rig, servo, lease, 20)
-    assert actions.writes == [("0x00", 200)]
+    for verb, end, body, again in (
+        ("GET", "/parameters/angle_p_gain", None, None),
+        ("PUT", "/parameters/angle_p_gain", {"value": 41}, {"value": 42}),
+        ("POST", "/torque", {"mode": "on"}, {"mode": "on"}),
+        ("POST", "/command", {"type": "angle", "value": 5}, {"type": "angle", "value": 5}),
+        ("POST", "/torque", {"mode": "off"}, {"mode": "off"}),
+    ):
+        usually = await duration(verb, end, body)
+        await asyncio.sleep(0.2)
+        actions = watch(rig)[servo.uid]
+        mute_for(rig, servo, 0.03)
+        assert 0.03 < await duration(verb, end, again) < 0.15 + usually
+        await asyncio.sleep(0.2)
+        assert end != "/command" or actions.writes == [("0x00", 50)], "it is performed once"
 
 
 @scene(*(replace(one, rom=SLOW_TIMEOUT) for one in SERVOS))
 async def test_no_motion_command_is_performed_twice(rig: Rig) -> None:
-    servos = await rig.ready(8)
+    servos = await rig.ready(4)
     lease = await rig.lease()
     for servo in servos:
         await torque(rig, servo, "on", lease)
@@ -166,7 +156,7 @@ async def test_no_motion_command_is_performed_twice(rig: Rig) -> None:
 @pytest.mark.parametrize("action", ["save", "restart"])
 @scene(*(replace(one, rom={"soft_start": 0}) for one in SERVOS))
 async def test_no_opcode_or_restart_is_performed_twice(rig: Rig, action: str) -> None:
-    servos = await rig.ready(8)
+    servos = await rig.ready(4)
     actions = watch(rig)
     await asyncio.sleep(3)
     starts = {servo.uid: rig.sim(servo).starts for servo in servos}
