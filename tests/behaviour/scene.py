@@ -22,24 +22,32 @@ def scene(
 ) -> Callable[[Callable[..., Awaitable[None]]], Callable[..., None]]:
     """Decorate a coroutine function `(rig, …)`: a test that plays it with the servos of `recipes`.
 
-    Named `servo`, its second argument is the first servo that is ready. `options` are those of `play`. A recipe or an
-    option that depends on the test's arguments is a function of them, by name; it may return several recipes.
-    With `settle_s`, servos have run for that time when the test begins.
+    An argument `servo` is the first servo that is ready, `servos` are all of them by their node IDs, and `lease` is the
+    id of a lease. `options` are those of `play`. A recipe or an option that depends on the test's arguments is a
+    function of them, by name; it may return several recipes. With `settle_s`, servos have run for that time when the
+    test begins.
     """
 
     options |= {"store": store, "seed": seed}
 
     def make(act: Callable[..., Awaitable[None]]) -> Callable[..., None]:
         signature = inspect.signature(act)
-        ours = {"rig", "servo"} & set(signature.parameters)
+        ours = {"rig", "servo", "servos", "lease"} & set(signature.parameters)
 
         @wraps(act)
         def test(**arguments: object) -> None:
             async def whole(rig: Rig) -> None:
-                servo = {"servo": (await rig.ready())[0]} if "servo" in ours else {}
+                own: dict[str, Any] = {}
+                if "servo" in ours:
+                    own["servo"] = (await rig.ready())[0]
+                if "servos" in ours:
+                    found = await rig.ready(len(servos) or 1, within_s=120)
+                    own["servos"] = sorted(found, key=lambda servo: servo.node_id or 0)
                 if settle_s:
                     await asyncio.sleep(settle_s)
-                await act(rig, **servo, **arguments)
+                if "lease" in ours:
+                    own["lease"] = await rig.lease()
+                await act(rig, **own, **arguments)
 
             def given(value: Any) -> Any:
                 return value(**{name: arguments[name] for name in inspect.signature(value).parameters})

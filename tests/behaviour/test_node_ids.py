@@ -106,6 +106,12 @@ async def test_a_pin_or_its_removal_takes_effect_at_the_next_start(rig: Rig, ser
     assert servo.node_id == 17
     assert "already" in (await pin(rig, servo.uid, 17))["note"]
     assert (await row(rig, servo.uid))["pinned"]
+    await asyncio.sleep(4)
+    job = json(await rig.call("POST", f"/servos/{servo.uid}/save"), 202)
+    await asyncio.sleep(0.01)
+    assert servo.state is State.SAVING
+    problem(await rig.call("DELETE", f"/allocations/{servo.uid}"), "busy", 409)
+    await rig.host.jobs.wait(rig.host.jobs.get(job["id"]))
     rig.bench.power(servo.uid, False)
     await asyncio.sleep(4)
     assert "is free" in (await remove(rig, servo.uid))["note"]
@@ -118,10 +124,15 @@ async def test_a_node_never_seen_or_with_a_fixed_id_can_be_pinned(rig: Rig, serv
     await pin(rig, FOREIGN, 42)
     assert (await row(rig, FOREIGN))["last_seen"] is None
     sim = rig.bench.add(replace(DYNAMIC, uid=bytes.fromhex(FOREIGN)))
+    gps = Neighbour(rig.bus.port("gps"), 20)
+    rig.host.store.allocations.record(Uid(gps.unique_id.hex()), NodeId(20))
+    gps.start()
     await rig.ready(2)
     assert sim.node_id == 42
     assert (await row(rig, FOREIGN))["pinned"]
     assert "fixed node ID 11 (0x46)" in (await pin(rig, servo.uid, 17))["note"]
+    await asyncio.sleep(3)
+    assert (await row(rig, gps.unique_id.hex()))["online"], "no servo, and allocated"
 
 
 @scene(DYNAMIC, PLAIN)
@@ -143,16 +154,6 @@ async def test_an_invalid_pin_is_rejected(rig: Rig) -> None:
     found = problem(await rig.call("PUT", path, {"node_id": 123}), "invalid_value", 422)
     assert "used by hornbill itself" in found["detail"]
     assert [one["pinned"] for one in (await table(rig))["allocations"]] == [False, False]
-
-
-@scene(DYNAMIC)
-async def test_an_allocation_is_not_removed_during_a_save(rig: Rig, servo: Servo) -> None:
-    job = json(await rig.call("POST", f"/servos/{servo.uid}/save"), 202)
-    await asyncio.sleep(0.01)
-    assert servo.state is State.SAVING
-    problem(await rig.call("DELETE", f"/allocations/{servo.uid}"), "busy", 409)
-    await rig.host.jobs.wait(rig.host.jobs.get(job["id"]))
-    await remove(rig, servo.uid)
 
 
 async def no_port(_address: str, _bitrate: int) -> Any:
@@ -197,7 +198,7 @@ def respond(competitor: Neighbour) -> None:
 
 
 @scene()
-async def test_the_allocator_is_on_standby_beside_another_one_unless_forced(rig: Rig) -> None:
+async def test_the_allocator_is_on_standby_beside_another_one_unless_forced_or_until_it_is_gone(rig: Rig) -> None:
     competitor = Neighbour(rig.bus.port("competitor"), 9).start()
     respond(competitor)
     await asyncio.sleep(0.01)
@@ -221,16 +222,13 @@ async def test_the_allocator_is_on_standby_beside_another_one_unless_forced(rig:
     assert sim.node_id == 125
     assert (await allocator(rig))["competing_node_id"] == 9
     assert rig.events("second_allocator")[-1].params == {"node_id": 9, "allocator": "on"}
-
-
-@scene()
-async def test_the_allocator_resumes_when_the_other_one_is_gone(rig: Rig) -> None:
-    respond(Neighbour(rig.bus.port("competitor"), 9))
-    sim = rig.bench.add(DYNAMIC)
-    await rig.ready(2)
-    assert sim.node_id == 125
-    (event,) = rig.events("second_allocator_gone")
-    assert event.params == {"node_id": 9, "allocator": "on"}
+    await set_mode(rig, "on")
+    respond(competitor)
+    await asyncio.sleep(0.01)
+    assert (await allocator(rig))["state"] == "standby"
+    rig.bench.add(replace(DYNAMIC, servo_id=2))
+    await rig.ready(3)
+    assert rig.events("second_allocator_gone")[-1].params == {"node_id": 9, "allocator": "on"}
 
 
 def fill(rig: Rig, days_ago: float) -> None:
@@ -293,16 +291,6 @@ async def test_in_a_full_table_the_id_of_a_node_away_for_a_month_is_recycled(rig
     entries = rig.host.store.allocations.entries()
     assert len(entries) == 125
     assert entries[Uid(sim.uid.hex())] == 2
-
-
-@scene()
-async def test_an_allocated_node_that_is_no_servo_is_online_in_the_table(rig: Rig) -> None:
-    gps = Neighbour(rig.bus.port("gps"), 20)
-    uid = Uid(gps.unique_id.hex())
-    rig.host.store.allocations.record(uid, NodeId(20))
-    gps.start()
-    await asyncio.sleep(3)
-    assert (await row(rig, uid))["online"]
 
 
 def test_the_fixed_id_of_a_servo_that_is_off_is_not_allocated(tmp_path: Path) -> None:
