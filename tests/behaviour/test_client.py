@@ -41,46 +41,35 @@ async def test_a_lease_lasts_as_long_as_its_block(rig: Rig, hornbill: AsyncHornb
         assert await servo.read("torque_mode") == "on"
     assert await hornbill.request("GET", "/leases") == []
 
-    async def fails() -> None:
-        async with hornbill.lease("rig"):
+    async def ends(*, heartbeat: bool) -> None:
+        async with hornbill.lease("rig", ttl_s=1.0, heartbeat=heartbeat):
             await servo.torque("on")
             await servo.move(10)
-            _ = 1 / 0
-
-    with pytest.raises(ZeroDivisionError):
-        await fails()
-    assert await servo.read("torque_mode") == "off"
-
-
-@with_client
-async def test_without_heartbeats_torque_goes_off(rig: Rig, hornbill: AsyncHornbill, servo: AsyncServo) -> None:
-    async def hangs() -> None:
-        async with hornbill.lease("rig", ttl_s=1.0, heartbeat=False):
-            await servo.torque("on")
-            await servo.move(10)
+            if heartbeat:
+                _ = 1 / 0
             await asyncio.sleep(3)
-            assert await servo.read("torque_mode") == "off"
+            assert await servo.read("torque_mode") == "off", "without heartbeats"
 
-    with pytest.raises(errors.LeaseRequired):
-        await hangs()
+    for heartbeat, error in ((True, ZeroDivisionError), (False, errors.LeaseRequired)):
+        with pytest.raises(error):
+            await ends(heartbeat=heartbeat)
+        assert await servo.read("torque_mode") == "off"
 
 
 @with_client
-async def test_a_blocked_horn_raises_did_not_move(rig: Rig, hornbill: AsyncHornbill, servo: AsyncServo) -> None:
-    rig.bench.servo(Uid(servo.uid)).conditions.load_inertia = 1e7
+async def test_a_horn_that_did_not_arrive_or_stay_raises_did_not_move(
+    rig: Rig, hornbill: AsyncHornbill, servo: AsyncServo
+) -> None:
+    conditions = rig.bench.servo(Uid(servo.uid)).conditions
+    free, conditions.load_inertia = conditions.load_inertia, 1e7
     async with hornbill.lease("rig"):
         await servo.torque("on")
         with pytest.raises(errors.DidNotMove) as caught:
             await servo.move(40, timeout_s=1)
-    assert (caught.value.facts["target_deg"], caught.value.facts["unmet"]) == (40, "band")
-    assert abs(float(str(caught.value.facts["angle_deg"]))) < 5
-    assert "is not within 0.5° of 40° but at " in caught.value.detail
-
-
-@with_client
-async def test_a_horn_that_did_not_stay_in_the_band(rig: Rig, hornbill: AsyncHornbill, servo: AsyncServo) -> None:
-    async with hornbill.lease("rig"):
-        await servo.torque("on")
+        assert (caught.value.facts["target_deg"], caught.value.facts["unmet"]) == (40, "band")
+        assert abs(float(str(caught.value.facts["angle_deg"]))) < 5
+        assert "is not within 0.5° of 40° but at " in caught.value.detail
+        conditions.load_inertia = free
         with pytest.raises(errors.DidNotMove) as caught:
             await servo.move(10, timeout_s=2, dwell_s=5)
     assert caught.value.facts["unmet"] == "dwell"
@@ -90,6 +79,8 @@ async def test_a_horn_that_did_not_stay_in_the_band(rig: Rig, hornbill: AsyncHor
 
 @with_client
 async def test_each_failure_has_its_own_error(rig: Rig, hornbill: AsyncHornbill, servo: AsyncServo) -> None:
+    with pytest.raises(errors.Unknown, match=f"label 'rear'.*Known servos: {servo.title}"):
+        await hornbill.find(label="rear", within_s=0.0)
     with pytest.raises(errors.OutOfRange) as outside:
         await servo.write("overcurrent_limit", 500)
     assert outside.value.status == 422
@@ -100,6 +91,10 @@ async def test_each_failure_has_its_own_error(rig: Rig, hornbill: AsyncHornbill,
     await rig.call("PATCH", f"/sim/servos/{servo.uid}", {"mute": True})
     with pytest.raises(errors.NoResponse):
         await servo.read("angle_p_gain")
+    with pytest.raises(errors.NoResponse) as caught:
+        await servo.save()
+    job: Any = caught.value.facts["job"]
+    assert (job["kind"], job["state"]) == ("save", "failed")
 
 
 @with_client
@@ -141,27 +136,3 @@ async def test_stop_latches_and_is_cleared(rig: Rig, hornbill: AsyncHornbill, se
             await servo.move(10)
         await hornbill.clear_stop()
         assert await servo.read("torque_mode") == "off"
-
-
-@with_client
-async def test_a_failed_job_raises_its_error(rig: Rig, hornbill: AsyncHornbill, servo: AsyncServo) -> None:
-    await rig.call("PATCH", f"/sim/servos/{servo.uid}", {"mute": True})
-    with pytest.raises(errors.NoResponse) as caught:
-        await servo.save()
-    job: Any = caught.value.facts["job"]
-    assert (job["kind"], job["state"]) == ("save", "failed")
-
-
-@with_client
-async def test_an_unknown_servo_error_lists_known_servos(rig: Rig, hornbill: AsyncHornbill, servo: AsyncServo) -> None:
-    with pytest.raises(errors.Unknown, match=f"label 'rear'.*Known servos: {servo.title}"):
-        await hornbill.find(label="rear", within_s=0.0)
-
-
-@with_client
-async def test_telemetry_is_granted_and_exported_as_csv(rig: Rig, hornbill: AsyncHornbill, servo: AsyncServo) -> None:
-    granted = await servo.telemetry(["current_angle"], 20)
-    assert granted["granted_hz"] == 20
-    await asyncio.sleep(2)
-    text = await servo.samples_csv(1.0, ["current_angle"])
-    assert len(text.splitlines()) > 10
