@@ -80,9 +80,9 @@ class Watched:
 @pytest.fixture
 def context(request: pytest.FixtureRequest) -> Iterator[BrowserContext]:
     """An empty profile with windows of 1440 x 900, with 3D for tests marked `scene`."""
-    name = "scene_browser" if request.node.get_closest_marker("scene") else "browser"
-    launched: Browser = request.getfixturevalue(name)
-    with borrowed(launched) as made:
+    scene = request.node.get_closest_marker("scene") is not None
+    launched: Browser = request.getfixturevalue("scene_browser" if scene else "browser")
+    with borrowed(launched, reduced_motion="no-preference" if scene else "reduce") as made:
         yield made
 
 
