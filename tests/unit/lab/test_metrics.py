@@ -64,12 +64,6 @@ def test_a_horn_that_never_arrives_has_no_rise_settling_or_overshoot() -> None:
     assert found.peak_deg == pytest.approx(5.0)
 
 
-def test_too_short_a_dwell_is_not_settled() -> None:
-    t = [i * 0.01 for i in range(100)]
-    found = of_step(t, [0.0 if one < 0.85 else 10.0 for one in t], 0.0, 10.0, band_deg=0.5)
-    assert found.settling_s is None
-
-
 @pytest.mark.parametrize(
     ("swing_deg", "hertz", "word"),
     [(0.0, 5.0, "none"), (0.2, 5.0, "slight"), (0.45, 5.0, "hunting"), (0.45, 0.2, "none")],
@@ -126,10 +120,11 @@ def test_an_unsettled_response_without_oscillation_does_not_hunt(angle: Callable
     assert (found.settling_s, found.hunting, found.hunting_hz) == (None, "none", None)
 
 
-def test_the_steady_state_error_has_a_sign() -> None:
+def test_a_steady_state_error_has_a_sign_and_too_short_a_dwell_is_not_settled() -> None:
     t = [i * 0.01 for i in range(100)]
     found = of_step(t, [-10.3] * 100, 0.0, -10.0, band_deg=0.5)
     assert found.steady_state_error_deg == pytest.approx(-0.3)
+    assert of_step(t, [0.0 if one < 0.85 else 10.0 for one in t], 0.0, 10.0, band_deg=0.5).settling_s is None
 
 
 @pytest.mark.parametrize(

@@ -15,16 +15,6 @@ def counter(start: int, length: int) -> list[int]:
     return [(start + number) % 32 for number in range(length)]
 
 
-@given(IDS)
-def test_one_counter_is_one_node(start: int) -> None:
-    assert not two_counters(counter(start, 8))
-
-
-@given(IDS, IDS, st.integers(0, 8))
-def test_a_restarted_node_is_one_node(before: int, after: int, where: int) -> None:
-    assert not two_counters(counter(before, where) + counter(after, 8 - where))
-
-
 @given(IDS, IDS)
 def test_two_counters_in_turn_are_two_nodes(one: int, other: int) -> None:
     pairs = zip(counter(one, 4), counter(other, 4), strict=True)

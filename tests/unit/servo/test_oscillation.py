@@ -43,7 +43,7 @@ def still(degrees: float) -> Where:
     return lambda _at: degrees
 
 
-@pytest.mark.parametrize("hz", [1.0, 1.7, 2.5, 3.7, 4.6, 5.4, 7.3, 8.7, 12.0, 16.0, 18.3, 23.4, 33.7, 61.3])
+@pytest.mark.parametrize("hz", [1.0, 2.5, 4.6, 5.4, 8.7, 16.0, 23.4, 61.3])
 @pytest.mark.parametrize("peak_deg", [0.4, 1.0, 6.0])
 @pytest.mark.parametrize("loss", [0.0, 0.2])
 def test_an_oscillation_is_found_from_status_alone_at_any_frequency(hz: float, peak_deg: float, loss: float) -> None:
@@ -54,7 +54,7 @@ def test_an_oscillation_is_found_from_status_alone_at_any_frequency(hz: float, p
     assert found.peak_to_peak_deg() == pytest.approx(2 * peak_deg, rel=0.3, abs=0.2)
 
 
-@settings(max_examples=200)
+@settings(max_examples=100)
 @given(hz=some.floats(1.2, 80), phase=some.floats(0, 6.28), peak_deg=some.floats(0.5, 10))
 def test_an_oscillation_is_found_at_any_phase_unless_it_aliases(hz: float, phase: float, peak_deg: float) -> None:
     off = abs(hz / STATUS_HZ * 2 - round(hz / STATUS_HZ * 2)) * STATUS_HZ / 2

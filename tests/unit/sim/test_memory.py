@@ -34,27 +34,11 @@ def test_ram_changes_reach_rom_only_by_saving() -> None:
     assert kept.get(0x2C) == 60
 
 
-def test_an_unreadable_rom_loads_defaults() -> None:
-    kept = memory(rom={"angle_p_gain": 50, "node_id": 9})
-    kept.rom_sound = False
-    assert kept.load() is False
-    assert (kept.get(0x2C), kept.get(0x46)) == (40, 0)
-
-
 def test_product_rows_survive_everything() -> None:
     kept = memory()
     kept.reset(PLAIN, rom=True)
     kept.load()
     assert [kept.get(at) for at in (0x51, 0x52, 0x58, 0x59, 0x5A, 0x5B, 0x5C)] == [4711, 1300, *DATE]
-
-
-def test_soft_start_values_override_written_ones() -> None:
-    kept = memory()
-    kept.apply_soft_start(True)
-    kept.put(0x3A, 100)
-    assert (kept.get(0x3A), kept.own(0x3A), kept.shown(0x3A, PLAIN)) == (30, 100, 30)
-    kept.apply_soft_start(False)
-    assert kept.get(0x3A) == 100
 
 
 def test_firmware_newer_than_all_known_has_the_newest_rows() -> None:
