@@ -105,9 +105,10 @@ async def test_the_raw_view_shows_each_frame_of_the_bus(rig: Rig) -> None:
 
 
 @scene()
-async def test_an_invalid_frame_is_shown_with_its_problem_in_both_views(rig: Rig) -> None:
+async def test_frames_between_other_nodes_are_shown_and_invalid_ones_with_their_problem_in_both_views(rig: Rig) -> None:
     async with viewing(rig) as decoded, viewing(rig, view="raw", problems_only=True) as raw:
         foreign = rig.bus.port("foreign")
+        foreign.send(frames(GetSetRequest(0, integer(1), "0x20"), source=77, destination=78))
         one, two, three = frames(GetSetResponse(integer(5), EMPTY, EMPTY, EMPTY, "0x2C"), source=77, destination=78)
         foreign.send([one, two._replace(data=two.data[:-1] + bytes((two.data[-1] ^ 0x20,)))])
         await asyncio.sleep(0.1)
@@ -118,31 +119,22 @@ async def test_an_invalid_frame_is_shown_with_its_problem_in_both_views(rig: Rig
         assert problems == [(f"{one.id:08x}", "toggle bit error"), (f"{one.id:08x}", "CRC error")]
         assert [(row["can_id"], row["problem"]) for row in raw.frames] == problems
         assert "NodeStatus not decoded: invalid payload of 1 byte" in [row["summary"] for row in decoded.transfers]
-        received, shown, dropped = decoded.counts
-        assert (received, dropped) == (len(decoded.transfers) + 2, 0)
-        assert shown == received
-
-
-@scene()
-async def test_services_between_other_nodes_are_shown(rig: Rig) -> None:
-    async with viewing(rig, kind="request") as viewer:
-        rig.bus.port("foreign").send(frames(GetSetRequest(0, integer(1), "0x20"), source=77, destination=78))
-        await asyncio.sleep(0.2)
-        (seen,) = [row for row in viewer.transfers if row["source"] == 77]
+        (seen,) = [row for row in decoded.transfers if row["source"] == 77 and row["kind"] == "request"]
         assert (seen["destination"], seen["summary"]) == (78, "GetSet request write 0x20 torque_mode = 1, Off")
-        assert (seen["frames"], seen["sent"], seen["kind"]) == (3, False, "request")
+        assert (seen["frames"], seen["sent"]) == (3, False)
+        received, shown, dropped = decoded.counts
+        assert received == shown == len(decoded.transfers) + 2
+        assert dropped == 0
 
 
+REQUESTS_TO_11 = {"type": "GetSet", "node_id": 11, "kind": "request"}
 FILTERS: list[tuple[Row, Callable[[Row], bool]]] = [
     ({"node_id": 12}, lambda row: 12 in (row["source"], row["destination"])),
     ({"type": "nodestatus"}, lambda row: row["type"] == "uavcan.protocol.NodeStatus"),
     ({"kind": "response"}, lambda row: row["kind"] == "response"),
     ({"text": "CURRENT_ANGLE"}, lambda row: "current_angle" in row["summary"]),
     ({"text": "-12.5"}, lambda row: "−12.5" in row["summary"]),
-    (
-        {"type": "GetSet", "node_id": 11, "kind": "request"},
-        lambda row: "GetSet request" in row["summary"] and row["destination"] == 11,
-    ),
+    (REQUESTS_TO_11, lambda row: "GetSet request" in row["summary"] and row["destination"] == 11),
     ({"node_id": 0}, lambda row: row["source"] == 0),
     ({"problems_only": True}, lambda row: row["fields"] is None),
 ]
@@ -178,14 +170,20 @@ async def test_the_server_filters_and_counts_what_it_hides(rig: Rig) -> None:
 
 
 @scene()
-async def test_a_new_filter_resets_the_counts_and_unsubscribing_ends_the_messages(rig: Rig) -> None:
+async def test_a_new_filter_resets_the_counts_and_messages_are_few_and_end_when_unsubscribed(rig: Rig) -> None:
     async with viewing(rig) as viewer:
-        await asyncio.sleep(2)
-        assert viewer.counts[0] > 20
+        foreign = rig.bus.port("foreign")
+        before = len(viewer.messages)
+        for n in range(200):
+            foreign.send(frames(NodeStatus(n, NodeHealth.OK, Mode.OPERATIONAL), source=77, transfer_id=n % 32))
+            await asyncio.sleep(0.005)
+        assert len(viewer.messages) - before <= 31, "at most 30 a second"
+        await asyncio.sleep(0.2)
+        assert sum(row["source"] == 77 for row in viewer.transfers) == 200
         viewer.subscribe(kind="response", text="in no summary")
         await asyncio.sleep(1.5)
         received, shown, _ = viewer.counts
-        assert (received < 30, shown) == (True, 0)
+        assert (received < 100, shown) == (True, 0), "fewer than the 200 before"
         viewer.page.send(type="unsubscribe", topics=["frames"])
         await asyncio.sleep(0.5)
         before = len(viewer.messages)
@@ -195,9 +193,7 @@ async def test_a_new_filter_resets_the_counts_and_unsubscribing_ends_the_message
 
 @scene()
 async def test_two_pages_share_one_decoder_that_ends_with_the_last(rig: Rig) -> None:
-    await rig.ready()
-    assert rig.host.connection is not None
-    listeners = rig.host.connection.participant.on_frames
+    listeners = rig.host.connected().participant.on_frames
     before = list(listeners)
     async with viewing(rig):
         async with viewing(rig):
@@ -236,16 +232,3 @@ async def test_a_slow_page_gets_the_newest_rows_and_the_number_dropped(rig: Rig)
         assert (shown, dropped) == (ROWS_QUEUED, 50)
         assert received >= ROWS_QUEUED + 50
         assert int(viewer.frames[-1]["data"][:6], 16) == ROWS_QUEUED + 49
-
-
-@scene()
-async def test_at_most_30_messages_a_second_are_sent(rig: Rig) -> None:
-    async with viewing(rig) as viewer:
-        foreign = rig.bus.port("foreign")
-        before = len(viewer.messages)
-        for n in range(200):
-            foreign.send(frames(NodeStatus(n, NodeHealth.OK, Mode.OPERATIONAL), source=77, transfer_id=n % 32))
-            await asyncio.sleep(0.005)
-        assert len(viewer.messages) - before <= 31
-        await asyncio.sleep(0.2)
-        assert sum(row["source"] == 77 for row in viewer.transfers) == 200

@@ -15,7 +15,7 @@ from hornbill.api.live import event_log, socket_queue
 from hornbill.api.live.event_log import EventLog
 from hornbill.api.live.messages import ServerMessage
 from hornbill.api.live.socket_queue import SocketQueue
-from hornbill.api.live.telemetry_batches import ALL_PER_S, BATCH_S, KEPT_S
+from hornbill.api.live.telemetry_batches import ALL_PER_S, BATCH_S, KEPT_S, TELEMETRY_PER_S
 from hornbill.errors import Busy
 from hornbill.servo.device.servo import Servo
 from hornbill.servo.host import Host
@@ -50,10 +50,11 @@ def times(messages: list[dict[str, Any]]) -> list[float]:
     return [t for message in messages for t in message["channels"]["current_angle"]["t"]]
 
 
-async def stream(rig: Rig, seconds: float, hz: float = 100.0) -> None:
+async def stream(rig: Rig, seconds: float, hz: float = 100.0, uid: Uid = UID, after_s: float = 0.0) -> None:
+    await asyncio.sleep(after_s)
     loop = asyncio.get_running_loop()
     for _ in range(round(seconds * hz)):
-        rig.host.hub.publish(Sampled(UID, "current_angle", loop.time(), 1.0))
+        rig.host.hub.publish(Sampled(uid, "current_angle", loop.time(), 1.0))
         await asyncio.sleep(1 / hz)
 
 
@@ -95,15 +96,20 @@ async def test_a_slow_reader_gets_fewer_and_larger_messages_and_delays_no_other(
 
 
 @scene(connect=False)
-async def test_a_reader_that_is_too_slow_gets_the_number_of_dropped_samples(rig: Rig) -> None:
+async def test_a_reader_that_is_too_slow_gets_the_number_of_dropped_samples_and_a_closed_one_nothing(rig: Rig) -> None:
     log = EventLog(rig.host, demo=False)
     queue = queue_of(log, "telemetry", uids=[UID])
-    other = queue_of(log, "telemetry", uids=["0b" * 16])
+    other, closed = queue_of(log, "telemetry", uids=["0b" * 16]), queue_of(log, "telemetry", uids=[UID])
+    closed.close()
     await stream(rig, KEPT_S + 10)
     (message,) = telemetry(queue.take())
     assert len(times([message])) + message["dropped"] == pytest.approx(3000, abs=5)
     assert message["dropped"] == pytest.approx(1000, abs=20)
-    assert telemetry(other.take()) == []
+    assert telemetry(other.take()) == telemetry(closed.take()) == []
+    closed.subscribe(["telemetry"], [UID])
+    await stream(rig, 1)
+    (message,) = telemetry(closed.take())
+    assert len(times([message])) == pytest.approx(100, abs=5)
 
 
 @scene()
@@ -148,6 +154,34 @@ async def test_all_sockets_together_get_a_limited_number_of_telemetry_messages(r
     assert sent <= 4 * ALL_PER_S * 1.1 + 200
 
 
+@pytest.mark.parametrize("count", [10, 125])
+@scene(connect=False)
+async def test_samples_of_a_few_servos_are_sent_at_once_and_of_a_crowd_in_larger_messages(rig: Rig, count: int) -> None:
+    uids = [f"{number:032x}" for number in range(count)]
+    queue = queue_of(EventLog(rig.host, demo=False), "telemetry", uids=uids)
+    streams = asyncio.gather(
+        *(stream(rig, 10, hz=10, uid=Uid(uid), after_s=0.1 * place / count) for place, uid in enumerate(uids))
+    )
+    sent = samples = 0
+    longest = 0.0
+    while samples < 100 * count:
+        await queue.waiting.wait()
+        for message in telemetry(queue.take()):
+            sent += 1
+            samples += len(times([message]))
+            longest = max(longest, rig.host.base.now() - times([message])[0])
+            assert message["dropped"] == 0
+        await asyncio.sleep(BATCH_S)
+    await streams
+    assert samples == 100 * count
+    if count == 10:
+        assert sent > 0.95 * samples
+        assert longest < 2 * BATCH_S
+    else:
+        assert sent < 1.1 * TELEMETRY_PER_S * 10
+        assert longest < count / TELEMETRY_PER_S + 3 * BATCH_S
+
+
 @scene(*(Recipe("BLA21-06U-A0", "1.300", servo_id=1 + n, node_id=10 + n) for n in range(12)))
 async def test_many_changes_are_sent_completely_in_limited_batches(rig: Rig, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(socket_queue, "ENTRIES_A_TIME", 60)
@@ -171,15 +205,3 @@ async def test_many_changes_are_sent_completely_in_limited_batches(rig: Rig, mon
         seen |= {(one["uid"], one["reading"]["key"]) for one in readings}
         batches += 1
     assert batches >= len(published) / 60
-
-
-@scene(connect=False)
-async def test_a_closed_queue_gets_nothing_until_it_subscribes_again(rig: Rig) -> None:
-    queue = queue_of(EventLog(rig.host, demo=False), "telemetry", uids=[UID])
-    queue.close()
-    await stream(rig, 1)
-    assert telemetry(queue.take()) == []
-    queue.subscribe(["telemetry"], [UID])
-    await stream(rig, 1)
-    (message,) = telemetry(queue.take())
-    assert len(times([message])) == pytest.approx(100, abs=5)

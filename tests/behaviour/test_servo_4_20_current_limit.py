@@ -2,7 +2,8 @@
 
 import pytest
 
-from unit.sim.desk import FREE, MODELS, Desk, catalog
+from behaviour.servo_story import between, follow, under
+from unit.sim.desk import FREE, MODELS, QUIET, Desk, catalog
 from unit.sim.response import step
 
 
@@ -42,8 +43,5 @@ def test_with_a_lower_limit_the_same_angle_is_reached_later() -> None:
 
 @pytest.mark.states("B77", "B101")
 def test_firmware_without_the_row_uses_full_torque() -> None:
-    desk = Desk(firmware="1.010", rom={"timeout_action": 0, "soft_start": 0})
-    assert desk.read("0x2A") == 0
-    desk.under(load_pct=-85.0)
-    desk.run("0x00", 900, 1.0)
-    assert desk.value("0x0A") > 80
+    desk = Desk(firmware="1.010", rom=QUIET)
+    follow(desk, {"0x2A": 0}, under(load_pct=-85.0), ("0x00", 900, 1.0), {"0x0A": between(80, 150)})

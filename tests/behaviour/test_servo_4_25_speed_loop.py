@@ -2,6 +2,7 @@
 
 import pytest
 
+from behaviour.servo_story import follow, near, under
 from unit.sim.desk import FREE, MODELS, Desk
 from unit.sim.response import step, watch
 
@@ -56,9 +57,7 @@ def test_the_limit_of_the_i_part_bounds_its_correction() -> None:
 @pytest.mark.states("B82")
 def test_the_correction_ends_with_the_load() -> None:
     desk = Desk(rom=FREE | {"speed_i_gain": 20, "speed_i_limit": 500_000}).under(load_pct=-30.0)
-    desk.run("0x01", 60, 3.0)
-    desk.under(load_pct=0.0).wait(2.0)
-    assert desk.read("0x09") == pytest.approx(60, abs=1)
+    follow(desk, ("0x01", 60, 3.0), under(load_pct=0.0), 2.0, {"0x09": near(60, 1)})
 
 
 @pytest.mark.states("B82")
