@@ -84,6 +84,12 @@ async def test_a_transfer_interrupted_by_a_lost_bus_or_bus_off_is_not_continued(
     assert await log.complete() == [(0.0, 7, 0)]
 
 
+async def test_an_invalid_frame_refuses_the_whole_call(gap: FrameGap, log: Log) -> None:
+    with pytest.raises(ValueError, match="29 bits"):
+        gap.send([*transfer(7, 3), Frame(1 << 29, ALONE)])
+    assert await log.complete() == []
+
+
 @pytest.mark.parametrize(
     ("address", "plain", "gap_s"),
     [

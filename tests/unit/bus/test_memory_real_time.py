@@ -21,16 +21,20 @@ async def test_a_burst_has_exact_timestamps_and_is_delivered_in_batches(a: Memor
     before = loop.time()
     a.send(sent)
     after = loop.time()
+    turns = [after]
     while b.statistics.rx_frames < 300:
         await asyncio.sleep(0.002)
+        turns.append(loop.time())
+    stall = max(later - earlier for earlier, later in pairwise(turns))
     received = [frame for _, batch in batches for frame in batch]
     assert [(frame.id, frame.data) for frame in received] == [(frame.id, frame.data) for frame in sent]
     first = (frame_bits(sent[0]) - 3) * 1e-6
     assert before + first <= received[0].at <= after + first
     for earlier, later in pairwise(received):
         assert later.at - earlier.at == pytest.approx(frame_bits(later) * 1e-6, abs=1e-9)
-    assert all(frame.at <= when for when, batch in batches for frame in batch)
-    assert 1 < len(batches) <= (loop.time() - before) / COALESCE_S + 1
+    limit = 2 * stall + 3 * COALESCE_S  # of the delay: the loop may stall before the timer is due, and after
+    assert all(frame.at <= when <= frame.at + limit for when, batch in batches for frame in batch)
+    assert len(batches) <= (loop.time() - before) / COALESCE_S + 1
 
 
 async def test_a_frame_queued_late_competes_late_even_if_the_loop_was_busy(
