@@ -161,6 +161,10 @@ class Rig:
         """Events of one code."""
         return [change for change in self.changes if isinstance(change, LogEvent) and change.code == code]
 
+    def logged(self, code: str) -> list[tuple[str, Uid | None, dict[str, object]]]:
+        """Level, servo and values of the events of one code."""
+        return [(one.level, one.uid, one.params) for one in self.events(code)]
+
     def transfers(self, port: str | None = None) -> list[Transfer]:
         """Every transfer that was on the bus, or those one port sent."""
         reassembler = Reassembler()

@@ -18,13 +18,30 @@ THREE = [Recipe("BLA21-06U-A0", "1.300", servo_id=n, node_id=10 + n) for n in (1
 async def test_stop_turns_torque_off_on_every_servo_within_milliseconds_and_is_latched(rig: Rig) -> None:
     servos = await rig.ready(3)
     began = asyncio.get_running_loop().time()
-    state = json(await rig.call("POST", "/stop"))
+    state = json(await rig.call("POST", "/stop?by=Ann", {"reason": "smoke"}))
     assert state["latched"] is True
     assert [one["confirmed"] for one in state["servos"]] == [True] * 3
     assert asyncio.get_running_loop().time() - began < 0.060
     for servo in servos:
         assert rig.sim(servo).output == 1
     assert json(await rig.call("GET", "/stop"))["latched"] is True
+    json(await rig.call("DELETE", "/stop?by=Ben"))
+    assert rig.logged("stopped") == [("failure", None, {"by": "Ann", "mode": "off", "bus_lost": False})]
+    assert rig.logged("stop_cleared") == [("notice", None, {"by": "Ben", "unconfirmed": []})]
+    await asyncio.sleep(0.1)
+    cleared, pressed = json(await rig.call("GET", "/audit"))
+    for entry, by, outcome, requested, note in (
+        (pressed, "Ann", "pressed", "off", {"text": "smoke.", "code": "stop_reason", "params": {"reason": "smoke"}}),
+        (cleared, "Ben", "cleared", None, {"text": "Stop of Ann cleared.", "code": "stop_of", "params": {"by": "Ann"}}),
+    ):
+        assert (entry["by"], entry["action"], entry["outcome"]) == (by, "stop", outcome)
+        assert (entry["requested"], entry["notes"][0]) == (requested, note)
+        took = entry["notes"][1]["params"].pop("within_ms")
+        assert entry["notes"][1] == {
+            "text": f"3 of 3 acknowledged within {took:.0f} ms.",
+            "code": "stop_confirmed",
+            "params": {"confirmed": 3, "of": 3},
+        }
 
 
 @scene()
@@ -249,9 +266,9 @@ async def test_stop_is_repeated_after_an_internal_error(
 async def test_clearing_stop_still_turns_torque_off_on_a_servo_that_has_not_responded(rig: Rig, servo: Servo) -> None:
     rig.bus.loss(100)
     json(await rig.call("POST", "/stop"))
-    json(await rig.call("DELETE", "/stop"))
-    event = rig.events("stop_cleared")[0]
-    assert servo.title in event.text
+    json(await rig.call("DELETE", "/stop?by=Ben"))
+    assert rig.logged("stop_cleared") == [("warning", None, {"by": "Ben", "unconfirmed": [servo.title]})]
+    assert f"Not acknowledged: {servo.title}." in rig.events("stop_cleared")[0].text
     rig.bus.loss(0)
     await asyncio.sleep(1)
     assert rig.sim(servo).output == 1
@@ -404,9 +421,14 @@ async def test_an_unacknowledged_brake_is_repeated_as_the_brake(rig: Rig) -> Non
     await commanded(rig, servo)
     rig.bus.loss(100)
     problem(await rig.call("POST", f"/servos/{servo.uid}/torque", {"mode": "brake"}), "no_response", 504)
+    await asyncio.sleep(9.9)
+    assert not rig.events("no_response")
+    await asyncio.sleep(0.2)
+    assert rig.logged("no_response") == [("failure", servo.uid, {"servos": [servo.title], "mode": "brake"})]
     assert rig.sim(servo).output == 0
     rig.bus.loss(0)
-    await asyncio.sleep(0.3)
+    await asyncio.sleep(1.1)
     assert rig.sim(servo).output == 2
+    assert rig.logged("torque_off") == [("notice", servo.uid, {"servo": servo.title, "mode": "brake"})]
     await asyncio.sleep(5)
     assert rig.sim(servo).output == 2
