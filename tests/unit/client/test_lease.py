@@ -11,13 +11,14 @@ from hornbill.errors import LeaseHeld, LeaseRequired
 
 
 class Server:
-    """Grants a lease and counts its renewals; after `lost_after` renewals the lease is unknown."""
+    """Grants a lease and counts its renewals; after `lost_after` renewals they fail, usually as it is unknown."""
 
-    def __init__(self, lost_after: int | None = None) -> None:
+    def __init__(self, lost_after: int | None = None, status: int = 404) -> None:
         self.seen: list[tuple[str, str, str | None]] = []
         self.renewed = threading.Event()
         self._lost_after = lost_after
         self._renewals = 0
+        self._failure = {404: "unknown_lease", 503: "store_failed"}[status], status
 
     def __call__(self, request: httpx.Request) -> httpx.Response:
         path = request.url.path.removeprefix("/api/v1")
@@ -26,7 +27,8 @@ class Server:
             self._renewals += 1
             self.renewed.set()
             if self._lost_after is not None and self._renewals > self._lost_after:
-                return httpx.Response(404, json={"code": "unknown_lease", "detail": "The lease has ended."})
+                code, status = self._failure
+                return httpx.Response(status, json={"code": code, "detail": "The lease has ended."})
         return httpx.Response(200, json={"id": "L1", "holder": "rig"})
 
     def client(self) -> Hornbill:
@@ -81,22 +83,14 @@ def test_a_lost_lease_fails_the_block() -> None:
 
 
 def test_a_failed_renewal_does_not_end_the_lease() -> None:
-    seen: list[str] = []
-    renewed = threading.Event()
-
-    def failing(request: httpx.Request) -> httpx.Response:
-        seen.append(request.method)
-        if request.method == "PUT":
-            if seen.count("PUT") > 2:
-                renewed.set()
-            return httpx.Response(503, json={"code": "store_failed", "detail": "The disk is full."})
-        return httpx.Response(200, json={"id": "L1"})
-
-    with Hornbill("http://rig:1", transport=httpx.MockTransport(failing)) as hornbill:
+    server = Server(lost_after=0, status=503)
+    with server.client() as hornbill:
         with hornbill.lease("rig", ttl_s=0.03) as lease:
-            assert renewed.wait(5)
+            for _ in range(3):
+                assert server.renewed.wait(5)
+                server.renewed.clear()
         assert lease.lost is None
-    assert seen[-1] == "DELETE"
+    assert server.seen[-1][0] == "DELETE"
 
 
 def test_without_heartbeat_the_program_renews_it() -> None:

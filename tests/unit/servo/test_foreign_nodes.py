@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from itertools import pairwise
+from operator import methodcaller
 
 import pytest
 
@@ -40,16 +41,9 @@ def rounds(outcome: Outcome, hours: float = 10, *, actuator: bool = False) -> li
     return requests
 
 
-def no_node_info(foreign_nodes: ForeignNodes) -> None:
-    foreign_nodes.no_node_info(NODE)
-
-
-def no_parameters(foreign_nodes: ForeignNodes) -> None:
-    foreign_nodes.no_parameters(NODE)
-
-
-def refused(foreign_nodes: ForeignNodes) -> None:
-    foreign_nodes.refused(NODE)
+no_node_info, no_parameters, refused = (
+    methodcaller(name, NODE) for name in ("no_node_info", "no_parameters", "refused")
+)
 
 
 @pytest.mark.parametrize("outcome", [no_node_info, no_parameters])
