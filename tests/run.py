@@ -55,7 +55,9 @@ class Outcome:
 
 
 VITEST: Final = Stage("page, without a browser", program=("npm", "--prefix", "web", "run", "--silent", "test"))
-COMMANDS: Final = Stage("commands", ("tests/commands",), ("-n", "2", "--dist", "loadfile"))
+WALKED: Final = "tests/commands/test_guides.py"
+"""The guides take minutes: `contract/test_doc_references.py` checks each of their commands in `make test`."""
+COMMANDS: Final = Stage("commands", ("tests/commands", f"--ignore={WALKED}"), ("-n", "2", "--dist", "loadfile"))
 SOCKETCAN: Final = Stage(
     "socketcan", ("tests/socketcan", "-p", "no:cacheprovider"), wrapper=(WRAPPER, "--") if WRAPPER else ()
 )
@@ -64,7 +66,10 @@ TEST: Final = (
     (SOCKETCAN, COMMANDS, VITEST),  # the first is one process, the second waits for servos most of the time
     (Stage("browser", ("tests/e2e",), ("-n", "3", "--dist", "loadfile")),),  # a page waits a third of the time
 )
-RELEASE: Final = ((Stage("fresh environments, image, other browsers", ("tests/release",)),),)
+RELEASE: Final = (
+    (Stage("guides", (WALKED,)),),
+    (Stage("fresh environments, image, other browsers", ("tests/release",)),),
+)
 
 
 def run(stage: Stage, *, again: bool, further: list[str], quiet: bool) -> tuple[int, str]:
@@ -117,6 +122,10 @@ def main(arguments: list[str]) -> int:
         if any(one.result == "FAILED" for one in outcomes):
             break
     print("\n".join(f"{one.seconds:6.0f} s  {one.stage.name}: {one.result}" for one in outcomes))
+    if not release:
+        print(
+            "  left to make test-release: guides from top to bottom, generated clients, more requests to each operation"
+        )
     print(f"{time.monotonic() - begun:6.0f} s  in all", flush=True)
     return int(any(one.result == "FAILED" for one in outcomes))
 

@@ -3,26 +3,22 @@
 import json
 import re
 import sys
-from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
 
 import httpx
 import pytest
 
 from commands.guides import ROOT, WRITTEN, Rig, blocks
-from e2e.servers import ready_demo
+from e2e.servers import Server
 
 EXAMPLES = ROOT / "examples"
 GUIDE = ROOT / "docs" / "rigs.md"
 TELEMETRY = ROOT / "docs" / "how-to" / "telemetry.md"
 
 
-@pytest.fixture(scope="module")
-def rig() -> Iterator[Rig]:
-    with ready_demo(2, seed=3) as demo:
-        servo: dict[str, Any] = demo.api.get("/servos").json()[0]
-        yield Rig(demo.url.rstrip("/"), str(servo["serial"]))
+@pytest.fixture
+def rig(bench: Server, serial: str) -> Rig:
+    return Rig(bench.url.rstrip("/"), serial)
 
 
 def torque(rig: Rig) -> str:

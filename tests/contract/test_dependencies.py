@@ -42,7 +42,7 @@ USED_WITHOUT_IMPORT = {
     "import-linter": "make check",
     "myst-parser": "Sphinx reads Markdown with it",
     "mutmut": "tests/mutation runs it",
-    "openapi-python-client": "commands/test_generated_client.py runs it",
+    "openapi-python-client": "release/test_generated_client.py runs it",
     "pytest-xdist": "make test runs on every core",
     "ruff": "make check",
     "sphinx-copybutton": "blocks of the documentation can be copied",

@@ -2,20 +2,17 @@
 
 import ast
 import dataclasses
-import json
 import re
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
 
 import pytest
 
+from contract.document_server import document
 from contract.source import tree
 from hornbill.app.settings import Settings
 from hornbill.cli.failing import MEANS
-from hornbill.schema.catalog import Catalog
 from hornbill.sim.behaviour import Behaviour
-from tools.generate import documents
 from tools.generate.reference import pages
 
 ROOT = Path(__file__).parents[2]
@@ -26,13 +23,8 @@ FILES = [file for file in sorted(PACKAGE.rglob("*.py")) if "migrations" not in f
 
 
 @pytest.fixture(scope="module")
-def document() -> dict[str, Any]:
-    return json.loads(documents(Catalog.load())["openapi.json"])
-
-
-@pytest.fixture(scope="module")
-def reference(document: dict[str, Any]) -> dict[str, str]:
-    return pages(document)
+def reference() -> dict[str, str]:
+    return pages(document())
 
 
 def test_the_reference_is_up_to_date(reference: dict[str, str]) -> None:
@@ -42,12 +34,12 @@ def test_the_reference_is_up_to_date(reference: dict[str, str]) -> None:
 
 
 def test_the_reference_describes_every_operation_command_setting_and_type(
-    document: dict[str, Any], reference: dict[str, str]
+    reference: dict[str, str],
 ) -> None:
     text = "\n".join(text for path, text in reference.items() if path.startswith("api/"))
     described = set(re.findall(r"^## (GET|PUT|POST|PATCH|DELETE) (\S+)$", text, re.MULTILINE))
     row = re.compile(r"/servos/\{uid\}/parameters/[a-z0-9_]+$")
-    for path, operations in document["paths"].items():
+    for path, operations in document()["paths"].items():
         short = path.removeprefix("/api/v1")
         for method in operations:
             assert (method.upper(), short) in described or row.match(short), f"{method} {path}"
@@ -56,7 +48,7 @@ def test_the_reference_describes_every_operation_command_setting_and_type(
     for name in Settings.model_fields:
         variable = rf"^\| `HORNBILL_{name.upper()}` \|.*\| \S.* \|$"
         assert re.search(variable, reference["command-line.md"], re.MULTILINE), name
-    for name, shape in document["components"]["schemas"].items():
+    for name, shape in document()["components"]["schemas"].items():
         if shape.get("properties") and not name.endswith(("Value", "Message")):
             _, _, section = reference["api/types.md"].partition(f"\n## {name}\n")
             section = section.partition("\n## ")[0]

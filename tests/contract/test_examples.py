@@ -5,11 +5,13 @@ from functools import lru_cache
 from typing import Any
 
 import pytest
+from fastapi import FastAPI
 from fastapi.routing import APIRoute
 from pydantic import TypeAdapter
 
 from behaviour.rig import Rig, json
 from behaviour.scene import scene
+from contract.document_server import document
 from hornbill.api.http import create_api
 from hornbill.api.openapi.examples import EXAMPLES, MODEL, SECOND, SERVO
 from hornbill.bus import address
@@ -21,15 +23,19 @@ from hornbill.servo.device.servo import Servo
 from hornbill.sim.bench.recipe import Recipe
 
 CATALOG = Catalog.load()
-API = create_api(CATALOG)
 FILES = {"import_profile", "import_recording"}
 """They take a file, described in the guide to file formats."""
 PATH = "/api/v1/servos/{uid}/parameters/"
 
 
 @lru_cache
+def api() -> FastAPI:
+    return create_api(CATALOG)
+
+
+@lru_cache
 def operations() -> dict[str, dict[str, Any]]:
-    return {one["operationId"]: one for verbs in API.openapi()["paths"].values() for one in verbs.values()}
+    return {one["operationId"]: one for verbs in document()["paths"].values() for one in verbs.values()}
 
 
 def shown(operation: dict[str, Any]) -> dict[str, Any]:
@@ -42,7 +48,7 @@ def shown(operation: dict[str, Any]) -> dict[str, Any]:
 def body_of(name: str) -> TypeAdapter[Any]:
     """The body that the route of this operation takes."""
     name = "set_parameter" if name not in EXAMPLES else name
-    route = next(one for one in API.routes if isinstance(one, APIRoute) and one.operation_id == name)
+    route = next(one for one in api().routes if isinstance(one, APIRoute) and one.operation_id == name)
     (field,) = route.dependant.body_params
     shape: Any = field.field_info.annotation
     return TypeAdapter[Any](shape)
@@ -106,7 +112,7 @@ def test_examples_use_existing_rows_models_and_addresses(name: str) -> None:
 
 @pytest.mark.parametrize("row", CATALOG.readable.values(), ids=list(CATALOG.readable))
 def test_every_route_of_a_row_has_type_unit_range_description_and_effect(row: Parameter) -> None:
-    verbs = API.openapi()["paths"][PATH + row.key]
+    verbs = document()["paths"][PATH + row.key]
     low, high = CATALOG.widest(row.key)
     for operation in verbs.values():
         text = operation["description"]
@@ -129,7 +135,7 @@ def test_every_route_of_a_row_has_type_unit_range_description_and_effect(row: Pa
         assert text.endswith(" ".join(operation["x-effect"]))
     for operation in verbs.values():
         ref = operation["responses"]["200"]["content"]["application/json"]["schema"]["$ref"]
-        components = API.openapi()["components"]["schemas"]
+        components = document()["components"]["schemas"]
         fields, common = components[ref.rpartition("/")[2]]["properties"], components["Reading"]["properties"]
         assert fields.keys() == common.keys()
         typed = {name for name, one in fields.items() if one != common[name]}
@@ -140,9 +146,9 @@ def test_every_route_of_a_row_has_type_unit_range_description_and_effect(row: Pa
 
 @pytest.mark.parametrize("row", [row for row in CATALOG.readable.values() if row.writable], ids=lambda row: row.key)
 def test_the_body_of_a_row_has_type_unit_range_and_default(row: Parameter) -> None:
-    put = API.openapi()["paths"][PATH + row.key]["put"]
+    put = document()["paths"][PATH + row.key]["put"]
     content = put["requestBody"]["content"]["application/json"]
-    value = API.openapi()["components"]["schemas"][content["schema"]["$ref"].rsplit("/", 1)[-1]]["properties"]["value"]
+    value = document()["components"]["schemas"][content["schema"]["$ref"].rsplit("/", 1)[-1]]["properties"]["value"]
     low, high = CATALOG.widest(row.key)
     assert low is not None
     assert high is not None
@@ -161,7 +167,7 @@ def test_the_body_of_a_row_has_type_unit_range_and_default(row: Parameter) -> No
 
 @pytest.mark.parametrize("row", [row for row in CATALOG.readable.values() if row.writable], ids=lambda row: row.key)
 def test_the_effect_of_a_row_contains_every_rule_and_every_state_of_the_servo(row: Parameter) -> None:
-    text = " ".join(API.openapi()["paths"][PATH + row.key]["put"]["x-effect"])
+    text = " ".join(document()["paths"][PATH + row.key]["put"]["x-effect"])
     rules = CATALOG.effects_of[row.key]
     for rule in rules:
         assert rule.why.replace("{last_command}", "speed or torque") in text
@@ -180,14 +186,14 @@ async def test_a_servo_accepts_the_example_of_each_row_and_reads_as_documented(
 ) -> None:
     kinds = {"integer": int, "number": (int, float), "boolean": bool, "string": str, "null": type(None)}
     lease = await rig.lease()
-    paths = API.openapi()["paths"]
+    paths = document()["paths"]
     for key in servo.registers:
         path = f"/servos/{servo.uid}/parameters/{key}"
         verbs = paths[PATH + key]
         read = json(await rig.call("GET", path))
         assert read["unit"] == verbs["get"]["x-unit"]
         ref = verbs["get"]["responses"]["200"]["content"]["application/json"]["schema"]["$ref"]
-        components = API.openapi()["components"]["schemas"]
+        components = document()["components"]["schemas"]
         declared = components[ref.rpartition("/")[2]]["properties"]
         for name in ("value", "rom", "configured", "default"):
             every = [
