@@ -79,6 +79,14 @@ class Onlooker:
         return got
 
 
+def eventually(done: Callable[[], bool]) -> None:
+    """Wait for a condition."""
+    end = time.monotonic() + 30
+    while not done():
+        assert time.monotonic() < end
+        time.sleep(0.005)
+
+
 def names(messages: list[dict[str, Any]]) -> set[str]:
     """The scene nodes in these messages."""
     return {message["name"] for message in messages if "name" in message}

@@ -2,7 +2,6 @@
 
 import json
 import socket
-import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import Any
@@ -19,7 +18,7 @@ from hornbill.view import proxy
 from hornbill.view.layout import place
 from hornbill.view.page import UnknownClient, client
 from hornbill.view.viewer import Viewer
-from unit.view.onlooker import CAMERA, Onlooker, click, names
+from unit.view.onlooker import CAMERA, Onlooker, click, eventually, names
 from unit.view.servos import Servos, pose
 from unit.view.site import serving
 
@@ -59,13 +58,6 @@ def look(onlooker: Onlooker) -> None:
     """Wait until the scene was sent."""
     onlooker.send(CAMERA)
     onlooker.read_until(lambda message: message.get("name") == "/hero/pivot")
-
-
-def until(done: Callable[[], bool]) -> None:
-    end = time.monotonic() + 10
-    while not done():
-        assert time.monotonic() < end
-        time.sleep(0.01)
 
 
 @pytest.fixture
@@ -207,8 +199,8 @@ def test_invalid_settings_close_the_socket(site: Site, message: str | bytes, cod
 def test_a_closed_connection_is_not_watched(site: Site) -> None:
     with site.onlooker() as onlooker:
         onlooker.send(CAMERA)
-        until(lambda: site.viewer.watched)
-    until(lambda: not site.viewer.watched)
+        eventually(lambda: site.viewer.watched)
+    eventually(lambda: not site.viewer.watched)
 
 
 def test_an_unknown_version_of_viser_is_not_served(http: httpx.Client, monkeypatch: pytest.MonkeyPatch) -> None:
