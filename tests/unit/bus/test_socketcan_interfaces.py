@@ -147,6 +147,8 @@ def test_without_data_from_ip_the_timing_is_unknown_and_accepted(
 def test_without_ip_or_sysfs_the_timing_is_unknown_and_accepted(net: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     interface(net, "can0")
     assert check("can0", 1_000_000) == Interface("can0", up=True)
+    (net / "can0" / "carrier").unlink()
+    assert check("can0", 1_000_000) == Interface("can0", up=True), "unknown whether it is off the bus"
     monkeypatch.setattr(socketcan, "NET", net / "nowhere")
     assert check("can0", 1_000_000) is None, "unknown until opened"
     assert interfaces() == []
