@@ -60,8 +60,7 @@ class Clash:
 
 
 @scene(*SIX)
-async def test_a_value_is_rejected_by_the_servos_whose_model_does_not_allow_it(rig: Rig) -> None:
-    servos = await ready(rig, 6)
+async def test_a_value_is_rejected_by_the_servos_whose_model_does_not_allow_it(rig: Rig, servos: list[Servo]) -> None:
     for key, value in (
         ("voltage_limit_upper", 30.0), ("pwm_mode", "speed"), ("overcurrent_limit", 9.0), ("angle_p_gain", 55),
     ):  # fmt: skip
@@ -107,8 +106,7 @@ async def test_all_or_none_dry_run_stale_revisions_and_unknown_servos(rig: Rig) 
 
 @pytest.mark.parametrize("key", ["servo_id", "node_id"])
 @scene(*THREE)
-async def test_ids_are_rotated_without_a_clash(rig: Rig, key: str) -> None:
-    servos = await ready(rig, 3)
+async def test_ids_are_rotated_without_a_clash(rig: Rig, servos: list[Servo], key: str) -> None:
     first = ids(rig, servos, key)
     clash = Clash(rig, servos)
     turned = [first[1], first[2], first[0]]
@@ -125,8 +123,7 @@ async def test_ids_are_rotated_without_a_clash(rig: Rig, key: str) -> None:
 
 
 @scene(*(replace(PLAIN, servo_id=n, node_id=10 + n) for n in (0, 1, 2)))
-async def test_a_chain_of_ids_takes_no_detour_and_includes_new_servos(rig: Rig) -> None:
-    servos = await ready(rig, 3)
+async def test_a_chain_of_ids_takes_no_detour_and_includes_new_servos(rig: Rig, servos: list[Servo]) -> None:
     clash = Clash(rig, servos)
     response = await patch(rig, [(one, {"servo_id": at}) for at, one in enumerate(servos, 1)])
     assert outcomes(response) == ["applied"] * 3, response
@@ -149,8 +146,7 @@ async def test_an_id_requested_twice_or_used_by_another_servo_is_a_conflict(rig:
 
 @pytest.mark.parametrize("refusing", [0, 1, 2])
 @scene(*THREE)
-async def test_a_failed_exchange_restores_every_id_and_every_row(rig: Rig, refusing: int) -> None:
-    servos = await ready(rig, 3)
+async def test_a_failed_exchange_restores_every_id_and_every_row(rig: Rig, servos: list[Servo], refusing: int) -> None:
     first, before = ids(rig, servos), gains(rig, servos)
     clash = Clash(rig, servos)
     refused = rig.sim(servos[refusing]).conditions.refuse_keys
@@ -245,8 +241,7 @@ async def test_reading_keeps_the_order_and_includes_servos_that_are_offline_or_n
 
 
 @scene(*THREE)
-async def test_save_starts_a_job_for_each_changed_servo(rig: Rig) -> None:
-    servos = await ready(rig, 3)
+async def test_save_starts_a_job_for_each_changed_servo(rig: Rig, servos: list[Servo]) -> None:
     await asyncio.sleep(3)
     response = await patch(
         rig, [(one, {"angle_p_gain": value}) for one, value in zip(servos, (55, 55, 5000), strict=True)], save=True

@@ -46,13 +46,16 @@ async def test_a_command_needs_a_lease_and_the_error_names_how_to_get_one(rig: R
     problem(await command(rig, servo, "f" * 32, 10), "lease_held", 409)
     put = await rig.call("PUT", f"/servos/{servo.uid}/parameters/command_angle", {"value": 10})
     problem(put, "lease_held", 409)
+    for kind in ("speed", "torque"):
+        assert "0x25" in problem(await command(rig, servo, lease, 20, kind), "mode_off", 409)["detail"]
     assert rig.writes() == []
     await move(rig, servo, lease, 10)
 
 
 @scene()
-async def test_wait_settled_reports_whether_and_when_it_settled_or_what_was_missing(rig: Rig, servo: Servo) -> None:
-    lease = await rig.lease()
+async def test_wait_settled_reports_whether_and_when_it_settled_or_what_was_missing(
+    rig: Rig, servo: Servo, lease: str
+) -> None:
     settled = await move(rig, servo, lease, 30, wait="settled", band_deg=0.5, dwell_s=0.2)
     assert settled["settled"] is True
     assert abs(settled["angle_deg"] - 30) <= 0.5
@@ -72,19 +75,25 @@ async def test_wait_settled_reports_whether_and_when_it_settled_or_what_was_miss
     assert (found.settled, found.unmet, found.angle_deg) == (False, "samples", None)
 
 
-@pytest.mark.parametrize("ttl", [0.5, 2.0])
+@pytest.mark.parametrize(("ttl", "new_lease"), [(0.5, False), (2.0, False), (1.0, True)])
 @scene()
-async def test_torque_is_off_within_100_ms_of_expiry(rig: Rig, servo: Servo, ttl: float) -> None:
+async def test_torque_is_off_within_100_ms_of_expiry_despite_a_new_lease(
+    rig: Rig, servo: Servo, ttl: float, new_lease: bool
+) -> None:
     lease = await rig.lease(ttl_s=ttl)
     expiry = now() + ttl
     await move(rig, servo, lease)
     await asyncio.sleep(expiry - 0.01 - now())
     assert rig.sim(servo).output == 0
-    await asyncio.sleep(0.11)
+    await asyncio.sleep(0.0101)
+    if new_lease:
+        await rig.lease(ttl_s=5)
+    await asyncio.sleep(0.1)
     assert rig.sim(servo).output == 1
     assert servo.raw("torque_mode") == 1
     assert any("Torque goes off" in change.text for change in rig.changes if isinstance(change, LogEvent))
-    problem(await command(rig, servo, lease, 0), "lease_required", 428)
+    code, status = ("lease_held", 409) if new_lease else ("lease_required", 428)
+    problem(await command(rig, servo, lease, 0), code, status)
 
 
 @scene()
@@ -120,27 +129,10 @@ async def test_the_timeout_of_the_servo_does_not_expire_while_the_lease_is_renew
     assert abs(rig.sim(servo).angle_deg - 20) < 1
 
 
-@scene()
-async def test_speed_and_torque_are_rejected_while_0x25_is_off(rig: Rig, servo: Servo) -> None:
-    lease = await rig.lease()
-    for kind in ("speed", "torque"):
-        assert "0x25" in problem(await command(rig, servo, lease, 20, kind), "mode_off", 409)["detail"]
-    assert not [write for write in rig.writes() if write[1] in ("0x01", "0x02")]
-
-
-@scene(SPEED_MODE)
-async def test_a_speed_command_turns_the_horn_and_deactivates_the_other_commands(rig: Rig, servo: Servo) -> None:
-    json(await command(rig, servo, await rig.lease(), 60, "speed"))
-    await asyncio.sleep(1.5)
-    assert 50 < rig.sim(servo).speed_rpm < 70
-    reading = json(await rig.call("GET", f"/servos/{servo.uid}/parameters/command_angle"))
-    assert (reading["value"], reading["raw"]) == (None, 555_555_555)
-    assert json(await rig.call("GET", f"/servos/{servo.uid}"))["command_deg"] is None
-
-
 @scene(replace(PLAIN, rom={"angle_limit_cw": 450}))
-async def test_an_angle_outside_the_limits_of_the_servo_is_rejected_unless_clamped(rig: Rig, servo: Servo) -> None:
-    lease = await rig.lease()
+async def test_an_angle_outside_the_limits_of_the_servo_is_rejected_unless_clamped(
+    rig: Rig, servo: Servo, lease: str
+) -> None:
     refused = problem(await command(rig, servo, lease, 60), "out_of_range", 422)
     assert (refused["maximum"], refused["unit"], refused["requested"]) == (45.0, "°", 60)
     assert rig.writes() == []
@@ -153,8 +145,16 @@ async def test_an_angle_outside_the_limits_of_the_servo_is_rejected_unless_clamp
 
 
 @scene(SPEED_MODE)
-async def test_values_are_rounded_to_the_resolution_of_the_servo(rig: Rig, servo: Servo) -> None:
-    lease = await rig.lease()
+async def test_a_speed_turns_the_horn_and_values_are_rounded_to_the_resolution_of_the_servo(
+    rig: Rig, servo: Servo, lease: str
+) -> None:
+    json(await command(rig, servo, lease, 60, "speed"))
+    await asyncio.sleep(1.5)
+    assert 50 < rig.sim(servo).speed_rpm < 70
+    path = f"/servos/{servo.uid}/parameters"
+    reading = json(await rig.call("GET", f"{path}/command_angle"))
+    assert (reading["value"], reading["raw"]) == (None, 555_555_555)
+    assert json(await rig.call("GET", f"/servos/{servo.uid}"))["command_deg"] is None
     for value, kind, more, sent in (
         (8.660254, "angle", {}, 8.7),
         (-0.04, "angle", {}, 0),
@@ -164,15 +164,13 @@ async def test_values_are_rounded_to_the_resolution_of_the_servo(rig: Rig, servo
         (20.6, "speed", {"hold": {"for_s": 0.5}}, 21),
     ):
         assert json(await command(rig, servo, lease, value, kind, **more))["value"] == sent
-    path = f"/servos/{servo.uid}/parameters"
     put = await rig.call("PUT", f"{path}/command_angle", {"value": 5.5555}, lease=lease)
     assert json(put)["value"] == 5.6
     problem(await rig.call("PUT", f"{path}/origin", {"value": 0.05}, lease=lease), "invalid_value", 422)
 
 
 @scene(SPEED_MODE)
-async def test_a_rejection_names_the_limit_of_the_servo_or_of_its_model(rig: Rig, servo: Servo) -> None:
-    lease = await rig.lease()
+async def test_a_rejection_names_the_limit_of_the_servo_or_of_its_model(rig: Rig, servo: Servo, lease: str) -> None:
     refused = problem(await command(rig, servo, lease, 400), "out_of_range", 422)
     assert "beyond the Angle limit CW of" in refused["detail"]
     assert "179.9° (0x38)" in refused["detail"]
@@ -187,8 +185,7 @@ async def test_a_rejection_names_the_limit_of_the_servo_or_of_its_model(rig: Rig
 
 
 @scene(replace(PLAIN, angle_deg=170))
-async def test_a_servo_in_soft_start_or_protection_is_not_commanded(rig: Rig) -> None:
-    lease = await rig.lease()
+async def test_a_servo_in_soft_start_or_protection_is_not_commanded(rig: Rig, lease: str) -> None:
     await until(lambda: any(one.state is State.SOFT_START for one in rig.host.fleet.all()), 5)
     servo = rig.host.fleet.all()[0]
     assert problem(await command(rig, servo, lease, 1), "busy", 409)["state"] == "soft_start"
@@ -199,28 +196,23 @@ async def test_a_servo_in_soft_start_or_protection_is_not_commanded(rig: Rig) ->
 
 
 @scene()
-async def test_torque_on_needs_a_lease_and_holds_the_horn_where_it_is(rig: Rig, servo: Servo) -> None:
-    lease = await rig.lease()
-    problem(await rig.call("POST", f"/servos/{servo.uid}/torque", {"mode": "on"}), "lease_held", 409)
-    await torque(rig, servo, "off")
-    assert rig.bench.turn_manually(servo.uid, 40.0)
-    assert (await torque(rig, servo, "on", lease))["value"] == "on"
-    await asyncio.sleep(3)
-    assert rig.sim(servo).output == 0, "kept on while the lease is valid"
-    assert abs(rig.sim(servo).angle_deg - 40) < 1
-
-
-@scene()
-async def test_torque_mode_is_no_boolean_and_needs_a_lease_to_be_on(rig: Rig, servo: Servo) -> None:
-    lease = await rig.lease()
+async def test_torque_mode_is_no_boolean_and_on_needs_a_lease_and_holds_the_horn_where_it_is(
+    rig: Rig, servo: Servo, lease: str
+) -> None:
     path = f"/servos/{servo.uid}/parameters"
     for wrong in (True, False, 0, 1, "ON", None):
         put = await rig.call("PUT", f"{path}/torque_mode", {"value": wrong}, lease=lease)
         problem(put, "invalid_value", 422)
         problem(await rig.call("POST", f"/servos/{servo.uid}/torque", {"mode": wrong}), "invalid_value", 422)
+    problem(await rig.call("POST", f"/servos/{servo.uid}/torque", {"mode": "on"}), "lease_held", 409)
     assert rig.writes() == []
     json(await rig.call("PUT", f"{path}/torque_mode", {"value": "off"}, lease=lease))
     assert [write[2] for write in rig.writes() if write[1] == "0x20"] == [1]
+    assert rig.bench.turn_manually(servo.uid, 40.0)
+    assert (await torque(rig, servo, "on", lease))["value"] == "on"
+    await asyncio.sleep(3)
+    assert rig.sim(servo).output == 0, "kept on while the lease is valid"
+    assert abs(rig.sim(servo).angle_deg - 40) < 1
     json(await rig.call("DELETE", f"/leases/{lease}"))
     before = len(rig.writes())
     body = {"values": {"angle_dead_band": 1.0, "torque_mode": "on"}}
@@ -228,16 +220,6 @@ async def test_torque_mode_is_no_boolean_and_needs_a_lease_to_be_on(rig: Rig, se
     assert len(rig.writes()) == before
     await write(rig, servo, await rig.lease(), angle_dead_band=1.0, torque_mode="on")
     assert servo.raw("torque_mode") == 0
-
-
-@scene()
-async def test_torque_is_off_after_expiry_despite_a_new_lease(rig: Rig, servo: Servo) -> None:
-    expiry = now() + 1.0
-    await move(rig, servo, await rig.lease(ttl_s=1))
-    await asyncio.sleep(expiry + 0.0001 - now())
-    await rig.lease(ttl_s=5)
-    await asyncio.sleep(0.1)
-    assert rig.sim(servo).output == 1
 
 
 @scene()
@@ -255,8 +237,7 @@ async def test_a_servo_that_restarts_under_command_is_not_commanded_again(rig: R
 
 
 @scene()
-async def test_a_wait_ends_if_the_servo_is_lost_or_gets_another_command(rig: Rig, servo: Servo) -> None:
-    lease = await rig.lease()
+async def test_a_wait_ends_if_the_servo_is_lost_or_gets_another_command(rig: Rig, servo: Servo, lease: str) -> None:
 
     async def waiting() -> asyncio.Task[Response]:
         task = asyncio.create_task(command(rig, servo, lease, 20, wait="settled", dwell_s=9, timeout_s=30))
@@ -289,8 +270,7 @@ async def test_torque_that_the_servo_turned_off_at_its_timeout_is_not_turned_on_
 
 
 @scene()
-async def test_the_old_target_is_not_sent_after_the_new_one(rig: Rig, servo: Servo) -> None:
-    lease = await rig.lease()
+async def test_the_old_target_is_not_sent_after_the_new_one(rig: Rig, servo: Servo, lease: str) -> None:
     await move(rig, servo, lease, 10)
     await asyncio.sleep(0.3)
     rig.sim(servo).conditions.drop_responses_pct = 100
@@ -305,8 +285,7 @@ async def test_the_old_target_is_not_sent_after_the_new_one(rig: Rig, servo: Ser
 
 
 @scene()
-async def test_torque_on_discards_the_earlier_command(rig: Rig, servo: Servo) -> None:
-    lease = await rig.lease()
+async def test_torque_on_discards_the_earlier_command(rig: Rig, servo: Servo, lease: str) -> None:
     await move(rig, servo, lease, 60)
     await asyncio.sleep(1)
     rig.sim(servo).memory.put(0x20, 1)  # another tool turned it off

@@ -63,8 +63,9 @@ async def force(rig: Rig, servo: Servo, unit: str | None, lease: str | None = No
 
 @pytest.mark.parametrize("angles", [(40.0, 40.0, 40.0, 40.0), (2.1, -2.1, 2.1, -2.1), (-170.0, 90.0, -15.5, 179.9)])
 @scene(lambda angles: four(*angles))
-async def test_all_four_units_are_measured_in_two_seconds(rig: Rig, angles: tuple[float, ...]) -> None:
-    servos = await ready(rig, 4)
+async def test_all_four_units_are_measured_in_two_seconds(
+    rig: Rig, servos: list[Servo], angles: tuple[float, ...]
+) -> None:
     await measured(*servos)
     assert [servo.position_unit.unit for servo in servos] == list(UNITS)
     await asyncio.sleep(0.3)
@@ -99,8 +100,9 @@ async def test_with_20_percent_frame_loss_all_four_are_measured_within_twenty_se
 
 
 @scene(*four(0.0, 0.0, 0.0, 0.0))
-async def test_at_zero_the_unit_is_assumed_without_reads_until_the_horn_is_turned(rig: Rig) -> None:
-    servos = await ready(rig, 4)
+async def test_at_zero_the_unit_is_assumed_without_reads_until_the_horn_is_turned(
+    rig: Rig, servos: list[Servo]
+) -> None:
     before = len(rig.transfers("host"))
     await asyncio.sleep(20)
     assert reads_of_0x08(rig, before) == []
@@ -237,9 +239,7 @@ async def test_after_a_change_of_unit_only_0x08_gives_the_angle(rig: Rig, servo:
 
 
 @scene(*four(0.0, 0.0, 0.0, 0.0))
-async def test_a_moving_horn_is_measured_correctly(rig: Rig) -> None:
-    servos = await ready(rig, 4)
-    lease = await rig.lease()
+async def test_a_moving_horn_is_measured_correctly(rig: Rig, servos: list[Servo], lease: str) -> None:
     for servo in servos:
         await torque(rig, servo, "on", lease)
     for angle in (30, -60, 90, 10, -90, 45, 3, -20):
@@ -292,20 +292,3 @@ async def test_the_setting_forces_a_unit_on_all_servos_without_their_own(
         one.uid: ("radian", "forced", "Forced for this servo"),
         other.uid: ("tenth_degree", "forced", "Forced for all servos"),
     }
-
-
-NEAR_ZERO = [0.0, 0.1, 0.3, -0.3, 0.35, -0.4, 1.9]
-
-
-@scene(*(speaking("hundred_degrees", degrees, number=n) for n, degrees in enumerate(NEAR_ZERO, 1)))
-async def test_the_angle_of_a_horn_at_rest_near_zero_is_never_stale(rig: Rig) -> None:
-    servos = await ready(rig, len(NEAR_ZERO))
-    await asyncio.sleep(0.5)
-    oldest = 0.0
-    for _ in range(200):
-        await asyncio.sleep(0.05)
-        for servo in servos:
-            assert servo.angle_at is not None
-            oldest = max(oldest, rig.host.base.now() - servo.angle_at)
-    assert oldest < 0.25
-    assert [servo.angle_deg for servo in servos] == pytest.approx(NEAR_ZERO, abs=0.06)

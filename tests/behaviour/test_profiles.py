@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import pytest
 
-from behaviour.applying import ADDRESSES, GAINS, MIXED, RAW, THREE, apply, in_order, memory, outcomes, put, send, states
+from behaviour.applying import ADDRESSES, GAINS, MIXED, RAW, THREE, apply, memory, outcomes, put, send, states
 from behaviour.rig import CATALOG, Rig, json, problem, until
 from behaviour.scene import scene
 from hornbill.domain.change import LeftOut
@@ -103,8 +103,9 @@ async def test_the_name_of_a_file_is_escaped_in_its_header(rig: Rig) -> None:
 
 
 @scene(*MIXED)
-async def test_rows_that_a_model_lacks_are_skipped_and_reported_also_in_a_dry_run(rig: Rig) -> None:
-    servos = await in_order(rig, 3)
+async def test_rows_that_a_model_lacks_are_skipped_and_reported_also_in_a_dry_run(
+    rig: Rig, servos: list[Servo]
+) -> None:
     await put(rig, values={**GAINS, "pwm_neutral": 1500, "angle_boost": 1.5})
     planned = await apply(rig, servos, dry_run=True, save=True)
     assert (planned["state"], outcomes(planned)) == ("succeeded", ["planned"] * 3), planned
@@ -129,8 +130,9 @@ async def test_rows_that_a_model_lacks_are_skipped_and_reported_also_in_a_dry_ru
 
 @pytest.mark.parametrize("on_anomaly", ["stop", "continue"])
 @scene(*MIXED)
-async def test_a_value_that_a_model_does_not_allow_is_never_written_there(rig: Rig, on_anomaly: str) -> None:
-    servos = await in_order(rig, 3)
+async def test_a_value_that_a_model_does_not_allow_is_never_written_there(
+    rig: Rig, servos: list[Servo], on_anomaly: str
+) -> None:
     before = [memory(rig, servo) for servo in servos]
     await put(rig, values={**GAINS, "voltage_limit_upper": 15.0})
     job = await apply(rig, servos, on_anomaly=on_anomaly)
@@ -148,8 +150,7 @@ async def test_a_value_that_a_model_does_not_allow_is_never_written_there(rig: R
 
 
 @scene(*THREE)
-async def test_with_stop_the_job_ends_at_the_first_servo_that_refuses(rig: Rig) -> None:
-    servos = await in_order(rig, 3)
+async def test_with_stop_the_job_ends_at_the_first_servo_that_refuses(rig: Rig, servos: list[Servo]) -> None:
     before = memory(rig, servos[1])
     rig.sim(servos[1]).conditions.refuse_keys.add("angle_limit_cw")
     await put(rig)
@@ -166,8 +167,9 @@ async def test_with_stop_the_job_ends_at_the_first_servo_that_refuses(rig: Rig) 
 
 
 @scene(*THREE)
-async def test_with_continue_the_job_skips_a_servo_that_refuses_and_fails_at_the_end(rig: Rig) -> None:
-    servos = await in_order(rig, 3)
+async def test_with_continue_the_job_skips_a_servo_that_refuses_and_fails_at_the_end(
+    rig: Rig, servos: list[Servo]
+) -> None:
     before = memory(rig, servos[1])
     rig.sim(servos[1]).conditions.refuse_keys.add("angle_limit_cw")
     await put(rig)
@@ -188,8 +190,9 @@ async def test_with_continue_the_job_skips_a_servo_that_refuses_and_fails_at_the
 
 
 @scene(*THREE)
-async def test_servos_are_written_and_saved_one_after_the_other_and_rom_is_verified(rig: Rig) -> None:
-    servos = await in_order(rig, 3)
+async def test_servos_are_written_and_saved_one_after_the_other_and_rom_is_verified(
+    rig: Rig, servos: list[Servo]
+) -> None:
     await put(rig)
     job = await apply(rig, servos, save=True)
     assert job["state"] == "succeeded", job
@@ -214,9 +217,8 @@ async def test_servos_are_written_and_saved_one_after_the_other_and_rom_is_verif
 )
 @scene(lambda kind: (THREE[0], replace(THREE[1], behaviour=Behaviour(out_of_range=kind)), THREE[2]))
 async def test_a_servo_that_clamps_or_refuses_a_value_is_not_saved(
-    rig: Rig, on_anomaly: str, third: str, kind: str, code: str, outcome: str, result: int
+    rig: Rig, servos: list[Servo], on_anomaly: str, third: str, kind: str, code: str, outcome: str, result: int
 ) -> None:
-    servos = await in_order(rig, 3)
     row = servos[1].registers["timeout_time"].parameter
     assert memory(rig, servos[1])["timeout_time"] == 1000
     servos[1].registers["timeout_time"].parameter = row.model_copy(update={"maximum": 80_000})
@@ -237,8 +239,9 @@ async def test_a_servo_that_clamps_or_refuses_a_value_is_not_saved(
 
 
 @scene(*THREE)
-async def test_invalid_targets_are_rejected_and_a_profile_with_an_id_is_for_one_servo(rig: Rig) -> None:
-    servos = await in_order(rig, 3)
+async def test_invalid_targets_are_rejected_and_a_profile_with_an_id_is_for_one_servo(
+    rig: Rig, servos: list[Servo]
+) -> None:
     await put(rig, values={"servo_id": 9}, identity=True)
     uids = [servo.uid for servo in servos]
     for name, given, code, status in (
@@ -286,8 +289,7 @@ async def test_applying_needs_the_lease_and_after_stop_saves_nothing(rig: Rig, s
 
 
 @scene(*THREE)
-async def test_a_cancelled_job_completes_the_current_servo_and_reports_it(rig: Rig) -> None:
-    servos = await in_order(rig, 3)
+async def test_a_cancelled_job_completes_the_current_servo_and_reports_it(rig: Rig, servos: list[Servo]) -> None:
     before = memory(rig, servos[2])
     await put(rig)
     started = json(await rig.call("POST", "/profiles/gains/apply", {"uids": [one.uid for one in servos]}), 202)
@@ -298,8 +300,7 @@ async def test_a_cancelled_job_completes_the_current_servo_and_reports_it(rig: R
 
 
 @scene(*THREE)
-async def test_an_offline_servo_is_reported_before_anything_is_written(rig: Rig) -> None:
-    servos = await in_order(rig, 3)
+async def test_an_offline_servo_is_reported_before_anything_is_written(rig: Rig, servos: list[Servo]) -> None:
     await put(rig)
     rig.bench.power(servos[2].uid, on=False)
     await asyncio.sleep(4)

@@ -177,8 +177,15 @@ async def test_triggers_during_a_recording_are_marks_in_it(rig: Rig, servo: Serv
 
 
 @recorded()
-async def test_a_manual_recording_covers_the_requested_time(rig: Rig, tmp_path: Path) -> None:
-    await rig.ready()
+async def test_a_manual_recording_covers_the_requested_time_and_servos_found_after_the_mark(
+    rig: Rig, tmp_path: Path
+) -> None:
+    assert rig.host.fleet.all() == []
+    one = json(await rig.call("POST", "/recorder/recordings?wait=true"), 201)
+    content = json(await rig.call("GET", f"/recorder/recordings/{one['name']}/content"))
+    (servo,) = rig.host.fleet.all()
+    assert [each["uid"] for each in content["about"]["servos"]] == [servo.uid]
+    assert any(column["channel"] == "current_angle" for column in content["telemetry"])
     await asyncio.sleep(130)
     body = {"reason": "Odd noise, left wing", "before_s": 120}
     one = json(await rig.call("POST", "/recorder/recordings?wait=true", body), 201)
@@ -188,16 +195,6 @@ async def test_a_manual_recording_covers_the_requested_time(rig: Rig, tmp_path: 
     assert one["marks"][0]["at"] - frames_of(tmp_path / one["name"])[0].at == pytest.approx(120, abs=1.0)
     for wrong in ({"before_s": 0}, {"before_s": 601}, {"reason": "x" * 201}):
         problem(await rig.call("POST", "/recorder/recordings", wrong), "invalid_value", 422)
-
-
-@recorded()
-async def test_a_servo_found_after_the_mark_is_in_the_recording(rig: Rig) -> None:
-    assert rig.host.fleet.all() == []
-    one = json(await rig.call("POST", "/recorder/recordings?wait=true"), 201)
-    content = json(await rig.call("GET", f"/recorder/recordings/{one['name']}/content"))
-    assert [servo["uid"] for servo in content["about"]["servos"]] == [servo.uid for servo in rig.host.fleet.all()]
-    assert len(content["about"]["servos"]) == 1
-    assert any(column["channel"] == "current_angle" for column in content["telemetry"])
 
 
 @recorded()
@@ -343,7 +340,7 @@ async def test_a_recording_shows_its_servos_and_their_angles_without_a_bus(rig: 
 
 
 @replayed
-async def test_a_recording_is_read_only_and_is_not_stored_or_recorded(rig: Rig, uid: Uid) -> None:
+async def test_a_recording_is_read_only_and_not_stored_and_is_replaced_by_the_next_bus(rig: Rig, uid: Uid) -> None:
     await asyncio.sleep(10)
     lease = await rig.lease()
     for verb, path, body in (
@@ -361,11 +358,6 @@ async def test_a_recording_is_read_only_and_is_not_stored_or_recorded(rig: Rig, 
     assert (state["recording"], state["frames"], state["pending"]) == (False, 0, None)
     problem(await rig.call("POST", "/recorder/recordings"), "busy", 409)
     assert len(await recordings(rig)) == 1
-
-
-@replayed
-async def test_the_servos_of_a_recording_are_replaced_by_those_of_the_next_bus(rig: Rig, uid: Uid) -> None:
-    await asyncio.sleep(5)
     assert len(rig.host.fleet.all()) == 2
     json(await rig.call("DELETE", "/bus"))
     assert json(await rig.call("GET", "/servos")) == []

@@ -2,10 +2,12 @@
 
 import asyncio
 from dataclasses import replace
+from itertools import product
 from typing import Any
 
 import pytest
 
+from behaviour.actions import power_cycle
 from behaviour.restarting import ended, failed_with, opcodes, refuse, run, run_until, run_until_step, succeeded
 from behaviour.rig import PLAIN, Rig, json, play, problem
 from behaviour.scene import scene, settled
@@ -57,8 +59,7 @@ def erase_restarts(monkeypatch: pytest.MonkeyPatch) -> None:
 def erase_does_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
     """Let ERASE be acknowledged and not carried out."""
 
-    def nothing(_self: Registers) -> None:
-        return
+    def nothing(_self: Registers) -> None: ...
 
     monkeypatch.setattr(Registers, "erase", nothing)
 
@@ -73,11 +74,10 @@ def variant(bits: int) -> Variant:
 
 def fraction() -> list[Variant]:
     """16 of the 64 variants, with every combination of any three of them; tests/release plays all."""
-    found: list[Variant] = []
-    for bits in range(16):
-        a, b, c, d = (bits >> place & 1 for place in range(4))
-        found.append(variant(bits | (a ^ b ^ c) << 4 | (b ^ c ^ d) << 5))
-    return found
+    return [
+        variant(a | b << 1 | c << 2 | d << 3 | (a ^ b ^ c) << 4 | (b ^ c ^ d) << 5)
+        for a, b, c, d in product((0, 1), repeat=4)
+    ]
 
 
 def check_reset(monkeypatch: pytest.MonkeyPatch, given: Variant) -> None:
@@ -179,8 +179,7 @@ async def test_a_preview_lists_every_change_and_what_is_kept_and_sends_nothing(r
     Recipe("BLA21-12U-AB", "1.300", servo_id=1, node_id=11, rom={"pwm_neutral": 1600, "angle_d_gain": 9}),
     Recipe("BLA15-06U-A0", "1.010", servo_id=2, node_id=12, rom={"angle_d_gain": 9}),
 )
-async def test_a_reset_covers_the_rows_that_the_model_and_firmware_have(rig: Rig) -> None:
-    servos = await rig.ready(2)
+async def test_a_reset_covers_the_rows_that_the_model_and_firmware_have(rig: Rig, servos: list[Servo]) -> None:
     await asyncio.sleep(4)
     for servo in servos:
         job = await reset(rig, servo)
@@ -189,7 +188,9 @@ async def test_a_reset_covers_the_rows_that_the_model_and_firmware_have(rig: Rig
 
 
 @settled(CONFIGURED)
-async def test_a_refused_erase_changes_only_torque(rig: Rig, servo: Servo, monkeypatch: pytest.MonkeyPatch) -> None:
+async def test_a_refused_erase_changes_only_torque_and_torque_is_off_after_a_refused_save(
+    rig: Rig, servo: Servo, monkeypatch: pytest.MonkeyPatch
+) -> None:
     before = stored(rig, servo)
     refuse(monkeypatch, Opcode.ERASE)
     error = failed_with(await reset(rig, servo), "refused_by_servo")
@@ -198,6 +199,11 @@ async def test_a_refused_erase_changes_only_torque(rig: Rig, servo: Servo, monke
     assert servo.raw("torque_mode") == 1
     assert servo.registers["angle_p_gain"].rom == 77, "ROM is still known"
     assert {name for _, name, _ in rig.writes()} <= {"0x20"}
+    monkeypatch.undo()
+    refuse(monkeypatch, Opcode.SAVE)
+    failed_with(await reset(rig, servo), "refused_by_servo")
+    await asyncio.sleep(0.5)
+    assert rig.sim(servo).output == servo.raw("torque_mode") == 1
 
 
 @pytest.mark.parametrize("step", ["erase", "read", "rows", "save"])
@@ -255,9 +261,7 @@ async def test_a_short_power_loss_while_rows_are_written_restarts_the_writing(ri
     before = stored(rig, servo)
     rig.sim(servo).conditions.response_delay_s = 0.01
     job_id = await run_until_step(rig, servo, "factory-reset", "identity")
-    rig.bench.power(servo.uid, False)
-    await asyncio.sleep(0.5)
-    rig.bench.power(servo.uid, True)
+    await power_cycle(rig, servo.uid, 0.5)
     succeeded(await ended(rig, job_id))
     assert stored(rig, servo) == defaults(servo, before)
 
@@ -266,23 +270,10 @@ async def test_a_short_power_loss_while_rows_are_written_restarts_the_writing(ri
 async def test_power_loss_during_the_save_of_a_reset_is_a_lost_configuration(rig: Rig, servo: Servo) -> None:
     sim = rig.sim(servo)
     job_id = await run_until(rig, servo, "factory-reset", lambda _job: sim.stage is ServoStage.SAVING)
-    rig.bench.power(servo.uid, False)
-    await asyncio.sleep(1)
-    rig.bench.power(servo.uid, True)
+    await power_cycle(rig, servo.uid, 1)
     error = failed_with(await ended(rig, job_id), "configuration_lost")
     assert rig.host.history.snapshots.get(error["snapshot"]).ram["angle_p_gain"] == 77
     assert error["not_done"] == ["Saved to ROM", "Every row verified"]
-
-
-@settled(CONFIGURED)
-async def test_torque_is_off_if_the_save_of_a_reset_is_refused(
-    rig: Rig, servo: Servo, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    refuse(monkeypatch, Opcode.SAVE)
-    failed_with(await reset(rig, servo), "refused_by_servo")
-    await asyncio.sleep(0.5)
-    assert rig.sim(servo).output == 1
-    assert servo.raw("torque_mode") == 1
 
 
 @settled(CONFIGURED)

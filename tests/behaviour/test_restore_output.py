@@ -6,7 +6,6 @@ from typing import Any
 
 import pytest
 
-from behaviour.applying import in_order
 from behaviour.restarting import ended, failed_with, succeeded
 from behaviour.rig import PLAIN, Rig, json, problem, until
 from behaviour.scene import scene
@@ -27,6 +26,14 @@ async def restore(rig: Rig, body: object = None, **more: Any) -> Any:
     return json(await rig.call("POST", "/stop/restore?wait=true&by=Kim", body, **more))
 
 
+async def begun(rig: Rig) -> str:
+    """Start to restore torque after a stop; the job's id once torque is on at a servo."""
+    await stop(rig)
+    started = json(await rig.call("POST", "/stop/restore"), 202)
+    await until(lambda: 0 in outputs(rig, rig.host.fleet.all()), every_s=0.0005)
+    return str(started["id"])
+
+
 def outputs(rig: Rig, servos: list[Servo]) -> list[int]:
     return [rig.sim(servo).output for servo in servos]
 
@@ -37,8 +44,9 @@ async def angle(rig: Rig, servo: Servo) -> float:
 
 @pytest.mark.parametrize("latched", [True, False])
 @scene(*THREE)
-async def test_torque_is_restored_on_every_servo_and_holds_the_present_angle(rig: Rig, latched: bool) -> None:
-    servos = await rig.ready(3)
+async def test_torque_is_restored_on_every_servo_and_holds_the_present_angle(
+    rig: Rig, servos: list[Servo], latched: bool
+) -> None:
     await stop(rig)
     if not latched:
         json(await rig.call("DELETE", "/stop"))
@@ -66,8 +74,7 @@ async def test_torque_is_restored_on_every_servo_and_holds_the_present_angle(rig
 
 
 @scene(HOLDS, replace(TORQUE_OFF, servo_id=2, node_id=12))
-async def test_torque_is_restored_where_it_was_on_and_elsewhere_if_requested(rig: Rig) -> None:
-    servos = await in_order(rig, 2)
+async def test_torque_is_restored_where_it_was_on_and_elsewhere_if_requested(rig: Rig, servos: list[Servo]) -> None:
     on, off = servos
     await stop(rig)
     job = await restore(rig)
@@ -80,9 +87,9 @@ async def test_torque_is_restored_where_it_was_on_and_elsewhere_if_requested(rig
 
 
 @scene(*THREE)
-async def test_torque_that_a_lease_or_a_command_turned_off_is_restored_too(rig: Rig) -> None:
-    servos = await in_order(rig, 3)
-    lease = await rig.lease()
+async def test_torque_that_a_lease_or_a_command_turned_off_is_restored_too(
+    rig: Rig, servos: list[Servo], lease: str
+) -> None:
     json(await rig.call("POST", f"/servos/{servos[0].uid}/torque", {"mode": "on"}, lease=lease))
     await rig.call("DELETE", f"/leases/{lease}")
     json(await rig.call("POST", f"/servos/{servos[1].uid}/torque", {"mode": "off"}))
@@ -114,18 +121,9 @@ async def test_a_servo_whose_timeout_turns_torque_off_requires_a_lease(rig: Rig,
     assert rig.sim(servo).output == 1
 
 
-@scene(HOLDS)
-async def test_restoring_is_refused_while_another_client_has_a_lease(rig: Rig) -> None:
-    await rig.ready()
-    await stop(rig)
-    await rig.lease()
-    problem(await rig.call("POST", "/stop/restore"), "lease_held", 409)
-
-
 @pytest.mark.parametrize("state", ["brake", "turning"])
 @scene(*THREE[:2])
-async def test_a_horn_that_may_carry_a_load_requires_a_confirmation(rig: Rig, state: str) -> None:
-    servos = await in_order(rig, 2)
+async def test_a_horn_that_may_carry_a_load_requires_a_confirmation(rig: Rig, servos: list[Servo], state: str) -> None:
     await stop(rig, "brake" if state == "brake" else "off")
     if state == "turning":
         rig.sim(servos[0]).conditions.load_pct = 30.0
@@ -148,8 +146,8 @@ async def test_a_horn_that_may_carry_a_load_requires_a_confirmation(rig: Rig, st
 
 
 @scene(THREE[0], replace(TIMES_OUT, servo_id=2, node_id=12), THREE[2], replace(NARROW, servo_id=4, node_id=14))
-async def test_a_dry_run_lists_each_servo_and_its_load_and_changes_nothing(rig: Rig) -> None:
-    holds, times_out, hot, outside = servos = await in_order(rig, 4)
+async def test_a_dry_run_lists_each_servo_and_its_load_and_changes_nothing(rig: Rig, servos: list[Servo]) -> None:
+    holds, times_out, hot, outside = servos
     await stop(rig, "brake")
     json(await rig.call("POST", f"/servos/{times_out.uid}/torque", {"mode": "off"}))
     rig.sim(hot).conditions.temperature_c = 110.0
@@ -175,41 +173,37 @@ async def test_a_dry_run_lists_each_servo_and_its_load_and_changes_nothing(rig: 
     assert not [job for job in rig.host.jobs.all() if job.kind == "restore_output"]
 
 
+@pytest.mark.parametrize("body", [{"dry_run": True}, {}])
 @scene(HOLDS)
-async def test_a_dry_run_is_refused_for_the_same_reasons_as_the_job(rig: Rig, servo: Servo) -> None:
+async def test_a_dry_run_is_refused_for_the_same_reasons_as_the_job(
+    rig: Rig, servo: Servo, body: dict[str, Any]
+) -> None:
     await stop(rig)
-    dry_run = {"dry_run": True}
-    problem(await rig.call("POST", "/stop/restore", dry_run, lease="0" * 32), "lease_required", 428)
+    problem(await rig.call("POST", "/stop/restore", body, lease="0" * 32), "lease_required", 428)
     lease = await rig.lease()
-    problem(await rig.call("POST", "/stop/restore", dry_run), "lease_held", 409)
+    problem(await rig.call("POST", "/stop/restore", body), "lease_held", 409)
     await rig.call("DELETE", f"/leases/{lease}")
     async with servo.changing:
-        problem(await rig.call("POST", "/stop/restore", dry_run), "busy", 409)
-    problem(await rig.call("POST", "/stop/restore", {**dry_run, "uids": ["0" * 32]}), "unknown_servo", 404)
-    json(await rig.call("POST", "/stop/restore", dry_run))
+        problem(await rig.call("POST", "/stop/restore", body), "busy", 409)
+    problem(await rig.call("POST", "/stop/restore", {**body, "uids": ["0" * 32]}), "unknown_servo", 404)
+    json(await rig.call("POST", "/stop/restore", body), 200 if body else 202)
 
 
 @scene(*THREE)
-async def test_a_lease_taken_by_another_client_ends_the_job(rig: Rig) -> None:
-    servos = await in_order(rig, 3)
-    await stop(rig)
-    started = json(await rig.call("POST", "/stop/restore"), 202)
-    await until(lambda: 0 in outputs(rig, servos), every_s=0.001)
+async def test_a_lease_taken_by_another_client_ends_the_job(rig: Rig, servos: list[Servo]) -> None:
+    job = await begun(rig)
     await rig.lease()
-    failed_with(await ended(rig, started["id"]), "lease_held")
+    failed_with(await ended(rig, job), "lease_held")
     await asyncio.sleep(1)
     assert outputs(rig, servos) == [0, 1, 1], "torque stays on where it was restored, and off elsewhere"
 
 
 @scene(*THREE)
-async def test_stop_during_the_job_ends_it_at_once(rig: Rig) -> None:
-    servos = await in_order(rig, 3)
-    await stop(rig)
-    started = json(await rig.call("POST", "/stop/restore"), 202)
-    await until(lambda: 0 in outputs(rig, servos), every_s=0.001)
+async def test_stop_during_the_job_ends_it_at_once(rig: Rig, servos: list[Servo]) -> None:
+    job = await begun(rig)
     json(await rig.call("POST", "/stop?by=Ben"))
     assert outputs(rig, servos) == [1, 1, 1]
-    failed_with(await ended(rig, started["id"]), "stopped")
+    failed_with(await ended(rig, job), "stopped")
     await asyncio.sleep(2)
     assert outputs(rig, servos) == [1, 1, 1]
     assert rig.host.stop.latched
@@ -229,8 +223,7 @@ async def test_a_stop_pressed_before_the_job_clears_the_latch_remains(rig: Rig, 
 
 
 @scene(NARROW, *THREE[1:])
-async def test_a_failure_names_its_servo_and_leaves_it_unchanged(rig: Rig) -> None:
-    servos = await in_order(rig, 3)
+async def test_a_failure_names_its_servo_and_leaves_it_unchanged(rig: Rig, servos: list[Servo]) -> None:
     await stop(rig)
     rig.sim(servos[0]).turn_manually(90.0, asyncio.get_running_loop().time())  # outside its limits
     rig.sim(servos[1]).conditions.temperature_c = 110.0
@@ -248,20 +241,11 @@ async def test_a_failure_names_its_servo_and_leaves_it_unchanged(rig: Rig) -> No
 
 
 @scene(HOLDS)
-async def test_an_unconfirmed_stop_takes_precedence_over_restoring(rig: Rig, servo: Servo) -> None:
+async def test_restoring_waits_for_the_acknowledgement_of_the_stop(rig: Rig, servo: Servo) -> None:
     rig.sim(servo).conditions.drop_responses_pct = 100
     await stop(rig)
-    started = json(await rig.call("POST", "/stop/restore", {"uids": [servo.uid]}), 202)
-    failed_with(await ended(rig, started["id"]), "no_response")
-    rig.sim(servo).conditions.drop_responses_pct = 0
-    await asyncio.sleep(2)
-    assert rig.sim(servo).output == 1
-
-
-@scene(HOLDS)
-async def test_a_dry_run_reports_a_servo_that_has_not_acknowledged_the_stop(rig: Rig, servo: Servo) -> None:
-    rig.sim(servo).conditions.drop_responses_pct = 100
-    await stop(rig)
+    job = json(await rig.call("POST", "/stop/restore", {"uids": [servo.uid]}), 202)["id"]
+    failed_with(await ended(rig, job), "no_response")
     await asyncio.sleep(2)
     rig.sim(servo).conditions.drop_responses_pct = 0  # and the next write comes a quarter of a second later
     (found,) = json(await rig.call("POST", "/stop/restore", {"dry_run": True, "uids": [servo.uid]}))["servos"]
@@ -270,15 +254,14 @@ async def test_a_dry_run_reports_a_servo_that_has_not_acknowledged_the_stop(rig:
     await asyncio.sleep(1)
     (found,) = json(await rig.call("POST", "/stop/restore", {"dry_run": True}))["servos"]
     assert found["problem"] is None
+    assert rig.sim(servo).output == 1
 
 
 @scene(HOLDS)
 async def test_torque_is_off_again_on_a_servo_that_its_load_moves(rig: Rig, servo: Servo) -> None:
-    await stop(rig)
-    started = json(await rig.call("POST", "/stop/restore"), 202)
-    await until(lambda: rig.sim(servo).output == 0, every_s=0.0005)
+    job = await begun(rig)
     rig.sim(servo).conditions.load_pct = 140.0  # more than its torque
-    failed_with(await ended(rig, started["id"]), "did_not_move")
+    failed_with(await ended(rig, job), "did_not_move")
     await asyncio.sleep(0.5)
     assert rig.sim(servo).output == 1
     assert json(await rig.call("GET", f"/servos/{servo.uid}"))["output"]["reason"] == "stop"
@@ -286,8 +269,9 @@ async def test_torque_is_off_again_on_a_servo_that_its_load_moves(rig: Rig, serv
 
 @pytest.mark.parametrize("seed", range(1, 4))
 @scene(*THREE)
-async def test_with_a_fifth_of_all_frames_lost_torque_is_on_or_reported_off(rig: Rig, seed: int) -> None:
-    servos = await in_order(rig, 3)
+async def test_with_a_fifth_of_all_frames_lost_torque_is_on_or_reported_off(
+    rig: Rig, servos: list[Servo], seed: int
+) -> None:
     await stop(rig)
     rig.bus.loss(20, seed=seed)
     job = await restore(rig)

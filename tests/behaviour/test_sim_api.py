@@ -28,20 +28,14 @@ async def reading(rig: Rig, key: str) -> Any:
 
 
 @scene()
-async def test_the_list_has_the_state_of_every_servo(rig: Rig) -> None:
-    await rig.ready()
+async def test_servos_are_listed_added_and_removed(rig: Rig, servo: Servo) -> None:
     shown = json(await rig.call("GET", "/sim/servos"))
     assert [(one["model"], one["firmware"], one["node_id"], one["stage"]) for one in shown] == [
         ("BLA21-06U-A0", "1.300", 11, "running")
     ]
     assert shown[0]["story"] == ""
     assert shown[0]["behaviour"]["out_of_range"] == "refuse"
-    assert json(await rig.call("GET", f"/sim{path_of(rig)}")) == shown[0]
-
-
-@scene()
-async def test_an_added_servo_is_found_and_identified_and_can_be_removed(rig: Rig) -> None:
-    await rig.ready()
+    assert json(await rig.call("GET", f"/sim/servos/{servo.uid}")) == shown[0]
     made = json(await rig.call("POST", "/sim/servos", {"model": "BLA15-12U-A0", "firmware": "1.200"}), 201)
     assert made["node_id"] is None
     servos = await rig.ready(2)
@@ -66,8 +60,11 @@ async def test_a_servo_that_cannot_exist_or_has_the_unique_id_of_another_is_refu
 
 
 @scene()
-async def test_temperature_and_supply_affect_registers_faults_and_output(rig: Rig) -> None:
-    await rig.ready()
+async def test_temperature_supply_and_faults_affect_registers_and_output(rig: Rig, servo: Servo) -> None:
+    assert (await change(rig, faults={"sensor_weak": True}))["faults"] == ["sensor_weak"]
+    assert await reading(rig, "fault_warning") == 1 << 4
+    assert (await change(rig, faults={"sensor_weak": False}))["faults"] == []
+    problem(await rig.call("PATCH", f"/sim/servos/{servo.uid}", {"faults": {"pwm_low": True}}), "invalid_value", 422)
     await change(rig, temperature_c=60, voltage_v=8.0)
     await asyncio.sleep(0.5)
     assert await reading(rig, "current_temperature") == pytest.approx(60, abs=2)
@@ -79,8 +76,7 @@ async def test_temperature_and_supply_affect_registers_faults_and_output(rig: Ri
 
 
 @scene()
-async def test_a_horn_can_be_turned_manually_only_without_output(rig: Rig, servo: Servo) -> None:
-    lease = await rig.lease()
+async def test_a_horn_can_be_turned_manually_only_without_output(rig: Rig, servo: Servo, lease: str) -> None:
     json(await rig.call("POST", f"/servos/{servo.uid}/command", {"type": "angle", "value": 0}, lease=lease))
     refused = await rig.call("PATCH", f"/sim/servos/{servo.uid}", {"external_angle_deg": 40, "mute": True})
     problem(refused, "busy", 409)
@@ -91,21 +87,19 @@ async def test_a_horn_can_be_turned_manually_only_without_output(rig: Rig, servo
 
 
 @scene()
-async def test_faults_are_set_and_cleared_by_key(rig: Rig) -> None:
-    await rig.ready()
-    assert (await change(rig, faults={"sensor_weak": True}))["faults"] == ["sensor_weak"]
-    assert await reading(rig, "fault_warning") == 1 << 4
-    assert (await change(rig, faults={"sensor_weak": False}))["faults"] == []
-    problem(await rig.call("PATCH", f"/sim{path_of(rig)}", {"faults": {"pwm_low": True}}), "invalid_value", 422)
-
-
-@scene()
-async def test_refused_keys_are_refused_by_the_servo_until_removed(rig: Rig, servo: Servo) -> None:
+async def test_refused_keys_and_a_response_delay_last_until_removed(rig: Rig, servo: Servo) -> None:
     path = f"/servos/{servo.uid}/parameters/angle_limit_cw"
     await change(rig, refuse_keys=["angle_limit_cw"])
     problem(await rig.call("PUT", path, {"value": 90}), "refused_by_servo", 502)
     await change(rig, refuse_keys=[])
     assert json(await rig.call("PUT", path, {"value": 90}))["value"] == 90
+    await rig.host.polling.close()
+    await change(rig, response_delay_s=0.05)
+    loop = asyncio.get_running_loop()
+    began = loop.time()
+    assert await reading(rig, "soft_start") is True
+    assert 0.05 <= loop.time() - began < 0.06
+    assert servo.online
 
 
 @scene()
@@ -121,17 +115,6 @@ async def test_a_muted_servo_and_one_without_supply_are_offline(rig: Rig, servo:
     assert not servo.online
     assert (await change(rig, power="on"))["power"] == "on"
     await rig.ready()
-
-
-@scene()
-async def test_a_response_delay_delays_responses(rig: Rig, servo: Servo) -> None:
-    await rig.host.polling.close()
-    await change(rig, response_delay_s=0.05)
-    loop = asyncio.get_running_loop()
-    began = loop.time()
-    assert await reading(rig, "soft_start") is True
-    assert 0.05 <= loop.time() - began < 0.06
-    assert servo.online
 
 
 @scene()

@@ -76,8 +76,9 @@ def disk_full(rig: Rig) -> Generator[None]:
 
 
 @scene(replace(PLAIN, rom={"timeout_time": 1000}), store=lambda tmp_path: str(tmp_path), behind=True)
-async def test_motion_and_stop_do_not_wait_for_a_stalled_database(rig: Rig, servo: Servo, tmp_path: Path) -> None:
-    lease = await rig.lease()
+async def test_motion_and_stop_do_not_wait_for_a_stalled_database(
+    rig: Rig, servo: Servo, lease: str, tmp_path: Path
+) -> None:
     command = {"type": "angle", "value": 20}
     store = rig.host.store
     json(await rig.call("POST", f"/servos/{servo.uid}/command", command, lease=lease))
@@ -141,9 +142,8 @@ async def test_a_node_id_that_cannot_be_stored_is_not_allocated(rig: Rig, tmp_pa
 
 @scene(store=lambda tmp_path: str(tmp_path), behind=True)
 async def test_a_stop_does_not_wait_for_a_process_that_locks_the_database_and_is_stored_later(
-    rig: Rig, servo: Servo, tmp_path: Path
+    rig: Rig, servo: Servo, lease: str, tmp_path: Path
 ) -> None:
-    lease = await rig.lease()
     json(await rig.call("POST", f"/servos/{servo.uid}/command", {"type": "angle", "value": 20}, lease=lease))
     process = await asyncio.create_subprocess_exec(
         sys.executable, "-c", LOCK, str(tmp_path / FILE_NAME), stdin=subprocess.PIPE, stdout=subprocess.PIPE

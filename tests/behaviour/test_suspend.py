@@ -94,8 +94,7 @@ async def test_a_restart_during_a_suspend_is_detected(rig: Rig, servo: Servo, re
 
 
 @scene()
-async def test_setting_the_clock_is_no_restart(rig: Rig, servo: Servo) -> None:
-    lease = await rig.lease()
+async def test_setting_the_clock_is_no_restart(rig: Rig, servo: Servo, lease: str) -> None:
     json(await rig.call("POST", f"/servos/{servo.uid}/command", {"type": "angle", "value": 20}, lease=lease))
     for step in (400 * 24 * HOUR, -8 * HOUR, 2.0):
         suspend(rig, step)

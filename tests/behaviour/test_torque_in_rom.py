@@ -2,14 +2,14 @@
 
 import asyncio
 import sqlite3
-from collections.abc import AsyncGenerator, Awaitable, Callable
-from contextlib import asynccontextmanager
-from dataclasses import dataclass, field, replace
+from collections.abc import Awaitable, Callable, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import pytest
 
+from behaviour.actions import power_cycle
 from behaviour.restarting import ended, failed_with, opcodes, refuse, run, run_until, succeeded
 from behaviour.rig import CATALOG, PLAIN, Rig, json, problem, until
 from behaviour.scene import settled
@@ -18,11 +18,13 @@ from hornbill.servo.host import Host, HostSettings
 from hornbill.sim.device import ServoStage
 from hornbill.store.store import Store
 from hornbill.units import Raw
+from hornbill.wire.frame import Frame
 from hornbill.wire.port import CanPort
 from hornbill.wire.services import Opcode
 
 GAIN = 0x2C
 TORQUE = 0x20
+COMMISSION = "/commissioning?wait=true"
 Reached = Callable[[Rig, Servo], bool]
 
 
@@ -86,11 +88,7 @@ def save_calls(servo: Servo, **options: object) -> dict[str, tuple[str, str, dic
         "patch": ("PATCH", f"{path}/parameters", {"values": values, **options}),
         "matrix": ("PATCH", "/parameters", {"servos": {servo.uid: values}, **options}),
         "profile": ("POST", "/profiles/stiff/apply?wait=true", {"uids": [servo.uid], **options}),
-        "commission": (
-            "POST",
-            "/commissioning?wait=true",
-            {"servos": [{"uid": servo.uid}], "profile": "stiff", **options},
-        ),
+        "commission": ("POST", COMMISSION, {"servos": [{"uid": servo.uid}], "profile": "stiff", **options}),
         "copy": ("POST", f"{path}/copy", {"from": "profile:stiff", **options}),
     }
 
@@ -175,8 +173,7 @@ async def test_a_save_keeps_the_torque_mode_of_rom(rig: Rig, servo: Servo, turn_
 
 
 @settled(replace(PLAIN, rom={"torque_mode": 1}))
-async def test_a_save_does_not_store_torque_that_was_turned_on(rig: Rig, servo: Servo) -> None:
-    lease = await rig.lease()
+async def test_a_save_does_not_store_torque_that_was_turned_on(rig: Rig, servo: Servo, lease: str) -> None:
     json(await rig.call("POST", f"/servos/{servo.uid}/torque", {"mode": "on"}, lease=lease))
     rig.host.motion.stop_commanding(servo)
     succeeded(await run(rig, servo, "save", lease=lease))
@@ -315,37 +312,26 @@ async def test_a_dry_run_is_refused_for_the_same_reasons_as_the_call(rig: Rig, s
     await refused("busy")  # torque would have to be turned on, and the servo is in protection
 
 
-SAMPLE_S = 0.0002
-"""Torque on and SAVE are a few frames apart, each about 0.1 ms long."""
+class Watch:
+    """The angles of a horn, and for how long torque was on, at each frame of the bus until the servo restarts."""
 
+    def __init__(self, rig: Rig, servo: Servo) -> None:
+        self.angles: list[float] = []
+        self.torque_on_s = 0.0
+        self._sim = rig.sim(servo)
+        self._starts = self._sim.starts
+        self._torque_on_since: float | None = None
+        rig.bus.port("watch").listen(self._check)
 
-@dataclass
-class Watched:
-    """The angles of a horn, and for how long torque was on, sampled every SAMPLE_S."""
-
-    angles: list[float] = field(default_factory=list[float])
-    torque_on_s: float = 0.0
-
-
-@asynccontextmanager
-async def watching(rig: Rig, servo: Servo) -> AsyncGenerator[Watched]:
-    """The horn until the servo restarts."""
-    sim, loop, seen = rig.sim(servo), asyncio.get_running_loop(), Watched()
-    starts = sim.starts
-
-    async def sample() -> None:
-        while sim.starts == starts:
-            sim._device.motion.advance(loop.time())  # pyright: ignore[reportPrivateUsage] - between its frames
-            seen.angles.append(sim.angle_deg)
-            seen.torque_on_s += SAMPLE_S * (sim.output == 0 and sim.stage is ServoStage.RUNNING)
-            await asyncio.sleep(SAMPLE_S)
-
-    task = asyncio.create_task(sample())
-    try:
-        yield seen
-    finally:
-        task.cancel()
-        await asyncio.gather(task, return_exceptions=True)
+    def _check(self, _frames: Sequence[Frame]) -> None:
+        sim, now = self._sim, asyncio.get_running_loop().time()
+        if sim.starts == self._starts:
+            sim._device.motion.advance(now)  # pyright: ignore[reportPrivateUsage] - between its frames
+            self.angles.append(sim.angle_deg)
+        if self._torque_on_since is not None:
+            self.torque_on_s += now - self._torque_on_since
+        on = sim.starts == self._starts and sim.output == 0 and sim.stage is ServoStage.RUNNING
+        self._torque_on_since = now if on else None
 
 
 PLACES: dict[str, dict[str, Any]] = {
@@ -354,14 +340,14 @@ PLACES: dict[str, dict[str, Any]] = {
     "at -120": {"at_deg": -120.0},
     "at 179.9": {"at_deg": 179.9},
     "at -180": {"at_deg": -180.0},
-    "no soft start": {"at_deg": 75.0, "rom": {"soft_start": 0}},
-    "no smoothing": {"at_deg": 75.0, "rom": {"smoothing": 0}},
-    "speed and torque control": {"at_deg": 75.0, "rom": {"speed_torque_control": 1}},
-    "reversed": {"at_deg": 75.0, "rom": {"reverse": 1}},
-    "another origin": {"at_deg": 75.0, "rom": {"origin": 300}},
+    "no soft start": {"rom": {"soft_start": 0}},
+    "no smoothing": {"rom": {"smoothing": 0}},
+    "speed and torque control": {"rom": {"speed_torque_control": 1}},
+    "reversed": {"rom": {"reverse": 1}},
+    "another origin": {"rom": {"origin": 300}},
     "after two turns": {
         "at_deg": 750.0,
-        "rom": {"extended_angle": 1, "angle_limit_cw": 36000, "angle_limit_ccw": -36000},
+        "rom": {"extended_angle": 1, "angle_limit_cw": 36_000, "angle_limit_ccw": -36_000},
     },
     "outside its limits": {"at_deg": 90.0, "rom": {"angle_limit_cw": 450, "angle_limit_ccw": -450}},
     "loaded": {"at_deg": 20.0, "load_pct": 40.0},
@@ -385,12 +371,12 @@ async def test_the_horn_moves_only_as_announced(rig: Rig, servo: Servo, case: di
         json(await rig.call("POST", f"{path}/torque", {"mode": case["mode"]}))
     if case.get("load_pct"):  # a hand carries it until it is turned
         sim.conditions.load_pct = 0.0
-    assert sim.turn_manually(case["at_deg"], loop.time())
+    assert sim.turn_manually(case.get("at_deg", 75.0), loop.time())
     announced = json(await rig.call("POST", f"{path}/save", {"dry_run": True}))["restart"]
     stood = sim.angle_deg
     sim.conditions.load_pct = case.get("load_pct", 0.0) / 100.0  # as much as friction still holds
-    async with watching(rig, servo) as seen:
-        job = await run(rig, servo, "save")
+    seen = Watch(rig, servo)
+    job = await run(rig, servo, "save")
     assert job["state"] == "succeeded", job["error"]
     assert max(abs(angle - stood) for angle in seen.angles) < 0.5, "until the restart nothing moved it"
     assert 0 < seen.torque_on_s < 0.05
@@ -458,7 +444,7 @@ async def check_stop(rig: Rig, servo: Servo, after_ms: int) -> None:
     assert rig.sim(servo).memory.stored(TORQUE) == 0
 
 
-@pytest.mark.parametrize("after_ms", range(0, 120, 12))
+@pytest.mark.parametrize("after_ms", range(0, 120, 20))
 @settled(HOLDS)
 async def test_stop_during_a_save_leaves_rom_with_torque_on(rig: Rig, servo: Servo, after_ms: int) -> None:
     await check_stop(rig, servo, after_ms)
@@ -510,9 +496,7 @@ async def test_torque_is_off_on_a_servo_that_responds_again_after_a_failed_save(
 @settled(HOLDS)
 async def test_power_loss_during_a_save_leaves_rom_unchanged(rig: Rig, servo: Servo, away_s: float) -> None:
     job_id = await save_until(rig, servo, torque_on)
-    rig.bench.power(servo.uid, False)
-    await asyncio.sleep(away_s)
-    rig.bench.power(servo.uid, True)
+    await power_cycle(rig, servo.uid, away_s)
     await ended(rig, job_id)
     await asyncio.sleep(5)
     assert rig.sim(servo).memory.stored(TORQUE) == 0
@@ -608,15 +592,10 @@ async def test_torque_left_on_by_a_killed_server_is_turned_off(
     await asyncio.sleep(3)
     assert rig.sim(servo).output == 0, "no host is there, and its timeout is set to hold"
     if restarts:
-        rig.bench.power(servo.uid, False)
-        await asyncio.sleep(1)
-        rig.bench.power(servo.uid, True)
+        await power_cycle(rig, servo.uid, 1)
         await asyncio.sleep(4)
     store = Store(f"sqlite:///{left}")
-    successor = Host(
-        CATALOG, store, open_port,
-        HostSettings(126, bytes(range(16, 32)), (0, 1)), wall=rig.walls,
-    )  # fmt: skip
+    successor = Host(CATALOG, store, open_port, HostSettings(126, bytes(range(16, 32)), (0, 1)), wall=rig.walls)
     try:
         await successor.connect("memory:next", 1_000_000)
         await asyncio.sleep(6)

@@ -49,8 +49,7 @@ async def test_a_newer_firmware_or_hardware_is_treated_as_the_newest_known(
 
 
 @scene(replace(NEWER, reads={"hardware_version": 6020}))
-async def test_a_servo_treated_as_another_can_be_written_and_moved(rig: Rig, servo: Servo) -> None:
-    lease = await rig.lease()
+async def test_a_servo_treated_as_another_can_be_written_and_moved(rig: Rig, servo: Servo, lease: str) -> None:
     path = f"/servos/{servo.uid}"
     json(await rig.call("PUT", f"{path}/parameters/angle_p_gain", {"value": 30}, lease=lease))
     json(await rig.call("POST", f"{path}/command", {"type": "angle", "value": 20, "wait": "settled"}, lease=lease))
@@ -81,45 +80,36 @@ async def test_an_unknown_series_can_be_read_stored_and_compared(rig: Rig, servo
     assert rig.writes() == []
 
 
-@pytest.mark.parametrize(
-    ("verb", "path", "body"),
-    [
-        ("PUT", "/parameters/angle_p_gain", {"value": 30}),
-        ("PATCH", "/parameters", {"values": {"angle_p_gain": 30}}),
-        ("PATCH", "/parameters?dry_run=true", {"values": {"angle_p_gain": 30}}),
-        ("POST", "/command", {"type": "angle", "value": 5}),
-        ("GET", "/cautions?type=angle&value=5", None),
-        ("POST", "/torque", {"mode": "on"}),
-        ("POST", "/identify", None),
-        ("POST", "/save", None),
-        ("POST", "/restart", None),
-        ("POST", "/factory-reset", {}),
-        ("GET", "/factory-reset", None),
-    ],
+WRITES: tuple[tuple[str, str, object], ...] = (
+    ("PUT", "/parameters/angle_p_gain", {"value": 30}),
+    ("PATCH", "/parameters", {"values": {"angle_p_gain": 30}}),
+    ("PATCH", "/parameters?dry_run=true", {"values": {"angle_p_gain": 30}}),
+    ("POST", "/command", {"type": "angle", "value": 5}),
+    ("GET", "/cautions?type=angle&value=5", None),
+    ("POST", "/torque", {"mode": "on"}),
+    ("POST", "/identify", None),
+    ("POST", "/save", None),
+    ("POST", "/restart", None),
+    ("POST", "/factory-reset", {}),
+    ("GET", "/factory-reset", None),
 )
-@scene(UNKNOWN)
-async def test_an_unknown_series_cannot_be_written(rig: Rig, servo: Servo, verb: str, path: str, body: object) -> None:
-    lease = await rig.lease()
-    response = await rig.call(verb, f"/servos/{servo.uid}{path}", body, lease=lease)
-    found = problem(response, "not_in_this_model", 409)
-    assert found["series_number"] == 99
-    assert "is of series 99 (0x50)" in found["detail"]
-    assert "reading, snapshots and comparison are possible" in found["detail"]
-    await asyncio.sleep(1)
-    assert rig.writes() == []
-    assert rig.sim(servo).starts == 1
 
 
 @scene(UNKNOWN)
-async def test_an_unknown_series_cannot_be_part_of_a_burst_or_stream(rig: Rig, servo: Servo) -> None:
-    lease = await rig.lease()
+async def test_an_unknown_series_cannot_be_written_or_moved(rig: Rig, servo: Servo, lease: str) -> None:
+    for verb, path, body in WRITES:
+        response = await rig.call(verb, f"/servos/{servo.uid}{path}", body, lease=lease)
+        found = problem(response, "not_in_this_model", 409)
+        assert found["series_number"] == 99, path
+        assert "is of series 99 (0x50)" in found["detail"], path
+        assert "reading, snapshots and comparison are possible" in found["detail"], path
     command = {"uid": servo.uid, "type": "angle", "value": 5}
-    for path, body in (
-        ("/commands", {"commands": [command]}),
-        ("/streams", {"uids": [servo.uid], "type": "angle", "rate_hz": 10}),
-    ):
+    stream = {"uids": [servo.uid], "type": "angle", "rate_hz": 10}
+    for path, body in (("/commands", {"commands": [command]}), ("/streams", stream)):
         problem(await rig.call("POST", path, body, lease=lease), "not_in_this_model", 409)
+    await asyncio.sleep(1)
     assert (rig.writes(), rig.array_commands()) == ([], [])
+    assert rig.sim(servo).starts == 1
 
 
 @scene(replace(UNKNOWN, rom={"soft_start": 0, "timeout_action": 0}))
