@@ -12,6 +12,7 @@ import pytest
 from hornbill.bus.adapters.serial_ports import UsbAdapter
 from hornbill.bus.address import open_port
 from hornbill.bus.ports import baud, serial_line, slcan
+from hornbill.bus.ports.serial_line import SerialStream
 from hornbill.bus.ports.slcan import SlcanBus
 from hornbill.errors import BusDisconnected, PortOpenFailed
 from hornbill.wire.frame import Frame
@@ -324,3 +325,9 @@ def test_a_line_without_a_descriptor_works(monkeypatch: pytest.MonkeyPatch) -> N
             break
     assert [frame[:2] for frame in received] == [(0x12345678, b"\x55")]
     bus.shutdown()
+
+
+def test_a_system_that_does_not_report_unsent_bytes_has_no_backlog(monkeypatch: pytest.MonkeyPatch) -> None:
+    line = SerialStream("loop://", 115_200)
+    monkeypatch.setattr(line, "_port", object())
+    assert line.backlog() == 0
