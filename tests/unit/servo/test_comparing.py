@@ -106,14 +106,10 @@ def pwm(mode: Raw | None, travel: Raw) -> Held:
     return rows, {"pwm_output_range": travel} if mode is None else {"pwm_mode": mode, "pwm_output_range": travel}
 
 
-def test_the_same_number_in_another_unit_is_a_difference() -> None:
-    angle, speed = side(pwm(0, 900)), side(pwm(1, 90))
-    assert (angle.values["pwm_output_range"], speed.values["pwm_output_range"]) == (90.0, 90)
-    found = {one.key: one for one in compare(CATALOG, angle, speed).differences}["pwm_output_range"]
-    assert (found.left, found.left_unit, found.right, found.right_unit) == (90.0, "°", 90, "rpm")
-
-
-def test_a_number_of_unknown_unit_is_unknown() -> None:
+def test_the_same_number_in_another_unit_is_a_difference_and_of_unknown_unit_unknown() -> None:
+    found = {one.key: one for one in compare(CATALOG, side(pwm(0, 900)), side(pwm(1, 90))).differences}
+    one = found["pwm_output_range"]
+    assert (one.left, one.left_unit, one.right, one.right_unit) == (90.0, "°", 90, "rpm")
     assert side(pwm(None, 900)).values["pwm_output_range"] is None
 
 

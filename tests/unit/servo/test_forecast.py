@@ -107,20 +107,14 @@ def test_defaults_in_use_for_lost_values_are_a_warning() -> None:
 @pytest.mark.parametrize(
     ("volts", "word"),
     [
-        (3.9, "below its minimum of 4.0 V"),
-        (10.1, "above its limit of 10.0 V"),
-        (4.4, "within 0.5 V"),
-        (9.6, "within 0.5 V"),
+        (3.9, "below its minimum of 4.0 V"), (10.1, "above its limit of 10.0 V"), (4.4, "within 0.5 V"),
+        (9.6, "within 0.5 V"), (None, "has not been read"),
     ],
-)
-def test_a_supply_beyond_or_near_a_limit_is_a_warning(volts: float, word: str) -> None:
+)  # fmt: skip
+def test_a_supply_beyond_or_near_a_limit_or_not_read_is_a_warning(volts: float | None, word: str) -> None:
     found = after_a_save(a_servo(0.0, volts))
     assert any(word in one for one in found.warnings), found.warnings
-
-
-def test_only_a_supply_that_has_not_been_read_is_a_warning() -> None:
     assert not any("supply" in one.lower() for one in after_a_save(a_servo()).warnings)
-    assert any("has not been read" in one for one in after_a_save(a_servo(volts=None)).warnings)
 
 
 @pytest.mark.parametrize(("volts", "refused"), [(3.9, True), (4.0, False), (10.0, False), (10.1, True), (None, False)])

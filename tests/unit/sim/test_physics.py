@@ -126,14 +126,19 @@ def test_a_step_is_within_1_percent_of_an_independent_integration(
     assert worst < 0.01 * furthest
 
 
+def turning(model: str = "BLA21-06U-A0", *, torque: float = 0.8, inertia: float = 0.0, until: float) -> HornMotion:
+    """A horn that this torque has turned for a while."""
+    motion = HornMotion(plant_of(catalog().models[model]), 0.0)
+    motion.obey(Orders(Controller.TORQUE, torque, torque_high=1.0, torque_low=-1.0, inertia=inertia))
+    motion.advance(until)
+    return motion
+
+
 @pytest.mark.parametrize("controller", [Controller.OFF, Controller.BRAKE])
 @pytest.mark.parametrize("inertia", [0.0, 5.0])
 @pytest.mark.parametrize("model", MODELS)
 def test_without_a_command_energy_never_grows(model: str, inertia: float, controller: Controller) -> None:
-    plant = plant_of(catalog().models[model])
-    motion = HornMotion(plant, 0.0)
-    motion.obey(Orders(Controller.TORQUE, 0.8, torque_high=1.0, torque_low=-1.0, inertia=inertia))
-    motion.advance(0.5)
+    motion = turning(model, inertia=inertia, until=0.5)
     assert motion.speed > 100.0
     motion.obey(Orders(controller, inertia=inertia))
     now, before = 0.5, math.inf
@@ -152,9 +157,7 @@ def test_without_a_command_energy_never_grows(model: str, inertia: float, contro
 
 def test_a_brake_stops_sooner_than_friction_alone() -> None:
     def runs_on(controller: Controller) -> float:
-        motion = HornMotion(plant_of(catalog().models["BLA21-06U-A0"]), 0.0)
-        motion.obey(Orders(Controller.TORQUE, 0.8, torque_high=1.0, torque_low=-1.0))
-        motion.advance(0.5)
+        motion = turning(until=0.5)
         began = motion.angle
         motion.obey(Orders(controller))
         motion.advance(30.0)
@@ -164,17 +167,12 @@ def test_a_brake_stops_sooner_than_friction_alone() -> None:
 
 
 def test_inertia_slows_the_start_but_not_the_final_speed() -> None:
-    def speeds(inertia: float) -> tuple[float, float]:
-        motion = HornMotion(plant_of(catalog().models["BLA21-06U-A0"]), 0.0)
-        motion.obey(Orders(Controller.TORQUE, 0.5, torque_high=1.0, torque_low=-1.0, inertia=inertia))
-        motion.advance(0.02)
-        early = motion.speed
-        motion.advance(10.0)
-        return early, motion.speed
-
-    bare, loaded = speeds(0.0), speeds(4.0)
-    assert loaded[0] < 0.3 * bare[0]
-    assert loaded[1] == pytest.approx(bare[1], rel=0.01)
+    (bare, bare_end), (loaded, loaded_end) = (
+        [turning(torque=0.5, inertia=inertia, until=seconds).speed for seconds in (0.02, 10.02)]
+        for inertia in (0.0, 4.0)
+    )
+    assert loaded < 0.3 * bare
+    assert loaded_end == pytest.approx(bare_end, rel=0.01)
 
 
 _WAIT = st.floats(10.0, 120.0)
