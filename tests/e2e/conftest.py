@@ -1,7 +1,9 @@
 """The real server with simulated servos, and Chromium in front of it."""
 
+from collections import Counter
 from collections.abc import Callable, Generator, Iterator
 from dataclasses import dataclass
+from pathlib import Path
 
 import pytest
 from playwright.sync_api import Browser, BrowserContext, ConsoleMessage, Error, Page, Request, expect, sync_playwright
@@ -12,11 +14,33 @@ from e2e.servers import Demo, ready_demo
 
 expect.set_options(timeout=TIMEOUT_MS)
 
+HERE = Path(__file__).parent
 DRIVER = "GL Driver Message"
 """Message of Chromium about its own graphics driver: software rendering reads pictures back."""
 
 
 FAILED = pytest.StashKey[bool]()
+
+LONG = (
+    "test_servo_actions", "test_story", "test_view_frame", "test_scrub", "test_access_deep", "test_motion_page",
+    "test_take_over", "test_stop_reach", "test_access", "test_technician", "test_commission_failing",
+    "test_output_story",
+)  # fmt: skip
+"""Files that take longest. They begin first, so that no worker is left with one when the others have finished."""
+
+
+def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
+    """Long files first, then those with many tests, unless another order is requested."""
+    if config.getoption("shuffle") is not None:
+        return
+    number = Counter(item.path for item in items)
+
+    def place(item: pytest.Item) -> tuple[int, int]:
+        name = item.path.stem
+        return (LONG.index(name) if name in LONG else len(LONG), -number[item.path])
+
+    mine = [item for item in items if item.path.parent == HERE]
+    items[:] = [item for item in items if item.path.parent != HERE] + sorted(mine, key=place)
 
 
 @pytest.hookimpl(wrapper=True)
