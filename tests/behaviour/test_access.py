@@ -140,18 +140,6 @@ async def test_too_many_failed_logins_must_wait_but_bearer_tokens_do_not(server:
         json(await page.post("/session", json={"token": GIVEN}))
 
 
-@secured(given=GIVEN)
-async def test_a_ticket_opens_one_socket_once(server: SecuredServer) -> None:
-    async with server.client(GIVEN) as me:
-        ticket = json(await me.post("/tickets"), 201)["ticket"]
-    opened = RawSocket(server.app, query=f"ticket={ticket}&x=1")
-    assert await opened.first() == "websocket.accept"
-    assert ticket.encode() not in opened.scope["query_string"]
-    await opened.close()
-    for query in (f"ticket={ticket}", "ticket=", "ticket=x", ""):
-        assert await RawSocket(server.app, query=query).first() == 401
-
-
 @secured()
 async def test_a_socket_has_the_role_of_its_token(server: SecuredServer) -> None:
     uid = server.rig.host.fleet.all()[0].uid
@@ -171,28 +159,47 @@ async def test_a_socket_has_the_role_of_its_token(server: SecuredServer) -> None
 
 
 @secured()
-async def test_revoking_a_token_or_logging_out_closes_its_sockets(server: SecuredServer) -> None:
+async def test_the_first_token_a_logout_and_a_revocation_close_sockets(server: SecuredServer) -> None:
+    def leased() -> bool:
+        return server.rig.host.leases.current(server.rig.host.base.now()) is not None
+
+    async def hold(socket: RawSocket, lease: str) -> None:
+        socket.send(f'{{"type": "heartbeat", "lease": "{lease}"}}')
+        await socket.until("expires_in_s")
+
+    early = RawSocket(server.app)
+    assert await early.first() == "websocket.accept"
+    await hold(early, server.rig.host.leases.grant("early", 60.0, server.rig.host.base.now()).id)
     secret = await server.token("me", "operate")
+    assert (await early.until("websocket.close"))["code"] == 4401
+    assert not leased()
+
     by_header = RawSocket(server.app, ("Authorization", f"Bearer {secret}"))
     async with server.client() as page:
         json(await page.post("/session", json={"token": secret}))
         by_cookie = RawSocket(server.app, ("Cookie", f"other=1; hornbill_session={page.cookies['hornbill_session']}"))
         assert await by_header.first() == await by_cookie.first() == "websocket.accept"
-        lease = json(await page.post("/leases", json={"holder": "page", "ttl_s": 60}), 201)["id"]
-        by_header.send(f'{{"type":"heartbeat","lease":"{lease}"}}')
-        await asyncio.sleep(0.2)
+        await hold(by_header, json(await page.post("/leases", json={"holder": "page", "ttl_s": 60}), 201)["id"])
         await page.delete("/session")
         assert (await by_cookie.until("websocket.close"))["code"] == 4401
         assert not by_header.task.done()
-    assert server.rig.host.leases.current(server.rig.host.base.now()) is not None
+    assert leased()
     await server.revoke("me")
     assert (await by_header.until("websocket.close"))["code"] == 4401
     await asyncio.wait_for(asyncio.gather(by_header.task, by_cookie.task), 5)
-    assert server.rig.host.leases.current(server.rig.host.base.now()) is None
+    assert not leased()
 
 
 @secured(given=GIVEN)
-async def test_a_socket_from_a_foreign_origin_is_rejected(server: SecuredServer) -> None:
+async def test_a_ticket_opens_one_socket_once_and_a_foreign_origin_none(server: SecuredServer) -> None:
+    async with server.client(GIVEN) as me:
+        ticket = json(await me.post("/tickets"), 201)["ticket"]
+    opened = RawSocket(server.app, query=f"ticket={ticket}&x=1")
+    assert await opened.first() == "websocket.accept"
+    assert ticket.encode() not in opened.scope["query_string"]
+    await opened.close()
+    for query in (f"ticket={ticket}", "ticket=", "ticket=x", ""):
+        assert await RawSocket(server.app, query=query).first() == 401
     for path in ("/api/v1/ws", "/viser", "/viser/0123"):
         headers = (("Authorization", f"Bearer {GIVEN}"), ("Origin", "http://localhost:9000"))
         assert await RawSocket(server.app, *headers, path=path).first() == 403
@@ -243,29 +250,27 @@ async def test_a_body_not_declared_as_json_or_above_the_limit_is_rejected(
     assert not server.rig.host.stop.latched
 
 
-@secured()
-async def test_every_response_forbids_framing_and_caching(server: SecuredServer, client: httpx.AsyncClient) -> None:
-    for path in ("/servos", "/nothing", "/audit.csv", "/stop", "/openapi.json"):
-        headers = (await client.get(path)).headers
-        assert headers["content-security-policy"] == "default-src 'none'; frame-ancestors 'none'", path
+@secured(given=GIVEN)
+async def test_no_rejection_repeats_a_secret_and_every_response_forbids_framing_and_caching(
+    server: SecuredServer,
+) -> None:
+    async with server.client("hb_secret-in-the-header") as guess, server.client(GIVEN) as client:
+        responses = [
+            await guess.get("/servos"),
+            await guess.post("/session", json={"token": "hb_secret-in-the-body"}),
+            await guess.post("/session", json={"token": ["hb_secret-in-the-body"]}),
+            await guess.post("/session", json={"token": "hb_secret" * 50}),
+        ]
+        assert [one.status_code for one in responses] == [401, 401, 422, 422]
+        assert not any("hb_secret" in response.text for response in responses)
+        responses += [await client.get(path) for path in ("/servos", "/nothing", "/audit.csv", "/stop")]
+    for headers in (response.headers for response in responses):
+        assert headers["content-security-policy"] == "default-src 'none'; frame-ancestors 'none'"
         assert headers["x-content-type-options"] == "nosniff"
         assert headers["referrer-policy"] == "no-referrer"
         assert headers["cross-origin-resource-policy"] == "same-origin"
         assert headers["cache-control"] == "no-store"
         assert not any(name.startswith("access-control-") for name in headers)
-
-
-@secured(given=GIVEN)
-async def test_no_rejection_repeats_a_secret(server: SecuredServer) -> None:
-    async with server.client("hb_secret-in-the-header") as client:
-        responses = [
-            await client.get("/servos"),
-            await client.post("/session", json={"token": "hb_secret-in-the-body"}),
-            await client.post("/session", json={"token": ["hb_secret-in-the-body"]}),
-            await client.post("/session", json={"token": "hb_secret" * 50}),
-        ]
-    assert [one.status_code for one in responses] == [401, 401, 422, 422]
-    assert not any("hb_secret" in response.text for response in responses)
 
 
 @scene(connect=False)
@@ -286,19 +291,6 @@ async def test_no_file_name_escapes_its_folder(rig: Rig, tmp_path: Path) -> None
                     assert response.status_code in (404, 405, 422), (path, response.text)
                     assert b"SQLite format" not in response.content
     assert (tmp_path / "hornbill.sqlite3").exists()
-
-
-@secured()
-async def test_the_first_token_closes_sockets_opened_before_it(server: SecuredServer) -> None:
-    early = RawSocket(server.app)
-    assert await early.first() == "websocket.accept"
-    lease = server.rig.host.leases.grant("early", 60.0, server.rig.host.base.now())
-    early.send(f'{{"type": "heartbeat", "lease": "{lease.id}"}}')
-    await early.until("expires_in_s")
-    await server.token("me", "admin")
-    ended = await early.until("websocket.close")
-    assert ended["code"] == 4401
-    assert server.rig.host.leases.current(server.rig.host.base.now()) is None
 
 
 @pytest.mark.parametrize("chunked", [True, False])

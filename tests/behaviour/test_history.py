@@ -5,6 +5,7 @@ from dataclasses import replace
 from typing import Any
 
 from behaviour.actions import torque, write
+from behaviour.restarting import ended, succeeded
 from behaviour.rig import PLAIN, Rig, json, problem, until
 from behaviour.scene import scene
 from hornbill.domain.change import Reason
@@ -90,16 +91,25 @@ async def test_a_manual_snapshot_is_always_stored_reads_stale_values_and_can_be_
 
 
 @scene(*TWO)
-async def test_a_snapshot_of_another_servo_is_unknown(rig: Rig) -> None:
+async def test_a_snapshot_of_another_servo_is_unknown_and_an_invalid_side_lists_the_valid_forms(rig: Rig) -> None:
     one, other = await rig.ready(2)
     made = await take(rig, one)
     for snapshot in (made["id"], 10**30, -1, 0):
         path = f"/servos/{other.uid}/snapshots/{snapshot}"
-        problem(await rig.call("GET", path), "unknown_snapshot", 404)
-        problem(await rig.call("DELETE", path), "unknown_snapshot", 404)
-        problem(await rig.call("POST", f"{path}/restore"), "unknown_snapshot", 404)
+        for verb, end in (("GET", ""), ("DELETE", ""), ("POST", "/restore")):
+            problem(await rig.call(verb, path + end), "unknown_snapshot", 404)
     assert len(await listed(rig, one)) == 1
     problem(await rig.call("GET", f"/servos/{'0' * 32}/snapshots"), "unknown_servo", 404)
+
+    async def rejected(left: str, code: str, status: int) -> str:
+        response = await rig.http.get("/compare", params={"left": left, "right": f"rom:{one.uid}"})
+        return problem(response, code, status)["detail"]
+
+    for left in ("", "servo", "servo:1", "snapshot:x", "profile:", "profile:a/b", "default:", "default:BLA", "ram:1"):
+        detail = await rejected(left, "invalid_value", 422)
+        assert "snapshot-rom:ID" in detail or "BLA21-06U-A0" in detail
+    await rejected("profile:none", "unknown_profile", 404)
+    await rejected("snapshot:77", "unknown_snapshot", 404)
 
 
 @scene(connect=False)
@@ -193,18 +203,6 @@ async def test_defaults_and_profiles_are_compared_and_copied(rig: Rig, servo: Se
     assert (servo.raw("angle_p_gain"), servo.raw("smoothing")) == (default, 1)
 
 
-@scene()
-async def test_an_invalid_side_lists_the_valid_forms(rig: Rig) -> None:
-    uid = (await rig.ready())[0].uid
-    for left in ("", "servo", "servo:1", "snapshot:x", "profile:", "profile:a/b", "default:", "default:BLA", "ram:1"):
-        shown = problem(
-            await rig.http.get("/compare", params={"left": left, "right": f"rom:{uid}"}), "invalid_value", 422
-        )
-        assert "snapshot-rom:ID" in shown["detail"] or "BLA21-06U-A0" in shown["detail"]
-    for left, code in (("profile:none", "unknown_profile"), ("snapshot:77", "unknown_snapshot")):
-        problem(await rig.http.get("/compare", params={"left": left, "right": f"rom:{uid}"}), code, 404)
-
-
 STORED = {
     "soft_start": 1, "torque_mode": 0, "torque_limit_cw": 37, "torque_limit_ccw": -37, "speed_torque_control": 1,
 }  # fmt: skip
@@ -250,11 +248,7 @@ async def test_after_lost_rom_the_last_snapshot_restores_the_servo(rig: Rig, ser
     path = f"/servos/{servo.uid}/snapshots/{made['id']}/restore"
     response = json(await rig.call("POST", path, {"identity": True, "save": True}, lease=lease))
     assert response["outcome"] == "applied", response
-    async with asyncio.timeout(60):
-        while (job := json(await rig.call("GET", f"/jobs/{response['job']}")))["state"] in ("queued", "running"):
-            await asyncio.sleep(0.1)
-            await rig.call("PUT", f"/leases/{lease}")
-    assert job["state"] == "succeeded", job
+    succeeded(await ended(rig, response["job"]))
     assert not servo.rom_lost
     differ = (await compare(rig, f"snapshot:{made['id']}", f"rom:{servo.uid}", identity="true"))["differences"]
     assert {one["key"] for one in differ} <= {"torque_mode"}

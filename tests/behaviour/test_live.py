@@ -32,7 +32,7 @@ def telemetry(socket: Socket) -> list[dict[str, Any]]:
 
 
 @scene()
-async def test_a_page_receives_hello_servos_telemetry_and_changes(rig: Rig, servo: Servo) -> None:
+async def test_a_page_receives_hello_servos_telemetry_changes_and_errors(rig: Rig, servo: Servo) -> None:
     async with page(rig, "servos", "telemetry", "events", "bus", "jobs") as socket:
         hello = await socket.receive("hello")
         assert (hello["seq"], hello["schema_revision"]) == (1, rig.host.catalog.revision)
@@ -44,6 +44,19 @@ async def test_a_page_receives_hello_servos_telemetry_and_changes(rig: Rig, serv
         await write(rig, servo, angle_p_gain=41)
         reading = (await socket.receive("parameter"))["reading"]
         assert (reading["key"], reading["value"], reading["rom"]) == ("angle_p_gain", 41, 40)
+
+        command = '{"type": "command", "lease": "x", "commands": [{"uid": "UID", "type": "angle", "value": 1}]}'
+        written = rig.writes()
+        for wrong, code in (
+            ("nonsense", "invalid_value"),
+            ('{"type": "dance"}', "invalid_value"),
+            ('{"type": "heartbeat", "lease": "none"}', "unknown_lease"),
+            (command.replace("UID", servo.uid), "lease_required"),
+            (command.replace("UID", "00"), "unknown_servo"),
+        ):
+            socket.send_raw(wrong)
+            assert (await socket.receive("error"))["code"] == code
+        assert rig.writes() == written
 
 
 @scene()
@@ -106,22 +119,6 @@ async def test_a_closed_page_or_a_stop_over_the_socket_turns_torque_off(rig: Rig
                 pass
         await asyncio.sleep(0.05)
         assert rig.sim(servo).output == 1
-
-
-@scene()
-async def test_an_invalid_message_is_rejected_with_the_code_of_rest(rig: Rig, servo: Servo) -> None:
-    command = '{"type": "command", "lease": "x", "commands": [{"uid": "UID", "type": "angle", "value": 1}]}'
-    async with page(rig) as socket:
-        for wrong, code in (
-            ("nonsense", "invalid_value"),
-            ('{"type": "dance"}', "invalid_value"),
-            ('{"type": "heartbeat", "lease": "none"}', "unknown_lease"),
-            (command.replace("UID", servo.uid), "lease_required"),
-            (command.replace("UID", "00"), "unknown_servo"),
-        ):
-            socket.send_raw(wrong)
-            assert (await socket.receive("error"))["code"] == code
-    assert rig.writes() == []
 
 
 @scene()
