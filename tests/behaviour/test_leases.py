@@ -63,12 +63,12 @@ async def holder(rig: Rig) -> str | None:
     return found[0]["holder"] if found else None
 
 
-async def audit(rig: Rig, outcome: str) -> tuple[str, str, str]:
-    """Who, before and detail of the newest audit row with this outcome."""
+async def audit(rig: Rig, outcome: str) -> tuple[object, ...]:
+    """Who, before, after and detail of the newest audit row with this outcome."""
     await asyncio.sleep(1)
     rows = json(await rig.http.get("/audit", params={"action": "lease"}))
     row = next(row for row in rows if row["outcome"] == outcome)
-    return row["by"], row["before"], row["detail"]
+    return row["by"], row["before"], row["after"], row["detail"]
 
 
 def stall(seconds: float) -> None:
@@ -109,6 +109,13 @@ async def test_torque_is_off_on_twenty_servos_under_load_within_100_ms(rig: Rig,
     assert max(late) <= 0.1
     assert {rig.sim(servo).output for servo in servos} == {1}
     assert await holder(rig) is None
+    ((level, _, ended),) = rig.logged("lease_ended")
+    assert (level, ended["holder"], ended["why"]) == ("notice", "test", "page_closed" if by_socket else "expired")
+    assert set(cast("list[str]", ended["servos"])) == {servo.title for servo in servos}
+    outcome, text = ("released", "The page of test closed.") if by_socket else ("expired", "The lease of test expired.")
+    assert await audit(rig, outcome) == ("test", None, None, text)
+    text = f"Motion control expires {30 if by_socket else 1} s after the last heartbeat."
+    assert await audit(rig, "taken") == ("test", None, None, text)
 
 
 @scene(HOLDING)
@@ -165,6 +172,8 @@ async def test_a_request_and_its_countdown_are_published(rig: Rig) -> None:
     assert (published["holder"], shown["by"], shown["reason"]) == ("test", "Bob", "my turn")
     assert 9.9 < shown["expires_in_s"] <= 10
     assert "Bob requests motion control from test: my turn." in rig.events("lease_requested")[0].text
+    values = {"by": "Bob", "holder": "test", "reason": "my turn", "timeout_s": 10.0}
+    assert rig.logged("lease_requested") == [("notice", None, values)]
     await asyncio.sleep(2)
     renewed = json(await rig.call("PUT", f"/leases/{lease}"))
     assert 7.9 < renewed["request"]["expires_in_s"] <= 8, "a holder without a socket sees it in the renewal"
@@ -213,7 +222,8 @@ async def test_without_a_refusal_it_passes_after_the_countdown_once_torque_is_of
     body = {"type": "angle", "value": 0.0}
     problem(await rig.call("POST", f"/servos/{servos[0].uid}/command", body, lease=lease), "lease_held", 409)
     assert rig.events("lease_passed")[0].text == "Bob took over motion control from test: my turn."
-    assert await audit(rig, "passed") == ("Bob", "test", "my turn")
+    assert rig.logged("lease_passed") == [("notice", None, {"by": "Bob", "holder": "test", "reason": "my turn"})]
+    assert await audit(rig, "passed") == ("Bob", "test", "Bob", "my turn")
 
 
 @scene(*TWO)
@@ -240,7 +250,7 @@ async def test_only_the_holder_can_refuse_a_request(rig: Rig) -> None:
     assert (await current(rig))["request"] is None
     await asyncio.sleep(11)
     assert await holder(rig) == "test"
-    assert rig.events("lease_refused")
+    assert rig.logged("lease_refused") == [("notice", None, {"by": "Bob", "holder": "test"})]
 
 
 @scene(connect=False)
@@ -256,7 +266,16 @@ async def test_a_request_is_withdrawn_on_request_or_if_its_client_stops_polling(
     await asyncio.sleep(7)
     assert await state(rig, pending) == "withdrawn"
     assert await holder(rig) == "test"
-    problem(await rig.call("GET", "/leases/requests/none"), "unknown_lease", 404)
+    gone = ("notice", None, {"by": "Bob", "gone": True})
+    assert rig.logged("lease_withdrawn") == [("notice", None, {"by": "Bob"}), gone, gone]
+    missing = problem(await rig.call("GET", "/leases/requests/none"), "unknown_lease", 404)
+    assert missing["cause"] == "control_request_not_found"
+    for _ in range(15):
+        latest = await request(rig)
+        json(await rig.call("DELETE", f"/leases/requests/{latest['id']}"))
+    assert await state(rig, pending) == "withdrawn"
+    await request(rig)
+    problem(await rig.call("GET", f"/leases/requests/{pending['id']}"), "unknown_lease", 404)
 
 
 @scene(connect=False)
@@ -279,7 +298,7 @@ async def test_a_second_request_is_busy_and_a_free_lease_goes_to_the_first(rig: 
     await rig.lease(ttl_s=1)
     pending = await request(rig)
     refused = problem(await rig.call("POST", "/leases/requests", {**REQUEST, "holder": "Cem"}), "busy", 409)
-    assert "Bob" in refused["detail"]
+    assert (refused["cause"], refused["by"]) == ("already_requested", "Bob")
     stall(1.0)  # the lease expires
     problem(await rig.call("POST", "/leases", {"holder": "Cem"}), "busy", 409)
     await asyncio.sleep(0.1)
@@ -294,7 +313,7 @@ async def test_force_needs_a_reason_turns_torque_off_first_and_records_both_name
     writes = len(rig.writes())
     for reason in ("", "  "):
         refused = problem(await rig.call("POST", "/leases", {**FORCE, "reason": reason}), "invalid_value", 422)
-        assert "reason" in refused["detail"]
+        assert refused["cause"] == "force_without_reason"
     assert await holder(rig) == "test"
     assert rig.sim(servo).output == 0
     assert not [one for one in rig.writes()[writes:] if one[1] == "0x20"]
@@ -303,9 +322,9 @@ async def test_force_needs_a_reason_turns_torque_off_first_and_records_both_name
     assert rig.sim(other).output == 0, "it was not under command"
     problem(await rig.call("PUT", f"/leases/{lease}"), "unknown_lease", 404)
     json(await rig.call("PUT", f"/leases/{taken['id']}"))
-    event = rig.events("lease_forced")[0]
-    assert (event.level, event.text) == ("warning", "Bob took motion control by force from test: he went home.")
-    assert await audit(rig, "forced") == ("Bob", "test", "he went home")
+    assert rig.events("lease_forced")[0].text == "Bob took motion control by force from test: he went home."
+    assert rig.logged("lease_forced") == [("warning", None, {"by": "Bob", "holder": "test", "reason": "he went home"})]
+    assert await audit(rig, "forced") == ("Bob", "test", "Bob", "he went home")
 
 
 @scene(*TWO)
@@ -316,9 +335,12 @@ async def test_force_ends_a_waiting_request_and_two_at_once_leave_one_holder(rig
     body = {**FORCE, "ttl_s": 20.0}
     both = await asyncio.gather(*(rig.call("POST", "/leases", {**body, "holder": name}) for name in ("Cem", "Dan")))
     assert sorted(one.status_code for one in both) == [201, 409]
+    assert [one.json()["cause"] for one in both if one.status_code == 409] == ["control_transfer_in_progress"]
+    winner = next(one.json()["holder"] for one in both if one.status_code == 201)
     assert await state(rig, pending) == "refused"
+    assert rig.logged("lease_refused") == [("notice", None, {"by": "Bob", "holder": winner, "forced": True})]
     await asyncio.sleep(12)
-    assert await holder(rig) == next(one.json()["holder"] for one in both if one.status_code == 201)
+    assert await holder(rig) == winner
 
 
 async def waiting(rig: Rig) -> None:
