@@ -150,7 +150,7 @@ async def test_a_program_that_commands_servos_is_identified_by_its_name_or_its_h
 
 
 @scene(*NEW)
-async def test_servos_without_a_servo_id_are_reported_as_moving_together(rig: Rig) -> None:
+async def test_servos_without_a_servo_id_are_reported_as_moving_together_but_not_a_single_one(rig: Rig) -> None:
     one, other = await rig.ready(2)
     found = await finds(rig, "servos_without_id", within_s=3, severity="notice", node_ids=[20, 21])
     assert set(found["uids"]) == {one.uid, other.uid}
@@ -160,9 +160,3 @@ async def test_servos_without_a_servo_id_are_reported_as_moving_together(rig: Ri
     await commanding.stop()
     json(await rig.call("PATCH", f"/servos/{one.uid}/parameters", {"values": {"servo_id": 9}}))
     await well(rig, within_s=7)
-
-
-@scene(NEW[0], TWO[1])
-async def test_one_servo_without_a_servo_id_is_no_finding(rig: Rig) -> None:
-    await rig.ready(2)
-    await stays(rig, for_s=10)

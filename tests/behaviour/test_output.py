@@ -82,23 +82,6 @@ async def test_an_expired_lease_and_a_lost_bus_are_reported_as_the_end_of_the_le
     await becomes(rig, servo, "off", "lease", "test", within_s=10)
 
 
-@scene()
-async def test_a_servo_that_starts_while_stop_is_latched_is_off_by_stop(rig: Rig, servo: Servo) -> None:
-    await stop(rig)
-    rig.bench.power(servo.uid, False)
-    await asyncio.sleep(4)
-    assert (await output(rig, servo))["state"] == "unknown"
-    rig.bench.power(servo.uid, True)
-    await becomes(rig, servo, "off", "stop", "Aki", within_s=10)
-
-
-@scene()
-async def test_torque_switched_by_another_tool_has_no_author(rig: Rig, servo: Servo) -> None:
-    for raw, state in ((1, "off"), (0, "on")):
-        rig.sim(servo).memory.put(0x20, raw)
-        await becomes(rig, servo, state, "command")
-
-
 @pytest.mark.parametrize(("action", "state"), [(1, "off"), (2, "brake")])
 @scene()
 async def test_the_timeout_of_the_servo_is_reported_when_its_commands_end(
@@ -136,16 +119,23 @@ async def test_no_timeout_is_reported_if_the_servo_holds_or_another_tool_command
 
 
 @scene()
-async def test_protection_is_reported_while_it_lasts(rig: Rig, servo: Servo) -> None:
+async def test_protection_is_reported_while_it_lasts_and_torque_switched_by_another_tool_without_author(
+    rig: Rig, servo: Servo
+) -> None:
     rig.sim(servo).conditions.temperature_c = 110.0
     await becomes(rig, servo, "off", "protection")
     assert rig.sim(servo).output == 1
     rig.sim(servo).conditions.temperature_c = 25.0
     await becomes(rig, servo, "on", "configured")
+    for raw, state in ((1, "off"), (0, "on")):
+        rig.sim(servo).memory.put(0x20, raw)
+        await becomes(rig, servo, state, "command")
 
 
 @scene()
-async def test_stop_is_published_at_once_and_remains_the_reason_after_identify(rig: Rig, servo: Servo) -> None:
+async def test_stop_is_published_at_once_and_remains_the_reason_after_identify_and_a_start(
+    rig: Rig, servo: Servo
+) -> None:
     socket = Socket(rig.app)
     socket.send(type="subscribe", topics=["servos"])
     await socket.receive("servos")
@@ -160,3 +150,9 @@ async def test_stop_is_published_at_once_and_remains_the_reason_after_identify(r
     since = await becomes(rig, servo, "off", "stop", "Aki")
     await identify(rig, servo)
     assert await becomes(rig, servo, "off", "stop", "Aki") == since
+    await stop(rig)
+    rig.bench.power(servo.uid, False)
+    await asyncio.sleep(4)
+    assert (await output(rig, servo))["state"] == "unknown"
+    rig.bench.power(servo.uid, True)
+    await becomes(rig, servo, "off", "stop", "Aki", within_s=10)

@@ -140,7 +140,7 @@ async def test_the_bus_shows_the_line_with_its_budget_and_load(rig: Rig) -> None
 
 
 @scene(*crowd(6), connect=False)
-async def test_a_stream_beyond_the_capacity_of_the_line_is_refused_with_the_possible_rate(rig: Rig) -> None:
+async def test_on_a_slow_line_a_fast_stream_is_refused_and_every_servo_confirms_a_stop(rig: Rig) -> None:
     await serial_line.connect(rig, SLOW)
     servos = await rig.ready(6)
     lease = await rig.lease()
@@ -152,12 +152,6 @@ async def test_a_stream_beyond_the_capacity_of_the_line_is_refused_with_the_poss
     refused = problem(await rig.call("POST", "/streams", body, lease=lease), "bus_budget", 409)
     # four frames of 27 bytes and one of 21: 11 ms of the line, where the bus needs half a millisecond
     assert 30 <= refused["possible_hz"] <= 45
-
-
-@scene(*crowd(6), connect=False)
-async def test_every_servo_confirms_a_stop_on_a_slow_line(rig: Rig) -> None:
-    await serial_line.connect(rig, SLOW)
-    await rig.ready(6)
     began = asyncio.get_running_loop().time()
     json(await rig.call("POST", "/stop", {}))
     latch = rig.host.stop.latch

@@ -32,10 +32,8 @@ async def state_of(rig: Rig, servo: Servo) -> dict[str, Any]:
     return json(await rig.call("GET", f"/servos/{servo.uid}/telemetry"))
 
 
-@pytest.mark.parametrize("count", [1, 6])
-@scene(lambda count: (replace(PLAIN, node_id=10 + n, servo_id=1 + n) for n in range(count)))
-async def test_polling_stays_within_the_budget_in_bits_on_the_bus(rig: Rig, count: int) -> None:
-    servos = await rig.ready(count)
+@scene(*(replace(PLAIN, node_id=10 + n, servo_id=1 + n) for n in range(6)))
+async def test_polling_stays_within_the_budget_in_bits_on_the_bus(rig: Rig, servos: list[Servo]) -> None:
     for servo in servos:
         await subscribe(rig, servo, SIX, 200)
     await asyncio.sleep(2)
@@ -118,8 +116,7 @@ async def test_a_silent_servo_leaves_a_gap_for_sockets_and_for_files(rig: Rig, s
 
 
 @scene()
-async def test_an_inactive_command_is_a_mark_and_an_empty_cell(rig: Rig, servo: Servo) -> None:
-    lease = await rig.lease()
+async def test_an_inactive_command_is_a_mark_and_an_empty_cell(rig: Rig, servo: Servo, lease: str) -> None:
     await asyncio.sleep(3)
     json(await rig.call("POST", f"/servos/{servo.uid}/command", {"type": "angle", "value": 10}, lease=lease))
     await asyncio.sleep(3)

@@ -61,12 +61,17 @@ async def test_a_timeout_shortened_under_command_keeps_torque_on(
 
 
 @scene()
-async def test_every_call_that_changes_the_timeout_keeps_torque_on(rig: Rig) -> None:
+async def test_every_call_that_changes_the_timeout_and_a_refused_one_keep_torque_on(rig: Rig) -> None:
     servo, lease, _ = await commanded(rig)
     async with torque_stays_on(rig, servo):
         path = f"/servos/{servo.uid}/parameters"
-        await asyncio.sleep(0.7)
-        values = {"angle_p_gain": 60, "timeout_time": 100, "smoothing": False}
+        rig.sim(servo).conditions.refuse_keys.add("angle_p_gain")
+        await asyncio.sleep(0.3)
+        values = {"timeout_time": 100, "angle_p_gain": 60, "smoothing": False}
+        await rig.call("PATCH", path, {"values": values}, lease=lease)
+        assert rig.sim(servo).register(address.TIMEOUT_TIME) == 1000, "restored"
+        rig.sim(servo).conditions.refuse_keys.clear()
+        await asyncio.sleep(2)
         json(await rig.call("PATCH", path, {"values": values}, lease=lease))
         await asyncio.sleep(0.7)
         await set_timeout(rig, servo, lease, 60_000)
@@ -75,18 +80,6 @@ async def test_every_call_that_changes_the_timeout_keeps_torque_on(rig: Rig) -> 
         await rig.call("POST", "/profiles/quick/apply", {"uids": [servo.uid]}, lease=lease)
         await asyncio.sleep(2)
         assert servo.raw("timeout_time") == 90
-
-
-@scene()
-async def test_a_refused_change_restores_the_timeout_and_keeps_torque_on(rig: Rig) -> None:
-    servo, lease, _ = await commanded(rig)
-    async with torque_stays_on(rig, servo):
-        rig.sim(servo).conditions.refuse_keys.add("angle_p_gain")
-        await asyncio.sleep(0.3)
-        body = {"values": {"timeout_time": 100, "angle_p_gain": 60}}
-        await rig.call("PATCH", f"/servos/{servo.uid}/parameters", body, lease=lease)
-        assert rig.sim(servo).register(address.TIMEOUT_TIME) == 1000
-        await asyncio.sleep(2)
 
 
 @scene()
