@@ -86,7 +86,7 @@ def test_ids_in_use_and_our_own_are_never_allocated() -> None:
 
 
 def test_free_ids_are_neither_ours_nor_assigned_nor_in_use() -> None:
-    it = allocator(MemoryTable({A.hex(): 10, B.hex(): 20}), Neighbours({20: 0.0, 30: 0.0}), frozenset({127, 1}))
+    it = allocator(MemoryTable({A.hex(): 10, B.hex(): 20}), Neighbours({20: 0.0, 30: 0.0}), frozenset({127, 60}))
     assert it.free(0.0) == 121
     assert it.free(3.0) == 122
 
@@ -101,12 +101,16 @@ def test_the_id_of_a_node_that_is_switched_off_is_allocated_last() -> None:
 # The same node again.
 
 
-def test_a_unique_id_gets_the_same_id_again_regardless_of_its_preference() -> None:
+def test_a_unique_id_gets_the_same_id_again_regardless_of_its_preference(caplog: pytest.LogCaptureFixture) -> None:
+    caplog.set_level("INFO")
     table = MemoryTable()
     it = allocator(table)
+    granted: list[tuple[str, int]] = []
+    it.on_granted.append(lambda uid, node_id: granted.append((uid, node_id)))
     assert exchange(it, A, 0.0) == 125
     assert exchange(it, A, 1.0) == 125  # the response was lost
-    assert table.recorded == [(A.hex(), 125)] * 2
+    assert table.recorded == granted == [(A.hex(), 125)] * 2
+    assert caplog.messages == [f"node ID 125 assigned to {A.hex()}"] * 2
     assert exchange(it, B, 10.0) == 124
     assert exchange(it, B, 20.0, preferred=50) == 124
     assert exchange(it, A, 30.0) == 125
