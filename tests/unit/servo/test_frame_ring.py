@@ -62,6 +62,7 @@ def test_a_full_ring_drops_the_oldest_frames_and_reports_it() -> None:
     assert ring.since is not None
     newest = [one for part in ring.slices(30.0, 200.0) for one in part]
     assert len(newest) >= 9 * 10 * 1000
+    assert not [*ring.slices(200.0, 300.0)], "no chunk is of that time"
 
 
 def test_old_frames_of_a_silent_bus_are_dropped() -> None:
