@@ -19,6 +19,8 @@ from hornbill.wire.messages import (
 )
 from unit.wire.structures import array_commands, node_statuses
 
+AnyMessage = NodeStatus | AllocationMessage | ArrayCommand | ActuatorStatus
+
 
 def test_health_mode_and_sub_mode_start_at_the_top_bit() -> None:
     status = NodeStatus(0x04030201, NodeHealth.ERROR, Mode.SOFTWARE_UPDATE, 5, 0xBEEF)
@@ -45,19 +47,17 @@ def test_allocation_bits() -> None:
     assert AllocationMessage.decode(b"\x28") == AllocationMessage(20, False, b"")
 
 
-@pytest.mark.parametrize(("message", "length"), [(AllocationMessage, 0), (AllocationMessage, 18), (ArrayCommand, 64)])
-def test_invalid_lengths_do_not_decode(message: type[AllocationMessage | ArrayCommand], length: int) -> None:
-    assert message.decode(bytes(length)) is None
-
-
-@pytest.mark.parametrize("length", [0, 6, 8, 70])
-def test_node_status_has_seven_bytes(length: int) -> None:
-    assert NodeStatus.decode(bytes(length)) is None
-
-
-@pytest.mark.parametrize("length", [0, 7, 9])
-def test_actuator_status_has_eight_bytes(length: int) -> None:
-    assert ActuatorStatus.decode(bytes(length)) is None
+@pytest.mark.parametrize(
+    ("message", "lengths"),
+    [
+        (NodeStatus, [0, 6, 8, 70]),
+        (ActuatorStatus, [0, 7, 9]),
+        (AllocationMessage, [0, 18]),
+        (ArrayCommand, [2, 3, 5, 6, 61, 64, 65]),
+    ],
+)
+def test_invalid_lengths_do_not_decode(message: type[AnyMessage], lengths: list[int]) -> None:
+    assert [message.decode(bytes(length)) for length in lengths] == [None] * len(lengths)
 
 
 def test_the_void_bit_before_the_power_rating_is_ignored() -> None:
@@ -71,14 +71,9 @@ def test_every_nan_pattern_is_nan(pattern: int) -> None:
     decoded = ActuatorStatus.decode(bytes(3) + pattern.to_bytes(2, "little") + bytes(3))
     assert decoded is not None
     assert math.isnan(decoded.force)
-
-
-def test_nan_is_written_as_nan() -> None:
-    written = ActuatorStatus(1, 0.0, math.nan, math.nan, 127).encode()
-    decoded = ActuatorStatus.decode(written)
-    assert decoded is not None
-    assert math.isnan(decoded.force)
-    assert math.isnan(decoded.speed)
+    again = ActuatorStatus.decode(decoded.encode())
+    assert again is not None
+    assert math.isnan(again.force)
 
 
 @pytest.mark.parametrize(
@@ -115,13 +110,9 @@ def test_an_explicit_length_is_decoded_only_on_request(message: ArrayCommand) ->
     assert ArrayCommand.decode(plain, explicit_length=True) == message
 
 
-def test_an_explicit_length_must_be_correct() -> None:
-    assert ArrayCommand.decode(b"\x20\x00\x00\x00\x00", explicit_length=True) is None
-
-
-@pytest.mark.parametrize("length", [2, 3, 6, 61, 65])
-def test_invalid_lengths_of_an_array_command_do_not_decode(length: int) -> None:
-    assert ArrayCommand.decode(bytes(length), explicit_length=True) is None
+@pytest.mark.parametrize("payload", [b"\x20" + bytes(4), *map(bytes, (2, 3, 6, 61, 65))])
+def test_an_explicit_length_must_be_correct(payload: bytes) -> None:
+    assert ArrayCommand.decode(payload, explicit_length=True) is None
 
 
 @pytest.mark.parametrize(
@@ -141,8 +132,6 @@ def test_invalid_lengths_of_an_array_command_do_not_decode(length: int) -> None:
         (ActuatorStatus(0, 0.0, 0.0, 0.0, 128), "power_rating_pct"),
     ],
 )
-def test_a_value_out_of_range_is_named(
-    message: NodeStatus | AllocationMessage | ArrayCommand | ActuatorStatus, named: str
-) -> None:
+def test_a_value_out_of_range_is_named(message: AnyMessage, named: str) -> None:
     with pytest.raises(ValueError, match=named):
         message.encode()

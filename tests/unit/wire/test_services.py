@@ -82,6 +82,16 @@ def test_index_and_tag_share_a_byte() -> None:
     assert GetSetRequest.decode(bytes((0x55, 0xF8)) + b"0x2A") == GetSetRequest(0x1F55, EMPTY, "0x2A")
 
 
+@pytest.mark.parametrize(
+    ("requested", "responded", "matches"),
+    [("0x2A", "0x2A", True), ("0x2a", "0x2A", True), ("0x2A", "0x2a", True), ("0x2A", "", True), ("", "0x2A", True),
+     ("0x2A", "0x2B", False)],
+)  # fmt: skip
+def test_a_response_matches_a_request_by_its_name_or_has_none(requested: str, responded: str, matches: bool) -> None:
+    response = GetSetResponse(EMPTY, EMPTY, EMPTY, EMPTY, responded)
+    assert GetSetRequest(0, EMPTY, requested).matches(response) == matches
+
+
 def test_the_response_for_an_unknown_parameter_is_four_zero_bytes() -> None:
     nothing = GetSetResponse(EMPTY, EMPTY, EMPTY, EMPTY, "")
     assert nothing.encode() == bytes(4)
