@@ -43,6 +43,11 @@ def test_without_a_server_the_error_says_how_to_start_one() -> None:
     assert "hornbill demo" in failed.stderr
 
 
+def test_openapi_prints_the_document() -> None:
+    document = json.loads(hornbill(None, "openapi").stdout)
+    assert "/api/v1/servos/{uid}/parameters/angle_limit_cw" in document["paths"]
+
+
 def test_move_waits_and_turns_torque_off(bench: Server, command: CommandLine, serial: str) -> None:
     command("move", serial, "15", "--timeout", "60")  # torque is on after the start
     done = json.loads(command("move", serial, "--torque-on", "--timeout", "60", "--json", "--", "-15"))

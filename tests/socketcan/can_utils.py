@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import pytest
 
-TIMEOUT_S = 60.0
+TIMEOUT_S = 120.0
 MARK = "1FF00F00"
 """Anonymous, lowest priority, with a type ID whose low bits are 3: used by no node."""
 

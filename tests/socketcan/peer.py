@@ -20,7 +20,7 @@ from dronecan.node import Node
 uavcan: Any = dronecan.uavcan
 """The stack's data types, by their full names."""
 
-TIMEOUT_S = 60.0
+TIMEOUT_S = 120.0
 _STEP_S = 0.01
 # Kernel filters: any frame, and an extended one that is no message of type 1011.
 _EVERYTHING = struct.pack("=II", 0, 0)
@@ -144,7 +144,7 @@ class Peer:
                 )
                 next_for(node_id)
 
-            self.node.request(request, node_id, take, priority=priority, timeout=10.0)
+            self.node.request(request, node_id, take, priority=priority, timeout=TIMEOUT_S)
 
         for node_id in list(waiting):
             next_for(node_id)

@@ -1,43 +1,33 @@
-"""Other processes of these tests: hornbill as a user starts it, and waiting for its effects."""
+"""Other processes of these tests: hornbill, forked from one that has imported it, and waiting for its effects."""
 
 import os
 import re
 import select
-import subprocess
-import sys
 import time
-from collections.abc import Callable, Generator, Sequence
+from collections.abc import Callable, Generator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TypeVar
 
 import httpx
 
-TIMEOUT_S = 60.0
+from e2e import preloaded
+from e2e.preloaded import Forked
+
+TIMEOUT_S = 120.0
 """Starting is slow where system calls are."""
 
-Process = subprocess.Popen[bytes]
 T = TypeVar("T")
 
 
 @contextmanager
-def running(command: Sequence[str]) -> Generator[Process]:
-    """A process with its standard output on a pipe; terminated afterwards."""
-    # As in a user's shell, output is visible only when flushed.
-    environment = {name: value for name, value in os.environ.items() if name != "PYTHONUNBUFFERED"}
-    with subprocess.Popen(command, stdout=subprocess.PIPE, bufsize=0, env=environment) as process:
-        try:
-            yield process
-        finally:
-            process.terminate()
-            process.wait(timeout=TIMEOUT_S)
-
-
-@contextmanager
-def hornbill(*words: str) -> Generator[Process]:
-    """`hornbill` with these arguments, in its own process."""
-    with running([sys.executable, "-m", "hornbill", *words]) as process:
+def hornbill(*words: str) -> Generator[Forked]:
+    """`hornbill` with these arguments, in its own process; ended afterwards."""
+    process = preloaded.start(*words)
+    try:
         yield process
+    finally:
+        process.end()
 
 
 @contextmanager
@@ -52,15 +42,14 @@ def serving(bus: str, data: Path, *words: str) -> Generator[httpx.Client]:
             yield client
 
 
-def line(process: Process) -> str:
+def line(process: Forked) -> str:
     """The next line a process prints."""
-    assert process.stdout is not None
     end = time.monotonic() + TIMEOUT_S
     got = b""
     while not got.endswith(b"\n"):
         ready, _, _ = select.select([process.stdout], [], [], max(0.0, end - time.monotonic()))
         assert ready, f"it prints nothing more than {got!r}"
-        one = process.stdout.read(1)
+        one = os.read(process.stdout.fileno(), 1)
         assert one, f"it ended after {got!r}"
         got += one
     return got.decode().rstrip("\n")

