@@ -6,11 +6,11 @@ from contextlib import contextmanager
 from playwright.sync_api import Browser, Locator, Page, ViewportSize, expect
 
 from e2e.contexts import page_in
+from e2e.steps import chord
 
 WAYS = ("touch", "keyboard")
 """Touch on a tablet, keys in a wide window, the mouse in the same window as keys."""
 TABLET: ViewportSize = {"width": 820, "height": 1180}
-SLOW_MS = 40_000
 
 
 class Hand:
@@ -23,7 +23,7 @@ class Hand:
     def press(self, target: str | Locator, key: str = "Enter") -> None:
         """Press the element with this test ID, or this element; by keyboard, Tab to it, then `key`."""
         found = self._find(target)
-        expect(found).to_be_enabled(timeout=SLOW_MS)
+        expect(found).to_be_enabled()
         if self.way == "keyboard":
             self._tab_to(found)
             self.page.keyboard.press(key)
@@ -57,7 +57,7 @@ class Hand:
     def type(self, target: str, text: str) -> None:
         """Enter `text` into a field."""
         found = self._find(target)
-        expect(found).to_be_enabled(timeout=SLOW_MS)
+        expect(found).to_be_enabled()
         if self.way == "keyboard":
             self._tab_to(found)
             self.page.keyboard.press("Control+a")
@@ -69,8 +69,7 @@ class Hand:
     def stop(self) -> None:
         """Stop with Esc twice, or the button."""
         if self.way == "keyboard":
-            self.page.keyboard.press("Escape")
-            self.page.keyboard.press("Escape")
+            chord(self.page, "Escape", "Escape")
         else:
             self.press("stop")
         expect(self.page.get_by_test_id("stop-band")).to_be_visible()
@@ -86,14 +85,14 @@ class Hand:
         """Press save: the dialog."""
         self.press("apply-save")
         dialog = self.page.get_by_test_id("save-dialog")
-        expect(dialog).to_be_visible(timeout=SLOW_MS)
+        expect(dialog).to_be_visible()
         return dialog
 
     def confirms(self) -> None:
         """Confirm that the horn is free if required, and the dialog; its job then succeeds."""
         self.tick("horn-free")
         self.press("save-go")
-        expect(self.page.get_by_test_id("step-read_back")).to_have_attribute("data-state", "done", timeout=SLOW_MS)
+        expect(self.page.get_by_test_id("step-read_back")).to_have_attribute("data-state", "done")
         self.press("change-close")
 
     def _find(self, target: str | Locator) -> Locator:

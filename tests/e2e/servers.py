@@ -29,7 +29,7 @@ class Server:
         """The response of GET /servos."""
         return self.api.get("/servos").json()
 
-    def ready(self, number: int, within_s: float = 25) -> list[str]:
+    def ready(self, number: int, within_s: float = 120) -> list[str]:
         """Wait until `number` servos are ready. Returns their UIDs."""
         found: list[str] = []
 
@@ -141,5 +141,5 @@ def running_demo(*flags: str) -> Generator[tuple[Popen[str], str]]:
 def ready_demo(count: int, *flags: str, seed: int = 1) -> Generator[Demo]:
     """A demo with `count` servos, all ready."""
     with running("demo", "--servos", str(count), "--seed", str(seed), *flags) as server:
-        server.ready(count, within_s=60)
+        server.ready(count)
         yield Demo(server.url, server.api)

@@ -8,7 +8,8 @@ from playwright.sync_api import Page, expect
 
 from e2e.looks import complaints, loading, still, too_small
 from e2e.servers import Demo
-from e2e.test_technician import servo_of, wait_for
+from e2e.state import WAIT_S, latched, read, servo_of, wait_for, write
+from e2e.steps import chord
 
 PAGES = (
     "servos",
@@ -165,8 +166,7 @@ def test_every_page_has_a_two_key_shortcut_and_a_title(page: Page, demo: Demo) -
         ("e", "/servos/matrix", "Matrix"),
         ("s", "/servos", "Servos"),
     ):
-        page.keyboard.press("g")
-        page.keyboard.press(letter)
+        chord(page, "g", letter)
         expect(page).to_have_url(re.compile(f"{path}$"))
         expect(page).to_have_title(re.compile(f"^{name}"))
         expect(page.locator("main h1").first).to_be_visible()
@@ -183,24 +183,23 @@ def test_the_list_of_keys_matches_the_page(page: Page, demo: Demo) -> None:
     expect(keys.get_by_role("button", name="Close")).to_be_focused()
     page.keyboard.press("Enter")
     expect(keys).to_have_count(0)
-    page.keyboard.press("g")
-    page.keyboard.press("f")
+    chord(page, "g", "f")
     page.keyboard.press("?")
     expect(keys).to_be_visible()
     expect(keys).not_to_contain_text("Nothing is written before you confirm")
 
 
-def tab_to(page: Page, testid: str, within_s: float = 20) -> None:
+def tab_to(page: Page, testid: str) -> None:
     """Press Tab until the control has the focus; start over while it is not yet enabled."""
-    until = time.monotonic() + within_s
+    until = time.monotonic() + WAIT_S
     while page.evaluate("() => document.activeElement?.dataset.testid ?? ''") != testid:
-        assert time.monotonic() < until, f"{testid} is not reached with Tab in {within_s:g} s"
+        assert time.monotonic() < until, f"{testid} is not reached with Tab"
         page.keyboard.press("Tab")
 
 
 def test_keyboard_alone_changes_a_limit_jogs_and_stops(page: Page, demo: Demo) -> None:
     uid = servo_of(demo, "BLA21-12U-A0")
-    before = demo.api.get(f"/servos/{uid}/parameters/temperature_limit_upper").json()["value"]
+    before = read(demo, uid, "temperature_limit_upper")
     wanted = before - 1
     show(page, demo, "servos")
     for _ in range(300):  # the row of this servo, by Tab
@@ -222,15 +221,11 @@ def test_keyboard_alone_changes_a_limit_jogs_and_stops(page: Page, demo: Demo) -
     tab_to(page, "apply")
     page.keyboard.press("Enter")
 
-    def held() -> bool:
-        return demo.api.get(f"/servos/{uid}/parameters/temperature_limit_upper").json()["value"] == wanted
-
-    wait_for(held, 10, "the limit is not written")
-    demo.api.put(f"/servos/{uid}/parameters/temperature_limit_upper", json={"value": before}).raise_for_status()
+    wait_for(lambda: read(demo, uid, "temperature_limit_upper") == wanted, "the limit is not written")
+    write(demo, uid, "temperature_limit_upper", before)
 
     page.locator("h1").first.evaluate("one => document.activeElement.blur()")
-    page.keyboard.press("g")
-    page.keyboard.press("m")
+    chord(page, "g", "m")
     tab_to(page, "enable-motion")
     page.keyboard.press("Enter")
     tab_to(page, "jog-value")
@@ -239,10 +234,10 @@ def test_keyboard_alone_changes_a_limit_jogs_and_stops(page: Page, demo: Demo) -
     page.keyboard.press("Enter")
     expect(page.get_by_test_id("jog-go")).to_be_focused()
     page.keyboard.press("Enter")
-    expect(page.get_by_test_id("jog-angle")).to_contain_text(re.compile(r"\+1[12]\.\d°"), timeout=10_000)
+    expect(page.get_by_test_id("jog-angle")).to_contain_text(re.compile(r"\+1[12]\.\d°"))
     page.keyboard.press("Escape")
     expect(page.get_by_test_id("stop-band")).to_be_visible()
-    wait_for(lambda: demo.api.get("/stop").json()["latched"], 5, "Esc did not stop")
+    wait_for(lambda: latched(demo), "Esc did not stop")
     tab_to(page, "clear-stop")
     page.keyboard.press("Enter")
     tab_to(page, "confirm-clear")

@@ -11,20 +11,14 @@ from playwright.sync_api import Page, Route, expect
 from e2e.conftest import Watched
 from e2e.looks import complaints, loading, still
 from e2e.servers import Demo
+from e2e.state import latched, read, servo_of, uids_of, write
+from e2e.steps import stage
 from e2e.test_access import show
-from e2e.test_technician import servo_of, wait_for
 
 MODEL = "BLA21-12U-A0"
 
 Say = Callable[[str], None]
 """Check the present state, under this name."""
-
-
-def stage(page: Page, key: str, value: str) -> None:
-    box = page.get_by_test_id(f"input-{key}")
-    box.fill(value)
-    box.press("Enter")
-    expect(page.get_by_test_id(f"row-{key}")).to_have_attribute("data-state", "staged")
 
 
 def close(page: Page) -> None:
@@ -38,7 +32,7 @@ def parameters(page: Page, demo: Demo, say: Say) -> None:
     uid = servo_of(demo, MODEL)
     # What ROM holds is known then, whatever other tests did to this servo.
     demo.api.post(f"/servos/{uid}/restart?wait=true").raise_for_status()
-    before = demo.api.get(f"/servos/{uid}/parameters/temperature_limit_upper").json()["value"]
+    before = read(demo, uid, "temperature_limit_upper")
     show(page, demo, "servos/{uid}/parameters#angle_limit_cw")
     page.get_by_test_id("keys").click()
     say("the list of keys")
@@ -75,7 +69,7 @@ def parameters(page: Page, demo: Demo, say: Say) -> None:
 
 def several(page: Page, demo: Demo, say: Say) -> None:
     """Many servos: plotted together, as a wall of horns, side by side, with a plan that needs confirmation."""
-    uids = [one["uid"] for one in demo.api.get("/servos").json()][:3]
+    uids = uids_of(demo)[:3]
     show(page, demo, "servos")
     for uid in uids:
         page.get_by_test_id(f"select-{uid}").check()
@@ -105,10 +99,9 @@ def several(page: Page, demo: Demo, say: Say) -> None:
 def restored(page: Page, demo: Demo, say: Say) -> None:
     """A different snapshot, and the dialog before its rows are written."""
     uid = servo_of(demo, MODEL)
-    path = f"/servos/{uid}/parameters/temperature_limit_upper"
-    before = demo.api.get(path).json()["value"]
+    before = read(demo, uid, "temperature_limit_upper")
     number = demo.api.post(f"/servos/{uid}/snapshots", json={"reason": "for axe"}).json()["id"]
-    demo.api.put(path, json={"value": before - 1}).raise_for_status()
+    write(demo, uid, "temperature_limit_upper", before - 1)
     show(page, demo, "records#snapshots/{uid}")
     page.get_by_test_id(f"snapshot-{number}").click()
     page.get_by_test_id("differs-temperature_limit_upper").get_by_role("checkbox").check()
@@ -117,7 +110,7 @@ def restored(page: Page, demo: Demo, say: Say) -> None:
     expect(page.get_by_test_id("snapshot-temperature_limit_upper")).to_be_visible()
     say("the restore dialog")
     close(page)
-    demo.api.put(path, json={"value": before}).raise_for_status()
+    write(demo, uid, "temperature_limit_upper", before)
 
 
 def commissioned(page: Page, demo: Demo, say: Say) -> None:
@@ -140,8 +133,8 @@ def commissioned(page: Page, demo: Demo, say: Say) -> None:
     expect(page.get_by_test_id("profile-step")).to_be_visible()
     say("commission: the profile")
     page.get_by_test_id("profile-go").click()
-    expect(page.locator('[data-testid^="changes-"]').first).to_be_visible(timeout=20_000)
-    expect(page.get_by_test_id("check-step")).not_to_contain_text("Reading the servo", timeout=20_000)
+    expect(page.locator('[data-testid^="changes-"]').first).to_be_visible()
+    expect(page.get_by_test_id("check-step")).not_to_contain_text("Reading the servo")
     say("commission: checked")
 
 
@@ -184,7 +177,7 @@ def stopped(page: Page, demo: Demo, say: Say) -> None:
     say("the clear-stop dialog")
     page.get_by_test_id("confirm-clear").click()
     expect(page.get_by_test_id("stop-band")).to_have_count(0)
-    wait_for(lambda: not demo.api.get("/stop").json()["latched"], 5, "the stop is not cleared")
+    assert not latched(demo)
 
 
 def without_a_bus(page: Page, demo: Demo, say: Say) -> None:

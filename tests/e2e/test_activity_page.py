@@ -8,7 +8,7 @@ from playwright.sync_api import Page, ViewportSize, expect
 
 from e2e.looks import complaints
 from e2e.servers import Demo, ready_demo
-from e2e.test_technician import wait_for
+from e2e.state import add, servo, sim, wait_for
 
 WIDE: ViewportSize = {"width": 1440, "height": 900}
 
@@ -20,18 +20,11 @@ def demo() -> Iterator[Demo]:
         yield one
 
 
-def activity(demo: Demo, uid: str) -> str | None:
-    found = demo.api.get(f"/servos/{uid}")
-    return found.json()["activity"]["state"] if found.is_success else None
-
-
 @contextmanager
-def servo(demo: Demo, **rom: int) -> Generator[str]:
+def added(demo: Demo, **rom: int) -> Generator[str]:
     """A ready servo that keeps its last command; removed afterwards."""
-    body = {"model": "BLA21-12U-A0", "firmware": "1.300", "servo_id": 63}
-    uid = str(demo.api.post("/sim/servos", json={**body, "rom": {"timeout_action": 0, **rom}}).json()["uid"])
+    (uid,) = add(demo, model="BLA21-12U-A0", servo_id=63, rom={"timeout_action": 0, **rom})
     try:
-        wait_for(lambda: demo.api.get(f"/servos/{uid}").json().get("state") == "ready", 40, "it is not ready")
         yield uid
     finally:
         demo.api.delete(f"/sim/servos/{uid}")
@@ -51,29 +44,29 @@ def marked(page: Page, demo: Demo, uid: str, says: str) -> None:
 
 
 def test_a_saturated_servo_is_marked_until_the_load_goes(page: Page, demo: Demo) -> None:
-    with servo(demo, soft_start=0) as uid:
-        demo.api.patch(f"/sim/servos/{uid}", json={"load_pct": 92.0}).raise_for_status()
-        wait_for(lambda: activity(demo, uid) == "saturated", 40, "the server does not call it saturated")
+    with added(demo, soft_start=0) as uid:
+        sim(demo, uid, load_pct=92.0)
+        wait_for(lambda: servo(demo, uid)["activity"]["state"] == "saturated", "the server does not call it saturated")
         marked(page, demo, uid, "saturated, torque")
-        demo.api.patch(f"/sim/servos/{uid}", json={"load_pct": 20.0}).raise_for_status()
+        sim(demo, uid, load_pct=20.0)
         head = page.get_by_test_id("servo-state")
-        expect(head).to_have_attribute("data-kind", "ok", timeout=20_000)
+        expect(head).to_have_attribute("data-kind", "ok")
         expect(head).to_contain_text("Holding")
 
 
 def test_a_hunting_servo_is_marked(page: Page, demo: Demo) -> None:
     gains = {"speed_torque_control": 1, "angle_p_gain": 100, "angle_d_gain": 0, "angle_dead_band": 0}
-    with servo(demo, **gains) as uid:
+    with added(demo, **gains) as uid:
         heavy = {"load_inertia": 3.0, "external_angle_deg": 60.0}
         for change in ({"power": "off"}, heavy, {"power": "on"}):
             demo.api.patch(f"/sim/servos/{uid}", json=change).raise_for_status()
-        wait_for(lambda: activity(demo, uid) == "hunting", 60, "the server does not call it hunting")
+        wait_for(lambda: servo(demo, uid)["activity"]["state"] == "hunting", "the server does not call it hunting")
         marked(page, demo, uid, "hunting, ")
         expect(page.get_by_test_id("servo-state")).to_contain_text("peak to peak")
 
 
 def test_head_and_side_panel_agree_during_a_speed_command(page: Page, demo: Demo) -> None:
-    with servo(demo, speed_torque_control=1, soft_start=0) as uid:
+    with added(demo, speed_torque_control=1, soft_start=0) as uid:
         page.set_viewport_size(WIDE)
         page.goto(f"{demo.url}servos/{uid}/motion")
         page.get_by_test_id("enable-motion").click()
@@ -84,7 +77,7 @@ def test_head_and_side_panel_agree_during_a_speed_command(page: Page, demo: Demo
         page.mouse.down()
         expect(page.get_by_test_id("jog-command")).to_contain_text("+30")
         expect(page.get_by_test_id("command-readout")).to_contain_text("+30\u202frpm")
-        expect(page.get_by_test_id("servo-state")).to_contain_text("Rotating", timeout=10_000)
+        expect(page.get_by_test_id("servo-state")).to_contain_text("Rotating")
         expect(page.get_by_test_id("servo-state")).not_to_contain_text("Holding")
         page.mouse.up()
-        expect(page.get_by_test_id("servo-state")).not_to_contain_text("Rotating", timeout=10_000)
+        expect(page.get_by_test_id("servo-state")).not_to_contain_text("Rotating")

@@ -1,10 +1,10 @@
 """Addresses: Back and a reload restore the page, and an unknown address says so."""
 
-import pytest
 from playwright.sync_api import Page, expect
 
 from e2e.hand import Hand
 from e2e.servers import Demo
+from e2e.state import uids_of, wait_for
 
 UNKNOWN = "f" * 32
 
@@ -17,8 +17,8 @@ def test_back_and_reload_restore_the_list(page: Page, demo: Demo) -> None:
     page.get_by_test_id("filter-model").select_option(model)
     page.get_by_test_id("sort-name").dblclick()
     page.get_by_role("searchbox").fill("6")
+    wait_for(lambda: 0 < rows.count() < 6, "the list is not filtered")
     names = page.locator(".servo-row .row-link").all_inner_texts()
-    assert 0 < len(names) < 6
 
     def as_it_was() -> None:
         expect(page.get_by_role("searchbox")).to_have_value("6")
@@ -78,26 +78,25 @@ def test_a_reload_restores_the_filters_of_monitor_matrix_and_audit(page: Page, d
     expect(page.get_by_role("searchbox")).to_have_value("torque")
 
     page.goto(demo.url + "records#audit")
-    uid = str(demo.api.get("/servos").json()[0]["uid"])
+    uid = uids_of(demo)[0]
     page.get_by_test_id("audit-servo").select_option(uid)
     page.reload()
     expect(page.get_by_test_id("audit-servo")).to_have_value(uid)
 
 
-@pytest.mark.parametrize("path", ["nothing", "servos/12/parameters", f"servos/{UNKNOWN}/nothing"])
-def test_an_unknown_address_links_back(page: Page, demo: Demo, path: str) -> None:
-    page.goto(demo.url + path)
-    expect(page.get_by_test_id("missing-page")).to_contain_text(f"/{path}")
-    page.get_by_role("button", name="Go to Servos").click()
-    expect(page.locator(".servo-row")).to_have_count(6)
+PARTS = ("parameters", "motion", "tune", "faults")
+PATHS = ("nothing", "servos/12/parameters", f"servos/{UNKNOWN}/nothing")
+MISSING = {path: ("missing-page", f"/{path}") for path in PATHS} | {
+    f"servos/{UNKNOWN}/{part}": ("missing-servo", UNKNOWN) for part in PARTS
+}
 
 
-@pytest.mark.parametrize("part", ["parameters", "motion", "tune", "faults"])
-def test_an_unknown_servo_links_back(page: Page, demo: Demo, part: str) -> None:
-    page.goto(f"{demo.url}servos/{UNKNOWN}/{part}")
-    expect(page.get_by_test_id("missing-servo")).to_contain_text(UNKNOWN)
-    page.get_by_role("button", name="Go to Servos").click()
-    expect(page.locator(".servo-row")).to_have_count(6)
+def test_an_unknown_address_or_servo_links_back(page: Page, demo: Demo) -> None:
+    for path, (testid, says) in MISSING.items():
+        page.goto(demo.url + path)
+        expect(page.get_by_test_id(testid)).to_contain_text(says)
+        page.get_by_role("button", name="Go to Servos").click()
+        expect(page.locator(".servo-row")).to_have_count(6)
 
 
 def test_an_address_with_a_stray_percent_sign_opens(page: Page, demo: Demo) -> None:

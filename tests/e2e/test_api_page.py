@@ -10,7 +10,8 @@ import pytest
 from playwright.sync_api import BrowserContext, Page, expect
 
 from e2e.servers import Demo
-from e2e.test_technician import servo_of, wait_for
+from e2e.state import WAIT_S, latched, no_lease, servo_of, sim, uids_of, wait_for
+from e2e.steps import jog, stage
 
 
 def test_the_api_page_names_this_server(page: Page, demo: Demo) -> None:
@@ -21,7 +22,7 @@ def test_the_api_page_names_this_server(page: Page, demo: Demo) -> None:
     link = page.get_by_test_id("api-document").get_attribute("href")
     assert link is not None
     assert demo.api.get(link).json()["openapi"].startswith("3.")
-    uids = [one["uid"] for one in demo.api.get("/servos").json()]
+    uids = uids_of(demo)
     examples = page.get_by_test_id("api-examples")
     expect(examples).to_contain_text("curl -sS")
     assert any(uid in examples.inner_text() for uid in uids)
@@ -32,8 +33,11 @@ def test_the_api_page_names_this_server(page: Page, demo: Demo) -> None:
 def test_the_python_examples_run_unchanged(page: Page, demo: Demo) -> None:
     page.goto(demo.url + "api-page")
     page.get_by_role("button", name="Python").click()
-    codes = page.get_by_test_id("api-examples").locator("pre").all_inner_texts()
-    assert len(codes) == 5
+    shown = page.get_by_test_id("api-examples").locator("pre")
+    expect(shown.first).to_contain_text("from hornbill.client import Hornbill")
+    expect(shown).to_have_count(5)
+    expect(page.get_by_test_id("api-examples"), "the servos are known").not_to_contain_text("<uid>")
+    codes = shown.all_inner_texts()
     said: dict[str, Any] = {}
     exec("\n".join(codes[:3]), said)  # all but writing and stopping: other tests go on with these servos
     said["rig"].close()
@@ -54,15 +58,14 @@ def test_the_last_actions_run_as_a_program(page: Page, demo: Demo, context: Brow
         return page.evaluate("() => navigator.clipboard.readText()")
 
     def run(code: str) -> None:
-        done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=40, check=False)
+        done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=WAIT_S, check=False)
         assert done.returncode == 0, f"{code}\n{done.stderr}"
 
     try:
         page.goto(f"{demo.url}servos/{uid}/parameters#temperature_limit_upper")
-        page.get_by_test_id("input-temperature_limit_upper").fill(str(before - 1))
-        page.get_by_test_id("input-temperature_limit_upper").press("Enter")
+        stage(page, "temperature_limit_upper", before - 1)
         page.get_by_test_id("apply").click()
-        wait_for(lambda: demo.api.get(row).json()["value"] == before - 1, 10, "not applied")
+        wait_for(lambda: demo.api.get(row).json()["value"] == before - 1, "not applied")
         write = program("PATCH /api/v1/servos/.*/parameters")
         demo.api.put(row, json={"value": before}).raise_for_status()
         run(write)
@@ -70,12 +73,11 @@ def test_the_last_actions_run_as_a_program(page: Page, demo: Demo, context: Brow
 
         page.locator('.rail a[href$="/motion"]').click()
         page.get_by_test_id("enable-motion").click()
-        page.get_by_test_id("jog-value").fill("9")
-        page.get_by_test_id("jog-go").click()
-        expect(page.get_by_test_id("jog-angle")).to_contain_text(re.compile(r"\+[89]\.\d°"), timeout=10_000)
+        jog(page, 9)
+        expect(page.get_by_test_id("jog-angle")).to_contain_text(re.compile(r"\+[89]\.\d°"))
         move, lease = program("POST /api/v1/servos/.*/command"), program("POST /api/v1/leases")
-        wait_for(lambda: demo.api.get("/leases").json() == [], 10, "the page still has motion control")
-        demo.api.patch(f"/sim/servos/{uid}", json={"external_angle_deg": 0}).raise_for_status()
+        no_lease(demo)
+        sim(demo, uid, external_angle_deg=0)
         run(move)
         angle = demo.api.get(f"/servos/{uid}/parameters/current_angle").json()["value"]
         assert abs(angle - 9) < 5, "it coasts once its torque is off"
@@ -88,7 +90,7 @@ def test_the_last_actions_run_as_a_program(page: Page, demo: Demo, context: Brow
         stop = program("POST /api/v1/stop")
         demo.api.delete("/stop").raise_for_status()
         run(stop)
-        assert demo.api.get("/stop").json()["latched"]
+        assert latched(demo)
         demo.api.delete("/stop").raise_for_status()
         expect(page.get_by_test_id("stop-band")).to_have_count(0)
     finally:
@@ -103,10 +105,9 @@ def test_the_last_action_copied_as_curl_repeats_it(page: Page, demo: Demo, conte
     before = demo.api.get(row).json()["value"]
     context.grant_permissions(["clipboard-read", "clipboard-write"])
     page.goto(f"{demo.url}servos/{uid}/parameters#temperature_limit_upper")
-    page.get_by_test_id("input-temperature_limit_upper").fill(str(before - 1))
-    page.get_by_test_id("input-temperature_limit_upper").press("Enter")
+    stage(page, "temperature_limit_upper", before - 1)
     page.get_by_test_id("apply").click()
-    wait_for(lambda: demo.api.get(row).json()["value"] == before - 1, 10, "not applied")
+    wait_for(lambda: demo.api.get(row).json()["value"] == before - 1, "not applied")
     try:
         page.get_by_role("link", name="API").click()
         sent = page.get_by_test_id("api-sent").locator("tbody tr").filter(has_text="temperature_limit_upper").first
@@ -118,7 +119,9 @@ def test_the_last_action_copied_as_curl_repeats_it(page: Page, demo: Demo, conte
         demo.api.put(row, json={"value": before}).raise_for_status()
         revision = demo.api.get(f"/servos/{uid}/parameters").headers.get("etag", "")
         command = re.sub(r"(If-Match: )\"?[^'\"]*\"?", lambda found: found[1] + revision, command)
-        subprocess.run(["sh", "-c", command], check=True, capture_output=True, timeout=20, env={"HORNBILL_TOKEN": "x"})
+        subprocess.run(
+            ["sh", "-c", command], check=True, capture_output=True, timeout=WAIT_S, env={"HORNBILL_TOKEN": "x"}
+        )
         assert demo.api.get(row).json()["value"] == before - 1
     finally:
         demo.api.put(row, json={"value": before}).raise_for_status()

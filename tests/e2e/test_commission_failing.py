@@ -2,20 +2,18 @@
 
 import re
 from collections.abc import Iterator
-from itertools import count
 from pathlib import Path
 from urllib.parse import urlsplit
 
 import pytest
 from playwright.sync_api import BrowserContext, Page, expect
 
-from e2e.servers import Server, running, serving, until
+from e2e.servers import Server, running, serving
+from e2e.state import add, ready, row, servo, sim, wait_for
+from e2e.steps import horn_is_free
 
-BODY = {"model": "BLA21-06U-A0", "firmware": "1.300"}
-NODE_IDS = count(20)
-"""Their own: allocation takes a second."""
-JOB_MS = 60_000
-"""Maximum duration of a job on a busy machine."""
+JOB_MS = 180_000
+"""Maximum duration of a job, which waits for responses, on a busy machine."""
 
 
 @pytest.fixture(scope="module")
@@ -35,37 +33,27 @@ def servos(server: Server) -> Iterator[list[str]]:
 
 
 def plugged(server: Server, number: int) -> list[str]:
-    bodies = [{**BODY, "node_id": next(NODE_IDS)} for _ in range(number)]
-    made = [str(server.api.post("/sim/servos", json=body).json()["uid"]) for body in bodies]
-    until(lambda: all(states(server).get(uid) == "ready" for uid in made), 40, "the new servos are not ready")
-    by_serial = {str(one["uid"]): str(one["serial"]) for one in server.servos()}
-    return sorted(made, key=lambda uid: by_serial[uid])
+    """New servos in the order of commissioning: by serial."""
+    made = add(server, number)
+    return sorted(made, key=lambda uid: servo(server, uid)["serial"])
 
 
-def plug_again(server: Server, uid: str, servo_id: object) -> None:
-    body = {**BODY, "uid": uid, "servo_id": servo_id, "node_id": next(NODE_IDS)}
-    server.api.post("/sim/servos", json=body).raise_for_status()
-
-
-def states(server: Server) -> dict[str, str]:
-    return {str(one["uid"]): str(one["state"]) for one in server.servos()}
-
-
-def sim(server: Server, uid: str, **change: object) -> None:
-    server.api.patch(f"/sim/servos/{uid}", json=change).raise_for_status()
+def plugged_again(server: Server, servo_ids: dict[str, object]) -> None:
+    """The servos of an earlier server, each with what it had in ROM."""
+    for uid, servo_id in servo_ids.items():
+        add(server, uid=uid, servo_id=servo_id)
 
 
 def at_check(page: Page, server: Server, number: int) -> None:
     """All servos are selected with the next free ID, not identified; the last step before a write."""
     page.goto(server.url + "commission")
-    expect(page.get_by_test_id("find-count")).to_contain_text(f"{number} of {number}", timeout=25_000)
+    expect(page.get_by_test_id("find-count")).to_contain_text(f"{number} of {number}")
     page.get_by_test_id("find-go").click()
     page.get_by_test_id("give-rest").click()
     page.get_by_test_id("identify-go").click()
     page.get_by_test_id("profile-go").click()
-    expect(page.locator('[data-testid^="changes-"]')).to_have_count(number, timeout=30_000)
-    if page.get_by_test_id("horn-free").count():
-        page.get_by_test_id("horn-free").check()
+    expect(page.locator('[data-testid^="changes-"]')).to_have_count(number)
+    horn_is_free(page)
 
 
 def at_report(page: Page) -> None:
@@ -82,13 +70,11 @@ def heading(page: Page, says: str) -> None:
 
 def saved_ids(server: Server, uids: list[str]) -> list[object]:
     """Servo IDs in ROM."""
-    held = [server.api.get(f"/servos/{uid}/parameters").json()["parameters"]["servo_id"] for uid in uids]
-    return [one["rom"] for one in held]
+    return [row(server, uid, "servo_id")["rom"] for uid in uids]
 
 
 def all_done(page: Page, server: Server, uids: list[str]) -> None:
-    headline = re.compile(f"All {len(uids)} servos are commissioned")
-    expect(page.get_by_test_id("commission-page")).to_contain_text(headline, timeout=JOB_MS)
+    heading(page, f"All {len(uids)} servos are commissioned")
     heading(page, "Saved and verified in ROM after the restart.")
     for uid in uids:
         verdict(page, uid, "done")
@@ -117,7 +103,7 @@ def test_a_failed_servo_is_named_and_retried_alone(context: BrowserContext, serv
 
     # it still fails: the same error is shown again, and nothing else changes
     page.get_by_test_id(f"retry-{bad}").click()
-    expect(page.get_by_role("group", name="Report 2")).to_be_visible(timeout=JOB_MS)
+    expect(page.get_by_role("group", name="Report 2")).to_be_visible()
     at_report(page)
     verdict(page, bad, "failed")
 
@@ -138,9 +124,8 @@ def test_an_id_taken_by_another_client_is_rejected_before_any_write(
     page = context.new_page()
     at_check(page, server, 3)
     wanted = int(re.findall(r"→ (\d+)", page.get_by_test_id(f"check-{servos[1]}").inner_text())[0])
-    twin = str(server.api.post("/sim/servos", json={**BODY, "servo_id": wanted}).json()["uid"])
+    (twin,) = add(server, servo_id=wanted)
     try:
-        until(lambda: states(server).get(twin) == "ready", 30, "the twin is not ready")
         page.get_by_test_id("start").click()
         refused = page.get_by_test_id("start-refused")
         expect(refused).to_contain_text("Nothing was written.")
@@ -157,9 +142,9 @@ def test_an_id_taken_by_another_client_is_rejected_before_any_write(
 def test_a_cancelled_job_is_resumed_after_a_reload(context: BrowserContext, server: Server, servos: list[str]) -> None:
     page = context.new_page()
     at_check(page, server, 3)
-    sim(server, servos[1], restart_delay_s=8)
+    sim(server, servos[1], restart_delay_s=15)
     page.get_by_test_id("start").click()
-    expect(page.get_by_test_id(f"run-{servos[0]}")).to_have_attribute("data-verdict", "done", timeout=JOB_MS)
+    expect(page.get_by_test_id(f"run-{servos[0]}")).to_have_attribute("data-verdict", "done")
     verdict(page, servos[1], "running")
     page.get_by_test_id("cancel-job").click()
     expect(page.get_by_test_id("cancel-dialog")).to_contain_text("Values that are already written stay.")
@@ -171,7 +156,7 @@ def test_a_cancelled_job_is_resumed_after_a_reload(context: BrowserContext, serv
     verdict(page, servos[2], "not_tried")
 
     sim(server, servos[1], restart_delay_s=0)
-    until(lambda: states(server).get(servos[1]) == "ready", 30, "it did not come back")
+    ready(server, servos[1])
     page.reload()
     at_report(page)
     heading(page, "Commissioning was cancelled.")
@@ -195,15 +180,13 @@ def test_a_job_failed_by_a_silent_servo_resumes_on_the_next_server(context: Brow
         expect(page.get_by_test_id(f"run-{servos[1]}").get_by_role("alert")).to_contain_text("respond")
         held = saved_ids(server, servos[:1])[0]
         port = urlsplit(server.url).port or 0
-    expect(page.get_by_test_id("live-state")).to_have_attribute("data-state", "down", timeout=10_000)
+    expect(page.get_by_test_id("live-state")).to_have_attribute("data-state", "down")
     expect(page.get_by_test_id("resume")).to_be_disabled()
 
     # the servos went with the simulation: the same three are plugged in again, each with what it had in ROM
     with running(*serving(tmp_path, "--sim-api"), port=port) as again:
-        for uid, servo_id in zip(servos, (held, 0, 0), strict=True):
-            plug_again(again, uid, servo_id)
-        until(lambda: all(states(again).get(uid) == "ready" for uid in servos), 40, "they are not ready again")
-        expect(page.get_by_test_id("live-state")).to_have_attribute("data-state", "up", timeout=10_000)
+        plugged_again(again, dict(zip(servos, (held, 0, 0), strict=True)))
+        expect(page.get_by_test_id("live-state")).to_have_attribute("data-state", "up")
         heading(page, "1 of 3 servos are commissioned")
         expect(page.get_by_test_id("resume")).to_be_enabled()
         page.get_by_test_id("resume").click()
@@ -225,12 +208,10 @@ def test_a_job_interrupted_by_a_server_restart_resumes_from_another_browser(
             first_done = units[0]["verdict"] == "done"
             return first_done and server.api.get(f"/sim/servos/{servos[1]}").json()["stage"] != "running"
 
-        until(in_the_middle, 40, "the job does not come so far")
+        wait_for(in_the_middle, "the job does not come so far")
     page = context.new_page()
     with running(*serving(tmp_path, "--sim-api")) as again:
-        for at, uid in enumerate(servos, 1):
-            plug_again(again, uid, at)
-        until(lambda: all(states(again).get(uid) == "ready" for uid in servos), 40, "they are not ready again")
+        plugged_again(again, {uid: at for at, uid in enumerate(servos, 1)})
         page.goto(again.url + "commission")
         expect(page.get_by_test_id("unfinished")).to_contain_text("was not completed")
         page.get_by_test_id("look-unfinished").click()

@@ -7,10 +7,9 @@ from playwright.sync_api import Browser, BrowserContext, expect
 
 from e2e.hand import Hand, hand_of
 from e2e.looks import complaints, too_small
-from e2e.servers import Server, running, serving, turn_manually, until
-from e2e.test_commission_failing import at_report, heading, plugged, saved_ids, sim
-
-JOB_MS = 60_000
+from e2e.servers import Server, running, serving, turn_manually
+from e2e.state import sim, wait_for
+from e2e.test_commission_failing import at_report, heading, plugged, saved_ids
 
 
 @pytest.fixture(scope="module")
@@ -31,13 +30,12 @@ def commissioned_in_ram(server: Server, hand: Hand) -> None:
     """All servos get the next free ID, and nothing is saved."""
     page = hand.page
     page.goto(server.url + "commission")
-    expect(page.get_by_test_id("find-count")).to_contain_text("2 of 2", timeout=25_000)
+    expect(page.get_by_test_id("find-count")).to_contain_text("2 of 2")
     hand.press("find-go")
     hand.press("give-rest")
     hand.press("identify-go")
     hand.press("profile-go")
-    expect(page.locator('[data-testid^="changes-"]').first).to_be_visible(timeout=30_000)
-    expect(page.get_by_test_id("check-step")).not_to_contain_text("Reading", timeout=30_000)
+    expect(page.get_by_test_id("check-step")).not_to_contain_text("Reading")
     hand.press("save", "Space")
     expect(page.get_by_test_id("horn-free")).to_have_count(0)
     hand.press("start")
@@ -77,7 +75,7 @@ def saved_from_the_report(hand: Hand, server: Server, servos: list[str]) -> None
     hand.tick("horn-free")
     hand.press("batch-save-go")
     for uid in servos:
-        expect(page.get_by_test_id(f"turn-{uid}")).to_have_attribute("data-state", "done", timeout=JOB_MS)
+        expect(page.get_by_test_id(f"turn-{uid}")).to_have_attribute("data-state", "done")
     hand.press("change-close")
     heading(page, "All 2 servos are commissioned")
     heading(page, "Saved and verified in ROM after the restart.")
@@ -98,11 +96,10 @@ def test_values_lost_by_a_power_cut_are_not_reported_as_commissioned(
     heading(page, "Not complete: 2 servos in RAM only")
     for uid in servos:
         sim(server, uid, power="off")
-    until(lambda: all(not one["online"] for one in server.servos()), 20, "they are still online")
+    wait_for(lambda: all(not one["online"] for one in server.servos()), "they are still online")
     for uid in servos:
         sim(server, uid, power="on")
-    heading_ms = 40_000
     said = "Not complete: 2 servos have lost the values"
-    expect(page.get_by_test_id("commission-page")).to_contain_text(said, timeout=heading_ms)
+    expect(page.get_by_test_id("commission-page")).to_contain_text(said)
     expect(page.get_by_test_id("report-save")).to_have_count(0)
     expect(page.get_by_test_id(f"retry-{servos[0]}")).to_be_visible()

@@ -14,6 +14,7 @@ from commands.guides import ROOT
 from e2e.looks import complaints
 from e2e.servers import Demo
 from e2e.sphinx_site import sphinx
+from e2e.state import WAIT_S
 
 
 class Links(HTMLParser):
@@ -67,15 +68,15 @@ def test_links_of_the_built_site_resolve_and_nothing_is_inline(built: Path) -> N
 
 @pytest.mark.usefixtures("built")
 def test_the_server_serves_the_site_under_the_pages_policy(demo: Demo) -> None:
-    index = httpx.get(demo.url + "docs", follow_redirects=True)
+    index = httpx.get(demo.url + "docs", follow_redirects=True, timeout=WAIT_S)
     assert index.url.path == "/docs/"
     assert "<title>hornbill documentation" in index.text
     assert "script-src 'self'; style-src 'self';" in index.headers["content-security-policy"]
-    assert httpx.get(demo.url + "docs/reference/parameters.html").status_code == 200
-    script = httpx.get(demo.url + "docs/searchindex.js").headers["content-type"]
+    assert httpx.get(demo.url + "docs/reference/parameters.html", timeout=WAIT_S).status_code == 200
+    script = httpx.get(demo.url + "docs/searchindex.js", timeout=WAIT_S).headers["content-type"]
     assert script.startswith(("text/javascript", "application/javascript"))
-    assert httpx.get(demo.url + "docs/no-such-page.html").status_code == 404
-    assert httpx.get(demo.url + "docs/..%2f..%2fREADME.md").status_code == 404
+    assert httpx.get(demo.url + "docs/no-such-page.html", timeout=WAIT_S).status_code == 404
+    assert httpx.get(demo.url + "docs/..%2f..%2fREADME.md", timeout=WAIT_S).status_code == 404
 
 
 @pytest.mark.usefixtures("built")
@@ -116,13 +117,13 @@ GUIDES = re.findall(
 def test_links_from_the_page_into_the_documentation_resolve(page: Page, demo: Demo) -> None:
     assert len(GUIDES) > 10
     for name, place in GUIDES:
-        response = httpx.get(f"{demo.url}docs/{place and place + '.html'}")
+        response = httpx.get(f"{demo.url}docs/{place and place + '.html'}", timeout=WAIT_S)
         assert response.status_code == 200, name
     page.goto(demo.url + "api-page")
     page.get_by_test_id("guide-rigs").wait_for()
     page.get_by_test_id("keys").click()
     page.get_by_test_id("guide-tutorial").wait_for()
     links = page.locator('a[href*="/docs/"]').evaluate_all("all => all.map(one => [one.href, one.target])")
-    assert {httpx.get(href).status_code for href, _ in links} == {200}
+    assert {httpx.get(href, timeout=WAIT_S).status_code for href, _ in links} == {200}
     assert {target for _, target in links} == {"_blank"}, "what is staged or moving stays in its own tab"
     assert {href.removeprefix(demo.url) for href, _ in links} >= {"docs/", "docs/tutorial.html", "docs/rigs.html"}

@@ -6,7 +6,8 @@ import pytest
 from playwright.sync_api import BrowserContext, Page, expect
 
 from e2e.looks import complaints
-from e2e.servers import Server, running, until
+from e2e.servers import Server, running
+from e2e.state import row, turn, wait_for
 
 KEYS = ("angle_limit_cw", "speed_limit_cw")
 
@@ -18,10 +19,10 @@ def meddled(context: BrowserContext) -> Iterator[tuple[Server, Page, str]]:
         known = server.ready(1)[0]
         shown = server.api.get(f"/sim/servos/{known}").json()
         before = server.api.get(f"/servos/{known}/parameters", params={"refresh": "true"}).json()["parameters"]
-        until(lambda: before_is_known(server, known), 20, "what ROM holds is not known")
+        wait_for(lambda: row(server, known, "angle_limit_cw")["rom"] is not None, "what ROM holds is not known")
         # it is unplugged, other limits are saved elsewhere, and it is plugged in again
         server.api.delete(f"/sim/servos/{known}").raise_for_status()
-        until(lambda: not server.servos()[0]["online"], 20, "it is still on the bus")
+        wait_for(lambda: not server.servos()[0]["online"], "it is still on the bus")
         rom = {key: before[key]["raw"] for key in KEYS}
         rom["angle_limit_cw"] -= 150
         again = {
@@ -29,15 +30,10 @@ def meddled(context: BrowserContext) -> Iterator[tuple[Server, Page, str]]:
             "node_id": 0, "rom": rom,
         }  # fmt: skip
         server.api.post("/sim/servos", json=again).raise_for_status()
-        until(lambda: "angle_limit_cw" in drift_of(server, known), 30, "the change is not noticed")
+        wait_for(lambda: "angle_limit_cw" in drift_of(server, known), "the change is not noticed")
         page = context.new_page()
         page.goto(server.url)
         yield server, page, known
-
-
-def before_is_known(server: Server, uid: str) -> bool:
-    row = server.api.get(f"/servos/{uid}/parameters").json()["parameters"]["angle_limit_cw"]
-    return row["rom"] is not None
 
 
 def drift_of(server: Server, uid: str) -> list[str]:
@@ -52,9 +48,7 @@ def test_drift_is_shown_restored_and_saved(meddled: tuple[Server, Page, str]) ->
     server, page, uid = meddled
     found = {row["key"]: row for row in server.api.get(f"/servos/{uid}/drift").json()["rows"]}
     # the horn is off 0°, where the restart turns it
-    server.api.post(f"/servos/{uid}/torque", json={"mode": "off"}).raise_for_status()
-    server.api.patch(f"/sim/servos/{uid}", json={"external_angle_deg": 30}).raise_for_status()
-    until(lambda: (server.api.get(f"/servos/{uid}").json()["angle_deg"] or 0) > 20, 5, "it was not turned")
+    turn(server, uid, 30)
     page.goto(f"{server.url}servos/{uid}/parameters")
     expect(page.get_by_test_id("drift-line")).to_contain_text("Changed externally")
     page.get_by_test_id("drift-line").get_by_role("button").click()
@@ -69,9 +63,9 @@ def test_drift_is_shown_restored_and_saved(meddled: tuple[Server, Page, str]) ->
     expect(page.get_by_test_id("drift-go")).to_be_disabled()
     page.get_by_test_id("horn-free").check()
     page.get_by_test_id("drift-go").click()
-    expect(dialog).to_have_count(0, timeout=30_000)
+    expect(dialog).to_have_count(0)
     assert limit(server, uid) == found["angle_limit_cw"]["was"]
-    until(lambda: drift_of(server, uid) == [], 20, "it is still flagged")
+    wait_for(lambda: drift_of(server, uid) == [], "it is still flagged")
     expect(page.get_by_test_id("drift-line")).to_have_count(0)
 
 

@@ -6,11 +6,12 @@ from playwright.sync_api import Page, expect
 
 from e2e.looks import complaints, too_small
 from e2e.servers import Demo
-from e2e.test_technician import servo_of, wait_for
+from e2e.state import servo_of, sim, wait_for
+from e2e.steps import box, chord
 
 
 def inject(demo: Demo, uid: str, key: str, on: bool) -> None:
-    demo.api.patch(f"/sim/servos/{uid}", json={"faults": {key: on}}).raise_for_status()
+    sim(demo, uid, faults={key: on})
 
 
 def open_faults(demo: Demo) -> int:
@@ -26,9 +27,8 @@ def test_a_fault_appears_is_acknowledged_and_clears(page: Page, demo: Demo) -> N
     expect(page.get_by_test_id("faults-badge")).to_have_count(0)
 
     inject(demo, uid, "sensor_weak", True)
-    expect(page.get_by_test_id("faults-badge")).to_contain_text("1", timeout=10_000)
-    page.keyboard.press("g")
-    page.keyboard.press("f")
+    expect(page.get_by_test_id("faults-badge")).to_contain_text("1")
+    chord(page, "g", "f")
     expect(page).to_have_url(re.compile(r"/faults$"))
     line = page.get_by_test_id("faults-now").locator(f'[data-testid="fault-sensor_weak"][data-uid="{uid}"]')
     expect(line).to_have_attribute("data-active", "true")
@@ -46,7 +46,7 @@ def test_a_fault_appears_is_acknowledged_and_clears(page: Page, demo: Demo) -> N
 
     inject(demo, uid, "sensor_weak", False)
     over = page.get_by_test_id("faults-past").locator(f'[data-testid="fault-sensor_weak"][data-uid="{uid}"]')
-    expect(over).to_contain_text("Cleared", timeout=10_000)
+    expect(over).to_contain_text("Cleared")
     expect(line).to_have_count(0)
     assert open_faults(demo) == 0
 
@@ -58,15 +58,15 @@ def test_all_faults_are_acknowledged_at_once_and_filtered_by_servo(page: Page, d
         inject(demo, second, "temperature_low", True)
         page.goto(f"{demo.url}servos/{first}/faults")
         now = page.get_by_test_id("faults-now")
-        expect(now.get_by_test_id("fault-motor_signal")).to_be_visible(timeout=10_000)
+        expect(now.get_by_test_id("fault-motor_signal")).to_be_visible()
         expect(page.get_by_test_id("fault-temperature_low")).to_have_count(0)
         page.get_by_test_id("faults-servo").select_option("")
         expect(page).to_have_url(re.compile(r"/faults$"))
-        expect(now.get_by_test_id("fault-temperature_low")).to_be_visible(timeout=10_000)
+        expect(now.get_by_test_id("fault-temperature_low")).to_be_visible()
         expect(now.locator("tbody tr").first, "the worst first").to_have_attribute("data-level", "failure")
         page.get_by_test_id("acknowledge-all").click()
         expect(page.get_by_test_id("acknowledge-all")).to_be_disabled()
-        wait_for(lambda: open_faults(demo) == 0, 5, "not all are acknowledged")
+        wait_for(lambda: open_faults(demo) == 0, "not all are acknowledged")
     finally:
         inject(demo, first, "motor_signal", False)
         inject(demo, second, "temperature_low", False)
@@ -87,7 +87,7 @@ def test_the_faults_page_passes_axe_and_touch_sizes(page: Page, demo: Demo) -> N
     try:
         page.emulate_media(color_scheme="light", reduced_motion="reduce")
         page.goto(f"{demo.url}faults")
-        expect(page.get_by_test_id("faults-now").get_by_test_id("fault-voltage_high")).to_be_visible(timeout=10_000)
+        expect(page.get_by_test_id("faults-now").get_by_test_id("fault-voltage_high")).to_be_visible()
         assert complaints(page) == []
         page.emulate_media(color_scheme="dark", reduced_motion="reduce")
         assert complaints(page, "color-contrast") == [], "dark"
@@ -97,8 +97,7 @@ def test_the_faults_page_passes_axe_and_touch_sizes(page: Page, demo: Demo) -> N
         page.set_viewport_size({"width": 390, "height": 844})
         assert too_small(page) == []
         assert page.evaluate("() => document.documentElement.scrollWidth") <= 390
-        text = page.get_by_test_id("fault-voltage_high").locator(".fault-what").bounding_box()
-        assert text is not None
+        text = box(page.get_by_test_id("fault-voltage_high").locator(".fault-what"))
         assert text["width"] > 300, "its text has the full width of a phone"
     finally:
         inject(demo, uid, "voltage_high", False)

@@ -10,8 +10,8 @@ from e2e.contexts import page_in
 from e2e.hand import Hand
 from e2e.looks import loading
 from e2e.servers import Demo
+from e2e.state import servo_of
 from e2e.test_access import PAGES
-from e2e.test_technician import servo_of
 
 
 @pytest.fixture

@@ -13,8 +13,10 @@ import httpx
 import pytest
 from playwright.sync_api import Browser, BrowserContext, expect
 
+from e2e.contexts import TIMEOUT_MS
 from e2e.looks import complaints
 from e2e.servers import running
+from e2e.state import WAIT_S
 
 TOKEN = "a-token-for-the-browser-test"
 
@@ -22,7 +24,7 @@ TOKEN = "a-token-for-the-browser-test"
 @pytest.fixture
 def profile(browser: Browser) -> Generator[BrowserContext]:
     made = browser.new_context(viewport={"width": 1440, "height": 900})
-    made.set_default_timeout(15_000)
+    made.set_default_timeout(TIMEOUT_MS)
     yield made
     made.close()
 
@@ -42,7 +44,7 @@ def served(*flags: str, **environment: str) -> Generator[tuple[subprocess.Popen[
             yield process, said
         finally:
             process.send_signal(signal.SIGTERM)
-            process.wait(timeout=10)
+            process.wait(timeout=60)
 
 
 def test_a_token_signs_in_and_signing_out_ends_the_session(profile: BrowserContext) -> None:
@@ -57,7 +59,7 @@ def test_a_token_signs_in_and_signing_out_ends_the_session(profile: BrowserConte
         expect(page.get_by_test_id("login-refusal")).to_be_visible()
         box.fill(TOKEN)
         page.keyboard.press("Enter")
-        expect(page.locator("[data-testid^=servo-row-]")).to_have_count(2, timeout=20_000)
+        expect(page.locator("[data-testid^=servo-row-]")).to_have_count(2)
         expect(page.get_by_test_id("signed-in")).to_contain_text("command line")
         cookie = next(one for one in profile.cookies() if one.get("name") == "hornbill_session")
         assert cookie.get("httpOnly")
@@ -65,11 +67,14 @@ def test_a_token_signs_in_and_signing_out_ends_the_session(profile: BrowserConte
         assert page.evaluate("document.cookie") == ""
         assert TOKEN not in page.url
         page.reload()
-        expect(page.locator("[data-testid^=servo-row-]")).to_have_count(2, timeout=20_000)
+        expect(page.locator("[data-testid^=servo-row-]")).to_have_count(2)
         page.get_by_test_id("sign-out").click()
         expect(page.get_by_test_id("login")).to_be_visible()
         assert (
-            httpx.get(url + "api/v1/servos", cookies={"hornbill_session": str(cookie.get("value"))}).status_code == 401
+            httpx.get(
+                url + "api/v1/servos", timeout=WAIT_S, cookies={"hornbill_session": str(cookie.get("value"))}
+            ).status_code
+            == 401
         )
 
 
@@ -102,7 +107,7 @@ def test_server_output_contains_no_secret(tmp_path: Path) -> None:
     flags = ("--host", "127.0.0.1", "--token", TOKEN, "--data-dir", str(tmp_path))
     with served(*flags) as (process, said):
         url = re.findall(r"http://\S+/", "".join(said))[0]
-        with httpx.Client(base_url=url, headers={"Authorization": f"Bearer {TOKEN}"}) as client:
+        with httpx.Client(base_url=url, headers={"Authorization": f"Bearer {TOKEN}"}, timeout=WAIT_S) as client:
             ticket = client.post("/api/v1/tickets").json()["ticket"]
             cookie = client.post("/api/v1/session", json={"token": TOKEN}).cookies["hornbill_session"]
             made = client.post("/api/v1/tokens", json={"name": "rig", "role": "view"}).json()["token"]

@@ -6,7 +6,7 @@ import pytest
 from playwright.sync_api import Page, expect
 
 from e2e.servers import Demo, running
-from e2e.test_technician import wait_for
+from e2e.state import add, read, row, turn, uids_of, write
 
 MODEL = "BLA21-06U-A0"
 
@@ -15,22 +15,15 @@ MODEL = "BLA21-06U-A0"
 def demo() -> Iterator[Demo]:
     """A demo of this file with four servos of one model, one of them with another gain."""
     with running("demo", "--servos", "1", "--seed", "1") as server:
-        api = server.api
-        for _ in range(3):
-            api.post("/sim/servos", json={"model": MODEL, "firmware": "1.300"}).raise_for_status()
-        server.ready(4, within_s=60)
-        odd = api.get("/servos").json()[2]["uid"]
-        api.put(f"/servos/{odd}/parameters/angle_p_gain", json={"value": 61}).raise_for_status()
-        yield Demo(server.url, api)
+        add(server, 3, model=MODEL)
+        server.ready(4)
+        write(server, uids_of(server)[2], "angle_p_gain", 61)
+        yield Demo(server.url, server.api)
 
 
 @pytest.fixture
 def uids(demo: Demo) -> list[str]:
-    return [one["uid"] for one in demo.api.get("/servos").json()]
-
-
-def held(demo: Demo, uid: str, key: str) -> dict[str, object]:
-    return demo.api.get(f"/servos/{uid}/parameters").json()["parameters"][key]
+    return uids_of(demo)
 
 
 def test_outliers_of_a_model_are_marked(page: Page, demo: Demo, uids: list[str]) -> None:
@@ -66,19 +59,17 @@ def test_cells_are_edited_and_applied_by_keyboard(page: Page, demo: Demo, uids: 
     page.get_by_test_id("matrix-review").click()
     plan = page.get_by_test_id(f"batch-{uids[1]}")
     expect(plan).to_contain_text("33")
-    assert held(demo, uids[1], "angle_p_gain")["value"] == 40, "a plan writes nothing"
+    assert row(demo, uids[1], "angle_p_gain")["value"] == 40, "a plan writes nothing"
     page.get_by_test_id("batch-go").click()
     expect(page.get_by_test_id(f"turn-{uids[1]}")).to_have_attribute("data-state", "done")
-    assert held(demo, uids[1], "angle_p_gain")["value"] == 33
+    assert row(demo, uids[1], "angle_p_gain")["value"] == 33
     page.get_by_test_id("change-close").click()
     page.get_by_test_id("matrix-discard").click()
 
 
 def test_a_row_is_set_on_all_servos_and_saved(page: Page, demo: Demo, uids: list[str]) -> None:
     # one horn is off 0°, where the restart turns it
-    demo.api.post(f"/servos/{uids[0]}/torque", json={"mode": "off"}).raise_for_status()
-    demo.api.patch(f"/sim/servos/{uids[0]}", json={"external_angle_deg": 30}).raise_for_status()
-    wait_for(lambda: (demo.api.get(f"/servos/{uids[0]}").json()["angle_deg"] or 0) > 20, 5, "it was not turned")
+    turn(demo, uids[0], 30)
     page.goto(f"{demo.url}servos/matrix?uids={','.join(uids)}")
     page.get_by_test_id("set-angle_d_gain").click()
     page.get_by_test_id("set-value").fill("44")
@@ -91,9 +82,9 @@ def test_a_row_is_set_on_all_servos_and_saved(page: Page, demo: Demo, uids: list
     page.get_by_test_id("horn-free").check()
     page.get_by_test_id("batch-go").click()
     for uid in uids:
-        expect(page.get_by_test_id(f"turn-{uid}")).to_have_attribute("data-state", "done", timeout=40_000)
+        expect(page.get_by_test_id(f"turn-{uid}")).to_have_attribute("data-state", "done")
         expect(page.get_by_test_id(f"turn-{uid}")).to_contain_text("read back from ROM")
-        assert held(demo, uid, "angle_d_gain")["rom"] == 44
+        assert row(demo, uid, "angle_d_gain")["rom"] == 44
     page.get_by_test_id("change-close").click()
 
 
@@ -110,7 +101,7 @@ def test_a_column_is_copied_without_identity(page: Page, demo: Demo, uids: list[
 
 
 def test_a_plan_that_could_switch_servos_off_needs_confirmation(page: Page, demo: Demo, uids: list[str]) -> None:
-    before = held(demo, uids[0], "voltage_limit_lower")["value"]
+    before = row(demo, uids[0], "voltage_limit_lower")["value"]
     page.goto(f"{demo.url}servos/matrix?uids={','.join(uids[:2])}#voltage_limit_lower")
     page.get_by_test_id("set-voltage_limit_lower").click()
     page.get_by_test_id("set-value").fill("7.2")
@@ -123,12 +114,12 @@ def test_a_plan_that_could_switch_servos_off_needs_confirmation(page: Page, demo
     expect(dialog).not_to_contain_text("confirm")
     expect(page.get_by_test_id("batch-go")).to_have_count(0)
     expect(page.get_by_test_id("change-again")).to_be_disabled()
-    assert [held(demo, uid, "voltage_limit_lower")["value"] for uid in uids[:2]] == [before, before]
+    assert [row(demo, uid, "voltage_limit_lower")["value"] for uid in uids[:2]] == [before, before]
 
     dialog.get_by_role("checkbox", name="I checked the supply").check()
     page.get_by_test_id("change-again").click()
     expect(page.get_by_test_id("batch-go")).to_be_enabled()
-    assert [held(demo, uid, "voltage_limit_lower")["value"] for uid in uids[:2]] == [before, before]
+    assert [row(demo, uid, "voltage_limit_lower")["value"] for uid in uids[:2]] == [before, before]
     dialog.get_by_role("checkbox", name="I checked the supply").uncheck()
     expect(page.get_by_test_id("batch-go")).to_have_count(0)
     expect(page.get_by_test_id("change-again")).to_be_disabled()
@@ -136,19 +127,17 @@ def test_a_plan_that_could_switch_servos_off_needs_confirmation(page: Page, demo
     page.get_by_test_id("batch-go").click()
     for uid in uids[:2]:
         expect(page.get_by_test_id(f"turn-{uid}")).to_have_attribute("data-state", "done")
-        assert held(demo, uid, "voltage_limit_lower")["value"] == 7.2
-        path = f"/servos/{uid}/parameters/voltage_limit_lower"
-        demo.api.put(path, json={"value": before}).raise_for_status()
+        assert row(demo, uid, "voltage_limit_lower")["value"] == 7.2
+        write(demo, uid, "voltage_limit_lower", before)
 
 
 def test_with_nothing_staged_the_bar_shows_unsaved_values(page: Page, demo: Demo, uids: list[str]) -> None:
-    row = f"/servos/{uids[0]}/parameters/angle_dead_band"
-    before = demo.api.get(row).json()["value"]
-    demo.api.put(row, json={"value": before + 0.5}).raise_for_status()
+    before = read(demo, uids[0], "angle_dead_band")
+    write(demo, uids[0], "angle_dead_band", before + 0.5)
     page.goto(f"{demo.url}servos/matrix?uids={uids[0]}#angle_dead_band")
     expect(page.get_by_test_id("matrix-bar")).to_contain_text("in RAM only")
     expect(page.get_by_test_id("matrix-bar")).not_to_contain_text("0 changes")
-    demo.api.put(row, json={"value": before}).raise_for_status()
+    write(demo, uids[0], "angle_dead_band", before)
 
 
 def test_headings_stay_visible_on_a_tablet(page: Page, demo: Demo, uids: list[str]) -> None:

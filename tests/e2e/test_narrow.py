@@ -8,8 +8,10 @@ from playwright.sync_api import Browser, Page, expect
 from e2e.contexts import page_in
 from e2e.looks import complaints, too_small
 from e2e.servers import Demo
+from e2e.state import no_lease, servo_of
+from e2e.steps import box
+from e2e.test_servo_actions import MARKS
 from e2e.test_stop_reach import SEEN
-from e2e.test_technician import servo_of, wait_for
 
 PHONES = {"smallest": (320, 640), "small": (360, 740), "usual": (390, 844), "last": (767, 1024)}
 THEMED = [*((size, "light") for size in PHONES), ("usual", "dark")]
@@ -45,9 +47,7 @@ def test_a_phone_navigates_from_the_list_to_the_dial(phone: Page, demo: Demo) ->
     expect(phone.locator(".servo-row")).to_have_count(6)
     well(phone, "list")
     row = phone.get_by_test_id(f"servo-row-{uid}")
-    size, button = row.bounding_box(), phone.get_by_test_id(f"wiggle-{uid}").bounding_box()
-    assert size is not None
-    assert button is not None
+    size, button = box(row), box(phone.get_by_test_id(f"wiggle-{uid}"))
     assert (round(button["width"]), round(button["height"])) == (56, 56)
     assert size["height"] >= 72
     row.locator("a.row-link").tap()
@@ -60,7 +60,7 @@ def test_a_phone_navigates_from_the_list_to_the_dial(phone: Page, demo: Demo) ->
     expect(phone.get_by_test_id("more"), "Motion has the whole screen").to_be_hidden()
     phone.get_by_test_id("stop").tap()
     expect(phone.get_by_test_id("stop-band")).to_be_visible()
-    wait_for(lambda: demo.api.get("/leases").json() == [], 6, "motion control was not given back")
+    no_lease(demo)
     demo.api.delete("/stop").raise_for_status()
 
 
@@ -68,10 +68,9 @@ def four_pages_and_more_below(phone: Page) -> None:
     shown = phone.locator(".rail nav > :visible")
     expect(shown).to_have_count(5)
     for one in shown.all():
-        box = one.bounding_box()
-        assert box is not None
-        assert box["y"] + box["height"] <= phone.evaluate("innerHeight") + 1
-        assert box["height"] >= 60
+        place = box(one)
+        assert place["y"] + place["height"] <= phone.evaluate("innerHeight") + 1
+        assert place["height"] >= 60
     more = phone.get_by_test_id("more")
     more.tap()
     expect(more).to_have_attribute("aria-expanded", "true")
@@ -88,17 +87,18 @@ def four_pages_and_more_below(phone: Page) -> None:
 
 def test_a_phone_wiggles_from_the_list_and_shows_a_rejection(browser: Browser, demo: Demo) -> None:
     uid = servo_of(demo, "BLA21-12U-A0")
-    wait_for(lambda: demo.api.get("/leases").json() == [], 6, "a client has motion control")
+    no_lease(demo)
     with page_in(browser, {"width": 390, "height": 844}, has_touch=True) as page:
         page.goto(f"{demo.url}servos")
         wiggle, row = page.get_by_test_id(f"wiggle-{uid}"), page.get_by_test_id(f"servo-row-{uid}")
+        page.evaluate(MARKS)
         wiggle.tap()
-        expect(row).to_have_attribute("data-wiggles", "true")
+        page.wait_for_function("row => window.marks.some(one => one[1] === row)", arg=f"servo-row-{uid}")
         expect(row).to_have_attribute("data-wiggles", "false")
-        assert page.get_by_test_id(f"wiggle-says-{uid}").all_inner_texts() == []
+        expect(page.get_by_test_id(f"wiggle-says-{uid}")).to_have_count(0)
         assert page.url.endswith("/servos"), "the row stays closed"
         # while another client moves servos it names the client, and moves nothing
-        lease = demo.api.post("/leases", json={"holder": "Rig 3", "ttl_s": 10}).json()["id"]
+        lease = demo.api.post("/leases", json={"holder": "Rig 3", "ttl_s": 60}).json()["id"]
         before = row.bounding_box()
         wiggle.tap()
         expect(page.get_by_test_id(f"wiggle-says-{uid}")).to_contain_text("Rig 3")

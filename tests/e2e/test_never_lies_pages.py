@@ -1,9 +1,7 @@
 """The page never lies, page by page: old values are stale, unavailable controls disabled, both recover, and crashes
 stay local."""
 
-import os
 import re
-import signal
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import Any
@@ -11,14 +9,16 @@ from typing import Any
 import pytest
 from playwright.sync_api import BrowserContext, Locator, Page, Route, expect
 
-from e2e.servers import Demo, Server, running, until
-from e2e.test_never_lies import SILENCE_S, STATUS_PERIOD_S, alive, allowed, begin, seconds
+from e2e.servers import Demo, Server, running
+from e2e.state import ready, sim, uids_of, wait_for
+from e2e.test_never_lies import SILENCE_S, STATUS_PERIOD_S, Watch, alive, muted, suspended
 
 HEARTBEAT_S = 1.0
 OFFLINE_AFTER_S = 3.0
 """Time until a silent servo is offline: three periods of its NodeStatus."""
-COMING_BACK_MS = 20_000
 FAULT = "sensor_weak"
+WATCHED_HZ = 10
+"""At least; the page asks for twice as much."""
 
 
 @pytest.fixture(scope="module")
@@ -26,7 +26,7 @@ def own() -> Iterator[Server]:
     """A demo that can be suspended: two servos, and a factory-new one."""
     with running("demo", "--servos", "2", "--seed", "3") as server:
         server.api.post("/sim/servos", json={"model": "BLA21-06U-A0", "firmware": "1.300"}).raise_for_status()
-        server.ready(3, within_s=60)
+        server.ready(3)
         yield server
 
 
@@ -34,7 +34,7 @@ def own() -> Iterator[Server]:
 def tab(context: BrowserContext) -> Page:
     """Not watched: the console logs the failures caused here, as expected."""
     page = context.new_page()
-    page.set_default_timeout(30_000)
+    page.add_init_script("window.hasty = true")
     return page
 
 
@@ -54,7 +54,17 @@ def as_is(page: Page, server: Server, uid: str) -> None:
 
 def as_faulty(page: Page, server: Server, uid: str) -> None:
     """Wait for an active fault: a cleared one of an earlier test never becomes stale."""
-    expect(page.locator(f"[data-testid=fault-{FAULT}][data-active=true]")).to_be_visible(timeout=COMING_BACK_MS)
+    expect(page.locator(f"[data-testid=fault-{FAULT}][data-active=true]")).to_be_visible()
+
+
+def as_polled(page: Page, server: Server, uid: str) -> None:
+    """Wait until the angle is polled as often as the page asks for."""
+    channels = f"/servos/{uid}/telemetry"
+
+    def granted() -> bool:
+        return (server.api.get(channels).json()["channels"]["current_angle"]["granted_hz"] or 0) >= WATCHED_HZ
+
+    wait_for(granted, "the angle is not polled")
 
 
 def ticked(page: Page, server: Server, uid: str) -> None:
@@ -89,6 +99,7 @@ CASES = {
     "servos": Case("servos", "[data-testid=torque-off-selected]", ticked),
     "wall": Case("servos", "[data-testid=wall]", as_wall, "data-frozen"),
     "matrix": Case("servos/matrix?uids={uid}", ".below button.link"),
+    "motion": Case("servos/{uid}/motion", "[data-testid=enable-motion]"),
     "parameters": Case("servos/{uid}/parameters#angle_limit_cw", "[data-testid=apply]", staged),
     "tune": Case("servos/{uid}/tune", "[data-testid=enable-motion]"),
     "commission": Case("commission", "[data-testid=wiggle]", identifying),
@@ -102,41 +113,31 @@ CASES = {
 @pytest.mark.parametrize("name", with_scene(CASES))
 def test_controls_of_each_page_are_disabled_while_the_server_is_silent(name: str, tab: Page, own: Server) -> None:
     case, uid = CASES[name], named(own)
-    faulty = name == "faults"
-    if faulty:
-        own.api.patch(f"/sim/servos/{uid}", json={"faults": {FAULT: True}}).raise_for_status()
-    try:
-        tab.goto(own.url + case.where.format(uid=uid))
-        expect(tab.get_by_test_id("live-state")).to_have_attribute("data-state", "up")
-        case.first(tab, own, uid)
-        one = tab.locator(case.selector)
-        acts(one, case)
-        begin(tab, case.selector, case.attribute, "true")
-        os.kill(own.process.pid, signal.SIGSTOP)
-        try:
-            took, most = seconds(tab, 10), allowed(tab, SILENCE_S)
-            expect(tab.get_by_text("No link to hornbill for")).to_be_visible()
-            expect(tab.locator("main [data-stale=false]"), "nothing is shown as fresh").to_have_count(0)
-        finally:
-            os.kill(own.process.pid, signal.SIGCONT)
-        assert took <= most, f"{took:.2f} s of {most:.2f} s"
-        expect(tab.get_by_test_id("live-state")).to_have_attribute("data-state", "up", timeout=COMING_BACK_MS)
-        acts(one, case)
-    finally:
-        if faulty:
-            own.api.patch(f"/sim/servos/{uid}", json={"faults": {FAULT: False}})
+    sim(own, uid, faults={FAULT: name == "faults"})
+    tab.goto(own.url + case.where.format(uid=uid))
+    expect(tab.get_by_test_id("live-state")).to_have_attribute("data-state", "up")
+    case.first(tab, own, uid)
+    one = tab.locator(case.selector)
+    shows(one, case.attribute, "false")
+    watch = Watch(tab, case.selector, case.attribute, "true")
+    with suspended(own) as since:
+        watch.waits(SILENCE_S, since)
+        expect(tab.get_by_test_id("live-state")).to_have_attribute("data-state", "down")
+        expect(tab.get_by_test_id("stop")).to_contain_text("NO LINK")
+        expect(tab.get_by_text("No link to hornbill for")).to_be_visible()
+        expect(tab.locator("main [data-stale=false]"), "nothing is shown as fresh").to_have_count(0)
+    expect(tab.get_by_test_id("live-state")).to_have_attribute("data-state", "up")
+    expect(tab.get_by_test_id("stop")).to_contain_text("STOP")
+    shows(one, case.attribute, "false")
+    sim(own, uid, faults={FAULT: False})
 
 
-def acts(one: Locator, case: Case) -> None:
-    """It is enabled, or true, now; perhaps only after all requests were repeated."""
-    if case.attribute == "disabled":
-        expect(one).to_be_enabled(timeout=COMING_BACK_MS)
+def shows(one: Locator, attribute: str, value: str) -> None:
+    """Wait for an attribute, perhaps until all requests were repeated."""
+    if attribute == "disabled":
+        expect(one).to_be_enabled(enabled=value == "false")
     else:
-        expect(one).to_have_attribute(case.attribute, "false", timeout=COMING_BACK_MS)
-
-
-def by_node(server: Server, uid: str) -> str:
-    return str(next(one["node_id"] for one in server.servos() if one["uid"] == uid))
+        expect(one).to_have_attribute(attribute, value)
 
 
 @dataclass(frozen=True)
@@ -155,6 +156,10 @@ class Old:
 SILENT = {
     "servos": Old(
         "servos", "[data-testid=servo-row-{uid}] .c-angle", "data-stale", "false", "true", 2 * STATUS_PERIOD_S
+    ),
+    "parameters": Old(
+        "servos/{uid}/parameters", ".readouts > div:has([data-testid=angle-readout])", "data-stale", "false", "true",
+        2 / WATCHED_HZ, as_polled,
     ),
     "wall": Old("servos", "[data-testid=wall-{uid}]", "data-stale", "false", "true", 2 * STATUS_PERIOD_S, as_wall),
     "matrix": Old(
@@ -178,28 +183,25 @@ SILENT = {
 @pytest.mark.parametrize("name", with_scene(SILENT))
 def test_values_of_a_silent_servo_become_stale_on_each_page_and_recover(name: str, tab: Page, own: Server) -> None:
     case, uid = SILENT[name], named(own)
-    names = {"uid": uid, "node": by_node(own, uid), "fault": FAULT}
-    own.api.patch(f"/sim/servos/{uid}", json={"faults": {FAULT: name == "faults"}}).raise_for_status()
+    node = next(one["node_id"] for one in own.servos() if one["uid"] == uid)
+    sim(own, uid, faults={FAULT: name == "faults"})
+    names = {"uid": uid, "node": node, "fault": FAULT}
     tab.goto(own.url + case.where.format(**names))
     case.first(tab, own, uid)
-    selector = case.selector.format(**names)
-    begin(tab, selector, case.attribute, case.fresh)
-    seconds(tab, 30)
-    try:
-        begin(tab, selector, case.attribute, case.old)
-        own.api.patch(f"/sim/servos/{uid}", json={"mute": True}).raise_for_status()
-        took, most = seconds(tab, 15), allowed(tab, case.within_s)
-        begin(tab, selector, case.attribute, case.fresh)
-    finally:
-        own.api.patch(f"/sim/servos/{uid}", json={"mute": False, "faults": {FAULT: False}})
-    assert took < most, f"{took:.2f} s of {most:.2f} s"
+    one = tab.locator(case.selector.format(**names))
+    shows(one, case.attribute, case.fresh)
+    watch = Watch(tab, case.selector.format(**names), case.attribute, case.old)
+    with muted(own, uid) as since:
+        watch.waits(case.within_s, since)
+    sim(own, uid, faults={FAULT: False})
     if name != "faults":  # that fault is over by now
-        seconds(tab, 30)
-    until(lambda: any(one["uid"] == uid and one["state"] == "ready" for one in own.servos()), 30, "it is not back")
+        shows(one, case.attribute, case.fresh)
+    ready(own, uid)
 
 
 BREAKS = {
     "bus": ("bus", "BusPage"),
+    "faults": ("faults", "FaultsPage"),
     "commission": ("commission", "CommissionPage"),
     "records": ("records", "RecordsPage"),
     "tune": ("servos/{uid}/tune", "TunePage"),
@@ -210,7 +212,7 @@ BREAKS = {
 
 
 def test_each_crashed_page_leaves_the_frame_and_can_be_retried(fresh_page: Page, demo: Demo) -> None:
-    page, uid = fresh_page, demo.api.get("/servos").json()[0]["uid"]
+    page, uid = fresh_page, uids_of(demo)[0]
     throws = "if (n++ === 0) throw new Error('broken here'); return 'mended';"
 
     def breaking(component: str) -> Callable[[Route], None]:
@@ -250,7 +252,7 @@ def test_a_crashed_plot_or_scene_leaves_the_rest_of_the_page(
     broken = f"export function {component}() {{ throw new Error('broken here'); }}"
     pattern = re.compile(rf"/assets/{chunk}-[\w-]{{8}}\.js$")
     fresh_page.route(pattern, lambda route: route.fulfill(body=broken, content_type="text/javascript"))
-    uid = demo.api.get("/servos").json()[0]["uid"]
+    uid = uids_of(demo)[0]
     fresh_page.goto(demo.url + where.format(uid=uid))
     expect(fresh_page.get_by_test_id("panel-failed")).to_have_count(1)
     expect(fresh_page.get_by_test_id("panel-failed")).to_contain_text("broken here")
@@ -261,7 +263,7 @@ def test_a_crashed_plot_or_scene_leaves_the_rest_of_the_page(
 
 def test_a_crashed_plot_of_runs_leaves_step_test_and_gains(fresh_page: Page, demo: Demo) -> None:
     fresh_page.route(re.compile(r"/api/v1/runs\?"), lambda route: route.fulfill(json=[{"id": 1}]))
-    uid = demo.api.get("/servos").json()[0]["uid"]
+    uid = uids_of(demo)[0]
     fresh_page.goto(f"{demo.url}servos/{uid}/tune")
     expect(fresh_page.get_by_test_id("panel-failed")).to_have_count(1)
     expect(fresh_page.get_by_test_id("enable-motion")).to_be_enabled()

@@ -1,14 +1,14 @@
 """Output is session state: what Stop or motion turned off never reaches ROM, by touch or keyboard."""
 
 from collections.abc import Callable, Iterator
-from itertools import count
 from pathlib import Path
 
 import pytest
 from playwright.sync_api import Browser, expect
 
-from e2e.hand import SLOW_MS, Hand, hand_of
-from e2e.servers import Server, running, serving, until
+from e2e.hand import Hand, hand_of
+from e2e.servers import Server, running, serving
+from e2e.state import add, row, wait_for
 
 
 @pytest.fixture(scope="module")
@@ -19,26 +19,13 @@ def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
         yield one
 
 
-NODE_IDS = count(20)
-"""One for each configured servo."""
-
-
 def made(server: Server, servo_id: int = 0, **rom: int) -> str:
     """A ready servo of this test; `rom` has raw values."""
-    node_id = next(NODE_IDS) if servo_id else 0  # allocation takes a second
-    body = {"model": "BLA21-06U-A0", "firmware": "1.300", "servo_id": servo_id, "node_id": node_id, "rom": rom}
-    uid = str(server.api.post("/sim/servos", json=body).json()["uid"])
-
-    def ready() -> bool:
-        found = server.api.get(f"/servos/{uid}")
-        return found.is_success and found.json()["state"] == "ready"
-
-    until(ready, 25, "the new servo is not ready")
-    return uid
+    return add(server, servo_id=servo_id, rom=rom)[0]
 
 
 def torque(server: Server, uid: str, side: str = "rom") -> object:
-    return server.api.get(f"/servos/{uid}/parameters").json()["parameters"]["torque_mode"][side]
+    return row(server, uid, "torque_mode")[side]
 
 
 @pytest.fixture
@@ -71,7 +58,7 @@ def test_servos_commissioned_after_a_stop_keep_torque_in_rom(server: Server, han
         assert server.api.get(f"/servos/{uid}").json()["unsaved"] == []
 
     page.goto(server.url + "commission")
-    expect(page.get_by_test_id(f"pick-{uids[1]}")).to_be_visible(timeout=SLOW_MS)
+    expect(page.get_by_test_id(f"pick-{uids[1]}")).to_be_visible()
     for one in server.api.get("/commissioning/candidates").json()["servos"]:
         box = page.get_by_test_id(f"pick-{one['servo']['uid']}").locator("input")
         if box.is_checked() != (one["servo"]["uid"] in uids):
@@ -83,13 +70,13 @@ def test_servos_commissioned_after_a_stop_keep_torque_in_rom(server: Server, han
     hand.press("profile-go")
     for uid in uids:
         plan = page.get_by_test_id(f"changes-{uid}")
-        expect(plan).to_be_visible(timeout=SLOW_MS)
+        expect(plan).to_be_visible()
         keys = plan.locator("li").evaluate_all("all => all.map(one => one.dataset.key)")
         assert "torque_mode" not in keys, keys
         assert "servo_id" in keys, keys
     hand.tick("horn-free")
     hand.press("start")
-    expect(page.get_by_test_id("commission-page")).to_have_attribute("data-step", "report", timeout=SLOW_MS)
+    expect(page.get_by_test_id("commission-page")).to_have_attribute("data-step", "report")
     expect(page.locator("[data-verdict=done]")).to_have_count(2)
     assert [torque(server, uid) for uid in uids] == ["on", "on"]
     for uid in uids:
@@ -107,7 +94,7 @@ def test_a_save_contains_only_the_changed_values(server: Server, hand: Hand) -> 
     page.goto(f"{server.url}servos/{uid}/parameters#angle_p_gain")
     expect(page.get_by_test_id("save-bar"), "motion left nothing to save").to_have_count(0)
     box = page.get_by_test_id("input-angle_p_gain")
-    expect(box).to_be_enabled(timeout=SLOW_MS)
+    expect(box).to_be_enabled()
     box.fill("44")
     dialog = hand.saves()
     expect(dialog).to_contain_text("Save 1 value to ROM")
@@ -127,12 +114,9 @@ def test_torque_on_is_saved_from_the_parameters_page_without_motion_control(serv
     assert torque(server, uid) == "off"
     page.goto(f"{server.url}servos/{uid}/parameters#torque_mode")
     on = page.get_by_test_id("input-torque_mode-on")
-    expect(on).to_be_enabled(timeout=SLOW_MS)
-    if hand.way == "keyboard":
-        page.get_by_test_id("input-torque_mode-off").focus()
-        page.keyboard.press("ArrowLeft")
-    else:
-        on.check(force=True)
+    expect(on).to_be_enabled()
+    page.get_by_test_id("input-torque_mode-off").focus()
+    page.keyboard.press("ArrowLeft")
     dialog = hand.saves()
     expect(page.get_by_test_id("save-torque_mode")).to_contain_text("On")
     expect(dialog).not_to_contain_text("0.0° to 0.0°")
@@ -145,10 +129,10 @@ def test_torque_on_is_saved_from_the_parameters_page_without_motion_control(serv
 def test_a_rejected_save_opens_no_dialog(server: Server, hand: Hand) -> None:
     page, uid = hand.page, made(server, 23)
     page.goto(f"{server.url}servos/{uid}/parameters#angle_p_gain")
-    expect(page.get_by_test_id("input-angle_p_gain")).to_be_enabled(timeout=SLOW_MS)
+    expect(page.get_by_test_id("input-angle_p_gain")).to_be_enabled()
     page.get_by_test_id("input-angle_p_gain").fill("45")
     server.api.post("/stop").raise_for_status()
-    until(confirmed(server, uid), 5, "the stop is not confirmed")
+    wait_for(confirmed(server, uid), "the stop is not confirmed")
     try:
         hand.press("apply-save")
         expect(page.get_by_test_id("save-bar").get_by_role("alert")).to_contain_text("Clear the stop first")

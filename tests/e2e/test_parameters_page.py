@@ -8,6 +8,8 @@ from playwright.sync_api import BrowserContext, Page, expect
 
 from e2e.conftest import Watched
 from e2e.servers import Demo, ready_demo
+from e2e.state import latched, row, sim, uids_of, wait_for
+from e2e.steps import box, drawn, stage
 
 
 @pytest.fixture(scope="module")
@@ -19,11 +21,7 @@ def demo() -> Iterator[Demo]:
 
 @pytest.fixture
 def uid(demo: Demo) -> str:
-    return demo.api.get("/servos").json()[0]["uid"]
-
-
-def value(demo: Demo, uid: str, key: str) -> object:
-    return demo.api.get(f"/servos/{uid}/parameters").json()["parameters"][key]["value"]
+    return uids_of(demo)[0]
 
 
 def test_keys_and_wheel_step_only_the_focused_field(page: Page, demo: Demo, uid: str) -> None:
@@ -39,12 +37,12 @@ def test_keys_and_wheel_step_only_the_focused_field(page: Page, demo: Demo, uid:
     expect(box).to_have_value("71.9")
     page.mouse.move(*middle(page, "input-angle_limit_ccw"))
     page.mouse.wheel(0, 100)
-    page.wait_for_timeout(300)
+    drawn(page)
     expect(page.get_by_test_id("input-angle_limit_ccw")).to_have_value("−60.0")
     box.press("Escape")
     expect(box).to_have_value("60.0")
     expect(page.get_by_test_id("save-bar")).to_have_count(0)
-    assert demo.api.get("/stop").json()["latched"] is False, "nothing moves: Esc takes back what was typed, no more"
+    assert latched(demo) is False, "nothing moves: Esc takes back what was typed, no more"
 
 
 def test_the_caret_stays_and_a_failed_write_stays_visible(context: BrowserContext, demo: Demo, uid: str) -> None:
@@ -55,7 +53,7 @@ def test_the_caret_stays_and_a_failed_write_stays_visible(context: BrowserContex
     box.fill("30")
     box.press("Home")
     box.press("-")
-    assert box.evaluate("box => [box.value, box.selectionStart]") == ["-30", 1]
+    wait_for(lambda: box.evaluate("box => [box.value, box.selectionStart]") == ["-30", 1], "the caret jumps")
     box.press("Enter")
     expect(box).to_have_value("−30.0")
     problem = {"code": "busy", "status": 409, "title": "Busy", "detail": "The servo is busy."}
@@ -78,24 +76,22 @@ def test_the_caret_stays_and_a_failed_write_stays_visible(context: BrowserContex
 def middle(page: Page, testid: str) -> tuple[float, float]:
     target = page.get_by_test_id(testid)
     target.scroll_into_view_if_needed()
-    box = target.bounding_box()
-    assert box is not None
-    return box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
+    at = box(target)
+    return at["x"] + at["width"] / 2, at["y"] + at["height"] / 2
 
 
 def test_dragging_the_range_only_stages(page: Page, demo: Demo, uid: str) -> None:
     page.goto(f"{demo.url}servos/{uid}/parameters#torque_limit_cw")
     ruler = page.get_by_test_id("row-torque_limit_cw").locator(".ruler")
     expect(page.get_by_test_id("input-torque_limit_cw")).to_have_value("100")
-    at = ruler.bounding_box()
-    assert at is not None
+    at = box(ruler)
     page.mouse.move(at["x"] + 8 + 112, at["y"] + 13)
     page.mouse.down()
     page.mouse.move(at["x"] + 8 + 56, at["y"] + 13, steps=5)
     page.mouse.up()
     expect(page.get_by_test_id("input-torque_limit_cw")).to_have_value("50")
     expect(page.get_by_test_id("row-torque_limit_cw")).to_have_attribute("data-state", "staged")
-    assert value(demo, uid, "torque_limit_cw") == 100
+    assert row(demo, uid, "torque_limit_cw")["value"] == 100
     page.get_by_test_id("discard").click()
 
 
@@ -136,36 +132,35 @@ def test_a_limit_that_could_switch_the_servo_off_is_confirmed_written_and_undone
     # no: nothing is written, the value stays staged
     dialog.get_by_role("button", name="Cancel").click()
     expect(page.get_by_test_id("row-voltage_limit_lower")).to_have_attribute("data-state", "staged")
-    assert value(demo, uid, "voltage_limit_lower") == 4.0
+    assert row(demo, uid, "voltage_limit_lower")["value"] == 4.0
 
     page.get_by_test_id("apply").click()
     dialog.get_by_role("checkbox").check()
     page.get_by_test_id("apply-go").click()
     expect(page.get_by_test_id("row-voltage_limit_lower")).to_have_attribute("data-state", "applied")
-    assert value(demo, uid, "voltage_limit_lower") == 7.2
+    assert row(demo, uid, "voltage_limit_lower")["value"] == 7.2
 
     page.get_by_test_id("undo").click()
     expect(page.get_by_test_id("undo-voltage_limit_lower")).to_contain_text("4.0")
     page.get_by_test_id("undo-go").click()
     expect(page.get_by_test_id("undo-line")).to_have_count(0)
-    assert value(demo, uid, "voltage_limit_lower") == 4.0
+    assert row(demo, uid, "voltage_limit_lower")["value"] == 4.0
     # The browser itself says of each refused request that it was refused.
     watched.complaints[:] = [one for one in watched.complaints if "409" not in one]
 
 
 def test_ram_values_lost_by_a_power_cut_are_staged_again(page: Page, demo: Demo, uid: str) -> None:
     page.goto(f"{demo.url}servos/{uid}/parameters#angle_p_gain")
-    page.get_by_test_id("input-angle_p_gain").fill("57")
-    page.get_by_test_id("input-angle_p_gain").press("Enter")
+    stage(page, "angle_p_gain", 57)
     page.get_by_test_id("apply").click()
     expect(page.get_by_test_id("row-angle_p_gain")).to_have_attribute("data-state", "applied")
     expect(page.get_by_test_id("undo-line")).to_be_visible()
 
-    demo.api.patch(f"/sim/servos/{uid}", json={"power": "off"}).raise_for_status()
-    expect(page.get_by_test_id("servo-state")).to_have_attribute("data-state", "offline", timeout=15_000)
-    demo.api.patch(f"/sim/servos/{uid}", json={"power": "on"}).raise_for_status()
+    sim(demo, uid, power="off")
+    expect(page.get_by_test_id("servo-state")).to_have_attribute("data-state", "offline")
+    sim(demo, uid, power="on")
     line = page.get_by_test_id("lost-line")
-    expect(line).to_contain_text("1 value in RAM was lost", timeout=25_000)
+    expect(line).to_contain_text("1 value in RAM was lost")
     expect(line).to_contain_text("Angle P gain")
     expect(page.get_by_test_id("undo-line")).to_have_count(0)
     page.goto(f"{demo.url}servos")
@@ -175,10 +170,10 @@ def test_ram_values_lost_by_a_power_cut_are_staged_again(page: Page, demo: Demo,
     page.get_by_test_id("stage-again").click()
     page.get_by_role("searchbox").fill("angle p gain")
     expect(page.get_by_test_id("input-angle_p_gain")).to_have_value("57")
-    assert value(demo, uid, "angle_p_gain") != 57, "nothing is sent before Apply"
+    assert row(demo, uid, "angle_p_gain")["value"] != 57, "nothing is sent before Apply"
     page.get_by_test_id("apply").click()
     expect(line).to_have_count(0)
-    assert value(demo, uid, "angle_p_gain") == 57
+    assert row(demo, uid, "angle_p_gain")["value"] == 57
 
 
 def test_favourites_are_marked_filtered_and_stored(page: Page, demo: Demo, uid: str) -> None:

@@ -2,14 +2,14 @@
 
 import csv
 import re
-import time
 from pathlib import Path
 
 import pytest
 from playwright.sync_api import Locator, Page, expect
 
 from e2e.servers import Demo
-from e2e.test_technician import wait_for
+from e2e.state import row, servo, sim, uids_of, wait_for, write
+from e2e.steps import box
 
 PNG = b"\x89PNG\r\n\x1a\n"
 
@@ -25,7 +25,7 @@ def opened(page: Page, demo: Demo, uid: str, seconds: float = 0) -> Locator:
     page.goto(f"{demo.url}servos/{uid}/parameters")
     plot = page.get_by_test_id("plot-angle")
     plot.locator("canvas").first.wait_for()
-    expect(page.get_by_test_id("plot-rate")).to_have_text(re.compile(r"\d+ of 20"), timeout=20_000)
+    expect(page.get_by_test_id("plot-rate")).to_have_text(re.compile(r"\d+ of 20"))
     page.wait_for_timeout(1000 * seconds)
     return plot
 
@@ -44,12 +44,9 @@ SEEN = """one => {
 
 def drag(page: Page, plot: Locator, start: float, end: float) -> None:
     """A point over the first lane that nothing covers."""
-    deadline = time.monotonic() + 10
-    while (lane := next((one for one in plot.locator(".u-over").all() if one.evaluate(SEEN)), None)) is None:
-        assert time.monotonic() < deadline, "every lane is covered"
-        page.wait_for_timeout(50)
-    face = lane.bounding_box()
-    assert face is not None
+    lanes = plot.locator(".u-over")
+    wait_for(lambda: any(one.evaluate(SEEN) for one in lanes.all()), "every lane is covered")
+    face = box(next(one for one in lanes.all() if one.evaluate(SEEN)))
     y = face["y"] + face["height"] / 2
     page.mouse.move(face["x"] + face["width"] * start, y)
     page.mouse.down()
@@ -63,15 +60,15 @@ def test_a_selected_channel_is_plotted_and_polled_until_the_page_is_left(page: P
     page.get_by_test_id("plot-channels").click()
     page.get_by_test_id("plot-channel-command_torque").check()
     expect(plot).to_have_attribute("data-lanes", "2")
-    wait_for(lambda: "command_torque" in subscribed(demo, uid), 5, "the channel is not subscribed")
+    wait_for(lambda: "command_torque" in subscribed(demo, uid), "the channel is not subscribed")
     page.get_by_test_id("plot-hz").select_option("50")
     expect(page.get_by_test_id("plot-rate")).to_have_text(re.compile(r"\d+ of 50"))
     page.get_by_test_id("plot-channel-command_torque").uncheck()
     page.get_by_test_id("plot-hz").select_option("20")
     expect(plot).to_have_attribute("data-lanes", "1")
-    wait_for(lambda: "command_torque" not in subscribed(demo, uid), 5, "the channel is not unsubscribed")
+    wait_for(lambda: "command_torque" not in subscribed(demo, uid), "the channel is not unsubscribed")
     page.get_by_role("link", name="Records").click()
-    wait_for(lambda: "current_speed" not in subscribed(demo, uid), 5, "leaving does not unsubscribe")
+    wait_for(lambda: "current_speed" not in subscribed(demo, uid), "leaving does not unsubscribe")
 
 
 def test_dragging_zooms_and_the_export_contains_the_visible_part(page: Page, demo: Demo, uid: str) -> None:
@@ -101,12 +98,11 @@ def test_dragging_zooms_and_the_export_contains_the_visible_part(page: Page, dem
 def test_cursors_are_placed_by_pointer_and_moved_by_keys(page: Page, demo: Demo, uid: str) -> None:
     plot = opened(page, demo, uid, seconds=3)
     face = plot.locator(".u-over").first
-    box = face.bounding_box()
-    assert box is not None
-    face.click(position={"x": box["width"] * 0.75, "y": 30})
+    width = box(face)["width"]
+    face.click(position={"x": width * 0.75, "y": 30})
     first = page.get_by_test_id("plot-cursor-A")
     expect(first).to_be_visible()
-    face.click(position={"x": box["width"] * 0.95, "y": 30})
+    face.click(position={"x": width * 0.95, "y": 30})
     expect(page.get_by_test_id("plot-delta-t")).to_contain_text("Δt +2.0")
     expect(page.get_by_test_id("plot-delta-current_angle")).to_contain_text("°")
     before = float(first.get_attribute("aria-valuenow") or "nan")
@@ -114,7 +110,7 @@ def test_cursors_are_placed_by_pointer_and_moved_by_keys(page: Page, demo: Demo,
     first.press("ArrowRight")
     first.press("ArrowRight")
     after = float(first.get_attribute("aria-valuenow") or "nan")
-    assert 0.02 < after - before < 1, "two samples of at most 20 Hz"
+    assert 0.02 < after - before < 5, "two samples of at most 20 Hz, less on a busy machine"
     first.press("Home")
     expect(first).to_have_attribute("aria-valuenow", "-10")
     page.get_by_test_id("plot-zoom-cursors").click()
@@ -166,50 +162,51 @@ def heads(plot: Locator) -> int:
     return plot.locator(".plot-lane canvas").first.evaluate(HEADS)
 
 
-def test_a_write_is_marked_in_the_plot(page: Page, demo: Demo, uid: str) -> None:
-    plot = opened(page, demo, uid)
-    page.get_by_test_id("plot-window").select_option("5")
-    wait_for(lambda: heads(plot) == 0, 20, "something before is still marked")
-    held = demo.api.get(f"/servos/{uid}/parameters").json()["parameters"]["angle_p_gain"]["value"]
-    demo.api.put(f"/servos/{uid}/parameters/angle_p_gain", json={"value": held + 1}).raise_for_status()
-    demo.api.put(f"/servos/{uid}/parameters/angle_p_gain", json={"value": held}).raise_for_status()
-    wait_for(lambda: heads(plot) > 20, 5, "the writes are not marked by more than a triangle")
-    wait_for(lambda: heads(plot) == 0, 10, "their marks stay")
-    other = next(one["uid"] for one in demo.api.get("/servos").json() if one["uid"] != uid)
-    gain = demo.api.get(f"/servos/{other}/parameters").json()["parameters"]["angle_p_gain"]["value"]
-    demo.api.put(f"/servos/{other}/parameters/angle_p_gain", json={"value": gain}).raise_for_status()
-    page.wait_for_timeout(2500)
-    assert heads(plot) == 0, "the write of another servo"
-
-
-def test_a_fault_is_marked_in_the_plot(page: Page, demo: Demo, uid: str) -> None:
+def test_writes_and_faults_are_marked_in_the_plot(page: Page, demo: Demo, uid: str) -> None:
     """A mark alone is 8 columns wide; its word, "fault", makes it 15 to 17 (a write's is longer)."""
     plot = opened(page, demo, uid)
     page.get_by_test_id("plot-window").select_option("5")
-    wait_for(lambda: heads(plot) == 0, 20, "something before is still marked")
-    try:
-        demo.api.patch(f"/sim/servos/{uid}", json={"faults": {"temperature_high": True}}).raise_for_status()
-        wait_for(lambda: heads(plot) > 11, 5, "the fault is not marked, or by no word")
-        wait_for(lambda: heads(plot) == 0, 10, "its mark stays")
-    finally:
-        demo.api.patch(f"/sim/servos/{uid}", json={"faults": {"temperature_high": False}}).raise_for_status()
-    wait_for(lambda: heads(plot) > 11, 5, "that it is over is not marked")
-    wait_for(lambda: heads(plot) == 0, 10, "that mark stays")
+
+    def marked(columns: int) -> None:
+        wait_for(lambda: heads(plot) > columns, "it is not marked, or by no word")
+        wait_for(lambda: heads(plot) == 0, "its mark stays")
+
+    wait_for(lambda: heads(plot) == 0, "something before is still marked")
+    held = row(demo, uid, "angle_p_gain")["value"]
+    for value in (held + 1, held):
+        write(demo, uid, "angle_p_gain", value)
+    marked(20)
+    other = next(one for one in uids_of(demo) if one != uid)
+    write(demo, other, "angle_p_gain", row(demo, other, "angle_p_gain")["value"])
+    page.wait_for_timeout(2500)
+    assert heads(plot) == 0, "the write of another servo"
+    for on in (True, False):
+        sim(demo, uid, faults={"temperature_high": on})
+        marked(11)
 
 
 def test_several_servos_share_a_plot_with_own_subscriptions(page: Page, demo: Demo) -> None:
-    uids = [one["uid"] for one in demo.api.get("/servos").json()][:3]
+    uids = uids_of(demo)
+    names = [servo(demo, uid)["label"] or servo(demo, uid)["serial"] for uid in uids]
     page.goto(demo.url + "servos")
-    for each in uids:
+    for each in uids[:3]:
         page.get_by_test_id(f"select-{each}").check()
     page.get_by_test_id("plot-selected").click()
     plot = page.get_by_test_id("plot-many")
     plot.locator("canvas").wait_for()
     expect(page.get_by_test_id("plot-rate")).to_have_text(re.compile(r"\d+ of 50"))
+    curves = page.get_by_role("list", name="Curves").get_by_role("listitem")
+    expect(curves).to_have_text(names[:3])
+    page.get_by_test_id("many-commands").check()
+    expect(curves, "a command has the colour of its servo and no line of its own").to_have_count(3)
     page.get_by_test_id(f"many-{uids[1]}").click()
     expect(page.get_by_test_id(f"many-{uids[1]}")).to_have_attribute("aria-pressed", "true")
     page.get_by_test_id("many-channel").select_option("current_voltage")
-    wait_for(lambda: all("current_voltage" in subscribed(demo, one) for one in uids), 5, "a servo is not polled")
+    wait_for(lambda: all("current_voltage" in subscribed(demo, one) for one in uids[:3]), "a servo is not polled")
+    page.get_by_test_id(f"select-{uids[0]}").uncheck()
+    expect(curves).to_have_text(names[1:3])
+    page.get_by_test_id(f"select-{uids[4]}").check()
+    expect(curves).to_have_count(3)
     page.get_by_test_id("plot-selected").click()
     expect(plot).to_have_count(0)
-    wait_for(lambda: not any("current_voltage" in subscribed(demo, one) for one in uids), 5, "not unsubscribed")
+    wait_for(lambda: not any("current_voltage" in subscribed(demo, one) for one in uids), "not unsubscribed")

@@ -3,10 +3,11 @@
 from playwright.sync_api import Page, expect
 
 from e2e.servers import Demo
+from e2e.state import uids_of
 
 
 def test_a_printed_page_names_the_servo_without_buttons(page: Page, demo: Demo) -> None:
-    uid = demo.api.get("/servos").json()[0]["uid"]
+    uid = uids_of(demo)[0]
     page.emulate_media(media="print")
     page.goto(f"{demo.url}servos/{uid}/faults")
     expect(page.get_by_test_id("choose-servo")).to_be_visible()

@@ -7,8 +7,8 @@ import pytest
 from playwright.sync_api import BrowserContext, Page, expect
 
 from e2e.conftest import Watched
-from e2e.servers import Demo, Server, as_in_rom, running, until
-from e2e.test_technician import servo_of, wait_for
+from e2e.servers import Demo, Server, as_in_rom, running
+from e2e.state import add, read, servo_of, wait_for, write
 
 
 def test_every_part_has_its_own_address(page: Page, demo: Demo) -> None:
@@ -18,14 +18,33 @@ def test_every_part_has_its_own_address(page: Page, demo: Demo) -> None:
         expect(page.get_by_test_id("records-page")).to_have_attribute("data-part", part)
 
 
-def test_the_faults_of_one_servo_have_an_address(page: Page, demo: Demo) -> None:
-    uid = servo_of(demo, "BLA21-28U-AB")
-    page.goto(f"{demo.url}servos/{uid}/faults")
-    name = demo.api.get(f"/servos/{uid}").json()
-    expect(page.get_by_role("main")).to_contain_text(name["label"] or name["serial"])
-    page.goto(f"{demo.url}faults")
-    page.go_back()
-    expect(page).to_have_url(re.compile(rf"/servos/{uid}/faults$"))
+def test_the_records_show_and_undo_the_writes(page: Page, demo: Demo) -> None:
+    (uid,) = add(demo)
+
+    def snapshots() -> set[int]:
+        return {one["id"] for one in demo.api.get(f"/servos/{uid}/snapshots").json()}
+
+    page.goto(f"{demo.url}records#snapshots/{uid}")
+    before = snapshots()
+    page.get_by_test_id("take-snapshot").click()
+    expect(page.get_by_test_id("compare")).to_be_visible()
+    (taken,) = snapshots() - before
+    held = read(demo, uid, "angle_limit_cw")
+    write(demo, uid, "angle_limit_cw", held - 10)
+    page.reload()
+    page.get_by_test_id(f"snapshot-{taken}").click()
+    page.get_by_test_id("differs-angle_limit_cw").get_by_role("checkbox").check()
+    page.get_by_test_id("restore-ticked").click()
+    expect(page.get_by_test_id("snapshot-angle_limit_cw")).to_be_visible()
+    assert read(demo, uid, "angle_limit_cw") == held - 10, "a preview writes"
+    page.get_by_test_id("snapshot-go").click()
+    expect(page.get_by_test_id("records-note").first).to_contain_text("written and read back")
+    assert read(demo, uid, "angle_limit_cw") == held
+
+    page.goto(demo.url + "records#audit")
+    page.get_by_test_id("audit-key").select_option("angle_limit_cw")
+    expect(page.get_by_test_id("audit").locator("tbody tr").first).to_contain_text("0x38")
+    demo.api.delete(f"/sim/servos/{uid}")
 
 
 def test_snapshots_and_audit_are_readable(page: Page, demo: Demo) -> None:
@@ -52,7 +71,7 @@ def test_a_report_prints_black_on_white_without_buttons(page: Page, demo: Demo) 
     save = demo.api.post(f"/servos/{uid}/save")
     assert save.is_success, save.text
     job = save.json()["id"]
-    wait_for(lambda: demo.api.get(f"/jobs/{job}").json()["state"] == "succeeded", 30, "the save does not end")
+    wait_for(lambda: demo.api.get(f"/jobs/{job}").json()["state"] == "succeeded", "the save does not end")
     page.goto(f"{demo.url}records#reports")
     page.get_by_test_id(f"job-{job}").get_by_role("button").first.click()
     with page.expect_popup() as opened:
@@ -97,17 +116,17 @@ def test_a_recording_is_replayed_as_a_bus_to_its_end(recorded: tuple[Server, Pag
     expect(page).to_have_url(re.compile("/servos$"))
     assert server.api.get("/bus").json()["address"] == f"recording:{name}"
     expect(page.get_by_test_id("bar-bus")).to_contain_text("Active")
-    expect(page.locator(".c-angle[data-stale=false]").first).to_be_visible(timeout=20_000)
+    expect(page.locator(".c-angle[data-stale=false]").first).to_be_visible()
 
-    until(lambda: server.api.get("/bus").json()["trouble"] is not None, 60, "the recording does not end")
-    expect(page.get_by_test_id("bar-bus")).to_contain_text("Recording ended", timeout=10_000)
+    wait_for(lambda: server.api.get("/bus").json()["trouble"] is not None, "the recording does not end")
+    expect(page.get_by_test_id("bar-bus")).to_contain_text("Recording ended")
     expect(page.locator(".c-angle[data-stale=false]"), "nothing is fresh any more").to_have_count(0)
     page.get_by_test_id("bar-bus").click()
     expect(page.get_by_test_id("bus-trouble")).to_contain_text("Replay it again, or connect a bus.")
     page.get_by_test_id("bus-change").click()
     page.get_by_test_id("adapter-memory:demo").get_by_role("radio").check()
     page.get_by_test_id("connect").click()
-    expect(page.get_by_test_id("bar-bus")).to_contain_text("Active", timeout=15_000)
+    expect(page.get_by_test_id("bar-bus")).to_contain_text("Active")
     server.ready(2)
 
 
@@ -123,7 +142,7 @@ def test_the_stop_band_links_to_its_recording(recorded: tuple[Server, Page, str]
     stopped_at = server.api.get("/stop").json()["at"]
     page.get_by_test_id("stop-band").get_by_test_id("happened-link").click()
     expect(page.get_by_test_id("happened")).to_contain_text("is being written")
-    expect(page.get_by_test_id("recording")).to_be_visible(timeout=30_000)
+    expect(page.get_by_test_id("recording")).to_be_visible()
     at = float(page.url.partition("at=")[2].partition("#")[0])
     assert at == pytest.approx(stopped_at, abs=2)
 

@@ -1,13 +1,13 @@
 """Restore output after a stop: a dry run, a dialog that names loaded servos, and horns held at their positions."""
 
-import time
 from collections.abc import Iterator
 
 import pytest
 from playwright.sync_api import Browser, expect
 
-from e2e.hand import SLOW_MS, Hand, hand_of
-from e2e.servers import Server, running, serving, until
+from e2e.hand import Hand, hand_of
+from e2e.servers import Server, running, serving
+from e2e.state import latched, read, sim, wait_for
 from e2e.test_output_story import confirmed, made
 
 HOLDS, RELEASES = 0, 1
@@ -43,7 +43,7 @@ def clear(server: Server) -> None:
     for uid in uids:
         server.api.delete(f"/sim/servos/{uid}")
     for uid in uids:
-        until(lambda uid=uid: not server.api.get(f"/servos/{uid}").json()["online"], 10, "it is still there")
+        wait_for(lambda uid=uid: not server.api.get(f"/servos/{uid}").json()["online"], "it is still there")
         server.api.delete(f"/inventory/{uid}")
 
 
@@ -52,7 +52,7 @@ def output(server: Server, uid: str) -> str:
 
 
 def angle(server: Server, uid: str) -> float:
-    return float(server.api.get(f"/servos/{uid}/parameters/current_angle?fresh=true").json()["value"])
+    return float(read(server, uid, "current_angle"))
 
 
 def name(server: Server, uid: str, label: str) -> str:
@@ -68,27 +68,26 @@ def test_outputs_are_restored_after_a_dialog_names_loaded_servos(server: Server,
         name(server, uid, label)
     page.goto(server.url + "servos")
     expect(page.get_by_test_id(f"servo-row-{bay}")).to_be_visible()
-    hand.stop()
+    server.api.post("/stop").raise_for_status()  # by one road: the page uses two, one of them after the brake
     for uid in uids:
-        until(confirmed(server, uid), 5, "the stop is not confirmed")
-    time.sleep(0.5)  # the page presses stop by two roads: the later one must not come after the brake
+        wait_for(confirmed(server, uid), "the stop is not confirmed")
     server.api.post(f"/servos/{arm}/torque", json={"mode": "brake"}).raise_for_status()
-    server.api.patch(f"/sim/servos/{rudder}", json={"external_angle_deg": 25.0}).raise_for_status()
-    until(lambda: abs(angle(server, rudder) - 25.0) < 1, 10, "the horn was not turned")
+    sim(server, rudder, external_angle_deg=25.0)
+    wait_for(lambda: abs(angle(server, rudder) - 25.0) < 1, "the horn was not turned")
     stood = [angle(server, uid) for uid in uids]
     assert [output(server, uid) for uid in uids] == ["off", "brake", "off"]
 
     hand.press("restore-all")
     dialog = page.get_by_test_id("output-dialog")
-    expect(dialog).to_contain_text("Restore output of 3 servos?", timeout=SLOW_MS)
+    expect(dialog).to_contain_text("Restore output of 3 servos?")
     expect(page.get_by_test_id("restore-load")).to_contain_text("Under load: Arm.")
     expect(page.get_by_test_id(f"restore-{arm}")).to_have_attribute("data-load", "true")
     expect(page.get_by_test_id(f"restore-{rudder}")).to_have_attribute("data-load", "false")
     assert [output(server, uid) for uid in uids] == ["off", "brake", "off"], "a look changes nothing"
-    assert server.api.get("/stop").json()["latched"]
+    assert latched(server)
 
     hand.press("output-go")
-    expect(page.get_by_test_id("change-progress")).to_have_attribute("data-state", "done", timeout=SLOW_MS)
+    expect(page.get_by_test_id("change-progress")).to_have_attribute("data-state", "done")
     expect(page.get_by_test_id("job-dialog")).to_contain_text("Output is on: 3 servos")
     hand.press("change-close")
     expect(page.get_by_test_id("stop-band")).to_have_count(0)
@@ -99,22 +98,28 @@ def test_outputs_are_restored_after_a_dialog_names_loaded_servos(server: Server,
 
 
 def test_a_servo_with_a_timeout_stays_on_until_motion_is_off(server: Server, mouse: Hand) -> None:
-    page, uid = mouse.page, made(server, 34, timeout_action=RELEASES, timeout_time=500)
+    page, uid = mouse.page, made(server, 34, timeout_action=RELEASES, timeout_time=2000)
     page.goto(server.url + "servos")
     expect(page.get_by_test_id(f"servo-row-{uid}")).to_be_visible()
     mouse.stop_and_clear()
     mouse.press("restore-all")
     expect(page.get_by_test_id("output-dialog")).to_contain_text("this page takes motion control")
     mouse.press("output-go")
-    expect(page.get_by_test_id("change-progress")).to_have_attribute("data-state", "done", timeout=SLOW_MS)
+    expect(page.get_by_test_id("change-progress")).to_have_attribute("data-state", "done")
     mouse.press("change-close")
     expect(page.get_by_test_id("kept-band")).to_contain_text("Output is on for 1 servo")
-    end = time.monotonic() + 4  # a lease of 3 s, a timeout of 0.5 s
-    while time.monotonic() < end:
+
+    def expires_at() -> float:
+        return float(server.api.get("/leases").json()[0]["expires_at"])
+
+    def renewed() -> bool:
         assert output(server, uid) == "on"
-        time.sleep(0.1)
+        return expires_at() > before + 4
+
+    before = expires_at()
+    wait_for(renewed, "the page does not renew its lease")  # for twice the timeout of the servo
     mouse.press("kept-off")
-    until(lambda: output(server, uid) == "off", 5, "the output is still on")
+    wait_for(lambda: output(server, uid) == "off", "the output is still on")
     expect(page.get_by_test_id("kept-band")).to_have_count(0)
 
 
@@ -123,14 +128,14 @@ def test_the_restore_dialog_opens_only_if_the_server_permits(server: Server, mou
     page.goto(server.url + "servos")
     expect(page.get_by_test_id(f"servo-row-{uid}")).to_be_visible()
     mouse.stop()
-    until(confirmed(server, uid), 5, "the stop is not confirmed")
-    lease = server.api.post("/leases", json={"holder": "Ben", "ttl_s": 30}).json()["id"]
+    wait_for(confirmed(server, uid), "the stop is not confirmed")
+    lease = server.api.post("/leases", json={"holder": "Ben", "ttl_s": 60}).json()["id"]
     mouse.press("restore-all")
     expect(page.get_by_test_id("stop-band")).to_contain_text("Ben has motion control")
     expect(page.get_by_role("dialog")).to_have_count(0)
     server.api.delete(f"/leases/{lease}").raise_for_status()
     mouse.press("restore-all")
-    expect(page.get_by_test_id("output-dialog")).to_be_visible(timeout=SLOW_MS)
+    expect(page.get_by_test_id("output-dialog")).to_be_visible()
     server.api.post("/stop?by=Ben").raise_for_status()
     expect(page.get_by_test_id("change-refused")).to_contain_text("Stop was pressed again")
     expect(page.get_by_test_id("output-go")).to_be_disabled()

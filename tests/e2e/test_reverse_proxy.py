@@ -24,7 +24,10 @@ from websockets.sync.client import connect
 from websockets.typing import Origin, Subprotocol
 
 from e2e.conftest import DRIVER
+from e2e.contexts import TIMEOUT_MS, WIDE
 from e2e.servers import running
+from e2e.state import WAIT_S, wait_for
+from e2e.steps import chord
 from hornbill.view.page import client as viser_client
 
 DOCUMENT = Path(__file__).parents[2] / "docs" / "reverse-proxy.md"
@@ -60,7 +63,7 @@ def nginx(folder: Path, upstream: str, *, strips: bool) -> Generator[tuple[str, 
     file.write_text(CONFIG.format(folder=folder, port=port, block=block, map=maps[0], user=user), encoding="utf-8")
     with subprocess.Popen([NGINX, "-p", str(folder), "-c", str(file)], stderr=subprocess.DEVNULL) as process:
         try:
-            until = time.monotonic() + 10
+            until = time.monotonic() + WAIT_S
             while True:
                 try:
                     socket.create_connection(("127.0.0.1", port), 1).close()
@@ -72,28 +75,30 @@ def nginx(folder: Path, upstream: str, *, strips: bool) -> Generator[tuple[str, 
             yield f"http://127.0.0.1:{port}/hornbill/", folder / "access.log"
         finally:
             process.terminate()
-            process.wait(timeout=10)
+            process.wait(timeout=WAIT_S)
 
 
 @pytest.fixture(scope="module")
 def upstream() -> Iterator[str]:
     flags = ("--servos", "2", "--token", TOKEN, "--behind-proxy", "--root-path", "/hornbill")
     with running("demo", *flags) as server:
-        url, until = server.url, time.monotonic() + 20
-        while len(httpx.get(url + "api/v1/servos", headers={"Authorization": f"Bearer {TOKEN}"}).json()) < 2:
-            assert time.monotonic() < until, "not both servos are there"
-            time.sleep(0.2)
-        yield url
+        servos, headers = server.url + "api/v1/servos", {"Authorization": f"Bearer {TOKEN}"}
+        wait_for(
+            lambda: len(httpx.get(servos, headers=headers, timeout=WAIT_S).json()) == 2, "not both servos are there"
+        )
+        yield server.url
 
 
 @pytest.mark.parametrize("strips", [False, True])
 def test_rest_sockets_and_view_work_below_a_path(upstream: str, tmp_path: Path, strips: bool) -> None:
-    with nginx(tmp_path, upstream, strips=strips) as (url, log), httpx.Client(base_url=url) as client:
+    with nginx(tmp_path, upstream, strips=strips) as (url, log), httpx.Client(base_url=url, timeout=WAIT_S) as client:
         page = client.get("servos")
         assert 'content="/hornbill"' in page.text
         files = re.findall(r'(?:src|href)="(/hornbill/[^"]+)"', page.text)
         assert len(files) >= 4
-        assert all(httpx.get(url.removesuffix("/hornbill/") + file).status_code == 200 for file in files)
+        assert all(
+            httpx.get(url.removesuffix("/hornbill/") + file, timeout=WAIT_S).status_code == 200 for file in files
+        )
         assert client.get("api/v1/servos").status_code == 401
         assert client.post("api/v1/stop").status_code == 401, "the proxy is on this machine; who is behind it is not"
         response = client.post("api/v1/session", json={"token": TOKEN})
@@ -106,7 +111,7 @@ def test_rest_sockets_and_view_work_below_a_path(upstream: str, tmp_path: Path, 
         ticket = client.post("api/v1/tickets").json()["ticket"]
         ws = url.replace("http", "ws", 1)
         with connect(f"{ws}api/v1/ws?ticket={ticket}") as opened:
-            assert json.loads(opened.recv(10))["type"] == "hello"
+            assert json.loads(opened.recv(WAIT_S))["type"] == "hello"
         for query in (f"?ticket={ticket}", ""):
             with pytest.raises(InvalidStatus) as refused:
                 connect(f"{ws}api/v1/ws{query}")
@@ -133,7 +138,8 @@ def test_rest_sockets_and_view_work_below_a_path(upstream: str, tmp_path: Path, 
 
 def test_the_page_works_below_a_path(upstream: str, tmp_path: Path, scene_browser: Browser) -> None:
     with nginx(tmp_path, upstream, strips=False) as (url, _):
-        context = scene_browser.new_context(viewport={"width": 1440, "height": 900})
+        context = scene_browser.new_context(viewport=WIDE)
+        context.set_default_timeout(TIMEOUT_MS)
         try:
             page = context.new_page()
             outside: list[str] = []
@@ -146,17 +152,16 @@ def test_the_page_works_below_a_path(upstream: str, tmp_path: Path, scene_browse
             page.on("request", on_request)
             page.goto(f"{url}#token={TOKEN}")
             rows = page.locator("[data-testid^=servo-row-]")
-            expect(rows).to_have_count(2, timeout=20_000)
+            expect(rows).to_have_count(2)
             assert page.url == url + "servos"
             page.on("console", lambda one: complaints.append(one.text) if one.type in ("error", "warning") else None)
             page.on("pageerror", lambda one: complaints.append(str(one)))
-            page.keyboard.press("g")
-            page.keyboard.press("b")
+            chord(page, "g", "b")
             expect(page).to_have_url(url + "bus")
             page.reload()
             expect(page.get_by_test_id("signed-in")).to_be_visible()
             page.go_back()
-            expect(rows).to_have_count(2, timeout=20_000)
+            expect(rows).to_have_count(2)
             rows.first.locator("input[type=checkbox]").check()
             page.get_by_test_id("edit-together").click()
             expect(page).to_have_url(re.compile(re.escape(url) + r"servos/matrix\?uids=[0-9a-f]{32}$"))
@@ -174,7 +179,7 @@ def test_the_page_works_below_a_path(upstream: str, tmp_path: Path, scene_browse
                 expect(page).to_have_url(re.compile(re.escape(url) + rf"servos/[0-9a-f]{{32}}/{tab}$"))
                 expect(page.locator("main h1").first).to_be_visible()
             frame = page.frame_locator("iframe")
-            frame.locator("canvas").first.wait_for(timeout=30_000)
+            frame.locator("canvas").first.wait_for()
             assert outside == []
             assert [text for text in complaints if DRIVER not in text] == []
         finally:
@@ -193,7 +198,7 @@ def test_with_a_certificate_it_serves_https_with_a_secure_cookie(tmp_path: Path)
     )  # fmt: skip
     trusted = ssl.create_default_context(cafile=str(cert))
     flags = ("--servos", "1", "--token", TOKEN, "--tls-cert", str(cert), "--tls-key", str(key))
-    with running("demo", *flags) as server, httpx.Client(base_url=server.url, verify=trusted) as client:
+    with running("demo", *flags) as server, httpx.Client(base_url=server.url, verify=trusted, timeout=WAIT_S) as client:
         url = server.url
         assert url.startswith("https://")
         response = client.post("api/v1/session", json={"token": TOKEN})
@@ -213,5 +218,5 @@ def test_with_a_certificate_it_serves_https_with_a_secure_cookie(tmp_path: Path)
 
 async def hello(url: str, trusted: ssl.SSLContext) -> str:
     """Type of the first message. Without threads: two that share a TLS connection sometimes hang."""
-    async with asyncio.timeout(10), aconnect(url, ssl=trusted) as opened:
+    async with asyncio.timeout(WAIT_S), aconnect(url, ssl=trusted) as opened:
         return json.loads(await opened.recv())["type"]

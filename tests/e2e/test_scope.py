@@ -7,7 +7,8 @@ import pytest
 from playwright.sync_api import Page, expect
 
 from e2e.servers import Demo
-from e2e.test_technician import servo_of, wait_for
+from e2e.state import read, servo_of, wait_for
+from e2e.steps import box
 
 
 @pytest.fixture
@@ -26,12 +27,12 @@ def opened(page: Page, demo: Demo, uid: str, seconds: float = 0) -> None:
 
 def test_a_single_trigger_captures_the_step(page: Page, demo: Demo, uid: str) -> None:
     opened(page, demo, uid)
-    lease = {"Lease": demo.api.post("/leases", json={"holder": "Scope", "ttl_s": 30}).json()["id"]}
+    lease = {"Lease": demo.api.post("/leases", json={"holder": "Scope", "ttl_s": 60}).json()["id"]}
     try:
         turned = demo.api.post(f"/servos/{uid}/torque", json={"mode": "on"}, headers=lease)
         assert turned.is_success, turned.text
         demo.api.post(f"/servos/{uid}/command", json={"type": "angle", "value": 0}, headers=lease).raise_for_status()
-        page.wait_for_timeout(2000)
+        wait_for(lambda: abs(read(demo, uid, "current_angle")) < 1, "it does not go to 0°")
         page.get_by_test_id("scope-window").select_option("2")
         page.get_by_test_id("scope-level").fill("10")
         page.get_by_role("button", name="Single").click()
@@ -51,16 +52,14 @@ def test_a_single_trigger_captures_the_step(page: Page, demo: Demo, uid: str) ->
 def test_cursors_by_pointer_and_keys_give_statistics_and_a_spectrum(page: Page, demo: Demo, uid: str) -> None:
     opened(page, demo, uid, seconds=2.5)
     face = page.get_by_test_id("scope-plot").locator(".u-over").first
-    box = face.bounding_box()
-    assert box is not None
-    face.click(position={"x": box["width"] * 0.8, "y": 40})
+    face.click(position={"x": box(face)["width"] * 0.8, "y": 40})
     page.locator("main").focus()
     page.keyboard.press("2")
     expect(page.get_by_test_id("scope-delta")).to_contain_text("1/Δt")
     expect(page.get_by_test_id("scope-table").locator("tbody tr")).to_have_count(3)
     before = page.get_by_test_id("scope-cursors").inner_text()
     page.keyboard.press("Shift+ArrowLeft")
-    wait_for(lambda: page.get_by_test_id("scope-cursors").inner_text() != before, 5, "the cursor does not move")
+    wait_for(lambda: page.get_by_test_id("scope-cursors").inner_text() != before, "the cursor does not move")
     expect(page.get_by_test_id("scope-spectrum")).not_to_be_empty()
     page.get_by_test_id("scope-memory").focus()
     page.keyboard.press("ArrowLeft")
@@ -79,7 +78,7 @@ def test_channels_are_added_saved_as_a_layout_and_exported(page: Page, demo: Dem
     expect(page.get_by_test_id("scope-plot")).to_have_attribute("data-lanes", "2")
     page.get_by_test_id("scope-layout-name").fill("Three")
     page.get_by_test_id("scope-save").click()
-    page.wait_for_timeout(2000)
+    expect(page.get_by_test_id("scope-channel-C")).to_contain_text(re.compile(r"\d+ of 50"))
     with page.expect_download() as kept:
         page.get_by_test_id("scope-csv").click()
     head = Path(kept.value.path()).read_text(encoding="utf-8").splitlines()[0]

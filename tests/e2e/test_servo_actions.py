@@ -1,17 +1,19 @@
 """Wiggle, restart, default and factory reset on the page: by touch and by keyboard; and their rejections."""
 
-import time
+import csv
 from collections.abc import Iterator
+from itertools import pairwise
 from pathlib import Path
-from typing import Any
 
 import pytest
 from playwright.sync_api import Browser, Page, expect
 
 from e2e.contexts import page_in
-from e2e.hand import SLOW_MS, WAYS, Hand, hand_of
+from e2e.hand import WAYS, Hand, hand_of
 from e2e.looks import complaints, too_small
-from e2e.servers import Server, running, serving, until
+from e2e.servers import Server, running, serving
+from e2e.state import add, row, sim, wait_for
+from e2e.steps import horn_is_free, motion_on
 
 COUNT = 3
 HELD = {"angle_p_gain": 70, "servo_id": 7}
@@ -22,10 +24,7 @@ HELD = {"angle_p_gain": 70, "servo_id": 7}
 def server(tmp_path: Path) -> Iterator[Server]:
     """New servos of one model, identical on the page."""
     with running(*serving(tmp_path, "--sim-api")) as one:
-        for number in range(COUNT):
-            body = {"model": "BLA21-06U-A0", "firmware": "1.300", "node_id": 31 + number}
-            one.api.post("/sim/servos", json=body).raise_for_status()
-        one.ready(COUNT)
+        add(one, COUNT)
         yield one
 
 
@@ -41,10 +40,6 @@ def angles(server: Server) -> dict[str, float]:
     return {one["uid"]: one["angle_deg"] for one in server.api.get("/sim/servos").json()}
 
 
-def reading(server: Server, uid: str, key: str) -> dict[str, Any]:
-    return server.api.get(f"/servos/{uid}/parameters").json()["parameters"][key]
-
-
 MARKS = """() => {
     window.marks = [];
     const look = () => {
@@ -55,27 +50,23 @@ MARKS = """() => {
     look();
 }"""
 """Record which rows are marked as wiggling, and since when."""
-SHOWN_S = 0.5
-"""Maximum delay of the start and end of a wiggle on the page."""
+
+
+def moved(server: Server, uid: str, at_rest: float) -> tuple[float, float]:
+    """When this horn was away from its rest, by the servo's own messages: from, until."""
+    rows = csv.DictReader(server.api.get(f"/servos/{uid}/telemetry.csv", params={"seconds": 300}).text.splitlines())
+    angles = [(float(one["t_s"]), float(one["current_angle"])) for one in rows if one["current_angle"]]
+    away = [at for at, angle in angles if abs(angle - at_rest) > 2]
+    return away[0], away[-1]
 
 
 def seen_moving(server: Server, page: Page, at_rest: dict[str, float]) -> list[str]:
-    """Servos in the order the page marked them during wiggles. Each time, only that horn has moved."""
-    seen: list[tuple[float, str]] = []
-    said, end = page.get_by_test_id("selection-says"), time.monotonic() + 90
-    while f"{COUNT} servos wiggled" not in said.inner_text():
-        assert time.monotonic() < end, f"{len({uid for _, uid in seen})} wiggled: {said.inner_text()}"
-        moved = [uid for uid, angle in angles(server).items() if abs(angle - at_rest[uid]) > 2]
-        assert len(moved) <= 1, "two horns move at once"
-        seen += [(time.time(), uid) for uid in moved]
-        page.wait_for_timeout(50)
-    marks: list[tuple[float, str]] = [(at, row) for at, row in page.evaluate("() => window.marks")]
-    for at, uid in seen:
-        about = [row for since, row in marks if since <= at + SHOWN_S]
-        late = [row for since, row in marks if at - SHOWN_S < since <= at + SHOWN_S]
-        assert f"servo-row-{uid}" in {about[-1], *about[-1 - len(late) :]}, f"{uid} moves, and {about[-1]} is marked"
-    order = [row.removeprefix("servo-row-") for _, row in marks if row]
-    assert order == list(dict.fromkeys(uid for _, uid in seen)), "the row that is marked is not the horn that moves"
+    """Servos in the order the page marked them during wiggles: one after another, as their horns moved."""
+    expect(page.get_by_test_id("selection-says")).to_contain_text(f"{COUNT} servos wiggled", timeout=180_000)
+    order = [row.removeprefix("servo-row-") for _, row in page.evaluate("() => window.marks") if row]
+    times = [moved(server, uid, at_rest[uid]) for uid in order]
+    assert len(set(order)) == COUNT
+    assert all(before[1] < after[0] for before, after in pairwise(times)), "two horns move at once, or another one"
     return order
 
 
@@ -85,7 +76,7 @@ def test_servos_are_identified_restarted_set_to_default_and_reset(hand: Hand, se
     page.on("console", lambda message: errors.append(message.text) if message.type == "error" else None)
     page.on("pageerror", lambda error: errors.append(str(error)))
     page.goto(server.url)
-    expect(page.locator("[data-testid^=servo-row-]")).to_have_count(COUNT, timeout=SLOW_MS)
+    expect(page.locator("[data-testid^=servo-row-]")).to_have_count(COUNT)
 
     # which horn is which: all in turn, the row says whose turn it is
     page.evaluate(MARKS)
@@ -103,21 +94,21 @@ def test_servos_are_identified_restarted_set_to_default_and_reset(hand: Hand, se
 
     # a value in RAM only, and the restart that says it is lost
     uid = order[0]
-    standard = reading(server, uid, "angle_p_gain")["default"]
+    standard = row(server, uid, "angle_p_gain")["default"]
     hand.press(page.locator(f"[data-testid=servo-row-{uid}] a.row-link"))
     tune_gain(hand, server, uid, 55)
     hand.choose("menu-restart")
     expect(page.get_by_test_id("restart-angle_p_gain")).to_contain_text("55")
     expect(page.get_by_test_id("restart-angle_p_gain")).to_contain_text(str(standard))
-    assert reading(server, uid, "angle_p_gain")["value"] == 55, "the question changes nothing"
+    assert row(server, uid, "angle_p_gain")["value"] == 55, "the question changes nothing"
     looks(hand)
-    uptime = server.api.get(f"/servos/{uid}").json()["uptime_s"]
+    starts = server.api.get(f"/sim/servos/{uid}").json()["starts"]
     agree(hand)
     hand.press("restart-go")
     over(page)
     expect(page.get_by_test_id("step-read_back")).to_have_attribute("data-state", "done")
-    assert reading(server, uid, "angle_p_gain")["value"] == standard
-    assert server.api.get(f"/servos/{uid}").json()["uptime_s"] < uptime + 5
+    assert row(server, uid, "angle_p_gain")["value"] == standard
+    assert server.api.get(f"/sim/servos/{uid}").json()["starts"] == starts + 1
     looks(hand)
     hand.press("change-close")
 
@@ -126,14 +117,14 @@ def test_servos_are_identified_restarted_set_to_default_and_reset(hand: Hand, se
     hand.press("default-angle_p_gain")
     expect(page.get_by_test_id("row-angle_p_gain")).to_have_attribute("data-state", "staged")
     expect(page.get_by_test_id("input-angle_p_gain")).to_have_value(str(standard))
-    assert reading(server, uid, "angle_p_gain")["value"] == 60, "staged is not sent"
+    assert row(server, uid, "angle_p_gain")["value"] == 60, "staged is not sent"
     apply(hand)
-    until(lambda: reading(server, uid, "angle_p_gain")["value"] == standard, 10, "the default was not written")
+    wait_for(lambda: row(server, uid, "angle_p_gain")["value"] == standard, "the default was not written")
 
     # everything to its default, but who it is
     uid = order[2]
     saved = server.api.patch(f"/servos/{uid}/parameters", json={"values": HELD, "save": True}).json()
-    until(lambda: server.api.get(f"/jobs/{saved['job']}").json()["state"] == "succeeded", 30, "not saved")
+    wait_for(lambda: server.api.get(f"/jobs/{saved['job']}").json()["state"] == "succeeded", "not saved")
     server.api.patch(f"/servos/{uid}", json={"label": "Winch"}).raise_for_status()
     page.goto(f"{server.url}servos/{uid}/motion")
     hand.choose("menu-factory-reset")
@@ -146,7 +137,7 @@ def test_servos_are_identified_restarted_set_to_default_and_reset(hand: Hand, se
     hand.press("factory-reset-go")
     over(page)
     expect(page.get_by_test_id("step-verify")).to_have_attribute("data-state", "done")
-    assert (reading(server, uid, "angle_p_gain")["rom"], reading(server, uid, "servo_id")["rom"]) == (standard, 7)
+    assert (row(server, uid, "angle_p_gain")["rom"], row(server, uid, "servo_id")["rom"]) == (standard, 7)
     hand.press("change-close")
     expect(page.get_by_test_id("job-dialog")).to_have_count(0)
     assert errors == []
@@ -158,7 +149,7 @@ def tune_gain(hand: Hand, server: Server, uid: str, value: int) -> None:
         hand.page.goto(f"{server.url}servos/{uid}/parameters#angle_p_gain")
     hand.type("input-angle_p_gain", str(value))
     apply(hand)
-    until(lambda: reading(server, uid, "angle_p_gain")["value"] == value, 10, f"{value} was not written")
+    wait_for(lambda: row(server, uid, "angle_p_gain")["value"] == value, f"{value} was not written")
     expect(hand.page.get_by_test_id("row-angle_p_gain")).to_have_attribute("data-state", "applied")
 
 
@@ -177,7 +168,7 @@ def agree(hand: Hand) -> None:
 
 
 def over(page: Page) -> None:
-    expect(page.get_by_test_id("change-progress")).to_have_attribute("data-state", "done", timeout=SLOW_MS)
+    expect(page.get_by_test_id("change-progress")).to_have_attribute("data-state", "done")
 
 
 def looks(hand: Hand) -> None:
@@ -218,9 +209,7 @@ def test_a_rejection_is_shown_beside_the_button_without_a_dialog(mouse: Page, se
     assert server.api.get("/jobs").json() == []
 
     # motion that is on here: turn it off first
-    mouse.goto(f"{server.url}servos/{uid}/motion")
-    mouse.get_by_test_id("enable-motion").click()
-    expect(mouse.get_by_test_id("motion-band")).to_be_visible()
+    motion_on(mouse, server, uid)
     mouse.get_by_test_id("servo-menu").click()
     mouse.get_by_test_id("menu-restart").click()
     expect(says).to_contain_text("under motion control")
@@ -231,8 +220,8 @@ def test_several_servos_restart_in_turn_without_the_offline_one(mouse: Page, ser
     known = {str(one["uid"]): str(one["serial"]) for one in server.servos()}
     uids = sorted(known, key=lambda uid: known[uid])  # as the list has servos without an ID
     server.api.patch(f"/servos/{uids[0]}/parameters", json={"values": {"angle_p_gain": 55}}).raise_for_status()
-    server.api.patch(f"/sim/servos/{uids[1]}", json={"power": "off"}).raise_for_status()
-    until(lambda: server.api.get(f"/servos/{uids[1]}").json()["state"] == "offline", 15, "it is still there")
+    sim(server, uids[1], power="off")
+    wait_for(lambda: server.api.get(f"/servos/{uids[1]}").json()["state"] == "offline", "it is still there")
     mouse.goto(server.url)
     for uid in uids[:3]:
         mouse.get_by_test_id(f"select-{uid}").check()
@@ -242,8 +231,7 @@ def test_several_servos_restart_in_turn_without_the_offline_one(mouse: Page, ser
     expect(mouse.get_by_test_id(f"restart-{uids[0]}")).to_contain_text("P gain")
     expect(dialog).to_contain_text("is offline")
     expect(mouse.get_by_test_id("selection-refusals")).to_contain_text("is offline")
-    if mouse.get_by_test_id("horn-free").count():
-        mouse.get_by_test_id("horn-free").check()
+    horn_is_free(mouse)
     mouse.get_by_test_id("restart-go").click()
     over(mouse)
     for uid in (uids[0], uids[2]):

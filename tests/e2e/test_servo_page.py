@@ -8,6 +8,7 @@ from playwright.sync_api import Browser, Page, expect
 from e2e.hand import WAYS, hand_of
 from e2e.looks import complaints, too_small
 from e2e.servers import Demo
+from e2e.state import uids_of
 
 
 def listed(demo: Demo) -> list[str]:
@@ -120,7 +121,7 @@ def test_the_last_applied_profile_is_named_and_compared(page: Page, demo: Demo) 
 
 
 def test_the_overview_shows_unsaved_values_and_confirms_a_save(page: Page, demo: Demo) -> None:
-    uid = demo.api.get("/servos").json()[0]["uid"]
+    uid = uids_of(demo)[0]
     row = f"/servos/{uid}/parameters/angle_p_gain"
     held = demo.api.get(row).json()["value"]
     try:

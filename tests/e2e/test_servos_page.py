@@ -9,6 +9,8 @@ from playwright.sync_api import Browser, Page, expect
 from e2e.hand import WAYS, hand_of
 from e2e.looks import complaints, too_small
 from e2e.servers import Demo, ready_demo
+from e2e.state import latched, row, sim, uids_of
+from e2e.steps import box
 
 
 @pytest.fixture(scope="module")
@@ -21,27 +23,19 @@ def demo() -> Iterator[Demo]:
         yield one
 
 
-def names(page: Page) -> list[str]:
-    return page.locator(".servo-row .row-link").all_inner_texts()
-
-
 def test_a_column_heading_sorts_by_pointer_and_keyboard(page: Page, demo: Demo) -> None:
     page.goto(demo.url + "servos")
-    own = names(page) if page.locator(".servo-row").nth(5).is_visible() else []
-    expect(page.locator(".servo-row")).to_have_count(6)
+    links = page.locator(".servo-row .row-link")
+    expect(links).to_have_count(6)
+    own = links.all_inner_texts()
+    ascending = ["Alpha", "Bravo", "Charlie", "Delta", "Echo", "Foxtrot"]
     head = page.get_by_role("columnheader", name="Servo", exact=True)
     expect(head).to_have_attribute("aria-sort", "none")
     page.get_by_test_id("sort-name").focus()
-    page.keyboard.press("Enter")
-    expect(head).to_have_attribute("aria-sort", "ascending")
-    assert names(page) == ["Alpha", "Bravo", "Charlie", "Delta", "Echo", "Foxtrot"]
-    page.keyboard.press("Enter")
-    expect(head).to_have_attribute("aria-sort", "descending")
-    assert names(page) == ["Foxtrot", "Echo", "Delta", "Charlie", "Bravo", "Alpha"]
-    page.keyboard.press("Enter")
-    expect(head).to_have_attribute("aria-sort", "none")
-    assert names(page) != ["Foxtrot", "Echo", "Delta", "Charlie", "Bravo", "Alpha"]
-    assert own in ([], names(page))
+    for sort, names in (("ascending", ascending), ("descending", ascending[::-1]), ("none", own)):
+        page.keyboard.press("Enter")
+        expect(head).to_have_attribute("aria-sort", sort)
+        expect(links).to_have_text(names)
 
 
 HEIGHTS = "rows => rows.map(one => one.getBoundingClientRect().height)"
@@ -50,12 +44,12 @@ HEIGHTS = "rows => rows.map(one => one.getBoundingClientRect().height)"
 @pytest.fixture
 def troubled(demo: Demo) -> Iterator[str]:
     """A servo whose name, fault and advice are longer than a row."""
-    uid = demo.api.get("/servos").json()[0]["uid"]
+    uid = uids_of(demo)[0]
     patch = {"label": "Left wing / Aileron outboard, behind the third inspection cover"}
     demo.api.patch(f"/servos/{uid}", json=patch).raise_for_status()
-    demo.api.patch(f"/sim/servos/{uid}", json={"faults": {"sensor_weak": True}}).raise_for_status()
+    sim(demo, uid, faults={"sensor_weak": True})
     yield uid
-    demo.api.patch(f"/sim/servos/{uid}", json={"faults": {"sensor_weak": False}}).raise_for_status()
+    sim(demo, uid, faults={"sensor_weak": False})
     demo.api.patch(f"/servos/{uid}", json={"label": "Delta"}).raise_for_status()
 
 
@@ -75,10 +69,7 @@ def test_compact_shows_twenty_rows_at_900_px_and_is_stored(page: Page, demo: Dem
     page.get_by_role("button", name="Compact", exact=True).click()
     page.reload()
     expect(page.get_by_role("button", name="Compact", exact=True)).to_have_attribute("aria-pressed", "true")
-    first = page.locator(".servo-row").first.bounding_box()
-    scroll = page.locator(".servos-page > .scroll").bounding_box()
-    assert first
-    assert scroll
+    first, scroll = box(page.locator(".servo-row").first), box(page.locator(".servos-page > .scroll"))
     assert (scroll["y"] + scroll["height"] - first["y"]) / first["height"] >= 20
 
 
@@ -114,7 +105,7 @@ def test_keys_move_select_and_open_rows(page: Page, demo: Demo) -> None:
     uid = page.locator(".servo-row").first.get_attribute("data-testid")
     page.keyboard.press("Enter")
     expect(page).to_have_url(f"{demo.url}servos/{(uid or '').removeprefix('servo-row-')}")
-    assert demo.api.get("/stop").json()["latched"] is False
+    assert latched(demo) is False
 
 
 @pytest.fixture
@@ -135,16 +126,16 @@ def test_groups_fold_and_select_their_servos(
     way: str, browser: Browser, demo: Demo, placed: dict[str, list[str]]
 ) -> None:
     with hand_of(browser, way) as hand:
-        page = hand.page
+        page, links = hand.page, hand.page.locator(".servo-row .row-link")
         page.goto(demo.url + "servos?sort=name")
         page.get_by_test_id("group-by").select_option("place")
         expect(page.locator(".servo-group")).to_have_text(["Tail 2", "Wing 3", "Others 1"])
-        assert names(page) == [one for each in placed.values() for one in each]
+        expect(links).to_have_text([one for each in placed.values() for one in each])
         hand.press("group-Tail")
         expect(page.locator(".servo-row")).to_have_count(4)
         page.reload()
         expect(page.get_by_test_id("group-Tail")).to_have_attribute("aria-expanded", "false")
-        assert names(page) == [*placed["Wing"], "Winch"]
+        expect(links).to_have_text([*placed["Wing"], "Winch"])
         page.get_by_test_id("select-group-Wing").check()
         expect(page.get_by_test_id("selection-bar")).to_contain_text("3 servos selected")
         expect(page.get_by_test_id("select-all")).to_have_js_property("indeterminate", True)
@@ -154,28 +145,19 @@ def test_groups_fold_and_select_their_servos(
         expect(page.locator(".servo-group").first).to_be_visible()
 
 
-def test_the_list_is_filtered_by_model(page: Page, demo: Demo) -> None:
-    page.goto(demo.url + "servos")
-    expect(page.locator(".servo-row")).to_have_count(6)
-    model = demo.api.get("/servos").json()[0]["model"]
-    page.get_by_test_id("filter-model").select_option(model)
-    same = [one for one in demo.api.get("/servos").json() if one["model"] == model]
-    expect(page.locator(".servo-row")).to_have_count(len(same))
-
-
 def test_selected_servos_are_edited_together_and_turned_off(page: Page, demo: Demo) -> None:
-    uids = [one["uid"] for one in demo.api.get("/servos").json()][1:3]
+    uids = uids_of(demo)[1:3]
     page.goto(demo.url + "servos")
     for uid in uids:
         page.get_by_test_id(f"select-{uid}").focus()
         page.keyboard.press("Space")
     bar = page.get_by_test_id("selection-bar")
     expect(bar).to_contain_text("2 servos selected")
-    assert demo.api.get("/stop").json()["latched"] is False, "Space on a tick is no stop"
+    assert latched(demo) is False, "Space on a tick is no stop"
     page.get_by_test_id("torque-off-selected").click()
     expect(bar).to_contain_text("Torque is off on 2 servos.")
     for uid in uids:
-        assert demo.api.get(f"/servos/{uid}/parameters").json()["parameters"]["torque_mode"]["value"] == "off"
+        assert row(demo, uid, "torque_mode")["value"] == "off"
 
     page.get_by_test_id("edit-together").click()
     expect(page).to_have_url(re.compile(rf"/servos/matrix\?uids={uids[0]},{uids[1]}"))
@@ -199,23 +181,6 @@ def test_a_profile_is_chosen_for_the_selected_servos(page: Page, demo: Demo) -> 
     expect(dialog.get_by_test_id(f"apply-{other['uid']}").get_by_role("checkbox")).not_to_be_checked()
 
 
-def test_selected_servos_are_plotted_together(page: Page, demo: Demo) -> None:
-    shown = demo.api.get("/servos").json()
-    page.goto(demo.url + "servos")
-    for one in shown[:3]:
-        page.get_by_test_id(f"select-{one['uid']}").check()
-    page.get_by_test_id("plot-selected").click()
-    curves = page.get_by_role("list", name="Curves").get_by_role("listitem")
-    expect(curves).to_have_text([one["label"] for one in shown[:3]])
-    expect(page.get_by_test_id("plot-many").locator("canvas")).to_be_visible()
-    page.get_by_test_id("many-commands").check()
-    expect(curves, "a command has the colour of its servo and no line of its own").to_have_count(3)
-    page.get_by_test_id(f"select-{shown[0]['uid']}").uncheck()
-    expect(curves).to_have_text([one["label"] for one in shown[1:3]])
-    page.get_by_test_id(f"select-{shown[4]['uid']}").check()
-    expect(curves).to_have_count(3)
-
-
 @pytest.mark.scene
 def test_the_wall_shows_and_links_each_servo(page: Page, demo: Demo) -> None:
     shown = demo.api.get("/servos").json()
@@ -223,10 +188,10 @@ def test_the_wall_shows_and_links_each_servo(page: Page, demo: Demo) -> None:
     expect(page.locator(".servo-row")).to_have_count(6)
     page.get_by_role("button", name="3D", exact=True).click()
     wall = page.get_by_test_id("wall")
-    expect(wall).to_have_attribute("data-state", "shown", timeout=40_000)
+    expect(wall).to_have_attribute("data-state", "shown")
     expect(wall.get_by_role("link")).to_have_count(6)
-    boxes = [page.get_by_test_id(f"wall-{one['uid']}").bounding_box() for one in shown]
-    places = {(round(box["x"]), round(box["y"])) for box in boxes if box}
+    boxes = [box(page.get_by_test_id(f"wall-{one['uid']}")) for one in shown]
+    places = {(round(one["x"]), round(one["y"])) for one in boxes}
     assert len(places) == 6, "each a place of its own"
     (frame,) = [one for one in page.frames if "/viser/" in one.url]
     frame.wait_for_function(

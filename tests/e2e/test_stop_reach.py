@@ -1,6 +1,7 @@
 """Stop in every window: fully visible from 320 px on, in any orientation and zoom; and the keys that stop."""
 
 from collections.abc import Iterator
+from typing import Any
 
 import pytest
 from playwright.sync_api import Browser, Page, expect
@@ -8,7 +9,8 @@ from playwright.sync_api import Browser, Page, expect
 from e2e.contexts import page_in
 from e2e.looks import complaints, too_small
 from e2e.servers import Demo
-from e2e.test_technician import servo_of, wait_for
+from e2e.state import latched, no_lease, servo_of, sim, wait_for
+from e2e.steps import box, chord, drawn, motion_on
 
 WINDOWS: dict[str, tuple[int, int]] = {
     "small phone": (320, 568),
@@ -46,27 +48,23 @@ BEYOND = """() => { const { scrollWidth, scrollHeight } = document.scrollingElem
   return [scrollWidth - innerWidth, scrollHeight - innerHeight]; }"""
 """How far a script or the focus could scroll the window with Stop, px."""
 
-DRAWN = "() => new Promise(then => requestAnimationFrame(() => requestAnimationFrame(then)))"
-"""Wait until the page is drawn at the size of its window."""
-
 
 def stop_is_seen(page: Page, where: str) -> None:
-    found = page.evaluate(SEEN)
-    assert (found["inside"], found["hit"], found["cut"]) == (True, True, False), f"{where}: {found}"
-    assert found["width"] >= 170, f"{where}: {found}"
-    assert found["height"] >= 55, f"{where}: {found}"
+    def seen() -> bool:
+        found.update(page.evaluate(SEEN))
+        complete = (found["inside"], found["hit"], found["cut"]) == (True, True, False)
+        return complete and found["width"] >= 170 and found["height"] >= 55
+
+    found: dict[str, Any] = {"where": where}
+    wait_for(seen, f"{found}")
 
 
 @pytest.fixture
 def stops(demo: Demo) -> Iterator[None]:
     """No client has motion control and nothing is stopped, before and after."""
     yield
-    wait_for(lambda: demo.api.get("/leases").json() == [], 6, "motion control was not given back")
+    no_lease(demo)
     demo.api.delete("/stop").raise_for_status()
-
-
-def latched(demo: Demo) -> bool:
-    return demo.api.get("/stop").json()["latched"]
 
 
 @pytest.mark.parametrize("language", ["en", "ja"])
@@ -78,7 +76,7 @@ def test_stop_is_fully_visible_on_every_page_and_window(language: str, browser: 
             expect(page.get_by_test_id("stop")).to_be_visible()
             for window, (width, height) in WINDOWS.items():
                 page.set_viewport_size({"width": width, "height": height})
-                page.evaluate(DRAWN)
+                drawn(page)
                 stop_is_seen(page, f"{path}, {window}")
 
 
@@ -93,7 +91,7 @@ def test_stop_is_fully_visible_while_motion_is_on_and_works_by_touch(
         for window in windows:
             width, height = WINDOWS[window]
             page.set_viewport_size({"width": width, "height": height})
-            page.evaluate(DRAWN)
+            drawn(page)
             stops_at_a_touch(page, demo, window)
 
 
@@ -121,15 +119,13 @@ def stops_at_a_touch(page: Page, demo: Demo, window: str) -> None:
 def test_stop_stays_visible_when_the_page_is_zoomed(browser: Browser, demo: Demo) -> None:
     with page_in(browser, {"width": 390, "height": 844}, has_touch=True, is_mobile=True) as page:
         uid = servo_of(demo, "BLA21-12U-A0")
-        page.goto(f"{demo.url}servos/{uid}/motion")
-        page.get_by_test_id("enable-motion").tap()
-        expect(page.get_by_test_id("motion-band")).to_be_visible()
+        motion_on(page, demo, uid)
         devtools = page.context.new_cdp_session(page)
         for scale in (2.0, 4.0):
             devtools.send("Emulation.setPageScaleFactor", {"pageScaleFactor": scale})
-            wait_for(lambda scale=scale: page.evaluate("visualViewport.scale") > 0.95 * scale, 5, "it was not enlarged")
-            page.wait_for_timeout(700)
+            wait_for(lambda scale=scale: page.evaluate("visualViewport.scale") > 0.95 * scale, "it was not enlarged")
             stop_is_seen(page, f"enlarged {scale:g} times")
+            page.wait_for_timeout(700)  # longer than Stop may be hidden
             expect(page.get_by_test_id("motion-band")).to_have_count(1)
 
 
@@ -150,7 +146,7 @@ def test_motion_needs_a_fully_visible_stop(page: Page, demo: Demo) -> None:
     page.set_viewport_size({"width": 390, "height": 844})
     expect(page.get_by_test_id("motion-refusal")).to_contain_text("Stop was no longer fully visible")
     mode = f"/servos/{uid}/parameters/torque_mode"
-    wait_for(lambda: demo.api.get(mode).json()["value"] == "off", 4, "torque stayed on")
+    wait_for(lambda: demo.api.get(mode).json()["value"] == "off", "torque stayed on")
 
 
 @pytest.mark.usefixtures("stops")
@@ -169,9 +165,7 @@ def test_a_phone_shows_motion_without_scrolling_with_large_targets(theme: str, b
             expect(page.get_by_test_id(testid)).to_be_in_viewport(ratio=1)
         assert complaints(page) == []
         assert too_small(page) == []
-        stop = page.get_by_test_id("stop").bounding_box()
-        assert stop is not None
-        assert stop == {"x": 0, "y": 0, "width": 390, "height": 72}
+        assert box(page.get_by_test_id("stop")) == {"x": 0, "y": 0, "width": 390, "height": 72}
         # under Stop, only what goes the same way may be pressed
         under = "document.elementFromPoint(%d, 100).closest('button, a')?.dataset.testid"
         assert {page.evaluate(under % x) for x in range(5, 390, 20)} <= {None, "disable-motion"}
@@ -185,41 +179,55 @@ def test_stop_has_the_first_tab_stop(page: Page, demo: Demo) -> None:
     expect(page.get_by_test_id("stop")).to_be_focused()
 
 
+ARMED = """() => {
+    window.armed = 0;
+    const stop = document.querySelector('[data-testid=stop]');
+    new MutationObserver(() => { if (stop.textContent.includes('again')) window.armed += 1; })
+        .observe(stop, { subtree: true, childList: true, characterData: true });
+}"""
+"""Count how often Stop has said that a second Esc stops."""
+
+
+def esc_once(page: Page) -> None:
+    """Press Esc, which arms Stop for a second, and wait until that is over."""
+    before = page.evaluate("() => window.armed")
+    page.keyboard.press("Escape")
+    page.wait_for_function("before => window.armed > before", arg=before)
+    expect(page.get_by_test_id("stop")).to_contain_text("Esc twice")
+
+
 @pytest.mark.usefixtures("stops")
 def test_esc_closes_at_rest_and_stops_when_pressed_twice(page: Page, demo: Demo) -> None:
     uid = servo_of(demo, "BLA21-06U-A0")
     page.goto(f"{demo.url}servos/{uid}/parameters#angle_limit_cw")
     expect(page.get_by_test_id("stop")).to_contain_text("Esc twice")
-    box = page.get_by_test_id("input-angle_limit_cw")
-    before = box.input_value()
-    box.fill("55")
+    page.evaluate(ARMED)
+    field = page.get_by_test_id("input-angle_limit_cw")
+    expect(field).not_to_have_value("")
+    before = field.input_value()
+    field.fill("55")
     expect(page.get_by_test_id("apply-save")).to_be_enabled()
     page.keyboard.press("Control+s")
     dialog = page.get_by_role("dialog")
     expect(dialog).to_be_visible()
-    page.keyboard.press("Escape")
+    esc_once(page)
     expect(dialog).to_have_count(0)
-    expect(page.get_by_test_id("stop")).to_contain_text("Esc again")
-    expect(page.get_by_test_id("stop")).to_contain_text("Esc twice")
-    box.focus()
-    box.fill("56")
-    page.keyboard.press("Escape")
-    assert box.input_value() != "56", "what was typed is taken back"
-    page.wait_for_timeout(1100)
+    field.focus()
+    field.fill("56")
+    esc_once(page)
+    expect(field, "what was typed is taken back").not_to_have_value("56")
     page.locator("main").focus()
     page.keyboard.press("/")
     page.keyboard.type("gain")
-    page.keyboard.press("Escape")
+    esc_once(page)
     expect(page.get_by_role("searchbox")).to_have_value("")
     expect(page.locator("main")).to_be_focused()
     assert latched(demo) is False
-    page.wait_for_timeout(1100)
-    page.keyboard.press("Escape")
-    page.keyboard.press("Escape")
+    chord(page, "Escape", "Escape")
     expect(page.get_by_test_id("stop-band")).to_be_visible()
     assert latched(demo)
     page.get_by_test_id("discard").click()
-    expect(box).to_have_value(before)
+    expect(field).to_have_value(before)
 
 
 @pytest.mark.usefixtures("stops")
@@ -244,7 +252,7 @@ def test_esc_stops_at_once_in_any_tab_while_a_horn_moves(page: Page, demo: Demo)
     page.goto(f"{demo.url}servos")
     expect(page.get_by_test_id("stop")).to_contain_text("Esc twice")
     page.get_by_role("searchbox").focus()
-    lease = demo.api.post("/leases", json={"holder": "Rig 3", "ttl_s": 10}).json()["id"]
+    lease = demo.api.post("/leases", json={"holder": "Rig 3", "ttl_s": 60}).json()["id"]
     expect(page.get_by_test_id("stop")).not_to_contain_text("twice")
     page.keyboard.press("Escape")
     expect(page.get_by_test_id("stop-band")).to_be_visible()
@@ -257,12 +265,12 @@ def test_esc_stops_at_once_in_any_tab_while_a_horn_moves(page: Page, demo: Demo)
 
     def turned() -> bool:
         for angle in (40, 0):
-            demo.api.patch(f"/sim/servos/{uid}", json={"external_angle_deg": angle}).raise_for_status()
+            sim(demo, uid, external_angle_deg=angle)
             page.wait_for_timeout(200)
         return "twice" not in page.get_by_test_id("stop").inner_text()
 
-    wait_for(turned, 5, "a horn that turns is not noticed")
-    demo.api.patch(f"/sim/servos/{uid}", json={"external_angle_deg": 0}).raise_for_status()
+    wait_for(turned, "a horn that turns is not noticed")
+    sim(demo, uid, external_angle_deg=0)
 
 
 @pytest.mark.usefixtures("stops")
@@ -271,31 +279,29 @@ def test_esc_and_enter_of_an_input_method_are_ignored(motion: bool, page: Page, 
     uid = servo_of(demo, "BLA21-12U-A0")
     name = demo.api.get(f"/servos/{uid}").json()["label"]
     if motion:
-        page.goto(f"{demo.url}servos/{uid}/motion")
-        page.get_by_test_id("enable-motion").click()
-        box = page.get_by_test_id("jog-value")
+        motion_on(page, demo, uid)
+        field = page.get_by_test_id("jog-value")
     else:
         page.goto(demo.url + "servos")
         page.get_by_test_id(f"rename-{uid}").click()
-        box = page.get_by_test_id(f"nickname-{uid}")
-    box.fill("")
+        field = page.get_by_test_id(f"nickname-{uid}")
+    field.fill("")
     devtools = page.context.new_cdp_session(page)
+
+    def key_event(kind: str, key: str, code: int) -> None:
+        event = {"type": kind, "key": key, "code": key, "windowsVirtualKeyCode": code}
+        devtools.send("Input.dispatchKeyEvent", event)
+
     for key, code in (("Escape", 27), ("Enter", 13)):
         compose = {"text": "かぜ", "selectionStart": 2, "selectionEnd": 2}
         devtools.send("Input.imeSetComposition", compose)
-        devtools.send(
-            "Input.dispatchKeyEvent", {"type": "rawKeyDown", "key": key, "code": key, "windowsVirtualKeyCode": code}
-        )
-        devtools.send(
-            "Input.dispatchKeyEvent", {"type": "keyUp", "key": key, "code": key, "windowsVirtualKeyCode": code}
-        )
-        expect(box).to_have_value("かぜ")
+        key_event("rawKeyDown", key, code)
+        key_event("keyUp", key, code)
+        expect(field).to_have_value("かぜ")
         # the last key, as Safari sends it: after the composition, known by its code alone
         devtools.send("Input.imeSetComposition", {"text": "", "selectionStart": 0, "selectionEnd": 0})
-        devtools.send(
-            "Input.dispatchKeyEvent", {"type": "rawKeyDown", "key": key, "code": key, "windowsVirtualKeyCode": 229}
-        )
-        expect(box).to_be_focused()
+        key_event("rawKeyDown", key, 229)
+        expect(field).to_be_focused()
     assert latched(demo) is False
     assert demo.api.get(f"/servos/{uid}").json()["label"] == name
     if motion:

@@ -11,10 +11,10 @@ import httpx
 import pytest
 
 from e2e.servers import running
+from e2e.state import WAIT_S
 from e2e.test_reverse_proxy import TOKEN, nginx
 
 BEARER = {"Authorization": f"Bearer {TOKEN}"}
-TIMEOUT_S = 30
 STREAM = "api/v1/events/stream?topics=events"
 
 
@@ -46,7 +46,7 @@ class Reader:
     def next(self) -> dict[str, Any]:
         """The next event; comments are skipped."""
         fields: dict[str, str] = {}
-        until = time.monotonic() + TIMEOUT_S
+        until = time.monotonic() + WAIT_S
         for line in self._lines:
             assert time.monotonic() < until, "nothing but comments"
             if line:
@@ -75,7 +75,7 @@ def reading(client: httpx.Client, last: str | None = None) -> Generator[Reader]:
 
 
 def test_the_last_id_resumes_the_stream_without_repeats(url: str) -> None:
-    with httpx.Client(base_url=url, headers=BEARER, timeout=10) as client:
+    with httpx.Client(base_url=url, headers=BEARER, timeout=WAIT_S) as client:
 
         def stop(reason: str) -> None:
             client.post("api/v1/stop", json={"mode": "off", "reason": reason}).raise_for_status()
@@ -110,7 +110,7 @@ def test_the_last_id_resumes_the_stream_without_repeats(url: str) -> None:
 
 def test_an_unknown_id_reports_a_gap_and_sends_the_state(url: str) -> None:
     with (
-        httpx.Client(base_url=url, headers=BEARER, timeout=10) as client,
+        httpx.Client(base_url=url, headers=BEARER, timeout=WAIT_S) as client,
         reading(client, "of-another-life-7") as after,
     ):
         kinds = [after.next()["type"] for _ in range(2)]
@@ -119,4 +119,4 @@ def test_an_unknown_id_reports_a_gap_and_sends_the_state(url: str) -> None:
 
 
 def test_the_stream_needs_a_token(url: str) -> None:
-    assert httpx.get(url + STREAM, timeout=10).status_code == 401
+    assert httpx.get(url + STREAM, timeout=WAIT_S).status_code == 401

@@ -9,7 +9,8 @@ from playwright.sync_api import Browser, Page, ViewportSize, expect
 from e2e.contexts import page_in
 from e2e.looks import complaints, too_small
 from e2e.servers import Demo
-from e2e.test_technician import servo_of, wait_for
+from e2e.state import latched, no_lease, read, servo_of, wait_for
+from e2e.steps import box
 
 TABLET: ViewportSize = {"width": 820, "height": 1180}
 """Without the 3D view: two software renderers would be slower than the countdown."""
@@ -23,10 +24,6 @@ def other(browser: Browser, demo: Demo) -> Iterator[Page]:
         page.on("console", lambda one: said.append(one.text) if one.type == "error" else None)
         yield page
     assert said == []
-
-
-def torque(demo: Demo, uid: str) -> object:
-    return demo.api.get(f"/servos/{uid}/parameters/torque_mode", params={"fresh": "true"}).json()["value"]
 
 
 def in_english(holder: str) -> str:
@@ -57,28 +54,25 @@ def test_motion_control_is_requested_refused_and_handed_over(page: Page, other: 
     band = page.get_by_test_id("request-band")
     expect(band).to_contain_text("to calibrate the tail")
     for one, where in ((page, "request-left"), (other, "take-over-left")):
-        expect(one.get_by_test_id(where)).to_contain_text(re.compile(r"in [1-9]0?.s unless"))
-    stop = page.get_by_test_id("stop").bounding_box()
+        expect(one.get_by_test_id(where)).to_contain_text(re.compile(r"in [1-9]\d?.s unless"))
     for button in ("keep-lease", "hand-over"):
-        box = page.get_by_test_id(button).bounding_box()
-        assert stop is not None
-        assert box is not None
-        assert box["x"] + box["width"] < stop["x"], "nothing that enables stands under Stop"
+        at = box(page.get_by_test_id(button))
+        assert at["x"] + at["width"] < box(page.get_by_test_id("stop"))["x"], "nothing that enables stands under Stop"
     page.get_by_test_id("keep-lease").click()
     expect(band).to_have_count(0)
     expect(other.get_by_test_id("motion-refusal")).to_contain_text(f"{in_english(holder)} keeps motion control.")
-    assert torque(demo, uid) == "on", "a request ends nothing"
+    assert read(demo, uid, "torque_mode") == "on", "a request ends nothing"
 
     other.get_by_test_id("request-lease").click()
     expect(other.get_by_test_id("request-withdraw")).to_be_visible()
     page.get_by_test_id("hand-over").click()
     expect(page.get_by_test_id("motion-refusal")).to_contain_text("handed over")
     expect(other.get_by_test_id("take-over")).to_contain_text("You have motion control")
-    assert torque(demo, uid) == "off", "what was commanded before ends first"
+    assert read(demo, uid, "torque_mode") == "off", "what was commanded before ends first"
     other.get_by_test_id("enable-motion").click()
     expect(other.get_by_test_id("jog-pad")).to_be_visible()
     other.get_by_test_id("disable-motion").click()
-    wait_for(lambda: demo.api.get("/leases").json() == [], 5, "it was not given back")
+    no_lease(demo)
 
 
 def test_taking_motion_control_needs_a_reason_and_ends_motion(page: Page, other: Page, demo: Demo) -> None:
@@ -94,12 +88,12 @@ def test_taking_motion_control_needs_a_reason_and_ends_motion(page: Page, other:
     dialog.get_by_test_id("take-reason").fill("it runs into the wing")
     other.get_by_test_id("take-now").click()
     expect(other.get_by_test_id("take-over")).to_contain_text("You have motion control")
-    assert torque(demo, uid) == "off"
+    assert read(demo, uid, "torque_mode") == "off"
     mine = demo.api.get("/leases").json()[0]["holder"]
     expect(page.get_by_test_id("motion-refusal")).to_contain_text(f"{in_english(mine)} took motion control.")
-    wait_for(lambda: "it runs into the wing" in demo.api.get("/audit").text, 5, "the audit does not say why")
+    wait_for(lambda: "it runs into the wing" in demo.api.get("/audit").text, "the audit does not say why")
     other.get_by_test_id("give-back").click()
-    wait_for(lambda: demo.api.get("/leases").json() == [], 5, "it was not given back")
+    no_lease(demo)
 
 
 def test_a_copied_tab_is_another_client(page: Page, demo: Demo) -> None:
@@ -116,7 +110,7 @@ def test_a_copied_tab_is_another_client(page: Page, demo: Demo) -> None:
     expect(twin.get_by_test_id("bar-motion")).to_contain_text(shown)
     expect(page.get_by_test_id("jog-pad")).to_be_visible()
     twin.get_by_test_id("stop").click()
-    wait_for(lambda: demo.api.get("/stop").json()["latched"], 5, "it did not stop")
+    wait_for(lambda: latched(demo), "it did not stop")
     latch = demo.api.get("/stop").json()
     assert re.fullmatch(r"page-\d+", latch["by"])
     assert latch["by"] != holder

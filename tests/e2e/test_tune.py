@@ -6,17 +6,15 @@ import pytest
 from playwright.sync_api import Page, expect
 
 from e2e.servers import Demo
-from e2e.test_technician import wait_for
+from e2e.state import add, no_lease, wait_for
 
-SLOW_MS = 30_000
 HEALTHY = {"smoothing": False, "angle_p_gain": 40}
 
 
 @pytest.fixture
 def servo(demo: Demo) -> Iterator[str]:
     """A servo with the newest firmware; its changes and measurements are removed afterwards."""
-    made = demo.api.post("/sim/servos", json={"model": "BLA21-06U-A0", "firmware": "1.300"}).json()["uid"]
-    wait_for(lambda: state(demo, made) == "ready", 20, "the new servo is not ready")
+    (made,) = add(demo)
     demo.api.patch(f"/servos/{made}", json={"label": "Tail"})
     for key, value in HEALTHY.items():
         demo.api.put(f"/servos/{made}/parameters/{key}", json={"value": value}).raise_for_status()
@@ -26,18 +24,24 @@ def servo(demo: Demo) -> Iterator[str]:
     demo.api.delete(f"/sim/servos/{made}")
 
 
-def state(demo: Demo, uid: str) -> str | None:
-    found = demo.api.get(f"/servos/{uid}")
-    return found.json()["state"] if found.is_success else None
-
-
 def marks(recording: dict[str, list[dict[str, str]]], text: str) -> bool:
     return any(mark["text"] == text for mark in recording["marks"])
 
 
+RUNNING = """() => {
+    const top = () => document.querySelector('[data-testid=step-plot]').getBoundingClientRect().top;
+    window.before = top();
+    window.running = [];
+    new MutationObserver(() => {
+        if (document.querySelector('[data-testid=step-cancel]')) window.running.push(top());
+    }).observe(document.body, { subtree: true, childList: true });
+}"""
+"""Note where the plot is before and during a step test."""
+
+
 def run_step(page: Page, legend: str) -> None:
     page.get_by_test_id("step-go").click()
-    expect(page.get_by_test_id(f"legend-{legend}")).to_be_visible(timeout=SLOW_MS)
+    expect(page.get_by_test_id(f"legend-{legend}")).to_be_visible()
     expect(page.get_by_test_id("step-go")).to_be_enabled()
 
 
@@ -65,11 +69,11 @@ def test_two_gains_are_compared_and_the_first_is_restored(page: Page, demo: Demo
     gain.press("Enter")
     go = page.get_by_test_id("step-go")
     expect(go).to_contain_text("Apply and run step")
-    before = page.get_by_test_id("step-plot").bounding_box()
+    page.evaluate(RUNNING)
     go.click()
-    expect(page.get_by_test_id("step-cancel")).to_be_visible()
-    assert page.get_by_test_id("step-plot").bounding_box() == before, "the page jumps"
-    expect(page.get_by_test_id("legend-B")).to_be_visible(timeout=SLOW_MS)
+    page.wait_for_function("() => window.running.length > 0")
+    assert page.evaluate("() => window.running.every(top => top === window.before)"), "the page jumps"
+    expect(page.get_by_test_id("legend-B")).to_be_visible()
     expect(go).to_be_enabled()
     expect(page.get_by_test_id("row-angle_p_gain")).to_have_attribute("data-state", "applied")
     differs = page.get_by_test_id("differs-angle_p_gain")
@@ -96,10 +100,10 @@ def test_two_gains_are_compared_and_the_first_is_restored(page: Page, demo: Demo
     expect(page.get_by_test_id("legend-B")).to_have_count(0)
     assert len(demo.api.get("/runs", params={"uid": servo}).json()) == 1
     page.get_by_role("link", name="Records").click()
-    wait_for(lambda: demo.api.get("/leases").json() == [], 5, "motion control was not given back")
+    no_lease(demo)
     # the lease ends first, then torque off is written and read
     torque = f"/servos/{servo}/parameters/torque_mode"
-    wait_for(lambda: demo.api.get(torque).json()["value"] == "off", 1, "torque is still on")
+    wait_for(lambda: demo.api.get(torque).json()["value"] == "off", "torque is still on")
 
 
 def test_typing_starts_no_step_test_and_enter_sends_one_request(page: Page, demo: Demo, servo: str) -> None:
@@ -116,7 +120,7 @@ def test_typing_starts_no_step_test_and_enter_sends_one_request(page: Page, demo
     assert sent == [], "Enter in a text field moved the horn"
 
     page.get_by_test_id("step-go").press("Enter")
-    expect(page.get_by_test_id("legend-A")).to_be_visible(timeout=SLOW_MS)
+    expect(page.get_by_test_id("legend-A")).to_be_visible()
     assert len(sent) == 1
     expect(page.get_by_test_id("step-problem")).to_have_count(0)
 
@@ -127,10 +131,10 @@ def test_a_step_test_is_cancelled(page: Page, demo: Demo, servo: str) -> None:
     page.get_by_test_id("step-runs").fill("20")
     page.get_by_test_id("step-go").click()
     page.get_by_test_id("step-cancel").click()
-    expect(page.get_by_test_id("step-problem")).to_be_visible(timeout=SLOW_MS)
+    expect(page.get_by_test_id("step-problem")).to_be_visible()
     assert demo.api.get("/runs", params={"uid": servo}).json() == []
     page.get_by_test_id("disable-motion").click()
-    wait_for(lambda: demo.api.get("/leases").json() == [], 5, "motion control was not given back")
+    no_lease(demo)
 
 
 def test_a_recording_is_saved_opened_without_a_bus_and_deleted(page: Page, demo: Demo, servo: str) -> None:
@@ -139,7 +143,7 @@ def test_a_recording_is_saved_opened_without_a_bus_and_deleted(page: Page, demo:
     page.get_by_test_id("recording-reason").fill("horn rattled")
     page.get_by_test_id("recording-save").click()
     expect(page.get_by_test_id("recording-pending")).to_contain_text("horn rattled")
-    expect(page.get_by_test_id("recordings")).to_contain_text("horn rattled", timeout=SLOW_MS)
+    expect(page.get_by_test_id("recordings")).to_contain_text("horn rattled")
     # another test's servo may have gone meanwhile: then this is one mark of several in one recording
     found = [each for each in demo.api.get("/recorder/recordings").json() if marks(each, "horn rattled")]
     name = found[0]["name"]

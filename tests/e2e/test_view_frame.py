@@ -1,9 +1,9 @@
 """The 3D view in a real browser, in a frame as the page embeds it, without the rest of the product."""
 
 import io
-import time
 from collections.abc import Iterator
 from dataclasses import dataclass
+from itertools import cycle
 
 import numpy as np
 import pytest
@@ -16,6 +16,8 @@ from starlette.routing import Route
 from e2e.conftest import DRIVER
 from e2e.contexts import page_in
 from e2e.servers import Demo
+from e2e.state import read, uids_of, wait_for
+from e2e.steps import at_rest, box
 from e2e.test_technician import stands
 from hornbill.view.pose import Pose
 from hornbill.view.proxy import routes, same_origin
@@ -42,20 +44,17 @@ class Shown:
         return found
 
     def wait_for_scene(self) -> None:
-        self.frame.locator("canvas").first.wait_for(timeout=30_000)
+        self.frame.locator("canvas").first.wait_for()
         self.page.wait_for_function("() => frames[0].__viserSceneTree?.getState()['/hero/pivot'] !== undefined")
         self.wait_for_horn(self.servos.now[0].angle_deg or 0)
 
     def wait_for_horn(self, angle: float) -> None:
         """Wait until the horn is drawn at this angle: models are unpacked, and drawn in software."""
         stands(self.page, angle)
-        end = time.monotonic() + 30
-        while (self.picture()[60:] > 150).all(axis=2).sum() < 300:
-            assert time.monotonic() < end, "no horn is drawn"
-            self.page.wait_for_timeout(200)
+        wait_for(lambda: (self.picture()[60:] > 150).all(axis=2).sum() >= 300, "no horn is drawn")
 
     def picture(self) -> np.ndarray:
-        shot = self.page.locator("iframe").screenshot(timeout=60_000)
+        shot = self.page.locator("iframe").screenshot()
         return np.asarray(Image.open(io.BytesIO(shot)).convert("RGB")).astype(int)
 
 
@@ -145,28 +144,23 @@ def test_a_positive_angle_is_clockwise_on_the_screen(shown: Shown) -> None:
 
 def test_a_reload_drops_the_parameter_viser_adds(shown: Shown) -> None:
     assert "websocket=" in shown.frame.url, "viser no longer rewrites its address: the redirect may go"
-    shown.frame.evaluate("() => location.reload()")
-    shown.page.wait_for_timeout(500)
+    shown.frame.evaluate("() => { window.old = true; location.reload(); }")
+    shown.page.wait_for_function("() => frames[0].old === undefined")
     shown.wait_for_scene()
     assert shown.viewer.watched
 
 
 def test_a_click_selects_the_servo_under_it(shown: Shown) -> None:
-    box = shown.page.locator("iframe").bounding_box()
-    assert box is not None
-    step = 24
-    places = [(x, y) for y in range(4, 70, step) for x in range(4, WIDTH, step)]
-    # A slow machine draws a frame now and then: what is under a click is found when it has.
-    for pause_ms in (60, 200, 600):
-        for x, y in places:
-            shown.page.mouse.click(box["x"] + x, box["y"] + y)
-            shown.page.wait_for_timeout(pause_ms)
-            if shown.selected:
-                break
-        shown.page.wait_for_timeout(300)
-        if shown.selected:
-            break
-    assert shown.selected
+    at = box(shown.page.locator("iframe"))
+    spots = cycle([(x, y) for y in range(4, 70, 24) for x in range(4, WIDTH, 24)])
+
+    def selected() -> bool:
+        x, y = next(spots)
+        shown.page.mouse.click(at["x"] + x, at["y"] + y)
+        shown.page.wait_for_timeout(60)
+        return bool(shown.selected)
+
+    wait_for(selected, "no click hit a servo")
     assert shown.selected[0] in {servo.uid for servo in shown.servos.now[1:]}
 
 
@@ -176,9 +170,9 @@ NODES = "() => Object.keys(window.__viserSceneTree?.getState() ?? {})"
 def open_view(page: Page, demo: Demo, uid: str) -> Frame:
     """A servo's parameters with its 3D view."""
     page.goto(f"{demo.url}servos/{uid}/parameters")
-    page.locator("[data-testid=view-frame][data-state=shown]").wait_for(timeout=40_000)
+    page.locator("[data-testid=view-frame][data-state=shown]").wait_for()
     (frame,) = [one for one in page.frames if "/viser/" in one.url]
-    frame.wait_for_function(f"() => ({NODES})().some(node => node.startsWith('/hero/bla'))", timeout=40_000)
+    frame.wait_for_function(f"() => ({NODES})().some(node => node.startsWith('/hero/bla'))")
     return frame
 
 
@@ -200,22 +194,21 @@ def look_at_different_servos(page: Page, other: Page, demo: Demo, shown: dict[st
 
 
 def test_a_click_in_the_scene_opens_the_servo_without_motion(page: Page, demo: Demo) -> None:
-    uid = demo.api.get("/servos").json()[0]["uid"]
+    uid = uids_of(demo)[0]
     open_view(page, demo, uid)
     page.get_by_test_id("view-all").click()
     before = {one["uid"]: one["command_deg"] for one in demo.api.get("/servos").json()}
     here = page.url
-    page.wait_for_timeout(1500)
-    box = page.locator("[data-testid=view-frame] iframe").bounding_box()
-    assert box is not None
-    spots = [(x, y) for y in range(30, 100, 18) for x in range(10, int(box["width"]), 22)]
-    for x, y in spots:
-        if page.url != here:
-            break
-        page.mouse.click(box["x"] + x, box["y"] + y)
+    at = box(page.locator("[data-testid=view-frame] iframe"))
+    spots = cycle([(x, y) for y in range(30, 100, 18) for x in range(10, int(at["width"]), 22)])
+
+    def selected() -> bool:
+        x, y = next(spots)
+        page.mouse.click(at["x"] + x, at["y"] + y)
         page.wait_for_timeout(100)
-    page.wait_for_timeout(500)
-    assert page.url != here, "no click hit another servo"
+        return page.url != here
+
+    wait_for(selected, "no click hit another servo")
     chosen = page.url.split("/servos/")[1].split("/")[0]
     assert chosen in before
     assert chosen != uid
@@ -224,23 +217,22 @@ def test_a_click_in_the_scene_opens_the_servo_without_motion(page: Page, demo: D
 
 
 def test_the_choice_to_show_all_servos_is_stored(page: Page, demo: Demo) -> None:
-    uid = demo.api.get("/servos").json()[0]["uid"]
+    uid = uids_of(demo)[0]
     open_view(page, demo, uid)
     named = page.locator("[data-testid^=view-name-]")
-    expect(page.get_by_test_id(f"view-name-{uid}")).to_be_visible(timeout=40_000)
+    expect(page.get_by_test_id(f"view-name-{uid}")).to_be_visible()
     expect(named).to_have_count(1)
     page.get_by_test_id("view-all").click()
     expect(named).not_to_have_count(1)
     page.reload()
-    expect(page.get_by_test_id("view-all")).to_have_attribute("aria-pressed", "true", timeout=40_000)
+    expect(page.get_by_test_id("view-all")).to_have_attribute("aria-pressed", "true")
 
 
 def drag(page: Page, grip: str, x: float, y: float) -> None:
-    box = page.get_by_test_id(f"grip-{grip}").bounding_box()
-    assert box is not None
-    page.mouse.move(box["x"] + box["width"] / 2, box["y"] + box["height"] / 2)
+    at = at_rest(page.get_by_test_id(f"grip-{grip}"))
+    page.mouse.move(at["x"] + at["width"] / 2, at["y"] + at["height"] / 2)
     page.mouse.down()
-    page.mouse.move(box["x"] + box["width"] / 2 + x, box["y"] + box["height"] / 2 + y, steps=6)
+    page.mouse.move(at["x"] + at["width"] / 2 + x, at["y"] + at["height"] / 2 + y, steps=6)
     page.mouse.up()
 
 
@@ -248,17 +240,13 @@ def test_dragging_needs_motion_control_and_only_stages_limits(page: Page, demo: 
     uid = next(one["uid"] for one in demo.api.get("/servos").json() if one["state"] == "ready")
 
     def at() -> float:
-        return float(demo.api.get(f"/servos/{uid}/parameters/current_angle", params={"fresh": "true"}).json()["value"])
-
-    def limit() -> object:
-        return demo.api.get(f"/servos/{uid}/parameters/angle_limit_cw", params={"fresh": "true"}).json()["value"]
+        return float(read(demo, uid, "current_angle"))
 
     page.goto(f"{demo.url}servos/{uid}/motion")
-    page.locator("[data-testid=view-frame][data-state=shown]").wait_for(timeout=40_000)
+    page.locator("[data-testid=view-frame][data-state=shown]").wait_for()
     horn = page.get_by_test_id("grip-horn")
-    expect(horn).to_have_attribute("data-live", "false", timeout=40_000)
-    page.wait_for_timeout(1500)
-    before, held = at(), limit()
+    expect(horn).to_have_attribute("data-live", "false")
+    before, held = at(), read(demo, uid, "angle_limit_cw")
     drag(page, "horn", 30, 12)
     expect(page.get_by_test_id("view-notice")).to_contain_text("Motion is off")
     page.wait_for_timeout(800)
@@ -266,16 +254,13 @@ def test_dragging_needs_motion_control_and_only_stages_limits(page: Page, demo: 
 
     drag(page, "cw", -10, -14)
     expect(page.get_by_test_id("view-notice")).to_contain_text("Staged, not sent")
-    assert limit() == held
+    assert read(demo, uid, "angle_limit_cw") == held
 
     page.get_by_test_id("enable-motion").click()
     expect(horn).to_have_attribute("data-live", "true")
     drag(page, "horn", 30, 12)
     expect(page.get_by_test_id("jog-command")).not_to_have_text(f"{before:+.1f}°")
-    deadline = time.monotonic() + 10
-    while abs(at() - before) < 5:
-        assert time.monotonic() < deadline, "it moved"
-        page.wait_for_timeout(100)
+    wait_for(lambda: abs(at() - before) > 5, "it does not move")
 
     page.get_by_test_id("disable-motion").click()
     expect(horn).to_have_attribute("data-live", "false")
@@ -288,15 +273,15 @@ def test_dragging_needs_motion_control_and_only_stages_limits(page: Page, demo: 
 
 
 def test_the_chosen_quality_is_stored(page: Page, demo: Demo) -> None:
-    uid = demo.api.get("/servos").json()[0]["uid"]
+    uid = uids_of(demo)[0]
     open_view(page, demo, uid)
     button = page.get_by_test_id("view-quality")
-    assert button.inner_text() == "Quality: auto, low", "drawn in software"
-    with page.expect_event("framenavigated", lambda frame: "quality=high" in frame.url, timeout=40_000):
+    expect(button, "drawn in software").to_have_text("Quality: auto, low")
+    with page.expect_event("framenavigated", lambda frame: "quality=high" in frame.url):
         button.click()
-    page.locator("[data-testid=view-frame][data-state=shown]").wait_for(timeout=40_000)
-    assert button.inner_text() == "Quality: high"
-    button.click(timeout=40_000)  # drawn in software, high quality takes a second a picture
+    page.locator("[data-testid=view-frame][data-state=shown]").wait_for()
+    expect(button).to_have_text("Quality: high")
+    button.click()  # drawn in software, high quality takes a second a picture
     page.reload()
-    page.locator("[data-testid=view-frame][data-state=shown]").wait_for(timeout=40_000)
-    assert button.inner_text() == "Quality: low"
+    page.locator("[data-testid=view-frame][data-state=shown]").wait_for()
+    expect(button).to_have_text("Quality: low")
