@@ -4,7 +4,7 @@ import asyncio
 from dataclasses import replace
 from typing import Any
 
-from behaviour.actions import torque, write
+from behaviour.actions import by_servo_id, torque, write
 from behaviour.restarting import ended, succeeded
 from behaviour.rig import PLAIN, Rig, json, problem, until
 from behaviour.scene import scene
@@ -253,3 +253,22 @@ async def test_after_lost_rom_the_last_snapshot_restores_the_servo(rig: Rig, ser
     differ = (await compare(rig, f"snapshot:{made['id']}", f"rom:{servo.uid}", identity="true"))["differences"]
     assert {one["key"] for one in differ} <= {"torque_mode"}
     assert (sim.memory.stored(0x2C), sim.memory.stored(0x45), sim.memory.stored(0x46)) == (61, 7, 11)
+
+
+@scene(*TWO)
+async def test_a_copy_from_another_model_lists_every_row_that_does_not_fit(rig: Rig) -> None:
+    there, here = by_servo_id(await rig.ready(2))
+    body: dict[str, Any] = {"from": f"servo:{there.uid}"}
+    shown = problem(await rig.call("POST", f"/servos/{here.uid}/copy", body), "out_of_range", 422)
+    assert {one["code"] for one in shown["problems"]} == {"out_of_range"}
+    bad = {one["key"] for one in shown["problems"]}
+    assert len(bad) > 1
+    assert rig.writes() == []
+    body["keys"] = [
+        key for key, one in here.registers.items()
+        if one.parameter.rom and not one.parameter.identity and key not in {*bad, "torque_mode"}
+    ]  # fmt: skip
+    assert json(await rig.call("POST", f"/servos/{here.uid}/copy", body))["outcome"] == "applied"
+    differ = (await compare(rig, f"servo:{there.uid}", f"servo:{here.uid}"))["differences"]
+    assert {one["key"] for one in differ if one["left_has"] and one["right_has"]} <= {*bad, "torque_mode"}
+    assert here.servo_id == 2
