@@ -1,6 +1,8 @@
 """Messages: bits as in the tables, clamped numbers, and None for every invalid length."""
 
 import math
+import re
+from typing import cast
 
 import pytest
 from hypothesis import given
@@ -116,22 +118,26 @@ def test_an_explicit_length_must_be_correct(payload: bytes) -> None:
 
 
 @pytest.mark.parametrize(
-    ("message", "named"),
+    ("message", "refusal"),
     [
-        (NodeStatus(-1, NodeHealth.OK, Mode.OPERATIONAL), "uptime_sec"),
-        (NodeStatus(1 << 32, NodeHealth.OK, Mode.OPERATIONAL), "uptime_sec"),
-        (NodeStatus(0, NodeHealth.OK, 8), "mode"),
-        (NodeStatus(0, NodeHealth.OK, Mode.OFFLINE, 8), "sub_mode"),
-        (NodeStatus(0, NodeHealth.OK, Mode.OFFLINE, 0, 1 << 16), "vendor_specific_status_code"),
-        (AllocationMessage(128, False, b""), "node_id"),
-        (AllocationMessage(0, False, bytes(17)), "unique_id"),
-        (ArrayCommand([ActuatorCommand(256, CommandType.SPEED, 0.0)]), "actuator_id"),
-        (ArrayCommand([ActuatorCommand(0, 256, 0.0)]), "command_type"),
-        (ArrayCommand([ActuatorCommand(0, CommandType.SPEED, 0.0)] * 16), "16 commands"),
-        (ActuatorStatus(256, 0.0, 0.0, 0.0, 0), "actuator_id"),
-        (ActuatorStatus(0, 0.0, 0.0, 0.0, 128), "power_rating_pct"),
+        (NodeStatus(-1, NodeHealth.OK, Mode.OPERATIONAL), "uptime_sec is -1. Enter 0 to 4294967295."),
+        (NodeStatus(1 << 32, NodeHealth.OK, Mode.OPERATIONAL), "uptime_sec is 4294967296. Enter 0 to 4294967295."),
+        (NodeStatus(0, cast(NodeHealth, 4), 0), "health is 4. Enter 0 to 3."),
+        (NodeStatus(0, NodeHealth.OK, 8), "mode is 8. Enter 0 to 7."),
+        (NodeStatus(0, NodeHealth.OK, Mode.OFFLINE, 8), "sub_mode is 8. Enter 0 to 7."),
+        (NodeStatus(0, NodeHealth.OK, 7, 0, 1 << 16), "vendor_specific_status_code is 65536. Enter 0 to 65535."),
+        (AllocationMessage(128, False, b""), "node_id is 128. Enter 0 to 127."),
+        (AllocationMessage(0, False, bytes(17)), "unique_id is 17 bytes long. The limit is 16."),
+        (ArrayCommand([ActuatorCommand(256, CommandType.SPEED, 0.0)]), "actuator_id is 256. Enter 0 to 255."),
+        (ArrayCommand([ActuatorCommand(0, 256, 0.0)]), "command_type is 256. Enter 0 to 255."),
+        (ArrayCommand([ActuatorCommand(cast(int, 1.5), 3, 0.0)]),
+         "actuator_id and command_type must be whole numbers, 0 to 255."),
+        (ArrayCommand([ActuatorCommand(0, 3, 0.0)] * 16),
+         "16 commands exceed the 15 of one message. Send two messages."),
+        (ActuatorStatus(256, 0.0, 0.0, 0.0, 0), "actuator_id is 256. Enter 0 to 255."),
+        (ActuatorStatus(0, 0.0, 0.0, 0.0, 128), "power_rating_pct is 128. Enter 0 to 127."),
     ],
-)
-def test_a_value_out_of_range_is_named(message: AnyMessage, named: str) -> None:
-    with pytest.raises(ValueError, match=named):
+)  # fmt: skip
+def test_a_refusal_names_field_value_and_limit(message: AnyMessage, refusal: str) -> None:
+    with pytest.raises(ValueError, match=f"^{re.escape(refusal)}$"):
         message.encode()

@@ -1,5 +1,7 @@
 """Services: byte layouts, and None for truncated data."""
 
+import re
+
 import pytest
 from hypothesis import given
 
@@ -139,38 +141,48 @@ def test_a_string_longer_than_its_type_is_malformed() -> None:
     assert GetSetRequest.decode(b"\x00\x04\x80" + bytes(0x80)) is not None
 
 
+def info(
+    software: SoftwareVersion | None = None, hardware: HardwareVersion | None = None, name: str = ""
+) -> AnyStructure:
+    return GetNodeInfoResponse(INFO.status, software or INFO.software_version, hardware or INFO.hardware_version, name)
+
+
+BYTE, U = "256. Enter 0 to 255.", bytes(16)
+
+
 @pytest.mark.parametrize(
-    ("structure", "named"),
+    ("structure", "refusal"),
     [
-        (RestartNodeRequest(1 << 40), "magic_number"),
-        (ExecuteOpcodeRequest(256), "opcode"),
-        (ExecuteOpcodeRequest(0, 1 << 47), "argument"),
-        (ExecuteOpcodeResponse(-(1 << 47) - 1, True), "argument"),
-        (GetSetRequest(0x2000, EMPTY, ""), "index"),
-        (GetSetRequest(0, EMPTY, "x" * 93), "name"),
-        (GetSetRequest(0, EMPTY, "角度"), "name"),
-        (GetSetRequest(0, integer(1 << 63), ""), "INTEGER"),
-        (GetSetRequest(0, Value(ValueKind.INTEGER, "1"), ""), "INTEGER"),
-        (GetSetRequest(0, Value(ValueKind.EMPTY, 1), ""), "EMPTY"),
-        (GetSetRequest(0, Value(ValueKind.REAL, 1e39), ""), "REAL"),
-        (GetSetRequest(0, Value(ValueKind.BOOLEAN, 256), ""), "BOOLEAN"),
-        (GetSetRequest(0, Value(ValueKind.STRING, "x" * 129), ""), "value is 129"),
-        (GetSetResponse(EMPTY, EMPTY, Value(ValueKind.BOOLEAN, 1), EMPTY, ""), "limit"),
-        (GetNodeInfoResponse(INFO.status, INFO.software_version, INFO.hardware_version, "x" * 81), "name"),
-        (
-            GetNodeInfoResponse(INFO.status, SoftwareVersion(256, 0), INFO.hardware_version, ""),
-            "software_version.major",
-        ),
-        (
-            GetNodeInfoResponse(INFO.status, INFO.software_version, HardwareVersion(1, 1, bytes(15)), ""),
-            "unique_id",
-        ),
-        (
-            GetNodeInfoResponse(INFO.status, INFO.software_version, HardwareVersion(1, 1, bytes(16), bytes(256)), ""),
-            "certificate",
-        ),
+        (RestartNodeRequest(1 << 40), f"magic_number is {1 << 40}. Enter 0 to {(1 << 40) - 1}."),
+        (ExecuteOpcodeRequest(256), f"opcode is {BYTE}"),
+        (ExecuteOpcodeRequest(0, 1 << 47), f"argument is {1 << 47}. It must fit a signed 48-bit integer."),
+        (ExecuteOpcodeResponse(-(1 << 47) - 1, True),
+         "argument is -140737488355329. It must fit a signed 48-bit integer."),
+        (GetSetRequest(0x2000, EMPTY, ""), "index is 8192. Enter 0 to 8191."),
+        (GetSetRequest(0, EMPTY, "x" * 93), "name is 93 bytes long. The limit is 92."),
+        (GetSetResponse(EMPTY, EMPTY, EMPTY, EMPTY, "x" * 93), "name is 93 bytes long. The limit is 92."),
+        (GetSetRequest(0, EMPTY, "角度"), "name is '角度'. Use single-byte characters (Latin-1) only."),
+        (GetSetRequest(0, integer(1 << 63), ""), f"{1 << 63} does not fit a value of kind INTEGER."),
+        (GetSetRequest(0, Value(ValueKind.INTEGER, "1"), ""), "'1' is not a value of kind INTEGER."),
+        (GetSetRequest(0, Value(ValueKind.EMPTY, 1), ""), "1 is not a value of kind EMPTY."),
+        (GetSetRequest(0, Value(ValueKind.REAL, 1e39), ""), "1e+39 does not fit a value of kind REAL."),
+        (GetSetRequest(0, Value(ValueKind.BOOLEAN, 256), ""), "256 does not fit a value of kind BOOLEAN."),
+        (GetSetRequest(0, Value(ValueKind.STRING, "x" * 129), ""), "value is 129 bytes long. The limit is 128."),
+        *((GetSetResponse(EMPTY, EMPTY, *limits, ""), "A limit cannot be BOOLEAN. Use EMPTY, INTEGER or REAL.")
+          for limits in ((Value(ValueKind.BOOLEAN, 1), EMPTY), (EMPTY, Value(ValueKind.BOOLEAN, 1)))),
+        (info(name="x" * 81), "name is 81 bytes long. The limit is 80."),
+        (info(SoftwareVersion(256, 0)), f"software_version.major is {BYTE}"),
+        (info(SoftwareVersion(0, 256)), f"software_version.minor is {BYTE}"),
+        (info(SoftwareVersion(0, 0, 256)), f"optional_field_flags is {BYTE}"),
+        (info(SoftwareVersion(0, 0, 0, 1 << 32)), f"vcs_commit is {1 << 32}. Enter 0 to {(1 << 32) - 1}."),
+        (info(SoftwareVersion(0, 0, 0, 0, 1 << 64)), f"image_crc is {1 << 64}. Enter 0 to {(1 << 64) - 1}."),
+        (info(hardware=HardwareVersion(256, 1, U)), f"hardware_version.major is {BYTE}"),
+        (info(hardware=HardwareVersion(1, 256, U)), f"hardware_version.minor is {BYTE}"),
+        (info(hardware=HardwareVersion(1, 1, bytes(15))), "unique_id is 15 bytes long. It must have 16."),
+        (info(hardware=HardwareVersion(1, 1, U, bytes(256))),
+         "certificate_of_authenticity is 256 bytes long. The limit is 255."),
     ],
-)
-def test_a_value_out_of_range_is_named(structure: AnyStructure, named: str) -> None:
-    with pytest.raises(ValueError, match=named):
+)  # fmt: skip
+def test_a_refusal_names_field_value_and_limit(structure: AnyStructure, refusal: str) -> None:
+    with pytest.raises(ValueError, match=f"^{re.escape(refusal)}$"):
         structure.encode()
