@@ -3,6 +3,7 @@
 import json
 from pathlib import Path
 
+import pytest
 from typer.testing import CliRunner
 
 from hornbill.cli import app
@@ -46,6 +47,15 @@ def test_a_token_can_be_revoked_and_errors_are_explained(tmp_path: Path) -> None
     run("tokens", "revoke", "a", environment=environment)
     assert "Unknown token 'a'" in run("tokens", "revoke", "a", code=1, environment=environment)[1]
     assert run("tokens", "list", environment=environment)[0].startswith("No token")
+
+
+@pytest.mark.parametrize("command", ["serve", "demo"])
+def test_network_access_requires_a_token(tmp_path: Path, command: str) -> None:
+    _, errors = run(
+        command, "--host", "0.0.0.0", "--port", "0", code=2, environment={"HORNBILL_DATA_DIR": str(tmp_path)}
+    )  # fmt: skip
+    assert "without a token" in errors
+    assert "--token" in errors
 
 
 def test_the_first_link_has_its_token_in_the_fragment() -> None:
