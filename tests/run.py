@@ -7,6 +7,7 @@ shared.
 """
 
 import os
+import shlex
 import subprocess
 import sys
 import time
@@ -16,13 +17,18 @@ from pathlib import Path
 from typing import Final
 
 ROOT: Final = Path(__file__).parents[1]
-WRAPPER: Final = os.environ.get("HORNBILL_VCAN_WRAPPER", "")
+WRAPPER: Final = tuple(shlex.split(os.environ.get("HORNBILL_VCAN_WRAPPER", "")))
+"""Command that provides a kernel with CAN, with its options."""
 BYTE_CODE: Final = ROOT / "build" / "pycache"
 """Where all processes of a run keep theirs, whatever the environment says: compiling takes longer than importing."""
 NO_KERNEL: Final = 125
 """Exit status of a wrapper that cannot provide a kernel with CAN on this machine."""
 FAILED: Final = 1
 """Exit status of pytest when tests failed, and of nothing else."""
+
+
+TIMED_OUT: Final = 124
+"""Exit status of a wrapper that ended a run which took too long."""
 
 
 @dataclass(frozen=True)
@@ -41,7 +47,10 @@ class Stage:
         """The command line. `again` runs what failed last time, without workers."""
         if self.program:
             return [*self.program]
-        how = ("--last-failed", "--last-failed-no-failures", "none") if again else self.workers
+        # what failed behind a wrapper is not stored: all of it runs again
+        how = self.workers
+        if again and not self.wrapper:
+            how = ("--last-failed", "--last-failed-no-failures", "none")
         return [*self.wrapper, sys.executable, "-m", "pytest", *self.select, *how, *further]
 
 
@@ -59,7 +68,7 @@ WALKED: Final = "tests/commands/test_guides.py"
 """The guides take minutes: `contract/test_doc_references.py` checks each of their commands in `make test`."""
 COMMANDS: Final = Stage("commands", ("tests/commands", f"--ignore={WALKED}"), ("-n", "2", "--dist", "loadfile"))
 SOCKETCAN: Final = Stage(
-    "socketcan", ("tests/socketcan", "-p", "no:cacheprovider"), wrapper=(WRAPPER, "--") if WRAPPER else ()
+    "socketcan", ("tests/socketcan", "-p", "no:cacheprovider"), wrapper=(*WRAPPER, "--") if WRAPPER else ()
 )
 TEST: Final = (
     (Stage("unit, contract, behaviour", ("tests/unit", "tests/contract", "tests/behaviour"), ("-n", "auto")),),
@@ -100,8 +109,8 @@ def step(stages: tuple[Stage, ...], *, retry: bool, further: list[str]) -> list[
     for stage, code, seconds in ended:
         result = "passed" if code == 0 else "FAILED"
         if code == NO_KERNEL and stage.wrapper:
-            result = f"SKIPPED: {WRAPPER} cannot provide a kernel with CAN on this machine"
-        elif code == FAILED and retry and not stage.wrapper and not stage.program:
+            result = f"SKIPPED: {WRAPPER[0]} cannot provide a kernel with CAN on this machine"
+        elif retry and not stage.program and code in ((FAILED, TIMED_OUT) if stage.wrapper else (FAILED,)):
             print(f"{stage.name}: what failed runs once more", flush=True)
             again = time.monotonic()
             if run(stage, again=True, further=further, quiet=False)[0] == 0:
