@@ -24,6 +24,7 @@ async def test_stop_turns_torque_off_on_every_servo_within_milliseconds_and_is_l
     assert asyncio.get_running_loop().time() - began < 0.060
     for servo in servos:
         assert rig.sim(servo).output == 1
+        assert (servo.output_state.reason, servo.output_state.by) == ("stop", "Ann")
     assert json(await rig.call("GET", "/stop"))["latched"] is True
     json(await rig.call("DELETE", "/stop?by=Ben"))
     assert rig.logged("stopped") == [("failure", None, {"by": "Ann", "mode": "off", "bus_lost": False})]
@@ -47,9 +48,11 @@ async def test_stop_turns_torque_off_on_every_servo_within_milliseconds_and_is_l
 @scene()
 async def test_stop_refuses_motion_until_cleared_and_clearing_turns_no_torque_on(rig: Rig, servo: Servo) -> None:
     lease = await rig.lease()
-    await rig.call("POST", "/stop")
+    await rig.call("POST", "/stop?by=Ann")
     path = f"/servos/{servo.uid}"
-    problem(await rig.call("POST", path + "/command", {"type": "angle", "value": 5}, lease=lease), "stopped", 423)
+    refused = await rig.call("POST", path + "/command", {"type": "angle", "value": 5}, lease=lease)
+    found = problem(refused, "stopped", 423)
+    assert (found["cause"], found["mode"], found["by"]) == ("stopped", "off", "Ann")
     problem(await rig.call("POST", path + "/torque", {"mode": "on"}, lease=lease), "stopped", 423)
     problem(await rig.call("PUT", path + "/parameters/torque_mode", {"value": "on"}, lease=lease), "stopped", 423)
     problem(await rig.call("POST", path + "/save"), "stopped", 423)
@@ -161,6 +164,7 @@ async def test_torque_off_and_brake_require_no_lease_even_while_another_client_h
         reading = json(await rig.call("POST", f"/servos/{servo.uid}/torque", {"mode": mode}))
         assert reading["value"] == mode
         assert rig.sim(servo).output == output
+        assert (servo.output_state.reason, servo.output_state.by) == ("command", "no lease")
     assert servo.state is State.READY
 
 
@@ -389,7 +393,8 @@ async def test_another_servo_on_the_same_node_id_does_not_confirm_the_stop_of_a_
     await commanded(rig, servo)
     await rig.cable.unplug()
     await asyncio.sleep(5)
-    json(await rig.call("POST", "/stop", {"mode": "off"}))
+    json(await rig.call("POST", "/stop?by=Ann", {"mode": "off"}))
+    assert rig.logged("stopped") == [("failure", None, {"by": "Ann", "mode": "off", "bus_lost": True})]
     lost = rig.sim(servo)
     rig.bench.power(servo.uid, False)
     rig.bench.add(Recipe("BLA21-06U-A0", "1.300", servo_id=7, node_id=11))

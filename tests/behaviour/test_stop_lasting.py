@@ -128,7 +128,7 @@ async def test_a_failing_store_does_not_prevent_a_stop(rig: Rig, servo: Servo, m
     await press(rig)
     await asyncio.sleep(0.5)
     assert rig.sim(servo).output == 1
-    assert "a restart of the server would lose it" in rig.events("store_failed")[0].text
+    assert rig.logged("store_failed") == [("warning", None, {"what": "stop"})]
 
 
 TIMES_OUT = Recipe("BLA21-06U-A0", "1.300", servo_id=1, node_id=11)
@@ -245,8 +245,21 @@ async def test_the_brake_is_applied_to_a_node_that_may_be_a_servo(rig: Rig) -> N
     await press(rig, "brake")
     sim = rig.bench.add(Recipe("BLA21-12U-A0", "1.300", servo_id=2, node_id=12))
     _any_output(sim)
+    sim.conditions.drop_responses_pct = 100
     await asyncio.sleep(6)
     assert sim.output == 2
+    assert rig.logged("no_response") == [("failure", None, {"servos": ["node 12"], "stop": True})]
+    node = {"node_id": 12, "confirmed": False, "ms": None}
+    assert json(await rig.call("GET", "/stop"))["nodes"] == [node]
+    sim.conditions.drop_responses_pct = 0
+    await asyncio.sleep(1)
+    assert rig.logged("stopped_late") == [("notice", None, {"servo": "node 12", "mode": "brake"})]
+    (stopped,) = json(await rig.call("GET", "/stop"))["nodes"]
+    assert stopped == {**node, "confirmed": True, "ms": pytest.approx(6250, abs=250)}
+    await asyncio.sleep(6)
+    assert sim.output == 2
+    state = json(await rig.call("GET", "/stop"))
+    assert (len(state["servos"]), state["nodes"]) == (2, []), "it is identified by now"
 
 
 def first_write(rig: Rig) -> float:

@@ -1,6 +1,7 @@
 """All structures: round trips, and arbitrary bytes without an exception."""
 
 import math
+import re
 
 import pytest
 from hypothesis import given
@@ -63,28 +64,34 @@ def test_numbers_that_json_lacks_are_text_in_fields(number: float, word: str | f
 
 
 @pytest.mark.parametrize("word", ["NaN", "Infinity", "-Infinity"])
-def test_names_and_strings_stay_text(word: str) -> None:
+def test_names_and_strings_stay_text_and_reals_become_numbers(word: str) -> None:
     request = GetSetRequest(0, Value(ValueKind.STRING, word), word)
     assert from_fields(GetSetRequest.TYPE.name, Kind.REQUEST, to_fields(request)) == request
+    request.value = Value(ValueKind.REAL, float(word))
+    fields = to_fields(request)
+    assert fields["value"] == {"kind": "real_value", "value": word}
+    assert repr(from_fields(GetSetRequest.TYPE.name, Kind.REQUEST, fields)) == repr(request)
+
+
+GET_SET = "uavcan.protocol.param.GetSet"
+KINDS = "Use one of empty, integer_value, real_value, boolean_value, string_value."
 
 
 @pytest.mark.parametrize(
-    ("name", "kind", "fields"),
+    ("name", "kind", "fields", "refusal"),
     [
-        ("uavcan.protocol.Panic", Kind.MESSAGE, {}),
-        ("uavcan.protocol.NodeStatus", Kind.REQUEST, {}),
-        ("uavcan.protocol.NodeStatus", Kind.MESSAGE, {"uptime_sec": 1}),
-        ("uavcan.protocol.RestartNode", Kind.RESPONSE, {"ok": True, "why": 1}),
-        ("uavcan.protocol.param.GetSet", Kind.REQUEST, {"index": 0, "value": {"kind": "x"}, "name": ""}),
-        ("uavcan.protocol.param.GetSet", Kind.REQUEST, {"index": 0, "value": {}, "name": ""}),
-        ("uavcan.protocol.param.GetSet", Kind.REQUEST, {"index": 0, "value": 5, "name": ""}),
-        (
-            "uavcan.protocol.dynamic_node_id.Allocation",
-            Kind.MESSAGE,
-            {"node_id": 0, "first_part_of_unique_id": True, "unique_id": "zz"},
-        ),
+        ("uavcan.protocol.Panic", Kind.MESSAGE, {}, "uavcan.protocol.Panic message is not supported."),
+        ("uavcan.protocol.NodeStatus", Kind.REQUEST, {}, "uavcan.protocol.NodeStatus request is not supported."),
+        ("uavcan.protocol.NodeStatus", Kind.MESSAGE, {"uptime_sec": 1}, "Invalid fields for NodeStatus: "),
+        ("uavcan.protocol.RestartNode", Kind.RESPONSE, {"ok": True, "why": 1},
+         "Invalid fields for RestartNodeResponse: "),
+        (GET_SET, Kind.REQUEST, {"index": 0, "value": {"kind": "x"}, "name": ""}, f"x is not a value kind. {KINDS}"),
+        (GET_SET, Kind.REQUEST, {"index": 0, "value": {}, "name": ""}, "Invalid fields for GetSetRequest: 'kind'."),
+        (GET_SET, Kind.REQUEST, {"index": 0, "value": 5, "name": ""}, "Invalid fields for GetSetRequest: "),
+        ("uavcan.protocol.dynamic_node_id.Allocation", Kind.MESSAGE,
+         {"node_id": 0, "first_part_of_unique_id": True, "unique_id": "zz"}, "non-hexadecimal number"),
     ],
-)
-def test_invalid_fields_are_refused(name: str, kind: Kind, fields: dict[str, object]) -> None:
-    with pytest.raises(ValueError, match=r".+"):
+)  # fmt: skip
+def test_invalid_fields_are_refused(name: str, kind: Kind, fields: dict[str, object], refusal: str) -> None:
+    with pytest.raises(ValueError, match=f"^{re.escape(refusal)}"):
         from_fields(name, kind, fields)

@@ -57,6 +57,7 @@ def test_truncated_node_info_is_malformed(info: GetNodeInfoResponse) -> None:
     least = 41 + len(info.hardware_version.certificate_of_authenticity)
     assert GetNodeInfoResponse.decode(payload[: least - 1]) is None
     assert GetNodeInfoResponse.decode(payload[:40]) is None
+    assert GetNodeInfoResponse.decode(payload[:least] + bytes(80)) is not None
     assert GetNodeInfoResponse.decode(payload[:least] + bytes(81)) is None
 
 
