@@ -29,6 +29,7 @@ async def test_stop_turns_torque_off_on_every_servo_within_milliseconds_and_is_l
     json(await rig.call("DELETE", "/stop?by=Ben"))
     assert rig.logged("stopped") == [("failure", None, {"by": "Ann", "mode": "off", "bus_lost": False})]
     assert rig.logged("stop_cleared") == [("notice", None, {"by": "Ben", "unconfirmed": []})]
+    assert rig.host.stop.response_times.total_s < 3 * 0.060
     await asyncio.sleep(0.1)
     cleared, pressed = json(await rig.call("GET", "/audit"))
     for entry, by, outcome, requested, note in (
@@ -437,3 +438,17 @@ async def test_an_unacknowledged_brake_is_repeated_as_the_brake(rig: Rig) -> Non
     assert rig.logged("torque_off") == [("notice", servo.uid, {"servo": servo.title, "mode": "brake"})]
     await asyncio.sleep(5)
     assert rig.sim(servo).output == 2
+
+
+@scene(*PAIR)
+async def test_torque_on_ends_the_retries_of_an_unacknowledged_torque_off(rig: Rig) -> None:
+    servo = (await rig.ready(2))[0]
+    lease = await commanded(rig, servo)
+    rig.bus.loss(100)
+    problem(await rig.call("POST", f"/servos/{servo.uid}/torque", {"mode": "off"}), "no_response", 504)
+    assert rig.host.torque_off.pending(servo.uid)
+    rig.bus.loss(0)
+    json(await rig.call("POST", f"/servos/{servo.uid}/torque", {"mode": "on"}, lease=lease))
+    assert not rig.host.torque_off.pending(servo.uid)
+    await asyncio.sleep(2)
+    assert rig.sim(servo).output == 0

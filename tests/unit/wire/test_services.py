@@ -76,7 +76,9 @@ def test_ok_is_the_top_bit() -> None:
 
 def test_the_argument_is_48_bits_low_byte_first_with_a_sign() -> None:
     assert ExecuteOpcodeRequest(Opcode.ERASE, -2).encode() == b"\x01\xfe\xff\xff\xff\xff\xff"
-    assert ExecuteOpcodeRequest.decode(b"\x00\x00\x00\x00\x00\x00\x80") == ExecuteOpcodeRequest(0, -(1 << 47))
+    decoded = ExecuteOpcodeRequest.decode(b"\x01\x00\x00\x00\x00\x00\x80")
+    assert repr(decoded) == repr(ExecuteOpcodeRequest(Opcode.ERASE, -(1 << 47)))
+    assert ExecuteOpcodeRequest.decode(b"\x02" + bytes(6)) == ExecuteOpcodeRequest(2, 0)
 
 
 def test_index_and_tag_share_a_byte() -> None:
