@@ -188,6 +188,7 @@ def test_a_drop_is_logged_at_debug_level(caplog: pytest.LogCaptureFixture) -> No
 def test_invalid_limits_are_refused(node_id: int, timeout: float, sessions: int) -> None:
     with pytest.raises(ValueError, match=r"Use|above 0"):
         Reassembler(node_id, timeout=timeout, max_sessions=sessions)
+    Reassembler(node_id=127, timeout=0.001, max_sessions=1)
 
 
 MAX_SESSIONS = 4
