@@ -12,6 +12,7 @@ from behaviour.losing import HOLDING, now
 from behaviour.rig import PLAIN, Rig, Socket, json, problem
 from behaviour.scene import scene
 from hornbill.servo.device.servo import Servo
+from hornbill.servo.runtime.hub import LeaseChanged
 from hornbill.wire.datatype import Kind
 from hornbill.wire.services import GetSetRequest, ValueKind
 from jumping_clock import JumpingLoop
@@ -236,6 +237,11 @@ async def test_a_silent_servo_does_not_delay_the_lease_and_its_torque_off_is_ret
     assert now() - began < 0.3
     assert servo.node_id in torque_off_times(rig), "it was written before the lease passed"
     assert rig.host.torque_off.pending(servo.uid)
+    again = asyncio.create_task(rig.call("POST", "/leases", FORCE))
+    await asyncio.sleep(0.01)
+    await rig.host.motion_control.close()  # as at the end of the server
+    with pytest.raises(asyncio.CancelledError):
+        await again
 
 
 @scene(connect=False)
@@ -284,8 +290,10 @@ async def test_a_granted_lease_lasts_until_its_client_sees_it_and_then_its_ttl(r
     assert pending["state"] == "granted", "no client has it"
     await asyncio.sleep(4.5)
     assert json(await rig.call("PUT", f"/leases/{pending['lease_id']}"))["expires_in_s"] == 0.5
+    count = len(rig.changes)
     await asyncio.sleep(0.6)
     assert await holder(rig) is None
+    assert [one for one in rig.changes[count:] if isinstance(one, LeaseChanged)] == [LeaseChanged()]
     assert json(await rig.call("GET", f"/leases/requests/{pending['id']}"))["lease_id"] is None
     await request(rig, ttl_s=0.5)  # its client never takes it up
     await asyncio.sleep(5.1)
@@ -339,6 +347,7 @@ async def test_force_ends_a_waiting_request_and_two_at_once_leave_one_holder(rig
     winner = next(one.json()["holder"] for one in both if one.status_code == 201)
     assert await state(rig, pending) == "refused"
     assert rig.logged("lease_refused") == [("notice", None, {"by": "Bob", "holder": winner, "forced": True})]
+    assert rig.events("lease_refused")[0].text == f"{winner} took motion control by force."
     await asyncio.sleep(12)
     assert await holder(rig) == winner
 

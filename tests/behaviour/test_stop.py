@@ -420,13 +420,15 @@ async def test_a_short_bus_off_between_two_checks_ends_commands(rig: Rig) -> Non
     assert rig.events("bus_lost")
 
 
+@pytest.mark.parametrize("modes", [("brake",), ("off", "brake")], ids=" then ".join)
 @scene(*PAIR)
-async def test_an_unacknowledged_brake_is_repeated_as_the_brake(rig: Rig) -> None:
+async def test_an_unacknowledged_brake_is_repeated_as_the_brake(rig: Rig, modes: tuple[str, ...]) -> None:
     """Torque off instead would let a load drop that the brake holds."""
     servo = (await rig.ready(2))[0]
     await commanded(rig, servo)
     rig.bus.loss(100)
-    problem(await rig.call("POST", f"/servos/{servo.uid}/torque", {"mode": "brake"}), "no_response", 504)
+    for mode in modes:
+        problem(await rig.call("POST", f"/servos/{servo.uid}/torque", {"mode": mode}), "no_response", 504)
     await asyncio.sleep(9.9)
     assert not rig.events("no_response")
     await asyncio.sleep(0.2)

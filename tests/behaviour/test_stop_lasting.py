@@ -11,6 +11,7 @@ from behaviour.losing import PAIR, commanded, now
 from behaviour.rig import PLAIN, Rig, json, play, until
 from behaviour.scene import scene
 from hornbill.servo.device.servo import Servo, State
+from hornbill.servo.runtime.hub import StopChanged
 from hornbill.sim.bench.recipe import Recipe
 from hornbill.sim.servo import SimulatedServo
 from hornbill.store.database import Database
@@ -257,8 +258,16 @@ async def test_the_brake_is_applied_to_a_node_that_may_be_a_servo(rig: Rig) -> N
     assert rig.logged("stopped_late") == [("notice", None, {"servo": "node 12", "mode": "brake"})]
     (stopped,) = json(await rig.call("GET", "/stop"))["nodes"]
     assert stopped == {**node, "confirmed": True, "ms": pytest.approx(6250, abs=250)}
+    twice: list[bool] = []
+
+    def listen(_change: StopChanged) -> None:
+        assert rig.host.stop.latch is not None
+        twice.append(12 in rig.host.stop.latch.nodes and len(rig.host.stop.latch.servos) == 2)
+
+    rig.host.hub.subscribe(listen, StopChanged)
     await asyncio.sleep(6)
-    assert sim.output == 2
+    assert (True in twice, sim.output) == (False, 2)
+    assert twice, "a stop of the servo replaces that of the node"
     state = json(await rig.call("GET", "/stop"))
     assert (len(state["servos"]), state["nodes"]) == (2, []), "it is identified by now"
 
