@@ -22,9 +22,11 @@ async def run(rig: Rig, servo: Servo, verb: str, body: object = None, *, lease: 
     return json(await rig.call("POST", f"/servos/{servo.uid}/{verb}?wait=true", body, lease=lease))
 
 
-async def run_until(rig: Rig, servo: Servo, verb: str, reached: Callable[[RunningJob], bool]) -> str:
+async def run_until(
+    rig: Rig, servo: Servo, verb: str, reached: Callable[[RunningJob], bool], body: object = None
+) -> str:
     """Start a job and return its id as soon as `reached`."""
-    job_id = str(json(await rig.call("POST", f"/servos/{servo.uid}/{verb}"), 202)["id"])
+    job_id = str(json(await rig.call("POST", f"/servos/{servo.uid}/{verb}", body), 202)["id"])
     job = rig.host.jobs.get(job_id)
     async with asyncio.timeout(30):
         while not reached(job):
@@ -33,9 +35,9 @@ async def run_until(rig: Rig, servo: Servo, verb: str, reached: Callable[[Runnin
     return job_id
 
 
-async def run_until_step(rig: Rig, servo: Servo, verb: str, step: str) -> str:
+async def run_until_step(rig: Rig, servo: Servo, verb: str, step: str, body: object = None) -> str:
     """Start a job and return its id as soon as it is at this step."""
-    return await run_until(rig, servo, verb, lambda job: job.step == step)
+    return await run_until(rig, servo, verb, lambda job: job.step == step, body)
 
 
 async def ended(rig: Rig, job_id: str) -> Any:

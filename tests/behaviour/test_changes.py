@@ -76,6 +76,14 @@ async def test_a_rejected_fifth_write_rolls_back_all_eight(rig: Rig, servo: Serv
     response = await rolled_back(rig, servo, EIGHT)
     assert response["problem"]["code"] == "refused_by_servo"
     assert response["problem"]["detail"] == response["failure"]
+    entries = [one.entry for one in reversed(rig.host.store.audit.rows(uid=servo.uid))]
+    assert [(one.action, one.key, one.outcome) for one in entries] == [
+        ("write", key, verdict) for key, verdict in verdicts(response).items()
+    ]
+    for entry, change in zip(entries, response["changes"], strict=True):
+        assert (entry.before, entry.requested, entry.after) == (change["before"], change["requested"], change["after"])
+        assert [(note.code, note.params["problem"]) for note in entry.notes] == [("problem", "refused_by_servo")]
+        assert entry.notes[0].text == response["failure"]
     assert verdicts(response) == dict.fromkeys(list(EIGHT)[:4], "rolled_back") | {"angle_p_gain": "refused"}
     assert all(change["after"] == change["before"] for change in response["changes"])
     assert ram(rig, servo, EIGHT) == before
@@ -114,7 +122,10 @@ async def test_rows_of_a_servo_that_stays_mute_are_reported_unknown(rig: Rig, se
     assert verdicts(response) == dict.fromkeys(list(EIGHT)[:5], "no_response")
     assert {change["after"] for change in response["changes"]} == {None}
     (event,) = rig.events("not_rolled_back")
-    assert all(servo.registers[key].parameter.label in event.text for key in list(EIGHT)[:5])
+    lost = ", ".join(servo.registers[key].parameter.label for key in list(EIGHT)[:5])
+    assert f"{servo.title} could be restored: {lost}." in event.text
+    facts = {"servo": servo.title, "keys": list(EIGHT)[:5]}
+    assert rig.logged("not_rolled_back") == [("failure", servo.uid, facts)]
     assert {row.entry.outcome for row in rig.host.store.audit.rows(uid=servo.uid)} == {"no_response"}
 
 
@@ -170,8 +181,16 @@ async def test_after_a_power_cut_ram_is_restored_or_lost(rig: Rig, servo: Servo,
 async def test_a_failed_read_back_rolls_back_the_change(rig: Rig, servo: Servo) -> None:
     before = ram(rig, servo, EIGHT)
     once_written(rig, "angle_boost", lambda: rig.sim(servo).memory.put(0x2C, 99))
-    response = await rolled_back(rig, servo, EIGHT)
+    response = await rolled_back(rig, servo, {**EIGHT, "angle_limit_cw": 179.9})
+    same = {"key": "angle_limit_cw", "before": 179.9, "requested": 179.9, "after": 179.9, "verdict": "unchanged"}
+    assert [one for one in response["changes"] if one["verdict"] != "rolled_back"] == [same]
     assert response["problem"]["code"] == "unexpected_result"
+    assert response["problem"]["params"] == {
+        "servo": servo.title,
+        "cause": "values_not_retained",
+        "keys": ["angle_p_gain"],
+    }
+    assert "Angle P gain is 99 instead of 50. It may" in response["failure"]
     assert response["problem"]["differences"] == [{"key": "angle_p_gain", "wanted": 50, "found": 99}]
     assert ram(rig, servo, EIGHT) == before
 

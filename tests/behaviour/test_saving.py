@@ -26,6 +26,7 @@ from hornbill.units import Uid
 from hornbill.wire.services import RestartNodeRequest
 
 GAIN = 0x2C
+AFTER = "snapshot_has_previous_values"
 
 
 async def change(rig: Rig, servo: Servo, **values: object) -> None:
@@ -62,17 +63,38 @@ async def test_a_save_lists_its_steps_with_their_evidence(rig: Rig, servo: Servo
     assert [one["name"] for one in job["steps"]] == [
         "check", "snapshot", "write", "silence", "restart", "back", "soft_start", "read_back",
     ]  # fmt: skip
-    assert "supply 7.4 V" in step(job, "check")["evidence"]
-    assert "a load on the horn may drop" in step(job, "check")["evidence"]
-    assert "from 20.0° to 0° in about 0.1 s" in step(job, "check")["evidence"]
-    begun, over = (float(word) for word in step(job, "silence")["evidence"].split() if word[0].isdigit())
-    assert begun < 0.1
-    assert 0.1 < over < 0.6, "0.05 s of writing and 0.1 s of starting"
+    assert {one["state"] for one in job["steps"]} == {"done"}
+    rows = [key for key, register in servo.registers.items() if register.parameter.rom]
+    silence, back, over = (step(job, name)["evidence_params"] for name in ("silence", "back", "soft_start"))
+    assert 0 <= silence["from_s"] < 0.1
+    assert 0.1 < silence["to_s"] < 0.6, "0.05 s of writing and 0.1 s of starting"
+    assert silence["to_s"] <= back["after_s"] < 0.6
+    assert 0 < over["took_s"] < 0.6
+    assert abs(over["angle_deg"]) < 1.1
+    moves = {"horn": "moves", "from_deg": 20.0, "to_deg": 0.0, "warnings": ["load_may_drop"]}
+    snapshot_id = job["result"]["snapshot"]
+    assert {one["name"]: (one["evidence_code"], one["evidence_params"]) for one in job["steps"]} == {
+        "check": ("rows_read", {"rows": len(rows), "supply_v": 7.4, **moves}),
+        "snapshot": ("snapshot_taken", {"snapshot": snapshot_id}),
+        "write": ("sent", {"tries": 1, "acknowledged": True}),
+        "silence": ("silent", {"from_s": silence["from_s"], "to_s": silence["to_s"]}),
+        "restart": ("restarted", {}),
+        "back": ("back_on_node", {"node_id": 11, "node_id_before": 11, "after_s": back["after_s"]}),
+        "soft_start": ("soft_start_over", {"took_s": over["took_s"], "angle_deg": over["angle_deg"]}),
+        "read_back": ("read_back", {"rows": len(rows)}),
+    }
+    ahead = "The horn turns slowly (30 rpm) from 20.0° to 0° in about 0.1 s. Keep its path clear. "
+    ahead += "There is no torque during the restart, so a load on the horn may drop. Support it."
+    assert step(job, "check")["ahead"] == ahead
+    assert step(job, "check")["evidence"] == f"{len(rows)} rows read, supply 7.4 V. {ahead}"
+    took_s = float(step(job, "silence")["evidence"].rpartition("(")[2].removesuffix(" s)"))
+    assert took_s == pytest.approx(silence["to_s"] - silence["from_s"], abs=0.011)
     assert step(job, "back")["evidence"].startswith("node 11 (unchanged)")
-    assert step(job, "soft_start")["evidence"].startswith("finished after")
-    assert step(job, "read_back")["evidence"].endswith("all equal to the saved values")
     assert (job["result"]["node_id"], job["result"]["node_id_before"]) == (11, 11)
-    assert "angle_p_gain" in job["result"]["saved"]
+    assert job["result"]["saved"] == rows
+    (record,) = job["result"]["servos"]
+    assert (record["uid"], record["by"], record["started_at"]) == (servo.uid, "no lease", job["created_at"])
+    assert job["steps"][-1]["started_at"] <= record["ended_at"] <= job["ended_at"]
     assert rig.sim(servo).memory.stored(GAIN) == 55
     snapshot = rig.host.history.snapshots.get(job["result"]["snapshot"])
     assert (snapshot.reason, snapshot.ram["angle_p_gain"], snapshot.rom["angle_p_gain"]) == ("before saving", 55, 40)
@@ -89,7 +111,9 @@ async def test_a_save_needs_no_acknowledgement(
     rig.sim(servo).conditions.restart_delay_s = delay
     await change(rig, servo, angle_p_gain=55)
     job = succeeded(await save(rig, servo))
-    assert ("not acknowledged" in step(job, "write")["evidence"]) is not responds
+    assert step(job, "write")["evidence_params"] == {"tries": 1, "acknowledged": responds}
+    acknowledged = "acknowledged" if responds else "not acknowledged: waiting for a restart"
+    assert step(job, "write")["evidence"] == f"sent once; {acknowledged}"
     assert rig.sim(servo).memory.stored(GAIN) == servo.registers["angle_p_gain"].rom == 55
     assert opcodes(rig) == 1
     assert requests(rig, RestartNodeRequest) == []
@@ -132,6 +156,7 @@ async def test_a_save_succeeds_despite_a_disturbance(
         sim.conditions.mute = False
         rig.bus.loss(0)
     job = succeeded(await ended(rig, job_id))
+    assert step(job, "write")["evidence_params"]["tries"] == (2 if disturb == "frames lost" else 1)
     assert step(job, "write")["evidence"].startswith("sent 2 times") == (disturb == "frames lost")
     assert float(step(job, "silence")["evidence"].split("(")[1].split()[0]) > (for_s if disturb == "mute" else 0)
     assert sim.memory.stored(GAIN) == servo.registers["angle_p_gain"].rom == 55
@@ -143,6 +168,8 @@ async def test_a_save_follows_a_changed_static_node_id(rig: Rig, servo: Servo) -
     await change(rig, servo, node_id=42)
     job = succeeded(await save(rig, servo))
     assert step(job, "back")["evidence"].startswith("node 11 → node 42")
+    moved = step(job, "back")["evidence_params"]
+    assert (moved["node_id_before"], moved["node_id"]) == (11, 42)
     assert (job["result"]["node_id_before"], job["result"]["node_id"]) == (11, 42)
     assert servo.node_id == 42
 
@@ -170,24 +197,46 @@ async def test_power_loss_during_the_write_is_a_lost_configuration_with_a_snapsh
     assert f"Snapshot {error['snapshot']} contains the previous RAM values" in error["detail"]
     found = {one["key"]: one for one in error["differences"]}
     assert found["angle_p_gain"] == {"key": "angle_p_gain", "wanted": 55, "found": None}
+    assert error["params"] == {
+        "servo": servo.title,
+        "cause": "rom_lost_during_save",
+        "snapshot": error["snapshot"],
+        "also": [AFTER],
+    }
+    assert set(found) == {key for key, register in servo.registers.items() if register.parameter.rom}
     assert rig.host.history.snapshots.get(error["snapshot"]).ram["angle_p_gain"] == 55
     assert all(one.rom is None for one in servo.registers.values())
     assert servo.busy is None
 
 
+@pytest.mark.parametrize(
+    ("differences", "text"),
+    [
+        ({"smoothing": (False, True), "angle_p_gain": (55, 40)}, "Angle P gain 40 instead of 55"),
+        ({"torque_mode": ("off", "on")}, "Torque On instead of Off"),
+    ],
+    ids=["two rows", "torque mode"],
+)
 @settled()
-async def test_power_loss_before_the_write_lists_every_difference_from_the_old_rom(rig: Rig, servo: Servo) -> None:
-    await change(rig, servo, angle_p_gain=55, smoothing=False)
-    job_id = await run_until_step(rig, servo, "save", "write")
+async def test_power_loss_before_the_write_lists_every_difference_from_the_old_rom(
+    rig: Rig, servo: Servo, differences: dict[str, tuple[object, object]], text: str
+) -> None:
+    await change(rig, servo, **{key: wanted for key, (wanted, _) in differences.items()})
+    job_id = await run_until_step(rig, servo, "save", "write", {"confirm": ["torque_off_in_rom"]})
     await restore_power(rig, servo, 1)
     error = failed_with(await ended(rig, job_id), "unexpected_result")
-    assert "Angle P gain 40 instead of 55" in error["detail"]
+    assert text in error["detail"]
     assert error["differences"] == [
-        {"key": "smoothing", "wanted": False, "found": True},
-        {"key": "angle_p_gain", "wanted": 55, "found": 40},
+        {"key": key, "wanted": wanted, "found": found} for key, (wanted, found) in differences.items()
     ]
+    assert error["params"] == {
+        "servo": servo.title, "cause": "rom_differs", "keys": list(differences),
+        "snapshot": error["snapshot"], "also": [AFTER],
+    }  # fmt: skip
     assert error["snapshot"] > 0
-    assert servo.registers["angle_p_gain"].rom == 40, "read after the restart"
+    shown = json(await rig.call("GET", f"/servos/{servo.uid}/parameters"))["parameters"]
+    read = {key: shown[key]["rom"] for key in differences}
+    assert read == {key: found for key, (_, found) in differences.items()}, "read after the restart"
 
 
 @settled()
@@ -197,8 +246,12 @@ async def test_a_save_times_out_on_a_servo_that_stays_off_and_its_rom_is_unknown
     job_id = await save_until(rig, servo, ServoStage.SAVING)
     rig.bench.power(servo.uid, False)
     error = failed_with(await ended(rig, job_id), "no_response")
-    assert asyncio.get_running_loop().time() - began < 50
-    assert "The contents of its ROM are unknown" in error["detail"]
+    assert 45 <= asyncio.get_running_loop().time() - began < 50
+    assert f"No restart of {servo.title} was seen within 45 s" in error["detail"]
+    assert error["params"] == {
+        "servo": servo.title, "cause": "restart_not_seen", "within_s": 45.0,
+        "snapshot": error["snapshot"], "also": [AFTER],
+    }  # fmt: skip
     assert error["snapshot"] > 0
     assert servo.registers["angle_p_gain"].rom is None
 
@@ -246,7 +299,8 @@ async def test_stop_before_the_write_ends_the_save_with_nothing_sent(rig: Rig, s
     await change(rig, servo, angle_p_gain=55)
     job_id = await run_until_step(rig, servo, "save", "check")
     await rig.call("POST", "/stop")
-    failed_with(await ended(rig, job_id), "stopped")
+    error = failed_with(await ended(rig, job_id), "stopped")
+    assert error["params"]["cause"] == "stopped"
     assert opcodes(rig) == 0
     assert servo.registers["angle_p_gain"].rom == 40, "nothing was sent, so ROM is unchanged"
 
@@ -259,7 +313,14 @@ async def test_stop_during_the_write_leaves_only_torque_unproved(rig: Rig, servo
     await rig.call("POST", "/stop")
     job = await ended(rig, job_id)
     error = failed_with(job, "stopped")
-    assert "Torque mode is not" in error["detail"]
+    rows = sum(register.parameter.rom for register in servo.registers.values())
+    assert f"{rows - 1} of {rows} rows in ROM are verified. Torque mode is not" in error["detail"]
+    assert error["params"] == {
+        "servo": servo.title,
+        "cause": "torque_unverified_stop",
+        "snapshot": error["snapshot"],
+        "also": [AFTER],
+    }
     assert rig.sim(servo).output == 1
     assert servo.registers["angle_p_gain"].rom == 55
     assert servo.registers["torque_mode"].rom is None
@@ -276,7 +337,10 @@ async def test_a_save_is_refused_at_a_supply_outside_the_limits(rig: Rig, servo:
     error = failed_with(job, "out_of_range")
     assert job["step"] is None
     assert f"{volts:.1f} V" in error["detail"]
-    assert (error["minimum"], error["maximum"], error["unit"]) == (4.0, 10.0, "V")
+    assert error["params"] == {
+        "servo": servo.title, "cause": "supply_out_of_range_save", "key": "current_voltage", "requested": volts,
+        "minimum": 4.0, "maximum": 10.0, "unit": "V",
+    }  # fmt: skip
     assert opcodes(rig) == 0
     assert servo.registers["angle_p_gain"].rom == 40
     rig.sim(servo).conditions.voltage_v = 7.4
@@ -296,7 +360,10 @@ async def test_a_save_is_refused_while_the_horn_turns(rig: Rig, servo: Servo) ->
     await asyncio.sleep(0.5)
     job = json(await rig.call("POST", f"/servos/{servo.uid}/save?wait=true", lease=lease))
     error = failed_with(job, "busy")
-    assert "rpm" in error["detail"]
+    speed = error["speed_rpm"]
+    assert 35 <= abs(speed) <= 45
+    assert f"turns at {speed} rpm" in error["detail"]
+    assert error["params"] == {"servo": servo.title, "cause": "horn_turning_before_save", "speed_rpm": speed}
     assert opcodes(rig) == 0
 
 
@@ -422,6 +489,7 @@ async def test_a_full_disk_does_not_prevent_a_save_and_the_missing_snapshot_is_r
     monkeypatch.setattr(rig.host.history, "store_known", full)
     job = await save(rig, servo)
     assert job["state"] == "succeeded"
-    assert step(job, "snapshot")["state"] == "failed"
-    assert "cannot be undone" in step(job, "snapshot")["evidence"]
+    shown = step(job, "snapshot")
+    assert (shown["state"], shown["evidence_code"], shown["evidence_params"]) == ("failed", "snapshot_failed", {})
+    assert "cannot be undone" in shown["evidence"]
     assert job["result"]["snapshot"] is None
