@@ -221,7 +221,11 @@ async def test_every_row_is_read_written_and_read_back_once(rig: Rig, servo: Ser
     counts = {key: requests(rig, name) for key, name in names.items()}
     assert json(await patching(rig, servo, EIGHT))["outcome"] == "applied"
     grown = {key: requests(rig, name) - counts[key] for key, name in names.items()}
-    assert verdicts(json(await patching(rig, servo, EIGHT))) == dict.fromkeys(EIGHT, "unchanged")
+    again = json(await patching(rig, servo, EIGHT))
+    assert verdicts(again) == dict.fromkeys(EIGHT, "unchanged")
+    assert {one["key"]: (one["before"], one["requested"], one["after"]) for one in again["changes"]} == {
+        key: (value, value, value) for key, value in EIGHT.items()
+    }
     assert grown == dict.fromkeys(EIGHT, 3), "read, written, read back: one each, nothing twice"
 
 
@@ -289,6 +293,15 @@ async def test_rollback_turns_torque_off_and_never_on(rig: Rig, servo: Servo) ->
     response = json(await rig.call("PATCH", path, body, lease=lease))
     assert verdicts(response) == {"angle_p_gain": "rolled_back", "torque_mode": "applied"}
     assert rig.sim(servo).memory.get(0x20) == 1
+
+    def brake(change: Change) -> None:
+        if isinstance(change, Sampled) and (change.key, change.value) == ("angle_p_gain", 99):
+            rig.sim(servo).memory.put(0x20, 2)  # as another tool would
+
+    rig.host.hub.subscribe(brake)
+    response = json(await rig.call("PATCH", path, {"values": {"torque_mode": "on", "angle_p_gain": 41}}, lease=lease))
+    assert verdicts(response) == {"angle_p_gain": "rolled_back", "torque_mode": "rolled_back"}
+    assert ram(rig, servo, {"torque_mode": 2, "angle_p_gain": 40}) == {"torque_mode": 2, "angle_p_gain": 40}
 
 
 @scene(replace(PLAIN, behaviour=Behaviour(out_of_range="clamp")))
