@@ -471,7 +471,12 @@ async def test_a_refused_save_restores_the_output(
     await turn_off(rig, servo)
     before = json(await rig.call("GET", f"/servos/{servo.uid}"))["output"]
     refuse(monkeypatch, Opcode.SAVE)
-    failed_with(await run(rig, servo, "save", body), "refused_by_servo")
+    error = failed_with(await run(rig, servo, "save", body), "refused_by_servo")
+    assert error["params"] == {
+        "servo": servo.title, "cause": "save_refused", "snapshot": error["snapshot"],
+        "also": ["snapshot_has_previous_values"],
+    }  # fmt: skip
+    assert "RAM is unchanged. ROM is unchanged" in error["detail"]
     await stays_off(rig, servo, raw)
     assert servo.raw("torque_mode") == raw
     after = json(await rig.call("GET", f"/servos/{servo.uid}"))["output"]
