@@ -79,6 +79,8 @@ async def test_a_save_reads_every_row_back_after_a_restart(
     assert job["state"] == "succeeded", job
     assert [step["name"] for step in job["steps"]][-1] == "read_back"
     assert all(step["state"] in ("done", "skipped") for step in job["steps"])
+    (restart,) = [step["evidence_code"] for step in job["steps"] if step["name"] == "restart"]
+    assert restart == ("restarted" if behaviour.save_opcode_restarts else "restarted_on_request")
     assert rig.sim(servo).memory.stored(0x38) == 600
     assert rig.sim(servo).starts == 2
     assert servo.unsaved() == []

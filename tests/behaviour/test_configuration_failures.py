@@ -18,6 +18,7 @@ from hornbill.servo.device.servo import Servo, State
 from hornbill.servo.runtime.jobs import RunningJob
 from hornbill.sim.behaviour import Behaviour
 from hornbill.sim.registers import Registers
+from hornbill.wire.services import MAGIC
 
 GAIN = 0x2C
 STILL = replace(PLAIN, rom={"soft_start": 0, "torque_mode": 1})
@@ -181,6 +182,8 @@ async def test_a_static_node_id_taken_meanwhile_is_not_saved(rig: Rig, servo: Se
     await rig.ready(2)
     error = failed_with(await run(rig, servo, "save"), "conflict")
     owner = next(one for one in rig.host.fleet.all() if one is not servo)
+    planned = problem(await rig.call("POST", f"/servos/{servo.uid}/save", {"dry_run": True}), "conflict", 409)
+    assert {key: planned[key] for key in error["params"]} == error["params"]
     assert error["params"] == {
         "servo": servo.title, "cause": "node_id_still_in_use", "key": "node_id", "requested": 50,
         "owner": owner.uid, "owner_title": owner.title,
@@ -267,22 +270,35 @@ async def test_after_a_save_without_a_restart_rom_is_unknown(rig: Rig) -> None:
     assert rig.sim(servo).starts == 1
 
 
+@pytest.mark.parametrize(
+    ("ok", "code", "facts", "requests"),
+    [
+        (False, "refused_by_servo", {"cause": "restart_refused"}, 1),
+        (True, "no_response", {"cause": "restart_ignored", "tries": 4}, 4),
+    ],
+    ids=["rejected", "ignored"],
+)
 @settled(replace(STILL, behaviour=Behaviour(save_opcode_restarts=False)))
-async def test_rom_is_unknown_if_the_restart_is_rejected(
-    rig: Rig, servo: Servo, monkeypatch: pytest.MonkeyPatch
+async def test_rom_is_unknown_if_the_restart_is_rejected_or_ignored(
+    rig: Rig, servo: Servo, monkeypatch: pytest.MonkeyPatch, ok: bool, code: str, facts: dict[str, Any], requests: int
 ) -> None:
+    magic: list[int] = []
     await patch(rig, servo, angle_p_gain=55)
     started = json(await rig.call("POST", f"/servos/{servo.uid}/save"), 202)
 
-    async def no(_servo: Servo, _magic: int) -> bool:
-        return False
+    async def answer(_servo: Servo, number: int) -> bool:
+        magic.append(number)
+        return ok
 
-    monkeypatch.setattr(rig.host.requests, "restart", no)
-    error = failed_with(await ended(rig, started["id"]), "refused_by_servo")
+    monkeypatch.setattr(rig.host.requests, "restart", answer)
+    error = failed_with(await ended(rig, started["id"]), code)
     assert error["params"] == {
-        "servo": servo.title, "cause": "restart_refused", "snapshot": error["snapshot"],
+        "servo": servo.title,
+        "snapshot": error["snapshot"],
         "also": ["snapshot_has_previous_values"],
-    }  # fmt: skip
+        **facts,
+    }
+    assert magic == [MAGIC] * requests
     assert rig.sim(servo).memory.stored(GAIN) == 55
     assert servo.registers["angle_p_gain"].rom is None
 

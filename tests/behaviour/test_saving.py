@@ -64,6 +64,7 @@ async def test_a_save_lists_its_steps_with_their_evidence(rig: Rig, servo: Servo
         "check", "snapshot", "write", "silence", "restart", "back", "soft_start", "read_back",
     ]  # fmt: skip
     assert {one["state"] for one in job["steps"]} == {"done"}
+    assert job["ended_at"] - job["created_at"] < 2, "it has run long enough to begin at once"
     rows = [key for key, register in servo.registers.items() if register.parameter.rom]
     silence, back, over = (step(job, name)["evidence_params"] for name in ("silence", "back", "soft_start"))
     assert 0 <= silence["from_s"] < 0.1
