@@ -7,7 +7,7 @@ HornbillError
 ├── PortError             bus_trouble: an adapter or bus fault reported by a port
 │   ├── PortOpenFailed    bus_open_failed: an address cannot be opened; with the remedy
 │   └── BusDisconnected   bus_disconnected: no bus is connected, or the bus was lost during a request
-│       └── BusReadOnly   bus_read_only: the bus is a recording, so nothing can be sent
+│       └── BusReadOnly   bus_read_only: a recording, or the role is observer: nothing can be sent
 ├── NoResponse            no_response: no response to any attempt
 ├── Refused               refused_by_servo: the servo rejected the request
 ├── DidNotMove            did_not_move: the horn did not follow the command
@@ -31,6 +31,7 @@ HornbillError
     ├── LeaseHeld         lease_held
     ├── Stopped           stopped
     ├── Busy              busy
+    ├── CommandedElsewhere commanded_elsewhere: another node commands the servo; facts: node_id, rate_hz
     ├── Conflict          conflict: an ID or name is already in use
     ├── BusBudget         bus_budget: insufficient bus capacity; facts: bus_share, left, possible_hz
     ├── NeedsConfirmation needs_confirmation: for example, a value that could switch the output off
@@ -57,30 +58,31 @@ Cause: TypeAlias = Literal[
     "candle_channel_invalid", "candle_package_missing", "changed_since_read", "channel_invalid",
     "channel_names_unavailable", "channel_not_found", "channel_not_numeric", "closed_while_opening",
     "command_in_profile", "command_superseded", "commanded_by_other_stream", "commanded_by_stream",
-    "commands_interrupted", "commands_unsupported", "control_request_not_found", "control_transfer_in_progress",
-    "control_transfer_pending", "could_switch_off", "data_folder_only", "delete_failed", "demo_only",
-    "device_not_found", "driver_not_loaded", "driver_not_responding", "driver_open_timeout", "driver_refused",
-    "duplicate_command", "duplicate_id", "duplicate_servo", "fault_never_seen", "file_name_invalid",
+    "commanded_elsewhere", "commands_interrupted", "commands_unsupported", "control_request_not_found",
+    "control_transfer_in_progress", "control_transfer_pending", "could_switch_off", "data_folder_only", "delete_failed",
+    "demo_only", "device_not_found", "driver_not_loaded", "driver_not_responding", "driver_open_timeout",
+    "driver_refused", "duplicate_command", "duplicate_id", "duplicate_servo", "fault_never_seen", "file_name_invalid",
     "file_name_missing", "file_not_found", "file_not_toml_or_json", "file_not_written", "file_too_large",
     "file_unreadable", "firmware_invalid", "firmware_not_for_model", "firmware_unknown", "first_token_not_admin",
     "force_without_reason", "form_media_type", "frame_gap_out_of_range", "frames_missing", "frames_timeout",
-    "hold_angle_unsupported", "hold_not_renewed", "horn_loaded", "horn_moved", "horn_off_position", "horn_turning",
-    "horn_turning_before_save", "horn_turning_output_off", "host_not_allowed", "host_not_found",
-    "id_changed_since_prepared", "id_exchange_failed", "id_in_use", "id_not_accepted", "id_not_addressable",
-    "id_still_in_use", "id_used_by_other_servo", "identification_incomplete", "identity_in_profile", "in_use",
-    "interface_bus_off", "interface_down", "interface_not_found", "interface_not_visible", "interface_unsupported",
-    "internal_error", "job_cancelled", "job_in_progress", "job_not_found", "job_running", "kernel_without_socketcan",
-    "key_malformed", "key_reused", "label_of_recorded_servo", "last_command_not_accepted", "lease_ended",
-    "lease_ended_during_command", "lease_held_by_other", "lease_missing", "lease_of_key_ended", "line_not_utf8",
-    "lines_invalid", "linux_only", "loaded_horns", "log_damaged", "log_format_unknown", "log_not_written",
-    "log_running", "mavlink", "media_type_not_json", "message_invalid", "mode_off", "model_unknown", "motion_command",
-    "multi_turn_moves", "name_in_use", "names_unknown", "no_bus", "no_data_at_baud", "no_data_at_given_baud",
-    "no_data_received", "no_driver", "no_pending_request", "no_permission", "no_simulator", "node_id_in_use",
-    "node_id_mismatch", "node_id_missing", "node_id_not_free_yet", "node_id_out_of_range", "node_id_reassigned",
-    "node_id_reserved", "node_id_still_in_use", "node_ids_exhausted", "node_not_responding", "not_a_number",
-    "not_a_recording", "not_allowed_in_profile", "not_following", "not_identified", "not_in_firmware", "not_in_source",
-    "not_in_stream", "not_on_bus", "not_playable", "not_ready", "not_restorable", "not_restored_after_wiggle",
-    "not_resumable", "not_simulated", "not_slcan", "not_stored_in_rom", "nothing_to_write", "offline",
+    "guest_allocates_nothing", "hold_angle_unsupported", "hold_not_renewed", "horn_loaded", "horn_moved",
+    "horn_off_position", "horn_turning", "horn_turning_before_save", "horn_turning_output_off", "host_not_allowed",
+    "host_not_found", "id_changed_since_prepared", "id_exchange_failed", "id_in_use", "id_not_accepted",
+    "id_not_addressable", "id_still_in_use", "id_used_by_other_servo", "identification_incomplete",
+    "identity_in_profile", "in_use", "interface_bus_off", "interface_down", "interface_not_found",
+    "interface_not_visible", "interface_unsupported", "internal_error", "job_cancelled", "job_in_progress",
+    "job_not_found", "job_running", "kernel_without_socketcan", "key_malformed", "key_reused",
+    "label_of_recorded_servo", "last_command_not_accepted", "lease_ended", "lease_ended_during_command",
+    "lease_held_by_other", "lease_missing", "lease_of_key_ended", "line_not_utf8", "lines_invalid", "linux_only",
+    "loaded_horns", "log_damaged", "log_format_unknown", "log_not_written", "log_running", "mavlink",
+    "media_type_not_json", "message_invalid", "mode_off", "model_unknown", "motion_command", "multi_turn_moves",
+    "name_in_use", "names_unknown", "no_bus", "no_data_at_baud", "no_data_at_given_baud", "no_data_received",
+    "no_driver", "no_pending_request", "no_permission", "no_simulator", "node_id_in_use", "node_id_mismatch",
+    "node_id_missing", "node_id_not_free_yet", "node_id_out_of_range", "node_id_reassigned", "node_id_reserved",
+    "node_id_still_in_use", "node_ids_exhausted", "node_not_responding", "not_a_number", "not_a_recording",
+    "not_allowed_in_profile", "not_following", "not_identified", "not_in_firmware", "not_in_source", "not_in_stream",
+    "not_on_bus", "not_playable", "not_ready", "not_restorable", "not_restored_after_wiggle", "not_resumable",
+    "not_simulated", "not_slcan", "not_stored_in_rom", "nothing_to_write", "observer_sends_nothing", "offline",
     "one_source_required", "open_failed", "origin_not_allowed", "other_command_active", "outcome_unknown",
     "output_not_maintained", "output_not_switched_back", "outputs_still_off", "outside_all_models", "outside_limits",
     "own_node_id", "parameter_unknown", "playback_ended", "playback_in_progress", "playback_speed_invalid",
@@ -211,10 +213,10 @@ class BusDisconnected(PortError):
 
 
 class BusReadOnly(BusDisconnected):
-    """The bus is a recording being played back; nothing can be sent."""
+    """The bus is a recording being played back, or hornbill is an observer; nothing can be sent."""
 
     code = "bus_read_only"
-    title = "Bus is a recording"
+    title = "Nothing can be sent on this bus"
 
 
 class NoResponse(HornbillError):
@@ -369,6 +371,13 @@ class Busy(BadRequest):
 
     code = "busy"
     title = "Busy"
+
+
+class CommandedElsewhere(BadRequest):
+    """Another node commands the servo by ArrayCommand, so hornbill does not."""
+
+    code = "commanded_elsewhere"
+    title = "Commanded by another node"
 
 
 class Conflict(BadRequest):

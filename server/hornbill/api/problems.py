@@ -47,6 +47,7 @@ STATUS: dict[str, int] = {
     "lease_held": 409,
     "stopped": 423,
     "busy": 409,
+    "commanded_elsewhere": 409,
     "conflict": 409,
     "needs_confirmation": 409,
     "bus_budget": 409,

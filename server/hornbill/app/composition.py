@@ -108,7 +108,8 @@ def build(
                 stack.push_async_callback(bench.close)
             address = EMBEDDED if at_once and embedded is not None else settings.bus
             if address is not None:
-                await ports.join(host, with_frame_gap(address, settings.frame_gap_ms), settings.bitrate, log)
+                role = "host" if demo else settings.role
+                await ports.join(host, with_frame_gap(address, settings.frame_gap_ms), settings.bitrate, log, role)
             if at_once and bench is not None:
                 await bench.start()
             drawing = asyncio.create_task(poses.run())

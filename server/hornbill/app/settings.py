@@ -8,6 +8,8 @@ from platformdirs import user_data_path
 from pydantic import Field, SecretStr, field_validator
 from pydantic_settings import BaseSettings, NoDecode, SettingsConfigDict
 
+from hornbill.domain.bus import ConnectionRoleChoice
+
 
 class Settings(BaseSettings):
     """Settings of the server. Frozen. Options of the command line override the environment."""
@@ -52,6 +54,11 @@ class Settings(BaseSettings):
     )
     allocator: Literal["on", "off", "force"] | None = Field(
         default=None, description="Node ID allocator. force: allocate even if there is another. Default: last setting."
+    )
+    role: ConnectionRoleChoice | None = Field(
+        default=None,
+        description="Connection role. auto: listen first, then guest beside an autopilot, otherwise host. Default: "
+        "last used with the adapter, otherwise auto.",
     )
     recording_before_s: float = Field(
         default=60.0, ge=30, le=600, description="Time that a recording covers before its first trigger, s."

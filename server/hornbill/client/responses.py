@@ -106,7 +106,15 @@ class Adapter(TypedDict):
 class AdapterNote(TypedDict):
     """An unusual property of a working adapter."""
 
-    code: Literal["adapter_silent", "bit_rate_fixed", "baud_unknown", "adapter_echoes", "line_noise", "latency_timer"]
+    code: Literal[
+        "adapter_silent",
+        "bit_rate_fixed",
+        "baud_unknown",
+        "adapter_echoes",
+        "line_noise",
+        "latency_timer",
+        "not_listen_only",
+    ]
     """Code for programs. Stable."""
     params: dict[str, str | int | float]
     """Values in the text, by name."""
@@ -306,6 +314,8 @@ class Bus(TypedDict):
     """Standard, remote and CAN FD frames, which are not DroneCAN on classic CAN."""
     limited_by: Literal["can", "serial_line"] | None
     """The slower of CAN bus and serial line, whose budget limits polling. Null without a bus."""
+    listen_only: bool | None
+    """The adapter is in listen-only mode, so it does not even acknowledge frames. Null without a bus."""
     load_cap_pct: float
     """Load limit of polling, %: the bus budget, or less on a slower serial line."""
     load_pct: float | None
@@ -316,6 +326,12 @@ class Bus(TypedDict):
     """Number of automatic reconnects."""
     retry_in_s: float | None
     """Time until the adapter is reopened automatically, s. Null while it works."""
+    role: ConnectionRoleName | None
+    """host: configures, commands and allocates node IDs. guest: allocates no node IDs, reads at most 200 frames/s,
+    and moves only servos that no other node commands. observer: sends no frame. Null without a bus."""
+    role_reason: str | None
+    """Why guest was chosen with role auto. Null if the role was requested."""
+    role_reason_params: Params
     rx_dropped: int
     """RX overruns: received frames that were dropped."""
     rx_fps: float
@@ -438,6 +454,29 @@ class Commanded(TypedDict):
     """Sent value, in steps of 0.1°, 1 rpm or 1 %."""
     warnings: list[str]
     """Warnings, one sentence each."""
+
+
+class Commander(TypedDict):
+    """Another node that commands a servo by ArrayCommand: a command within the last second."""
+
+    age_s: float
+    """Time since its last command, s."""
+    command_deg: float | None
+    """Last commanded angle, °. Null for speed, torque and unknown types."""
+    error_deg: float | None
+    """Tracking error: `command_deg` minus the last angle, °. Null if either is unknown."""
+    name: str | None
+    """Its name from GetNodeInfo. Null if unknown."""
+    node_id: int
+    """Node ID of the sender, 1 to 127."""
+    rate_hz: float | None
+    """Rate over the last 100 commands, Hz. Null after a single command."""
+    since: float
+    """Start of its commands, seconds since 1970 UTC."""
+    type: Literal["unitless", "position", "force", "speed", "pwm", "unknown"]
+    """Command type of ArrayCommand (table 2-21)."""
+    value: float | None
+    """Last command value, in the unit of its type. Null if not finite."""
 
 
 class CommissionPlan(TypedDict):
@@ -1725,6 +1764,8 @@ class Servo(TypedDict):
     """Address of the bus. Null while offline."""
     command_deg: float | None
     """Last known angle command, °. Null while inactive."""
+    commanded_by: list[Commander]
+    """Other nodes that command it now. hornbill then does not."""
     drift: list[str]
     """Keys of rows that another tool changed in ROM. Details: `GET …/drift`."""
     faults: FaultWords
@@ -1910,6 +1951,11 @@ class Stop(TypedDict):
     """Torque off or brake. Null while not latched."""
     nodes: list[StopNode]
     """Nodes that broadcast actuator status and may be servos."""
+    reach: Literal["all", "own", "none"]
+    """all: every servo (role host, or a guest's stop with `everyone`). own: servos that hornbill commands (role
+    guest). none: nothing is sent (role observer)."""
+    reaches: list[str]
+    """Unique IDs of the online servos that a stop reaches now."""
     reason: str | None
     """Reason: text, or the page's code `stop_button`, `esc_key` or `space_key`. Null while not latched."""
     servos: list[StopServo]
@@ -2233,6 +2279,7 @@ CautionCode: TypeAlias = Literal[
 ]
 ChangeOutcome: TypeAlias = Literal["applied", "rolled_back", "planned"]
 CommandKind: TypeAlias = Literal["angle", "speed", "torque"]
+ConnectionRoleName: TypeAlias = Literal["host", "guest", "observer"]
 EvidenceCode: TypeAlias = Literal[
     "problem",
     "interrupted",
@@ -2327,6 +2374,7 @@ FindingCode: TypeAlias = Literal[
     "adapter_echoes",
     "line_noise",
     "latency_timer",
+    "not_listen_only",
 ]
 HealthCode: TypeAlias = Literal["ok", "warning", "error", "critical"]
 JobState: TypeAlias = Literal["queued", "running", "succeeded", "failed", "cancelled"]
@@ -2337,6 +2385,7 @@ MotionCode: TypeAlias = Literal["turns", "turn_count"]
 NoteCode: TypeAlias = Literal[
     "problem",
     "text",
+    "heard",
     "not_in_servo",
     "side_unknown",
     "identity_row",

@@ -14,6 +14,8 @@ NoteCode = TypeAliasType(
     Literal[
         "problem",
         "text",
+        # connection role
+        "heard",
         # rows left out
         "not_in_servo",
         "side_unknown",

@@ -111,6 +111,8 @@ class PortDetails:
     notes: tuple[Note, ...] = ()
     frame_gap_s: float = 0.0
     """Pause between the frames of one transfer."""
+    listen_only: bool = False
+    """Whether the adapter neither sends nor acknowledges frames."""
     nothing_received: bool = False
     """Whether the adapter has been open for some time without receiving a frame."""
 

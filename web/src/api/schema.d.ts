@@ -273,6 +273,28 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/v1/bus/role": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        /**
+         * Change role
+         * @description Change the connection role by opening the adapter again. Torque goes off first on servos under command.
+         *
+         *     The role is remembered for this adapter.
+         */
+        put: operations["change_role"];
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/v1/commands": {
         parameters: {
             query?: never;
@@ -2983,7 +3005,9 @@ export interface paths {
         put?: never;
         /**
          * Stop
-         * @description Stop all servos immediately. Needs no lease, and latches. A repeated request is sent again.
+         * @description Stop immediately. Needs no lease, and latches. A repeated request is sent again.
+         *
+         *     As host it reaches all servos; as guest, those that hornbill commands unless `everyone`; as observer, none.
          */
         post: operations["stop"];
         /**
@@ -3247,7 +3271,7 @@ export interface components {
              * @description Code for programs. Stable.
              * @enum {string}
              */
-            code: "adapter_silent" | "bit_rate_fixed" | "baud_unknown" | "adapter_echoes" | "line_noise" | "latency_timer";
+            code: "adapter_silent" | "bit_rate_fixed" | "baud_unknown" | "adapter_echoes" | "line_noise" | "latency_timer" | "not_listen_only";
             /** @description Values in the text, by name. */
             params: {
                 [key: string]: string | number;
@@ -3619,6 +3643,8 @@ export interface components {
             ignored: number;
             /** @description The slower of CAN bus and serial line, whose budget limits polling. Null without a bus. */
             limited_by: ("can" | "serial_line") | null;
+            /** @description The adapter is in listen-only mode, so it does not even acknowledge frames. Null without a bus. */
+            listen_only: boolean | null;
             /** @description Load limit of polling, %: the bus budget, or less on a slower serial line. */
             load_cap_pct: number;
             /** @description Bus load, %. Null without a bus. */
@@ -3629,6 +3655,11 @@ export interface components {
             reopened: number;
             /** @description Time until the adapter is reopened automatically, s. Null while it works. */
             retry_in_s: number | null;
+            /** @description host: configures, commands and allocates node IDs. guest: allocates no node IDs, reads at most 200 frames/s, and moves only servos that no other node commands. observer: sends no frame. Null without a bus. */
+            role: components["schemas"]["ConnectionRoleName"] | null;
+            /** @description Why guest was chosen with role auto. Null if the role was requested. */
+            role_reason: string | null;
+            role_reason_params: components["schemas"]["Params"];
             /** @description RX overruns: received frames that were dropped. */
             rx_dropped: number;
             /** @description Frames received per second. */
@@ -3676,6 +3707,8 @@ export interface components {
             bitrate?: number;
             /** @description Pause between frames of one transfer, ms. Default: `?frame_gap_ms=` of the address, otherwise 0. */
             frame_gap_ms?: number | null;
+            /** @description Connection role. auto: listen for 1.5 s, then guest beside an autopilot or another allocator, otherwise host. Default: the role last chosen for this adapter, otherwise auto. */
+            role?: components["schemas"]["ConnectionRoleChoice"] | null;
         };
         /**
          * BusMessage
@@ -3975,6 +4008,33 @@ export interface components {
             warnings: string[];
         };
         /**
+         * Commander
+         * @description Another node that commands a servo by ArrayCommand: a command within the last second.
+         */
+        Commander: {
+            /** @description Time since its last command, s. */
+            age_s: number;
+            /** @description Last commanded angle, °. Null for speed, torque and unknown types. */
+            command_deg: number | null;
+            /** @description Tracking error: `command_deg` minus the last angle, °. Null if either is unknown. */
+            error_deg: number | null;
+            /** @description Its name from GetNodeInfo. Null if unknown. */
+            name: string | null;
+            /** @description Node ID of the sender, 1 to 127. */
+            node_id: number;
+            /** @description Rate over the last 100 commands, Hz. Null after a single command. */
+            rate_hz: number | null;
+            /** @description Start of its commands, seconds since 1970 UTC. */
+            since: number;
+            /**
+             * @description Command type of ArrayCommand (table 2-21).
+             * @enum {string}
+             */
+            type: "unitless" | "position" | "force" | "speed" | "pwm" | "unknown";
+            /** @description Last command value, in the unit of its type. Null if not finite. */
+            value: number | null;
+        };
+        /**
          * CommissionPlan
          * @description Effect of commissioning on one servo.
          */
@@ -4088,6 +4148,10 @@ export interface components {
         };
         /** @enum {string} */
         ConfirmCode: "supply" | "temperature" | "torque_off_in_rom" | "torque_on_in_rom" | "multi_turn" | "turns" | "turn_count";
+        /** @enum {string} */
+        ConnectionRoleChoice: "auto" | "host" | "guest" | "observer";
+        /** @enum {string} */
+        ConnectionRoleName: "host" | "guest" | "observer";
         /**
          * Copy
          * @description Options of copying values.
@@ -4281,7 +4345,7 @@ export interface components {
             uid: string | null;
         };
         /** @enum {string} */
-        EventCode: "connected" | "disconnected" | "bus_lost" | "bus_trouble" | "bus_back" | "sample_point" | "allocator_mode" | "allocated" | "node_ids_freed" | "node_id_recycled" | "no_node_id" | "second_allocator" | "second_allocator_gone" | "own_node_id" | "own_node_id_alone" | "ready" | "offline" | "restarted" | "fault" | "fault_cleared" | "hunting" | "hunting_ended" | "saturated" | "saturated_ended" | "turns_lost" | "drift" | "ram_values_lost" | "position_unit" | "not_rolled_back" | "not_restored" | "lease_requested" | "lease_withdrawn" | "lease_refused" | "lease_passed" | "lease_forced" | "lease_ended" | "hold_ended" | "move_ended" | "stream_ended" | "command_ended" | "stopped" | "stopped_late" | "stop_cleared" | "no_response" | "torque_off" | "recording_written" | "recording_failed" | "recordings_deleted" | "log_started" | "log_stopped" | "log_full" | "log_failed" | "store_failed";
+        EventCode: "connected" | "disconnected" | "bus_lost" | "bus_trouble" | "bus_back" | "sample_point" | "allocator_mode" | "allocated" | "node_ids_freed" | "node_id_recycled" | "no_node_id" | "second_allocator" | "second_allocator_gone" | "own_node_id" | "own_node_id_alone" | "ready" | "offline" | "restarted" | "fault" | "fault_cleared" | "hunting" | "hunting_ended" | "saturated" | "saturated_ended" | "turns_lost" | "drift" | "ram_values_lost" | "position_unit" | "not_rolled_back" | "not_restored" | "lease_requested" | "lease_withdrawn" | "lease_refused" | "lease_passed" | "lease_forced" | "lease_ended" | "hold_ended" | "move_ended" | "stream_ended" | "command_ended" | "commanded_elsewhere" | "command_lost" | "motion_yielded" | "stopped" | "stopped_late" | "stop_cleared" | "no_response" | "torque_off" | "recording_written" | "recording_failed" | "recordings_deleted" | "log_started" | "log_stopped" | "log_full" | "log_failed" | "store_failed";
         /**
          * EventMessage
          * @description An entry of the event log.
@@ -4482,7 +4546,7 @@ export interface components {
             uids: string[];
         };
         /** @enum {string} */
-        FindingCode: "adapter" | "bus_off" | "bit_rate" | "no_traffic" | "own_node_id" | "duplicate_node_id" | "duplicate_servo_id" | "servos_without_id" | "other_commands" | "second_allocator" | "allocation_stuck" | "frames_dropped" | "errors_rising" | "load_over_budget" | "serial_line_full" | "silent_node" | "responses_lost" | "responses_slow" | "servo_offline" | "foreign_frames" | "no_bus" | "adapter_failed" | "adapter_lost" | "interface_down" | "sample_point" | "only_errors" | "unacknowledged" | "nothing_received" | "makers_program" | "allocator_off" | "allocation_refused" | "adapter_silent" | "bit_rate_fixed" | "baud_unknown" | "adapter_echoes" | "line_noise" | "latency_timer";
+        FindingCode: "adapter" | "bus_off" | "bit_rate" | "no_traffic" | "own_node_id" | "duplicate_node_id" | "duplicate_servo_id" | "servos_without_id" | "other_commands" | "second_allocator" | "allocation_stuck" | "frames_dropped" | "errors_rising" | "load_over_budget" | "serial_line_full" | "silent_node" | "responses_lost" | "responses_slow" | "servo_offline" | "foreign_frames" | "no_bus" | "adapter_failed" | "adapter_lost" | "interface_down" | "sample_point" | "only_errors" | "unacknowledged" | "nothing_received" | "makers_program" | "allocator_off" | "allocation_refused" | "adapter_silent" | "bit_rate_fixed" | "baud_unknown" | "adapter_echoes" | "line_noise" | "latency_timer" | "not_listen_only";
         /**
          * Forecast
          * @description Effect of a restart on the horn, and its risks.
@@ -5415,7 +5479,7 @@ export interface components {
             text: string;
         };
         /** @enum {string} */
-        NoteCode: "problem" | "text" | "not_in_servo" | "side_unknown" | "identity_row" | "torque_row" | "torque_never_on" | "too_many_dots" | "invalid_syntax" | "nested_too_deeply" | "not_an_object" | "not_a_table" | "too_many_entries" | "values_missing" | "unknown_field" | "not_text" | "too_long" | "lone_surrogate" | "other_tables" | "unit_not_text" | "unit_without_value" | "pin_unchanged" | "pin_at_restart" | "pin_after_fixed" | "id_freed" | "id_changes_at_restart" | "no_status" | "this_server" | "another_hornbill" | "requesting_id" | "no_model_number" | "no_parameters" | "no_info" | "not_pollable_yet" | "polled_when_ready" | "log_limit" | "disk_slow" | "disk_full" | "write_failed" | "unit_unchecked" | "unit_agreed" | "unit_changed" | "unit_none_fits" | "unit_forced" | "reason" | "stop_reason" | "stop_of" | "stop_confirmed" | "lease_taken" | "lease_ended" | "profile_stored" | "profile_replaced" | "profile_deleted" | "ram_only" | "servo_id_zero" | "login_from" | "servo_forgotten" | "not_seen_for" | "commissioned" | "ended_by_request" | "server_shutdown" | "smoothing_on" | "limit_reached" | "limit_unknown";
+        NoteCode: "problem" | "text" | "heard" | "not_in_servo" | "side_unknown" | "identity_row" | "torque_row" | "torque_never_on" | "too_many_dots" | "invalid_syntax" | "nested_too_deeply" | "not_an_object" | "not_a_table" | "too_many_entries" | "values_missing" | "unknown_field" | "not_text" | "too_long" | "lone_surrogate" | "other_tables" | "unit_not_text" | "unit_without_value" | "pin_unchanged" | "pin_at_restart" | "pin_after_fixed" | "id_freed" | "id_changes_at_restart" | "no_status" | "this_server" | "another_hornbill" | "requesting_id" | "no_model_number" | "no_parameters" | "no_info" | "not_pollable_yet" | "polled_when_ready" | "log_limit" | "disk_slow" | "disk_full" | "write_failed" | "unit_unchecked" | "unit_agreed" | "unit_changed" | "unit_none_fits" | "unit_forced" | "reason" | "stop_reason" | "stop_of" | "stop_confirmed" | "lease_taken" | "lease_ended" | "profile_stored" | "profile_replaced" | "profile_deleted" | "ram_only" | "servo_id_zero" | "login_from" | "servo_forgotten" | "not_seen_for" | "commissioned" | "ended_by_request" | "server_shutdown" | "smoothing_on" | "limit_reached" | "limit_unknown";
         /**
          * NumberReading
          * @description One parameter as last read from RAM, with its ROM value and this model's limits.
@@ -6442,6 +6506,14 @@ export interface components {
              */
             value: boolean;
         };
+        /**
+         * RoleChange
+         * @description Connection role on the connected bus.
+         */
+        RoleChange: {
+            /** @description New role. */
+            role: components["schemas"]["ConnectionRoleName"];
+        };
         /** @enum {string} */
         RoleName: "view" | "operate" | "configure" | "admin";
         /**
@@ -6615,6 +6687,8 @@ export interface components {
             bus: string | null;
             /** @description Last known angle command, °. Null while inactive. */
             command_deg: number | null;
+            /** @description Other nodes that command it now. hornbill then does not. */
+            commanded_by: components["schemas"]["Commander"][];
             /** @description Keys of rows that another tool changed in ROM. Details: `GET …/drift`. */
             drift: string[];
             faults: components["schemas"]["FaultWords"];
@@ -7163,6 +7237,13 @@ export interface components {
             mode: components["schemas"]["StopMode"] | null;
             /** @description Nodes that broadcast actuator status and may be servos. */
             nodes: components["schemas"]["StopNode"][];
+            /**
+             * @description all: every servo (role host, or a guest's stop with `everyone`). own: servos that hornbill commands (role guest). none: nothing is sent (role observer).
+             * @enum {string}
+             */
+            reach: "all" | "own" | "none";
+            /** @description Unique IDs of the online servos that a stop reaches now. */
+            reaches: string[];
             /** @description Reason: text, or the page's code `stop_button`, `esc_key` or `space_key`. Null while not latched. */
             reason: string | null;
             /** @description One entry per servo. */
@@ -7213,6 +7294,11 @@ export interface components {
          * @description Options of a stop.
          */
         StopRequest: {
+            /**
+             * @description As guest, stop all servos on the bus, also those that the autopilot commands. An aircraft then loses its control surfaces. Without effect as host or observer.
+             * @default false
+             */
+            everyone?: boolean;
             /**
              * @description Torque off or brake.
              * @default off
@@ -8595,6 +8681,35 @@ export interface operations {
             default: components["responses"]["CommonProblem"];
         };
     };
+    change_role: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["RoleChange"];
+            };
+        };
+        responses: {
+            /** @description Success. */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Bus"];
+                };
+            };
+            422: components["responses"]["invalid_value"];
+            /** @description `bus_open_failed` */
+            502: components["responses"]["Problem"];
+            503: components["responses"]["bus_disconnected"];
+            default: components["responses"]["CommonProblem"];
+        };
+    };
     command_servos: {
         parameters: {
             query?: never;
@@ -8626,7 +8741,7 @@ export interface operations {
                 };
             };
             404: components["responses"]["unknown_servo"];
-            /** @description `mode_off`, `torque_off`, `not_in_this_model`, `busy`, `lease_held`, `configuration_lost`, `needs_confirmation`, `conflict`, `position_unit_unconfirmed` */
+            /** @description `mode_off`, `torque_off`, `not_in_this_model`, `busy`, `lease_held`, `commanded_elsewhere`, `configuration_lost`, `needs_confirmation`, `conflict`, `position_unit_unconfirmed` */
             409: components["responses"]["Problem"];
             /** @description `invalid_value`, `out_of_range`, `idempotency_key_reused` */
             422: components["responses"]["Problem"];
@@ -10250,7 +10365,7 @@ export interface operations {
                 };
             };
             404: components["responses"]["unknown_servo"];
-            /** @description `mode_off`, `torque_off`, `not_in_this_model`, `busy`, `lease_held`, `configuration_lost`, `needs_confirmation` */
+            /** @description `mode_off`, `torque_off`, `not_in_this_model`, `busy`, `lease_held`, `commanded_elsewhere`, `configuration_lost`, `needs_confirmation` */
             409: components["responses"]["Problem"];
             /** @description `invalid_value`, `out_of_range`, `idempotency_key_reused` */
             422: components["responses"]["Problem"];
@@ -10668,7 +10783,7 @@ export interface operations {
                 };
             };
             404: components["responses"]["unknown_servo"];
-            /** @description `not_in_this_model`, `busy`, `configuration_lost`, `lease_held` */
+            /** @description `not_in_this_model`, `busy`, `configuration_lost`, `lease_held`, `commanded_elsewhere` */
             409: components["responses"]["Problem"];
             /** @description `invalid_value`, `idempotency_key_reused` */
             422: components["responses"]["Problem"];
@@ -14632,7 +14747,7 @@ export interface operations {
                 };
             };
             404: components["responses"]["unknown_servo"];
-            /** @description `torque_off`, `not_in_this_model`, `busy`, `lease_held`, `configuration_lost` */
+            /** @description `torque_off`, `not_in_this_model`, `busy`, `lease_held`, `commanded_elsewhere`, `configuration_lost` */
             409: components["responses"]["Problem"];
             /** @description `invalid_value`, `out_of_range`, `idempotency_key_reused` */
             422: components["responses"]["Problem"];
@@ -14803,7 +14918,7 @@ export interface operations {
                 };
             };
             404: components["responses"]["unknown_servo"];
-            /** @description `mode_off`, `torque_off`, `not_in_this_model`, `busy`, `lease_held`, `configuration_lost`, `needs_confirmation` */
+            /** @description `mode_off`, `torque_off`, `not_in_this_model`, `busy`, `lease_held`, `commanded_elsewhere`, `configuration_lost`, `needs_confirmation` */
             409: components["responses"]["Problem"];
             /** @description `invalid_value`, `out_of_range`, `idempotency_key_reused` */
             422: components["responses"]["Problem"];
@@ -15215,7 +15330,7 @@ export interface operations {
                 };
             };
             404: components["responses"]["unknown_servo"];
-            /** @description `mode_off`, `torque_off`, `not_in_this_model`, `busy`, `lease_held`, `configuration_lost`, `needs_confirmation`, `conflict`, `position_unit_unconfirmed`, `bus_budget` */
+            /** @description `mode_off`, `torque_off`, `not_in_this_model`, `busy`, `lease_held`, `commanded_elsewhere`, `configuration_lost`, `needs_confirmation`, `conflict`, `position_unit_unconfirmed`, `bus_budget` */
             409: components["responses"]["Problem"];
             /** @description `invalid_value`, `out_of_range`, `idempotency_key_reused` */
             422: components["responses"]["Problem"];
@@ -15286,7 +15401,7 @@ export interface operations {
             };
             /** @description `unknown_servo`, `unknown_stream` */
             404: components["responses"]["Problem"];
-            /** @description `mode_off`, `torque_off`, `not_in_this_model`, `busy`, `lease_held`, `configuration_lost`, `needs_confirmation`, `conflict`, `position_unit_unconfirmed`, `bus_budget` */
+            /** @description `mode_off`, `torque_off`, `not_in_this_model`, `busy`, `lease_held`, `commanded_elsewhere`, `configuration_lost`, `needs_confirmation`, `conflict`, `position_unit_unconfirmed`, `bus_budget` */
             409: components["responses"]["Problem"];
             /** @description `invalid_value`, `out_of_range` */
             422: components["responses"]["Problem"];

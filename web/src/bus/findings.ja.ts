@@ -84,6 +84,7 @@ export const words = {
     adapter_echoes: () => "アダプタによる送信フレームの折り返し",
     line_noise: () => "シリアル回線のノイズ",
     latency_timer: () => "FTDIチップのレイテンシタイマが長い",
+    not_listen_only: () => "アダプタがリッスンオンリーでない",
     errors_rising: p => (p.rising ? "エラーの増加" : "エラーが多く、コントローラがエラーパッシブ"),
     load_over_budget: () => "バス負荷の上限超過",
     frames_dropped: () => "hornbillに届くまでのフレームの取りこぼし",
@@ -141,6 +142,7 @@ export const words = {
       responses_slow: p =>
         `中央値${p.median_ms}、最大${p.slowest_ms}（ノード${p.node}）、${p.over_s}に応答${p.responses}件`,
       servo_offline: p => `接続後のサーボ${p.servos}台`,
+      not_listen_only: p => notes.not_listen_only({ command: p.command ?? "" }),
       foreign_frames: p => `${p.over_s}に0件`,
     },
     wrong: {

@@ -68,6 +68,10 @@ export const words = {
         `${params.bytes} invalid bytes were received while the adapter was being opened. Check its cable.`,
       latency_timer: (params: NoteParams) =>
         `The latency timer of the FTDI chip is ${params.latency_ms}\u202fms. Set it to 1\u202fms for faster responses.`,
+      not_listen_only: (params: NoteParams) =>
+        `The adapter is not in listen-only mode: it sends no frames, but acknowledges those of other nodes.${
+          params.command ? ` To prevent that: ${params.command}` : ""
+        }`,
     } as Record<string, (params: NoteParams) => string>,
   },
 

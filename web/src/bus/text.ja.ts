@@ -64,6 +64,10 @@ export const words = {
         `アダプタを開く間に、無効なデータを${params.bytes}バイト受信しました。ケーブルを確認してください。`,
       latency_timer: params =>
         `FTDIチップのレイテンシタイマが${params.latency_ms}\u202fmsです。1\u202fmsに設定すると応答が速くなります。`,
+      not_listen_only: params =>
+        `アダプタはリッスンオンリーではありません。フレームは送信しませんが、他のノードのフレームにACKを返します。${
+          params.command ? `防ぐには: ${params.command}` : ""
+        }`,
     },
   },
   plot: {

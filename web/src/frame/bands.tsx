@@ -1,7 +1,7 @@
 /** Bands under the bar: no link, a stop that could not be sent, and the latched stop with its evidence. */
 import { useSignal } from "@preact/signals";
 import type { Stop } from "../api/types";
-import { lease, stop } from "../bench/bench";
+import { bus, lease, stop } from "../bench/bench";
 import { now } from "../bench/clock";
 import { nameOf, peekServo } from "../bench/fleet";
 import { clock, number, withUnit } from "../bench/format";
@@ -22,6 +22,8 @@ import { lazy } from "../kit/lazy";
 import { HappenedLink } from "../servo/happened-link";
 import { text } from "../text";
 
+const RoleBand = lazy(() => import("../role/band").then(file => file.RoleBand));
+const StopAll = lazy(() => import("../role/stop-all").then(file => file.StopAll));
 const HiddenChanges = lazy(() => import("../change/dialog").then(file => file.HiddenChanges));
 
 export function Bands() {
@@ -47,6 +49,7 @@ export function Bands() {
       {stop.value?.latched && <StopBand stop={stop.value} />}
       <OutputBand />
       <RequestBand />
+      {(bus.value?.role === "guest" || bus.value?.role === "observer") && <RoleBand />}
       {begun.value.length > 0 && <HiddenChanges />}
       <span class="hidden-text" role="status" data-testid="live-state" data-state={link.value.state}>
         {up.value ? text.link.up : text.link.down}
@@ -171,6 +174,7 @@ function StopBand({ stop }: { stop: Stop }) {
           }}
         />
       )}
+      {bus.value?.role === "guest" && <StopAll />}
       <div class="said">
         <h2>
           {text.stop.headline(
@@ -179,6 +183,7 @@ function StopBand({ stop }: { stop: Stop }) {
             all.length - silent.length,
             all.length,
             stop.mode === "brake" ? text.stop.brake : text.stop.off,
+            stop.reach,
           )}
         </h2>
         <p class="second">

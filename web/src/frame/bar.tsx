@@ -61,7 +61,14 @@ function BusCell() {
   const waits = retryIn.value;
   return (
     <a class="bar-cell" href={BUS} onClick={event => follow(event, BUS)} data-testid="bar-bus">
-      <span class="cap">{caption}</span>
+      <span class="cap">
+        {caption}
+        {state.role && !phone.value && (
+          <span class="role-chip" data-testid="role">
+            {text.bar.role[state.role]}
+          </span>
+        )}
+      </span>
       <span class={`val ${well ? (phone.value ? "hidden-text" : "") : "strong k-warning"}`}>
         {waits === null || narrow.value ? word : text.bar.retry(word, Math.ceil(waits))}
         {well && rate}

@@ -9,6 +9,7 @@ import { all, angleOf, isFound, type KnownServo, loaded, nameOf, peekServo, serv
 import { figureNow } from "../bench/fresh";
 import { up } from "../bench/link";
 import { motionOn } from "../bench/moving";
+import { besideAutopilot } from "../bench/role";
 import { type AddressChoice, changeChoices, inAddress, oneInAddress, wordInAddress } from "../bench/route";
 import { phone } from "../bench/screen";
 import { conditionHere } from "../bench/servo-condition";
@@ -144,7 +145,7 @@ export function ServosPage() {
         <OutputsOff />
         {counts.known > 0 && view.value === "wall" && uids.length > 0 && <WallOfHorns uids={uids} />}
         {counts.known > 0 && view.value === "list" && (
-          <div role="table" aria-label={text.servos.title} class="servos">
+          <div role="table" aria-label={text.servos.title} class="servos" data-beside={besideAutopilot.value}>
             <Head shown={uids} sorting={sorting} />
             {by === "none" ? (
               uids.map(uid => <ServoRow key={uid} uid={uid} />)

@@ -80,6 +80,13 @@ def serve(
         Literal["on", "off", "force"] | None,
         typer.Option(help="Node ID allocator. force: allocate even if there is another. Default: last setting."),
     ] = None,
+    role: Annotated[
+        Literal["auto", "host", "guest", "observer"] | None,
+        typer.Option(
+            help="Connection role. guest: beside an autopilot; observer: send nothing; auto: listen, then host or "
+            "guest. Default: last used with the adapter, otherwise auto."
+        ),
+    ] = None,
     position_unit: Annotated[
         Literal["hundred_degrees", "radian", "degree", "tenth_degree"] | None,
         typer.Option(help="Unit of positions on the bus, for all servos. Default: measured."),
@@ -98,7 +105,7 @@ def serve(
     """Start the server for servos on a real bus. Without --bus it starts disconnected."""
     settings = _settings(
         bus=bus, bitrate=bitrate, frame_gap_ms=frame_gap_ms, host=host, port=port, data_dir=data_dir,
-        database=database, allocator=allocator,
+        database=database, allocator=allocator, role=role,
         position_unit=position_unit, sim_api=sim_api, token=token, allow_host=allow_host or None,
         behind_proxy=behind_proxy, root_path=root_path, tls_cert=tls_cert, tls_key=tls_key,
     )  # fmt: skip

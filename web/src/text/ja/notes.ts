@@ -23,6 +23,15 @@ const perhaps = (yes: string | undefined) =>
 export const notes = {
   problem: p => p.problem ?? "失敗しました。",
 
+  heard: p =>
+    `ノード${p.node_id}が${
+      {
+        commands: "サーボを指令しています。",
+        allocates: "ノードIDを割り当てています。",
+        autopilot: "オートパイロットのメッセージを送信しています。",
+      }[p.what ?? ""] ?? "動作しています。"
+    }`,
+
   not_in_servo: p => `${p.model}（ファームウェア${p.firmware ?? "不明"}）にこの行はありません。`,
   side_unknown: p => `${p.side}のこの行の値が不明です。`,
   identity_row: () => "サーボ1台に固有の行です。行を指定するか、固有の行を含めてください。",

@@ -28,7 +28,7 @@ export const codes: Readonly<Record<string, FactsText>> = {
   bus_trouble: () => "アダプタまたはバスに問題があります。アダプタとケーブルを確認してください。",
   bus_open_failed: () => "バスを開けません。アダプタの接続とアドレスを確認してください。",
   bus_disconnected: () => "バスに接続していません。アダプタを接続してください。",
-  bus_read_only: () => "このバスは記録の再生です。何も書き込みません。実際のバスを接続してください。",
+  bus_read_only: () => "このバスには何も送信できません。",
   no_response: () => "サーボが応答しません。電源と配線を確認してください。",
   refused_by_servo: () => "サーボが要求を拒否しました。",
   did_not_move: () => "ホーンが指令どおりに動きませんでした。",
@@ -65,6 +65,7 @@ export const codes: Readonly<Record<string, FactsText>> = {
   lease_held: p => `${who(p.holder)}が動作権を持っています。要求するか、待ってください。`,
   stopped: () => live.motion.whileStopped,
   busy: () => "サーボは準備中または処理中です。終わってから再試行してください。",
+  commanded_elsewhere: () => "別のノードがサーボを指令しています。",
   conflict: () => "他で使用中です。",
   bus_budget: () => "バスに余裕がありません。",
   needs_confirmation: () => "確認が必要です。",
@@ -148,6 +149,7 @@ export const causes: Readonly<Record<string, FactsText>> = {
   commanded_by_other_stream: p => `${p.servo}は別のストリームが指令しています。先に終了してください。`,
   commanded_by_stream: p =>
     `${p.servo}はストリームが指令しています。ストリームで値を送るか、先に終了してください。`,
+  commanded_elsewhere: p => `${p.servo}はノード${p.node_id}が指令しています。先にその指令を止めてください。`,
   commands_interrupted: p => `${p.servo}への指令が途切れていました。`,
   commands_unsupported: p =>
     `${p.servo}は${KIND[p.kind ?? ""] ?? p.kind}指令を受け付けません。0x25はファームウェア${p.since}からです。角度を指令してください。`,
@@ -192,6 +194,8 @@ export const causes: Readonly<Record<string, FactsText>> = {
   frames_missing: p => `${p.name}に29ビット識別子のCANフレームがありません。`,
   frames_timeout: p =>
     `${p.address}を再生できません。${p.within_s}以内にフレームが見つかりませんでした。ファイルとディスクを確認してください。`,
+  guest_allocates_nothing: () =>
+    "ゲストとして接続しているため、ノードIDを割り当てません。割り当てるには、役割をホストに変えてください。",
   hold_angle_unsupported: () => `保持できるのは速度とトルクの指令だけです。`,
   hold_not_renewed: p =>
     `継続の確認が時間内になく、${p.servo}にブレーキをかけました。いったん離して、押し直してください。`,
@@ -326,6 +330,8 @@ export const causes: Readonly<Record<string, FactsText>> = {
   not_slcan: p =>
     `${p.address}から届くデータはslcanの形式ではありません。slcanアダプタの接続とボーレートを確認してください。`,
   not_stored_in_rom: p => `${p.key}はROMに保存されないため、設定ではありません。除いてください。`,
+  observer_sends_nothing: () =>
+    "オブザーバとして接続しているため、何も送信しません。送信するには、役割をゲストかホストに変えてください。",
   nothing_to_write: p => `${p.side}から${p.servo}に書き込む値がありません。行を指定してください。`,
   offline: p => `${p.servo}はオフラインです。電源と配線を確認してください。`,
   one_source_required: () =>
