@@ -19,8 +19,8 @@ FIRST: Final = "first start"
 SHORTEST: Final = 16
 """Minimum length of a token given by the user, because guesses at Stop are not limited."""
 CONTAINER: Final = "HORNBILL_CONTAINER"
-_NETWORKS: Final = ("socketcand", "udp_multicast", "remote")
-"""Interfaces of python-can that reach other machines."""
+_NETWORKS: Final = ("socketcand", "udp_multicast", "remote", "mcast")
+"""Interfaces that reach other machines."""
 _SERIAL: Final = re.compile(
     r"/dev/(tty(ACM|USB|AMA|S|THS|mxc)\d+|rfcomm\d+|(cu|tty)\.[\w.-]+|serial/by-(id|path)/[\w.:+,@-]+)(@\d+)?", re.ASCII
 )

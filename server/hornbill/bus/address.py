@@ -12,6 +12,7 @@ from hornbill.bus.adapters.diagnosis import Diagnosis, diagnose
 from hornbill.bus.adapters.serial_ports import UNKNOWN_ADAPTER, BaudMemory, usb_of
 from hornbill.bus.ports.candle import CandleLink
 from hornbill.bus.ports.link import AdapterLink
+from hornbill.bus.ports.mcast import MulticastLink, parse_bus
 from hornbill.bus.ports.pythoncan import PythonCanPort
 from hornbill.bus.ports.slcan import SlcanBus, split_baud
 from hornbill.bus.ports.socketcand import SocketcandLink, parse_channel
@@ -26,6 +27,7 @@ _HIGHEST_BITRATE = 1_000_000
 _HANGS = "Unplug the adapter, plug it in again and retry."
 _EXAMPLES = "for example socketcan:can0 or slcan:/dev/ttyACM0"
 _CANDLE = "candle"
+_MULTICAST = "mcast"
 _LISTEN_ONLY: Final[dict[str, dict[str, Any]]] = {
     "pcan": {"state": can.BusState.PASSIVE},
     "kvaser": {"driver_mode": False},
@@ -35,7 +37,7 @@ _LISTEN_ONLY: Final[dict[str, dict[str, Any]]] = {
     "cantact": {"monitor": True},
 }
 """Options of python-can that put an adapter into listen-only mode."""
-INTERFACES = can.VALID_INTERFACES | {_CANDLE}
+INTERFACES = can.VALID_INTERFACES | {_CANDLE, _MULTICAST}
 """Interfaces: the part of an address before the colon."""
 
 
@@ -65,6 +67,8 @@ def parse(address: str) -> tuple[str, str]:
         )
     if interface == "socketcand":
         parse_channel(channel)
+    elif interface == _MULTICAST:
+        parse_bus(channel)
     return interface, channel
 
 
@@ -193,6 +197,8 @@ class _Opening:
                 )  # fmt: skip
             case "socketcand":
                 return SocketcandLink(self._channel, self._is_wanted)
+            case "mcast":
+                return MulticastLink(self._channel)
             case "candle":
                 return CandleLink(self._channel, self._bitrate)
             case _:

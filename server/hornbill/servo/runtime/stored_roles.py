@@ -7,6 +7,8 @@ from hornbill.wire.port import split_frame_gap
 
 ALONE = ("memory:", "file:", "recording:")
 """Prefixes of buses without other programs: simulated servos and recordings. There auto means host."""
+AUTOPILOTS = ("mcast:",)
+"""Prefixes of buses that belong to an autopilot. There auto means guest."""
 
 
 class StoredRoles:
@@ -22,9 +24,10 @@ class StoredRoles:
         """
         if address.startswith(ALONE):
             return ConnectionRole.HOST if wanted in (None, "auto") else ConnectionRole(wanted)
+        automatic = ConnectionRole.GUEST if address.startswith(AUTOPILOTS) else None
         key = f"role/{split_frame_gap(address)[0][:80]}"
         if wanted is None:
             stored = self._settings.get(key)
-            return ConnectionRole(stored) if stored in {one.value for one in ConnectionRole} else None
+            return ConnectionRole(stored) if stored in {one.value for one in ConnectionRole} else automatic
         self._settings.put(key, wanted)
-        return None if wanted == "auto" else ConnectionRole(wanted)
+        return automatic if wanted == "auto" else ConnectionRole(wanted)

@@ -276,6 +276,8 @@ export const causes: Readonly<Record<string, FactsText>> = {
   motion_command: p => `${p.key}はホーンを動かす指令で、設定ではありません。`,
   multi_turn_moves: p =>
     `${p.servos}は1回転を超えて動くか、再起動で回転数を失っています。動かすには確認してください。`,
+  multicast_bus_invalid: p =>
+    `${p.address}はマルチキャストのバスではありません。mcast:N（Nは0〜255）と入力してください。`,
   name_in_use: p => `${p.name}はすでにあります。別の名前にするか、削除してください。`,
   names_unknown: p => `${p.names}はありません。次から選んでください: ${p.known}。`,
   no_bus: () => `バスに接続していません。アダプタを接続してください。`,
