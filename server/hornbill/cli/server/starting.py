@@ -128,13 +128,19 @@ def sim(
     any_firmware: Annotated[
         bool, typer.Option("--any-firmware", help="Allow firmware versions that do not exist for the model.")
     ] = False,
+    autopilot: Annotated[
+        Literal["ardupilot", "px4"] | None,
+        typer.Option(help="Add an armed autopilot that allocates node IDs and moves the servos."),
+    ] = None,
 ) -> None:
     """Simulate servos on any bus, without a server, for other DroneCAN tools. Ends with Ctrl-C."""
     from hornbill.app.simulate import simulate
 
     with failures():
         say = partial(print, flush=True)  # also into a pipe
-        asyncio.run(simulate(bus, servos, model, firmware, node_id, seed, say, any_firmware=any_firmware))
+        asyncio.run(
+            simulate(bus, servos, model, firmware, node_id, seed, say, any_firmware=any_firmware, autopilot=autopilot)
+        )
 
 
 def decode(
