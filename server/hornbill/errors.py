@@ -18,7 +18,7 @@ HornbillError
 └── BadRequest            the request cannot be carried out; nothing was changed
     ├── Unknown           unknown_servo, unknown_parameter, unknown_job, unknown_lease, unknown_uid, unknown_log,
     │                     unknown_snapshot, unknown_profile, unknown_run, unknown_stream, unknown_fault,
-    │                     unknown_recording, unknown_token, no_simulator, no_autopilot
+    │                     unknown_recording, unknown_token, no_simulator, no_autopilot, no_verification
     ├── NotInThisModel    not_in_this_model
     ├── ReadOnly          read_only
     ├── OutOfRange        out_of_range
@@ -79,12 +79,12 @@ Cause: TypeAlias = Literal[
     "media_type_not_json", "message_invalid", "mode_off", "model_unknown", "motion_command", "multi_turn_moves",
     "multicast_bus_invalid", "name_in_use", "names_unknown", "no_autopilot", "no_bus", "no_data_at_baud",
     "no_data_at_given_baud", "no_data_received", "no_driver", "no_pending_request", "no_permission", "no_simulator",
-    "node_id_in_use", "node_id_mismatch", "node_id_missing", "node_id_not_free_yet", "node_id_out_of_range",
-    "node_id_reassigned", "node_id_reserved", "node_id_still_in_use", "node_ids_exhausted", "node_not_responding",
-    "not_a_number", "not_a_recording", "not_allowed_in_profile", "not_following", "not_identified", "not_in_firmware",
-    "not_in_source", "not_in_stream", "not_on_bus", "not_playable", "not_ready", "not_restorable",
-    "not_restored_after_wiggle", "not_resumable", "not_simulated", "not_slcan", "not_stored_in_rom", "nothing_to_write",
-    "observer_sends_nothing", "offline", "one_source_required", "open_failed", "origin_not_allowed",
+    "no_verification", "node_id_in_use", "node_id_mismatch", "node_id_missing", "node_id_not_free_yet",
+    "node_id_out_of_range", "node_id_reassigned", "node_id_reserved", "node_id_still_in_use", "node_ids_exhausted",
+    "node_not_responding", "not_a_number", "not_a_recording", "not_allowed_in_profile", "not_following",
+    "not_identified", "not_in_firmware", "not_in_source", "not_in_stream", "not_on_bus", "not_playable", "not_ready",
+    "not_restorable", "not_restored_after_wiggle", "not_resumable", "not_simulated", "not_slcan", "not_stored_in_rom",
+    "nothing_to_write", "observer_sends_nothing", "offline", "one_source_required", "open_failed", "origin_not_allowed",
     "other_command_active", "outcome_unknown", "output_not_maintained", "output_not_switched_back", "outputs_still_off",
     "outside_all_models", "outside_limits", "own_node_id", "parameter_file_line", "parameter_file_no_output",
     "parameter_file_too_long", "parameter_unknown", "playback_ended", "playback_in_progress", "playback_speed_invalid",

@@ -28,6 +28,7 @@ STATUS: dict[str, int] = {
     "unknown_fault": 404,
     "unknown_token": 404,
     "no_autopilot": 404,
+    "no_verification": 404,
     "no_simulator": 404,
     "not_in_this_model": 409,
     "read_only": 409,

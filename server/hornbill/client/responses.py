@@ -1138,21 +1138,6 @@ class NumberReading(TypedDict):
     """Reason why it has no effect now. Null if it has."""
 
 
-class Output(TypedDict):
-    """Output of a servo's motor, and its reason. Session state: switching it does not edit parameter 0x20."""
-
-    by: str | None
-    """Client that switched it. Null if none or unknown."""
-    reason: Literal["configured", "stop", "lease", "command", "timeout", "protection"]
-    """configured: since the start of the servo, or 0x20 was written as configuration; stop: Stop; lease: a lease
-    ended or expired; command: a client or another tool switched it; timeout: the servo's own timeout (0x26,
-    0x27); protection: temperature or voltage limit, or motor failure."""
-    since: float | None
-    """Time of the switch, seconds since 1970 UTC. Null if unknown."""
-    state: Literal["on", "off", "brake", "unknown"]
-    """Output of the motor. unknown: offline, or not read since the start."""
-
-
 class OutputRestorePreview(TypedDict):
     """Effect of restoring outputs."""
 
@@ -1607,7 +1592,7 @@ class RestorableOutput(TypedDict):
 
     needs_lease: bool
     """The servo's timeout (0x26) would switch it off again. It stays on until the lease ends."""
-    output: Output
+    output: hornbill__domain__servo__Output
     problem: Problem | None
     """Reason why it would stay off. Null if none."""
     title: str
@@ -1796,7 +1781,7 @@ class Servo(TypedDict):
     """Current node ID, 1 to 127. Null while it has none."""
     online: bool
     """Received recently."""
-    output: Output
+    output: hornbill__domain__servo__Output
     position_unit: PositionUnitState
     production_date: str | None
     """Production date, YYYY-MM-DDTHH:MM, time zone unknown. Null if unknown."""
@@ -2240,6 +2225,21 @@ class Why(TypedDict):
     """Name of the reason."""
     params: dict[str, str]
     """Values in the sentence. `parameter` is the row that decides."""
+
+
+class hornbill__domain__servo__Output(TypedDict):
+    """Output of a servo's motor, and its reason. Session state: switching it does not edit parameter 0x20."""
+
+    by: str | None
+    """Client that switched it. Null if none or unknown."""
+    reason: Literal["configured", "stop", "lease", "command", "timeout", "protection"]
+    """configured: since the start of the servo, or 0x20 was written as configuration; stop: Stop; lease: a lease
+    ended or expired; command: a client or another tool switched it; timeout: the servo's own timeout (0x26,
+    0x27); protection: temperature or voltage limit, or motor failure."""
+    since: float | None
+    """Time of the switch, seconds since 1970 UTC. Null if unknown."""
+    state: Literal["on", "off", "brake", "unknown"]
+    """Output of the motor. unknown: offline, or not read since the start."""
 
 
 Advice: TypeAlias = Literal[

@@ -44,6 +44,7 @@ from hornbill.servo.monitoring.node_id_table import NodeIdTable
 from hornbill.servo.monitoring.polling import BUDGET, Polling
 from hornbill.servo.monitoring.telemetry import MINUTES, TelemetryCollector
 from hornbill.servo.monitoring.transfer_text import TransferText
+from hornbill.servo.monitoring.verify_outputs import VerifyOutputs
 from hornbill.servo.motion.bursts import Bursts
 from hornbill.servo.motion.holds import Holds
 from hornbill.servo.motion.identify import Identify
@@ -243,6 +244,7 @@ class Host:
         self.stored_torque_off = StoredTorqueOff(store, self.stop, self.torque_off, self.base, self.hub)
         self.stored_torque_off.restore_stop()
         self.commanders = Commanders(self.hub, self.base, self.fleet.all)
+        self.verify_outputs = VerifyOutputs(self.base.now)
         self.motion = Motion(
             self.services, self.stop, self.torque_off, self.commanders, lambda uid: self.streams.commands(uid)
         )  # fmt: skip
@@ -359,6 +361,7 @@ class Host:
             directory = self.fleet.attach(participant)
             participant.subscribe(ArrayCommand, self.activities.on_array_command)
             participant.subscribe(ArrayCommand, self.commanders.on_array_command)
+            participant.subscribe(ArrayCommand, self.verify_outputs.on_array_command)
             serve = role is ConnectionRole.HOST and not port.address.startswith(REPLAYS)
             allocator = self.allocating.join(participant, directory, serve=serve)
             self.polling.guest = role is not ConnectionRole.HOST
@@ -385,6 +388,7 @@ class Host:
             self.watch.end()
             self.allocating.leave()
             self.commanders.leave()
+            self.verify_outputs.end()
             await participant.close()
             await self.fleet.detach()
             self.telemetry.restore()
@@ -526,6 +530,7 @@ class Host:
                 self.motion_control.tick,
                 self.activities.tick,
                 self.commanders.tick,
+                self.verify_outputs.tick,
                 lambda now=now: self.fleet.tick(now, bus_gone=self.watch.gone),
                 lambda now=now: self.doctor.tick(now),
                 lambda now=now: self.allocating.tick(now),

@@ -108,6 +108,116 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/v1/autopilot/export": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Export autopilot parameters
+         * @description Write the parameter file of an autopilot. Refused if a linkage could not take it. Sends nothing.
+         */
+        post: operations["export_autopilot_parameters"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/autopilot/import": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Import autopilot parameters
+         * @description Read a parameter file of an autopilot. Parameters that do not concern servos are skipped.
+         */
+        post: operations["import_autopilot_parameters"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/autopilot/plan": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Get autopilot plan
+         * @description Get outputs proposed for the connected servos: ends are their angle limits, at most ±45° from neutral 0°.
+         *
+         *     Servos whose ID the autopilot cannot address are left out.
+         */
+        get: operations["get_autopilot_plan"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/autopilot/verification": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Get verification
+         * @description Get the state of the verification.
+         */
+        get: operations["get_verification"];
+        /**
+         * Begin verification
+         * @description Start to compare the ArrayCommand messages on the bus with a plan. Sends nothing.
+         */
+        put: operations["begin_verification"];
+        post?: never;
+        /**
+         * End verification
+         * @description End the verification. Idempotent.
+         */
+        delete: operations["end_verification"];
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/autopilot/verification/steps": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Begin verification step
+         * @description Start a step: the user holds all controls centred, or one fully positive, for 3 s.
+         */
+        post: operations["begin_verification_step"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/v1/bus": {
         parameters: {
             query?: never;
@@ -1232,6 +1342,26 @@ export interface paths {
          *     `dry_run` performs all checks and returns the same preview as GET.
          */
         post: operations["factory_reset"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/servos/{uid}/failsafe": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Get failsafe
+         * @description Get what the servo does when commands stop, and the last gap that confirmed it.
+         */
+        get: operations["get_failsafe"];
+        put?: never;
+        post?: never;
         delete?: never;
         options?: never;
         head?: never;
@@ -2938,6 +3068,38 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/v1/sim/autopilot": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Get sim autopilot
+         * @description Get the simulated autopilot.
+         */
+        get: operations["get_sim_autopilot"];
+        /**
+         * Add sim autopilot
+         * @description Add a simulated autopilot to the bus, in place of the present one. It is disarmed.
+         */
+        put: operations["add_sim_autopilot"];
+        post?: never;
+        /**
+         * Remove sim autopilot
+         * @description Remove the simulated autopilot from the bus. Idempotent.
+         */
+        delete: operations["remove_sim_autopilot"];
+        options?: never;
+        head?: never;
+        /**
+         * Change sim autopilot
+         * @description Arm or disarm it, press its safety switch, restart it, or set its outputs. All or nothing.
+         */
+        patch: operations["change_sim_autopilot"];
+        trace?: never;
+    };
     "/api/v1/sim/servos": {
         parameters: {
             query?: never;
@@ -3281,6 +3443,21 @@ export interface components {
         };
         /** @enum {string} */
         Advice: "connect_adapter" | "check_adapter" | "see_adapter_message" | "check_timing_and_wiring" | "find_short" | "set_bit_timing" | "set_bit_rate" | "check_wires" | "check_wires_and_baud" | "free_serial_line" | "check_plugs" | "slow_sender" | "reduce_computer_load" | "none_needed" | "renumber_node" | "change_own_node_id" | "close_program" | "assign_servo_ids" | "turn_off_commander" | "renumber_servos" | "keep_one_allocator" | "turn_allocator_on" | "free_node_id" | "check_node_and_restart" | "check_node" | "check_cable_and_restart" | "check_worst_cable" | "check_computer" | "check_supply";
+        /**
+         * AdviceItem
+         * @description One point to check before the first flight.
+         */
+        AdviceItem: {
+            /**
+             * @description Code for programs. Stable.
+             * @enum {string}
+             */
+            code: "servo_id_zero" | "status_not_received" | "throw_beyond_limits" | "step_above_deadband" | "silent_when_unarmed" | "node_id_dynamic_range" | "position_in_log";
+            /** @description Output it concerns. Null if all. */
+            output: number | null;
+            /** @description One sentence for users. */
+            text: string;
+        };
         /**
          * Allocation
          * @description One row of the allocation table.
@@ -4408,6 +4585,20 @@ export interface components {
             keep_identity?: boolean;
         };
         /**
+         * Failsafe
+         * @description What a servo does when commands stop (0x26, 0x27).
+         */
+        Failsafe: {
+            /** @description Timeout action (0x26). Null if unknown. */
+            action: ("hold" | "off" | "brake") | null;
+            /** @description Timeout (0x27), s. Null if unknown. */
+            after_s: number | null;
+            /** @description Last measured gap. Null if none was seen. */
+            confirmed: components["schemas"]["MeasuredGap"] | null;
+            /** @description What it does, one sentence. */
+            text: string;
+        };
+        /**
          * Fault
          * @description One fault bit of one servo, present or past (section 4.12).
          */
@@ -4730,6 +4921,16 @@ export interface components {
             lines: components["schemas"]["LineVerdict"][];
             /** @description Imported profile. Null unless all lines are ok. */
             profile: components["schemas"]["Profile"] | null;
+        };
+        /**
+         * ImportedPlan
+         * @description Outputs of a parameter file.
+         */
+        ImportedPlan: {
+            /** @description Points to check. */
+            advice: components["schemas"]["AdviceItem"][];
+            /** @description Outputs on DroneCAN. */
+            plan: components["schemas"]["Plan-Output"];
         };
         /** @description Values by key, in the units of the parameter manual. */
         InputByKey: {
@@ -5303,6 +5504,20 @@ export interface components {
         };
         /** @enum {string} */
         MarkReason: "failure" | "stop" | "lost" | "bus_lost" | "manual";
+        /**
+         * MeasuredGap
+         * @description The last gap of commands that was longer than the timeout.
+         */
+        MeasuredGap: {
+            /** @description Time of its last command, seconds since 1970 UTC. */
+            at: number;
+            /** @description Duration of the gap, s. Null while it lasts. */
+            gap_s: number | null;
+            /** @description Node that stopped commanding. */
+            node_id: number;
+            /** @description Torque read after the timeout, %. Null if not read. */
+            torque_pct: number | null;
+        };
         /** @enum {string} */
         MotionCode: "turns" | "turn_count";
         /**
@@ -5336,6 +5551,27 @@ export interface components {
              * @default 60
              */
             speed_deg_s?: number;
+        };
+        /**
+         * NewSimAutopilot
+         * @description A simulated autopilot to add to the bus.
+         */
+        NewSimAutopilot: {
+            /**
+             * @description Number of outputs.
+             * @default 4
+             */
+            outputs?: number;
+            /**
+             * @description Autopilot program.
+             * @enum {string}
+             */
+            program: "ardupilot" | "px4";
+            /**
+             * @description Rate of ArrayCommand, Hz.
+             * @default 50
+             */
+            rate_hz?: number;
         };
         /**
          * NewSimServo
@@ -5558,6 +5794,37 @@ export interface components {
             state: "on" | "off" | "brake" | "unknown";
         };
         /**
+         * Output
+         * @description One output and the linkage of its servo. Angles are those of the servo, ° (positive is clockwise).
+         */
+        "Output-Input": {
+            /** @description SERVOn_FUNCTION of ArduPilot or UAVCAN_SV_FUNCn of PX4. Null: not written. */
+            function?: number | null;
+            /** @description Clockwise end of the linkage, °. */
+            high_deg: number;
+            /**
+             * @description Name of the servo, for comments.
+             * @default
+             */
+            label?: string;
+            /** @description Counterclockwise end of the linkage, °. */
+            low_deg: number;
+            /**
+             * @description Neutral position, °.
+             * @default 0
+             */
+            neutral_deg?: number;
+            /** @description Output number of the autopilot, from 1. */
+            output: number;
+            /**
+             * @description A positive demand of the autopilot turns the servo counterclockwise.
+             * @default false
+             */
+            reversed?: boolean;
+            /** @description Servo ID (0x45) of the servo. */
+            servo_id: number;
+        };
+        /**
          * OutputRestore
          * @description Outputs to restore.
          */
@@ -5723,6 +5990,28 @@ export interface components {
             /** @description Another unit while another row has a certain value. Null if none. */
             unit_when: components["schemas"]["UnitWhen"] | null;
         };
+        /**
+         * ParameterFile
+         * @description A parameter file for an autopilot.
+         */
+        ParameterFile: {
+            /** @description Points to check. */
+            advice: components["schemas"]["AdviceItem"][];
+            /** @description File name. */
+            name: string;
+            /** @description Content, with comments. */
+            text: string;
+        };
+        /**
+         * ParameterFileText
+         * @description A parameter file of an autopilot.
+         */
+        ParameterFileText: {
+            /** @description Autopilot that wrote it. */
+            program: components["schemas"]["Program"];
+            /** @description Content. */
+            text: string;
+        };
         /** @enum {string} */
         ParameterKey: "command_angle" | "command_speed" | "command_torque" | "current_angle" | "current_speed" | "current_torque" | "current_temperature" | "current_voltage" | "fault_overview" | "fault_notification" | "fault_warning" | "fault_failure" | "torque_mode" | "soft_start" | "smoothing" | "reverse" | "extended_angle" | "speed_torque_control" | "timeout_action" | "timeout_time" | "overcurrent_limit" | "angle_p_gain" | "angle_d_gain" | "angle_dead_band" | "angle_boost" | "speed_p_gain" | "speed_i_gain" | "speed_dead_band" | "speed_i_limit" | "pwm_neutral" | "pwm_range" | "pwm_output_range" | "pwm_mode" | "angle_limit_cw" | "angle_limit_ccw" | "speed_limit_cw" | "speed_limit_ccw" | "torque_limit_cw" | "torque_limit_ccw" | "temperature_limit_upper" | "temperature_limit_lower" | "voltage_limit_upper" | "voltage_limit_lower" | "origin" | "servo_id" | "node_id" | "model_number" | "product_number" | "firmware_version" | "hardware_version" | "production_year" | "production_month" | "production_day" | "production_hour" | "production_minute";
         /**
@@ -5851,6 +6140,36 @@ export interface components {
         Pin: {
             /** @description Node ID, 1 to 127. */
             node_id: number;
+        };
+        /**
+         * Plan
+         * @description Outputs of one autopilot.
+         */
+        "Plan-Input": {
+            /** @description Outputs, one per servo. */
+            outputs: components["schemas"]["Output-Input"][];
+            /** @description ardupilot or px4. */
+            program: components["schemas"]["Program"];
+            /**
+             * @description Rate of ArrayCommand, Hz. ArduPilot only.
+             * @default 50
+             */
+            rate_hz?: number;
+        };
+        /**
+         * Plan
+         * @description Outputs of one autopilot.
+         */
+        "Plan-Output": {
+            /** @description Outputs, one per servo. */
+            outputs: components["schemas"]["hornbill__autopilot__plan__Output-Output"][];
+            /** @description ardupilot or px4. */
+            program: components["schemas"]["Program"];
+            /**
+             * @description Rate of ArrayCommand, Hz. ArduPilot only.
+             * @default 50
+             */
+            rate_hz: number;
         };
         /** @enum {string} */
         PositionUnit: "hundred_degrees" | "radian" | "degree" | "tenth_degree";
@@ -5993,6 +6312,8 @@ export interface components {
                 [key: string]: boolean | number | string;
             } | null;
         };
+        /** @enum {string} */
+        Program: "ardupilot" | "px4";
         /** @enum {string} */
         PwmModeChoice: "angle" | "speed";
         /**
@@ -6424,7 +6745,7 @@ export interface components {
         RestorableOutput: {
             /** @description The servo's timeout (0x26) would switch it off again. It stays on until the lease ends. */
             needs_lease: boolean;
-            output: components["schemas"]["Output"];
+            output: components["schemas"]["hornbill__domain__servo__Output"];
             /** @description Reason why it would stay off. Null if none. */
             problem: components["schemas"]["Problem"] | null;
             /** @description Display name. */
@@ -6718,7 +7039,7 @@ export interface components {
             node_id: number | null;
             /** @description Received recently. */
             online: boolean;
-            output: components["schemas"]["Output"];
+            output: components["schemas"]["hornbill__domain__servo__Output"];
             position_unit: components["schemas"]["PositionUnitState"];
             /** @description Production date, YYYY-MM-DDTHH:MM, time zone unknown. Null if unknown. */
             production_date: string | null;
@@ -6809,6 +7130,54 @@ export interface components {
             role: components["schemas"]["RoleName"] | null;
         };
         /**
+         * SimAutopilot
+         * @description The simulated autopilot.
+         */
+        SimAutopilot: {
+            /** @description Number of node IDs it has allocated. */
+            allocated: number;
+            /** @description Armed: it moves its outputs. */
+            armed: boolean;
+            /** @description Outputs. */
+            channels: components["schemas"]["SimChannel"][];
+            /** @description Its node ID: 10 for ArduPilot, 1 for PX4. */
+            node_id: number;
+            /**
+             * @description Autopilot program whose IDs and scaling it uses.
+             * @enum {string}
+             */
+            program: "ardupilot" | "px4";
+            /** @description Rate of ArrayCommand, Hz. */
+            rate_hz: number;
+            /** @description Safety switch on: ArduPilot then sends no ArrayCommand. */
+            safety_on: boolean;
+            /** @description Number of ArrayCommand messages sent. */
+            sent_commands: number;
+            /** @description While armed it moves all outputs slowly between their ends. */
+            sweep: boolean;
+        };
+        /**
+         * SimAutopilotChange
+         * @description Changes to the simulated autopilot. Omitted fields stay unchanged.
+         */
+        SimAutopilotChange: {
+            /** @description Arm or disarm. */
+            armed?: boolean | null;
+            /** @description Changes to outputs. */
+            channels?: components["schemas"]["SimChannelChange"][];
+            /** @description Rate, Hz. */
+            rate_hz?: number | null;
+            /**
+             * @description Restart it: two seconds of silence, disarmed.
+             * @default false
+             */
+            restart?: boolean;
+            /** @description Safety switch. */
+            safety_on?: boolean | null;
+            /** @description Move all outputs slowly while armed. */
+            sweep?: boolean | null;
+        };
+        /**
          * SimChange
          * @description Changes to a simulated servo, all or nothing. Omitted fields stay unchanged.
          */
@@ -6851,6 +7220,48 @@ export interface components {
             temperature_c?: number | null;
             /** @description Supply voltage, V. */
             voltage_v?: number | null;
+        };
+        /**
+         * SimChannel
+         * @description One output of the simulated autopilot.
+         */
+        SimChannel: {
+            /** @description Present demand, -1 to 1. */
+            demand: number;
+            /** @description Angle at demand 1, °. */
+            high_deg: number;
+            /** @description Angle at demand -1, °. */
+            low_deg: number;
+            /** @description Angle at demand 0, °. */
+            neutral_deg: number;
+            /** @description Output number, from 1. */
+            output: number;
+            /** @description A positive demand turns towards `low_deg`. */
+            reversed: boolean;
+            /** @description ArrayCommand has an entry for it. */
+            sent: boolean;
+            /** @description Actuator ID in ArrayCommand: the servo ID it commands. */
+            servo_id: number;
+        };
+        /**
+         * SimChannelChange
+         * @description Changes to one output. Omitted fields stay unchanged.
+         */
+        SimChannelChange: {
+            /** @description Demand, -1 to 1. */
+            demand?: number | null;
+            /** @description Angle at 1, °. */
+            high_deg?: number | null;
+            /** @description Angle at -1, °. */
+            low_deg?: number | null;
+            /** @description Angle at 0, °. */
+            neutral_deg?: number | null;
+            /** @description Output number, from 1. */
+            output: number;
+            /** @description A positive demand turns towards `low_deg`. */
+            reversed?: boolean | null;
+            /** @description ArrayCommand has an entry for it. */
+            sent?: boolean | null;
         };
         /** @enum {string} */
         SimPower: "off" | "on";
@@ -7974,6 +8385,72 @@ export interface components {
              */
             type: "unsubscribe";
         };
+        /**
+         * Verification
+         * @description State of the live verification.
+         */
+        Verification: {
+            /** @description Duration of a step, s. */
+            hold_s: number;
+            /** @description Time left of the step, s. Null without a step. */
+            left_s: number | null;
+            /** @description Output of the step. Null for all. */
+            output: number | null;
+            /** @description Autopilot of the plan. */
+            program: components["schemas"]["Program"];
+            /** @description Outputs of the plan. */
+            rows: components["schemas"]["VerifyRow"][];
+            /** @description Step in progress. Null if none. */
+            step: ("neutral" | "positive") | null;
+        };
+        /**
+         * VerifyRow
+         * @description One output: what was exported, and what is on the bus.
+         */
+        VerifyRow: {
+            /** @description Commanded angle while its control was held, °. Null if not yet. */
+            held_deg: number | null;
+            /** @description Exported clockwise end, °. */
+            high_deg: number;
+            /** @description Name of the servo. Empty if none. */
+            label: string;
+            /** @description Last commanded angle, °. Null if none. */
+            last_deg: number | null;
+            /** @description Exported counterclockwise end, °. */
+            low_deg: number;
+            /** @description Exported neutral, °. */
+            neutral_deg: number;
+            /** @description Output number. */
+            output: number;
+            /** @description Exported end of a positive demand, °. */
+            positive_deg: number;
+            /**
+             * @description matches: within 0.5° at the positive end. reversed: moved to the other end. swapped: another output moved. missing: ArrayCommand has no entry for it. throw_too_small, throw_too_large: the end differs. wrong_type: not UNITLESS. not_moved: not moved enough yet.
+             * @enum {string}
+             */
+            result: "matches" | "reversed" | "swapped" | "missing" | "throw_too_small" | "throw_too_large" | "wrong_type" | "not_moved";
+            /** @description Highest commanded angle so far, °. Null if none. */
+            seen_high_deg: number | null;
+            /** @description Lowest commanded angle so far, °. Null if none. */
+            seen_low_deg: number | null;
+            /** @description Servo ID it commands. */
+            servo_id: number;
+            /** @description Output that moved instead. Null unless swapped. */
+            swapped_with: number | null;
+        };
+        /**
+         * VerifyStep
+         * @description Step of a verification: the user holds the control for 3 s.
+         */
+        VerifyStep: {
+            /**
+             * @description neutral: all controls centred. positive: the control of `output` fully in its positive direction.
+             * @enum {string}
+             */
+            kind: "neutral" | "positive";
+            /** @description Output of a positive step. */
+            output?: number | null;
+        };
         /** VoltageLimitLowerValue */
         VoltageLimitLowerValue: {
             /**
@@ -8011,6 +8488,57 @@ export interface components {
             params: {
                 [key: string]: string;
             };
+        };
+        /**
+         * Output
+         * @description One output and the linkage of its servo. Angles are those of the servo, ° (positive is clockwise).
+         */
+        "hornbill__autopilot__plan__Output-Output": {
+            /** @description SERVOn_FUNCTION of ArduPilot or UAVCAN_SV_FUNCn of PX4. Null: not written. */
+            function: number | null;
+            /** @description Clockwise end of the linkage, °. */
+            high_deg: number;
+            /**
+             * @description Name of the servo, for comments.
+             * @default
+             */
+            label: string;
+            /** @description Counterclockwise end of the linkage, °. */
+            low_deg: number;
+            /**
+             * @description Neutral position, °.
+             * @default 0
+             */
+            neutral_deg: number;
+            /** @description Output number of the autopilot, from 1. */
+            output: number;
+            /**
+             * @description A positive demand of the autopilot turns the servo counterclockwise.
+             * @default false
+             */
+            reversed: boolean;
+            /** @description Servo ID (0x45) of the servo. */
+            servo_id: number;
+        };
+        /**
+         * Output
+         * @description Output of a servo's motor, and its reason. Session state: switching it does not edit parameter 0x20.
+         */
+        hornbill__domain__servo__Output: {
+            /** @description Client that switched it. Null if none or unknown. */
+            by: string | null;
+            /**
+             * @description configured: since the start of the servo, or 0x20 was written as configuration; stop: Stop; lease: a lease ended or expired; command: a client or another tool switched it; timeout: the servo's own timeout (0x26, 0x27); protection: temperature or voltage limit, or motor failure.
+             * @enum {string}
+             */
+            reason: "configured" | "stop" | "lease" | "command" | "timeout" | "protection";
+            /** @description Time of the switch, seconds since 1970 UTC. Null if unknown. */
+            since: number | null;
+            /**
+             * @description Output of the motor. unknown: offline, or not read since the start.
+             * @enum {string}
+             */
+            state: "on" | "off" | "brake" | "unknown";
         };
     };
     responses: {
@@ -8377,6 +8905,207 @@ export interface operations {
                 };
             };
             422: components["responses"]["invalid_value"];
+            default: components["responses"]["CommonProblem"];
+        };
+    };
+    export_autopilot_parameters: {
+        parameters: {
+            query?: never;
+            header?: {
+                /**
+                 * @description A repeated request with the same key is carried out once and returns the first response. Responses are stored for at least 24 h.
+                 * @example rig-7-run-2031
+                 */
+                "Idempotency-Key"?: components["parameters"]["Idempotency-Key"];
+            };
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["Plan-Input"];
+            };
+        };
+        responses: {
+            /** @description Success. */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["ParameterFile"];
+                };
+            };
+            /** @description `invalid_value`, `out_of_range`, `idempotency_key_reused` */
+            422: components["responses"]["Problem"];
+            /** @description `interrupted`, `store_failed` */
+            500: components["responses"]["Problem"];
+            default: components["responses"]["CommonProblem"];
+        };
+    };
+    import_autopilot_parameters: {
+        parameters: {
+            query?: never;
+            header?: {
+                /**
+                 * @description A repeated request with the same key is carried out once and returns the first response. Responses are stored for at least 24 h.
+                 * @example rig-7-run-2031
+                 */
+                "Idempotency-Key"?: components["parameters"]["Idempotency-Key"];
+            };
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["ParameterFileText"];
+            };
+        };
+        responses: {
+            /** @description Success. */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["ImportedPlan"];
+                };
+            };
+            /** @description `invalid_value`, `idempotency_key_reused` */
+            422: components["responses"]["Problem"];
+            /** @description `interrupted`, `store_failed` */
+            500: components["responses"]["Problem"];
+            default: components["responses"]["CommonProblem"];
+        };
+    };
+    get_autopilot_plan: {
+        parameters: {
+            query?: {
+                program?: "ardupilot" | "px4";
+            };
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Success. */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["hornbill__autopilot__plan__Output-Output"][];
+                };
+            };
+            422: components["responses"]["invalid_value"];
+            default: components["responses"]["CommonProblem"];
+        };
+    };
+    get_verification: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Success. */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Verification"];
+                };
+            };
+            /** @description `no_verification` */
+            404: components["responses"]["Problem"];
+            default: components["responses"]["CommonProblem"];
+        };
+    };
+    begin_verification: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["Plan-Input"];
+            };
+        };
+        responses: {
+            /** @description Success. */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Verification"];
+                };
+            };
+            /** @description `invalid_value`, `out_of_range` */
+            422: components["responses"]["Problem"];
+            503: components["responses"]["bus_disconnected"];
+            default: components["responses"]["CommonProblem"];
+        };
+    };
+    end_verification: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Success. */
+            204: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content?: never;
+            };
+            default: components["responses"]["CommonProblem"];
+        };
+    };
+    begin_verification_step: {
+        parameters: {
+            query?: never;
+            header?: {
+                /**
+                 * @description A repeated request with the same key is carried out once and returns the first response. Responses are stored for at least 24 h.
+                 * @example rig-7-run-2031
+                 */
+                "Idempotency-Key"?: components["parameters"]["Idempotency-Key"];
+            };
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["VerifyStep"];
+            };
+        };
+        responses: {
+            /** @description Success. */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Verification"];
+                };
+            };
+            /** @description `no_verification` */
+            404: components["responses"]["Problem"];
+            /** @description `invalid_value`, `idempotency_key_reused` */
+            422: components["responses"]["Problem"];
+            /** @description `interrupted`, `store_failed` */
+            500: components["responses"]["Problem"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -10629,6 +11358,32 @@ export interface operations {
             500: components["responses"]["Problem"];
             503: components["responses"]["bus_disconnected"];
             504: components["responses"]["no_response"];
+            default: components["responses"]["CommonProblem"];
+        };
+    };
+    get_failsafe: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                /** @description Unique ID, 32 lower-case hex digits. */
+                uid: components["parameters"]["uid"];
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Success. */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Failsafe"];
+                };
+            };
+            404: components["responses"]["unknown_servo"];
+            422: components["responses"]["invalid_value"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -14999,6 +15754,106 @@ export interface operations {
                 };
                 content?: never;
             };
+            default: components["responses"]["CommonProblem"];
+        };
+    };
+    get_sim_autopilot: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Success. */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["SimAutopilot"];
+                };
+            };
+            /** @description `no_simulator`, `no_autopilot` */
+            404: components["responses"]["Problem"];
+            default: components["responses"]["CommonProblem"];
+        };
+    };
+    add_sim_autopilot: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["NewSimAutopilot"];
+            };
+        };
+        responses: {
+            /** @description Success. */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["SimAutopilot"];
+                };
+            };
+            /** @description `no_simulator` */
+            404: components["responses"]["Problem"];
+            422: components["responses"]["invalid_value"];
+            default: components["responses"]["CommonProblem"];
+        };
+    };
+    remove_sim_autopilot: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Success. */
+            204: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content?: never;
+            };
+            /** @description `no_simulator` */
+            404: components["responses"]["Problem"];
+            default: components["responses"]["CommonProblem"];
+        };
+    };
+    change_sim_autopilot: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["SimAutopilotChange"];
+            };
+        };
+        responses: {
+            /** @description Success. */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["SimAutopilot"];
+                };
+            };
+            /** @description `no_simulator`, `no_autopilot` */
+            404: components["responses"]["Problem"];
+            422: components["responses"]["invalid_value"];
             default: components["responses"]["CommonProblem"];
         };
     };

@@ -11,7 +11,7 @@ from hornbill.servo.device.fleet import EVERY_SERVO
 from hornbill.servo.device.output import STATES
 from hornbill.servo.device.position_unit import to_degrees
 from hornbill.servo.device.servo import Servo
-from hornbill.servo.runtime.hub import CommandsBegan, Hub, LogEvent, ServoChanged
+from hornbill.servo.runtime.hub import CommandsBegan, Hub, LogEvent, Sampled, ServoChanged
 from hornbill.servo.runtime.timebase import TimeBase
 from hornbill.units import Instant, Uid
 from hornbill.wire.messages import ArrayCommand, CommandType
@@ -70,6 +70,17 @@ class CommandStream:
                 return None
 
 
+@dataclass(slots=True)
+class Gap:
+    """A gap of commands longer than the timeout (0x27). `at`: last command before it; `gap_s`: None while it lasts."""
+
+    node_id: int
+    at: Instant
+    gap_s: float | None = None
+    torque_pct: float | None = None
+    """Last torque read in the gap after the timeout, %."""
+
+
 class Commanders:
     """Follows every ArrayCommand of other nodes. Reads and sends nothing."""
 
@@ -79,7 +90,13 @@ class Commanders:
         self._base = base
         self._servos = servos
         self._streams: dict[tuple[Uid, int], CommandStream] = {}
+        self._gaps: dict[Uid, Gap] = {}
         self._publish_at: Instant = base.now()
+        hub.subscribe(self._on_sample, Sampled)
+
+    def last_gap(self, uid: Uid) -> Gap | None:
+        """The last gap of commands for a servo that was longer than its timeout. None if there was none."""
+        return self._gaps.get(uid)
 
     def of(self, uid: Uid) -> list[CommandStream]:
         """Streams that command a servo now, oldest first."""
@@ -110,6 +127,9 @@ class Commanders:
             stream = self._streams.get(key)
             if stream is None or transfer.at - stream.at > ACTIVE_S:
                 stream = CommandStream(servo, transfer.source, entry.command_type, entry.command_value, transfer.at)
+                gap = self._gaps.get(servo.uid)
+                if gap is not None and gap.gap_s is None:
+                    gap.gap_s = transfer.at - gap.at
                 self._streams[key] = stream
                 stream.times.append(transfer.at)
                 self._begin(stream)
@@ -144,6 +164,11 @@ class Commanders:
         self._hub.publish(CommandsBegan(stream.servo.uid, stream.node_id))
         self._hub.publish(ServoChanged(stream.servo.uid))
 
+    def _on_sample(self, sample: Sampled) -> None:
+        gap = self._gaps.get(sample.uid) if sample.key == "current_torque" else None
+        if gap is not None and gap.gap_s is None:
+            gap.torque_pct = sample.value
+
     def _check_gap(self, stream: CommandStream, silent_s: float) -> None:
         """Report a gap longer than the timeout (0x27), and what the servo does then (0x26)."""
         servo = stream.servo
@@ -153,6 +178,7 @@ class Commanders:
         stream.gap_reported = True
         if any(one is not stream and self._base.now() - one.at <= timeout_ms / 1000 for one in self.of(servo.uid)):
             return  # another node still commands it
+        self._gaps[servo.uid] = Gap(stream.node_id, stream.at)
         does = {0: "The servo holds its last command", 1: "The servo switches its output off", 2: "The servo brakes"}
         text = (
             f"Node {stream.node_id} stopped commanding {servo.title} for longer than its timeout (0x27) of "
