@@ -146,7 +146,7 @@ async def test_motion_is_refused_from_the_first_foreign_command_on(rig: Rig) -> 
     lease = await rig.lease()
     async with autopilot(rig, command(1, 0.0)):
         await asyncio.sleep(1 / 50 + 0.005)
-        body = {"kind": "angle", "value": 5}
+        body = {"type": "angle", "value": 5}
         response = await rig.call("POST", f"/servos/{first.uid}/command", body, lease=lease)
         found = problem(response, "commanded_elsewhere", 409)
         assert found["node_id"] == AUTOPILOT

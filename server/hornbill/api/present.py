@@ -229,12 +229,21 @@ def commanders(host: Host, one: Servo) -> list[Commander]:
     """Other nodes that command a servo now."""
     now, found = host.base.now(), host.commanders.of(one.uid)
     directory = None if host.connection is None else host.connection.directory
-    return [_commander(host, directory, stream, now) for stream in found]
+    return [_commander(host, directory, stream, one.angle_deg, now) for stream in found]
 
 
-def _commander(host: Host, directory: Directory | None, stream: CommandStream, now: float) -> Commander:
+def commanders_of_node(host: Host, node_id: int, angle_deg: float | None) -> list[Commander]:
+    """Other nodes that command an unidentified actuator now."""
+    directory = None if host.connection is None else host.connection.directory
+    found = host.commanders.of(node_id)
+    return [_commander(host, directory, stream, angle_deg, host.base.now()) for stream in found]
+
+
+def _commander(
+    host: Host, directory: Directory | None, stream: CommandStream, angle: float | None, now: float
+) -> Commander:
     record = None if directory is None else directory.records.get(stream.node_id)
-    angle, degrees, rate = stream.servo.angle_deg, stream.degrees, stream.rate_hz
+    degrees, rate = stream.degrees, stream.rate_hz
     return Commander(
         node_id=stream.node_id,
         name=None if record is None or record.info is None else record.info.name,

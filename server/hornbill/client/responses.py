@@ -1055,8 +1055,14 @@ class Node(TypedDict):
     """A node on the bus, or this server itself (table 2-17). A node that never sent NodeStatus has mode `unknown`,
     health `warning` and uptime 0. All nodes that request a node ID are listed as one entry with node ID 0."""
 
+    actuator_id: int | None
+    """Servo ID in its Status. Null if it broadcasts no actuator's Status."""
     age_s: float
     """Time since it was last received, s."""
+    angle_deg: float | None
+    """Angle in its Status, °; in Futaba's unit if it is not identified. Null if it broadcasts none."""
+    commanded_by: list[Commander]
+    """Other nodes that command its servo ID now."""
     hardware_version: str | None
     """Hardware version from GetNodeInfo. Null if unknown."""
     health: HealthCode
@@ -1454,6 +1460,17 @@ class RecordedBus(TypedDict):
     """Node ID, 1 to 127."""
 
 
+class RecordedCommander(TypedDict):
+    """Another node that commanded a servo at the first trigger."""
+
+    command_deg: float | None
+    """Last commanded angle, °. Null for speed, torque and unknown types."""
+    node_id: int
+    """Node ID of the sender, 1 to 127."""
+    rate_hz: float | None
+    """Rate of its commands, Hz. Null after a single command."""
+
+
 class RecordedReading(TypedDict):
     """One register as last read before the first trigger. `at`: seconds since 1970 UTC."""
 
@@ -1470,6 +1487,8 @@ class RecordedReading(TypedDict):
 class RecordedServo(TypedDict):
     """One servo as known at the first trigger."""
 
+    commanded_by: list[RecordedCommander]
+    """Other nodes that commanded it at the first trigger."""
     firmware: int | None
     """Firmware version as read from 0x52, raw. Null if unknown."""
     hardware_version: int | None
@@ -2417,8 +2436,10 @@ NoteCode: TypeAlias = Literal[
     "no_model_number",
     "no_parameters",
     "no_info",
+    "not_overheard",
     "not_pollable_yet",
     "polled_when_ready",
+    "not_polled_as_observer",
     "log_limit",
     "disk_slow",
     "disk_full",

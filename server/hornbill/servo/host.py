@@ -28,6 +28,7 @@ from hornbill.servo.configuration.restarting import Restarting
 from hornbill.servo.device.drift import DriftDetector
 from hornbill.servo.device.effects import Effects
 from hornbill.servo.device.fleet import Fleet
+from hornbill.servo.device.overheard import Overheard
 from hornbill.servo.device.position_unit import PositionUnits
 from hornbill.servo.device.requests import ServoRequests
 from hornbill.servo.device.rom_knowledge import RomKnowledge
@@ -243,7 +244,7 @@ class Host:
         )  # fmt: skip
         self.stored_torque_off = StoredTorqueOff(store, self.stop, self.torque_off, self.base, self.hub)
         self.stored_torque_off.restore_stop()
-        self.commanders = Commanders(self.hub, self.base, self.fleet.all)
+        self.commanders = Commanders(self.hub, self.base, self.fleet.all, self.fleet.actuators)
         self.verify_outputs = VerifyOutputs(self.base.now)
         self.motion = Motion(
             self.services, self.stop, self.torque_off, self.commanders, lambda uid: self.streams.commands(uid)
@@ -290,7 +291,7 @@ class Host:
         """All frames of the connected bus."""
         self.monitor = BusMonitor(self.tap, self.base, lambda: TransferText(catalog, self.fleet.all))
         self.recorder = Recorder(
-            self.services, tap=self.tap, fleet=self.fleet, stop=self.stop, port=self._port,
+            self.services, tap=self.tap, fleet=self.fleet, commanders=self.commanders, stop=self.stop, port=self._port,
             builder=RecordingBuilder(self.base, catalog, self.telemetry, settings.node_id),
         )  # fmt: skip
         """Flight recorder. Records after `begin`."""
@@ -365,6 +366,8 @@ class Host:
             serve = role is ConnectionRole.HOST and not port.address.startswith(REPLAYS)
             allocator = self.allocating.join(participant, directory, serve=serve)
             self.polling.guest = role is not ConnectionRole.HOST
+            if role is ConnectionRole.OBSERVER:
+                self._overhear(participant, directory)
             self.connection = connection = Connection(port, participant, allocator, directory, role, reason)
             self.tap.attach(participant)
             if isinstance(port, RecordedPort) and port.about is not None:
@@ -379,9 +382,19 @@ class Host:
             raise
         return connection
 
+    def _overhear(self, participant: Participant, directory: Directory) -> None:
+        """Identify servos from responses to other nodes, and request nothing."""
+        overheard = Overheard(
+            self.catalog, directory, self.fleet, self.requests, self.base, self.store.servos.get
+        )  # fmt: skip
+        self.requests.silent = True
+        self.fleet.on_unidentified = overheard.check
+        participant.on_frames.append(overheard.receive)
+
     async def _part(self, port: CanPort, participant: Participant) -> None:
         """Undo a complete or partial join, and close the port."""
         self.connection = None
+        self.requests.silent = False
         try:
             self.doctor.leave()
             self.tap.detach()
@@ -489,6 +502,8 @@ class Host:
 
     def _on_seen(self, seen: ServoSeen) -> None:
         """Write a pending torque off before anything is read from the servo."""
+        if self.requests.silent:
+            return
         servo = self.fleet.get(seen.uid)
         self.stop.on_arrival(servo)
         self.stored_torque_off.on_arrival(servo)
@@ -515,7 +530,7 @@ class Host:
 
     def _follow_reach(self) -> None:
         """Publish a change of the servos that Stop reaches as guest."""
-        reaches = frozenset(self.stop.own()) if self.role is ConnectionRole.GUEST else frozenset()
+        reaches = frozenset(self.stop.own()) if self.role is ConnectionRole.GUEST else frozenset[Uid]()
         if reaches != self._reaches:
             self._reaches = reaches
             self.hub.publish(StopChanged())

@@ -5657,8 +5657,14 @@ export interface components {
          *     ID are listed as one entry with node ID 0.
          */
         Node: {
+            /** @description Servo ID in its Status. Null if it broadcasts no actuator's Status. */
+            actuator_id: number | null;
             /** @description Time since it was last received, s. */
             age_s: number;
+            /** @description Angle in its Status, °; in Futaba's unit if it is not identified. Null if it broadcasts none. */
+            angle_deg: number | null;
+            /** @description Other nodes that command its servo ID now. */
+            commanded_by: components["schemas"]["Commander"][];
             /** @description Hardware version from GetNodeInfo. Null if unknown. */
             hardware_version: string | null;
             /** @description Health from NodeStatus. */
@@ -5715,7 +5721,7 @@ export interface components {
             text: string;
         };
         /** @enum {string} */
-        NoteCode: "problem" | "text" | "heard" | "not_in_servo" | "side_unknown" | "identity_row" | "torque_row" | "torque_never_on" | "too_many_dots" | "invalid_syntax" | "nested_too_deeply" | "not_an_object" | "not_a_table" | "too_many_entries" | "values_missing" | "unknown_field" | "not_text" | "too_long" | "lone_surrogate" | "other_tables" | "unit_not_text" | "unit_without_value" | "pin_unchanged" | "pin_at_restart" | "pin_after_fixed" | "id_freed" | "id_changes_at_restart" | "no_status" | "this_server" | "another_hornbill" | "requesting_id" | "no_model_number" | "no_parameters" | "no_info" | "not_pollable_yet" | "polled_when_ready" | "log_limit" | "disk_slow" | "disk_full" | "write_failed" | "unit_unchecked" | "unit_agreed" | "unit_changed" | "unit_none_fits" | "unit_forced" | "reason" | "stop_reason" | "stop_of" | "stop_confirmed" | "lease_taken" | "lease_ended" | "profile_stored" | "profile_replaced" | "profile_deleted" | "ram_only" | "servo_id_zero" | "login_from" | "servo_forgotten" | "not_seen_for" | "commissioned" | "ended_by_request" | "server_shutdown" | "smoothing_on" | "limit_reached" | "limit_unknown";
+        NoteCode: "problem" | "text" | "heard" | "not_in_servo" | "side_unknown" | "identity_row" | "torque_row" | "torque_never_on" | "too_many_dots" | "invalid_syntax" | "nested_too_deeply" | "not_an_object" | "not_a_table" | "too_many_entries" | "values_missing" | "unknown_field" | "not_text" | "too_long" | "lone_surrogate" | "other_tables" | "unit_not_text" | "unit_without_value" | "pin_unchanged" | "pin_at_restart" | "pin_after_fixed" | "id_freed" | "id_changes_at_restart" | "no_status" | "this_server" | "another_hornbill" | "requesting_id" | "no_model_number" | "no_parameters" | "no_info" | "not_overheard" | "not_pollable_yet" | "polled_when_ready" | "not_polled_as_observer" | "log_limit" | "disk_slow" | "disk_full" | "write_failed" | "unit_unchecked" | "unit_agreed" | "unit_changed" | "unit_none_fits" | "unit_forced" | "reason" | "stop_reason" | "stop_of" | "stop_confirmed" | "lease_taken" | "lease_ended" | "profile_stored" | "profile_replaced" | "profile_deleted" | "ram_only" | "servo_id_zero" | "login_from" | "servo_forgotten" | "not_seen_for" | "commissioned" | "ended_by_request" | "server_shutdown" | "smoothing_on" | "limit_reached" | "limit_unknown";
         /**
          * NumberReading
          * @description One parameter as last read from RAM, with its ROM value and this model's limits.
@@ -6542,6 +6548,18 @@ export interface components {
             node_id: number;
         };
         /**
+         * RecordedCommander
+         * @description Another node that commanded a servo at the first trigger.
+         */
+        RecordedCommander: {
+            /** @description Last commanded angle, °. Null for speed, torque and unknown types. */
+            command_deg: number | null;
+            /** @description Node ID of the sender, 1 to 127. */
+            node_id: number;
+            /** @description Rate of its commands, Hz. Null after a single command. */
+            rate_hz: number | null;
+        };
+        /**
          * RecordedReading
          * @description One register as last read before the first trigger. `at`: seconds since 1970 UTC.
          */
@@ -6560,6 +6578,11 @@ export interface components {
          * @description One servo as known at the first trigger.
          */
         RecordedServo: {
+            /**
+             * @description Other nodes that commanded it at the first trigger.
+             * @default []
+             */
+            commanded_by: components["schemas"]["RecordedCommander"][];
             /** @description Firmware version as read from 0x52, raw. Null if unknown. */
             firmware: number | null;
             /** @description Hardware version from GetNodeInfo. Null if unknown. */

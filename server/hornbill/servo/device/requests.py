@@ -16,7 +16,7 @@ from hornbill.servo.device.servo import Servo
 from hornbill.servo.runtime.histogram import Histogram
 from hornbill.servo.runtime.hub import Hub, ReadingChanged, Sampled, ServoChanged
 from hornbill.servo.runtime.timebase import TimeBase
-from hornbill.units import Raw
+from hornbill.units import Instant, Raw
 from hornbill.wire.messages import ActuatorCommand, ArrayCommand
 from hornbill.wire.services import (
     EMPTY,
@@ -95,6 +95,8 @@ class ServoRequests:
         """Ended requests by kind and outcome: responded, no_response, failed (cancelled or not sent)."""
         self.refused: Counter[str] = Counter()
         """Responses without the requested value, by kind."""
+        self.silent = False
+        """As observer: every request is refused, so nothing that repeats by itself should try."""
         self.response_times: defaultdict[str, Histogram] = defaultdict(lambda: Histogram(BOUNDS_S))
         """Time from call to response by kind, including queueing and retries."""
 
@@ -186,18 +188,19 @@ class ServoRequests:
         """Broadcast one ArrayCommand of at most 15 commands. Raises BusDisconnected."""
         self.connected().broadcast(ArrayCommand(tuple(commands)), priority=priority)
 
-    def observe_response(self, servo: Servo, response: GetSetResponse) -> None:
-        """Record the value from a response to another client, in a recording. Never raises."""
+    def observe_response(self, servo: Servo, response: GetSetResponse, at: Instant | None = None) -> None:
+        """Record the value from a response to another client, received at `at` (None: now). Never raises."""
         name = response.name.upper()
         rows = (one.parameter for one in servo.registers.values())
         parameter = next((row for row in rows if row.name.upper() == name), None)
-        raw = None if parameter is None else _integer_of(response, parameter)
+        raw = None if parameter is None else value_of(response, parameter)
         if parameter is None or raw is None:
             return
-        self._remember(servo, parameter, raw)
+        at = self.base.now() if at is None else at
+        self._remember(servo, parameter, raw, at)
         if parameter.key == "current_angle":
-            servo.angle_deg, servo.angle_at = raw / parameter.per_unit, self.base.now()
-            servo.angle_polled_at = servo.angle_at
+            servo.angle_deg, servo.angle_at = raw / parameter.per_unit, at
+            servo.angle_polled_at = at
 
     def _value_of(
         self, servo: Servo, parameter: Parameter, response: GetSetResponse, policy: RetryPolicy, verb: str
@@ -213,11 +216,10 @@ class ServoRequests:
                 servo=servo.title,
                 writes=verb == "write",
             )
-        self._remember(servo, parameter, raw)
+        self._remember(servo, parameter, raw, self.base.now())
         return raw
 
-    def _remember(self, servo: Servo, parameter: Parameter, raw: Raw) -> None:
-        now = self.base.now()
+    def _remember(self, servo: Servo, parameter: Parameter, raw: Raw, now: Instant) -> None:
         if parameter.key == output.KEY:
             register = servo.registers.get(output.KEY)
             known = register is not None and register.at is not None
@@ -232,7 +234,7 @@ class ServoRequests:
             self._hub.publish(ReadingChanged(servo.uid, parameter.key))
 
     def _integer_of(self, response: GetSetResponse, parameter: Parameter, policy: RetryPolicy) -> Raw | None:
-        raw = _integer_of(response, parameter)
+        raw = value_of(response, parameter)
         if raw is None:
             self.refused[policy.kind] += 1
         return raw
@@ -300,7 +302,8 @@ def _node(servo: Servo) -> int:
     return servo.node_id
 
 
-def _integer_of(response: GetSetResponse, parameter: Parameter) -> Raw | None:
+def value_of(response: GetSetResponse, parameter: Parameter) -> Raw | None:
+    """Raw value of a row in a response. None if it has none, or is of another row."""
     name = parameter.name
     if response.value.kind is not ValueKind.INTEGER:
         return None

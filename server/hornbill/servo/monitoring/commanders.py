@@ -1,8 +1,8 @@
 """Commanders: the other nodes that command servos by ArrayCommand, with rate, target and start of each stream."""
 
 import math
-from collections import deque
-from collections.abc import Callable, Iterable
+from collections import Counter, deque
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import Final
 
@@ -14,7 +14,7 @@ from hornbill.servo.device.servo import Servo
 from hornbill.servo.runtime.hub import CommandsBegan, Hub, LogEvent, Sampled, ServoChanged
 from hornbill.servo.runtime.timebase import TimeBase
 from hornbill.units import Instant, Uid
-from hornbill.wire.messages import ArrayCommand, CommandType
+from hornbill.wire.messages import ActuatorCommand, ArrayCommand, CommandType
 from hornbill.wire.transfer import Transfer
 
 ACTIVE_S: Final = 1.0
@@ -35,9 +35,12 @@ DEGREES_PER_UNITLESS: Final = 180.0
 
 @dataclass(slots=True, eq=False)
 class CommandStream:
-    """Commands of one node for one servo. `command_type` is a CommandType or any other byte of table 2-21."""
+    """Commands of one node for one servo, None if it is not identified.
 
-    servo: Servo
+    `command_type` is a CommandType or any other byte of table 2-21.
+    """
+
+    servo: Servo | None
     node_id: int
     command_type: CommandType | int
     value: float
@@ -64,7 +67,7 @@ class CommandStream:
         match self.command_type:
             case CommandType.UNITLESS:
                 return round(max(-1.0, min(1.0, self.value)) * DEGREES_PER_UNITLESS, 1)
-            case CommandType.POSITION:
+            case CommandType.POSITION if self.servo is not None:
                 return round(to_degrees(self.servo, self.value), 1)
             case _:
                 return None
@@ -84,13 +87,23 @@ class Gap:
 class Commanders:
     """Follows every ArrayCommand of other nodes. Reads and sends nothing."""
 
-    def __init__(self, hub: Hub, base: TimeBase, servos: Callable[[], Iterable[Servo]]) -> None:
-        """`servos` returns the servos of the connected bus."""
+    def __init__(
+        self,
+        hub: Hub,
+        base: TimeBase,
+        servos: Callable[[], Iterable[Servo]],
+        unidentified: Callable[[], Mapping[int, int]] = dict,
+    ) -> None:
+        """`servos` returns the servos of the connected bus; `unidentified`, actuator IDs of other nodes by node ID."""
         self._hub = hub
         self._base = base
         self._servos = servos
-        self._streams: dict[tuple[Uid, int], CommandStream] = {}
+        self._unidentified = unidentified
+        self._streams: dict[tuple[Uid | int, int], CommandStream] = {}
+        """By unique ID, or node ID of an unidentified actuator, and by the node that commands it."""
         self._gaps: dict[Uid, Gap] = {}
+        self.gaps: Counter[Uid] = Counter()
+        """Number of gaps longer than the timeout (0x27) since the start, by servo."""
         self._publish_at: Instant = base.now()
         hub.subscribe(self._on_sample, Sampled)
 
@@ -98,10 +111,10 @@ class Commanders:
         """The last gap of commands for a servo that was longer than its timeout. None if there was none."""
         return self._gaps.get(uid)
 
-    def of(self, uid: Uid) -> list[CommandStream]:
-        """Streams that command a servo now, oldest first."""
+    def of(self, which: Uid | int) -> list[CommandStream]:
+        """Streams that command a servo, or an unidentified actuator by its node ID, now, oldest first."""
         now = self._base.now()
-        return [one for (of, _), one in self._streams.items() if of == uid and now - one.at <= ACTIVE_S]
+        return [one for (of, _), one in self._streams.items() if of == which and now - one.at <= ACTIVE_S]
 
     def check(self, servo: Servo) -> None:
         """Raises CommandedElsewhere while another node commands a servo."""
@@ -123,19 +136,34 @@ class Commanders:
             entry = entries.get(servo.servo_id or 0, everyone)
             if entry is None or not servo.online or servo.recorded:
                 continue
-            key = servo.uid, transfer.source
-            stream = self._streams.get(key)
-            if stream is None or transfer.at - stream.at > ACTIVE_S:
-                stream = CommandStream(servo, transfer.source, entry.command_type, entry.command_value, transfer.at)
-                gap = self._gaps.get(servo.uid)
-                if gap is not None and gap.gap_s is None:
-                    gap.gap_s = transfer.at - gap.at
-                self._streams[key] = stream
-                stream.times.append(transfer.at)
-                self._begin(stream)
-                continue
+            self._feed(servo.uid, servo, transfer, entry)
+        for node, actuator_id in self._unidentified().items():
+            entry = entries.get(actuator_id, everyone)
+            if entry is not None:
+                self._feed(node, None, transfer, entry)
+
+    def _feed(self, which: Uid | int, servo: Servo | None, transfer: Transfer, entry: ActuatorCommand) -> None:
+        """Add one command to its stream, or begin a stream."""
+        key = which, transfer.source
+        stream = self._streams.get(key)
+        if stream is not None and transfer.at - stream.at <= ACTIVE_S:
             stream.command_type, stream.value = entry.command_type, entry.command_value
             stream.times.append(transfer.at)
+            return
+        self._streams[key] = stream = CommandStream(
+            servo, transfer.source, entry.command_type, entry.command_value, transfer.at
+        )
+        if servo is None:
+            stream.times.append(transfer.at)
+            return
+        before = self._streams.pop((servo.node_id or 0, transfer.source), None)  # from before it was identified
+        if before is not None and transfer.at - before.at <= ACTIVE_S:
+            stream.since, stream.times = before.since, before.times
+        stream.times.append(transfer.at)
+        gap = self._gaps.get(servo.uid)
+        if gap is not None and gap.gap_s is None:
+            gap.gap_s = transfer.at - gap.at
+        self._begin(stream, servo)
 
     def tick(self) -> None:
         """Detect ended streams and gaps. Call several times a second."""
@@ -145,10 +173,11 @@ class Commanders:
             self._publish_at = now + PUBLISH_S
         for key, one in list(self._streams.items()):
             silent = now - one.at
-            if not one.gap_reported:
-                self._check_gap(one, silent)
-            if silent <= ACTIVE_S + PUBLISH_S and changed:
-                self._hub.publish(ServoChanged(one.servo.uid))
+            if one.servo is not None:
+                if not one.gap_reported:
+                    self._check_gap(one, one.servo, silent)
+                if silent <= ACTIVE_S + PUBLISH_S and changed:
+                    self._hub.publish(ServoChanged(one.servo.uid))
             if silent > FORGET_S:
                 del self._streams[key]
 
@@ -156,28 +185,28 @@ class Commanders:
         """Forget all streams of the bus that is being left."""
         self._streams.clear()
 
-    def _begin(self, stream: CommandStream) -> None:
-        title = stream.servo.title
+    def _begin(self, stream: CommandStream, servo: Servo) -> None:
+        title = servo.title
         params: dict[str, object] = {"servo": title, "node_id": stream.node_id}
         text = f"Node {stream.node_id} commands {title}."
-        self._hub.publish(LogEvent("info", "commanded_elsewhere", text, stream.servo.uid, params))
-        self._hub.publish(CommandsBegan(stream.servo.uid, stream.node_id))
-        self._hub.publish(ServoChanged(stream.servo.uid))
+        self._hub.publish(LogEvent("info", "commanded_elsewhere", text, servo.uid, params))
+        self._hub.publish(CommandsBegan(servo.uid, stream.node_id))
+        self._hub.publish(ServoChanged(servo.uid))
 
     def _on_sample(self, sample: Sampled) -> None:
         gap = self._gaps.get(sample.uid) if sample.key == "current_torque" else None
         if gap is not None and gap.gap_s is None:
             gap.torque_pct = sample.value
 
-    def _check_gap(self, stream: CommandStream, silent_s: float) -> None:
+    def _check_gap(self, stream: CommandStream, servo: Servo, silent_s: float) -> None:
         """Report a gap longer than the timeout (0x27), and what the servo does then (0x26)."""
-        servo = stream.servo
         timeout_ms, action = servo.raw("timeout_time"), servo.raw("timeout_action")
         if timeout_ms is None or action is None or silent_s <= timeout_ms / 1000 or not servo.online:
             return
         stream.gap_reported = True
         if any(one is not stream and self._base.now() - one.at <= timeout_ms / 1000 for one in self.of(servo.uid)):
             return  # another node still commands it
+        self.gaps[servo.uid] += 1
         self._gaps[servo.uid] = Gap(stream.node_id, stream.at)
         does = {0: "The servo holds its last command", 1: "The servo switches its output off", 2: "The servo brakes"}
         text = (

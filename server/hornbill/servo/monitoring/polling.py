@@ -183,6 +183,9 @@ class Polling:
             title, state = one.servo.title, one.servo.state.value
             text = f"{title} is {state}; polling resumes once it is ready."
             note = Note(text, "polled_when_ready", {"servo": title, "state": state})
+        if subscription.channels and self._requests.silent:
+            text = "As observer, hornbill requests nothing, so nothing is polled."
+            note = Note(text, "not_polled_as_observer")
         return TelemetryGrant(
             owner=owner,
             channels=list(subscription.channels),
@@ -235,7 +238,7 @@ class Polling:
     async def _turn(self, one: _Round) -> None:
         """Poll the next row, or wait until it is due."""
         now = self._base.now()
-        if one.servo.state in PAUSED:
+        if one.servo.state in PAUSED or self._requests.silent:
             one.paused = True
             await asyncio.sleep(0.1)
             return

@@ -76,10 +76,13 @@ export const notes = {
   no_parameters: p =>
     `GetNodeInfoには応答しますが、GetSetには応答しません。読み出せるパラメータはありません。${perhaps(p.may_be_servo)}`,
   no_info: p => `GetNodeInfoに応答しません（${p.tries}回要求）。${perhaps(p.may_be_servo)}`,
+  not_overheard: () =>
+    "識別していません。識別に必要な応答をまだ受信していません。オブザーバは何も要求しません。",
 
   not_pollable_yet: p => `${p.servo}は識別が終わっていないため、まだ周期的に読み出せません。`,
   polled_when_ready: p =>
     `${p.servo}は${STATE[p.state ?? ""] ?? "準備中"}です。準備ができると読み出しを始めます。`,
+  not_polled_as_observer: () => "オブザーバは何も要求しないため、周期的に読み出しません。",
 
   log_limit: p => `上限の${p.limit_mb}に達しました。`,
   disk_slow: p => `ディスクが${p.within_s}以内に最後まで書き込めませんでした。`,
