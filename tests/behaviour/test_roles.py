@@ -102,6 +102,10 @@ async def test_stop_of_an_observer_says_that_nothing_was_sent(rig: Rig) -> None:
 @scene(*TWO, connect=False)
 async def test_a_guest_allocates_nothing_and_reads_little(rig: Rig) -> None:
     bus = await connect(rig, "guest")
+    joined = len(rig.transfers("host"))
+    await asyncio.sleep(3)
+    reads = [one for one in rig.transfers("host")[joined:] if one.destination]
+    assert 4 * len(reads) / 3 <= 204, "frames per second while the servos are identified"
     assert (bus["role"], bus["allocator"]["state"]) == ("guest", "off")
     new = rig.bench.add(Recipe("BLA21-06U-A0", "1.300", servo_id=5))
     first, second = await rig.ready(2)

@@ -42,7 +42,7 @@ from hornbill.servo.monitoring.commanders import Commanders
 from hornbill.servo.monitoring.faults import Faults
 from hornbill.servo.monitoring.line_budget import LineBudget
 from hornbill.servo.monitoring.node_id_table import NodeIdTable
-from hornbill.servo.monitoring.polling import BUDGET, Polling
+from hornbill.servo.monitoring.polling import BUDGET, GUEST_FPS, READ_FRAMES, Polling
 from hornbill.servo.monitoring.telemetry import MINUTES, TelemetryCollector
 from hornbill.servo.monitoring.transfer_text import TransferText
 from hornbill.servo.monitoring.verify_outputs import VerifyOutputs
@@ -366,6 +366,7 @@ class Host:
             serve = role is ConnectionRole.HOST and not port.address.startswith(REPLAYS)
             allocator = self.allocating.join(participant, directory, serve=serve)
             self.polling.guest = role is not ConnectionRole.HOST
+            self.requests.read_interval_s = READ_FRAMES / GUEST_FPS if role is ConnectionRole.GUEST else 0.0
             if role is ConnectionRole.OBSERVER:
                 self._overhear(participant, directory)
             self.connection = connection = Connection(port, participant, allocator, directory, role, reason)
@@ -394,7 +395,7 @@ class Host:
     async def _part(self, port: CanPort, participant: Participant) -> None:
         """Undo a complete or partial join, and close the port."""
         self.connection = None
-        self.requests.silent = False
+        self.requests.silent, self.requests.read_interval_s = False, 0.0
         try:
             self.doctor.leave()
             self.tap.detach()

@@ -1,10 +1,11 @@
 """The only module that reads, writes and commands servos, with a retry policy per operation."""
 
+import asyncio
 from collections import Counter, defaultdict
 from collections.abc import Awaitable, Callable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TypeAlias, TypedDict
+from typing import Final, TypeAlias, TypedDict
 
 from hornbill.errors import BusDisconnected, NoResponse, Refused
 from hornbill.node.participant import Participant
@@ -74,6 +75,9 @@ an older "on" can never overtake, or be overtaken by, a newer "off"."""
 ONCE = RetryPolicy(priority=20, timeout_s=0.5, tries=1, kind="action")
 """Save, reset and restart are never repeated: a second copy would reach a servo that is restarting from the first."""
 
+NODE_INFO_READS: Final = 3
+"""GetNodeInfo and its response take as many frames as this number of reads: 12 with a name of 20 characters."""
+
 BeforeWrite: TypeAlias = Mapping[str, Callable[[Servo, Raw], Awaitable[None]]]
 """Hooks by parameter key, awaited with the new value before it is written."""
 
@@ -87,6 +91,9 @@ class ServoRequests:
         self, hub: Hub, base: TimeBase, participant: Callable[[], Participant | None], before_write: BeforeWrite
     ) -> None:
         """`participant` returns our node on the currently connected bus."""
+        self.read_interval_s = 0.0
+        """Minimum time between two reads, for a guest. 0: unlimited."""
+        self._read_at: Instant = float("-inf")
         self._hub = hub
         self.base = base
         self._participant = participant
@@ -102,6 +109,8 @@ class ServoRequests:
 
     async def read(self, servo: Servo, parameter: Parameter, policy: RetryPolicy = READ) -> Raw:
         """Read the raw value of one row from RAM and record it. Raises NoResponse, Refused, BusDisconnected."""
+        if self.read_interval_s:
+            await self._paced()
         node_id, request = _node(servo), GetSetRequest(0, EMPTY, parameter.name)
         try:
             with _Counted(self, node_id, servo, policy):
@@ -142,6 +151,8 @@ class ServoRequests:
 
     async def read_from_node(self, node_id: int, parameter: Parameter, policy: RetryPolicy = READ) -> Raw | None:
         """Read one row of an unidentified node; None if it refuses. Raises NoResponse, BusDisconnected."""
+        if self.read_interval_s:
+            await self._paced()
         with _Counted(self, node_id, None, policy):
             request = GetSetRequest(0, EMPTY, parameter.name)
             response = await self.connected().request(node_id, request, **policy.options)
@@ -159,6 +170,8 @@ class ServoRequests:
 
     async def node_info(self, node_id: int, policy: RetryPolicy = READ) -> GetNodeInfoResponse:
         """Request the identity of a node (uavcan.protocol.GetNodeInfo). Raises NoResponse, BusDisconnected."""
+        if self.read_interval_s:
+            await self._paced(NODE_INFO_READS)
         with _Counted(self, node_id, None, policy):
             return await self.connected().request(node_id, GetNodeInfoRequest(), **policy.options)
 
@@ -238,6 +251,14 @@ class ServoRequests:
         if raw is None:
             self.refused[policy.kind] += 1
         return raw
+
+    async def _paced(self, reads: int = 1) -> None:
+        """Wait for the turn of a request that takes as many frames as `reads` reads."""
+        now = self.base.now()
+        due = max(now, self._read_at)
+        self._read_at = due + reads * self.read_interval_s
+        if due > now:
+            await asyncio.sleep(due - now)
 
     def connected(self) -> Participant:
         """Our node on the bus. Raises BusDisconnected if there is none."""

@@ -25,7 +25,7 @@ BUDGET = 0.40
 """Default share of the bus for all polling. Broadcasts of servos (Status, NodeStatus: 0.26 % per servo) come on top."""
 
 GUEST_FPS = 200
-"""Limit of all polling as guest, frames per second: 2.8 % of the bus."""
+"""Limit of all reads as guest, frames per second: 2.8 % of the bus."""
 
 READ_FRAMES = 4
 """Frames of one read by name: the request and three frames of the response."""
