@@ -20,6 +20,7 @@ export const words = {
   monitorTab: "Monitor",
   nodesTab: "Nodes",
   idsTab: "Node IDs",
+  autopilotTab: "Autopilot",
 
   state: {
     disconnected: "Not connected",
@@ -302,7 +303,7 @@ export const words = {
     adapters: "Adapters",
     other: "Other address",
     otherLine:
-      "INTERFACE:CHANNEL, for example socketcan:can0, slcan:/dev/ttyACM0, candle:, socketcand:192.168.1.20:29536/can0, pcan:PCAN_USBBUS1 or file:recording.log",
+      "INTERFACE:CHANNEL, for example socketcan:can0, slcan:/dev/ttyACM0, candle:, socketcand:192.168.1.20:29536/can0, mavcan:/dev/ttyACM0@115200, mcast:0, pcan:PCAN_USBBUS1 or file:recording.log",
     address: "Address",
     example: "socketcan:can0",
     bitrate: "Bit rate",

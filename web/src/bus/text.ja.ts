@@ -18,6 +18,7 @@ export const words = {
   monitorTab: "モニタ",
   nodesTab: "ノード",
   idsTab: "ノードID",
+  autopilotTab: "オートパイロット",
   state: {
     disconnected: "未接続",
     connecting: "アダプタを開いています",
@@ -286,7 +287,7 @@ export const words = {
     adapters: "アダプタ",
     other: "その他のアドレス",
     otherLine:
-      "INTERFACE:CHANNELの形式。例: socketcan:can0、slcan:/dev/ttyACM0、candle:、socketcand:192.168.1.20:29536/can0、pcan:PCAN_USBBUS1、file:recording.log",
+      "INTERFACE:CHANNELの形式。例: socketcan:can0、slcan:/dev/ttyACM0、candle:、socketcand:192.168.1.20:29536/can0、mavcan:/dev/ttyACM0@115200、mcast:0、pcan:PCAN_USBBUS1、file:recording.log",
     address: "アドレス",
     example: "socketcan:can0",
     bitrate: "ビットレート",
