@@ -16,12 +16,14 @@ import { begun } from "../change/flow";
 import { RestoreButton } from "../change/restore-button";
 import { outputLease, restorable } from "../change/restoring";
 import { Button } from "../kit/button";
-import { Confirm } from "../kit/confirm";
 import { Glyph } from "../kit/glyph";
 import { lazy } from "../kit/lazy";
 import { HappenedLink } from "../servo/happened-link";
 import { text } from "../text";
 
+const ClearDialog = lazy<{ silent: readonly string[]; act: () => Promise<void>; onClose: () => void }>(() =>
+  import("./clear-dialog").then(file => file.ClearDialog),
+);
 const RoleBand = lazy(() => import("../role/band").then(file => file.RoleBand));
 const StopAll = lazy(() => import("../role/stop-all").then(file => file.StopAll));
 const HiddenChanges = lazy(() => import("../change/dialog").then(file => file.HiddenChanges));
@@ -208,22 +210,13 @@ function StopBand({ stop }: { stop: Stop }) {
         )}
       </p>
       {confirming.value && (
-        <Confirm
-          title={text.stop.clearTitle}
-          verb={text.stop.clearConfirm}
-          danger
-          testid="clear-dialog"
-          actId="confirm-clear"
+        <ClearDialog
+          silent={silent.map(one => one.name)}
           act={clear}
           onClose={() => {
             confirming.value = false;
           }}
-        >
-          <p>{text.stop.clearText}</p>
-          {silent.length > 0 && (
-            <p class="strong">{text.stop.clearSilent(names(silent), silent.length > 1)}</p>
-          )}
-        </Confirm>
+        />
       )}
     </section>
   );

@@ -54,6 +54,8 @@ export const bar = {
   motionLeft: (left: number) => `Motion control, ${left}\u202fs left`,
   free: "Free",
   you: "You",
+  elsewhere: (nodes: string, n: number, you: number, short: boolean) =>
+    `Node ${nodes}: ${short ? n : count(n, "servo", "servos")}. You: ${you}`,
   youFor: (name: string) => `You, ${name}`,
   held: (holder: string, left: number) => `${holder}, ${left}\u202fs left`,
   requested: (by: string, left: number) => `Requested by ${by}, ${left}\u202fs`,

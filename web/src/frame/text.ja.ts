@@ -49,6 +49,7 @@ export const frame = {
     motion: "動作権",
     free: "なし",
     you: "自分",
+    elsewhere: (nodes, n, you, short) => `ノード${nodes}: ${n}${short ? "" : "台"}、あなた: ${you}`,
     youFor: name => `自分、${name}`,
     held: (holder, left) => `${holder}、残り${left}\u202fs`,
     motionLeft: left => `動作権、残り${left}\u202fs`,

@@ -1,61 +1,84 @@
 /** Cells of the list beside an autopilot: who commands a servo, the command, and the tracking error. */
+import { monotonic } from "../bench/clock";
 import type { KnownServo } from "../bench/fleet";
 import { angle, clock, NONE, number, withUnit } from "../bench/format";
+import { angleNow } from "../bench/fresh";
 import { sheetOf } from "../bench/parameters";
+import { commandedHere, commanderOf } from "../bench/role";
 import { roleWords as words } from "./words";
 import "./role.css";
 
 const SCALE_DEG = 2;
 const WIDTH = 88;
-/** Above this the error is emphasised. */
+/** Above this for so long the error is emphasised. */
 const LARGE_DEG = 1;
+const LARGE_S = 2;
 
 export function CommandCells({ one }: { one: KnownServo }) {
-  const by = one.commanded_by?.[0];
-  const ours = by === undefined && one.command_deg !== null && one.output.state === "on";
-  const error = by?.error_deg ?? null;
+  const by = commanderOf(one);
+  const ours = by === undefined && commandedHere.value.includes(one.uid);
+  const command = by ? by.command_deg : ours ? one.command_deg : null;
+  const error = by?.error_deg ?? (ours && command !== null ? errorOf(one, command) : null);
+  const large = lasts(one.uid, error !== null && Math.abs(error) > LARGE_DEG);
   return (
     <>
       <span role="cell" class="c-by">
         {by ? (
           <>
-            <b>{words.node(by.node_id)}</b>
-            <small title={by.name ?? ""}>
-              {words.at(
-                words.type[by.type],
-                by.rate_hz === null ? words.noRate : withUnit(number(by.rate_hz, 1), "Hz"),
-              )}
+            <span title={by.name ?? ""}>
+              <b>{words.node(by.node_id)}</b>
+              <span class="by-type">{words.typed(words.type[by.type])}</span>
+            </span>
+            <small>
+              {by.rate_hz === null ? words.noRate : withUnit(number(by.rate_hz, 1), "Hz")}
+              <span class="by-since"> {words.since(clock(by.since))}</span>
             </small>
           </>
         ) : (
           <>
-            <span class={ours ? "strong" : "dim"}>{ours ? words.you : words.none}</span>
-            <small>{afterTimeout(one)}</small>
+            <span class={ours ? "" : "dim"}>{ours ? <b>{words.you}</b> : words.none}</span>
+            <small>{ours ? words.holds : afterTimeout(one)}</small>
           </>
         )}
       </span>
       <span role="cell" class="c-command right">
-        {by?.command_deg != null ? (
-          <span class="k-intent">{angle(by.command_deg)}</span>
-        ) : ours && one.command_deg !== null ? (
-          <span class="k-intent">{angle(one.command_deg)}</span>
+        {command === null ? (
+          <span class="dim">{by ? NONE : words.noCommand}</span>
         ) : (
-          <span class="dim">{words.noCommand}</span>
+          <span class="k-intent">{angle(command)}</span>
         )}
-        {by && <small>{clock(by.since)}</small>}
       </span>
       <span role="cell" class="c-error">
         {error === null ? (
           <span class="dim">{NONE}</span>
         ) : (
           <>
-            <span class={Math.abs(error) > LARGE_DEG ? "strong" : ""}>{angle(error)}</span>
-            <ErrorScale error={error} />
+            <span class={large ? "strong" : ""}>{angle(error)}</span>
+            <ErrorScale error={error} large={large} />
           </>
         )}
       </span>
     </>
   );
+}
+
+function errorOf(one: KnownServo, command: number): number | null {
+  const { value, stale } = angleNow(one);
+  return value === null || stale ? null : value - command;
+}
+
+const largeSince = new Map<string, number>();
+
+/** Whether it has been so for LARGE_S: a horn on its way is always behind its command. */
+function lasts(uid: string, large: boolean): boolean {
+  if (!large) {
+    largeSince.delete(uid);
+    return false;
+  }
+  const at = monotonic();
+  const since = largeSince.get(uid) ?? at;
+  largeSince.set(uid, since);
+  return at - since >= LARGE_S;
 }
 
 /** The heads of these cells. */
@@ -85,7 +108,7 @@ function afterTimeout(one: KnownServo): string {
 }
 
 /** A centred ruled scale of ±2° with a bar from its centre. */
-function ErrorScale({ error }: { error: number }) {
+function ErrorScale({ error, large }: { error: number; large: boolean }) {
   const half = WIDTH / 2;
   const x = half + (half * Math.max(-SCALE_DEG, Math.min(SCALE_DEG, error))) / SCALE_DEG;
   let ticks = `M0 4.5H${WIDTH}`;
@@ -99,11 +122,7 @@ function ErrorScale({ error }: { error: number }) {
       aria-hidden="true"
     >
       <path d={ticks} stroke="var(--edge)" stroke-width="1" fill="none" />
-      <path
-        d={`M${half} 8.5H${x}`}
-        stroke={Math.abs(error) > LARGE_DEG ? "var(--warning)" : "var(--ink)"}
-        stroke-width="3"
-      />
+      <path d={`M${half} 8.5H${x}`} stroke={large ? "var(--warning)" : "var(--ink)"} stroke-width="3" />
     </svg>
   );
 }

@@ -19,10 +19,14 @@ export const words = {
   torque: "Torque goes off first on servos under command. The adapter is opened again.",
   guest: (reason: string) => `Guest${reason === "" ? "" : `: ${reason.replace(/\.$/, "").toLowerCase()}`}.`,
   guestCommanded: (nodes: string, n: number, all: number) =>
-    `Guest: ${nodes} ${nodes.includes(",") ? "command" : "commands"} ${n} of ${servos(all)}.`,
+    `Guest: ${nodes.toLowerCase()} ${nodes.includes(",") ? "command" : "commands"} ${n} of ${servos(all)}.`,
   guestLine:
     "hornbill allocates no node IDs, reads at most 200\u202fframes/s, and moves only servos that no other node commands.",
   reaches: (names: string) => (names === "" ? "Stop reaches no servo now." : `Stop reaches ${names}.`),
+  notAll: "Why not all?",
+  reachWhy:
+    "Torque off on a servo that the autopilot commands takes a control surface from it: in flight, the aircraft crashes. Stop therefore reaches only what hornbill commands. To stop the others too, press Stop, then Stop all servos in its band.",
+  toAutopilot: "Autopilot…",
   observer: "Observer: hornbill sends nothing.",
   observerLine: "Servos are listed once they identify themselves to another node.",
   observerStop: "Stop sends nothing. To stop a servo, cut its supply, or change the role.",
@@ -38,7 +42,9 @@ export const words = {
   you: "hornbill",
   none: "Not commanded",
   noCommand: "none",
-  at: (type: string, rate: string) => `${type}, ${rate}`,
+  typed: (type: string) => `, ${type}`,
+  since: (at: string) => `since ${at}`,
+  holds: "Holds the last command",
   noRate: "single command",
   timeout: {
     off: (s: string) => `0x27: output off after ${s}`,

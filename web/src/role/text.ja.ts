@@ -23,6 +23,10 @@ export const words = {
   guestLine:
     "hornbillはノードIDを割り当てず、読み出しは200フレーム/sまで、他のノードが指令していないサーボだけを動かします。",
   reaches: names => (names === "" ? "停止が届くサーボは今ありません。" : `停止は${names}に届きます。`),
+  notAll: "なぜ全部ではないか",
+  reachWhy:
+    "オートパイロットが指令しているサーボのトルクをオフにすると舵が失われ、飛行中なら墜落します。そのため停止はhornbillが指令しているサーボだけに届きます。残りも止めるには、停止を押してから、その帯の「すべて停止」を押してください。",
+  toAutopilot: "オートパイロット…",
   observer: "オブザーバ: hornbillは何も送信しません。",
   observerLine: "サーボは、他のノードに識別情報を返したときに一覧に現れます。",
   observerStop: "停止を押しても何も送信しません。サーボを止めるには電源を切るか、役割を変えてください。",
@@ -38,7 +42,9 @@ export const words = {
   you: "hornbill",
   none: "指令なし",
   noCommand: "なし",
-  at: (type, rate) => `${type}、${rate}`,
+  typed: type => `、${type}`,
+  since: at => `${at}から`,
+  holds: "最後の指令を保持",
   noRate: "指令は1回",
   timeout: {
     off: s => `0x27: ${s}後に出力オフ`,
