@@ -12,6 +12,7 @@ from hornbill.bus.adapters.diagnosis import Diagnosis, diagnose
 from hornbill.bus.adapters.serial_ports import UNKNOWN_ADAPTER, BaudMemory, usb_of
 from hornbill.bus.ports.candle import CandleLink
 from hornbill.bus.ports.link import AdapterLink
+from hornbill.bus.ports.mavcan import MavcanLink, parse_mavcan
 from hornbill.bus.ports.mcast import MulticastLink, parse_bus
 from hornbill.bus.ports.pythoncan import PythonCanPort
 from hornbill.bus.ports.slcan import SlcanBus, split_baud
@@ -28,6 +29,7 @@ _HANGS = "Unplug the adapter, plug it in again and retry."
 _EXAMPLES = "for example socketcan:can0 or slcan:/dev/ttyACM0"
 _CANDLE = "candle"
 _MULTICAST = "mcast"
+_MAVLINK = "mavcan"
 _LISTEN_ONLY: Final[dict[str, dict[str, Any]]] = {
     "pcan": {"state": can.BusState.PASSIVE},
     "kvaser": {"driver_mode": False},
@@ -37,7 +39,7 @@ _LISTEN_ONLY: Final[dict[str, dict[str, Any]]] = {
     "cantact": {"monitor": True},
 }
 """Options of python-can that put an adapter into listen-only mode."""
-INTERFACES = can.VALID_INTERFACES | {_CANDLE, _MULTICAST}
+INTERFACES = can.VALID_INTERFACES | {_CANDLE, _MULTICAST, _MAVLINK}
 """Interfaces: the part of an address before the colon."""
 
 
@@ -69,6 +71,8 @@ def parse(address: str) -> tuple[str, str]:
         parse_channel(channel)
     elif interface == _MULTICAST:
         parse_bus(channel)
+    elif interface == _MAVLINK:
+        parse_mavcan(channel)
     return interface, channel
 
 
@@ -113,6 +117,8 @@ async def open_port(
                 opening.usb = await run(usb_of, split_baud(channel)[0])
                 if memory is not None and opening.usb.serial_number:
                     opening.first_baud = memory.baud(opening.usb.serial_number)
+            elif interface == _MAVLINK and (device := parse_mavcan(channel).device):
+                opening.usb = await run(usb_of, device)
             await run(opening.run)
     except asyncio.CancelledError:
         opening.abandon()
@@ -127,7 +133,7 @@ async def open_port(
                 f"Opening timed out after {deadline_s:g} s: its driver hangs.", _HANGS, "driver_open_timeout"
             )
         else:
-            found = diagnose(interface, channel, error)
+            found = diagnose(interface, channel.partition("?")[0], error)
         driver = f" (Driver: {error})" if str(error) else ""
         raise PortOpenFailed(
             f"{address} cannot be opened. {found.cause} {found.remedy}{driver}",
@@ -199,6 +205,8 @@ class _Opening:
                 return SocketcandLink(self._channel, self._is_wanted)
             case "mcast":
                 return MulticastLink(self._channel)
+            case "mavcan":
+                return MavcanLink(self._channel, self._is_wanted, usb=self.usb)
             case "candle":
                 return CandleLink(self._channel, self._bitrate)
             case _:

@@ -246,9 +246,10 @@ class Search:
         )  # fmt: skip
 
     def _refuse_mavlink(self, system: int) -> None:
-        remedy = "Connect the servos through a CAN adapter, or choose the autopilot's slcan port if it has one."
+        device = self._address.removeprefix("slcan:").partition("@")[0]
+        remedy = f"To reach servos through it, use mavcan:{device}@BAUD with the baud rate of its port."
         raise PortOpenFailed(
             f"{self._address} sends MAVLink (system {system}): an autopilot is on this port, not an slcan adapter. "
             f"{remedy}",
-            address=self._address, remedy=remedy, cause="mavlink",
+            address=self._address, remedy=remedy, cause="mavlink", device=device,
         )  # fmt: skip

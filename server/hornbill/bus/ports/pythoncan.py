@@ -13,6 +13,7 @@ from typing import Any
 import can
 
 from hornbill.bus.ports.link import AdapterLink, MessageLink, Received
+from hornbill.bus.ports.mavcan import MavcanLink
 from hornbill.bus.ports.rawcan import RawLink
 from hornbill.bus.ports.slcan import SlcanBus
 from hornbill.bus.transmit import QueuedFrame, TransmitQueue, check
@@ -112,9 +113,14 @@ class PythonCanPort:
     @property
     def details(self) -> PortDetails:
         """Serial line and notes of the adapter."""
-        slcan = self._slcan
+        link = self._link
+        plain = PortDetails(notes=self.notes)
+        if isinstance(link, SlcanBus):
+            plain = PortDetails(link.line_info, link.notes)
+        elif isinstance(link, MavcanLink):
+            plain = PortDetails(link.line_info, self.notes, round_trip_s=link.round_trip_s)
         return replace(
-            PortDetails(notes=self.notes) if slcan is None else PortDetails(slcan.line_info, slcan.notes),
+            plain,
             listen_only=self.listen_only,
             nothing_received=not self._closed and self._state is not PortState.LOST and self._nothing_received,
         )

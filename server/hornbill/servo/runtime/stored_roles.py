@@ -7,7 +7,7 @@ from hornbill.wire.port import split_frame_gap
 
 ALONE = ("memory:", "file:", "recording:")
 """Prefixes of buses without other programs: simulated servos and recordings. There auto means host."""
-AUTOPILOTS = ("mcast:",)
+AUTOPILOTS = ("mcast:", "mavcan:")
 """Prefixes of buses that belong to an autopilot. There auto means guest."""
 
 

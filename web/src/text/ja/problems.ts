@@ -265,8 +265,24 @@ export const causes: Readonly<Record<string, FactsText>> = {
     `${p.name}は対応するログの形式ではありません。candump、ASC、BLF、またはCSVを指定してください。`,
   log_not_written: p => `${p.name}に書き込めません。`,
   log_running: p => `${p.name}を記録中です。先に終了してください。`,
+  mavcan_address_invalid: p =>
+    `${p.address}はMAVLinkのアドレスではありません。mavcan:DEVICE@BAUDかmavcan:udp:HOST:PORTに、必要なら?bus=N（1〜${p.buses}）を付けて入力してください。`,
+  mavcan_key_in_address: () =>
+    `アドレスは保存され表示されるため、署名の鍵を含められません。環境変数HORNBILL_MAVLINK_KEYを設定し、key=…を削除してください。`,
+  mavcan_key_missing: p =>
+    `${p.address}を使えません。オートパイロットはMAVLinkに署名し、署名のないメッセージを無視します。HORNBILL_MAVLINK_KEYにパスフレーズを設定し、hornbillを起動し直してください。`,
+  mavcan_key_wrong: p =>
+    `${p.address}を使えません。${p.variable}の署名の鍵がオートパイロットのものと違います。オートパイロットのパスフレーズを設定し、このコンピュータの時計を確認してください。`,
+  mavcan_not_signed: p =>
+    `${p.address}を使えません。鍵が設定されていますが、受信したMAVLinkに署名がありません。オートパイロットで署名を設定するか、HORNBILL_MAVLINK_KEYなしで起動してください。`,
+  mavcan_refused: p =>
+    `${p.address}を使えません。オートパイロットがCANバス${p.bus}の転送を拒否しました（結果${p.result}）。CAN_P${p.bus}_DRIVERを確認するか、?bus=Nで別のバスを選んでください。`,
+  mavcan_silent: p =>
+    `${p.address}を使えません。MAVLinkのハートビートを受信していません。ポートのプロトコルとボーレート、UDPではホストとポートを確認してください。`,
+  mavcan_unsupported: p =>
+    `${p.address}を使えません。オートパイロットがMAV_CMD_CAN_FORWARDに応答しません。CANの転送に対応したファームウェア（ArduPilot 4.2以降）が必要です。`,
   mavlink: p =>
-    `${p.address}はMAVLinkを話しています。オートパイロットが接続されています。CANアダプタか、オートパイロットのslcanポートを使ってください。`,
+    `${p.address}はMAVLinkを話しています。オートパイロットが接続されています。これを通してサーボに接続するには、ポートのボーレートを付けてmavcan:${p.device}@BAUDと入力してください。`,
   media_type_not_json: p =>
     `${p.media ? `データの形式「${p.media}」は使えません` : "データの形式が指定されていません"}。application/jsonで送ってください。`,
   message_invalid: () => `このソケットのメッセージではありません。`,
