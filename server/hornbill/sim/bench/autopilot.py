@@ -2,7 +2,7 @@
 
 import asyncio
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from dataclasses import dataclass
 from typing import Final, Literal, TypeAlias
 
@@ -68,11 +68,20 @@ class SimulatedAutopilot:
     """An autopilot on one port. It moves its outputs by `sweep` unless demands are set."""
 
     def __init__(
-        self, port: CanPort, program: Program, *, outputs: int = 4, rate_hz: float = 50.0, clock: Callable[[], Instant]
+        self,
+        port: CanPort,
+        program: Program,
+        *,
+        outputs: int = 4,
+        rate_hz: float = 50.0,
+        clock: Callable[[], Instant],
+        taken: Collection[int] = (),
     ) -> None:
-        """`outputs`: 1 to 15. `rate_hz`: of ArrayCommand."""
+        """`outputs`: 1 to 15. `rate_hz`: of ArrayCommand. `taken`: node IDs of others."""
         self.program = program
-        self.node_id = _NODE_IDS[program]
+        first = _NODE_IDS[program]
+        self.node_id = next(one for one in range(first, _HIGHEST_ID) if one not in taken)
+        """That of its program, or the next free one."""
         self.rate_hz = rate_hz
         self.armed = False
         self.safety_on = program == "ardupilot"

@@ -77,8 +77,9 @@ class Bench:
         if program is not None:
             loop = asyncio.get_running_loop()
             self.autopilot = SimulatedAutopilot(
-                self._open("autopilot"), program, outputs=outputs, rate_hz=rate_hz, clock=loop.time
-            )
+                self._open("autopilot"), program, outputs=outputs, rate_hz=rate_hz, clock=loop.time,
+                taken={int(servo.node_id) for servo in self.servos.values()},
+            )  # fmt: skip
             self.autopilot.start()
 
     async def remove(self, uid: Uid) -> None:

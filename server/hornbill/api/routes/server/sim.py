@@ -142,7 +142,9 @@ class SimAutopilot(Model):
     """The simulated autopilot."""
 
     program: Literal["ardupilot", "px4"] = Field(description="Autopilot program whose IDs and scaling it uses.")
-    node_id: int = Field(description="Its node ID: 10 for ArduPilot, 1 for PX4.")
+    node_id: int = Field(
+        description="Its node ID: 10 for ArduPilot, 1 for PX4, or the next one that no simulated servo has."
+    )
     rate_hz: float = Field(description="Rate of ArrayCommand, Hz.")
     armed: bool = Field(description="Armed: it moves its outputs.")
     safety_on: bool = Field(description="Safety switch on: ArduPilot then sends no ArrayCommand.")
