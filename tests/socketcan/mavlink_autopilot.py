@@ -94,7 +94,8 @@ class Autopilot:
     """System 1. `put` is a frame of its bus; `on_frame` is called on its thread for each frame sent to it.
 
     `baud` limits both directions to 10 bits a byte; `delay_s` is added to what it sends. `loss` is the share of
-    messages lost in each direction, `key` the signing key of 32 bytes, `buses` the number of its CAN buses.
+    messages lost in each direction, `damage` that of messages sent with a wrong byte, `key` the signing key of 32
+    bytes, `buses` the number of its CAN buses.
     """
 
     def __init__(
@@ -103,6 +104,7 @@ class Autopilot:
         *,
         baud: int | None = None,
         loss: float = 0.0,
+        damage: float = 0.0,
         key: bytes | None = None,
         buses: int = 1,
         delay_s: float = 0.0,
@@ -111,7 +113,9 @@ class Autopilot:
         self.way = way
         self.address = way.address
         self.on_frame = on_frame
-        self.forwarded = self.injected = self.dropped = self.lost = self.requests = self.wrongly_signed = 0
+        self.forwarded = self.injected = self.dropped = self.lost = self.damaged = self.requests = (
+            self.wrongly_signed
+        ) = 0
         self.filter: list[int] = []
         self.clients: set[tuple[int, int]] = set()
         self.silent = False
@@ -124,6 +128,7 @@ class Autopilot:
             self._mav.signing.timestamp = int((time.time() - 1_420_070_400) * 1e5)
         self._byte_s = 0.0 if baud is None else BITS_PER_BYTE / baud
         self._loss = loss
+        self._damage = damage
         self._delay_s = delay_s
         self._delayed: deque[tuple[float, bytes]] = deque()
         self._buses = buses
@@ -185,6 +190,10 @@ class Autopilot:
         if self._random.random() < self._loss:
             self.lost += 1
         elif not self.silent:
+            if self._random.random() < self._damage:
+                at = self._random.randrange(len(data))
+                data = data[:at] + bytes([data[at] ^ 0x55]) + data[at + 1 :]
+                self.damaged += 1
             self._delayed.append((time.monotonic() + self._delay_s, data))
 
     def _receive(self, now: float) -> None:

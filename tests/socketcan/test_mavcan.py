@@ -89,21 +89,25 @@ def test_the_forwarding_is_renewed_and_ends_without_it() -> None:
         link.shutdown()
 
 
-def test_lost_messages_are_counted() -> None:
-    with Autopilot(Udp(), loss=0.05) as autopilot:
+@pytest.mark.parametrize("kind", ["udp", "serial"])
+@pytest.mark.parametrize("fault", ["loss", "damage"])
+def test_lost_and_damaged_messages_are_counted(kind: str, fault: str) -> None:
+    with Autopilot(way_of(kind), loss=0.05 * (fault == "loss"), damage=0.05 * (fault == "damage")) as autopilot:
         link = MavcanLink(channel(autopilot), environment={})
-        before, lost, frames = autopilot.lost, 0, 0
+        begun, lost, garbled, frames = autopilot.lost + autopilot.damaged, 0, 0, 0
         for _ in range(40):
             for number in range(25):
                 autopilot.put(STATUS._replace(data=bytes([number])))
             end = time.monotonic() + 0.04
             while time.monotonic() < end:
                 got = link.receive(0.01, 0.0)
-                lost += got.lost
-                frames += len(got.frames)
+                lost, garbled, frames = lost + got.lost, garbled + got.garbled, frames + len(got.frames)
         link.shutdown()
+        expected = autopilot.lost + autopilot.damaged - begun
+        assert expected > 20
         assert 900 < frames < 1000
-        assert abs(lost - (autopilot.lost - before)) <= 5, "the other direction loses some, too"
+        assert abs(lost - expected) <= 8, "some were lost in the other direction, or at the end"
+        assert garbled == 0 if fault == "loss" else abs(garbled - expected) <= 8
 
 
 @pytest.mark.parametrize(

@@ -1,7 +1,7 @@
 """MavcanLink: a CAN bus of an autopilot, forwarded over MAVLink 2 by a serial port or UDP.
 
-The autopilot forwards its bus for five seconds after MAV_CMD_CAN_FORWARD, and sends what arrives as CAN_FRAME. Signed
-if HORNBILL_MAVLINK_KEY holds the passphrase. python-can has no such interface; pydronecan and Mission Planner do.
+The autopilot forwards its bus for five seconds after MAV_CMD_CAN_FORWARD, and sends what arrives as CAN_FRAME. Messages
+are signed if HORNBILL_MAVLINK_KEY is set. python-can has no such interface; pydronecan and Mission Planner do.
 """
 
 import errno
@@ -43,7 +43,7 @@ FILTER: Final = tuple(
         | {service.id for service in (GET_NODE_INFO, RESTART_NODE, EXECUTE_OPCODE, GET_SET)}
     )
 )
-"""DroneCAN messages and services of servos, and of whoever commands them. A serial line carries only these."""
+"""DroneCAN messages and services of servos, and commands to them. A serial line carries only these."""
 
 _SYSTEM, _COMPONENT = 250, 192  # as pydronecan: no ground station, so its absence is no failsafe
 _NO_AUTOPILOT, _GROUND_STATION = 8, 6
@@ -67,6 +67,8 @@ _WRITE_S: Final = 0.25
 _ROUND_TRIPS: Final = 8
 
 _UDP = re.compile(r"udp:(?P<host>\[[0-9a-fA-F:.]+\]|[^\s:/\[\]@]+):(?P<port>\d{1,5})")
+_NATIVE_USB = re.compile(r"/dev/(ttyACM\d|(cu|tty)\.usbmodem)")
+"""Devices without a serial line in between: autopilots on USB, whose baud rate has no effect."""
 _OPTIONS = re.compile(r"bus=(?P<bus>\d{1,3})")
 
 
@@ -87,7 +89,7 @@ def parse_mavcan(channel: str) -> Channel:
     place, _, options = channel.partition("?")
     if re.search(r"(^|&)key=", options):
         raise PortOpenFailed(
-            f"An address is stored and shown, so it must not hold the signing key. Set {KEY} and remove key=….",
+            f"An address is stored and shown, so it must not contain the signing key. Set {KEY} and remove key=….",
             address=f"mavcan:{place}",
             cause="mavcan_key_in_address",
         )
@@ -118,7 +120,7 @@ def _invalid(channel: str, remedy: str) -> PortOpenFailed:
 
 
 class _Line(Protocol):
-    """A way to the autopilot."""
+    """A connection to the autopilot."""
 
     def read(self, timeout_s: float) -> list[bytes]: ...
     def write(self, data: bytes) -> bool: ...
@@ -176,7 +178,7 @@ class _UdpLine:
                 datagrams.append(self._socket.recv(65536))
             except BlockingIOError:
                 return datagrams
-            except ConnectionRefusedError:
+            except (ConnectionRefusedError, ConnectionResetError):  # the latter on Windows
                 if not self.opening:
                     raise
 
@@ -186,7 +188,7 @@ class _UdpLine:
             self._socket.send(data)
         except (BlockingIOError, InterruptedError):
             return False
-        except ConnectionRefusedError:
+        except (ConnectionRefusedError, ConnectionResetError):
             if not self.opening:
                 raise
         except OSError as error:
@@ -215,8 +217,8 @@ class MavcanLink:
     ) -> None:
         """Connect to `DEVICE[@BAUD]` or `udp:HOST:PORT`, with `?bus=N`, within about six seconds.
 
-        `wanted` is polled for whether to continue; `usb` tells whether the baud rate matters. Raises PortOpenFailed for
-        an invalid channel, without a heartbeat, for a missing or wrong key or if the autopilot refuses; OSError if the
+        `wanted` is polled for whether to continue; `usb`: properties of the device. Raises PortOpenFailed for an
+        invalid channel, without a heartbeat, for a missing or wrong key or if the autopilot refuses; OSError if the
         device cannot be opened; Abandoned.
         """
         parsed = parse_mavcan(channel)
@@ -234,7 +236,7 @@ class MavcanLink:
         self._system = 0
         self._signed = False
         self._result: int | None = None
-        self._asked_at: Instant | None = None
+        self._requested_at: Instant | None = None
         self._round_trips: deque[float] = deque(maxlen=_ROUND_TRIPS)
         self.line_info: SerialLineInfo | None = None
         self._filter: tuple[int, ...] = ()
@@ -242,14 +244,15 @@ class MavcanLink:
         self._serial: SerialStream | None = None
         self._udp: _UdpLine | None = None
         if parsed.device:
-            rates = RATES if parsed.baud is None and not usb.native_usb else (parsed.baud or RATES[0],)
+            native_usb = usb.native_usb or _NATIVE_USB.match(os.path.realpath(parsed.device)) is not None
+            rates = RATES if parsed.baud is None and not native_usb else (parsed.baud or RATES[0],)
             self._serial = SerialStream(parsed.device, rates[0])
             self._line = _SerialLine(self._serial)
         else:
-            rates = ()
+            rates, native_usb = (), False
             self._line = self._udp = _UdpLine(channel, parsed.host, parsed.port)
         try:
-            self._find(parsed, rates, usb)
+            self._find(parsed, rates, native_usb)
             self._begin()
         except BaseException:
             self._line.close()
@@ -318,7 +321,7 @@ class MavcanLink:
 
     # Opening.
 
-    def _find(self, parsed: Channel, rates: tuple[int, ...], usb: UsbAdapter) -> None:
+    def _find(self, parsed: Channel, rates: tuple[int, ...], native_usb: bool) -> None:
         """Wait for a heartbeat, at each of `rates`. Raises PortOpenFailed, OSError and Abandoned."""
         each_s = _HEARTBEAT_S if len(rates) < 2 else _RATE_S
         for rate in rates or (0,):
@@ -326,16 +329,16 @@ class MavcanLink:
                 if not self._serial.set_baud(rate):
                     continue
                 self._reader = Reader(self._key)
-                self._byte_s = 0.0 if usb.native_usb else SerialLineInfo.BITS_PER_BYTE / rate
+                self._byte_s = 0.0 if native_usb else SerialLineInfo.BITS_PER_BYTE / rate
             if self._await_heartbeat(each_s):
                 if self._serial is not None:
                     latency_ms = self._serial.reduce_latency()
                     self.line_info = SerialLineInfo(
-                        rate, found=parsed.baud is None and not usb.native_usb, native_usb=usb.native_usb,
+                        rate, found=parsed.baud is None and not native_usb, native_usb=native_usb,
                         latency_ms=latency_ms,
                         frame_bytes=codec.CAN_FRAME_BYTES + (0 if self._key is None else codec.SIGNATURE),
                     )  # fmt: skip
-                    if not usb.native_usb:
+                    if not native_usb:
                         self._filter = FILTER
                 return
         if self._reader.wrongly_signed:
@@ -374,13 +377,13 @@ class MavcanLink:
     def _begin(self) -> None:
         """Request the forwarding. Raises PortOpenFailed, OSError and Abandoned."""
         until = time.monotonic() + _FORWARD_S
-        ask_at = 0.0
+        request_at = 0.0
         got = Received()
         while (now := time.monotonic()) < until:
             if not self._wanted():
                 raise Abandoned
-            if now >= ask_at:
-                ask_at = now + _REPEAT_S
+            if now >= request_at:
+                request_at = now + _REPEAT_S
                 self._renew(now)
             for message in self._messages(self._line.read(_POLL_S)):
                 if message.system == self._system:
@@ -436,9 +439,9 @@ class MavcanLink:
             if number == _FORWARD:
                 self._result = result
                 self._forwarded_at = now
-                if self._asked_at is not None:
-                    self._round_trips.append(now - self._asked_at)
-                    self._asked_at = None
+                if self._requested_at is not None:
+                    self._round_trips.append(now - self._requested_at)
+                    self._requested_at = None
         elif message.kind == Kind.CAN_FRAME:
             frame = codec.can_frame_of(message.payload)
             if frame is None:
@@ -456,7 +459,7 @@ class MavcanLink:
                 self._write(Kind.HEARTBEAT, codec.heartbeat())
             self._write(Kind.CAN_FILTER_MODIFY, codec.can_filter(self._filter, self._bus, self._system))
             if self._write(Kind.COMMAND_LONG, codec.command(_FORWARD, self._bus, self._system)):
-                self._asked_at = now
+                self._requested_at = now
 
     def _write(self, kind: Kind, payload: bytes) -> bool:
         data = self._writer.encode(kind, payload)
