@@ -23,12 +23,12 @@ import {
   planNote,
   planOf,
   planProblem,
-  propose,
+  proposeOutputs,
   rateOf,
   rows,
 } from "./plan";
 import { PlanTable } from "./plan-table";
-import { beginVerification, resume, verification, verifyProblem } from "./verification";
+import { beginVerification, resumeVerification, verification, verifyProblem } from "./verification";
 import { Verify } from "./verify";
 import { autopilotWords as words } from "./words";
 import "./autopilot.css";
@@ -37,9 +37,9 @@ export function AutopilotPart() {
   const { program, rate } = drafts.value;
   const round = connection.value;
   const missing = rows.value === null;
-  useEffect(() => void resume(), [round]);
+  useEffect(() => void resumeVerification(), [round]);
   useEffect(() => {
-    if (missing) void propose(program);
+    if (missing) void proposeOutputs(program);
   }, [program, missing, round]);
   const plan = planOf(drafts.value);
   const state = verification.value;
@@ -68,7 +68,7 @@ export function AutopilotPart() {
           />
         )}
         <span class="grow" />
-        <Button live testid="plan-propose" onClick={() => void propose()}>
+        <Button live testid="plan-propose" onClick={() => void proposeOutputs()}>
           {words.propose}
         </Button>
         <FilePick

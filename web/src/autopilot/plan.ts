@@ -138,7 +138,7 @@ export function planOf({ program, rate, outputs }: Drafts): AutopilotPlan | null
 }
 
 /** Outputs for the connected servos, from the server. */
-export async function propose(program = drafts.peek().program): Promise<void> {
+export async function proposeOutputs(program = drafts.peek().program): Promise<void> {
   try {
     const found = await callApi("GET", "/autopilot/plan", { query: { program } });
     edit({ outputs: { ...drafts.peek().outputs, [program]: found.map(draftOf) } });

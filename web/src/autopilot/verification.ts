@@ -33,12 +33,12 @@ function take(next: Verification | null): void {
 }
 
 /** Read the state after a reload, if this tab has started a verification. */
-export async function resume(): Promise<void> {
-  if (readTab(STORE) === true) await look();
+export async function resumeVerification(): Promise<void> {
+  if (readTab(STORE) === true) await readVerification();
 }
 
 /** Read the state. */
-export async function look(): Promise<void> {
+export async function readVerification(): Promise<void> {
   try {
     take(await callApi("GET", "/autopilot/verification"));
     verifyProblem.value = null;
@@ -201,7 +201,7 @@ function throwCause(program: AutopilotProgram, row: VerifyRow): string {
 }
 
 /** Half the range of the scales: all ends and all that was seen, in steps of 15°. */
-export function scaleOf(list: readonly VerifyRow[]): number {
+export function halfRange(list: readonly VerifyRow[]): number {
   const most = Math.max(
     15,
     ...list

@@ -15,13 +15,13 @@ import {
   causeOf,
   countsOf,
   endVerification,
-  look,
+  halfRange,
   neutralDone,
   nextStep,
   nothingMoved,
   presentStep,
   readAt,
-  scaleOf,
+  readVerification,
   silent,
   toneOf,
   type VerifyStepNow,
@@ -32,9 +32,9 @@ import { autopilotWords as words } from "./words";
 const POLL_MS = 250;
 
 export function Verify({ state, source }: { state: Verification; source: string }) {
-  useEffect(() => poll(POLL_MS, look).end, []);
+  useEffect(() => poll(POLL_MS, readVerification).end, []);
   const counts = countsOf(state.rows);
-  const half = scaleOf(state.rows);
+  const half = halfRange(state.rows);
   return (
     <section class="verify" aria-label={words.verify} data-testid="verify">
       <header class="part-head">
