@@ -82,8 +82,8 @@ const SCALE = 130;
 
 function LoadCell() {
   const load = bus.value?.load_pct ?? null;
-  // As guest the limit is that of our own frames, not of the load.
-  const cap = bus.value?.role === "guest" ? null : (bus.value?.load_cap_pct ?? null);
+  // As guest the limit is that of our own frames, not of the load; an observer has none.
+  const cap = bus.value?.role === "host" ? bus.value.load_cap_pct : null;
   if (!bus.value || bus.value.state === "disconnected") return null;
   const shown = load === null ? text.bar.loadUnknown : text.bar.load(withUnit(number(load, 0), "%"));
   const words =

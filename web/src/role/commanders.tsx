@@ -36,14 +36,16 @@ export function CommandCells({ one }: { one: KnownServo }) {
           </>
         ) : (
           <>
-            <span class={ours ? "" : "dim"}>{ours ? <b>{words.you}</b> : words.none}</span>
-            <small>{ours ? words.holds : afterTimeout(one)}</small>
+            <span class={ours ? "" : "dim"}>
+              {ours ? <b>{words.you}</b> : one.online ? words.none : NONE}
+            </span>
+            <small>{ours ? words.holds : one.online ? afterTimeout(one) : ""}</small>
           </>
         )}
       </span>
       <span role="cell" class="c-command right">
         {command === null ? (
-          <span class="dim">{by ? NONE : words.noCommand}</span>
+          <span class="dim">{by || !one.online ? NONE : words.noCommand}</span>
         ) : (
           <span class="k-intent">{angle(command)}</span>
         )}
