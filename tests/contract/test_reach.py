@@ -349,6 +349,8 @@ def run(
 def folder(tmp_path: Path) -> Path:
     (tmp_path / "FILE.zip").write_bytes(b"PK")
     (tmp_path / "FILE.toml").write_text("[values]\n")
+    (tmp_path / "FILE.json").write_text('{"program": "px4", "outputs": []}')
+    (tmp_path / "FILE.param").write_text("")
     return tmp_path
 
 

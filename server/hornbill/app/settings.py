@@ -72,6 +72,9 @@ class Settings(BaseSettings):
     telemetry_minutes: float = Field(default=10.0, gt=0, le=120, description="Retention of telemetry, minutes.")
     view: bool = Field(default=True, description="Enable the 3D view.")
     servos: int = Field(default=6, ge=1, le=100, description="Number of simulated servos of `demo`.")
+    autopilot: Literal["ardupilot", "px4"] | None = Field(
+        default=None, description="Simulated autopilot of `demo`: armed, it moves the servos that have a servo ID."
+    )
     seed: int = Field(default=1, description="Random seed of the simulated servos.")
     sim_api: bool = Field(default=False, description="Allow simulated servos to be added over REST.")
 

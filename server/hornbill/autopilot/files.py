@@ -3,7 +3,7 @@
 from collections.abc import Iterator, Mapping
 from typing import Final
 
-from hornbill.autopilot.plan import FIRST_ID, OUTPUTS, Output, Plan, Program
+from hornbill.autopilot.plan import FIRST_ID, OUTPUTS, Plan, PlanOutput, Program
 from hornbill.autopilot.scale import SCALES, STEP_DEG, travel
 from hornbill.errors import InvalidValue
 
@@ -23,7 +23,7 @@ def write(plan: Plan) -> str:
     return "\n".join((*_ardupilot(plan),) if plan.program == "ardupilot" else (*_px4(plan),)) + "\n"
 
 
-def _comment(output: Output, program: Program) -> str:
+def _comment(output: PlanOutput, program: Program) -> str:
     scale, found = SCALES[program], travel(program, output)
     ends = f"{scale.degrees(found.low):+.1f}° to {scale.degrees(found.high):+.1f}°"
     name = f", {output.label}" if output.label else ""
@@ -103,13 +103,13 @@ def _lines(text: str, program: Program) -> Iterator[tuple[str, float]]:
         yield name.upper(), value
 
 
-def _output(program: Program, n: int, low: float, high: float, neutral: float, **more: int | bool | None) -> Output:
+def _output(program: Program, n: int, low: float, high: float, neutral: float, **more: int | bool | None) -> PlanOutput:
     middle = SCALES[program].middle
 
     def degrees(number: float) -> float:
         return round(max(-180.0, min(180.0, (number - middle) * STEP_DEG)), 2)
 
-    return Output.model_validate(
+    return PlanOutput.model_validate(
         {
             "output": n, "servo_id": n - 1 + FIRST_ID[program], "low_deg": degrees(low), "high_deg": degrees(high),
             "neutral_deg": degrees(neutral), **more,
@@ -117,9 +117,9 @@ def _output(program: Program, n: int, low: float, high: float, neutral: float, *
     )  # fmt: skip
 
 
-def _from_ardupilot(found: Mapping[str, float]) -> list[Output]:
+def _from_ardupilot(found: Mapping[str, float]) -> list[PlanOutput]:
     mask = int(found.get("CAN_D1_UC_SRV_BM", 0))
-    outputs: list[Output] = []
+    outputs: list[PlanOutput] = []
     for n in range(1, OUTPUTS["ardupilot"] + 1):
         if not mask >> n - 1 & 1:
             continue
@@ -137,9 +137,9 @@ def _from_ardupilot(found: Mapping[str, float]) -> list[Output]:
     return outputs
 
 
-def _from_px4(found: Mapping[str, float]) -> list[Output]:
+def _from_px4(found: Mapping[str, float]) -> list[PlanOutput]:
     mask = int(found.get("UAVCAN_SV_REV", 0))
-    outputs: list[Output] = []
+    outputs: list[PlanOutput] = []
     for n in range(1, OUTPUTS["px4"] + 1):
         function = int(found.get(f"UAVCAN_SV_FUNC{n}", 0))
         ends = [found.get(f"UAVCAN_SV_{key}{n}") for key in ("MIN", "MAX")]

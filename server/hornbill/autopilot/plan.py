@@ -1,8 +1,8 @@
 """Plan: which output of an autopilot drives which servo, and how far."""
 
-from typing import Final, Literal, TypeAlias
+from typing import ClassVar, Final, Literal, TypeAlias
 
-from pydantic import Field
+from pydantic import ConfigDict, Field
 from typing_extensions import TypeAliasType
 
 from hornbill.domain.fields import Model
@@ -18,9 +18,14 @@ FIRST_ID: Final[dict[str, int]] = {"ardupilot": 1, "px4": 0}
 
 Bound: TypeAlias = float | None
 
+_ONE_SCHEMA: Final = ConfigDict(json_schema_serialization_defaults_required=False)
+"""The same schema in requests and responses."""
 
-class Output(Model):
+
+class PlanOutput(Model):
     """One output and the linkage of its servo. Angles are those of the servo, ° (positive is clockwise)."""
+
+    model_config: ClassVar[ConfigDict] = {**Model.model_config, **_ONE_SCHEMA}
 
     output: int = Field(ge=1, le=32, description="Output number of the autopilot, from 1.")
     servo_id: int = Field(ge=0, le=254, description="Servo ID (0x45) of the servo.")
@@ -40,8 +45,10 @@ class Output(Model):
 class Plan(Model):
     """Outputs of one autopilot."""
 
+    model_config: ClassVar[ConfigDict] = {**Model.model_config, **_ONE_SCHEMA}
+
     program: Program = Field(description="ardupilot or px4.")
-    outputs: list[Output] = Field(min_length=1, max_length=32, description="Outputs, one per servo.")
+    outputs: list[PlanOutput] = Field(min_length=1, max_length=32, description="Outputs, one per servo.")
     rate_hz: int = Field(default=50, ge=1, le=200, description="Rate of ArrayCommand, Hz. ArduPilot only.")
 
 

@@ -5,7 +5,7 @@ import struct
 from dataclasses import dataclass
 from typing import Final
 
-from hornbill.autopilot.plan import Output, Program
+from hornbill.autopilot.plan import PlanOutput, Program
 
 STEP_DEG: Final = 0.36
 """Angle of one µs (ArduPilot) or one unit (PX4)."""
@@ -64,7 +64,7 @@ class Travel:
     neutral: int
 
 
-def travel(program: Program, output: Output) -> Travel:
+def travel(program: Program, output: PlanOutput) -> Travel:
     """The integers of an output, within its ends."""
     scale = SCALES[program]
     low, high = scale.inside(output.low_deg, upper=False), scale.inside(output.high_deg, upper=True)

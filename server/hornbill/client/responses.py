@@ -122,6 +122,25 @@ class AdapterNote(TypedDict):
     """One sentence for users."""
 
 
+class AdviceItem(TypedDict):
+    """One point to check before the first flight."""
+
+    code: Literal[
+        "servo_id_zero",
+        "status_not_received",
+        "throw_beyond_limits",
+        "step_above_deadband",
+        "silent_when_unarmed",
+        "node_id_dynamic_range",
+        "position_in_log",
+    ]
+    """Code for programs. Stable."""
+    output: int | None
+    """Output it concerns. Null if all."""
+    text: str
+    """One sentence for users."""
+
+
 class Allocation(TypedDict):
     """One row of the allocation table."""
 
@@ -594,6 +613,19 @@ class EffectRule(TypedDict):
     """Reason on a servo without the row. Null for the same reason."""
 
 
+class Failsafe(TypedDict):
+    """What a servo does when commands stop (0x26, 0x27)."""
+
+    action: Literal["hold", "off", "brake"] | None
+    """Timeout action (0x26). Null if unknown."""
+    after_s: float | None
+    """Timeout (0x27), s. Null if unknown."""
+    confirmed: MeasuredGap | None
+    """Last measured gap. Null if none was seen."""
+    text: str
+    """What it does, one sentence."""
+
+
 class Fault(TypedDict):
     """One fault bit of one servo, present or past (section 4.12)."""
 
@@ -769,6 +801,15 @@ class Imported(TypedDict):
     """Verdict on each line."""
     profile: Profile | None
     """Imported profile. Null unless all lines are ok."""
+
+
+class ImportedPlan(TypedDict):
+    """Outputs of a parameter file."""
+
+    advice: list[AdviceItem]
+    """Points to check."""
+    plan: Plan
+    """Outputs on DroneCAN."""
 
 
 class IntegerReading(TypedDict):
@@ -1051,6 +1092,19 @@ class Mark(TypedDict):
     """Unique ID of the servo, 32 hex digits. Null if it concerns none."""
 
 
+class MeasuredGap(TypedDict):
+    """The last gap of commands that was longer than the timeout."""
+
+    at: float
+    """Time of its last command, seconds since 1970 UTC."""
+    gap_s: float | None
+    """Duration of the gap, s. Null while it lasts."""
+    node_id: int
+    """Node that stopped commanding."""
+    torque_pct: float | None
+    """Torque read after the timeout, %. Null if not read."""
+
+
 class Node(TypedDict):
     """A node on the bus, or this server itself (table 2-17). A node that never sent NodeStatus has mode `unknown`,
     health `warning` and uptime 0. All nodes that request a node ID are listed as one entry with node ID 0."""
@@ -1144,6 +1198,21 @@ class NumberReading(TypedDict):
     """Reason why it has no effect now. Null if it has."""
 
 
+class Output(TypedDict):
+    """Output of a servo's motor, and its reason. Session state: switching it does not edit parameter 0x20."""
+
+    by: str | None
+    """Client that switched it. Null if none or unknown."""
+    reason: Literal["configured", "stop", "lease", "command", "timeout", "protection"]
+    """configured: since the start of the servo, or 0x20 was written as configuration; stop: Stop; lease: a lease
+    ended or expired; command: a client or another tool switched it; timeout: the servo's own timeout (0x26,
+    0x27); protection: temperature or voltage limit, or motor failure."""
+    since: float | None
+    """Time of the switch, seconds since 1970 UTC. Null if unknown."""
+    state: Literal["on", "off", "brake", "unknown"]
+    """Output of the motor. unknown: offline, or not read since the start."""
+
+
 class OutputRestorePreview(TypedDict):
     """Effect of restoring outputs."""
 
@@ -1228,6 +1297,17 @@ class Parameter(TypedDict):
     """Another unit while another row has a certain value. Null if none."""
 
 
+class ParameterFile(TypedDict):
+    """A parameter file for an autopilot."""
+
+    advice: list[AdviceItem]
+    """Points to check."""
+    name: str
+    """File name."""
+    text: str
+    """Content, with comments."""
+
+
 class Parameters(TypedDict):
     """Parameters"""
 
@@ -1304,6 +1384,38 @@ class PendingRequest(TypedDict):
     """ID with which to refuse the request."""
     reason: str
     """Reason for the request."""
+
+
+class Plan(TypedDict):
+    """Outputs of one autopilot."""
+
+    outputs: list[PlanOutput]
+    """Outputs, one per servo."""
+    program: Program
+    """ardupilot or px4."""
+    rate_hz: int
+    """Rate of ArrayCommand, Hz. ArduPilot only."""
+
+
+class PlanOutput(TypedDict):
+    """One output and the linkage of its servo. Angles are those of the servo, ° (positive is clockwise)."""
+
+    function: int | None
+    """SERVOn_FUNCTION of ArduPilot or UAVCAN_SV_FUNCn of PX4. Null: not written."""
+    high_deg: float
+    """Clockwise end of the linkage, °."""
+    label: str
+    """Name of the servo, for comments."""
+    low_deg: float
+    """Counterclockwise end of the linkage, °."""
+    neutral_deg: float
+    """Neutral position, °."""
+    output: int
+    """Output number of the autopilot, from 1."""
+    reversed: bool
+    """A positive demand of the autopilot turns the servo counterclockwise."""
+    servo_id: int
+    """Servo ID (0x45) of the servo."""
 
 
 class PositionUnitState(TypedDict):
@@ -1611,7 +1723,7 @@ class RestorableOutput(TypedDict):
 
     needs_lease: bool
     """The servo's timeout (0x26) would switch it off again. It stays on until the lease ends."""
-    output: hornbill__domain__servo__Output
+    output: Output
     problem: Problem | None
     """Reason why it would stay off. Null if none."""
     title: str
@@ -1800,7 +1912,7 @@ class Servo(TypedDict):
     """Current node ID, 1 to 127. Null while it has none."""
     online: bool
     """Received recently."""
-    output: hornbill__domain__servo__Output
+    output: Output
     position_unit: PositionUnitState
     production_date: str | None
     """Production date, YYYY-MM-DDTHH:MM, time zone unknown. Null if unknown."""
@@ -2237,6 +2349,58 @@ class UnitWhen(TypedDict):
     """Unit of the value. Empty if none."""
 
 
+class Verification(TypedDict):
+    """State of the live verification."""
+
+    hold_s: float
+    """Duration of a step, s."""
+    left_s: float | None
+    """Time left of the step, s. Null without a step."""
+    output: int | None
+    """Output of the step. Null for all."""
+    program: Program
+    """Autopilot of the plan."""
+    rows: list[VerifyRow]
+    """Outputs of the plan."""
+    step: Literal["neutral", "positive"] | None
+    """Step in progress. Null if none."""
+
+
+class VerifyRow(TypedDict):
+    """One output: what was exported, and what is on the bus."""
+
+    held_deg: float | None
+    """Commanded angle while its control was held, °. Null if not yet."""
+    high_deg: float
+    """Exported clockwise end, °."""
+    label: str
+    """Name of the servo. Empty if none."""
+    last_deg: float | None
+    """Last commanded angle, °. Null if none."""
+    low_deg: float
+    """Exported counterclockwise end, °."""
+    neutral_deg: float
+    """Exported neutral, °."""
+    output: int
+    """Output number."""
+    positive_deg: float
+    """Exported end of a positive demand, °."""
+    result: Literal[
+        "matches", "reversed", "swapped", "missing", "throw_too_small", "throw_too_large", "wrong_type", "not_moved"
+    ]
+    """matches: within 0.5° at the positive end. reversed: moved to the other end. swapped: another output moved.
+    missing: ArrayCommand has no entry for it. throw_too_small, throw_too_large: the end differs.
+    wrong_type: not UNITLESS. not_moved: not moved enough yet."""
+    seen_high_deg: float | None
+    """Highest commanded angle so far, °. Null if none."""
+    seen_low_deg: float | None
+    """Lowest commanded angle so far, °. Null if none."""
+    servo_id: int
+    """Servo ID it commands."""
+    swapped_with: int | None
+    """Output that moved instead. Null unless swapped."""
+
+
 class Why(TypedDict):
     """A reason as a code, for programs and translations."""
 
@@ -2244,21 +2408,6 @@ class Why(TypedDict):
     """Name of the reason."""
     params: dict[str, str]
     """Values in the sentence. `parameter` is the row that decides."""
-
-
-class hornbill__domain__servo__Output(TypedDict):
-    """Output of a servo's motor, and its reason. Session state: switching it does not edit parameter 0x20."""
-
-    by: str | None
-    """Client that switched it. Null if none or unknown."""
-    reason: Literal["configured", "stop", "lease", "command", "timeout", "protection"]
-    """configured: since the start of the servo, or 0x20 was written as configuration; stop: Stop; lease: a lease
-    ended or expired; command: a client or another tool switched it; timeout: the servo's own timeout (0x26,
-    0x27); protection: temperature or voltage limit, or motor failure."""
-    since: float | None
-    """Time of the switch, seconds since 1970 UTC. Null if unknown."""
-    state: Literal["on", "off", "brake", "unknown"]
-    """Output of the motor. unknown: offline, or not read since the start."""
 
 
 Advice: TypeAlias = Literal[
@@ -2530,6 +2679,7 @@ ParameterKey: TypeAlias = Literal[
 Params: TypeAlias = dict[str, str | int | float | bool | list[str | int | float]]
 """Values in the text, by name with unit. Unknown values are omitted."""
 PositionUnit: TypeAlias = Literal["hundred_degrees", "radian", "degree", "tenth_degree"]
+Program: TypeAlias = Literal["ardupilot", "px4"]
 PwmModeChoice: TypeAlias = Literal["angle", "speed"]
 ReadingByKey: TypeAlias = dict[str, Reading]
 ReasonCode: TypeAlias = Literal[

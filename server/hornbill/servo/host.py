@@ -389,7 +389,7 @@ class Host:
             self.catalog, directory, self.fleet, self.requests, self.base, self.store.servos.get
         )  # fmt: skip
         self.requests.silent = True
-        self.fleet.on_unidentified = overheard.check
+        self.fleet.on_unidentified.append(overheard.check)
         participant.on_frames.append(overheard.receive)
 
     async def _part(self, port: CanPort, participant: Participant) -> None:

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from hornbill.autopilot.advice import ServoFacts, advice
 from hornbill.autopilot.files import read, write
-from hornbill.autopilot.plan import FIRST_ID, Output, Plan, Program, check
+from hornbill.autopilot.plan import FIRST_ID, Plan, PlanOutput, Program, check
 from hornbill.autopilot.scale import STEP_DEG
 from hornbill.errors import HornbillError, InvalidValue, OutOfRange
 from hornbill.wire.messages import ActuatorCommand, ArrayCommand, CommandType
@@ -135,7 +135,7 @@ def test_a_plan_that_no_linkage_could_take_is_refused_with_the_number(
 
 
 def test_an_output_listed_twice_is_refused() -> None:
-    one = Output(output=1, servo_id=1, low_deg=-10, high_deg=10)
+    one = PlanOutput(output=1, servo_id=1, low_deg=-10, high_deg=10)
     with pytest.raises(InvalidValue, match="listed twice"):
         check(Plan(program="ardupilot", outputs=[one, one]), {})
 

@@ -3,9 +3,9 @@ import type { components } from "./schema";
 
 type Shapes = components["schemas"];
 
-export type AutopilotPlan = Shapes["Plan-Input"];
+export type AutopilotPlan = Shapes["Plan"];
 export type AutopilotProgram = AutopilotPlan["program"];
-export type PlanOutput = Shapes["hornbill__autopilot__plan__Output-Output"];
+export type PlanOutput = Shapes["PlanOutput"];
 export type AdviceItem = Shapes["AdviceItem"];
 export type Verification = Shapes["Verification"];
 export type VerifyRow = Shapes["VerifyRow"];

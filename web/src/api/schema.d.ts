@@ -4930,7 +4930,7 @@ export interface components {
             /** @description Points to check. */
             advice: components["schemas"]["AdviceItem"][];
             /** @description Outputs on DroneCAN. */
-            plan: components["schemas"]["Plan-Output"];
+            plan: components["schemas"]["Plan"];
         };
         /** @description Values by key, in the units of the parameter manual. */
         InputByKey: {
@@ -5800,37 +5800,6 @@ export interface components {
             state: "on" | "off" | "brake" | "unknown";
         };
         /**
-         * Output
-         * @description One output and the linkage of its servo. Angles are those of the servo, ° (positive is clockwise).
-         */
-        "Output-Input": {
-            /** @description SERVOn_FUNCTION of ArduPilot or UAVCAN_SV_FUNCn of PX4. Null: not written. */
-            function?: number | null;
-            /** @description Clockwise end of the linkage, °. */
-            high_deg: number;
-            /**
-             * @description Name of the servo, for comments.
-             * @default
-             */
-            label?: string;
-            /** @description Counterclockwise end of the linkage, °. */
-            low_deg: number;
-            /**
-             * @description Neutral position, °.
-             * @default 0
-             */
-            neutral_deg?: number;
-            /** @description Output number of the autopilot, from 1. */
-            output: number;
-            /**
-             * @description A positive demand of the autopilot turns the servo counterclockwise.
-             * @default false
-             */
-            reversed?: boolean;
-            /** @description Servo ID (0x45) of the servo. */
-            servo_id: number;
-        };
-        /**
          * OutputRestore
          * @description Outputs to restore.
          */
@@ -6151,9 +6120,9 @@ export interface components {
          * Plan
          * @description Outputs of one autopilot.
          */
-        "Plan-Input": {
+        Plan: {
             /** @description Outputs, one per servo. */
-            outputs: components["schemas"]["Output-Input"][];
+            outputs: components["schemas"]["PlanOutput"][];
             /** @description ardupilot or px4. */
             program: components["schemas"]["Program"];
             /**
@@ -6163,19 +6132,35 @@ export interface components {
             rate_hz?: number;
         };
         /**
-         * Plan
-         * @description Outputs of one autopilot.
+         * PlanOutput
+         * @description One output and the linkage of its servo. Angles are those of the servo, ° (positive is clockwise).
          */
-        "Plan-Output": {
-            /** @description Outputs, one per servo. */
-            outputs: components["schemas"]["hornbill__autopilot__plan__Output-Output"][];
-            /** @description ardupilot or px4. */
-            program: components["schemas"]["Program"];
+        PlanOutput: {
+            /** @description SERVOn_FUNCTION of ArduPilot or UAVCAN_SV_FUNCn of PX4. Null: not written. */
+            function?: number | null;
+            /** @description Clockwise end of the linkage, °. */
+            high_deg: number;
             /**
-             * @description Rate of ArrayCommand, Hz. ArduPilot only.
-             * @default 50
+             * @description Name of the servo, for comments.
+             * @default
              */
-            rate_hz: number;
+            label?: string;
+            /** @description Counterclockwise end of the linkage, °. */
+            low_deg: number;
+            /**
+             * @description Neutral position, °.
+             * @default 0
+             */
+            neutral_deg?: number;
+            /** @description Output number of the autopilot, from 1. */
+            output: number;
+            /**
+             * @description A positive demand of the autopilot turns the servo counterclockwise.
+             * @default false
+             */
+            reversed?: boolean;
+            /** @description Servo ID (0x45) of the servo. */
+            servo_id: number;
         };
         /** @enum {string} */
         PositionUnit: "hundred_degrees" | "radian" | "degree" | "tenth_degree";
@@ -6768,7 +6753,7 @@ export interface components {
         RestorableOutput: {
             /** @description The servo's timeout (0x26) would switch it off again. It stays on until the lease ends. */
             needs_lease: boolean;
-            output: components["schemas"]["hornbill__domain__servo__Output"];
+            output: components["schemas"]["Output"];
             /** @description Reason why it would stay off. Null if none. */
             problem: components["schemas"]["Problem"] | null;
             /** @description Display name. */
@@ -7062,7 +7047,7 @@ export interface components {
             node_id: number | null;
             /** @description Received recently. */
             online: boolean;
-            output: components["schemas"]["hornbill__domain__servo__Output"];
+            output: components["schemas"]["Output"];
             position_unit: components["schemas"]["PositionUnitState"];
             /** @description Production date, YYYY-MM-DDTHH:MM, time zone unknown. Null if unknown. */
             production_date: string | null;
@@ -7163,7 +7148,7 @@ export interface components {
             armed: boolean;
             /** @description Outputs. */
             channels: components["schemas"]["SimChannel"][];
-            /** @description Its node ID: 10 for ArduPilot, 1 for PX4. */
+            /** @description Its node ID: 10 for ArduPilot, 1 for PX4, or the next one that no simulated servo has. */
             node_id: number;
             /**
              * @description Autopilot program whose IDs and scaling it uses.
@@ -8512,57 +8497,6 @@ export interface components {
                 [key: string]: string;
             };
         };
-        /**
-         * Output
-         * @description One output and the linkage of its servo. Angles are those of the servo, ° (positive is clockwise).
-         */
-        "hornbill__autopilot__plan__Output-Output": {
-            /** @description SERVOn_FUNCTION of ArduPilot or UAVCAN_SV_FUNCn of PX4. Null: not written. */
-            function: number | null;
-            /** @description Clockwise end of the linkage, °. */
-            high_deg: number;
-            /**
-             * @description Name of the servo, for comments.
-             * @default
-             */
-            label: string;
-            /** @description Counterclockwise end of the linkage, °. */
-            low_deg: number;
-            /**
-             * @description Neutral position, °.
-             * @default 0
-             */
-            neutral_deg: number;
-            /** @description Output number of the autopilot, from 1. */
-            output: number;
-            /**
-             * @description A positive demand of the autopilot turns the servo counterclockwise.
-             * @default false
-             */
-            reversed: boolean;
-            /** @description Servo ID (0x45) of the servo. */
-            servo_id: number;
-        };
-        /**
-         * Output
-         * @description Output of a servo's motor, and its reason. Session state: switching it does not edit parameter 0x20.
-         */
-        hornbill__domain__servo__Output: {
-            /** @description Client that switched it. Null if none or unknown. */
-            by: string | null;
-            /**
-             * @description configured: since the start of the servo, or 0x20 was written as configuration; stop: Stop; lease: a lease ended or expired; command: a client or another tool switched it; timeout: the servo's own timeout (0x26, 0x27); protection: temperature or voltage limit, or motor failure.
-             * @enum {string}
-             */
-            reason: "configured" | "stop" | "lease" | "command" | "timeout" | "protection";
-            /** @description Time of the switch, seconds since 1970 UTC. Null if unknown. */
-            since: number | null;
-            /**
-             * @description Output of the motor. unknown: offline, or not read since the start.
-             * @enum {string}
-             */
-            state: "on" | "off" | "brake" | "unknown";
-        };
     };
     responses: {
         /** @description Refused before the operation: `unauthorized` (401), `forbidden_role` (403), `forbidden_origin` (403), `too_large` (413), `unsupported_media_type` (415), `too_many_attempts` (429), `internal` (500). */
@@ -8946,7 +8880,7 @@ export interface operations {
         };
         requestBody: {
             content: {
-                "application/json": components["schemas"]["Plan-Input"];
+                "application/json": components["schemas"]["Plan"];
             };
         };
         responses: {
@@ -9004,7 +8938,8 @@ export interface operations {
     get_autopilot_plan: {
         parameters: {
             query?: {
-                program?: "ardupilot" | "px4";
+                /** @description Autopilot of the plan. */
+                program?: components["schemas"]["Program"];
             };
             header?: never;
             path?: never;
@@ -9018,7 +8953,7 @@ export interface operations {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["hornbill__autopilot__plan__Output-Output"][];
+                    "application/json": components["schemas"]["PlanOutput"][];
                 };
             };
             422: components["responses"]["invalid_value"];
@@ -9057,7 +8992,7 @@ export interface operations {
         };
         requestBody: {
             content: {
-                "application/json": components["schemas"]["Plan-Input"];
+                "application/json": components["schemas"]["Plan"];
             };
         };
         responses: {

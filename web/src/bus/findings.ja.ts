@@ -142,10 +142,10 @@ export const words = {
       responses_slow: p =>
         `中央値${p.median_ms}、最大${p.slowest_ms}（ノード${p.node}）、${p.over_s}に応答${p.responses}件`,
       servo_offline: p => `接続後のサーボ${p.servos}台`,
-      not_listen_only: p => notes.not_listen_only({ command: p.command ?? "" }),
       foreign_frames: p => `${p.over_s}に0件`,
     },
     wrong: {
+      not_listen_only: p => notes.not_listen_only({ command: p.command ?? "" }),
       no_bus: () => "hornbillはアダプタなしで動作しています。",
       adapter_lost: lost,
       adapter_failed: lost,

@@ -65,9 +65,8 @@ def verify(plan: PlanFile, server: Server = LOCAL_URL, as_json: AsJson = False) 
     """Compare what the autopilot sends with a plan: prompts to hold each control. The exit code is 1 if one differs."""
     with client(server) as hornbill:
         state = hornbill.autopilot.begin_verification(_read(plan))
-        steps: list[tuple[Literal["neutral", "positive"], int | None]] = [("neutral", None)]
-        steps += [("positive", row["output"]) for row in state["rows"]]
-        for kind, output in steps:
+        for output in (None, *(row["output"] for row in state["rows"])):
+            kind: Literal["neutral", "positive"] = "neutral" if output is None else "positive"
             what = "Centre all controls" if output is None else f"Hold the control of output {output} fully positive"
             typer.prompt(f"{what}, then press Enter", default="", show_default=False, err=True)
             state = hornbill.autopilot.begin_verification_step(kind, output)
@@ -87,7 +86,7 @@ def verify(plan: PlanFile, server: Server = LOCAL_URL, as_json: AsJson = False) 
 def failsafe(servo: ServoName, server: Server = LOCAL_URL, as_json: AsJson = False) -> None:
     """Show what a servo does when commands stop (0x26, 0x27)."""
     with client(server) as hornbill:
-        found = hornbill.autopilot.failsafe(hornbill.find(servo).uid)
+        found = hornbill.autopilot.failsafe(hornbill.look_up(servo).uid)
     if as_json:
         print_json(found)
         return

@@ -41,6 +41,10 @@ def demo(
         Literal["embedded", "auto"] | None,
         typer.Option(help="auto: virtual CAN of the kernel if available, else embedded. Default: embedded."),
     ] = None,
+    autopilot: Annotated[
+        Literal["ardupilot", "px4"] | None,
+        typer.Option(help="Add an armed autopilot that moves the servos. hornbill connects as guest."),
+    ] = None,
     host: Host = None,
     port: Port = None,
     seed: Seed = None,
@@ -53,8 +57,9 @@ def demo(
 ) -> None:
     """Start the server with simulated servos, on an embedded bus with true 1 Mbit/s timing. Needs no hardware."""
     settings = _settings(
-        servos=servos, bus=bus, host=host, port=port, seed=seed, token=token, allow_host=allow_host or None,
-        behind_proxy=behind_proxy, root_path=root_path, tls_cert=tls_cert, tls_key=tls_key,
+        servos=servos, bus=bus, autopilot=autopilot, host=host, port=port, seed=seed, token=token,
+        allow_host=allow_host or None, behind_proxy=behind_proxy, root_path=root_path, tls_cert=tls_cert,
+        tls_key=tls_key,
     )  # fmt: skip
     address, why = _demo_bus(settings.bus)
     announce = f"hornbill demo with {settings.servos} simulated servos: open {{url}}" + why

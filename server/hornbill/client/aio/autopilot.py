@@ -17,7 +17,7 @@ class AsyncAutopilot:
         self._connection = connection
         self._request = connection.request
 
-    async def plan(self, program: Literal["ardupilot", "px4"] = "ardupilot") -> list[responses.Output]:
+    async def plan(self, program: Literal["ardupilot", "px4"] = "ardupilot") -> list[responses.PlanOutput]:
         """Outputs proposed for the connected servos, as `outputs` of a plan."""
         return await self._request("GET", "/autopilot/plan", program=program)
 

@@ -19,7 +19,7 @@ class Autopilot:
         self._connection = connection
         self._request = connection.request
 
-    def plan(self, program: Literal["ardupilot", "px4"] = "ardupilot") -> list[responses.Output]:
+    def plan(self, program: Literal["ardupilot", "px4"] = "ardupilot") -> list[responses.PlanOutput]:
         """Outputs proposed for the connected servos, as `outputs` of a plan."""
         return self._request("GET", "/autopilot/plan", program=program)
 

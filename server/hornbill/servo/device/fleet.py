@@ -10,6 +10,7 @@ from typing import Literal
 from hornbill.domain.note import Note
 from hornbill.errors import Busy, HornbillError, NoResponse, PortError, Unknown
 from hornbill.node.directory import OFFLINE_AFTER_S, Directory
+from hornbill.node.hooks import Hooks
 from hornbill.node.participant import Participant
 from hornbill.schema.catalog import Catalog
 from hornbill.servo.device import identification
@@ -89,8 +90,8 @@ class Fleet:
         self._foreign = ForeignNodes(base.now)
         self._torque_written: dict[int, int] = {}
         self._live: dict[Uid, Servo] | None = None
-        self.on_unidentified: Callable[[int], None] | None = None
-        """Identifies a node without requests. None if nodes are identified by requests."""
+        self.on_unidentified: Hooks[int] = Hooks()
+        """Called as observer with the node ID of a node that is to be identified."""
         for stored in memory.all():
             self._servos[stored.uid] = Servo(stored.uid, catalog, label=stored.label, drift=drifted(stored))
 
@@ -195,8 +196,8 @@ class Fleet:
         if restarted and servo is not None:
             self._on_restart(servo, status, now)
         self.recent_starts.on_status(node, status.uptime_sec, now, restarted=restarted)
-        if self.on_unidentified is not None:
-            self.on_unidentified(node)
+        if self._requests.silent:
+            self.on_unidentified.notify(node)
         elif node not in self._identifying and self._foreign.due(self._directory.records[node]):
             self._identifying[node] = asyncio.get_running_loop().create_task(self._arrive(NodeId(node)))
 
@@ -383,7 +384,7 @@ class Fleet:
         self.recent_starts.clear()
         self._directory = Directory()
         self._foreign = ForeignNodes(self._base.now)
-        self.on_unidentified = None
+        self.on_unidentified.clear()
         for servo in self._servos.values():
             servo.online, servo.node_id, servo.soft_start_since = False, None, None
             if servo.model_number is not None:

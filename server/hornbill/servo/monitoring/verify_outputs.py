@@ -5,7 +5,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Final, Literal, TypeAlias
 
-from hornbill.autopilot.plan import Output, Plan
+from hornbill.autopilot.plan import Plan, PlanOutput
 from hornbill.autopilot.scale import SCALES, travel
 from hornbill.errors import InvalidValue, Unknown
 from hornbill.units import Instant
@@ -37,7 +37,7 @@ PRESENT_S: Final = 1.0
 class Row:
     """One output: exported ends and what was seen, °."""
 
-    output: Output
+    output: PlanOutput
     low_deg: float
     high_deg: float
     neutral_deg: float

@@ -1,8 +1,9 @@
 """Routes for servos commanded by an autopilot: parameter files, live verification and failsafe."""
 
 from dataclasses import asdict
-from typing import Literal
+from typing import Annotated, Literal
 
+from fastapi import Query
 from pydantic import Field
 
 from hornbill.api.dependencies import TheHost, TheServo
@@ -10,7 +11,7 @@ from hornbill.api.routing import Routes
 from hornbill.api.security.roles import Role
 from hornbill.autopilot import files
 from hornbill.autopilot.advice import AdviceCode, ServoFacts, advice
-from hornbill.autopilot.plan import FIRST_ID, OUTPUTS, Bound, Output, Plan, Program, check
+from hornbill.autopilot.plan import FIRST_ID, OUTPUTS, Bound, Plan, PlanOutput, Program, check
 from hornbill.domain.fields import Model
 from hornbill.servo.device.servo import Servo
 from hornbill.servo.host import Host
@@ -112,19 +113,21 @@ class Failsafe(Model):
 
 
 @routes.get("/autopilot/plan", Role.VIEW)
-async def get_autopilot_plan(host: TheHost, program: Program = "ardupilot") -> list[Output]:
+async def get_autopilot_plan(
+    host: TheHost, program: Annotated[Program, Query(description="Autopilot of the plan.")] = "ardupilot"
+) -> list[PlanOutput]:
     """Get outputs proposed for the connected servos: ends are their angle limits, at most ±45° from neutral 0°.
 
     Servos whose ID the autopilot cannot address are left out.
     """
-    first, found = FIRST_ID[program], list[Output]()
+    first, found = FIRST_ID[program], list[PlanOutput]()
     for servo in host.fleet.all():
         n = None if servo.servo_id is None else servo.servo_id + 1 - first
         if n is None or not 1 <= n <= OUTPUTS[program] or not servo.online or any(one.output == n for one in found):
             continue
         low, high = _limits(servo)
         found.append(
-            Output(
+            PlanOutput(
                 output=n, servo_id=n - 1 + first, label=servo.title[:40],
                 low_deg=max(-45.0, min(-1.0, -45.0 if low is None else low)),
                 high_deg=min(45.0, max(1.0, 45.0 if high is None else high)),
