@@ -82,7 +82,7 @@ export const frame = {
     label: "停止: 全サーボのトルクをオフ",
     unsent: why => `停止がhornbillに届きませんでした。電源を切ってください。${why}`,
     sendsNothing: "何も送信しません",
-    reaches: (n, all) => `${all}台中${n}台に届く、Esc`,
+    reaches: (n, all) => `${n}/${all}台に届く、Esc`,
     headline: (at, by, done, all, mode, reach = "all") => {
       const what =
         all === 0
