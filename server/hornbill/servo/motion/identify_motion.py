@@ -248,7 +248,8 @@ class IdentifyMotion:
             home=near if mode == 0 and abs(near - centre) <= MOVED_DEG else centre,
             low=max(low, centre - AMPLITUDE_DEG),
             high=min(high, centre + AMPLITUDE_DEG),
-            tolerance=max(STILL_DEG, (servo.number("angle_dead_band") or 0) + 0.2),
+            # it may rest on one side of its deadband before and on the other afterwards
+            tolerance=max(STILL_DEG, 2 * (servo.number("angle_dead_band") or 0) + 0.2),
         )
         if not low <= centre <= high or horn.high - horn.low < AMPLITUDE_DEG - STILL_DEG:
             raise OutOfRange(
