@@ -5,7 +5,9 @@ type Shapes = components["schemas"];
 
 export type AutopilotPlan = Shapes["Plan"];
 export type AutopilotProgram = AutopilotPlan["program"];
-export type PlanOutput = Shapes["PlanOutput"];
+export type SentOutput = Shapes["PlanOutput"];
+/** With all fields. */
+export type PlanOutput = Required<Shapes["PlanOutput"]>;
 export type AdviceItem = Shapes["AdviceItem"];
 export type Verification = Shapes["Verification"];
 export type VerifyRow = Shapes["VerifyRow"];

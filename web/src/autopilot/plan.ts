@@ -80,17 +80,18 @@ export function removeOutput(output: number): void {
   edit({ outputs: { ...outputs, [program]: next } });
 }
 
-export function draftOf(one: PlanOutput): OutputDraft {
+export function draftOf(one: AutopilotPlan["outputs"][number]): OutputDraft {
+  const { label = "", neutral_deg = 0, reversed = false, function: chosen = null } = one;
   const typed = (value: number) => number(value, Number.isInteger(value * 10) ? 1 : 2);
   return {
     output: one.output,
     servo_id: one.servo_id,
-    label: one.label || nameOfId(one.servo_id),
+    label: label || nameOfId(one.servo_id),
     low: typed(one.low_deg),
-    neutral: typed(one.neutral_deg),
+    neutral: typed(neutral_deg),
     high: typed(one.high_deg),
-    reversed: one.reversed,
-    function: one.function === null ? "" : String(one.function),
+    reversed,
+    function: chosen === null ? "" : String(chosen),
   };
 }
 

@@ -196,6 +196,22 @@ export const causes: Readonly<Record<string, FactsText>> = {
   frames_missing: p => `${p.name}に29ビット識別子のCANフレームがありません。`,
   frames_timeout: p =>
     `${p.address}を再生できません。${p.within_s}以内にフレームが見つかりませんでした。ファイルとディスクを確認してください。`,
+  autopilot_end_beyond_limit: p =>
+    `出力${p.output}の端がサーボの角度制限を超えています。振れ幅を減らすか、角度制限（0x38、0x39）を変えてください。`,
+  autopilot_ends_order: p =>
+    `出力${p.output}の端と中立の順序が正しくありません。反時計回りの端、中立、時計回りの端の順に大きくしてください。`,
+  autopilot_output_range: p =>
+    p.requested === undefined
+      ? "そのような出力はありません。計画にある出力の番号を指定してください。"
+      : `出力${p.requested}はありません。${p.minimum}～${p.maximum}を指定してください。`,
+  autopilot_output_twice: p => `出力${p.output}が2回あります。出力は1回だけ指定してください。`,
+  autopilot_servo_id: p =>
+    `出力${p.output}はサーボID ${p.wanted_id}に指令しますが、サーボのIDは${p.servo_id}です。パラメータ0x45か出力の番号を変えてください。`,
+  no_autopilot: () => "シミュレーションのオートパイロットはありません。先に追加してください。",
+  no_verification: () => "実行中の検証はありません。先に開始してください。",
+  parameter_file_line: p => `パラメータファイルの${p.line}行目を読めません。`,
+  parameter_file_no_output: () => "DroneCANに割り当てた出力がパラメータファイルにありません。",
+  parameter_file_too_long: () => "パラメータファイルが長すぎます。",
   guest_allocates_nothing: () =>
     "ゲストとして接続しているため、ノードIDを割り当てません。割り当てるには、役割をホストに変えてください。",
   hold_angle_unsupported: () => `保持できるのは速度とトルクの指令だけです。`,
