@@ -4,7 +4,7 @@ import re
 from collections.abc import Iterator
 
 import pytest
-from playwright.sync_api import Page, expect
+from playwright.sync_api import FilePayload, Page, expect
 
 from e2e.conftest import Watched
 from e2e.servers import Demo, ready_demo, until
@@ -144,13 +144,15 @@ def test_a_file_of_the_autopilot_is_imported(page: Page, demo: Demo, watched: Wa
     lines = ["CAN_D1_UC_SRV_BM,4", "CAN_D1_UC_SRV_RT,100", "SERVO3_MIN,1450", "SERVO3_MAX,1550", "SERVO3_TRIM,1500"]
     page.goto(demo.url + "bus#autopilot")
     page.get_by_test_id("plan-1").wait_for()
-    file = {"name": "plane.param", "mimeType": "text/plain", "buffer": "\n".join(lines).encode()}
+    file = FilePayload(name="plane.param", mimeType="text/plain", buffer="\n".join(lines).encode())
     page.get_by_test_id("plan-import").set_input_files(file)
     expect(page.get_by_test_id("plan-note")).to_contain_text("plane.param: 1 output imported.")
     expect(page.get_by_test_id("plan-low-3")).to_have_value("−18.0")
     expect(page.get_by_test_id("plan-rate")).to_have_value("100")
     expect(page.get_by_test_id("plan-1")).to_have_count(0)
-    page.get_by_test_id("plan-import").set_input_files({**file, "buffer": b"SERVO3_MIN high"})
+    page.get_by_test_id("plan-import").set_input_files(
+        FilePayload(name="plane.param", mimeType="text/plain", buffer=b"SERVO3_MIN high")
+    )
     expect(page.get_by_test_id("plan-problem")).to_contain_text("SERVO3_MIN high")
     expect(page.get_by_test_id("plan-low-3")).to_have_value("−18.0")
     watched.complaints[:] = [one for one in watched.complaints if "status of 422" not in one]

@@ -19,10 +19,11 @@ import pytest
 from websockets.sync.client import connect
 from websockets.sync.connection import Connection
 
+from e2e.preloaded import Forked
 from socketcan import can_utils
 from socketcan.peer import Peer, read, uavcan, write
 from socketcan.pilot import AUTOPILOT
-from socketcan.processes import TIMEOUT_S, Process, hornbill, line, until
+from socketcan.processes import TIMEOUT_S, hornbill, line, until
 
 OURS = 127
 ALLOCATION = 1
@@ -68,7 +69,7 @@ def piloting(folder: Path) -> Generator[Pilot]:
 
 
 @contextmanager
-def serving(role: str, data: Path) -> Generator[tuple[httpx.Client, Process]]:
+def serving(role: str, data: Path) -> Generator[tuple[httpx.Client, Forked]]:
     """`hornbill serve` in a role, with a client of its API."""
     words = ("serve", "--bus", "socketcan:vcan0", "--role", role, "--port", "0", "--data-dir", str(data))
     with hornbill(*words) as server:

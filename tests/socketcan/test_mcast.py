@@ -3,6 +3,7 @@
 import socket
 import time
 from collections.abc import Iterator
+from typing import Any, cast
 
 import pytest
 from dronecan.driver.common import CANFrame
@@ -41,10 +42,10 @@ def received(link: MulticastLink, count: int, within_s: float = 5.0) -> list[Fra
 
 def test_frames_of_pydronecan_arrive_and_ours_arrive_there(link: MulticastLink, peer: mcast) -> None:
     end = time.monotonic() + 20
-    back = None
+    back: Any = None
     while back is None and time.monotonic() < end:  # its process takes a while to start
         assert link.transmit([FRAME]) == 1
-        back = peer.receive(0.2)
+        back = cast("Any", peer).receive(0.2)
     assert back is not None
     assert (back.id, bytes(back.data), back.extended, back.canfd) == (FRAME.id, FRAME.data, True, False)
     assert link.receive(0.05, 0.0).frames == [], "our own datagrams are dropped"

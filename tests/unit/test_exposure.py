@@ -102,7 +102,8 @@ def test_network_clients_open_no_adapter_by_url(address: str) -> None:
 
 PORTS = (
     "socketcan:can0", "slcan:/dev/ttyACM0", "slcan:/dev/ttyUSB1@115200", "slcan:COM3", "pcan:PCAN_USBBUS1",
-    "mavcan:/dev/ttyACM0@57600?bus=2", "mavcan:COM4@115200", "slcan:/dev/cu.usbmodem1101", "slcan:/dev/serial/by-id/usb-Zubax_Robotics_Babel_31-if00", "memory:demo",
+    "mavcan:/dev/ttyACM0@57600?bus=2", "mavcan:COM4@115200", "slcan:/dev/cu.usbmodem1101",
+    "slcan:/dev/serial/by-id/usb-Zubax_Robotics_Babel_31-if00", "memory:demo",
 )  # fmt: skip
 OTHERS = (
     "slcan:/etc/passwd", "slcan:/dev/sda", "serial:/dev/mem", "slcan:/dev/ttyACM0/../../etc/motd", "slcan:../x",

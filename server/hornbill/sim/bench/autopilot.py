@@ -78,7 +78,7 @@ class SimulatedAutopilot:
         taken: Collection[int] = (),
     ) -> None:
         """`outputs`: 1 to 15. `rate_hz`: of ArrayCommand. `taken`: node IDs of others."""
-        self.program = program
+        self.program: Program = program
         first = _NODE_IDS[program]
         self.node_id = next(one for one in range(first, _HIGHEST_ID) if one not in taken)
         """That of its program, or the next free one."""
