@@ -7,7 +7,7 @@ HornbillError
 ├── PortError             bus_trouble: an adapter or bus fault reported by a port
 │   ├── PortOpenFailed    bus_open_failed: an address cannot be opened; with the remedy
 │   └── BusDisconnected   bus_disconnected: no bus is connected, or the bus was lost during a request
-│       └── BusReadOnly   bus_read_only: the bus is a recording, so nothing can be sent
+│       └── BusReadOnly   bus_read_only: a recording, or the role is observer: nothing can be sent
 ├── NoResponse            no_response: no response to any attempt
 ├── Refused               refused_by_servo: the servo rejected the request
 ├── DidNotMove            did_not_move: the horn did not follow the command
@@ -18,7 +18,7 @@ HornbillError
 └── BadRequest            the request cannot be carried out; nothing was changed
     ├── Unknown           unknown_servo, unknown_parameter, unknown_job, unknown_lease, unknown_uid, unknown_log,
     │                     unknown_snapshot, unknown_profile, unknown_run, unknown_stream, unknown_fault,
-    │                     unknown_recording, unknown_token, no_simulator
+    │                     unknown_recording, unknown_token, no_simulator, no_autopilot, no_verification
     ├── NotInThisModel    not_in_this_model
     ├── ReadOnly          read_only
     ├── OutOfRange        out_of_range
@@ -31,6 +31,7 @@ HornbillError
     ├── LeaseHeld         lease_held
     ├── Stopped           stopped
     ├── Busy              busy
+    ├── CommandedElsewhere commanded_elsewhere: another node commands the servo; facts: node_id, rate_hz
     ├── Conflict          conflict: an ID or name is already in use
     ├── BusBudget         bus_budget: insufficient bus capacity; facts: bus_share, left, possible_hz
     ├── NeedsConfirmation needs_confirmation: for example, a value that could switch the output off
@@ -50,62 +51,67 @@ from typing import Any, ClassVar, Literal, Self, TypeAlias, cast
 Cause: TypeAlias = Literal[
     "adapter_ambiguous", "adapter_lost", "adapter_not_found", "adapter_removed", "adapter_unconfirmed",
     "address_is_recording", "allocation_busy", "allocation_not_found", "already_requested", "angle_unknown",
-    "baud_unknown", "baud_unsupported", "before_out_of_range", "between_steps", "beyond_array_command_range",
-    "beyond_half_turn", "beyond_model_limit", "beyond_servo_limit", "bit_rate_mismatch", "bit_rate_unsupported",
-    "body_not_json", "body_too_large", "brake_not_acknowledged", "broadcast_id", "bus_address_invalid",
-    "bus_disconnecting", "bus_lost", "bus_lost_during_command", "bus_not_connected", "bus_off", "bus_option_required",
-    "candle_channel_invalid", "candle_package_missing", "changed_since_read", "channel_invalid",
+    "autopilot_end_beyond_limit", "autopilot_ends_order", "autopilot_output_range", "autopilot_output_twice",
+    "autopilot_servo_id", "baud_unknown", "baud_unsupported", "before_out_of_range", "between_steps",
+    "beyond_array_command_range", "beyond_half_turn", "beyond_model_limit", "beyond_servo_limit", "bit_rate_mismatch",
+    "bit_rate_unsupported", "body_not_json", "body_too_large", "brake_not_acknowledged", "broadcast_id",
+    "bus_address_invalid", "bus_disconnecting", "bus_lost", "bus_lost_during_command", "bus_not_connected", "bus_off",
+    "bus_option_required", "candle_channel_invalid", "candle_package_missing", "changed_since_read", "channel_invalid",
     "channel_names_unavailable", "channel_not_found", "channel_not_numeric", "closed_while_opening",
     "command_in_profile", "command_superseded", "commanded_by_other_stream", "commanded_by_stream",
-    "commands_interrupted", "commands_unsupported", "control_request_not_found", "control_transfer_in_progress",
-    "control_transfer_pending", "could_switch_off", "data_folder_only", "delete_failed", "demo_only",
-    "device_not_found", "driver_not_loaded", "driver_not_responding", "driver_open_timeout", "driver_refused",
-    "duplicate_command", "duplicate_id", "duplicate_servo", "fault_never_seen", "file_name_invalid",
+    "commanded_elsewhere", "commands_interrupted", "commands_unsupported", "control_request_not_found",
+    "control_transfer_in_progress", "control_transfer_pending", "could_switch_off", "data_folder_only", "delete_failed",
+    "demo_only", "device_not_found", "driver_not_loaded", "driver_not_responding", "driver_open_timeout",
+    "driver_refused", "duplicate_command", "duplicate_id", "duplicate_servo", "fault_never_seen", "file_name_invalid",
     "file_name_missing", "file_not_found", "file_not_toml_or_json", "file_not_written", "file_too_large",
     "file_unreadable", "firmware_invalid", "firmware_not_for_model", "firmware_unknown", "first_token_not_admin",
     "force_without_reason", "form_media_type", "frame_gap_out_of_range", "frames_missing", "frames_timeout",
-    "hold_angle_unsupported", "hold_not_renewed", "horn_loaded", "horn_moved", "horn_off_position", "horn_turning",
-    "horn_turning_before_save", "horn_turning_output_off", "host_not_allowed", "host_not_found",
-    "id_changed_since_prepared", "id_exchange_failed", "id_in_use", "id_not_accepted", "id_not_addressable",
-    "id_still_in_use", "id_used_by_other_servo", "identification_incomplete", "identity_in_profile", "in_use",
-    "interface_bus_off", "interface_down", "interface_not_found", "interface_not_visible", "interface_unsupported",
-    "internal_error", "job_cancelled", "job_in_progress", "job_not_found", "job_running", "kernel_without_socketcan",
-    "key_malformed", "key_reused", "label_of_recorded_servo", "last_command_not_accepted", "lease_ended",
-    "lease_ended_during_command", "lease_held_by_other", "lease_missing", "lease_of_key_ended", "line_not_utf8",
-    "lines_invalid", "linux_only", "loaded_horns", "log_damaged", "log_format_unknown", "log_not_written",
-    "log_running", "mavlink", "media_type_not_json", "message_invalid", "mode_off", "model_unknown", "motion_command",
-    "multi_turn_moves", "name_in_use", "names_unknown", "no_bus", "no_data_at_baud", "no_data_at_given_baud",
-    "no_data_received", "no_driver", "no_pending_request", "no_permission", "no_simulator", "node_id_in_use",
-    "node_id_mismatch", "node_id_missing", "node_id_not_free_yet", "node_id_out_of_range", "node_id_reassigned",
-    "node_id_reserved", "node_id_still_in_use", "node_ids_exhausted", "node_not_responding", "not_a_number",
-    "not_a_recording", "not_allowed_in_profile", "not_following", "not_identified", "not_in_firmware", "not_in_source",
-    "not_in_stream", "not_on_bus", "not_playable", "not_ready", "not_restorable", "not_restored_after_wiggle",
-    "not_resumable", "not_simulated", "not_slcan", "not_stored_in_rom", "nothing_to_write", "offline",
+    "guest_allocates_nothing", "hold_angle_unsupported", "hold_not_renewed", "horn_loaded", "horn_moved",
+    "horn_off_position", "horn_turning", "horn_turning_before_save", "horn_turning_output_off", "host_not_allowed",
+    "host_not_found", "id_changed_since_prepared", "id_exchange_failed", "id_in_use", "id_not_accepted",
+    "id_not_addressable", "id_still_in_use", "id_used_by_other_servo", "identification_incomplete",
+    "identity_in_profile", "in_use", "interface_bus_off", "interface_down", "interface_not_found",
+    "interface_not_visible", "interface_unsupported", "internal_error", "job_cancelled", "job_in_progress",
+    "job_not_found", "job_running", "kernel_without_socketcan", "key_malformed", "key_reused",
+    "label_of_recorded_servo", "last_command_not_accepted", "lease_ended", "lease_ended_during_command",
+    "lease_held_by_other", "lease_missing", "lease_of_key_ended", "line_not_utf8", "lines_invalid", "linux_only",
+    "loaded_horns", "log_damaged", "log_format_unknown", "log_not_written", "log_running", "mavcan_address_invalid",
+    "mavcan_key_in_address", "mavcan_key_missing", "mavcan_key_wrong", "mavcan_not_signed", "mavcan_refused",
+    "mavcan_silent", "mavcan_unsupported", "mavlink", "media_type_not_json", "message_invalid", "mode_off",
+    "model_unknown", "motion_command", "multi_turn_moves", "multicast_bus_invalid", "name_in_use", "names_unknown",
+    "no_autopilot", "no_bus", "no_data_at_baud", "no_data_at_given_baud", "no_data_received", "no_driver",
+    "no_pending_request", "no_permission", "no_simulator", "no_verification", "node_id_in_use", "node_id_mismatch",
+    "node_id_missing", "node_id_not_free_yet", "node_id_out_of_range", "node_id_reassigned", "node_id_reserved",
+    "node_id_still_in_use", "node_ids_exhausted", "node_not_responding", "not_a_number", "not_a_recording",
+    "not_allowed_in_profile", "not_following", "not_identified", "not_in_firmware", "not_in_source", "not_in_stream",
+    "not_on_bus", "not_playable", "not_ready", "not_restorable", "not_restored_after_wiggle", "not_resumable",
+    "not_simulated", "not_slcan", "not_stored_in_rom", "nothing_to_write", "observer_sends_nothing", "offline",
     "one_source_required", "open_failed", "origin_not_allowed", "other_command_active", "outcome_unknown",
     "output_not_maintained", "output_not_switched_back", "outputs_still_off", "outside_all_models", "outside_limits",
-    "own_node_id", "parameter_unknown", "playback_ended", "playback_in_progress", "playback_speed_invalid",
-    "playback_stopped", "port_closed", "position_unit_conflict", "profile_angle_only", "profile_not_accepted",
-    "profile_not_found", "profile_of_unknown_series", "pyarrow_missing", "ram_unknown", "read_during_soft_start",
-    "read_only", "read_only_in_profile", "read_refused_before_write", "reading_not_settable", "recorded_servo",
-    "recording_damaged", "recording_not_written", "recording_unreadable", "recordings_folder_missing",
-    "register_forbidden", "register_refused", "released_before_settling", "released_before_start", "replay_failed",
-    "request_malformed", "reset_refused", "response_gap", "restart_ignored", "restart_not_seen", "restart_refused",
-    "restarted_before_save", "restarted_before_write", "restarted_during_read", "restarted_since_prepared",
-    "restarts_repeatedly", "restarts_repeatedly_in_reset", "role_insufficient", "rom_differs", "rom_lost_during_save",
-    "row_not_in_model", "row_not_in_servo", "rows_invalid", "rows_not_restored", "run_not_found", "runs_missing",
-    "runs_on_defaults", "save_cancelled", "save_outcome_unknown", "save_refused", "server_exited",
-    "server_not_responding", "server_not_running", "servo_id_in_use", "servo_id_not_restored", "servo_id_parked",
-    "servo_never_seen", "servo_not_responding", "servo_online", "servo_restarted", "setting_unknown",
-    "settle_angle_only", "shared_servo_id", "side_unknown", "sim_output_on", "sim_servo_invalid",
-    "slcan_bit_rate_unsupported", "slcan_setting_refused", "snapshot_has_previous_values", "snapshot_not_found",
-    "snapshot_not_stored", "snapshot_of_other_servo", "snapshot_of_unknown_model", "socketcand_address_invalid",
-    "socketcand_refused", "soft_start_stuck", "some_servos_failed", "step_out_of_range", "step_path_differs",
-    "steps_incomplete", "stopped", "store_newer", "store_timeout", "store_unusable", "stream_ended", "stream_not_found",
-    "stream_too_fast", "supply_out_of_range_reset", "supply_out_of_range_save", "switched_off_during_command",
-    "switched_off_during_save", "table_invalid", "timeout_needs_lease", "token_name_in_use", "token_name_invalid",
-    "token_not_found", "token_required", "token_unknown", "too_many_attempts", "too_many_commands", "too_many_errors",
-    "too_many_requests", "torque_in_rom_unknown", "torque_is_off", "torque_off_not_accepted", "torque_off_unconfirmed",
-    "torque_on", "torque_on_not_accepted", "torque_saved_to_rom", "torque_switched_off", "torque_unverified",
+    "own_node_id", "parameter_file_line", "parameter_file_no_output", "parameter_file_too_long", "parameter_unknown",
+    "playback_ended", "playback_in_progress", "playback_speed_invalid", "playback_stopped", "port_closed",
+    "position_unit_conflict", "profile_angle_only", "profile_not_accepted", "profile_not_found",
+    "profile_of_unknown_series", "pyarrow_missing", "ram_unknown", "read_during_soft_start", "read_only",
+    "read_only_in_profile", "read_refused_before_write", "reading_not_settable", "recorded_servo", "recording_damaged",
+    "recording_not_written", "recording_unreadable", "recordings_folder_missing", "register_forbidden",
+    "register_refused", "released_before_settling", "released_before_start", "replay_failed", "request_malformed",
+    "reset_refused", "response_gap", "restart_ignored", "restart_not_seen", "restart_refused", "restarted_before_save",
+    "restarted_before_write", "restarted_during_read", "restarted_since_prepared", "restarts_repeatedly",
+    "restarts_repeatedly_in_reset", "role_insufficient", "rom_differs", "rom_lost_during_save", "row_not_in_model",
+    "row_not_in_servo", "rows_invalid", "rows_not_restored", "run_not_found", "runs_missing", "runs_on_defaults",
+    "save_cancelled", "save_outcome_unknown", "save_refused", "server_exited", "server_not_responding",
+    "server_not_running", "servo_id_in_use", "servo_id_not_restored", "servo_id_parked", "servo_never_seen",
+    "servo_not_responding", "servo_online", "servo_restarted", "setting_unknown", "settle_angle_only",
+    "shared_servo_id", "side_unknown", "sim_output_on", "sim_servo_invalid", "slcan_bit_rate_unsupported",
+    "slcan_setting_refused", "snapshot_has_previous_values", "snapshot_not_found", "snapshot_not_stored",
+    "snapshot_of_other_servo", "snapshot_of_unknown_model", "socketcand_address_invalid", "socketcand_refused",
+    "soft_start_stuck", "some_servos_failed", "step_out_of_range", "step_path_differs", "steps_incomplete", "stopped",
+    "store_newer", "store_timeout", "store_unusable", "stream_ended", "stream_not_found", "stream_too_fast",
+    "supply_out_of_range_reset", "supply_out_of_range_save", "switched_off_during_command", "switched_off_during_save",
+    "table_invalid", "timeout_needs_lease", "token_name_in_use", "token_name_invalid", "token_not_found",
+    "token_required", "token_unknown", "too_many_attempts", "too_many_commands", "too_many_errors", "too_many_requests",
+    "torque_in_rom_unknown", "torque_is_off", "torque_off_not_accepted", "torque_off_unconfirmed", "torque_on",
+    "torque_on_not_accepted", "torque_saved_to_rom", "torque_switched_off", "torque_unverified",
     "torque_unverified_stop", "turn_count", "turns", "unassigned_id", "under_command", "under_speed_command",
     "unique_for_many", "unit_change_under_command", "unit_depends_on_other_row", "unit_mismatch", "unknown_series",
     "unplugged", "unread_after_restart", "upload_too_large", "value_changed_by_servo", "value_unknown_in_source",
@@ -211,10 +217,10 @@ class BusDisconnected(PortError):
 
 
 class BusReadOnly(BusDisconnected):
-    """The bus is a recording being played back; nothing can be sent."""
+    """The bus is a recording being played back, or hornbill is an observer; nothing can be sent."""
 
     code = "bus_read_only"
-    title = "Bus is a recording"
+    title = "Nothing can be sent on this bus"
 
 
 class NoResponse(HornbillError):
@@ -369,6 +375,13 @@ class Busy(BadRequest):
 
     code = "busy"
     title = "Busy"
+
+
+class CommandedElsewhere(BadRequest):
+    """Another node commands the servo by ArrayCommand, so hornbill does not."""
+
+    code = "commanded_elsewhere"
+    title = "Commanded by another node"
 
 
 class Conflict(BadRequest):

@@ -148,7 +148,7 @@ class Rig:
         await self.host.close()
         store = Store(place, wall=self.walls)
 
-        async def open_port(address: str, bitrate: int) -> CanPort:
+        async def open_port(address: str, bitrate: int, **_options: bool) -> CanPort:
             port = self.cable.port(address, bitrate)
             await port.open()
             return port
@@ -273,7 +273,7 @@ def play(
 
         cable = Cable(bus)
 
-        async def open_port(address: str, bitrate: int) -> CanPort:
+        async def open_port(address: str, bitrate: int, **_options: bool) -> CanPort:
             if address == "memory:broken":
                 raise PortOpenFailed("The adapter is broken. Take another.", cause=None, address=address)
             port = cable.port(address, bitrate)

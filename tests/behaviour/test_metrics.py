@@ -13,6 +13,7 @@ from prometheus_client.parser import text_string_to_metric_families
 
 from behaviour.rig import PLAIN, Rig, Socket, json
 from behaviour.scene import scene
+from behaviour.test_roles import autopilot, command
 from hornbill.api.routes.server.metrics import PROCESS, TABLE
 from hornbill.servo.device.servo import Servo
 
@@ -45,6 +46,20 @@ async def scraped(rig: Rig, **labels: str) -> Callable[..., float | None]:
     """The samples now, as a function of a name and labels."""
     found = await scrape(rig)
     return partial(of, found, **labels)
+
+
+@scene(PLAIN)
+async def test_metrics_of_a_servo_that_another_node_commands(rig: Rig, servo: Servo) -> None:
+    async with autopilot(rig, command(1, 0.1)):
+        await asyncio.sleep(3)
+        value = await scraped(rig, uid=servo.uid, node_id="10")
+        assert (value("servo_commanded"), value("servo_command_degrees")) == (1, 18)
+        assert value("servo_command_hertz") == pytest.approx(50, rel=0.02)
+    await asyncio.sleep(1.5)
+    found = await scrape(rig)
+    assert of(found, "servo_commanded", uid=servo.uid) is None
+    assert of(found, "servo_command_gaps_total", uid=servo.uid) == 1
+    assert [of(found, "bus_role", role=role) for role in ("host", "guest", "observer")] == [1, 0, 0]
 
 
 @scene(PLAIN)

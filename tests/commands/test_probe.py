@@ -64,6 +64,7 @@ def test_it_determines_restart_and_save(server: Server, tmp_path: Path, usual: b
     server.api.patch(f"/sim/servos/{uid}", json=body).raise_for_status()
     command = [sys.executable, "-m", "hornbill", "probe", uid, "--yes-move", "--json", "--report", tmp_path / "x"]
     found: dict[str, Any] = {"array_command_obeyed": None}
+    report: dict[str, Any] = {}
     for _ in range(5):
         if found["array_command_obeyed"] is not None:
             break
@@ -72,7 +73,7 @@ def test_it_determines_restart_and_save(server: Server, tmp_path: Path, usual: b
             command, capture_output=True, text=True, check=False, env={**os.environ, "HORNBILL_URL": server.url}
         )
         assert ran.returncode == 0, ran.stderr
-        report: dict[str, Any] = json.loads(ran.stdout)
+        report = json.loads(ran.stdout)
         assert report["completed"] == ["read", "move", "restart", "save"]
         found = {one["key"]: one["value"] for one in report["answers"]}
     for name in ("acknowledges_save", "acknowledges_restart"):

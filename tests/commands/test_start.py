@@ -6,8 +6,11 @@ import re
 import signal
 import subprocess
 import sys
+import time
+from pathlib import Path
 
 import httpx
+import pytest
 
 from commands.command_line import hornbill
 from e2e.servers import running_demo, until
@@ -54,3 +57,32 @@ def test_a_network_address_without_a_token_is_rejected() -> None:
     )  # fmt: skip
     assert refused.returncode == 2
     assert "127.0.0.1" in refused.stderr
+
+
+@pytest.mark.parametrize(("program", "node_id"), [("ardupilot", 10), ("px4", 1)])
+def test_a_demo_with_an_autopilot_is_joined_as_guest(program: str, node_id: int) -> None:
+    began = time.monotonic()
+    with running_demo("--servos", "3", "--autopilot", program) as (_, url):
+        while True:
+            servos = {one["servo_id"]: one["commanded_by"] for one in httpx.get(url + "api/v1/servos").json()}
+            if servos.get(1) and servos.get(3):
+                break
+            assert time.monotonic() - began < 60
+            time.sleep(0.2)
+        assert {by["node_id"] for by in servos[1] + servos[3]} == {node_id}
+        assert servos.get(0, []) == [], "a new servo has no servo ID"
+        assert httpx.get(url + "api/v1/bus").json()["role"] == "guest"
+
+
+def test_the_outputs_of_a_moving_autopilot_do_not_match_a_plan(tmp_path: Path) -> None:
+    plan = tmp_path / "plan.json"
+    with running_demo("--servos", "1", "--autopilot", "ardupilot") as (_, url):
+        while not [one for one in httpx.get(url + "api/v1/servos").json() if one["state"] == "ready"]:
+            time.sleep(0.2)
+        begin = [sys.executable, "-m", "hornbill", "autopilot", "plan", "--server", url]
+        plan.write_text(subprocess.run(begin, capture_output=True, text=True, check=True).stdout)
+        verify = [sys.executable, "-m", "hornbill"]
+        verify += ["autopilot", "verify", str(plan), "--server", url]
+        done = subprocess.run(verify, input="\n" * 9, capture_output=True, text=True, check=False, timeout=60)
+    assert done.returncode == 1, done.stderr
+    assert "not_moved" in done.stdout, "a sweep is no held control"

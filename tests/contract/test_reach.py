@@ -36,6 +36,11 @@ COMMANDS: dict[str, str] = {
     "command_servo": "move S 5",
     "commission": "commission S=3:front",
     "compare": "compare S rom:S",
+    "change_role": "bus set-role guest",
+    "get_autopilot_plan": "autopilot plan",
+    "export_autopilot_parameters": "autopilot export FILE.json",
+    "import_autopilot_parameters": "autopilot import FILE.param",
+    "get_failsafe": "autopilot failsafe S",
     "connect_bus": "bus connect socketcan:can0",
     "copy_configuration": "copy S profile:x --yes",
     "delete_recording": "recordings delete x.zip",
@@ -118,7 +123,8 @@ NO_COMMAND: dict[str, str] = {
         start_stream get_stream list_streams set_stream_values end_stream command_servos""",
     "sessions of a browser; the command line sends its token": "get_session log_in log_out create_ticket",
     "simulated servos, for tests: Hornbill.request": """
-        add_sim_servo get_sim_servo list_sim_servos change_sim_servo remove_sim_servo""",
+        add_sim_servo get_sim_servo list_sim_servos change_sim_servo remove_sim_servo
+        add_sim_autopilot get_sim_autopilot change_sim_autopilot remove_sim_autopilot""",
     "hornbill tokens uses the data folder: no secret crosses a network": "create_token list_tokens revoke_token",
     "hornbill apply changes many servos from a file": "change_matrix",
     "hornbill samples writes CSV": "export_telemetry_parquet",
@@ -131,6 +137,8 @@ NO_COMMAND: dict[str, str] = {
     "for programs that poll": "get_telemetry",
     "hornbill label also works for servos that are off": "label_servo",
     "hornbill faults list reads each servo": "read_faults",
+    "hornbill autopilot verify prompts for each step": """
+        begin_verification get_verification begin_verification_step end_verification""",
     "hornbill export, or get for each servo": "read_matrix",
     "hornbill snapshots restore copies from snapshot:N, which is the same": "restore_snapshot",
     "hornbill set changes one or several rows at once": "set_parameter",
@@ -152,6 +160,15 @@ CALLS: dict[str, Callable[[Hornbill, Servo], object]] = {
     "command_servos": lambda h, s: h.command_many([(s, "angle", 5.0)]),
     "commission": lambda h, s: h.commission([{"uid": s.uid, "servo_id": 3}]),
     "compare": lambda h, s: h.compare(f"servo:{s.uid}", f"rom:{s.uid}"),
+    "change_role": lambda h, _: h.bus.set_role("guest"),
+    "get_autopilot_plan": lambda h, _: h.autopilot.plan(),
+    "export_autopilot_parameters": lambda h, _: h.autopilot.write_parameters({"program": "px4", "outputs": []}),
+    "import_autopilot_parameters": lambda h, _: h.autopilot.read_parameters("", "px4"),
+    "begin_verification": lambda h, _: h.autopilot.begin_verification({"program": "px4", "outputs": []}),
+    "get_verification": lambda h, _: h.autopilot.verification(),
+    "begin_verification_step": lambda h, _: h.autopilot.begin_verification_step("neutral"),
+    "end_verification": lambda h, _: h.autopilot.end_verification(),
+    "get_failsafe": lambda h, s: h.autopilot.failsafe(s.uid),
     "connect_bus": lambda h, _: h.bus.connect("socketcan:can0"),
     "copy_configuration": lambda _, s: s.history.copy("profile:x"),
     "delete_recording": lambda h, _: h.records.delete_recording("x.zip"),
@@ -248,7 +265,8 @@ NO_METHOD: dict[str, str] = {
         request_lease get_lease_request refuse_lease_request withdraw_lease_request""",
     "sessions of a browser": "get_session log_in log_out create_ticket",
     "simulated servos, for tests: Hornbill.request": """
-        add_sim_servo get_sim_servo list_sim_servos change_sim_servo remove_sim_servo""",
+        add_sim_servo get_sim_servo list_sim_servos change_sim_servo remove_sim_servo
+        add_sim_autopilot get_sim_autopilot change_sim_autopilot remove_sim_autopilot""",
     "a file, by download or Hornbill.request": "export_profile export_telemetry_parquet import_profile",
     "hornbill tokens, with the data folder": "create_token list_tokens revoke_token",
     "a program knows the streams it started": "list_streams",
@@ -331,6 +349,8 @@ def run(
 def folder(tmp_path: Path) -> Path:
     (tmp_path / "FILE.zip").write_bytes(b"PK")
     (tmp_path / "FILE.toml").write_text("[values]\n")
+    (tmp_path / "FILE.json").write_text('{"program": "px4", "outputs": []}')
+    (tmp_path / "FILE.param").write_text("")
     return tmp_path
 
 

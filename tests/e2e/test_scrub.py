@@ -199,7 +199,9 @@ MOMENTS = """() => {
 def pace(page: Page, seconds: float = 1) -> float:
     """Recorded seconds for each second on the clock of the page, from now on."""
     page.evaluate("() => { window.moments = [] }")
-    page.wait_for_function("s => window.moments.at(-1)?.[0] > window.moments[0][0] + s", arg=seconds)
+    page.wait_for_function(
+        "s => window.moments.length > 0 && window.moments.at(-1)[0] > window.moments[0][0] + s", arg=seconds
+    )
     (began, first), *_, (ended, last) = page.evaluate("() => window.moments")
     return (last - first) / (ended - began)
 

@@ -102,13 +102,15 @@ def test_network_clients_open_no_adapter_by_url(address: str) -> None:
 
 PORTS = (
     "socketcan:can0", "slcan:/dev/ttyACM0", "slcan:/dev/ttyUSB1@115200", "slcan:COM3", "pcan:PCAN_USBBUS1",
-    "slcan:/dev/cu.usbmodem1101", "slcan:/dev/serial/by-id/usb-Zubax_Robotics_Babel_31-if00", "memory:demo",
+    "mavcan:/dev/ttyACM0@57600?bus=2", "mavcan:COM4@115200", "slcan:/dev/cu.usbmodem1101",
+    "slcan:/dev/serial/by-id/usb-Zubax_Robotics_Babel_31-if00", "memory:demo",
 )  # fmt: skip
 OTHERS = (
     "slcan:/etc/passwd", "slcan:/dev/sda", "serial:/dev/mem", "slcan:/dev/ttyACM0/../../etc/motd", "slcan:../x",
     "robotell:/home/me/.ssh/authorized_keys", "slcan:/dev/tty1", "slcan:/dev/pts/0", "slcan:/dev/serial/by-id/../../x",
     "slcan: /dev/sda", "slcan:\\\\.\\PhysicalDrive0", "slcan:/dev/ttyACM\u0661", "slcan:/dev/ttyACM0@/etc/x@115200",
-    "socketcand:192.0.2.1", "udp_multicast:239.74.163.2", "remote:192.0.2.1",
+    "socketcand:192.0.2.1", "udp_multicast:239.74.163.2", "remote:192.0.2.1", "mcast:0", "mavcan:udp:192.0.2.1:14550",
+    "mavcan: udp:192.0.2.1:14550", "mavcan:/etc/passwd?bus=1", "slcan:/dev/ttyACM0?bus=1",
 )  # fmt: skip
 
 

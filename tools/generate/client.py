@@ -13,10 +13,11 @@ CLIENT = Path(__file__).parents[2] / "server" / "hornbill" / "client"
 RESPONSES = (
     "Adapter", "AllocationChange", "Allocations", "AllocatorState", "AuditRow", "BatchPatched", "BatchRead",
     "BurstSent", "Bus", "Candidates", "Caution", "Commanded", "CommissioningPreview", "Comparison", "Drift", "Fault",
-    "FaultsRead", "Finding", "Forecast", "Health", "Imported", "Job", "KnownServo", "Lease", "LeaseView", "LogFile",
-    "LogState", "Node", "OutputRestorePreview", "Parameters", "ParametersPatched", "PositionUnitState", "Profile",
-    "Reading", "RecorderState", "Recording", "RecordingContent", "Recycled", "ResetPreview", "Restored", "RunOverlay",
-    "SavePreview", "SchemaDocument", "Servo", "Snapshot", "StepRun", "Stop", "Stream", "Telemetry", "TelemetryGrant",
+    "Failsafe", "FaultsRead", "Finding", "Forecast", "Health", "Imported", "ImportedPlan", "Job", "KnownServo", "Lease",
+    "LeaseView", "LogFile", "LogState", "Node", "OutputRestorePreview", "ParameterFile", "Parameters",
+    "ParametersPatched", "PlanOutput", "PositionUnitState", "Profile", "Reading", "RecorderState", "Recording",
+    "RecordingContent", "Recycled", "ResetPreview", "Restored", "RunOverlay", "SavePreview", "SchemaDocument", "Servo",
+    "Snapshot", "StepRun", "Stop", "Stream", "Telemetry", "TelemetryGrant", "Verification",
 )  # fmt: skip
 """Responses of the client methods; the types they contain are added."""
 

@@ -199,6 +199,7 @@ def _command_line() -> str:
         lines.append(f"| `HORNBILL_{name.upper()}` | {shown} | {_cell(field.description or '')} |")
     lines += [
         "| `HORNBILL_URL` | `http://127.0.0.1:8000` | Address of the server for all other commands. |",
+        "| `HORNBILL_MAVLINK_KEY` |  | Passphrase of the MAVLink signing key, for `mavcan:` addresses. |",
         "| `HORNBILL_CONTAINER` | detected | 1: running in a container; 0: not. |",
     ]
     root: Any = typer.main.get_command(app)

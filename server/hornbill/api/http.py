@@ -16,7 +16,7 @@ from hornbill.api.live import socket as live
 from hornbill.api.meter import Measures, Meter
 from hornbill.api.openapi.document import document
 from hornbill.api.pages import docs, page
-from hornbill.api.routes.bus import bus, logs, nodes
+from hornbill.api.routes.bus import autopilot, bus, logs, nodes
 from hornbill.api.routes.configuration import commissioning, drift, parameters, profiles, snapshots
 from hornbill.api.routes.configuration import matrix as batch
 from hornbill.api.routes.configuration import restart as resetting
@@ -119,6 +119,7 @@ def _parts(catalog: Catalog) -> list[Routes]:
         bus.routes,
         logs.routes,
         nodes.routes,
+        autopilot.routes,
         schema.routes(catalog),
         profiles.routes,
         resetting.routes,

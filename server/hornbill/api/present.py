@@ -1,6 +1,7 @@
 """Conversion of servo-layer objects into domain models."""
 
-from typing import Any, Literal
+import math
+from typing import Any, Final, Literal
 
 from hornbill.api.problems import problem
 from hornbill.domain.bus import AdapterNote, AllocatorState, Bus, PendingAllocation, SerialLine
@@ -16,16 +17,22 @@ from hornbill.domain.motion import (
     StopServo,
     TakeOverState,
 )
-from hornbill.domain.servo import Activity, FaultWords, LostValue, Output, PositionUnitState, TreatedAs
+from hornbill.domain.servo import Activity, Commander, FaultWords, LostValue, Output, PositionUnitState, TreatedAs
 from hornbill.domain.servo import Servo as ServoFacts
+from hornbill.node.directory import Directory
 from hornbill.schema.scale import to_value
 from hornbill.servo.device.servo import Servo
 from hornbill.servo.host import Connection, Host
+from hornbill.servo.monitoring.commanders import CommandStream
 from hornbill.servo.motion.motion_control import TakeOverRequest
 from hornbill.servo.runs.restore_output import Prospect
 from hornbill.servo.runtime.jobs import RunningJob
 from hornbill.servo.runtime.leases import HeldLease
+from hornbill.wire.messages import CommandType
 from hornbill.wire.port import NO_PORT, CanPort, NoPort, PortState
+
+COMMAND_TYPES: Final[dict[int, Any]] = {kind: kind.name.lower() for kind in CommandType}
+"""Names of the command types of ArrayCommand (table 2-21)."""
 
 FULL_FRAME_BITS = 140
 """Bits of an extended frame with 8 data bytes: 131 plus typical stuffing."""
@@ -70,6 +77,7 @@ def servo(host: Host, one: Servo) -> ServoFacts:
         activity=activity(host, one),
         unsaved=one.unsaved(),
         drift=list(one.drift),
+        commanded_by=commanders(host, one),
         lost=[LostValue(key=key, value=value, at=at) for key, value, at in host.lost_values.shown(one)],
         faults=FaultWords(
             notification=one.raw("fault_notification"),
@@ -187,7 +195,10 @@ def stop(host: Host) -> Stop:
     """The stop latch."""
     latch = host.stop.latch
     if latch is None:
-        return Stop(latched=False, mode=None, at=None, by=None, reason=None, servos=[], nodes=[])
+        return Stop(
+            latched=False, mode=None, at=None, by=None, reason=None, servos=[], nodes=[], reach=host.stop.reach,
+            reaches=_reaches(host),
+        )  # fmt: skip
     return Stop(
         latched=True,
         mode=latch.mode,  # pyright: ignore[reportArgumentType]
@@ -196,6 +207,53 @@ def stop(host: Host) -> Stop:
         reason=latch.reason,
         servos=[StopServo.model_validate(one) for one in latch.servos.values()],
         nodes=[StopNode.model_validate(one) for one in latch.nodes.values()],
+        reach=host.stop.reach,
+        reaches=_reaches(host),
+    )
+
+
+def _reaches(host: Host) -> list[str]:
+    """Unique IDs of the online servos that a stop reaches now."""
+    online = [one.uid for one in host.fleet.all() if one.online and not one.recorded]
+    match host.stop.reach:
+        case "all":
+            return [*online]
+        case "own":
+            own = host.stop.own()
+            return [uid for uid in online if uid in own]
+        case "none":
+            return []
+
+
+def commanders(host: Host, one: Servo) -> list[Commander]:
+    """Other nodes that command a servo now."""
+    now, found = host.base.now(), host.commanders.of(one.uid)
+    directory = None if host.connection is None else host.connection.directory
+    return [_commander(host, directory, stream, one.angle_deg, now) for stream in found]
+
+
+def commanders_of_node(host: Host, node_id: int, angle_deg: float | None) -> list[Commander]:
+    """Other nodes that command an unidentified actuator now."""
+    directory = None if host.connection is None else host.connection.directory
+    found = host.commanders.of(node_id)
+    return [_commander(host, directory, stream, angle_deg, host.base.now()) for stream in found]
+
+
+def _commander(
+    host: Host, directory: Directory | None, stream: CommandStream, angle: float | None, now: float
+) -> Commander:
+    record = None if directory is None else directory.records.get(stream.node_id)
+    degrees, rate = stream.degrees, stream.rate_hz
+    return Commander(
+        node_id=stream.node_id,
+        name=None if record is None or record.info is None else record.info.name,
+        type=COMMAND_TYPES.get(int(stream.command_type), "unknown"),
+        value=stream.value if math.isfinite(stream.value) else None,
+        command_deg=degrees,
+        error_deg=None if angle is None or degrees is None else round(degrees - angle, 2),
+        rate_hz=None if rate is None else round(rate, 1),
+        since=host.base.utc(stream.since),
+        age_s=round(now - stream.at, 3),
     )
 
 
@@ -204,10 +262,15 @@ def bus(host: Host) -> Bus:
     connection = host.connection
     port = NO_PORT if connection is None else connection.port
     seen = port.statistics
+    reason = None if connection is None else connection.role_reason
     return Bus(
         state=port.state.value,
         address=port.address or None,
         bitrate=port.bitrate or None,
+        role=None if connection is None else connection.role.value,
+        role_reason=None if reason is None else reason.text,
+        role_reason_params={} if reason is None else dict(reason.params),
+        listen_only=None if connection is None else port.details.listen_only,
         sample_point=port.sample_point,
         trouble=None if port.trouble is None else port.trouble.detail,
         trouble_params={} if port.trouble is None else port.trouble.note_params,
@@ -275,7 +338,7 @@ def allocator(host: Host) -> AllocatorState:
     """State of the node ID allocator; without a bus, the state it would have."""
     one, now = host.allocating.allocator, host.base.now()
     return AllocatorState(
-        state=one.state.value,
+        state=one.state.value if host.allocating.serving else "off",
         mode=one.mode.value,
         granted=len(host.store.allocations.entries()),
         pending=len(one.pending(now)),

@@ -12,7 +12,9 @@ from hornbill.bus.ports.frame_gap import parse_frame_gap
 from hornbill.bus.recordings.replay import open_replay
 from hornbill.bus.reopening import ReopeningPort, adapter_port
 from hornbill.bus.sharing import SharedBus
+from hornbill.domain.bus import ConnectionRoleChoice
 from hornbill.errors import PortError, StoreFailed
+from hornbill.node.role import ConnectionRole
 from hornbill.servo.host import Host
 from hornbill.store.settings import SettingTable
 from hornbill.wire.port import LOG_SCHEME, RECORDING_SCHEME, REPLAYS, CanPort, PortStatistics, split_frame_gap
@@ -81,40 +83,49 @@ class BusPorts:
         self._allow = allow
         self._before_embedded = before_embedded
 
-    async def open(self, address: str, bitrate: int) -> CanPort:
-        """Open a port. Raises PortOpenFailed with the reason and remedy."""
+    async def open(self, address: str, bitrate: int, *, listen_only: bool = False) -> CanPort:
+        """Open a port, in listen-only mode if requested and supported. Raises PortOpenFailed."""
         self._allow(split_frame_gap(address)[0])
         if address.startswith(LOG_SCHEME):
             return await open_replay(address, bitrate=bitrate, folder=self._logs)
         if address.startswith(RECORDING_SCHEME):
             return await open_replay(address, bitrate=bitrate, folder=self._recordings)
-        port = self._port(address, bitrate)
+        port = self._port(address, bitrate, listen_only=listen_only)
         await port.open()
         return port
 
-    async def join(self, host: Host, address: str, bitrate: int, log: Callable[[str], None]) -> None:
+    async def join(
+        self,
+        host: Host,
+        address: str,
+        bitrate: int,
+        log: Callable[[str], None],
+        role: ConnectionRoleChoice | None = None,
+    ) -> None:
         """Connect `host` at start. If an adapter does not open, this is logged with `log`, and retried automatically.
 
+        `role` None: the role last chosen for this adapter, otherwise auto.
         An address that can never open is logged and not retried.
         """
+        chosen = host.roles.choose(address, role)
         try:
             if address.startswith(REPLAYS) or (self._embedded is not None and _is_embedded(address)):
-                await host.connect(address, bitrate)
+                await host.connect(address, bitrate, chosen)
                 return
-            port = self._port(address, bitrate)
+            port = self._port(address, bitrate, listen_only=chosen is ConnectionRole.OBSERVER)
         except PortError as error:
             log(f"{error.detail}\nThe server starts anyway. Connect the bus on the page.")
             return
         await port.open_with_retries()
         if port.trouble is not None:
             log(f"{port.trouble.detail}\nRetrying until it opens.")
-        await host.attach(port)
+        await host.attach(port, chosen)
 
-    def _port(self, address: str, bitrate: int) -> ReopeningPort:
+    def _port(self, address: str, bitrate: int, *, listen_only: bool) -> ReopeningPort:
         """Port that reconnects automatically. Raises PortOpenFailed for an invalid address."""
         bus = self._embedded
         if bus is None or not _is_embedded(address):
-            return adapter_port(address, bitrate, self._memory)
+            return adapter_port(address, bitrate, self._memory, listen_only=listen_only)
         plain, gap_s = parse_frame_gap(address)
 
         async def open_embedded(statistics: PortStatistics) -> CanPort:

@@ -4,6 +4,7 @@ import asyncio
 import tempfile
 from collections.abc import AsyncGenerator, Callable
 from contextlib import AsyncExitStack, asynccontextmanager
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
@@ -27,6 +28,7 @@ from hornbill.node.allocator import AllocationMode
 from hornbill.schema.catalog import Catalog
 from hornbill.servo.host import Host, HostSettings
 from hornbill.servo.runtime.hub import LogEvent
+from hornbill.sim.bench.autopilot import MAX_OUTPUTS, Program
 from hornbill.sim.bench.bench import Bench, demo_fleet
 from hornbill.store.store import Store
 from hornbill.view.proxy import routes
@@ -82,7 +84,8 @@ def build(
                 bench = Bench(await places(embedded, settings.bus, bauds, stack), catalog, settings.seed)
                 shown = demo or not settings.sim_api
                 for recipe in demo_fleet(catalog, settings.servos, settings.seed) if shown else ():
-                    bench.add(recipe)
+                    static = recipe.node_id if settings.autopilot is None or not recipe.node_id else recipe.node_id + 10
+                    bench.add(replace(recipe, node_id=static))  # 10 is the autopilot's
             app.state.bench = bench if at_once else None
             # The embedded bus can be selected on the page. It does not run before that, nor with another bus.
             chosen = None if embedded is None else bench
@@ -108,9 +111,12 @@ def build(
                 stack.push_async_callback(bench.close)
             address = EMBEDDED if at_once and embedded is not None else settings.bus
             if address is not None:
-                await ports.join(host, with_frame_gap(address, settings.frame_gap_ms), settings.bitrate, log)
+                role = ("guest" if settings.autopilot else "host") if demo else settings.role
+                await ports.join(host, with_frame_gap(address, settings.frame_gap_ms), settings.bitrate, log, role)
             if at_once and bench is not None:
                 await bench.start()
+                if demo and settings.autopilot is not None:
+                    await _fly(bench, settings.autopilot)
             drawing = asyncio.create_task(poses.run())
             stack.callback(drawing.cancel)
             stack.callback(viewer.close)
@@ -128,6 +134,17 @@ def build(
         mounted=routes(viewer, allowed=_view_policy(policy)) if settings.view else (),
         demo=demo,
     )
+
+
+async def _fly(bench: Bench, program: Program) -> None:
+    """Add an armed autopilot whose outputs are the servos that have a servo ID."""
+    ids = {servo.servo_id for servo in bench.servos.values()} - {0}
+    await bench.set_autopilot(program, outputs=MAX_OUTPUTS)
+    autopilot = bench.autopilot
+    assert autopilot is not None
+    for index, channel in enumerate(autopilot.channels):
+        channel.sent = autopilot.actuator_id(index) in ids
+    autopilot.armed, autopilot.safety_on = True, False
 
 
 async def _switch_on(app: FastAPI, bench: Bench | None) -> None:

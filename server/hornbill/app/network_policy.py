@@ -19,8 +19,10 @@ FIRST: Final = "first start"
 SHORTEST: Final = 16
 """Minimum length of a token given by the user, because guesses at Stop are not limited."""
 CONTAINER: Final = "HORNBILL_CONTAINER"
-_NETWORKS: Final = ("socketcand", "udp_multicast", "remote")
-"""Interfaces of python-can that reach other machines."""
+_NETWORKS: Final = ("socketcand", "udp_multicast", "remote", "mcast")
+"""Interfaces that reach other machines."""
+_MAVLINK_UDP: Final = "udp:"
+"""Prefix of the channels of mavcan that do; the others are serial ports."""
 _SERIAL: Final = re.compile(
     r"/dev/(tty(ACM|USB|AMA|S|THS|mxc)\d+|rfcomm\d+|(cu|tty)\.[\w.-]+|serial/by-(id|path)/[\w.:+,@-]+)(@\d+)?", re.ASCII
 )
@@ -123,13 +125,14 @@ def may_open(exposed: NetworkPolicy, given: str | None, address: str) -> None:
 
 def _adapter_of_this_machine(address: str) -> None:
     interface, _, channel = (part.strip() for part in address.partition(":"))
-    if interface in _NETWORKS:
+    if interface in _NETWORKS or (interface == "mavcan" and channel.startswith(_MAVLINK_UDP)):
         raise PortOpenFailed(
             f"Cannot open {address}: with access control, network interfaces are allowed only at start, with --bus.",
             address=address,
             cause="bus_option_required",
         )
-    if any(mark in channel for mark in ("/", "\\", "..")) and not _SERIAL.fullmatch(channel):
+    path = re.sub(r"\?bus=\d{1,3}$", "", channel, flags=re.ASCII) if interface == "mavcan" else channel
+    if any(mark in channel for mark in ("/", "\\", "..")) and not _SERIAL.fullmatch(path):
         raise PortOpenFailed(
             f"Cannot open {address}: with access control, the path must be that of a serial port (/dev/ttyACM0, "
             "/dev/cu.…, /dev/serial/…). Other paths are allowed only at start, with --bus.",

@@ -8,6 +8,8 @@ from platformdirs import user_data_path
 from pydantic import Field, SecretStr, field_validator
 from pydantic_settings import BaseSettings, NoDecode, SettingsConfigDict
 
+from hornbill.domain.bus import ConnectionRoleChoice
+
 
 class Settings(BaseSettings):
     """Settings of the server. Frozen. Options of the command line override the environment."""
@@ -53,6 +55,11 @@ class Settings(BaseSettings):
     allocator: Literal["on", "off", "force"] | None = Field(
         default=None, description="Node ID allocator. force: allocate even if there is another. Default: last setting."
     )
+    role: ConnectionRoleChoice | None = Field(
+        default=None,
+        description="Connection role. auto: listen first, then guest beside an autopilot, otherwise host. Default: "
+        "last used with the adapter, otherwise auto.",
+    )
     recording_before_s: float = Field(
         default=60.0, ge=30, le=600, description="Time that a recording covers before its first trigger, s."
     )
@@ -65,6 +72,9 @@ class Settings(BaseSettings):
     telemetry_minutes: float = Field(default=10.0, gt=0, le=120, description="Retention of telemetry, minutes.")
     view: bool = Field(default=True, description="Enable the 3D view.")
     servos: int = Field(default=6, ge=1, le=100, description="Number of simulated servos of `demo`.")
+    autopilot: Literal["ardupilot", "px4"] | None = Field(
+        default=None, description="Simulated autopilot of `demo`: armed, it moves the servos that have a servo ID."
+    )
     seed: int = Field(default=1, description="Random seed of the simulated servos.")
     sim_api: bool = Field(default=False, description="Allow simulated servos to be added over REST.")
 

@@ -8,6 +8,7 @@ from hornbill.bus.reopening import adapter_port
 from hornbill.bus.sharing import SharedBus
 from hornbill.errors import InvalidValue
 from hornbill.schema.catalog import Catalog
+from hornbill.sim.bench.autopilot import MAX_OUTPUTS, Program
 from hornbill.sim.bench.bench import Bench
 from hornbill.sim.bench.demo import demo_fleet
 from hornbill.sim.bench.recipe import Recipe
@@ -23,12 +24,13 @@ async def simulate(
     say: Callable[[str], None],
     *,
     any_firmware: bool = False,
+    autopilot: Program | None = None,
 ) -> None:
     """Simulate `servos` (1 to 100) servos on the bus `INTERFACE:CHANNEL`.
 
     `node_id`: "auto" (as in the demo: some request one), "none" or "0" (as delivered: all request one), or the first of
-    consecutive static IDs. `any_firmware` allows combinations of model and firmware that do not exist. Raises
-    PortOpenFailed, InvalidValue.
+    consecutive static IDs. `autopilot`: add an armed autopilot that moves them. `any_firmware` allows combinations of
+    model and firmware that do not exist. Raises PortOpenFailed, InvalidValue.
     """
     if not 1 <= servos <= 100:
         raise InvalidValue(f"Invalid number of servos {servos}. Use 1 to 100.", cause=None)
@@ -44,6 +46,12 @@ async def simulate(
             assigned = recipe.node_id or "requested"
             say(f"{made.uid.hex()}  {recipe.model}  firmware {recipe.firmware}  node ID {assigned}")
         await bench.start()
+        if autopilot is not None:
+            await bench.set_autopilot(autopilot, outputs=min(servos, MAX_OUTPUTS))
+            one = bench.autopilot
+            assert one is not None
+            one.armed, one.safety_on = True, False
+            say(f"{autopilot} on node ID {one.node_id}, armed: commands servo IDs from {one.actuator_id(0)}")
         await asyncio.get_running_loop().create_future()
     finally:
         await bench.close()

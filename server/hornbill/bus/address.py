@@ -3,7 +3,7 @@
 import asyncio
 import threading
 from functools import partial
-from typing import Any
+from typing import Any, Final
 
 import can
 
@@ -12,12 +12,14 @@ from hornbill.bus.adapters.diagnosis import Diagnosis, diagnose
 from hornbill.bus.adapters.serial_ports import UNKNOWN_ADAPTER, BaudMemory, usb_of
 from hornbill.bus.ports.candle import CandleLink
 from hornbill.bus.ports.link import AdapterLink
+from hornbill.bus.ports.mavcan import MavcanLink, parse_mavcan
+from hornbill.bus.ports.mcast import MulticastLink, parse_bus
 from hornbill.bus.ports.pythoncan import PythonCanPort
 from hornbill.bus.ports.slcan import SlcanBus, split_baud
 from hornbill.bus.ports.socketcand import SocketcandLink, parse_channel
 from hornbill.bus.threads import OwnThread
 from hornbill.errors import PortOpenFailed
-from hornbill.wire.port import CanPort, PortStatistics
+from hornbill.wire.port import CanPort, Note, PortStatistics
 
 OPEN_S = 8.0
 """Timeout for opening: a serial adapter that restarts on opening receives nothing for 2 s."""
@@ -26,7 +28,18 @@ _HIGHEST_BITRATE = 1_000_000
 _HANGS = "Unplug the adapter, plug it in again and retry."
 _EXAMPLES = "for example socketcan:can0 or slcan:/dev/ttyACM0"
 _CANDLE = "candle"
-INTERFACES = can.VALID_INTERFACES | {_CANDLE}
+_MULTICAST = "mcast"
+_MAVLINK = "mavcan"
+_LISTEN_ONLY: Final[dict[str, dict[str, Any]]] = {
+    "pcan": {"state": can.BusState.PASSIVE},
+    "kvaser": {"driver_mode": False},
+    "systec": {"state": can.BusState.PASSIVE},
+    "vector": {"listen_only": True},
+    "nixnet": {"listen_only": True},
+    "cantact": {"monitor": True},
+}
+"""Options of python-can that put an adapter into listen-only mode."""
+INTERFACES = can.VALID_INTERFACES | {_CANDLE, _MULTICAST, _MAVLINK}
 """Interfaces: the part of an address before the colon."""
 
 
@@ -56,6 +69,10 @@ def parse(address: str) -> tuple[str, str]:
         )
     if interface == "socketcand":
         parse_channel(channel)
+    elif interface == _MULTICAST:
+        parse_bus(channel)
+    elif interface == _MAVLINK:
+        parse_mavcan(channel)
     return interface, channel
 
 
@@ -79,17 +96,19 @@ async def open_port(
     deadline_s: float = OPEN_S,
     statistics: PortStatistics | None = None,
     memory: BaudMemory | None = None,
+    listen_only: bool = False,
 ) -> CanPort:
     """Open `INTERFACE:CHANNEL` at `bitrate` (bit/s, up to 1000000) with python-can.
 
     SocketCAN and the virtual interfaces do not take the bit rate from here; SocketCAN's must be set already. Opening
     runs in a thread. If it takes longer than `deadline_s`, it is abandoned, and closed if it succeeds later.
+    `listen_only`: the adapter neither sends nor acknowledges frames, if it supports that (`PortDetails.listen_only`).
     Counters continue in `statistics` if given. `memory` stores the baud rates of serial adapters. Raises
     PortOpenFailed with the cause and the remedy; facts: address, remedy.
     """
     plain = check(address, bitrate)
     interface, _, channel = plain.partition(":")
-    opening = _Opening(interface, channel, bitrate)
+    opening = _Opening(interface, channel, bitrate, listen_only=listen_only)
     limit = asyncio.timeout(deadline_s)
     run = partial(asyncio.get_running_loop().run_in_executor, OwnThread("open bus"))
     try:
@@ -98,6 +117,8 @@ async def open_port(
                 opening.usb = await run(usb_of, split_baud(channel)[0])
                 if memory is not None and opening.usb.serial_number:
                     opening.first_baud = memory.baud(opening.usb.serial_number)
+            elif interface == _MAVLINK and (device := parse_mavcan(channel).device):
+                opening.usb = await run(usb_of, device)
             await run(opening.run)
     except asyncio.CancelledError:
         opening.abandon()
@@ -112,7 +133,7 @@ async def open_port(
                 f"Opening timed out after {deadline_s:g} s: its driver hangs.", _HANGS, "driver_open_timeout"
             )
         else:
-            found = diagnose(interface, channel, error)
+            found = diagnose(interface, channel.partition("?")[0], error)
         driver = f" (Driver: {error})" if str(error) else ""
         raise PortOpenFailed(
             f"{address} cannot be opened. {found.cause} {found.remedy}{driver}",
@@ -126,14 +147,28 @@ async def open_port(
         on_baud=(lambda _serial_number, _baud: None) if memory is None else memory.remember_baud,
     )  # fmt: skip
     port.sample_point = opening.sample_point
+    port.listen_only = opening.listens_only
+    if listen_only and not opening.listens_only:
+        port.notes = (_acknowledges(interface, channel, bitrate),)
     return port
+
+
+def _acknowledges(interface: str, channel: str, bitrate: int) -> Note:
+    """Note that an adapter still acknowledges frames of other nodes, with a command as remedy where there is one."""
+    text = "The adapter is not in listen-only mode: it sends no frames, but acknowledges those of other nodes."
+    if interface != "socketcan" or socketcan.is_virtual(channel):
+        return Note("not_listen_only", text)
+    command = socketcan.listen_only_command(channel, bitrate)
+    return Note("not_listen_only", f"{text} To prevent that: {command}", {"command": command})
 
 
 class _Opening:
     """One attempt to open a bus. If it is abandoned, the thread or the caller closes the bus, whichever is later."""
 
-    def __init__(self, interface: str, channel: str, bitrate: int) -> None:
+    def __init__(self, interface: str, channel: str, bitrate: int, *, listen_only: bool) -> None:
         self.sample_point: float | None = None
+        self.listens_only = False
+        self._listen_only = listen_only
         self.usb = UNKNOWN_ADAPTER
         self.first_baud: int | None = None
         self._interface = interface
@@ -148,6 +183,7 @@ class _Opening:
         if self._interface == "socketcan":
             found = socketcan.check(self._channel, self._bitrate)
             self.sample_point = None if found is None else found.sample_point
+            self.listens_only = found is not None and found.listen_only
         bus = self._open()
         if self._interface == "socketcan":
             socketcan.keep_backlog_short(bus)
@@ -160,15 +196,24 @@ class _Opening:
     def _open(self) -> can.BusABC | AdapterLink:
         match self._interface:
             case "slcan":  # python-can's own driver loses frames on a saturated bus
+                self.listens_only = self._listen_only
                 return SlcanBus(
-                    self._channel, self._bitrate, usb=self.usb, first_baud=self.first_baud, wanted=self._is_wanted
-                )
+                    self._channel, self._bitrate, usb=self.usb, first_baud=self.first_baud, wanted=self._is_wanted,
+                    listen_only=self._listen_only,
+                )  # fmt: skip
             case "socketcand":
                 return SocketcandLink(self._channel, self._is_wanted)
+            case "mcast":
+                return MulticastLink(self._channel)
+            case "mavcan":
+                return MavcanLink(self._channel, self._is_wanted, usb=self.usb)
             case "candle":
                 return CandleLink(self._channel, self._bitrate)
             case _:
                 options: dict[str, Any] = {"fd": False} if self._interface == "udp_multicast" else {}
+                if self._listen_only and self._interface in _LISTEN_ONLY:
+                    options |= _LISTEN_ONLY[self._interface]
+                    self.listens_only = True
                 return can.Bus(
                     interface=self._interface,
                     channel=self._channel,

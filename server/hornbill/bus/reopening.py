@@ -33,16 +33,19 @@ BUS_OFF_S = 1.0
 _LOST_STATES = frozenset((PortState.LOST, PortState.DISCONNECTED))
 
 
-def adapter_port(address: str, bitrate: int = 1_000_000, memory: BaudMemory | None = None) -> "ReopeningPort":
+def adapter_port(
+    address: str, bitrate: int = 1_000_000, memory: BaudMemory | None = None, *, listen_only: bool = False
+) -> "ReopeningPort":
     """A port for the adapter at `INTERFACE:CHANNEL[?frame_gap_ms=…]`, not open yet. `bitrate` in bit/s.
 
-    `memory` stores the baud rates of serial adapters. Raises PortOpenFailed for an invalid address or bit rate.
+    `listen_only`: in listen-only mode, if the adapter supports it. `memory` stores the baud rates of serial adapters.
+    Raises PortOpenFailed for an invalid address or bit rate.
     """
     plain, gap_s = parse_frame_gap(address)
     plain = check(plain, bitrate)
 
     async def open_it(statistics: PortStatistics) -> CanPort:
-        return await open_port(plain, bitrate=bitrate, statistics=statistics, memory=memory)
+        return await open_port(plain, bitrate=bitrate, statistics=statistics, memory=memory, listen_only=listen_only)
 
     return ReopeningPort(open_it, address=plain, bitrate=bitrate, frame_gap_s=gap_s)
 

@@ -7,7 +7,7 @@ import typer
 
 from hornbill.cli import plain_text
 from hornbill.cli.bench import commands as bench
-from hornbill.cli.server import bus, doctor, jobs, records, starting, tokens, watching
+from hornbill.cli.server import autopilot, bus, doctor, jobs, records, starting, tokens, watching
 from hornbill.cli.servos import (
     commissioning,
     faults,
@@ -65,6 +65,7 @@ COMMANDS: Final[dict[str, dict[str, Callable[..., Any] | typer.Typer]]] = {
         "doctor": doctor.doctor,
         "bus": bus.bus,
         "node-ids": bus.node_ids,
+        "autopilot": autopilot.app,
         "logs": doctor.logs,
     },
     "Records": {

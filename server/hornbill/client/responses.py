@@ -106,10 +106,37 @@ class Adapter(TypedDict):
 class AdapterNote(TypedDict):
     """An unusual property of a working adapter."""
 
-    code: Literal["adapter_silent", "bit_rate_fixed", "baud_unknown", "adapter_echoes", "line_noise", "latency_timer"]
+    code: Literal[
+        "adapter_silent",
+        "bit_rate_fixed",
+        "baud_unknown",
+        "adapter_echoes",
+        "line_noise",
+        "latency_timer",
+        "not_listen_only",
+    ]
     """Code for programs. Stable."""
     params: dict[str, str | int | float]
     """Values in the text, by name."""
+    text: str
+    """One sentence for users."""
+
+
+class AdviceItem(TypedDict):
+    """One point to check before the first flight."""
+
+    code: Literal[
+        "servo_id_zero",
+        "status_not_received",
+        "throw_beyond_limits",
+        "step_above_deadband",
+        "silent_when_unarmed",
+        "node_id_dynamic_range",
+        "position_in_log",
+    ]
+    """Code for programs. Stable."""
+    output: int | None
+    """Output it concerns. Null if all."""
     text: str
     """One sentence for users."""
 
@@ -306,6 +333,8 @@ class Bus(TypedDict):
     """Standard, remote and CAN FD frames, which are not DroneCAN on classic CAN."""
     limited_by: Literal["can", "serial_line"] | None
     """The slower of CAN bus and serial line, whose budget limits polling. Null without a bus."""
+    listen_only: bool | None
+    """The adapter is in listen-only mode, so it does not even acknowledge frames. Null without a bus."""
     load_cap_pct: float
     """Load limit of polling, %: the bus budget, or less on a slower serial line."""
     load_pct: float | None
@@ -316,6 +345,12 @@ class Bus(TypedDict):
     """Number of automatic reconnects."""
     retry_in_s: float | None
     """Time until the adapter is reopened automatically, s. Null while it works."""
+    role: ConnectionRoleName | None
+    """host: configures, commands and allocates node IDs. guest: allocates no node IDs, reads at most 200 frames/s,
+    and moves only servos that no other node commands. observer: sends no frame. Null without a bus."""
+    role_reason: str | None
+    """Why guest was chosen with role auto. Null if the role was requested."""
+    role_reason_params: Params
     rx_dropped: int
     """RX overruns: received frames that were dropped."""
     rx_fps: float
@@ -440,6 +475,29 @@ class Commanded(TypedDict):
     """Warnings, one sentence each."""
 
 
+class Commander(TypedDict):
+    """Another node that commands a servo by ArrayCommand: a command within the last second."""
+
+    age_s: float
+    """Time since its last command, s."""
+    command_deg: float | None
+    """Last commanded angle, °. Null for speed, torque and unknown types."""
+    error_deg: float | None
+    """Tracking error: `command_deg` minus the last angle, °. Null if either is unknown."""
+    name: str | None
+    """Its name from GetNodeInfo. Null if unknown."""
+    node_id: int
+    """Node ID of the sender, 1 to 127."""
+    rate_hz: float | None
+    """Rate over the last 100 commands, Hz. Null after a single command."""
+    since: float
+    """Start of its commands, seconds since 1970 UTC."""
+    type: Literal["unitless", "position", "force", "speed", "pwm", "unknown"]
+    """Command type of ArrayCommand (table 2-21)."""
+    value: float | None
+    """Last command value, in the unit of its type. Null if not finite."""
+
+
 class CommissionPlan(TypedDict):
     """Effect of commissioning on one servo."""
 
@@ -553,6 +611,19 @@ class EffectRule(TypedDict):
     """Reason, continuing “No effect now”."""
     why_absent: str
     """Reason on a servo without the row. Null for the same reason."""
+
+
+class Failsafe(TypedDict):
+    """What a servo does when commands stop (0x26, 0x27)."""
+
+    action: Literal["hold", "off", "brake"] | None
+    """Timeout action (0x26). Null if unknown."""
+    after_s: float | None
+    """Timeout (0x27), s. Null if unknown."""
+    confirmed: MeasuredGap | None
+    """Last measured gap. Null if none was seen."""
+    text: str
+    """What it does, one sentence."""
 
 
 class Fault(TypedDict):
@@ -730,6 +801,15 @@ class Imported(TypedDict):
     """Verdict on each line."""
     profile: Profile | None
     """Imported profile. Null unless all lines are ok."""
+
+
+class ImportedPlan(TypedDict):
+    """Outputs of a parameter file."""
+
+    advice: list[AdviceItem]
+    """Points to check."""
+    plan: Plan
+    """Outputs on DroneCAN."""
 
 
 class IntegerReading(TypedDict):
@@ -1012,12 +1092,31 @@ class Mark(TypedDict):
     """Unique ID of the servo, 32 hex digits. Null if it concerns none."""
 
 
+class MeasuredGap(TypedDict):
+    """The last gap of commands that was longer than the timeout."""
+
+    at: float
+    """Time of its last command, seconds since 1970 UTC."""
+    gap_s: float | None
+    """Duration of the gap, s. Null while it lasts."""
+    node_id: int
+    """Node that stopped commanding."""
+    torque_pct: float | None
+    """Torque read after the timeout, %. Null if not read."""
+
+
 class Node(TypedDict):
     """A node on the bus, or this server itself (table 2-17). A node that never sent NodeStatus has mode `unknown`,
     health `warning` and uptime 0. All nodes that request a node ID are listed as one entry with node ID 0."""
 
+    actuator_id: int | None
+    """Servo ID in its Status. Null if it broadcasts no actuator's Status."""
     age_s: float
     """Time since it was last received, s."""
+    angle_deg: float | None
+    """Angle in its Status, °; in Futaba's unit if it is not identified. Null if it broadcasts none."""
+    commanded_by: list[Commander]
+    """Other nodes that command its servo ID now."""
     hardware_version: str | None
     """Hardware version from GetNodeInfo. Null if unknown."""
     health: HealthCode
@@ -1198,6 +1297,17 @@ class Parameter(TypedDict):
     """Another unit while another row has a certain value. Null if none."""
 
 
+class ParameterFile(TypedDict):
+    """A parameter file for an autopilot."""
+
+    advice: list[AdviceItem]
+    """Points to check."""
+    name: str
+    """File name."""
+    text: str
+    """Content, with comments."""
+
+
 class Parameters(TypedDict):
     """Parameters"""
 
@@ -1274,6 +1384,38 @@ class PendingRequest(TypedDict):
     """ID with which to refuse the request."""
     reason: str
     """Reason for the request."""
+
+
+class Plan(TypedDict):
+    """Outputs of one autopilot."""
+
+    outputs: list[PlanOutput]
+    """Outputs, one per servo."""
+    program: Program
+    """ardupilot or px4."""
+    rate_hz: int
+    """Rate of ArrayCommand, Hz. ArduPilot only."""
+
+
+class PlanOutput(TypedDict):
+    """One output and the linkage of its servo. Angles are those of the servo, ° (positive is clockwise)."""
+
+    function: int | None
+    """SERVOn_FUNCTION of ArduPilot or UAVCAN_SV_FUNCn of PX4. Null: not written."""
+    high_deg: float
+    """Clockwise end of the linkage, °."""
+    label: str
+    """Name of the servo, for comments."""
+    low_deg: float
+    """Counterclockwise end of the linkage, °."""
+    neutral_deg: float
+    """Neutral position, °."""
+    output: int
+    """Output number of the autopilot, from 1."""
+    reversed: bool
+    """A positive demand of the autopilot turns the servo counterclockwise."""
+    servo_id: int
+    """Servo ID (0x45) of the servo."""
 
 
 class PositionUnitState(TypedDict):
@@ -1430,6 +1572,17 @@ class RecordedBus(TypedDict):
     """Node ID, 1 to 127."""
 
 
+class RecordedCommander(TypedDict):
+    """Another node that commanded a servo at the first trigger."""
+
+    command_deg: float | None
+    """Last commanded angle, °. Null for speed, torque and unknown types."""
+    node_id: int
+    """Node ID of the sender, 1 to 127."""
+    rate_hz: float | None
+    """Rate of its commands, Hz. Null after a single command."""
+
+
 class RecordedReading(TypedDict):
     """One register as last read before the first trigger. `at`: seconds since 1970 UTC."""
 
@@ -1446,6 +1599,8 @@ class RecordedReading(TypedDict):
 class RecordedServo(TypedDict):
     """One servo as known at the first trigger."""
 
+    commanded_by: list[RecordedCommander]
+    """Other nodes that commanded it at the first trigger."""
     firmware: int | None
     """Firmware version as read from 0x52, raw. Null if unknown."""
     hardware_version: int | None
@@ -1725,6 +1880,8 @@ class Servo(TypedDict):
     """Address of the bus. Null while offline."""
     command_deg: float | None
     """Last known angle command, °. Null while inactive."""
+    commanded_by: list[Commander]
+    """Other nodes that command it now. hornbill then does not."""
     drift: list[str]
     """Keys of rows that another tool changed in ROM. Details: `GET …/drift`."""
     faults: FaultWords
@@ -1910,6 +2067,11 @@ class Stop(TypedDict):
     """Torque off or brake. Null while not latched."""
     nodes: list[StopNode]
     """Nodes that broadcast actuator status and may be servos."""
+    reach: Literal["all", "own", "none"]
+    """all: every servo (role host, or a guest's stop with `everyone`). own: servos that hornbill commands (role
+    guest). none: nothing is sent (role observer)."""
+    reaches: list[str]
+    """Unique IDs of the online servos that a stop reaches now."""
     reason: str | None
     """Reason: text, or the page's code `stop_button`, `esc_key` or `space_key`. Null while not latched."""
     servos: list[StopServo]
@@ -2187,6 +2349,58 @@ class UnitWhen(TypedDict):
     """Unit of the value. Empty if none."""
 
 
+class Verification(TypedDict):
+    """State of the live verification."""
+
+    hold_s: float
+    """Duration of a step, s."""
+    left_s: float | None
+    """Time left of the step, s. Null without a step."""
+    output: int | None
+    """Output of the step. Null for all."""
+    program: Program
+    """Autopilot of the plan."""
+    rows: list[VerifyRow]
+    """Outputs of the plan."""
+    step: Literal["neutral", "positive"] | None
+    """Step in progress. Null if none."""
+
+
+class VerifyRow(TypedDict):
+    """One output: what was exported, and what is on the bus."""
+
+    held_deg: float | None
+    """Commanded angle while its control was held, °. Null if not yet."""
+    high_deg: float
+    """Exported clockwise end, °."""
+    label: str
+    """Name of the servo. Empty if none."""
+    last_deg: float | None
+    """Last commanded angle, °. Null if none."""
+    low_deg: float
+    """Exported counterclockwise end, °."""
+    neutral_deg: float
+    """Exported neutral, °."""
+    output: int
+    """Output number."""
+    positive_deg: float
+    """Exported end of a positive demand, °."""
+    result: Literal[
+        "matches", "reversed", "swapped", "missing", "throw_too_small", "throw_too_large", "wrong_type", "not_moved"
+    ]
+    """matches: within 0.5° at the positive end. reversed: moved to the other end. swapped: another output moved.
+    missing: ArrayCommand has no entry for it. throw_too_small, throw_too_large: the end differs.
+    wrong_type: not UNITLESS. not_moved: not moved enough yet."""
+    seen_high_deg: float | None
+    """Highest commanded angle so far, °. Null if none."""
+    seen_low_deg: float | None
+    """Lowest commanded angle so far, °. Null if none."""
+    servo_id: int
+    """Servo ID it commands."""
+    swapped_with: int | None
+    """Output that moved instead. Null unless swapped."""
+
+
 class Why(TypedDict):
     """A reason as a code, for programs and translations."""
 
@@ -2233,6 +2447,7 @@ CautionCode: TypeAlias = Literal[
 ]
 ChangeOutcome: TypeAlias = Literal["applied", "rolled_back", "planned"]
 CommandKind: TypeAlias = Literal["angle", "speed", "torque"]
+ConnectionRoleName: TypeAlias = Literal["host", "guest", "observer"]
 EvidenceCode: TypeAlias = Literal[
     "problem",
     "interrupted",
@@ -2327,6 +2542,7 @@ FindingCode: TypeAlias = Literal[
     "adapter_echoes",
     "line_noise",
     "latency_timer",
+    "not_listen_only",
 ]
 HealthCode: TypeAlias = Literal["ok", "warning", "error", "critical"]
 JobState: TypeAlias = Literal["queued", "running", "succeeded", "failed", "cancelled"]
@@ -2337,6 +2553,7 @@ MotionCode: TypeAlias = Literal["turns", "turn_count"]
 NoteCode: TypeAlias = Literal[
     "problem",
     "text",
+    "heard",
     "not_in_servo",
     "side_unknown",
     "identity_row",
@@ -2368,8 +2585,10 @@ NoteCode: TypeAlias = Literal[
     "no_model_number",
     "no_parameters",
     "no_info",
+    "not_overheard",
     "not_pollable_yet",
     "polled_when_ready",
+    "not_polled_as_observer",
     "log_limit",
     "disk_slow",
     "disk_full",
@@ -2460,6 +2679,7 @@ ParameterKey: TypeAlias = Literal[
 Params: TypeAlias = dict[str, str | int | float | bool | list[str | int | float]]
 """Values in the text, by name with unit. Unknown values are omitted."""
 PositionUnit: TypeAlias = Literal["hundred_degrees", "radian", "degree", "tenth_degree"]
+Program: TypeAlias = Literal["ardupilot", "px4"]
 PwmModeChoice: TypeAlias = Literal["angle", "speed"]
 ReadingByKey: TypeAlias = dict[str, Reading]
 ReasonCode: TypeAlias = Literal[

@@ -8,6 +8,11 @@ from typing_extensions import TypeAliasType
 
 from hornbill.domain.fields import STRICT, Model, Param, Params, Utc
 
+ConnectionRoleChoice = TypeAliasType("ConnectionRoleChoice", Literal["auto", "host", "guest", "observer"])
+"""Connection role. auto: listen first, then guest beside an autopilot or another allocator, otherwise host."""
+
+ConnectionRoleName = TypeAliasType("ConnectionRoleName", Literal["host", "guest", "observer"])
+
 Severity = Literal["ok", "notice", "warning", "failure"]
 """ok: checked, without finding. notice: worth knowing, nothing to repair."""
 
@@ -57,6 +62,7 @@ FindingCode = TypeAliasType(
         "adapter_echoes",
         "line_noise",
         "latency_timer",
+        "not_listen_only",
     ],
 )
 
@@ -158,7 +164,8 @@ class AdapterNote(Model):
     """An unusual property of a working adapter."""
 
     code: Literal[
-        "adapter_silent", "bit_rate_fixed", "baud_unknown", "adapter_echoes", "line_noise", "latency_timer"
+        "adapter_silent", "bit_rate_fixed", "baud_unknown", "adapter_echoes", "line_noise", "latency_timer",
+        "not_listen_only",
     ] = Field(description="Code for programs. Stable.")  # fmt: skip
     text: str = Field(description="One sentence for users.")
     params: dict[str, str | int | float] = Field(description="Values in the text, by name.")
@@ -172,6 +179,15 @@ class Bus(Model):
     )
     address: str | None = Field(description="INTERFACE:CHANNEL, as in `PUT /bus`. Null without a bus.")
     bitrate: int | None = Field(description="Bit rate, bit/s. Null if unknown.")
+    role: ConnectionRoleName | None = Field(
+        description="host: configures, commands and allocates node IDs. guest: allocates no node IDs, reads at most "
+        "200 frames/s, and moves only servos that no other node commands. observer: sends no frame. Null without a bus."
+    )
+    role_reason: str | None = Field(description="Why guest was chosen with role auto. Null if the role was requested.")
+    role_reason_params: Params
+    listen_only: bool | None = Field(
+        description="The adapter is in listen-only mode, so it does not even acknowledge frames. Null without a bus."
+    )
     sample_point: float | None = Field(description="Sample point, 0 to 1. Null if unknown.")
     trouble: str | None = Field(description="Problem of the adapter and its remedy. Null while it works.")
     trouble_params: Params

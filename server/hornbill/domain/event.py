@@ -55,6 +55,9 @@ EventCode = TypeAliasType(
         "move_ended",
         "stream_ended",
         "command_ended",
+        "commanded_elsewhere",
+        "command_lost",
+        "motion_yielded",
         # torque off
         "stopped",
         "stopped_late",

@@ -129,6 +129,11 @@ class Stop(Model):
     nodes: list[StopNode] = Field(
         default_factory=list[StopNode], description="Nodes that broadcast actuator status and may be servos."
     )
+    reach: Literal["all", "own", "none"] = Field(
+        description="all: every servo (role host, or a guest's stop with `everyone`). own: servos that hornbill "
+        "commands (role guest). none: nothing is sent (role observer)."
+    )
+    reaches: list[UidField] = Field(description="Unique IDs of the online servos that a stop reaches now.")
 
 
 class TakeOverState(Model):

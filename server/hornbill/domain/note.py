@@ -14,6 +14,8 @@ NoteCode = TypeAliasType(
     Literal[
         "problem",
         "text",
+        # connection role
+        "heard",
         # rows left out
         "not_in_servo",
         "side_unknown",
@@ -49,9 +51,11 @@ NoteCode = TypeAliasType(
         "no_model_number",
         "no_parameters",
         "no_info",
+        "not_overheard",
         # polling
         "not_pollable_yet",
         "polled_when_ready",
+        "not_polled_as_observer",
         # logs
         "log_limit",
         "disk_slow",

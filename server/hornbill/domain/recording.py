@@ -54,6 +54,14 @@ class RecordedReading(_Form):
     at: float | None = Field(description="Time of the read, seconds since 1970 UTC. Null if unknown.")
 
 
+class RecordedCommander(_Form):
+    """Another node that commanded a servo at the first trigger."""
+
+    node_id: Annotated[int, Field(ge=1, le=127)] = Field(description="Node ID of the sender, 1 to 127.")
+    command_deg: float | None = Field(description="Last commanded angle, °. Null for speed, torque and unknown types.")
+    rate_hz: float | None = Field(description="Rate of its commands, Hz. Null after a single command.")
+
+
 class RecordedServo(_Form):
     """One servo as known at the first trigger."""
 
@@ -68,6 +76,9 @@ class RecordedServo(_Form):
     serial_number: Int64 | None = Field(description="Product number as read from the servo. Null if unknown.")
     production_date: Word | None = Field(description="Production date as the servo reports it. Null if unknown.")
     state: Word = Field(description="Operating state.")
+    commanded_by: Annotated[list[RecordedCommander], Field(max_length=127)] = Field(
+        default=[], description="Other nodes that commanded it at the first trigger."
+    )
     readings: Annotated[dict[Word, RecordedReading], Field(max_length=200)] = Field(
         description="Last known values in RAM, by key."
     )

@@ -189,6 +189,24 @@ class Activity(Model):
     )
 
 
+class Commander(Model):
+    """Another node that commands a servo by ArrayCommand: a command within the last second."""
+
+    node_id: int = Field(description="Node ID of the sender, 1 to 127.")
+    name: str | None = Field(description="Its name from GetNodeInfo. Null if unknown.")
+    type: Literal["unitless", "position", "force", "speed", "pwm", "unknown"] = Field(
+        description="Command type of ArrayCommand (table 2-21)."
+    )
+    value: float | None = Field(description="Last command value, in the unit of its type. Null if not finite.")
+    command_deg: float | None = Field(description="Last commanded angle, °. Null for speed, torque and unknown types.")
+    error_deg: float | None = Field(
+        description="Tracking error: `command_deg` minus the last angle, °. Null if either is unknown."
+    )
+    rate_hz: float | None = Field(description="Rate over the last 100 commands, Hz. Null after a single command.")
+    since: float = Field(description="Start of its commands, seconds since 1970 UTC.")
+    age_s: float = Field(description="Time since its last command, s.")
+
+
 class LostValue(Model):
     """A RAM value that was lost in a restart without a save."""
 
@@ -238,6 +256,9 @@ class Servo(Model):
     position_unit: PositionUnitState
     output: Output
     activity: Activity
+    commanded_by: list[Commander] = Field(
+        default_factory=list[Commander], description="Other nodes that command it now. hornbill then does not."
+    )
     unsaved: list[str] = Field(
         description="Keys of rows configured differently from ROM. Switching the output does not count."
     )

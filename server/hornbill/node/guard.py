@@ -1,13 +1,14 @@
-"""GuardedPort: the last check before the wire. Refuses 0x49 and every unlisted write."""
+"""GuardedPort: the last check before the wire. Refuses 0x49, every unlisted write, and what the role forbids."""
 
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Final
 
-from hornbill.errors import ForbiddenParameter, OutOfRange
+from hornbill.errors import BusReadOnly, ForbiddenParameter, OutOfRange
+from hornbill.node.role import ConnectionRole
 from hornbill.wire.frame import Frame
-from hornbill.wire.messages import ArrayCommand
+from hornbill.wire.messages import AllocationMessage, ArrayCommand
 from hornbill.wire.port import CanPort, FrameSink, PortWrapper
 from hornbill.wire.services import GetSetRequest
 from hornbill.wire.transfer import END, START, TOGGLE
@@ -27,6 +28,7 @@ new servos by it. A command for it may move all of them together."""
 _FILTER: Final = 0x00FF_8080
 _GET_SET: Final = GetSetRequest.TYPE.id << 16 | 0x8080
 _COMMAND: Final = ArrayCommand.TYPE.id << 8
+_ALLOCATION: Final = AllocationMessage.TYPE.id << 8
 _SUSPECTS: Final = frozenset({_GET_SET, _COMMAND & _FILTER})
 _SESSION: Final = 0x00FF_FFFF
 
@@ -55,11 +57,20 @@ class GuardedPort(PortWrapper):
     that is malformed or whose frames are out of order. Raises OutOfRange for an ArrayCommand for actuator 0, and for
     255 unless `allow_broadcast`.
 
+    As observer, raises BusReadOnly for every frame. As guest, raises it for node ID allocation.
+
     A call sends all of its frames or none. A transfer sent in several calls is tracked, and the frame that would
     complete it is refused.
     """
 
-    def __init__(self, port: CanPort, *, writable: frozenset[str], allow_broadcast: bool = False) -> None:
+    def __init__(
+        self,
+        port: CanPort,
+        *,
+        writable: frozenset[str],
+        allow_broadcast: bool = False,
+        role: ConnectionRole = ConnectionRole.HOST,
+    ) -> None:
         """Raises ValueError if `writable` contains a name that is not a register, or 0x49 itself."""
         for name in writable:
             if not _names_another_register(name.encode()):
@@ -67,6 +78,7 @@ class GuardedPort(PortWrapper):
         super().__init__(port)
         self._writable = frozenset(name.encode() for name in writable)
         self._allow_broadcast = allow_broadcast
+        self._role = role
         self._partial: dict[int, _Partial] = {}
 
     def listen(self, sink: FrameSink) -> None:
@@ -76,8 +88,11 @@ class GuardedPort(PortWrapper):
     def send(self, frames: Sequence[Frame]) -> None:
         """Send all frames or none.
 
-        Raises ForbiddenParameter and OutOfRange as described for the class, and the errors of the port behind.
+        Raises ForbiddenParameter, OutOfRange and BusReadOnly as described for the class, and the errors of the port
+        behind.
         """
+        if self._role is not ConnectionRole.HOST:
+            self._check_role(frames)
         frames = tuple(frames)  # a copy: the checked frames are sent, even if the caller's list changes
         suspects = [frame for frame in frames if frame.id & _FILTER in _SUSPECTS]
         try:
@@ -94,6 +109,19 @@ class GuardedPort(PortWrapper):
         """Close the port behind."""
         self._partial.clear()
         await self._behind.close()
+
+    def _check_role(self, frames: Sequence[Frame]) -> None:
+        """Raises BusReadOnly for what the role of a guest or observer forbids."""
+        if self._role is ConnectionRole.OBSERVER:
+            raise BusReadOnly(
+                "hornbill is connected as observer, so nothing is sent. To send, change the role to guest or host.",
+                cause="observer_sends_nothing",
+            )
+        if any(frame.id & 0x00FF_FF80 == _ALLOCATION for frame in frames):
+            raise BusReadOnly(
+                "hornbill is connected as guest, so it allocates no node IDs. To allocate, change the role to host.",
+                cause="guest_allocates_nothing",
+            )
 
     def _follow(self, frame: Frame) -> None:
         """Track one frame of a checked type, and check the transfer it completes."""

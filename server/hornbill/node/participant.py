@@ -277,14 +277,16 @@ class Participant:
 
         Without the extension an urgent request would be repeated before its response can arrive, filling the line.
         """
-        line = self.port.details.serial_line
-        rate = None if line is None else line.bytes_per_s
+        details = self.port.details
+        line, requests = details.serial_line, self._requests
+        rate = None if line is None else line.slcan_bytes_per_s
         if line is None or rate is None:
+            requests.line_latency_s = details.round_trip_s
             return
-        requests = self._requests
         requests.max_open = max(2, int(rate * LINE_RESPONSES_S / RESPONSE_BYTES))
         requests.line_response_s = 2 * RESPONSE_BYTES / rate
-        requests.line_latency_s = LINE_LATENCY_S if line.latency_ms is None else line.latency_ms / 1000
+        latency_s = LINE_LATENCY_S if line.latency_ms is None else line.latency_ms / 1000
+        requests.line_latency_s = max(latency_s, details.round_trip_s)
 
     def _publish_status(self, due: Instant) -> None:
         self._fit_line()

@@ -7,12 +7,15 @@ from collections import deque
 from collections.abc import Awaitable, Callable
 from dataclasses import dataclass
 
+from hornbill.domain.note import Note
 from hornbill.domain.servo import PositionUnit
 from hornbill.errors import BusDisconnected, BusReadOnly, PortError
 from hornbill.node.allocator import AllocationMode, Allocator
 from hornbill.node.directory import Directory
 from hornbill.node.guard import GuardedPort
+from hornbill.node.listening import Heard, listen
 from hornbill.node.participant import Participant
+from hornbill.node.role import ConnectionRole
 from hornbill.node.tap import FrameTap
 from hornbill.schema.catalog import Catalog
 from hornbill.servo.bus_watch import GONE, BusWatch
@@ -25,6 +28,7 @@ from hornbill.servo.configuration.restarting import Restarting
 from hornbill.servo.device.drift import DriftDetector
 from hornbill.servo.device.effects import Effects
 from hornbill.servo.device.fleet import Fleet
+from hornbill.servo.device.overheard import Overheard
 from hornbill.servo.device.position_unit import PositionUnits
 from hornbill.servo.device.requests import ServoRequests
 from hornbill.servo.device.rom_knowledge import RomKnowledge
@@ -34,12 +38,14 @@ from hornbill.servo.device.turn_count import TurnCount
 from hornbill.servo.doctor.doctor import Doctor
 from hornbill.servo.monitoring.activity import Activities
 from hornbill.servo.monitoring.bus_monitor import BusMonitor
+from hornbill.servo.monitoring.commanders import Commanders
 from hornbill.servo.monitoring.faults import Faults
 from hornbill.servo.monitoring.line_budget import LineBudget
 from hornbill.servo.monitoring.node_id_table import NodeIdTable
-from hornbill.servo.monitoring.polling import BUDGET, Polling
+from hornbill.servo.monitoring.polling import BUDGET, GUEST_FPS, READ_FRAMES, Polling
 from hornbill.servo.monitoring.telemetry import MINUTES, TelemetryCollector
 from hornbill.servo.monitoring.transfer_text import TransferText
+from hornbill.servo.monitoring.verify_outputs import VerifyOutputs
 from hornbill.servo.motion.bursts import Bursts
 from hornbill.servo.motion.holds import Holds
 from hornbill.servo.motion.identify import Identify
@@ -74,9 +80,11 @@ from hornbill.servo.runtime.hub import (
     ServoChanged,
     ServoRead,
     ServoSeen,
+    StopChanged,
 )
 from hornbill.servo.runtime.jobs import Jobs, RunningJob, Work
 from hornbill.servo.runtime.leases import Leases
+from hornbill.servo.runtime.stored_roles import StoredRoles
 from hornbill.servo.runtime.timebase import TimeBase
 from hornbill.servo.torque_off.retries import TorqueOffRetries
 from hornbill.servo.torque_off.stop import StopControl
@@ -84,7 +92,7 @@ from hornbill.servo.torque_off.stored import StoredTorqueOff
 from hornbill.store.audit import NewAuditEntry
 from hornbill.store.servos import StoredServo
 from hornbill.store.store import Store
-from hornbill.units import Instant, Raw
+from hornbill.units import Instant, Raw, Uid
 from hornbill.wire.messages import ArrayCommand
 from hornbill.wire.port import REPLAYS, CanPort, same_device
 from hornbill.wire.services import SoftwareVersion
@@ -105,6 +113,9 @@ class Connection:
     participant: Participant
     allocator: Allocator
     directory: Directory
+    role: ConnectionRole = ConnectionRole.HOST
+    role_reason: Note | None = None
+    """Why guest was chosen automatically. None if the role was requested."""
     load_pct: float = 0.0
     rx_fps: float = 0.0
     tx_fps: float = 0.0
@@ -171,25 +182,28 @@ class Host:
         self,
         catalog: Catalog,
         store: Store,
-        open_port: Callable[[str, int], Awaitable[CanPort]],
+        open_port: Callable[..., Awaitable[CanPort]],
         settings: HostSettings,
         *,
         before_join: Callable[[str], Awaitable[None]] = _nothing,
         wall: Callable[[], float] = time.time,
     ) -> None:
-        """`open_port(address, bitrate)` opens an adapter. `before_join` is awaited with the address of a new bus after
-        the previous one was left, for example to pause its simulator. `wall` returns seconds since 1970 UTC.
+        """`open_port(address, bitrate)` opens an adapter, with `listen_only=True` as observer. `before_join` is awaited
+        with the address of a new bus after the previous one was left, for example to pause its simulator. `wall`
+        returns seconds since 1970 UTC.
         """
         self.catalog = catalog
         self.store = store
         self.base = TimeBase(asyncio.get_running_loop().time, wall)
         self.started_at = self.base.now()
+        self.roles = StoredRoles(store.settings)
         self.hub = Hub()
         self.events: deque[tuple[float, LogEvent]] = deque(maxlen=MAX_EVENTS)
         """Recent events, each with its time, seconds since 1970 UTC."""
         self.hub.subscribe(self._note_event)
         self._unlisten_store = store.listen(self._on_store_written)
         self._store_failed = False
+        self._reaches: frozenset[Uid] = frozenset()
         self.connection: Connection | None = None
         self._open_port = open_port
         self._before_join = before_join
@@ -225,10 +239,16 @@ class Host:
             store, self.hub, self.base, self.fleet.identify_now, own_id=settings.node_id, mode=settings.allocator
         )  # fmt: skip
         self.torque_off = TorqueOffRetries(self.requests, self.hub, self.base, self.fleet)
-        self.stop = StopControl(self.services, self.fleet, self.torque_off)
+        self.stop = StopControl(
+            self.services, self.fleet, self.torque_off, lambda: self.role, self._under_command
+        )  # fmt: skip
         self.stored_torque_off = StoredTorqueOff(store, self.stop, self.torque_off, self.base, self.hub)
         self.stored_torque_off.restore_stop()
-        self.motion = Motion(self.services, self.stop, self.torque_off, lambda uid: self.streams.commands(uid))
+        self.commanders = Commanders(self.hub, self.base, self.fleet.all, self.fleet.actuators)
+        self.verify_outputs = VerifyOutputs(self.base.now)
+        self.motion = Motion(
+            self.services, self.stop, self.torque_off, self.commanders, lambda uid: self.streams.commands(uid)
+        )  # fmt: skip
         self.turn_count = TurnCount(self.hub, self.fleet.find)
         self.bursts = Bursts(self.services, self.motion, self.fleet.all)
         self.setpoints = SetpointRunner(self.hub, self.base)
@@ -271,15 +291,25 @@ class Host:
         """All frames of the connected bus."""
         self.monitor = BusMonitor(self.tap, self.base, lambda: TransferText(catalog, self.fleet.all))
         self.recorder = Recorder(
-            self.services, tap=self.tap, fleet=self.fleet, stop=self.stop, port=self._port,
+            self.services, tap=self.tap, fleet=self.fleet, commanders=self.commanders, stop=self.stop, port=self._port,
             builder=RecordingBuilder(self.base, catalog, self.telemetry, settings.node_id),
         )  # fmt: skip
         """Flight recorder. Records after `begin`."""
         self._switching = asyncio.Lock()
         self._ticker = asyncio.get_running_loop().create_task(self._tick())
 
-    async def connect(self, address: str, bitrate: int) -> Connection:
+    @property
+    def role(self) -> ConnectionRole:
+        """Role on the connected bus; host without one."""
+        return ConnectionRole.HOST if self.connection is None else self.connection.role
+
+    async def connect(
+        self, address: str, bitrate: int, role: ConnectionRole | None = ConnectionRole.HOST
+    ) -> Connection:
         """Open an adapter and join its bus. Raises PortOpenFailed; the old bus stays until the new one is open.
+
+        `role` None: listen first, then join as guest if another node allocates node IDs or commands servos, otherwise
+        as host.
 
         If the adapter is already connected, it is closed first, because most cannot be opened twice.
         """
@@ -287,7 +317,8 @@ class Host:
             if self.connection is not None and same_device(self.connection.port.address, address):
                 await self._leave()
             try:
-                port = await self._open_port(address, bitrate)
+                observing = {"listen_only": True} if role is ConnectionRole.OBSERVER else {}
+                port = await self._open_port(address, bitrate, **observing)
             except PortError as error:
                 self.doctor.could_not_open(address, error)
                 raise
@@ -297,30 +328,48 @@ class Host:
             except BaseException:
                 await port.close()
                 raise
-            return await self._join(port)
+            return await self._join_as(port, role)
 
-    async def attach(self, port: CanPort) -> Connection:
-        """Join the bus of an existing port, which may be waiting for its adapter."""
+    async def attach(self, port: CanPort, role: ConnectionRole | None = ConnectionRole.HOST) -> Connection:
+        """Join the bus of an existing port, which may be waiting for its adapter. `role` as for `connect`."""
         async with self._switching:
             try:
                 await self._leave()
             except BaseException:
                 await port.close()
                 raise
-            return await self._join(port)
+            return await self._join_as(port, role)
 
-    async def _join(self, port: CanPort) -> Connection:
+    async def _join_as(self, port: CanPort, role: ConnectionRole | None) -> Connection:
+        """Join with this role, or listen first and decide."""
+        if role is not None or port.address.startswith(REPLAYS):
+            return await self._join(port, role or ConnectionRole.HOST, None)
+        try:
+            heard = await listen(port) if port.state not in GONE else Heard()
+        except BaseException:
+            await port.close()
+            raise
+        return await self._join(port, heard.role, heard.reason)
+
+    async def _join(self, port: CanPort, role: ConnectionRole, reason: Note | None) -> Connection:
         own = self._settings
         writable = frozenset(row.name for row in self.catalog.parameters.values() if row.writable)
         participant = Participant(
-            GuardedPort(port, writable=writable), node_id=own.node_id, name="org.hornbill",
+            GuardedPort(port, writable=writable, role=role), node_id=own.node_id, name="org.hornbill",
             unique_id=own.unique_id, software_version=SoftwareVersion(*own.version),
         )  # fmt: skip
         try:
             directory = self.fleet.attach(participant)
             participant.subscribe(ArrayCommand, self.activities.on_array_command)
-            allocator = self.allocating.join(participant, directory, recorded=port.address.startswith(REPLAYS))
-            self.connection = connection = Connection(port, participant, allocator, directory)
+            participant.subscribe(ArrayCommand, self.commanders.on_array_command)
+            participant.subscribe(ArrayCommand, self.verify_outputs.on_array_command)
+            serve = role is ConnectionRole.HOST and not port.address.startswith(REPLAYS)
+            allocator = self.allocating.join(participant, directory, serve=serve)
+            self.polling.guest = role is not ConnectionRole.HOST
+            self.requests.read_interval_s = READ_FRAMES / GUEST_FPS if role is ConnectionRole.GUEST else 0.0
+            if role is ConnectionRole.OBSERVER:
+                self._overhear(participant, directory)
+            self.connection = connection = Connection(port, participant, allocator, directory, role, reason)
             self.tap.attach(participant)
             if isinstance(port, RecordedPort) and port.about is not None:
                 self.telemetry.set_aside()
@@ -334,14 +383,26 @@ class Host:
             raise
         return connection
 
+    def _overhear(self, participant: Participant, directory: Directory) -> None:
+        """Identify servos from responses to other nodes, and request nothing."""
+        overheard = Overheard(
+            self.catalog, directory, self.fleet, self.requests, self.base, self.store.servos.get
+        )  # fmt: skip
+        self.requests.silent = True
+        self.fleet.on_unidentified.append(overheard.check)
+        participant.on_frames.append(overheard.receive)
+
     async def _part(self, port: CanPort, participant: Participant) -> None:
         """Undo a complete or partial join, and close the port."""
         self.connection = None
+        self.requests.silent, self.requests.read_interval_s = False, 0.0
         try:
             self.doctor.leave()
             self.tap.detach()
             self.watch.end()
             self.allocating.leave()
+            self.commanders.leave()
+            self.verify_outputs.end()
             await participant.close()
             await self.fleet.detach()
             self.telemetry.restore()
@@ -392,6 +453,9 @@ class Host:
     def _resume_commissioning(self, job: RunningJob) -> Work:
         return self.commissioning_jobs.resumer(job)
 
+    def _under_command(self) -> set[Uid]:
+        return self.motion.own()
+
     def _port(self) -> CanPort | None:
         return None if self.connection is None else self.connection.port
 
@@ -439,6 +503,8 @@ class Host:
 
     def _on_seen(self, seen: ServoSeen) -> None:
         """Write a pending torque off before anything is read from the servo."""
+        if self.requests.silent:
+            return
         servo = self.fleet.get(seen.uid)
         self.stop.on_arrival(servo)
         self.stored_torque_off.on_arrival(servo)
@@ -463,6 +529,13 @@ class Host:
         if (step := self.base.follow()) != 0:
             log.warning("The computer's clock jumped by %+.1f s: it was set, or the computer was suspended", step)
 
+    def _follow_reach(self) -> None:
+        """Publish a change of the servos that Stop reaches as guest."""
+        reaches = frozenset(self.stop.own()) if self.role is ConnectionRole.GUEST else frozenset[Uid]()
+        if reaches != self._reaches:
+            self._reaches = reaches
+            self.hub.publish(StopChanged())
+
     async def _tick(self) -> None:
         rates = Rates()
         while True:
@@ -472,10 +545,13 @@ class Host:
                 self.watch.check,
                 self.motion_control.tick,
                 self.activities.tick,
+                self.commanders.tick,
+                self.verify_outputs.tick,
                 lambda now=now: self.fleet.tick(now, bus_gone=self.watch.gone),
                 lambda now=now: self.doctor.tick(now),
                 lambda now=now: self.allocating.tick(now),
                 self._follow_clock,
+                self._follow_reach,
             ):
                 try:
                     part()

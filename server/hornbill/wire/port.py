@@ -82,6 +82,8 @@ class SerialLineInfo:
     """USB serial number of the adapter; None if it has none."""
     latency_ms: int | None = None
     """Latency timer of an FTDI chip, ms; None for other chips and where the system does not report it."""
+    frame_bytes: int = 27
+    """Bytes of a full extended frame on the line. 27 in slcan."""
 
     BITS_PER_BYTE = 10
     FRAME_BYTES = 27
@@ -95,7 +97,12 @@ class SerialLineInfo:
     @property
     def budget(self) -> int | None:
         """Capacity of the line in each direction, full extended frames/s. None without a limit."""
-        return None if self.bytes_per_s is None else int(self.bytes_per_s / self.FRAME_BYTES)
+        return None if self.bytes_per_s is None else int(self.bytes_per_s / self.frame_bytes)
+
+    @property
+    def slcan_bytes_per_s(self) -> float | None:
+        """Capacity in bytes of slcan: less than `bytes_per_s` if frames take more bytes than there."""
+        return None if self.bytes_per_s is None else self.bytes_per_s * self.FRAME_BYTES / self.frame_bytes
 
 
 def line_bytes(frame: Frame) -> int:
@@ -111,8 +118,12 @@ class PortDetails:
     notes: tuple[Note, ...] = ()
     frame_gap_s: float = 0.0
     """Pause between the frames of one transfer."""
+    listen_only: bool = False
+    """Whether the adapter neither sends nor acknowledges frames."""
     nothing_received: bool = False
     """Whether the adapter has been open for some time without receiving a frame."""
+    round_trip_s: float = 0.0
+    """Measured time to an adapter that is reached through others, and back, s. 0 for one of this computer."""
 
 
 PLAIN: Final = PortDetails()

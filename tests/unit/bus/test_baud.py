@@ -167,6 +167,7 @@ def test_mavlink_is_reported(search: Callable[..., Any], heartbeat: bytes, rate:
     with pytest.raises(PortOpenFailed, match=r"sends MAVLink \(system 1\): an autopilot is on this port") as caught:
         search(line)
     assert caught.value.facts["cause"] == "mavlink"
+    assert "use mavcan:" in caught.value.facts["remedy"]
     assert line.now <= MAX_SEARCH_S
 
 

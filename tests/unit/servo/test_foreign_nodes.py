@@ -8,9 +8,10 @@ import pytest
 
 from hornbill.node.directory import NodeRecord
 from hornbill.servo.device.foreign_nodes import UNKNOWN_ACTUATOR, UNKNOWN_NODE, ForeignNodes
-from hornbill.wire.messages import Mode, NodeHealth, NodeStatus
+from hornbill.wire.messages import ActuatorStatus, Mode, NodeHealth, NodeStatus
 
 NODE = 33
+STATUS = ActuatorStatus(7, 0.5, float("nan"), float("nan"), 127)
 Outcome = Callable[[ForeignNodes], None]
 
 
@@ -34,7 +35,7 @@ def rounds(outcome: Outcome, hours: float = 10, *, actuator: bool = False) -> li
     for second in range(round(hours * 3600)):
         clock.now = second
         if actuator:
-            foreign_nodes.on_status(NODE)
+            foreign_nodes.on_status(NODE, STATUS)
         if foreign_nodes.due(record()):
             requests.append(second)
             outcome(foreign_nodes)
@@ -72,7 +73,7 @@ def test_an_actuator_may_be_a_servo_until_it_has_refused_five_times() -> None:
     foreign_nodes = ForeignNodes(Clock())
     assert not foreign_nodes.is_foreign(NODE)
     assert foreign_nodes.due(record())
-    foreign_nodes.on_status(NODE)
+    foreign_nodes.on_status(NODE, STATUS)
     for _ in range(4):
         foreign_nodes.refused(NODE)
         assert foreign_nodes.suspects() == [NODE]
@@ -88,7 +89,7 @@ def test_a_node_that_broadcasts_status_and_never_responds_may_be_a_servo() -> No
     foreign_nodes = ForeignNodes(clock)
     for second in range(100):
         clock.now = second
-        foreign_nodes.on_status(NODE)
+        foreign_nodes.on_status(NODE, STATUS)
         foreign_nodes.no_node_info(NODE)
         assert foreign_nodes.suspects() == [NODE]
     clock.now += 3.1
@@ -124,7 +125,7 @@ def test_the_first_status_of_an_actuator_ends_the_wait() -> None:
         foreign_nodes.refused(NODE)
     clock.now = 99.0
     assert not foreign_nodes.due(record())
-    foreign_nodes.on_status(NODE)
+    foreign_nodes.on_status(NODE, STATUS)
     assert foreign_nodes.due(record())
     assert foreign_nodes.retry_policy(NODE) == UNKNOWN_ACTUATOR
 
@@ -141,7 +142,7 @@ def test_retry_now_ends_the_wait_and_postpone_and_forget_change_it() -> None:
     foreign_nodes.postpone(NODE, 5.0)
     clock.now = 4.9
     assert not foreign_nodes.due(record())
-    foreign_nodes.on_status(NODE)
+    foreign_nodes.on_status(NODE, STATUS)
     foreign_nodes.forget(NODE)
     assert foreign_nodes.due(record())
     assert foreign_nodes.suspects() == [], "as a servo it is no suspect any more"

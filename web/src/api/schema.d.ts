@@ -108,6 +108,116 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/v1/autopilot/export": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Export autopilot parameters
+         * @description Write the parameter file of an autopilot. Refused if a linkage could not take it. Sends nothing.
+         */
+        post: operations["export_autopilot_parameters"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/autopilot/import": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Import autopilot parameters
+         * @description Read a parameter file of an autopilot. Parameters that do not concern servos are skipped.
+         */
+        post: operations["import_autopilot_parameters"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/autopilot/plan": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Get autopilot plan
+         * @description Get outputs proposed for the connected servos: ends are their angle limits, at most ±45° from neutral 0°.
+         *
+         *     Servos whose ID the autopilot cannot address are left out.
+         */
+        get: operations["get_autopilot_plan"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/autopilot/verification": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Get verification
+         * @description Get the state of the verification.
+         */
+        get: operations["get_verification"];
+        /**
+         * Begin verification
+         * @description Start to compare the ArrayCommand messages on the bus with a plan. Sends nothing.
+         */
+        put: operations["begin_verification"];
+        post?: never;
+        /**
+         * End verification
+         * @description End the verification. Idempotent.
+         */
+        delete: operations["end_verification"];
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/autopilot/verification/steps": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Begin verification step
+         * @description Start a step: the user holds all controls centred, or one fully positive, for 3 s.
+         */
+        post: operations["begin_verification_step"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/v1/bus": {
         parameters: {
             query?: never;
@@ -268,6 +378,28 @@ export interface paths {
          * @description Delete a log from the data folder.
          */
         delete: operations["delete_log"];
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/bus/role": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        /**
+         * Change role
+         * @description Change the connection role by opening the adapter again. Torque goes off first on servos under command.
+         *
+         *     The role is remembered for this adapter.
+         */
+        put: operations["change_role"];
+        post?: never;
+        delete?: never;
         options?: never;
         head?: never;
         patch?: never;
@@ -1210,6 +1342,26 @@ export interface paths {
          *     `dry_run` performs all checks and returns the same preview as GET.
          */
         post: operations["factory_reset"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/servos/{uid}/failsafe": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Get failsafe
+         * @description Get what the servo does when commands stop, and the last gap that confirmed it.
+         */
+        get: operations["get_failsafe"];
+        put?: never;
+        post?: never;
         delete?: never;
         options?: never;
         head?: never;
@@ -2916,6 +3068,38 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/v1/sim/autopilot": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Get sim autopilot
+         * @description Get the simulated autopilot.
+         */
+        get: operations["get_sim_autopilot"];
+        /**
+         * Add sim autopilot
+         * @description Add a simulated autopilot to the bus, in place of the present one. It is disarmed.
+         */
+        put: operations["add_sim_autopilot"];
+        post?: never;
+        /**
+         * Remove sim autopilot
+         * @description Remove the simulated autopilot from the bus. Idempotent.
+         */
+        delete: operations["remove_sim_autopilot"];
+        options?: never;
+        head?: never;
+        /**
+         * Change sim autopilot
+         * @description Arm or disarm it, press its safety switch, restart it, or set its outputs. All or nothing.
+         */
+        patch: operations["change_sim_autopilot"];
+        trace?: never;
+    };
     "/api/v1/sim/servos": {
         parameters: {
             query?: never;
@@ -2983,7 +3167,9 @@ export interface paths {
         put?: never;
         /**
          * Stop
-         * @description Stop all servos immediately. Needs no lease, and latches. A repeated request is sent again.
+         * @description Stop immediately. Needs no lease, and latches. A repeated request is sent again.
+         *
+         *     As host it reaches all servos; as guest, those that hornbill commands unless `everyone`; as observer, none.
          */
         post: operations["stop"];
         /**
@@ -3247,7 +3433,7 @@ export interface components {
              * @description Code for programs. Stable.
              * @enum {string}
              */
-            code: "adapter_silent" | "bit_rate_fixed" | "baud_unknown" | "adapter_echoes" | "line_noise" | "latency_timer";
+            code: "adapter_silent" | "bit_rate_fixed" | "baud_unknown" | "adapter_echoes" | "line_noise" | "latency_timer" | "not_listen_only";
             /** @description Values in the text, by name. */
             params: {
                 [key: string]: string | number;
@@ -3257,6 +3443,21 @@ export interface components {
         };
         /** @enum {string} */
         Advice: "connect_adapter" | "check_adapter" | "see_adapter_message" | "check_timing_and_wiring" | "find_short" | "set_bit_timing" | "set_bit_rate" | "check_wires" | "check_wires_and_baud" | "free_serial_line" | "check_plugs" | "slow_sender" | "reduce_computer_load" | "none_needed" | "renumber_node" | "change_own_node_id" | "close_program" | "assign_servo_ids" | "turn_off_commander" | "renumber_servos" | "keep_one_allocator" | "turn_allocator_on" | "free_node_id" | "check_node_and_restart" | "check_node" | "check_cable_and_restart" | "check_worst_cable" | "check_computer" | "check_supply";
+        /**
+         * AdviceItem
+         * @description One point to check before the first flight.
+         */
+        AdviceItem: {
+            /**
+             * @description Code for programs. Stable.
+             * @enum {string}
+             */
+            code: "servo_id_zero" | "status_not_received" | "throw_beyond_limits" | "step_above_deadband" | "silent_when_unarmed" | "node_id_dynamic_range" | "position_in_log";
+            /** @description Output it concerns. Null if all. */
+            output: number | null;
+            /** @description One sentence for users. */
+            text: string;
+        };
         /**
          * Allocation
          * @description One row of the allocation table.
@@ -3619,6 +3820,8 @@ export interface components {
             ignored: number;
             /** @description The slower of CAN bus and serial line, whose budget limits polling. Null without a bus. */
             limited_by: ("can" | "serial_line") | null;
+            /** @description The adapter is in listen-only mode, so it does not even acknowledge frames. Null without a bus. */
+            listen_only: boolean | null;
             /** @description Load limit of polling, %: the bus budget, or less on a slower serial line. */
             load_cap_pct: number;
             /** @description Bus load, %. Null without a bus. */
@@ -3629,6 +3832,11 @@ export interface components {
             reopened: number;
             /** @description Time until the adapter is reopened automatically, s. Null while it works. */
             retry_in_s: number | null;
+            /** @description host: configures, commands and allocates node IDs. guest: allocates no node IDs, reads at most 200 frames/s, and moves only servos that no other node commands. observer: sends no frame. Null without a bus. */
+            role: components["schemas"]["ConnectionRoleName"] | null;
+            /** @description Why guest was chosen with role auto. Null if the role was requested. */
+            role_reason: string | null;
+            role_reason_params: components["schemas"]["Params"];
             /** @description RX overruns: received frames that were dropped. */
             rx_dropped: number;
             /** @description Frames received per second. */
@@ -3676,6 +3884,8 @@ export interface components {
             bitrate?: number;
             /** @description Pause between frames of one transfer, ms. Default: `?frame_gap_ms=` of the address, otherwise 0. */
             frame_gap_ms?: number | null;
+            /** @description Connection role. auto: listen for 1.5 s, then guest beside an autopilot or another allocator, otherwise host. Default: the role last chosen for this adapter, otherwise auto. */
+            role?: components["schemas"]["ConnectionRoleChoice"] | null;
         };
         /**
          * BusMessage
@@ -3975,6 +4185,33 @@ export interface components {
             warnings: string[];
         };
         /**
+         * Commander
+         * @description Another node that commands a servo by ArrayCommand: a command within the last second.
+         */
+        Commander: {
+            /** @description Time since its last command, s. */
+            age_s: number;
+            /** @description Last commanded angle, °. Null for speed, torque and unknown types. */
+            command_deg: number | null;
+            /** @description Tracking error: `command_deg` minus the last angle, °. Null if either is unknown. */
+            error_deg: number | null;
+            /** @description Its name from GetNodeInfo. Null if unknown. */
+            name: string | null;
+            /** @description Node ID of the sender, 1 to 127. */
+            node_id: number;
+            /** @description Rate over the last 100 commands, Hz. Null after a single command. */
+            rate_hz: number | null;
+            /** @description Start of its commands, seconds since 1970 UTC. */
+            since: number;
+            /**
+             * @description Command type of ArrayCommand (table 2-21).
+             * @enum {string}
+             */
+            type: "unitless" | "position" | "force" | "speed" | "pwm" | "unknown";
+            /** @description Last command value, in the unit of its type. Null if not finite. */
+            value: number | null;
+        };
+        /**
          * CommissionPlan
          * @description Effect of commissioning on one servo.
          */
@@ -4088,6 +4325,10 @@ export interface components {
         };
         /** @enum {string} */
         ConfirmCode: "supply" | "temperature" | "torque_off_in_rom" | "torque_on_in_rom" | "multi_turn" | "turns" | "turn_count";
+        /** @enum {string} */
+        ConnectionRoleChoice: "auto" | "host" | "guest" | "observer";
+        /** @enum {string} */
+        ConnectionRoleName: "host" | "guest" | "observer";
         /**
          * Copy
          * @description Options of copying values.
@@ -4281,7 +4522,7 @@ export interface components {
             uid: string | null;
         };
         /** @enum {string} */
-        EventCode: "connected" | "disconnected" | "bus_lost" | "bus_trouble" | "bus_back" | "sample_point" | "allocator_mode" | "allocated" | "node_ids_freed" | "node_id_recycled" | "no_node_id" | "second_allocator" | "second_allocator_gone" | "own_node_id" | "own_node_id_alone" | "ready" | "offline" | "restarted" | "fault" | "fault_cleared" | "hunting" | "hunting_ended" | "saturated" | "saturated_ended" | "turns_lost" | "drift" | "ram_values_lost" | "position_unit" | "not_rolled_back" | "not_restored" | "lease_requested" | "lease_withdrawn" | "lease_refused" | "lease_passed" | "lease_forced" | "lease_ended" | "hold_ended" | "move_ended" | "stream_ended" | "command_ended" | "stopped" | "stopped_late" | "stop_cleared" | "no_response" | "torque_off" | "recording_written" | "recording_failed" | "recordings_deleted" | "log_started" | "log_stopped" | "log_full" | "log_failed" | "store_failed";
+        EventCode: "connected" | "disconnected" | "bus_lost" | "bus_trouble" | "bus_back" | "sample_point" | "allocator_mode" | "allocated" | "node_ids_freed" | "node_id_recycled" | "no_node_id" | "second_allocator" | "second_allocator_gone" | "own_node_id" | "own_node_id_alone" | "ready" | "offline" | "restarted" | "fault" | "fault_cleared" | "hunting" | "hunting_ended" | "saturated" | "saturated_ended" | "turns_lost" | "drift" | "ram_values_lost" | "position_unit" | "not_rolled_back" | "not_restored" | "lease_requested" | "lease_withdrawn" | "lease_refused" | "lease_passed" | "lease_forced" | "lease_ended" | "hold_ended" | "move_ended" | "stream_ended" | "command_ended" | "commanded_elsewhere" | "command_lost" | "motion_yielded" | "stopped" | "stopped_late" | "stop_cleared" | "no_response" | "torque_off" | "recording_written" | "recording_failed" | "recordings_deleted" | "log_started" | "log_stopped" | "log_full" | "log_failed" | "store_failed";
         /**
          * EventMessage
          * @description An entry of the event log.
@@ -4342,6 +4583,20 @@ export interface components {
              * @default true
              */
             keep_identity?: boolean;
+        };
+        /**
+         * Failsafe
+         * @description What a servo does when commands stop (0x26, 0x27).
+         */
+        Failsafe: {
+            /** @description Timeout action (0x26). Null if unknown. */
+            action: ("hold" | "off" | "brake") | null;
+            /** @description Timeout (0x27), s. Null if unknown. */
+            after_s: number | null;
+            /** @description Last measured gap. Null if none was seen. */
+            confirmed: components["schemas"]["MeasuredGap"] | null;
+            /** @description What it does, one sentence. */
+            text: string;
         };
         /**
          * Fault
@@ -4482,7 +4737,7 @@ export interface components {
             uids: string[];
         };
         /** @enum {string} */
-        FindingCode: "adapter" | "bus_off" | "bit_rate" | "no_traffic" | "own_node_id" | "duplicate_node_id" | "duplicate_servo_id" | "servos_without_id" | "other_commands" | "second_allocator" | "allocation_stuck" | "frames_dropped" | "errors_rising" | "load_over_budget" | "serial_line_full" | "silent_node" | "responses_lost" | "responses_slow" | "servo_offline" | "foreign_frames" | "no_bus" | "adapter_failed" | "adapter_lost" | "interface_down" | "sample_point" | "only_errors" | "unacknowledged" | "nothing_received" | "makers_program" | "allocator_off" | "allocation_refused" | "adapter_silent" | "bit_rate_fixed" | "baud_unknown" | "adapter_echoes" | "line_noise" | "latency_timer";
+        FindingCode: "adapter" | "bus_off" | "bit_rate" | "no_traffic" | "own_node_id" | "duplicate_node_id" | "duplicate_servo_id" | "servos_without_id" | "other_commands" | "second_allocator" | "allocation_stuck" | "frames_dropped" | "errors_rising" | "load_over_budget" | "serial_line_full" | "silent_node" | "responses_lost" | "responses_slow" | "servo_offline" | "foreign_frames" | "no_bus" | "adapter_failed" | "adapter_lost" | "interface_down" | "sample_point" | "only_errors" | "unacknowledged" | "nothing_received" | "makers_program" | "allocator_off" | "allocation_refused" | "adapter_silent" | "bit_rate_fixed" | "baud_unknown" | "adapter_echoes" | "line_noise" | "latency_timer" | "not_listen_only";
         /**
          * Forecast
          * @description Effect of a restart on the horn, and its risks.
@@ -4666,6 +4921,16 @@ export interface components {
             lines: components["schemas"]["LineVerdict"][];
             /** @description Imported profile. Null unless all lines are ok. */
             profile: components["schemas"]["Profile"] | null;
+        };
+        /**
+         * ImportedPlan
+         * @description Outputs of a parameter file.
+         */
+        ImportedPlan: {
+            /** @description Points to check. */
+            advice: components["schemas"]["AdviceItem"][];
+            /** @description Outputs on DroneCAN. */
+            plan: components["schemas"]["Plan"];
         };
         /** @description Values by key, in the units of the parameter manual. */
         InputByKey: {
@@ -5239,6 +5504,20 @@ export interface components {
         };
         /** @enum {string} */
         MarkReason: "failure" | "stop" | "lost" | "bus_lost" | "manual";
+        /**
+         * MeasuredGap
+         * @description The last gap of commands that was longer than the timeout.
+         */
+        MeasuredGap: {
+            /** @description Time of its last command, seconds since 1970 UTC. */
+            at: number;
+            /** @description Duration of the gap, s. Null while it lasts. */
+            gap_s: number | null;
+            /** @description Node that stopped commanding. */
+            node_id: number;
+            /** @description Torque read after the timeout, %. Null if not read. */
+            torque_pct: number | null;
+        };
         /** @enum {string} */
         MotionCode: "turns" | "turn_count";
         /**
@@ -5272,6 +5551,27 @@ export interface components {
              * @default 60
              */
             speed_deg_s?: number;
+        };
+        /**
+         * NewSimAutopilot
+         * @description A simulated autopilot to add to the bus.
+         */
+        NewSimAutopilot: {
+            /**
+             * @description Number of outputs.
+             * @default 4
+             */
+            outputs?: number;
+            /**
+             * @description Autopilot program.
+             * @enum {string}
+             */
+            program: "ardupilot" | "px4";
+            /**
+             * @description Rate of ArrayCommand, Hz.
+             * @default 50
+             */
+            rate_hz?: number;
         };
         /**
          * NewSimServo
@@ -5357,8 +5657,14 @@ export interface components {
          *     ID are listed as one entry with node ID 0.
          */
         Node: {
+            /** @description Servo ID in its Status. Null if it broadcasts no actuator's Status. */
+            actuator_id: number | null;
             /** @description Time since it was last received, s. */
             age_s: number;
+            /** @description Angle in its Status, °; in Futaba's unit if it is not identified. Null if it broadcasts none. */
+            angle_deg: number | null;
+            /** @description Other nodes that command its servo ID now. */
+            commanded_by: components["schemas"]["Commander"][];
             /** @description Hardware version from GetNodeInfo. Null if unknown. */
             hardware_version: string | null;
             /** @description Health from NodeStatus. */
@@ -5415,7 +5721,7 @@ export interface components {
             text: string;
         };
         /** @enum {string} */
-        NoteCode: "problem" | "text" | "not_in_servo" | "side_unknown" | "identity_row" | "torque_row" | "torque_never_on" | "too_many_dots" | "invalid_syntax" | "nested_too_deeply" | "not_an_object" | "not_a_table" | "too_many_entries" | "values_missing" | "unknown_field" | "not_text" | "too_long" | "lone_surrogate" | "other_tables" | "unit_not_text" | "unit_without_value" | "pin_unchanged" | "pin_at_restart" | "pin_after_fixed" | "id_freed" | "id_changes_at_restart" | "no_status" | "this_server" | "another_hornbill" | "requesting_id" | "no_model_number" | "no_parameters" | "no_info" | "not_pollable_yet" | "polled_when_ready" | "log_limit" | "disk_slow" | "disk_full" | "write_failed" | "unit_unchecked" | "unit_agreed" | "unit_changed" | "unit_none_fits" | "unit_forced" | "reason" | "stop_reason" | "stop_of" | "stop_confirmed" | "lease_taken" | "lease_ended" | "profile_stored" | "profile_replaced" | "profile_deleted" | "ram_only" | "servo_id_zero" | "login_from" | "servo_forgotten" | "not_seen_for" | "commissioned" | "ended_by_request" | "server_shutdown" | "smoothing_on" | "limit_reached" | "limit_unknown";
+        NoteCode: "problem" | "text" | "heard" | "not_in_servo" | "side_unknown" | "identity_row" | "torque_row" | "torque_never_on" | "too_many_dots" | "invalid_syntax" | "nested_too_deeply" | "not_an_object" | "not_a_table" | "too_many_entries" | "values_missing" | "unknown_field" | "not_text" | "too_long" | "lone_surrogate" | "other_tables" | "unit_not_text" | "unit_without_value" | "pin_unchanged" | "pin_at_restart" | "pin_after_fixed" | "id_freed" | "id_changes_at_restart" | "no_status" | "this_server" | "another_hornbill" | "requesting_id" | "no_model_number" | "no_parameters" | "no_info" | "not_overheard" | "not_pollable_yet" | "polled_when_ready" | "not_polled_as_observer" | "log_limit" | "disk_slow" | "disk_full" | "write_failed" | "unit_unchecked" | "unit_agreed" | "unit_changed" | "unit_none_fits" | "unit_forced" | "reason" | "stop_reason" | "stop_of" | "stop_confirmed" | "lease_taken" | "lease_ended" | "profile_stored" | "profile_replaced" | "profile_deleted" | "ram_only" | "servo_id_zero" | "login_from" | "servo_forgotten" | "not_seen_for" | "commissioned" | "ended_by_request" | "server_shutdown" | "smoothing_on" | "limit_reached" | "limit_unknown";
         /**
          * NumberReading
          * @description One parameter as last read from RAM, with its ROM value and this model's limits.
@@ -5659,6 +5965,28 @@ export interface components {
             /** @description Another unit while another row has a certain value. Null if none. */
             unit_when: components["schemas"]["UnitWhen"] | null;
         };
+        /**
+         * ParameterFile
+         * @description A parameter file for an autopilot.
+         */
+        ParameterFile: {
+            /** @description Points to check. */
+            advice: components["schemas"]["AdviceItem"][];
+            /** @description File name. */
+            name: string;
+            /** @description Content, with comments. */
+            text: string;
+        };
+        /**
+         * ParameterFileText
+         * @description A parameter file of an autopilot.
+         */
+        ParameterFileText: {
+            /** @description Autopilot that wrote it. */
+            program: components["schemas"]["Program"];
+            /** @description Content. */
+            text: string;
+        };
         /** @enum {string} */
         ParameterKey: "command_angle" | "command_speed" | "command_torque" | "current_angle" | "current_speed" | "current_torque" | "current_temperature" | "current_voltage" | "fault_overview" | "fault_notification" | "fault_warning" | "fault_failure" | "torque_mode" | "soft_start" | "smoothing" | "reverse" | "extended_angle" | "speed_torque_control" | "timeout_action" | "timeout_time" | "overcurrent_limit" | "angle_p_gain" | "angle_d_gain" | "angle_dead_band" | "angle_boost" | "speed_p_gain" | "speed_i_gain" | "speed_dead_band" | "speed_i_limit" | "pwm_neutral" | "pwm_range" | "pwm_output_range" | "pwm_mode" | "angle_limit_cw" | "angle_limit_ccw" | "speed_limit_cw" | "speed_limit_ccw" | "torque_limit_cw" | "torque_limit_ccw" | "temperature_limit_upper" | "temperature_limit_lower" | "voltage_limit_upper" | "voltage_limit_lower" | "origin" | "servo_id" | "node_id" | "model_number" | "product_number" | "firmware_version" | "hardware_version" | "production_year" | "production_month" | "production_day" | "production_hour" | "production_minute";
         /**
@@ -5787,6 +6115,52 @@ export interface components {
         Pin: {
             /** @description Node ID, 1 to 127. */
             node_id: number;
+        };
+        /**
+         * Plan
+         * @description Outputs of one autopilot.
+         */
+        Plan: {
+            /** @description Outputs, one per servo. */
+            outputs: components["schemas"]["PlanOutput"][];
+            /** @description ardupilot or px4. */
+            program: components["schemas"]["Program"];
+            /**
+             * @description Rate of ArrayCommand, Hz. ArduPilot only.
+             * @default 50
+             */
+            rate_hz?: number;
+        };
+        /**
+         * PlanOutput
+         * @description One output and the linkage of its servo. Angles are those of the servo, ° (positive is clockwise).
+         */
+        PlanOutput: {
+            /** @description SERVOn_FUNCTION of ArduPilot or UAVCAN_SV_FUNCn of PX4. Null: not written. */
+            function?: number | null;
+            /** @description Clockwise end of the linkage, °. */
+            high_deg: number;
+            /**
+             * @description Name of the servo, for comments.
+             * @default
+             */
+            label?: string;
+            /** @description Counterclockwise end of the linkage, °. */
+            low_deg: number;
+            /**
+             * @description Neutral position, °.
+             * @default 0
+             */
+            neutral_deg?: number;
+            /** @description Output number of the autopilot, from 1. */
+            output: number;
+            /**
+             * @description A positive demand of the autopilot turns the servo counterclockwise.
+             * @default false
+             */
+            reversed?: boolean;
+            /** @description Servo ID (0x45) of the servo. */
+            servo_id: number;
         };
         /** @enum {string} */
         PositionUnit: "hundred_degrees" | "radian" | "degree" | "tenth_degree";
@@ -5929,6 +6303,8 @@ export interface components {
                 [key: string]: boolean | number | string;
             } | null;
         };
+        /** @enum {string} */
+        Program: "ardupilot" | "px4";
         /** @enum {string} */
         PwmModeChoice: "angle" | "speed";
         /**
@@ -6157,6 +6533,18 @@ export interface components {
             node_id: number;
         };
         /**
+         * RecordedCommander
+         * @description Another node that commanded a servo at the first trigger.
+         */
+        RecordedCommander: {
+            /** @description Last commanded angle, °. Null for speed, torque and unknown types. */
+            command_deg: number | null;
+            /** @description Node ID of the sender, 1 to 127. */
+            node_id: number;
+            /** @description Rate of its commands, Hz. Null after a single command. */
+            rate_hz: number | null;
+        };
+        /**
          * RecordedReading
          * @description One register as last read before the first trigger. `at`: seconds since 1970 UTC.
          */
@@ -6175,6 +6563,11 @@ export interface components {
          * @description One servo as known at the first trigger.
          */
         RecordedServo: {
+            /**
+             * @description Other nodes that commanded it at the first trigger.
+             * @default []
+             */
+            commanded_by: components["schemas"]["RecordedCommander"][];
             /** @description Firmware version as read from 0x52, raw. Null if unknown. */
             firmware: number | null;
             /** @description Hardware version from GetNodeInfo. Null if unknown. */
@@ -6442,6 +6835,14 @@ export interface components {
              */
             value: boolean;
         };
+        /**
+         * RoleChange
+         * @description Connection role on the connected bus.
+         */
+        RoleChange: {
+            /** @description New role. */
+            role: components["schemas"]["ConnectionRoleName"];
+        };
         /** @enum {string} */
         RoleName: "view" | "operate" | "configure" | "admin";
         /**
@@ -6615,6 +7016,8 @@ export interface components {
             bus: string | null;
             /** @description Last known angle command, °. Null while inactive. */
             command_deg: number | null;
+            /** @description Other nodes that command it now. hornbill then does not. */
+            commanded_by: components["schemas"]["Commander"][];
             /** @description Keys of rows that another tool changed in ROM. Details: `GET …/drift`. */
             drift: string[];
             faults: components["schemas"]["FaultWords"];
@@ -6735,6 +7138,54 @@ export interface components {
             role: components["schemas"]["RoleName"] | null;
         };
         /**
+         * SimAutopilot
+         * @description The simulated autopilot.
+         */
+        SimAutopilot: {
+            /** @description Number of node IDs it has allocated. */
+            allocated: number;
+            /** @description Armed: it moves its outputs. */
+            armed: boolean;
+            /** @description Outputs. */
+            channels: components["schemas"]["SimChannel"][];
+            /** @description Its node ID: 10 for ArduPilot, 1 for PX4, or the next one that no simulated servo has. */
+            node_id: number;
+            /**
+             * @description Autopilot program whose IDs and scaling it uses.
+             * @enum {string}
+             */
+            program: "ardupilot" | "px4";
+            /** @description Rate of ArrayCommand, Hz. */
+            rate_hz: number;
+            /** @description Safety switch on: ArduPilot then sends no ArrayCommand. */
+            safety_on: boolean;
+            /** @description Number of ArrayCommand messages sent. */
+            sent_commands: number;
+            /** @description While armed it moves all outputs slowly between their ends. */
+            sweep: boolean;
+        };
+        /**
+         * SimAutopilotChange
+         * @description Changes to the simulated autopilot. Omitted fields stay unchanged.
+         */
+        SimAutopilotChange: {
+            /** @description Arm or disarm. */
+            armed?: boolean | null;
+            /** @description Changes to outputs. */
+            channels?: components["schemas"]["SimChannelChange"][];
+            /** @description Rate, Hz. */
+            rate_hz?: number | null;
+            /**
+             * @description Restart it: two seconds of silence, disarmed.
+             * @default false
+             */
+            restart?: boolean;
+            /** @description Safety switch. */
+            safety_on?: boolean | null;
+            /** @description Move all outputs slowly while armed. */
+            sweep?: boolean | null;
+        };
+        /**
          * SimChange
          * @description Changes to a simulated servo, all or nothing. Omitted fields stay unchanged.
          */
@@ -6777,6 +7228,48 @@ export interface components {
             temperature_c?: number | null;
             /** @description Supply voltage, V. */
             voltage_v?: number | null;
+        };
+        /**
+         * SimChannel
+         * @description One output of the simulated autopilot.
+         */
+        SimChannel: {
+            /** @description Present demand, -1 to 1. */
+            demand: number;
+            /** @description Angle at demand 1, °. */
+            high_deg: number;
+            /** @description Angle at demand -1, °. */
+            low_deg: number;
+            /** @description Angle at demand 0, °. */
+            neutral_deg: number;
+            /** @description Output number, from 1. */
+            output: number;
+            /** @description A positive demand turns towards `low_deg`. */
+            reversed: boolean;
+            /** @description ArrayCommand has an entry for it. */
+            sent: boolean;
+            /** @description Actuator ID in ArrayCommand: the servo ID it commands. */
+            servo_id: number;
+        };
+        /**
+         * SimChannelChange
+         * @description Changes to one output. Omitted fields stay unchanged.
+         */
+        SimChannelChange: {
+            /** @description Demand, -1 to 1. */
+            demand?: number | null;
+            /** @description Angle at 1, °. */
+            high_deg?: number | null;
+            /** @description Angle at -1, °. */
+            low_deg?: number | null;
+            /** @description Angle at 0, °. */
+            neutral_deg?: number | null;
+            /** @description Output number, from 1. */
+            output: number;
+            /** @description A positive demand turns towards `low_deg`. */
+            reversed?: boolean | null;
+            /** @description ArrayCommand has an entry for it. */
+            sent?: boolean | null;
         };
         /** @enum {string} */
         SimPower: "off" | "on";
@@ -7163,6 +7656,13 @@ export interface components {
             mode: components["schemas"]["StopMode"] | null;
             /** @description Nodes that broadcast actuator status and may be servos. */
             nodes: components["schemas"]["StopNode"][];
+            /**
+             * @description all: every servo (role host, or a guest's stop with `everyone`). own: servos that hornbill commands (role guest). none: nothing is sent (role observer).
+             * @enum {string}
+             */
+            reach: "all" | "own" | "none";
+            /** @description Unique IDs of the online servos that a stop reaches now. */
+            reaches: string[];
             /** @description Reason: text, or the page's code `stop_button`, `esc_key` or `space_key`. Null while not latched. */
             reason: string | null;
             /** @description One entry per servo. */
@@ -7213,6 +7713,11 @@ export interface components {
          * @description Options of a stop.
          */
         StopRequest: {
+            /**
+             * @description As guest, stop all servos on the bus, also those that the autopilot commands. An aircraft then loses its control surfaces. Without effect as host or observer.
+             * @default false
+             */
+            everyone?: boolean;
             /**
              * @description Torque off or brake.
              * @default off
@@ -7888,6 +8393,72 @@ export interface components {
              */
             type: "unsubscribe";
         };
+        /**
+         * Verification
+         * @description State of the live verification.
+         */
+        Verification: {
+            /** @description Duration of a step, s. */
+            hold_s: number;
+            /** @description Time left of the step, s. Null without a step. */
+            left_s: number | null;
+            /** @description Output of the step. Null for all. */
+            output: number | null;
+            /** @description Autopilot of the plan. */
+            program: components["schemas"]["Program"];
+            /** @description Outputs of the plan. */
+            rows: components["schemas"]["VerifyRow"][];
+            /** @description Step in progress. Null if none. */
+            step: ("neutral" | "positive") | null;
+        };
+        /**
+         * VerifyRow
+         * @description One output: what was exported, and what is on the bus.
+         */
+        VerifyRow: {
+            /** @description Commanded angle while its control was held, °. Null if not yet. */
+            held_deg: number | null;
+            /** @description Exported clockwise end, °. */
+            high_deg: number;
+            /** @description Name of the servo. Empty if none. */
+            label: string;
+            /** @description Last commanded angle, °. Null if none. */
+            last_deg: number | null;
+            /** @description Exported counterclockwise end, °. */
+            low_deg: number;
+            /** @description Exported neutral, °. */
+            neutral_deg: number;
+            /** @description Output number. */
+            output: number;
+            /** @description Exported end of a positive demand, °. */
+            positive_deg: number;
+            /**
+             * @description matches: within 0.5° at the positive end. reversed: moved to the other end. swapped: another output moved. missing: ArrayCommand has no entry for it. throw_too_small, throw_too_large: the end differs. wrong_type: not UNITLESS. not_moved: not moved enough yet.
+             * @enum {string}
+             */
+            result: "matches" | "reversed" | "swapped" | "missing" | "throw_too_small" | "throw_too_large" | "wrong_type" | "not_moved";
+            /** @description Highest commanded angle so far, °. Null if none. */
+            seen_high_deg: number | null;
+            /** @description Lowest commanded angle so far, °. Null if none. */
+            seen_low_deg: number | null;
+            /** @description Servo ID it commands. */
+            servo_id: number;
+            /** @description Output that moved instead. Null unless swapped. */
+            swapped_with: number | null;
+        };
+        /**
+         * VerifyStep
+         * @description Step of a verification: the user holds the control for 3 s.
+         */
+        VerifyStep: {
+            /**
+             * @description neutral: all controls centred. positive: the control of `output` fully in its positive direction.
+             * @enum {string}
+             */
+            kind: "neutral" | "positive";
+            /** @description Output of a positive step. */
+            output?: number | null;
+        };
         /** VoltageLimitLowerValue */
         VoltageLimitLowerValue: {
             /**
@@ -8294,6 +8865,208 @@ export interface operations {
             default: components["responses"]["CommonProblem"];
         };
     };
+    export_autopilot_parameters: {
+        parameters: {
+            query?: never;
+            header?: {
+                /**
+                 * @description A repeated request with the same key is carried out once and returns the first response. Responses are stored for at least 24 h.
+                 * @example rig-7-run-2031
+                 */
+                "Idempotency-Key"?: components["parameters"]["Idempotency-Key"];
+            };
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["Plan"];
+            };
+        };
+        responses: {
+            /** @description Success. */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["ParameterFile"];
+                };
+            };
+            /** @description `invalid_value`, `out_of_range`, `idempotency_key_reused` */
+            422: components["responses"]["Problem"];
+            /** @description `interrupted`, `store_failed` */
+            500: components["responses"]["Problem"];
+            default: components["responses"]["CommonProblem"];
+        };
+    };
+    import_autopilot_parameters: {
+        parameters: {
+            query?: never;
+            header?: {
+                /**
+                 * @description A repeated request with the same key is carried out once and returns the first response. Responses are stored for at least 24 h.
+                 * @example rig-7-run-2031
+                 */
+                "Idempotency-Key"?: components["parameters"]["Idempotency-Key"];
+            };
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["ParameterFileText"];
+            };
+        };
+        responses: {
+            /** @description Success. */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["ImportedPlan"];
+                };
+            };
+            /** @description `invalid_value`, `idempotency_key_reused` */
+            422: components["responses"]["Problem"];
+            /** @description `interrupted`, `store_failed` */
+            500: components["responses"]["Problem"];
+            default: components["responses"]["CommonProblem"];
+        };
+    };
+    get_autopilot_plan: {
+        parameters: {
+            query?: {
+                /** @description Autopilot of the plan. */
+                program?: components["schemas"]["Program"];
+            };
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Success. */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["PlanOutput"][];
+                };
+            };
+            422: components["responses"]["invalid_value"];
+            default: components["responses"]["CommonProblem"];
+        };
+    };
+    get_verification: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Success. */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Verification"];
+                };
+            };
+            /** @description `no_verification` */
+            404: components["responses"]["Problem"];
+            default: components["responses"]["CommonProblem"];
+        };
+    };
+    begin_verification: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["Plan"];
+            };
+        };
+        responses: {
+            /** @description Success. */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Verification"];
+                };
+            };
+            /** @description `invalid_value`, `out_of_range` */
+            422: components["responses"]["Problem"];
+            503: components["responses"]["bus_disconnected"];
+            default: components["responses"]["CommonProblem"];
+        };
+    };
+    end_verification: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Success. */
+            204: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content?: never;
+            };
+            default: components["responses"]["CommonProblem"];
+        };
+    };
+    begin_verification_step: {
+        parameters: {
+            query?: never;
+            header?: {
+                /**
+                 * @description A repeated request with the same key is carried out once and returns the first response. Responses are stored for at least 24 h.
+                 * @example rig-7-run-2031
+                 */
+                "Idempotency-Key"?: components["parameters"]["Idempotency-Key"];
+            };
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["VerifyStep"];
+            };
+        };
+        responses: {
+            /** @description Success. */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Verification"];
+                };
+            };
+            /** @description `no_verification` */
+            404: components["responses"]["Problem"];
+            /** @description `invalid_value`, `idempotency_key_reused` */
+            422: components["responses"]["Problem"];
+            /** @description `interrupted`, `store_failed` */
+            500: components["responses"]["Problem"];
+            default: components["responses"]["CommonProblem"];
+        };
+    };
     get_bus: {
         parameters: {
             query?: never;
@@ -8595,6 +9368,35 @@ export interface operations {
             default: components["responses"]["CommonProblem"];
         };
     };
+    change_role: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["RoleChange"];
+            };
+        };
+        responses: {
+            /** @description Success. */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Bus"];
+                };
+            };
+            422: components["responses"]["invalid_value"];
+            /** @description `bus_open_failed` */
+            502: components["responses"]["Problem"];
+            503: components["responses"]["bus_disconnected"];
+            default: components["responses"]["CommonProblem"];
+        };
+    };
     command_servos: {
         parameters: {
             query?: never;
@@ -8626,7 +9428,7 @@ export interface operations {
                 };
             };
             404: components["responses"]["unknown_servo"];
-            /** @description `mode_off`, `torque_off`, `not_in_this_model`, `busy`, `lease_held`, `configuration_lost`, `needs_confirmation`, `conflict`, `position_unit_unconfirmed` */
+            /** @description `mode_off`, `torque_off`, `not_in_this_model`, `busy`, `lease_held`, `commanded_elsewhere`, `configuration_lost`, `needs_confirmation`, `conflict`, `position_unit_unconfirmed` */
             409: components["responses"]["Problem"];
             /** @description `invalid_value`, `out_of_range`, `idempotency_key_reused` */
             422: components["responses"]["Problem"];
@@ -10250,7 +11052,7 @@ export interface operations {
                 };
             };
             404: components["responses"]["unknown_servo"];
-            /** @description `mode_off`, `torque_off`, `not_in_this_model`, `busy`, `lease_held`, `configuration_lost`, `needs_confirmation` */
+            /** @description `mode_off`, `torque_off`, `not_in_this_model`, `busy`, `lease_held`, `commanded_elsewhere`, `configuration_lost`, `needs_confirmation` */
             409: components["responses"]["Problem"];
             /** @description `invalid_value`, `out_of_range`, `idempotency_key_reused` */
             422: components["responses"]["Problem"];
@@ -10517,6 +11319,32 @@ export interface operations {
             default: components["responses"]["CommonProblem"];
         };
     };
+    get_failsafe: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                /** @description Unique ID, 32 lower-case hex digits. */
+                uid: components["parameters"]["uid"];
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Success. */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Failsafe"];
+                };
+            };
+            404: components["responses"]["unknown_servo"];
+            422: components["responses"]["invalid_value"];
+            default: components["responses"]["CommonProblem"];
+        };
+    };
     list_faults: {
         parameters: {
             query?: never;
@@ -10668,7 +11496,7 @@ export interface operations {
                 };
             };
             404: components["responses"]["unknown_servo"];
-            /** @description `not_in_this_model`, `busy`, `configuration_lost`, `lease_held` */
+            /** @description `not_in_this_model`, `busy`, `configuration_lost`, `lease_held`, `commanded_elsewhere` */
             409: components["responses"]["Problem"];
             /** @description `invalid_value`, `idempotency_key_reused` */
             422: components["responses"]["Problem"];
@@ -14632,7 +15460,7 @@ export interface operations {
                 };
             };
             404: components["responses"]["unknown_servo"];
-            /** @description `torque_off`, `not_in_this_model`, `busy`, `lease_held`, `configuration_lost` */
+            /** @description `torque_off`, `not_in_this_model`, `busy`, `lease_held`, `commanded_elsewhere`, `configuration_lost` */
             409: components["responses"]["Problem"];
             /** @description `invalid_value`, `out_of_range`, `idempotency_key_reused` */
             422: components["responses"]["Problem"];
@@ -14803,7 +15631,7 @@ export interface operations {
                 };
             };
             404: components["responses"]["unknown_servo"];
-            /** @description `mode_off`, `torque_off`, `not_in_this_model`, `busy`, `lease_held`, `configuration_lost`, `needs_confirmation` */
+            /** @description `mode_off`, `torque_off`, `not_in_this_model`, `busy`, `lease_held`, `commanded_elsewhere`, `configuration_lost`, `needs_confirmation` */
             409: components["responses"]["Problem"];
             /** @description `invalid_value`, `out_of_range`, `idempotency_key_reused` */
             422: components["responses"]["Problem"];
@@ -14884,6 +15712,106 @@ export interface operations {
                 };
                 content?: never;
             };
+            default: components["responses"]["CommonProblem"];
+        };
+    };
+    get_sim_autopilot: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Success. */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["SimAutopilot"];
+                };
+            };
+            /** @description `no_simulator`, `no_autopilot` */
+            404: components["responses"]["Problem"];
+            default: components["responses"]["CommonProblem"];
+        };
+    };
+    add_sim_autopilot: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["NewSimAutopilot"];
+            };
+        };
+        responses: {
+            /** @description Success. */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["SimAutopilot"];
+                };
+            };
+            /** @description `no_simulator` */
+            404: components["responses"]["Problem"];
+            422: components["responses"]["invalid_value"];
+            default: components["responses"]["CommonProblem"];
+        };
+    };
+    remove_sim_autopilot: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Success. */
+            204: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content?: never;
+            };
+            /** @description `no_simulator` */
+            404: components["responses"]["Problem"];
+            default: components["responses"]["CommonProblem"];
+        };
+    };
+    change_sim_autopilot: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["SimAutopilotChange"];
+            };
+        };
+        responses: {
+            /** @description Success. */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["SimAutopilot"];
+                };
+            };
+            /** @description `no_simulator`, `no_autopilot` */
+            404: components["responses"]["Problem"];
+            422: components["responses"]["invalid_value"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -15215,7 +16143,7 @@ export interface operations {
                 };
             };
             404: components["responses"]["unknown_servo"];
-            /** @description `mode_off`, `torque_off`, `not_in_this_model`, `busy`, `lease_held`, `configuration_lost`, `needs_confirmation`, `conflict`, `position_unit_unconfirmed`, `bus_budget` */
+            /** @description `mode_off`, `torque_off`, `not_in_this_model`, `busy`, `lease_held`, `commanded_elsewhere`, `configuration_lost`, `needs_confirmation`, `conflict`, `position_unit_unconfirmed`, `bus_budget` */
             409: components["responses"]["Problem"];
             /** @description `invalid_value`, `out_of_range`, `idempotency_key_reused` */
             422: components["responses"]["Problem"];
@@ -15286,7 +16214,7 @@ export interface operations {
             };
             /** @description `unknown_servo`, `unknown_stream` */
             404: components["responses"]["Problem"];
-            /** @description `mode_off`, `torque_off`, `not_in_this_model`, `busy`, `lease_held`, `configuration_lost`, `needs_confirmation`, `conflict`, `position_unit_unconfirmed`, `bus_budget` */
+            /** @description `mode_off`, `torque_off`, `not_in_this_model`, `busy`, `lease_held`, `commanded_elsewhere`, `configuration_lost`, `needs_confirmation`, `conflict`, `position_unit_unconfirmed`, `bus_budget` */
             409: components["responses"]["Problem"];
             /** @description `invalid_value`, `out_of_range` */
             422: components["responses"]["Problem"];

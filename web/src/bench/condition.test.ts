@@ -31,6 +31,7 @@ const servo = (more: Partial<KnownServo> = {}): KnownServo => ({
   age_s: 0,
   output: { state: "on", reason: "configured", by: null, since: null },
   activity: { state: "holding", since: 0, peak_to_peak_deg: 0, torque_pct: 0, torque_limit_pct: 100 },
+  commanded_by: [],
   unsaved: [],
   unacknowledged: 0,
   drift: [],
@@ -189,6 +190,8 @@ describe("conditionOf", () => {
       reason: "",
       servos: [{ uid: servo().uid, label: "Gripper", confirmed, ms: confirmed ? 4.2 : null }],
       nodes: [],
+      reach: "all" as const,
+      reaches: [],
     });
     expect(conditionOf(servo(), facts({ stop: stop(true) })).line).toBe("Torque off, confirmed in 4\u202fms");
     expect(conditionOf(servo(), facts({ stop: stop(false) }))).toMatchObject({

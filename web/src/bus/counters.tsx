@@ -23,7 +23,7 @@ export function BusStrip() {
   const state = bus.value;
   return (
     <div class={up.value ? "bus-strip" : "bus-strip old"}>
-      <Load cap={state?.load_cap_pct ?? null} />
+      <Load cap={state?.role === "host" ? state.load_cap_pct : null} />
       {state && <Counters state={state} />}
     </div>
   );

@@ -84,6 +84,7 @@ export const words = {
     adapter_echoes: () => "アダプタによる送信フレームの折り返し",
     line_noise: () => "シリアル回線のノイズ",
     latency_timer: () => "FTDIチップのレイテンシタイマが長い",
+    not_listen_only: () => "アダプタがリッスンオンリーでない",
     errors_rising: p => (p.rising ? "エラーの増加" : "エラーが多く、コントローラがエラーパッシブ"),
     load_over_budget: () => "バス負荷の上限超過",
     frames_dropped: () => "hornbillに届くまでのフレームの取りこぼし",
@@ -144,6 +145,7 @@ export const words = {
       foreign_frames: p => `${p.over_s}に0件`,
     },
     wrong: {
+      not_listen_only: p => notes.not_listen_only({ command: p.command ?? "" }),
       no_bus: () => "hornbillはアダプタなしで動作しています。",
       adapter_lost: lost,
       adapter_failed: lost,

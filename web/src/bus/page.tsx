@@ -7,6 +7,7 @@ import type { Poll } from "../bench/poll";
 import { changeChoices } from "../bench/route";
 import { narrow } from "../bench/screen";
 import { Glyph } from "../kit/glyph";
+import { lazy } from "../kit/lazy";
 import { Panel } from "../kit/panel";
 import { text } from "../text";
 import { ConnectHere } from "./connect";
@@ -22,7 +23,9 @@ import "./bus.css";
 import "./monitor.css";
 import "./connect.css";
 
-type Part = "doctor" | "monitor" | "nodes" | "ids";
+const AutopilotPart = lazy(() => import("../autopilot/part").then(file => file.AutopilotPart));
+
+type Part = "doctor" | "monitor" | "nodes" | "ids" | "autopilot";
 
 export function BusPage({ hash }: { hash: string }) {
   const doctor = useRef<Poll | null>(null);
@@ -36,9 +39,11 @@ export function BusPage({ hash }: { hash: string }) {
   }, []);
   const check = () => doctor.current?.now();
   const parts: readonly Part[] = narrow.value
-    ? ["doctor", "monitor", "nodes", "ids"]
-    : ["monitor", "nodes", "ids"];
+    ? ["doctor", "monitor", "nodes", "ids", "autopilot"]
+    : ["monitor", "nodes", "ids", "autopilot"];
   const part = parts.find(one => one === hash) ?? parts[0];
+  // Its tables need the whole width.
+  const whole = narrow.value || part === "autopilot";
   if (bus.value === null) {
     return (
       <div class="page">
@@ -67,13 +72,13 @@ export function BusPage({ hash }: { hash: string }) {
   return (
     <div class="page" data-testid="bus-page">
       <BusHead />
-      {!narrow.value && (
+      {!whole && (
         <Panel>
           <BusStrip />
         </Panel>
       )}
-      <div class="bus-split">
-        {!narrow.value && (
+      <div class={whole ? "bus-split whole" : "bus-split"}>
+        {!whole && (
           <Panel>
             <Doctor onCheck={check} />
           </Panel>
@@ -89,6 +94,7 @@ export function BusPage({ hash }: { hash: string }) {
             )}
             {part === "monitor" && <Monitor />}
             {part === "nodes" && <Nodes />}
+            {part === "autopilot" && <AutopilotPart />}
             {part === "ids" && <NodeIds onChanged={() => table.current?.now()} />}
           </Panel>
         </div>
@@ -102,6 +108,7 @@ const NAMES = (): Record<Part, string> => ({
   monitor: words.monitorTab,
   nodes: words.nodesTab,
   ids: words.idsTab,
+  autopilot: words.autopilotTab,
 });
 
 function Parts({ parts, chosen }: { parts: readonly Part[]; chosen: Part | undefined }) {

@@ -18,6 +18,8 @@ import { Glyph } from "../kit/glyph";
 import { Guides } from "../kit/guide";
 import { Spinner } from "../kit/icon";
 import { Note } from "../kit/note";
+import { type RoleChoice, Roles } from "../role/dialog";
+import { roleWords } from "../role/words";
 import { text } from "../text";
 import { LineFacts } from "./line";
 import { Remedy } from "./remedy";
@@ -44,6 +46,7 @@ export interface Picker {
   kbit: Signal<string>;
   /** Pause between the frames of one transfer as typed, ms. */
   gap: Signal<string>;
+  role: Signal<RoleChoice>;
   opening: Signal<boolean>;
   refused: Signal<{ text: string; command: unknown } | null>;
   /** What Connect opens; null while nothing valid is selected. */
@@ -55,6 +58,7 @@ interface Target {
   address: string;
   bitrate: number;
   frame_gap_ms?: number;
+  role: RoleChoice;
 }
 
 /** Polls the list of adapters while it is shown, so that new ones appear automatically. */
@@ -100,10 +104,11 @@ function makePicker(): Picker {
   const opening = signal(false);
   const refused: Picker["refused"] = signal(null);
   const gap = signal(String(bus.peek()?.frame_gap_ms ?? 0));
+  const role = signal<RoleChoice>("auto");
   const target = computed<Target | null>(() => {
     const pause = gapOf(gap.value);
     if (chosen.value === null || pause === null) return null;
-    const option = pause > 0 ? { frame_gap_ms: pause } : {};
+    const option = { role: role.value, ...(pause > 0 ? { frame_gap_ms: pause } : {}) };
     if (chosen.value !== OTHER) return { address: chosen.value, bitrate: USUAL_BITRATE, ...option };
     const address = typed.value.trim();
     const bitrate = bitrateOf(kbit.value);
@@ -133,6 +138,7 @@ function makePicker(): Picker {
     typed,
     kbit,
     gap,
+    role,
     opening,
     refused,
     target,
@@ -188,6 +194,7 @@ export function PickerCards({ picker }: { picker: Picker }) {
           ? strings.searching
           : strings.searched(age(Math.max(0, now.value - picker.searchedAt.value), 0))}
       </p>
+      <RolePart picker={picker} />
       <Options picker={picker} />
       <SwitchesOff picker={picker} />
       {picker.opening.value && picker.target.value?.address.startsWith(SERIAL) && (
@@ -326,6 +333,21 @@ function Other({ picker }: { picker: Picker }) {
         </div>
       )}
     </div>
+  );
+}
+
+const ROLES = ["auto", "host", "guest", "observer"] as const;
+
+/** The connection role. Simulated servos share their bus with nobody. */
+function RolePart({ picker }: { picker: Picker }) {
+  if (picker.target.value?.address.startsWith(DEMO)) return null;
+  return (
+    <details class="adapter-options" data-testid="adapter-role" open={picker.role.value !== "auto"}>
+      <summary>
+        {roleWords.label}: {roleWords.name[picker.role.value]}
+      </summary>
+      <Roles options={ROLES} chosen={picker.role} />
+    </details>
   );
 }
 

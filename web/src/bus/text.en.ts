@@ -20,6 +20,7 @@ export const words = {
   monitorTab: "Monitor",
   nodesTab: "Nodes",
   idsTab: "Node IDs",
+  autopilotTab: "Autopilot",
 
   state: {
     disconnected: "Not connected",
@@ -68,6 +69,10 @@ export const words = {
         `${params.bytes} invalid bytes were received while the adapter was being opened. Check its cable.`,
       latency_timer: (params: NoteParams) =>
         `The latency timer of the FTDI chip is ${params.latency_ms}\u202fms. Set it to 1\u202fms for faster responses.`,
+      not_listen_only: (params: NoteParams) =>
+        `The adapter is not in listen-only mode: it sends no frames, but acknowledges those of other nodes.${
+          params.command ? ` To prevent that: ${params.command}` : ""
+        }`,
     } as Record<string, (params: NoteParams) => string>,
   },
 
@@ -298,7 +303,7 @@ export const words = {
     adapters: "Adapters",
     other: "Other address",
     otherLine:
-      "INTERFACE:CHANNEL, for example socketcan:can0, slcan:/dev/ttyACM0, candle:, socketcand:192.168.1.20:29536/can0, pcan:PCAN_USBBUS1 or file:recording.log",
+      "INTERFACE:CHANNEL, for example socketcan:can0, slcan:/dev/ttyACM0, candle:, socketcand:192.168.1.20:29536/can0, mavcan:/dev/ttyACM0@115200, mcast:0, pcan:PCAN_USBBUS1 or file:recording.log",
     address: "Address",
     example: "socketcan:can0",
     bitrate: "Bit rate",

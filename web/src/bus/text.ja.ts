@@ -18,6 +18,7 @@ export const words = {
   monitorTab: "モニタ",
   nodesTab: "ノード",
   idsTab: "ノードID",
+  autopilotTab: "オートパイロット",
   state: {
     disconnected: "未接続",
     connecting: "アダプタを開いています",
@@ -64,6 +65,10 @@ export const words = {
         `アダプタを開く間に、無効なデータを${params.bytes}バイト受信しました。ケーブルを確認してください。`,
       latency_timer: params =>
         `FTDIチップのレイテンシタイマが${params.latency_ms}\u202fmsです。1\u202fmsに設定すると応答が速くなります。`,
+      not_listen_only: params =>
+        `アダプタはリッスンオンリーではありません。フレームは送信しませんが、他のノードのフレームにACKを返します。${
+          params.command ? `防ぐには: ${params.command}` : ""
+        }`,
     },
   },
   plot: {
@@ -282,7 +287,7 @@ export const words = {
     adapters: "アダプタ",
     other: "その他のアドレス",
     otherLine:
-      "INTERFACE:CHANNELの形式。例: socketcan:can0、slcan:/dev/ttyACM0、candle:、socketcand:192.168.1.20:29536/can0、pcan:PCAN_USBBUS1、file:recording.log",
+      "INTERFACE:CHANNELの形式。例: socketcan:can0、slcan:/dev/ttyACM0、candle:、socketcand:192.168.1.20:29536/can0、mavcan:/dev/ttyACM0@115200、mcast:0、pcan:PCAN_USBBUS1、file:recording.log",
     address: "アドレス",
     example: "socketcan:can0",
     bitrate: "ビットレート",

@@ -7,6 +7,8 @@ import type { Job } from "../api/types";
 import { problemText } from "../bench/facts";
 import { nameOf, peekServo } from "../bench/fleet";
 import { jobs } from "../bench/jobs";
+import { observing } from "../bench/role";
+import { text } from "../text";
 import { HornFree } from "./horn-free";
 import { isOpen, wordsOf } from "./safety-words";
 
@@ -280,6 +282,7 @@ export async function beginChange(
   request: ChangeRequest,
   flow = new ChangeFlow(request),
 ): Promise<string | null> {
+  if (observing.peek()) return text.motion.whileObserving;
   await flow.look();
   const parts = flow.parts.peek();
   const confirms = flow.required.peek().length > 0 || request.other !== undefined;

@@ -15,7 +15,6 @@ import { ServosPage } from "../servos/page";
 import { Bands } from "./bands";
 import { TopBar } from "./bar";
 import { Foot } from "./foot";
-import { MissingPage, MissingServo } from "./missing";
 import { Rail, SkipLink } from "./rail";
 
 const ApiPage = lazy(() => import("../requests/page").then(file => file.ApiPage));
@@ -26,6 +25,8 @@ const KeysHelp = lazy<{ onClose: () => void }>(() => import("./keys-help").then(
 const LoginPage = lazy(() => import("../login/page").then(file => file.LoginPage));
 const MatrixPage = lazy<{ hash: string }>(() => import("../matrix/page").then(file => file.MatrixPage));
 const OverviewPage = lazy<{ uid: string }>(() => import("../overview/page").then(file => file.OverviewPage));
+const MissingPage = lazy(() => import("./missing").then(file => file.MissingPage));
+const MissingServo = lazy<{ uid: string }>(() => import("./missing").then(file => file.MissingServo));
 const MotionPage = lazy<{ uid: string }>(() => import("../motion/page").then(file => file.MotionPage));
 const ParametersPage = lazy<{ uid: string; hash: string }>(() =>
   import("../parameters/page").then(file => file.ParametersPage),

@@ -24,7 +24,17 @@ afterEach(() => {
 
 const latch = (change: Partial<Stop>) =>
   act(() => {
-    const plain: Stop = { latched: true, mode: "off", at: 1, by: null, reason: null, servos: [], nodes: [] };
+    const plain: Stop = {
+      latched: true,
+      mode: "off",
+      at: 1,
+      by: null,
+      reason: null,
+      servos: [],
+      nodes: [],
+      reach: "all",
+      reaches: [],
+    };
     stop.value = { ...plain, ...change };
   });
 const band = () => host.querySelector('[data-testid="stop-band"]')?.textContent ?? "";

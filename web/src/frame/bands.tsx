@@ -1,7 +1,7 @@
 /** Bands under the bar: no link, a stop that could not be sent, and the latched stop with its evidence. */
 import { useSignal } from "@preact/signals";
 import type { Stop } from "../api/types";
-import { lease, stop } from "../bench/bench";
+import { bus, lease, stop } from "../bench/bench";
 import { now } from "../bench/clock";
 import { nameOf, peekServo } from "../bench/fleet";
 import { clock, number, withUnit } from "../bench/format";
@@ -16,12 +16,16 @@ import { begun } from "../change/flow";
 import { RestoreButton } from "../change/restore-button";
 import { outputLease, restorable } from "../change/restoring";
 import { Button } from "../kit/button";
-import { Confirm } from "../kit/confirm";
 import { Glyph } from "../kit/glyph";
 import { lazy } from "../kit/lazy";
 import { HappenedLink } from "../servo/happened-link";
 import { text } from "../text";
 
+const ClearDialog = lazy<{ silent: readonly string[]; act: () => Promise<void>; onClose: () => void }>(() =>
+  import("./clear-dialog").then(file => file.ClearDialog),
+);
+const RoleBand = lazy(() => import("../role/band").then(file => file.RoleBand));
+const StopAll = lazy(() => import("../role/stop-all").then(file => file.StopAll));
 const HiddenChanges = lazy(() => import("../change/dialog").then(file => file.HiddenChanges));
 
 export function Bands() {
@@ -47,6 +51,7 @@ export function Bands() {
       {stop.value?.latched && <StopBand stop={stop.value} />}
       <OutputBand />
       <RequestBand />
+      {(bus.value?.role === "guest" || bus.value?.role === "observer") && <RoleBand />}
       {begun.value.length > 0 && <HiddenChanges />}
       <span class="hidden-text" role="status" data-testid="live-state" data-state={link.value.state}>
         {up.value ? text.link.up : text.link.down}
@@ -171,6 +176,7 @@ function StopBand({ stop }: { stop: Stop }) {
           }}
         />
       )}
+      {bus.value?.role === "guest" && <StopAll />}
       <div class="said">
         <h2>
           {text.stop.headline(
@@ -179,6 +185,7 @@ function StopBand({ stop }: { stop: Stop }) {
             all.length - silent.length,
             all.length,
             stop.mode === "brake" ? text.stop.brake : text.stop.off,
+            stop.reach,
           )}
         </h2>
         <p class="second">
@@ -203,22 +210,13 @@ function StopBand({ stop }: { stop: Stop }) {
         )}
       </p>
       {confirming.value && (
-        <Confirm
-          title={text.stop.clearTitle}
-          verb={text.stop.clearConfirm}
-          danger
-          testid="clear-dialog"
-          actId="confirm-clear"
+        <ClearDialog
+          silent={silent.map(one => one.name)}
           act={clear}
           onClose={() => {
             confirming.value = false;
           }}
-        >
-          <p>{text.stop.clearText}</p>
-          {silent.length > 0 && (
-            <p class="strong">{text.stop.clearSilent(names(silent), silent.length > 1)}</p>
-          )}
-        </Confirm>
+        />
       )}
     </section>
   );

@@ -8,6 +8,7 @@ import { all, nameOf, servo, uids } from "../bench/fleet";
 import { number, withUnit } from "../bench/format";
 import { who } from "../bench/holder";
 import { isOfOther, motion } from "../bench/motion";
+import { commandedHere, commanderOf, elsewhere } from "../bench/role";
 import { lastUid, pathOf } from "../bench/route";
 import { narrow, phone } from "../bench/screen";
 import { conditionHere } from "../bench/servo-condition";
@@ -61,7 +62,14 @@ function BusCell() {
   const waits = retryIn.value;
   return (
     <a class="bar-cell" href={BUS} onClick={event => follow(event, BUS)} data-testid="bar-bus">
-      <span class="cap">{caption}</span>
+      <span class="cap">
+        {caption}
+        {state.role && !phone.value && (
+          <span class="role-chip" data-testid="role">
+            {text.bar.role[state.role]}
+          </span>
+        )}
+      </span>
       <span class={`val ${well ? (phone.value ? "hidden-text" : "") : "strong k-warning"}`}>
         {waits === null || narrow.value ? word : text.bar.retry(word, Math.ceil(waits))}
         {well && rate}
@@ -74,7 +82,8 @@ const SCALE = 130;
 
 function LoadCell() {
   const load = bus.value?.load_pct ?? null;
-  const cap = bus.value?.load_cap_pct ?? null;
+  // As guest the limit is that of our own frames, not of the load; an observer has none.
+  const cap = bus.value?.role === "host" ? bus.value.load_cap_pct : null;
   if (!bus.value || bus.value.state === "disconnected") return null;
   const shown = load === null ? text.bar.loadUnknown : text.bar.load(withUnit(number(load, 0), "%"));
   const words =
@@ -157,7 +166,8 @@ function MotionCell() {
   const requested = held?.request && held.endsAt > now.value ? held.request : null;
   const left = Math.max(0, Math.ceil((held?.passesAt ?? now.value) - now.value));
   // On a phone it is shown only while it says something that no band says.
-  if (phone.value && !requested && (stopped.value || motionWords() === text.bar.free)) return null;
+  if (phone.value && !requested && (stopped.value || shared() || motionWords() === text.bar.free))
+    return null;
   return (
     <a class="bar-cell" href={path} onClick={event => follow(event, path)} data-testid="bar-motion">
       <span class="cap">{requested ? text.bar.requested(who(requested.by), left) : motionCaption()}</span>
@@ -182,8 +192,20 @@ function motionCaption(): string {
   return narrow.value && left !== null ? text.bar.motionLeft(left) : text.bar.motion;
 }
 
+/** Other nodes command servos, and no other client has motion control. */
+function shared(): boolean {
+  const held = lease.value;
+  return elsewhere.value.length > 0 && !stopped.value && !(held && isOfOther(held));
+}
+
 function motionWords(): string {
   const mine = motion.value;
+  if (shared()) {
+    const nodes = [...new Set(elsewhere.value.flatMap(one => commanderOf(one)?.node_id ?? []))].join(
+      text.comma,
+    );
+    return text.bar.elsewhere(nodes, elsewhere.value.length, commandedHere.value.length, narrow.value);
+  }
   if (mine.phase === "on") return narrow.value ? text.bar.you : text.bar.youFor(nameOf(servo(mine.uid)));
   if (stopped.value) return text.bar.refused;
   const held = lease.value;

@@ -91,6 +91,8 @@ describe("StopButton", () => {
         reason: "",
         servos: [],
         nodes: [],
+        reach: "all",
+        reaches: [],
       } as Stop;
     });
     expect(button().dataset.latched).toBe("true");

@@ -1,7 +1,7 @@
 /** The Stop button: acts on press, without a question, always present. */
 import { signal } from "@preact/signals";
 import { useEffect, useRef } from "preact/hooks";
-import { stopped } from "../bench/bench";
+import { stop, stopped } from "../bench/bench";
 import { uids } from "../bench/fleet";
 import { escapeArmed } from "../bench/keys";
 import { link } from "../bench/link";
@@ -17,7 +17,18 @@ export function StopButton() {
   const latched = stopped.value;
   const down = link.value.state === "down";
   const word = down ? text.stop.noLink : latched ? text.stop.stopped : text.stop.word;
-  const under = down ? text.stop.cut : latched ? text.stop.again : phone.value ? reach() : keys();
+  const reach = stop.value?.reach ?? "all";
+  const under = down
+    ? text.stop.cut
+    : reach === "none"
+      ? text.stop.sendsNothing
+      : latched
+        ? text.stop.again
+        : reach === "own"
+          ? text.stop.reaches(stop.value?.reaches.length ?? 0, uids.value.length)
+          : phone.value
+            ? everyServo()
+            : keys();
   const button = useRef<HTMLButtonElement>(null);
   useEffect(() => watchStop(button.current), []);
   const press = (event: PointerEvent) => {
@@ -33,6 +44,7 @@ export function StopButton() {
       data-testid="stop"
       data-latched={latched}
       data-link={link.value.state}
+      data-reach={reach}
       data-pressed={pressed.value}
       aria-label={`${word}. ${text.stop.label}`}
       onPointerDown={press}
@@ -48,7 +60,7 @@ export function StopButton() {
         <Octagon />
         <span>
           <b>{word}</b>
-          <small class={latched || down || phone.value ? "" : "keys"}>{under}</small>
+          <small class={latched || down || phone.value || reach !== "all" ? "" : "keys"}>{under}</small>
         </span>
       </span>
     </button>
@@ -63,7 +75,7 @@ function keys(): string {
   return escapeArmed.value ? words.again : words.still;
 }
 
-function reach(): string {
+function everyServo(): string {
   const known = uids.value.length;
   return known === 0 ? text.stop.label : text.stop.reach(known);
 }

@@ -31,6 +31,7 @@ export const skip = "Skip to content";
 
 export const bar = {
   bus: (address: string) => `Bus ${address}`.trim(),
+  role: { host: "Host", guest: "Guest", observer: "Observer" },
   busLoad: (address: string, load: string) => `Bus ${address}, load ${load}`,
   busState: {
     disconnected: "Not connected",
@@ -53,6 +54,8 @@ export const bar = {
   motionLeft: (left: number) => `Motion control, ${left}\u202fs left`,
   free: "Free",
   you: "You",
+  elsewhere: (nodes: string, n: number, you: number, short: boolean) =>
+    `Node ${nodes}: ${short ? n : count(n, "servo", "servos")}. You: ${you}`,
   youFor: (name: string) => `You, ${name}`,
   held: (holder: string, left: number) => `${holder}, ${left}\u202fs left`,
   requested: (by: string, left: number) => `Requested by ${by}, ${left}\u202fs`,
@@ -87,11 +90,14 @@ export const stop = {
   cut: "cut the supply",
   label: "Stop: torque off on every servo",
   unsent: (why: string) => `Stop did not reach hornbill. Cut the supply. ${why}`,
-  headline: (at: string, by: string, done: number, all: number, mode: string) => {
+  sendsNothing: "sends nothing",
+  reaches: (n: number, all: number) => `Reaches ${n} of ${all}, Esc`,
+  headline: (at: string, by: string, done: number, all: number, mode: string, reach = "all") => {
     const where = all === 1 ? "the servo" : `${done} of ${all} servos`;
     const what =
       all === 0
-        ? "No known servos."
+        ? ({ none: "Observer: nothing was sent.", own: "hornbill commanded no servo." }[reach] ??
+          "No known servos.")
         : done === all && all > 1
           ? `Torque is ${mode} on all ${all} servos.`
           : done === 0

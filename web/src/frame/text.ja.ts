@@ -27,6 +27,7 @@ export const frame = {
   skip: "本文へ移動",
   bar: {
     bus: address => `バス ${address}`.trim(),
+    role: { host: "ホスト", guest: "ゲスト", observer: "オブザーバ" },
     busLoad: (address, load) => `バス ${address}、負荷 ${load}`,
     busState: {
       disconnected: "未接続",
@@ -48,6 +49,7 @@ export const frame = {
     motion: "動作権",
     free: "なし",
     you: "自分",
+    elsewhere: (nodes, n, you, short) => `ノード${nodes}: ${n}${short ? "" : "台"}、あなた: ${you}`,
     youFor: name => `自分、${name}`,
     held: (holder, left) => `${holder}、残り${left}\u202fs`,
     motionLeft: left => `動作権、残り${left}\u202fs`,
@@ -79,10 +81,15 @@ export const frame = {
     cut: "電源を切断",
     label: "停止: 全サーボのトルクをオフ",
     unsent: why => `停止がhornbillに届きませんでした。電源を切ってください。${why}`,
-    headline: (at, by, done, all, mode) => {
+    sendsNothing: "何も送信しません",
+    reaches: (n, all) => `${n}/${all}台に届く、Esc`,
+    headline: (at, by, done, all, mode, reach = "all") => {
       const what =
         all === 0
-          ? "既知のサーボはありません。"
+          ? ({
+              none: "オブザーバなので何も送信していません。",
+              own: "hornbillが指令中のサーボはありませんでした。",
+            }[reach] ?? "既知のサーボはありません。")
           : done === all && all > 1
             ? `全${all}台のトルクは${mode}です。`
             : done === 0

@@ -13,6 +13,9 @@ export const motion = {
   heldBy: (holder: string, left: unknown) =>
     `${holder} has motion control for ${seconds(left)}\u202fs more. Request it, or wait.`,
   whileStopped: "Stopped. Clear the stop first, at the top left.",
+  whileObserving: "Observer: hornbill sends nothing. Change the role first.",
+  whileCommanded: (name: string, node: number) =>
+    `${name} is commanded by node ${node}. Stop its commands first.`,
   whileOffline: (name: string) => `${name} is offline. Check its supply.`,
   whileProtected: (name: string) =>
     `${name} is protected: its output is off and turns back on automatically.`,

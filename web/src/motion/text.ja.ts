@@ -15,6 +15,8 @@ export const live = {
     heldBy: (holder, left) =>
       `${holder}が動作権を持っています（あと${seconds(left)}\u202fs）。要求するか、待ってください。`,
     whileStopped: "停止中です。先に左上で停止を解除してください。",
+    whileObserving: "オブザーバ: hornbillは何も送信しません。先に役割を変えてください。",
+    whileCommanded: (name, node) => `${name}はノード${node}が指令しています。先にその指令を止めてください。`,
     whileOffline: name => `${name}はオフラインです。電源を確認してください。`,
     whileProtected: name => `${name}は保護動作中です: 出力はオフで、自動で復帰します。`,
     whileUnknown: name => `${name}のシリーズには対応していないため、動かしません。`,

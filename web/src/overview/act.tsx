@@ -11,6 +11,7 @@ import { clock } from "../bench/format";
 import { up } from "../bench/link";
 import { outputLine } from "../bench/output";
 import { sheetOf } from "../bench/parameters";
+import { commanderOf, observing } from "../bench/role";
 import { go, pathOf } from "../bench/route";
 import { saveChange } from "../change/apply";
 import { beginChange, type ChangeRequest } from "../change/flow";
@@ -21,6 +22,8 @@ import { Button } from "../kit/button";
 import { Glyph } from "../kit/glyph";
 import { Icon, type IconName } from "../kit/icon";
 import { lazy } from "../kit/lazy";
+import { Note } from "../kit/note";
+import { text } from "../text";
 import { Rename } from "./rename";
 import { taken } from "./state";
 import { overview as words } from "./words";
@@ -52,23 +55,33 @@ export function Act({ one }: { one: KnownServo }) {
       problem.value = problemText(problemOf(error));
     }
   };
+  // Controls that write are absent.
+  const writes = !observing.value;
   return (
     <section class="o-act" data-testid="overview-actions">
-      <Output one={one} onProblem={why => (problem.value = why)} />
-      <Row
-        icon="wiggle"
-        testid="act-restart"
-        note={words.restartLine}
-        disabled={away}
-        onClick={() => void begin(restartChange([uid]))}
-      >
-        {words.restart}
-      </Row>
+      {writes ? (
+        <>
+          <Output one={one} onProblem={why => (problem.value = why)} />
+          <Row
+            icon="wiggle"
+            testid="act-restart"
+            note={words.restartLine}
+            disabled={away}
+            onClick={() => void begin(restartChange([uid]))}
+          >
+            {words.restart}
+          </Row>
+        </>
+      ) : (
+        <Note kind="notice" testid="act-observer">
+          {text.motion.whileObserving}
+        </Note>
+      )}
       <Row icon="pencil" testid="act-rename" onClick={() => (renaming.value = true)}>
         {words.rename}
       </Row>
       <h2>{words.values}</h2>
-      <Save one={one} onSave={() => void begin(saveChange(sheetOf(uid), one.unsaved))} />
+      {writes && <Save one={one} onSave={() => void begin(saveChange(sheetOf(uid), one.unsaved))} />}
       <Row
         icon="copy"
         testid="act-compare"
@@ -77,18 +90,22 @@ export function Act({ one }: { one: KnownServo }) {
       >
         {words.compare}
       </Row>
-      <Row icon="parameters" testid="act-profile" disabled={away} onClick={() => (profile.value = true)}>
-        {words.profile}
-      </Row>
-      <Row
-        icon="records"
-        testid="act-snapshot"
-        disabled={away}
-        note={taken.value?.uid === uid ? words.taken(clock(taken.value.at)) : undefined}
-        onClick={() => void snapshot()}
-      >
-        {words.snapshot}
-      </Row>
+      {writes && (
+        <>
+          <Row icon="parameters" testid="act-profile" disabled={away} onClick={() => (profile.value = true)}>
+            {words.profile}
+          </Row>
+          <Row
+            icon="records"
+            testid="act-snapshot"
+            disabled={away}
+            note={taken.value?.uid === uid ? words.taken(clock(taken.value.at)) : undefined}
+            onClick={() => void snapshot()}
+          >
+            {words.snapshot}
+          </Row>
+        </>
+      )}
       {problem.value !== null && (
         <p class="o-trouble small" role="alert">
           <Glyph kind="failure" size={14} /> {problem.value}
@@ -107,18 +124,20 @@ export function Act({ one }: { one: KnownServo }) {
       <Row icon="play" testid="act-record" onClick={() => go(pathOf("recorder", null))}>
         {words.record}
       </Row>
-      <div class="o-severe">
-        <Button
-          live
-          look="danger"
-          testid="act-factory-reset"
-          disabled={away}
-          onClick={() => void begin(resetChange(uid, nameOf(one)))}
-        >
-          {words.reset}
-        </Button>
-        <small class="second">{words.resetLine}</small>
-      </div>
+      {writes && (
+        <div class="o-severe">
+          <Button
+            live
+            look="danger"
+            testid="act-factory-reset"
+            disabled={away}
+            onClick={() => void begin(resetChange(uid, nameOf(one)))}
+          >
+            {words.reset}
+          </Button>
+          <small class="second">{words.resetLine}</small>
+        </div>
+      )}
       {renaming.value && <Rename one={one} onClose={() => (renaming.value = false)} />}
       {profile.value && <ApplyProfile uids={[uid]} onClose={() => (profile.value = false)} />}
     </section>
@@ -131,13 +150,16 @@ function Output({ one, onProblem }: { one: KnownServo; onProblem: (why: string |
   const on = async () => onProblem(await planRestore([one.uid]));
   const away = async (mode: "off" | "brake") => onProblem(await torqueOff(one.uid, mode));
   const brakes = catalog.value?.rows.get("torque_mode")?.choices?.some(each => each.key === "brake") === true;
-  const why = !one.online
-    ? words.awayLine
-    : stopped.value
-      ? words.stoppedLine
-      : !one.known_model || !brakes
-        ? words.noBrake
-        : "";
+  const by = commanderOf(one);
+  const why = by
+    ? text.motion.whileCommanded(nameOf(one), by.node_id)
+    : !one.online
+      ? words.awayLine
+      : stopped.value
+        ? words.stoppedLine
+        : !one.known_model || !brakes
+          ? words.noBrake
+          : "";
   return (
     <>
       <h2>{words.output}</h2>
@@ -145,7 +167,7 @@ function Output({ one, onProblem }: { one: KnownServo; onProblem: (why: string |
         <button
           type="button"
           aria-pressed={state === "on"}
-          disabled={state !== "on" && (!up.value || stopped.value || !canRestore(one))}
+          disabled={state !== "on" && (!up.value || stopped.value || by !== undefined || !canRestore(one))}
           onClick={() => state !== "on" && void on()}
         >
           {words.on}
@@ -153,7 +175,7 @@ function Output({ one, onProblem }: { one: KnownServo; onProblem: (why: string |
         <button
           type="button"
           aria-pressed={state === "off"}
-          disabled={state !== "off" && (!up.value || !one.online)}
+          disabled={state !== "off" && (!up.value || by !== undefined || !one.online)}
           onClick={() => state !== "off" && void away("off")}
         >
           {state === "off" && stopped.value ? words.stopped : words.off}
@@ -168,7 +190,7 @@ function Output({ one, onProblem }: { one: KnownServo; onProblem: (why: string |
           {words.brake}
         </button>
       </div>
-      <p class="small second">{outputLine(one.output)}</p>
+      <p class="small second">{by ? why : outputLine(one.output)}</p>
     </>
   );
 }

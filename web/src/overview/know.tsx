@@ -28,6 +28,9 @@ import { Notes } from "./notes";
 import { taken, written } from "./state";
 import { overview as words } from "./words";
 
+const FailsafeFacts = lazy<{ one: KnownServo }>(() =>
+  import("../autopilot/failsafe").then(file => file.FailsafeFacts),
+);
 const AnglePlot = lazy<{ uid: string }>(() => import("../plots/angle-plot").then(file => file.AnglePlot));
 
 /** More entries than this are only counted; the link leads to the rest. */
@@ -52,6 +55,17 @@ export function Know({ one }: { one: KnownServo }) {
       <Panel>
         <Snapshots one={one} />
         <Notes uid={one.uid} />
+      </Panel>
+      <Panel>
+        <Card
+          title={words.failsafe}
+          path={pathOf("parameters", one.uid, "timeout_action")}
+          link={words.parameters}
+          wide
+          testid="card-failsafe"
+        >
+          <FailsafeFacts one={one} />
+        </Card>
       </Panel>
       <Panel>
         <History one={one} />

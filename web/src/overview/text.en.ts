@@ -51,6 +51,7 @@ export const words = {
   stoppedLine: "Stop is latched.",
   noBrake: "This model has no known brake.",
   brakeLine: "Shorts the motor: brakes weakly and holds nothing.",
+  failsafe: "Failsafe",
   history: "Recent history",
   allHistory: "Full history",
   noHistory: "Nothing has been written yet.",

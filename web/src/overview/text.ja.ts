@@ -50,6 +50,7 @@ export const words = {
   stoppedLine: "停止がラッチされています。",
   noBrake: "この機種のブレーキは未確認です。",
   brakeLine: "モータを短絡し、弱くブレーキをかけます。角度は保持しません。",
+  failsafe: "フェールセーフ",
   history: "最近の履歴",
   allHistory: "全履歴",
   noHistory: "まだ書き込みはありません。",

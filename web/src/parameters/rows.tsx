@@ -10,6 +10,7 @@ import { servo } from "../bench/fleet";
 import { up } from "../bench/link";
 import { readOnly } from "../bench/model";
 import type { Sheet } from "../bench/parameters";
+import { observing } from "../bench/role";
 import { type AddressChoice, changeChoices } from "../bench/route";
 import { adviceOn } from "../bench/row-help";
 import { ParameterRow } from "../change/row";
@@ -58,7 +59,8 @@ export function ParameterRows({ sheet, tab, hash, wanted, changedOnly, favourite
       </div>
     );
   }
-  const fixed = readOnly(servo(sheet.uid));
+  const fixed = observing.value || readOnly(servo(sheet.uid));
+  if (observing.value && !has) return <p class="notice-line scroll">{text.motion.whileObserving}</p>;
   if (!known || !has) return <p class="notice-line scroll">{text.params.reading}</p>;
 
   const rows = (

@@ -4,6 +4,7 @@ import { useSignal } from "@preact/signals";
 import { useEffect } from "preact/hooks";
 import { type KnownServo, nameOf } from "../bench/fleet";
 import { angle } from "../bench/format";
+import { commanderOf, observing } from "../bench/role";
 import { wiggle, wiggled, wiggling } from "../bench/wiggle";
 import { beginChange, underWay } from "../change/flow";
 import { resetChange, restartChange } from "../change/requests";
@@ -13,6 +14,7 @@ import { Glyph } from "../kit/glyph";
 import { Icon, Spinner } from "../kit/icon";
 import { Menu } from "../kit/menu";
 import { useKeys } from "../kit/use-keys";
+import { text } from "../text";
 import "./actions.css";
 
 type Verb = "restart" | "factory-reset";
@@ -24,13 +26,14 @@ const SAID_MS = 6000;
 
 export function ServoActions({ one }: { one: KnownServo }) {
   const { uid } = one;
+  const by = commanderOf(one);
   const checking = useSignal<Verb | null>(null);
   const refused = useSignal<string | null>(null);
   /** Only wiggles started from here are reported. */
   const reporting = useSignal(false);
   const shake = () => {
     refused.value = null;
-    if (wiggling.peek()) return;
+    if (wiggling.peek() || observing.peek()) return;
     reporting.value = true;
     void wiggle(uid);
   };
@@ -55,9 +58,16 @@ export function ServoActions({ one }: { one: KnownServo }) {
     return () => clearTimeout(timer);
   }, [moved]);
   const bad = refused.value ?? (last?.phase === "refused" ? strings.notWiggled(last.why) : null);
+  if (observing.value) return null;
   return (
     <div class="servo-actions">
-      <Button live testid="wiggle" title={strings.wiggleHint} onClick={shake}>
+      <Button
+        live
+        testid="wiggle"
+        disabled={by !== undefined}
+        title={by ? text.motion.whileCommanded(nameOf(one), by.node_id) : strings.wiggleHint}
+        onClick={shake}
+      >
         <Icon name="wiggle" /> {strings.wiggle} <kbd class="touch-hide">W</kbd>
       </Button>
       <Menu label={strings.label(nameOf(one))} word={strings.more} testid="servo-menu">

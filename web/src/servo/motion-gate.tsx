@@ -10,6 +10,7 @@ import { angleNow } from "../bench/fresh";
 import { readOnly } from "../bench/model";
 import { enableMotion, isOfOther, motion, motionRefusal } from "../bench/motion";
 import { those } from "../bench/release";
+import { commanderOf, observing } from "../bench/role";
 import { limitsOf } from "../bench/servo-condition";
 import { stopInSight } from "../bench/stop-sight";
 import { wiggling } from "../bench/wiggle";
@@ -94,9 +95,12 @@ function heldByOther(): number {
 
 /** What prevents motion, known before a request. */
 function hindrance(one: KnownServo): string | null {
+  if (observing.value) return text.motion.whileObserving;
   if (stopped.value) return text.motion.whileStopped;
   if (!stopInSight.value) return text.motion.stopHidden;
   const name = nameOf(one);
+  const by = commanderOf(one);
+  if (by) return text.motion.whileCommanded(name, by.node_id);
   if (readOnly(one)) return text.motion.whileUnknown(name);
   switch (one.state) {
     case "ready":

@@ -1,9 +1,14 @@
 /** Column heads of the list: a press sorts by the column, and the head shows it. */
+
+import { besideAutopilot } from "../bench/role";
 import type { AddressChoice } from "../bench/route";
 import { cell, Tick } from "../kit/field";
+import { lazy } from "../kit/lazy";
 import { text } from "../text";
 import { pressed, type SortColumn, type Sorting } from "./order";
 import { isSelected, select } from "./selection";
+
+const CommandHeads = lazy(() => import("../role/commanders").then(file => file.CommandHeads));
 
 interface Props {
   shown: readonly string[];
@@ -32,7 +37,11 @@ export function Head({ shown, sorting }: Props) {
         {head.recent}
       </span>
       <Sorted column="supply" label={head.supply} place="c-supply" sorting={sorting} />
-      <Sorted column="age" label={head.age} place="c-age" sorting={sorting} />
+      {besideAutopilot.value ? (
+        <CommandHeads />
+      ) : (
+        <Sorted column="age" label={head.age} place="c-age" sorting={sorting} />
+      )}
       <Sorted column="rom" label={head.rom} place="c-rom" sorting={sorting} />
     </div>
   );

@@ -9,6 +9,7 @@ import { all, angleOf, isFound, type KnownServo, loaded, nameOf, peekServo, serv
 import { figureNow } from "../bench/fresh";
 import { up } from "../bench/link";
 import { motionOn } from "../bench/moving";
+import { besideAutopilot, commanderOf, elsewhere } from "../bench/role";
 import { type AddressChoice, changeChoices, inAddress, oneInAddress, wordInAddress } from "../bench/route";
 import { phone } from "../bench/screen";
 import { conditionHere } from "../bench/servo-condition";
@@ -54,7 +55,7 @@ const WallOfHorns = lazy<{ uids: readonly string[] }>(() =>
   import("../view3d/wall").then(file => file.WallOfHorns),
 );
 
-const FILTERS = ["all", "attention", "unsaved"] as const;
+const FILTERS = ["all", "attention", "unsaved", "elsewhere"] as const;
 type Filter = (typeof FILTERS)[number];
 
 const wanted = wordInAddress("q");
@@ -71,6 +72,7 @@ export function ServosPage() {
     online: all.value.filter(one => one.online).length,
     attention: all.value.filter(one => needsAttention(conditionHere(one).kind)).length,
     unsaved: all.value.filter(one => one.unsaved.length > 0).length,
+    elsewhere: elsewhere.value.length,
   })).value;
   // Only the list of UIDs is passed down: each row redraws itself.
   const found = useComputed(() =>
@@ -98,7 +100,12 @@ export function ServosPage() {
         {counts.known > 0 && (
           <>
             <Search label={text.servos.search} at={wanted} />
-            <FilterChoice all={counts.known} attention={counts.attention} unsaved={counts.unsaved} />
+            <FilterChoice
+              all={counts.known}
+              attention={counts.attention}
+              unsaved={counts.unsaved}
+              elsewhere={counts.elsewhere}
+            />
             {models.length > 1 && (
               <Choice
                 label={text.servos.model}
@@ -144,7 +151,7 @@ export function ServosPage() {
         <OutputsOff />
         {counts.known > 0 && view.value === "wall" && uids.length > 0 && <WallOfHorns uids={uids} />}
         {counts.known > 0 && view.value === "list" && (
-          <div role="table" aria-label={text.servos.title} class="servos">
+          <div role="table" aria-label={text.servos.title} class="servos" data-beside={besideAutopilot.value}>
             <Head shown={uids} sorting={sorting} />
             {by === "none" ? (
               uids.map(uid => <ServoRow key={uid} uid={uid} />)
@@ -180,7 +187,12 @@ export function ServosPage() {
 
 /** The choice of servos: segments, or a list where space is short. */
 function FilterChoice(counts: Record<Filter, number>) {
-  const options = FILTERS.map(key => ({ key, label: text.servos[key](counts[key]) }));
+  // Beside an autopilot the list shows who commands a servo in place of its state in ROM.
+  const hidden = besideAutopilot.value ? "unsaved" : "elsewhere";
+  const options = FILTERS.filter(key => key !== hidden || key === filter.value).map(key => ({
+    key,
+    label: text.servos[key](counts[key]),
+  }));
   if (phone.value)
     return (
       <Choice
@@ -261,5 +273,6 @@ function factOf(one: KnownServo | undefined, column: SortColumn): number | strin
 
 function passes(one: KnownServo, filter: Filter): boolean {
   if (filter === "attention") return needsAttention(conditionHere(one).kind);
+  if (filter === "elsewhere") return commanderOf(one) !== undefined;
   return filter === "all" || one.unsaved.length > 0;
 }

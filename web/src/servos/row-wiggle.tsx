@@ -2,6 +2,7 @@
 
 import { stopped } from "../bench/bench";
 import { type KnownServo, nameOf } from "../bench/fleet";
+import { commanderOf, observing } from "../bench/role";
 import { wiggle, wiggled, wiggling } from "../bench/wiggle";
 import { actionWords } from "../change/words";
 import { Glyph } from "../kit/glyph";
@@ -9,13 +10,14 @@ import { Icon, Spinner } from "../kit/icon";
 
 export function RowWiggle({ one }: { one: KnownServo }) {
   const last = wiggled.value?.uid === one.uid ? wiggled.value : null;
+  if (observing.value) return <span role="cell" class="c-wiggle" />;
   return (
     <span role="cell" class="c-wiggle">
       <button
         type="button"
         class="button"
         aria-label={`${actionWords.shortly}: ${nameOf(one)}`}
-        aria-disabled={!one.online || stopped.value || wiggling.value}
+        aria-disabled={commanderOf(one) !== undefined || !one.online || stopped.value || wiggling.value}
         data-testid={`wiggle-${one.uid}`}
         onClick={() => void wiggle(one.uid)}
       >

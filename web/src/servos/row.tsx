@@ -7,6 +7,7 @@ import { angleNow, figureNow } from "../bench/fresh";
 import { connection, up } from "../bench/link";
 import { modelName } from "../bench/model";
 import { romKnown, wantSheet } from "../bench/parameters";
+import { besideAutopilot } from "../bench/role";
 import { pathOf } from "../bench/route";
 import { phone } from "../bench/screen";
 import { conditionHere, limitsOf } from "../bench/servo-condition";
@@ -27,6 +28,9 @@ import { nameBelow } from "./grouping";
 import { Nickname } from "./nickname";
 import { isSelected, select } from "./selection";
 
+const CommandCells = lazy<{ one: KnownServo }>(() =>
+  import("../role/commanders").then(file => file.CommandCells),
+);
 const RowWiggle = lazy<{ one: KnownServo }>(() => import("./row-wiggle").then(file => file.RowWiggle));
 const LostBadge = lazy<{ uid: string; name: string; n: number }>(() =>
   import("./drift-badge").then(file => file.LostBadge),
@@ -51,6 +55,7 @@ export function ServoRow({ uid }: { uid: string }) {
   }, [wiggles]);
   if (!one) return null;
   const condition = conditionHere(one);
+  const beside = besideAutopilot.value;
   return (
     <div
       ref={row}
@@ -90,7 +95,8 @@ export function ServoRow({ uid }: { uid: string }) {
         <Spark one={one} />
       </span>
       <SupplyCell one={one} />
-      <AgeCell one={one} />
+      {beside && <CommandCells one={one} />}
+      {!beside && <AgeCell one={one} />}
       <span role="cell" class="c-rom small">
         <RomCell one={one} />
       </span>

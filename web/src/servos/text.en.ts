@@ -9,6 +9,7 @@ export const servos = {
   all: (n: number) => `All ${n}`,
   attention: (n: number) => `Needs attention ${n}`,
   unsaved: (n: number) => `Not in ROM ${n}`,
+  elsewhere: (n: number) => `Commanded elsewhere ${n}`,
   head: {
     angle: "Angle",
     servo: "Servo",

@@ -10,6 +10,7 @@ export const servos = {
     all: n => `すべて ${n}`,
     attention: n => `要確認 ${n}`,
     unsaved: n => `ROM未保存 ${n}`,
+    elsewhere: n => `他が指令中 ${n}`,
     head: {
       angle: "角度",
       servo: "サーボ",

@@ -70,6 +70,7 @@ export const text = {
       case "bus_disconnected":
         return "No bus is connected. Connect an adapter.";
       case "bus_read_only":
+        if (facts.cause === "observer_sends_nothing") return text.motion.whileObserving;
         return "This bus is a recording and cannot be written. Connect an adapter.";
       case "unknown_servo":
         return "This servo is no longer known.";

@@ -30,7 +30,7 @@ _SBIN = ("/usr/sbin", "/sbin")  # where `ip` is; often missing in users' PATH
 @dataclass(frozen=True, slots=True)
 class Interface:
     """One CAN interface of the kernel. `bitrate` (bit/s) and `sample_point` (0..1) are None if unknown: on virtual
-    interfaces, and without the command `ip`.
+    interfaces, and without the command `ip`. `listen_only`: it neither sends nor acknowledges frames.
     """
 
     name: str
@@ -38,6 +38,7 @@ class Interface:
     bus_off: bool = False
     bitrate: int | None = None
     sample_point: float | None = None
+    listen_only: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -85,7 +86,7 @@ def check(channel: str, bitrate: int) -> Interface | None:
     known = names()
     if channel not in known:
         others = f"Available: {', '.join(known)}." if known else "This computer has no CAN interface."
-        if _is_virtual(channel):
+        if is_virtual(channel):
             command = remedy = f"sudo ip link add dev {channel} type vcan && sudo ip link set {channel} up"
             detail = f"CAN interface {channel} not found. {others} Create it with: {remedy}"
         else:
@@ -141,13 +142,19 @@ def fault_of(found: Interface, bitrate: int) -> InterfaceFault | None:
 
 def up_command(name: str, bitrate: int) -> str:
     """The command that brings an interface up at `bitrate` (bit/s) with the servos' sample point."""
-    timing = "" if _is_virtual(name) else f" type can bitrate {bitrate} sample-point {SAMPLE_POINT}"
+    timing = "" if is_virtual(name) else f" type can bitrate {bitrate} sample-point {SAMPLE_POINT}"
     return f"sudo ip link set {name} up{timing}"
 
 
 def set_command(name: str, bitrate: int) -> str:
     """The commands that change the bit rate and sample point of an interface that is up."""
     return f"sudo ip link set {name} down && {up_command(name, bitrate)}"
+
+
+def listen_only_command(name: str, bitrate: int) -> str:
+    """The commands that put an interface into listen-only mode at `bitrate` (bit/s)."""
+    timing = f"bitrate {bitrate} sample-point {SAMPLE_POINT}"
+    return f"sudo ip link set {name} down && sudo ip link set {name} up type can {timing} listen-only on"
 
 
 def keep_backlog_short(bus: object) -> None:
@@ -171,10 +178,11 @@ def _interface(name: str, details: Mapping[str, Any]) -> Interface:
     # Only bus-off removes the carrier, until the controller restarts.
     bus_off = up and (_read(NET / name / "carrier") == "0" or details.get("state") == "BUS-OFF")
     timing = cast(Mapping[str, Any], details.get("bittiming") or {})
+    silent = "LISTEN-ONLY" in (details.get("ctrlmode") or ())
     try:  # `ip` prints the sample point as a string
-        return Interface(name, up, bus_off, int(timing["bitrate"]), float(timing["sample_point"]))
+        return Interface(name, up, bus_off, int(timing["bitrate"]), float(timing["sample_point"]), silent)
     except (KeyError, TypeError, ValueError):
-        return Interface(name, up, bus_off)
+        return Interface(name, up, bus_off, listen_only=silent)
 
 
 def _details() -> dict[str, Mapping[str, Any]]:
@@ -193,7 +201,7 @@ def _details() -> dict[str, Mapping[str, Any]]:
     return {name: cast(Mapping[str, Any], info) for name, info in infos.items() if isinstance(info, dict)}
 
 
-def _is_virtual(channel: str) -> bool:
+def is_virtual(channel: str) -> bool:
     """Whether an interface has no bit timing to set: a virtual or a serial one."""
     return channel.startswith(("vcan", "vxcan", "slcan"))
 

@@ -42,7 +42,7 @@ _MAVLINK_RATES: Final = (57_600, 115_200)
 _FRAME = re.compile(rb"(?:T[01][0-9A-Fa-f]{7}|t[0-7][0-9A-Fa-f]{2})([0-8])((?:[0-9A-Fa-f]{2})*)\r")
 _VERSION = re.compile(rb"[VvN][0-9A-Fa-f]{4}\r")
 _STAMPS = (0, 2, 4)
-_ECHOED: Final = frozenset((b"V", b"O"))
+_ECHOED: Final = frozenset((b"V", b"O", b"L"))
 """Lines sent only by an adapter that echoes."""
 _UNREADABLE = re.compile(rb"[^\x20-\x7e\r\n\a]")
 _PLAIN = re.compile(rb"[\x20-\x7e\r\n\a]*[\r\a]")
@@ -105,11 +105,14 @@ class Abandoned(Exception):
 class Search:
     """One search on an open line. Afterwards the line is at the detected rate."""
 
-    def __init__(self, line: SerialStream, address: str, wanted: Callable[[], bool] = lambda: True) -> None:
-        """`address` is for messages; `wanted` is polled for whether to continue."""
+    def __init__(
+        self, line: SerialStream, address: str, wanted: Callable[[], bool] = lambda: True, *, opens: bytes = b"O"
+    ) -> None:
+        """`address` is for messages; `wanted` is polled for whether to continue. `opens`: command to open, O or L."""
         self._line = line
         self._address = address
         self._wanted = wanted
+        self._opens = opens + b"\r"
         self._received: dict[int, _AtRate] = {}
         self._began = time.monotonic()
 
@@ -159,7 +162,7 @@ class Search:
         if first is Sense.SLCAN:
             return FoundBaud(rate, confirmed=True, responds=False)
         senses = [first]
-        for command, wait_s in ((_WAKE, _RESPONSE_S), (b"O\r", _OPEN_S)):
+        for command, wait_s in ((_WAKE, _RESPONSE_S), (self._opens, _OPEN_S)):
             sense = self._request(received, command, wait_s)
             senses.append(sense)
             if sense is Sense.RESPONSE and first is Sense.NOTHING:
@@ -243,9 +246,10 @@ class Search:
         )  # fmt: skip
 
     def _refuse_mavlink(self, system: int) -> None:
-        remedy = "Connect the servos through a CAN adapter, or choose the autopilot's slcan port if it has one."
+        device = self._address.removeprefix("slcan:").partition("@")[0]
+        remedy = f"To reach servos through it, use mavcan:{device}@BAUD with the baud rate of its port."
         raise PortOpenFailed(
             f"{self._address} sends MAVLink (system {system}): an autopilot is on this port, not an slcan adapter. "
             f"{remedy}",
-            address=self._address, remedy=remedy, cause="mavlink",
+            address=self._address, remedy=remedy, cause="mavlink", device=device,
         )  # fmt: skip

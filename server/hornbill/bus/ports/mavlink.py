@@ -1,8 +1,10 @@
 """Recognition of MAVLink: whether data from a serial port is the telemetry of an autopilot."""
 
+from binascii import crc_hqx
 from typing import Final
 
 _V1, _V2 = 0xFE, 0xFD
+_REVERSED: Final = bytes(int(f"{byte:08b}"[::-1], 2) for byte in range(256))
 _SEEDS: Final = {0: 50, 1: 124, 2: 137, 30: 39, 109: 185, 111: 34, 147: 154, 253: 83}
 """Message IDs sent without request (HEARTBEAT, SYS_STATUS, SYSTEM_TIME, ATTITUDE, RADIO_STATUS, TIMESYNC,
 BATTERY_STATUS, STATUSTEXT), with the CRC_EXTRA byte of their checksum."""
@@ -29,15 +31,11 @@ def _message_at(data: bytes, at: int) -> int | None:
     seed = _SEEDS.get(kind)
     if seed is None or len(data) < end + 2:
         return None
-    expected = _checksum(data[at + 1 : end] + bytes((seed,)))
+    expected = checksum(data[at + 1 : end] + bytes((seed,)))
     return system if expected == int.from_bytes(data[end : end + 2], "little") else None
 
 
-def _checksum(data: bytes) -> int:
-    """CRC-16/MCRF4XX."""
-    crc = 0xFFFF
-    for byte in data:
-        crc ^= byte
-        for _ in range(8):
-            crc = crc >> 1 ^ 0x8408 if crc & 1 else crc >> 1
-    return crc
+def checksum(data: bytes) -> int:
+    """CRC-16/MCRF4XX: as crc_hqx, with the bits of each byte and of the result reversed."""
+    crc = crc_hqx(data.translate(_REVERSED), 0xFFFF)
+    return _REVERSED[crc & 0xFF] << 8 | _REVERSED[crc >> 8]

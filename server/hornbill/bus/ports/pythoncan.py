@@ -13,6 +13,7 @@ from typing import Any
 import can
 
 from hornbill.bus.ports.link import AdapterLink, MessageLink, Received
+from hornbill.bus.ports.mavcan import MavcanLink
 from hornbill.bus.ports.rawcan import RawLink
 from hornbill.bus.ports.slcan import SlcanBus
 from hornbill.bus.transmit import QueuedFrame, TransmitQueue, check
@@ -20,7 +21,7 @@ from hornbill.errors import BusDisconnected, PortError
 from hornbill.units import Instant
 from hornbill.wire.bittime import frame_bits
 from hornbill.wire.frame import Frame
-from hornbill.wire.port import PLAIN, FrameSink, PortDetails, PortState, PortStatistics
+from hornbill.wire.port import FrameSink, Note, PortDetails, PortState, PortStatistics
 
 RX_LIMIT = 8192
 """Frames buffered for a busy event loop: one second of a saturated bus."""
@@ -69,6 +70,9 @@ class PythonCanPort:
         self.bitrate = bitrate
         self.statistics = PortStatistics() if statistics is None else statistics
         self.sample_point: float | None = None
+        self.listen_only = False
+        self.notes: tuple[Note, ...] = ()
+        """Remarks in addition to those of the adapter."""
         self.retry_in_s: float | None = None
         self._link = _link(bus, address)
         self._slcan = bus if isinstance(bus, SlcanBus) else None
@@ -109,9 +113,15 @@ class PythonCanPort:
     @property
     def details(self) -> PortDetails:
         """Serial line and notes of the adapter."""
-        slcan = self._slcan
+        link = self._link
+        plain = PortDetails(notes=self.notes)
+        if isinstance(link, SlcanBus):
+            plain = PortDetails(link.line_info, link.notes)
+        elif isinstance(link, MavcanLink):
+            plain = PortDetails(link.line_info, self.notes, round_trip_s=link.round_trip_s)
         return replace(
-            PLAIN if slcan is None else PortDetails(slcan.line_info, slcan.notes),
+            plain,
+            listen_only=self.listen_only,
             nothing_received=not self._closed and self._state is not PortState.LOST and self._nothing_received,
         )
 

@@ -63,10 +63,12 @@ class SlcanBus(can.BusABC):
         usb: UsbAdapter = UNKNOWN_ADAPTER,
         first_baud: int | None = None,
         wanted: Callable[[], bool] = lambda: True,
+        listen_only: bool = False,
         **options: Any,
     ) -> None:
         """Open `channel` (`DEVICE[@BAUD]`) at `bitrate` (bit/s, one of BITRATES). Takes up to four seconds.
 
+        `listen_only`: open the channel with L, so that the adapter neither sends nor acknowledges frames.
         Without BAUD the rate is detected, trying `first_baud` first. `wanted` is polled for whether to continue.
         Raises PortOpenFailed if slcan does not support the bit rate, the adapter refuses a command or the device is not
         an adapter; OSError if the serial port cannot be opened; Abandoned.
@@ -85,6 +87,7 @@ class SlcanBus(can.BusABC):
         began = time.monotonic()
         self._line = SerialStream(device, self._rates[0])
         self._bitrate = bitrate
+        self._opens = b"L" if listen_only else b"O"
         self._own: OwnFrames | None = None
         self._notes: list[Note] = []
         self._responded = False
@@ -96,7 +99,7 @@ class SlcanBus(can.BusABC):
         self._stuck_since: Instant | None = None
         try:
             latency_ms = self._line.reduce_latency()
-            found = Search(self._line, address, wanted).run(self._rates)
+            found = Search(self._line, address, wanted, opens=self._opens).run(self._rates)
             self.line_info = SerialLineInfo(
                 found.baud, found=baud is None and not usb.native_usb, confirmed=found.confirmed,
                 native_usb=usb.native_usb, serial_number=usb.serial_number, latency_ms=latency_ms,
@@ -224,8 +227,8 @@ class SlcanBus(can.BusABC):
                     "and must be 1 Mbit/s.", {"command": rate.decode()},
                 )
             )  # fmt: skip
-        if not self._command(b"O"):
-            raise _refused(address, b"O", "to open")
+        if not self._command(self._opens):
+            raise _refused(address, self._opens, "to open" if self._opens == b"O" else "to open in listen-only mode")
         self._command(b"F")
         self._reports_flags = self._lines.flags > 0
         self._note(found)
@@ -290,7 +293,7 @@ class SlcanBus(can.BusABC):
                 if self._line.set_baud(rate):
                     self.line_info = replace(self.line_info, baud=rate)
                     self._set_byte_time()
-                    self._line.write(b"\r\rC\r%b\rO\r" % BITRATES[self._bitrate], 0.0)
+                    self._line.write(b"\r\rC\r%b\r%b\r" % (BITRATES[self._bitrate], self._opens), 0.0)
                     self._lines = Lines()
 
     def _room(self) -> int:
@@ -318,7 +321,8 @@ class SlcanBus(can.BusABC):
         if refusing != self._refusing:
             self._refusing = refusing
             got.errors.append(NOW_PASSIVE if refusing else NOW_ACTIVE)
-        if refusing and now >= self._restart_at and self._write_now(b"C\r%b\rO\r" % BITRATES[self._bitrate]):
+        restart = b"C\r%b\r%b\r" % (BITRATES[self._bitrate], self._opens)
+        if refusing and now >= self._restart_at and self._write_now(restart):
             self._lines.awaited = 3
             self._restart_at = now + _POLL_S
 

@@ -45,12 +45,30 @@ def connect(
     frame_gap_ms: Annotated[
         float | None, typer.Option(help="Pause between the frames of one transfer, ms. Default: none.")
     ] = None,
+    role: Annotated[
+        Literal["auto", "host", "guest", "observer"] | None,
+        typer.Option(help="guest: beside an autopilot. observer: send nothing. auto: listen, then host or guest."),
+    ] = None,
     server: Server = LOCAL_URL,
     as_json: AsJson = False,
 ) -> None:
     """Connect the server to an adapter, in place of the current one. Moves nothing."""
     with client(server) as hornbill:
-        _show_bus(hornbill.bus.connect(address, bitrate=bitrate, frame_gap_ms=frame_gap_ms), as_json)
+        _show_bus(hornbill.bus.connect(address, bitrate=bitrate, frame_gap_ms=frame_gap_ms, role=role), as_json)
+
+
+@bus.command("set-role")
+def set_role(
+    role: Annotated[
+        Literal["host", "guest", "observer"],
+        typer.Argument(help="guest: beside an autopilot, allocate nothing. observer: send nothing."),
+    ],
+    server: Server = LOCAL_URL,
+    as_json: AsJson = False,
+) -> None:
+    """Change the connection role. Torque goes off first on servos under command."""
+    with client(server) as hornbill:
+        _show_bus(hornbill.bus.set_role(role), as_json)
 
 
 @bus.command("disconnect")

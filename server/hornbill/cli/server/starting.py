@@ -41,6 +41,10 @@ def demo(
         Literal["embedded", "auto"] | None,
         typer.Option(help="auto: virtual CAN of the kernel if available, else embedded. Default: embedded."),
     ] = None,
+    autopilot: Annotated[
+        Literal["ardupilot", "px4"] | None,
+        typer.Option(help="Add an armed autopilot that moves the servos. hornbill connects as guest."),
+    ] = None,
     host: Host = None,
     port: Port = None,
     seed: Seed = None,
@@ -53,8 +57,9 @@ def demo(
 ) -> None:
     """Start the server with simulated servos, on an embedded bus with true 1 Mbit/s timing. Needs no hardware."""
     settings = _settings(
-        servos=servos, bus=bus, host=host, port=port, seed=seed, token=token, allow_host=allow_host or None,
-        behind_proxy=behind_proxy, root_path=root_path, tls_cert=tls_cert, tls_key=tls_key,
+        servos=servos, bus=bus, autopilot=autopilot, host=host, port=port, seed=seed, token=token,
+        allow_host=allow_host or None, behind_proxy=behind_proxy, root_path=root_path, tls_cert=tls_cert,
+        tls_key=tls_key,
     )  # fmt: skip
     address, why = _demo_bus(settings.bus)
     announce = f"hornbill demo with {settings.servos} simulated servos: open {{url}}" + why
@@ -80,6 +85,13 @@ def serve(
         Literal["on", "off", "force"] | None,
         typer.Option(help="Node ID allocator. force: allocate even if there is another. Default: last setting."),
     ] = None,
+    role: Annotated[
+        Literal["auto", "host", "guest", "observer"] | None,
+        typer.Option(
+            help="Connection role. guest: beside an autopilot; observer: send nothing; auto: listen, then host or "
+            "guest. Default: last used with the adapter, otherwise auto."
+        ),
+    ] = None,
     position_unit: Annotated[
         Literal["hundred_degrees", "radian", "degree", "tenth_degree"] | None,
         typer.Option(help="Unit of positions on the bus, for all servos. Default: measured."),
@@ -98,7 +110,7 @@ def serve(
     """Start the server for servos on a real bus. Without --bus it starts disconnected."""
     settings = _settings(
         bus=bus, bitrate=bitrate, frame_gap_ms=frame_gap_ms, host=host, port=port, data_dir=data_dir,
-        database=database, allocator=allocator,
+        database=database, allocator=allocator, role=role,
         position_unit=position_unit, sim_api=sim_api, token=token, allow_host=allow_host or None,
         behind_proxy=behind_proxy, root_path=root_path, tls_cert=tls_cert, tls_key=tls_key,
     )  # fmt: skip
@@ -121,13 +133,19 @@ def sim(
     any_firmware: Annotated[
         bool, typer.Option("--any-firmware", help="Allow firmware versions that do not exist for the model.")
     ] = False,
+    autopilot: Annotated[
+        Literal["ardupilot", "px4"] | None,
+        typer.Option(help="Add an armed autopilot that allocates node IDs and moves the servos."),
+    ] = None,
 ) -> None:
     """Simulate servos on any bus, without a server, for other DroneCAN tools. Ends with Ctrl-C."""
     from hornbill.app.simulate import simulate
 
     with failures():
         say = partial(print, flush=True)  # also into a pipe
-        asyncio.run(simulate(bus, servos, model, firmware, node_id, seed, say, any_firmware=any_firmware))
+        asyncio.run(
+            simulate(bus, servos, model, firmware, node_id, seed, say, any_firmware=any_firmware, autopilot=autopilot)
+        )
 
 
 def decode(

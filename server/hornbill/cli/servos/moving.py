@@ -69,6 +69,9 @@ def move(
 def stop(
     brake: Annotated[bool, typer.Option("--brake", help="Brake instead of torque off.")] = False,
     clear: Annotated[bool, typer.Option("--clear", help="Clear the stop. Torque stays off.")] = False,
+    everyone: Annotated[
+        bool, typer.Option("--everyone", help="As guest, also servos that an autopilot commands.")
+    ] = False,
     restore: Annotated[
         bool,
         typer.Option("--restore", help="Clear the stop and turn outputs on again. Prompts for confirmation."),
@@ -91,7 +94,7 @@ def stop(
             return
         from hornbill.client import unconfirmed
 
-        state = hornbill.clear_stop() if clear else hornbill.stop("brake" if brake else "off")
+        state = hornbill.clear_stop() if clear else hornbill.stop("brake" if brake else "off", everyone=everyone)
         silent = unconfirmed(state)
         if as_json:
             print_json(state)

@@ -25,14 +25,24 @@ class AsyncBus:
         return await self._request("GET", "/bus/adapters")
 
     async def connect(
-        self, address: str, *, bitrate: int = 1_000_000, frame_gap_ms: float | None = None
+        self,
+        address: str,
+        *,
+        bitrate: int = 1_000_000,
+        frame_gap_ms: float | None = None,
+        role: Literal["auto", "host", "guest", "observer"] | None = None,
     ) -> responses.Bus:
         """Open an adapter, INTERFACE:CHANNEL such as socketcan:can0, in place of the current one.
 
-        `bitrate`: bit/s. `frame_gap_ms`: pause between the frames of one transfer; default none.
+        `bitrate`: bit/s. `frame_gap_ms`: pause between the frames of one transfer; default none. `role`: default the
+        one last used with this adapter, otherwise auto.
         """
-        body = {"address": address, "bitrate": bitrate, "frame_gap_ms": frame_gap_ms}
+        body = {"address": address, "bitrate": bitrate, "frame_gap_ms": frame_gap_ms, "role": role}
         return await self._request("PUT", "/bus", body)
+
+    async def set_role(self, role: Literal["host", "guest", "observer"]) -> responses.Bus:
+        """Change the connection role. Torque goes off first on servos under command."""
+        return await self._request("PUT", "/bus/role", {"role": role})
 
     async def disconnect(self) -> responses.Bus:
         """Disconnect the bus."""

@@ -8,6 +8,7 @@ from typing import Any, Literal, Self
 from urllib.parse import quote
 
 from hornbill.client import responses
+from hornbill.client.aio.autopilot import AsyncAutopilot
 from hornbill.client.aio.bus import AsyncBus
 from hornbill.client.aio.connection import AsyncConnection
 from hornbill.client.aio.jobs import AsyncJobs
@@ -33,6 +34,11 @@ class AsyncHornbill(AsyncConnection):
     def bus(self) -> AsyncBus:
         """Adapter, nodes, node IDs and logs."""
         return AsyncBus(self)
+
+    @property
+    def autopilot(self) -> AsyncAutopilot:
+        """Parameter files, live verification and failsafe of servos commanded by an autopilot."""
+        return AsyncAutopilot(self)
 
     @property
     def jobs(self) -> AsyncJobs:
@@ -102,15 +108,21 @@ class AsyncHornbill(AsyncConnection):
         return AsyncLease(self, holder, ttl_s, heartbeat=heartbeat, force=force, reason=reason)
 
     async def stop(
-        self, mode: Literal["off", "brake"] = "off", *, reason: str = "", within_s: float = 1.0
+        self,
+        mode: Literal["off", "brake"] = "off",
+        *,
+        reason: str = "",
+        within_s: float = 1.0,
+        everyone: bool = False,
     ) -> responses.Stop:
         """Stop all servos immediately. Needs no lease. Returns when all have confirmed, or after `within_s`.
 
-        The server continues to retry after that. Motion raises Stopped until `clear_stop`.
+        As guest, only servos that hornbill commands, unless `everyone`: then also those that an autopilot commands. The
+        server continues to retry after that. Motion raises Stopped until `clear_stop`.
         """
         until = time.monotonic() + within_s
         state: responses.Stop = await self.request(
-            "POST", "/stop", {"mode": mode, "reason": reason}, keyed=False, by=self.by
+            "POST", "/stop", {"mode": mode, "reason": reason, "everyone": everyone}, keyed=False, by=self.by
         )
         while unconfirmed(state) and time.monotonic() < until:
             await asyncio.sleep(POLL_S / 2)

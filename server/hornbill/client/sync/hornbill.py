@@ -10,6 +10,7 @@ from urllib.parse import quote
 
 from hornbill.client import responses
 from hornbill.client.problems import WaitTimeout, raised
+from hornbill.client.sync.autopilot import Autopilot
 from hornbill.client.sync.bus import Bus
 from hornbill.client.sync.connection import Connection
 from hornbill.client.sync.jobs import Jobs
@@ -34,6 +35,11 @@ class Hornbill(Connection):
     def bus(self) -> Bus:
         """Adapter, nodes, node IDs and logs."""
         return Bus(self)
+
+    @property
+    def autopilot(self) -> Autopilot:
+        """Parameter files, live verification and failsafe of servos commanded by an autopilot."""
+        return Autopilot(self)
 
     @property
     def jobs(self) -> Jobs:
@@ -102,13 +108,23 @@ class Hornbill(Connection):
         """Lease (motion control) as a context manager. `force` takes it from its current holder and needs a reason."""
         return Lease(self, holder, ttl_s, heartbeat=heartbeat, force=force, reason=reason)
 
-    def stop(self, mode: Literal["off", "brake"] = "off", *, reason: str = "", within_s: float = 1.0) -> responses.Stop:
+    def stop(
+        self,
+        mode: Literal["off", "brake"] = "off",
+        *,
+        reason: str = "",
+        within_s: float = 1.0,
+        everyone: bool = False,
+    ) -> responses.Stop:
         """Stop all servos immediately. Needs no lease. Returns when all have confirmed, or after `within_s`.
 
-        The server continues to retry after that. Motion raises Stopped until `clear_stop`.
+        As guest, only servos that hornbill commands, unless `everyone`: then also those that an autopilot commands. The
+        server continues to retry after that. Motion raises Stopped until `clear_stop`.
         """
         until = time.monotonic() + within_s
-        state: responses.Stop = self.request("POST", "/stop", {"mode": mode, "reason": reason}, keyed=False, by=self.by)
+        state: responses.Stop = self.request(
+            "POST", "/stop", {"mode": mode, "reason": reason, "everyone": everyone}, keyed=False, by=self.by
+        )
         while unconfirmed(state) and time.monotonic() < until:
             time.sleep(POLL_S / 2)
             seen = self.stop_state()

@@ -10,6 +10,7 @@ from typing import Literal
 from hornbill.domain.note import Note
 from hornbill.errors import Busy, HornbillError, NoResponse, PortError, Unknown
 from hornbill.node.directory import OFFLINE_AFTER_S, Directory
+from hornbill.node.hooks import Hooks
 from hornbill.node.participant import Participant
 from hornbill.schema.catalog import Catalog
 from hornbill.servo.device import identification
@@ -89,6 +90,8 @@ class Fleet:
         self._foreign = ForeignNodes(base.now)
         self._torque_written: dict[int, int] = {}
         self._live: dict[Uid, Servo] | None = None
+        self.on_unidentified: Hooks[int] = Hooks()
+        """Called as observer with the node ID of a node that is to be identified."""
         for stored in memory.all():
             self._servos[stored.uid] = Servo(stored.uid, catalog, label=stored.label, drift=drifted(stored))
 
@@ -193,8 +196,45 @@ class Fleet:
         if restarted and servo is not None:
             self._on_restart(servo, status, now)
         self.recent_starts.on_status(node, status.uptime_sec, now, restarted=restarted)
-        if node not in self._identifying and self._foreign.due(self._directory.records[node]):
+        if self._requests.silent:
+            self.on_unidentified.notify(node)
+        elif node not in self._identifying and self._foreign.due(self._directory.records[node]):
             self._identifying[node] = asyncio.get_running_loop().create_task(self._arrive(NodeId(node)))
+
+    def overheard(self, node: NodeId, identity: NodeIdentity) -> Servo:
+        """The servo on a node ID, identified from responses to other nodes. Its unread rows stay unknown."""
+        servo = self.online_on(node)
+        if servo is not None and servo.uid == identity.uid and servo.identified:
+            identification.apply(servo, identity)
+            self._hub.publish(ServoChanged(servo.uid))
+            return servo
+        status = self._foreign.actuator(node)
+        servo = self._register(node, identity)
+        servo.broadcast_id = servo.broadcast_id if status is None else status.actuator_id
+        servo.identified = True
+        self.memory.recall(servo)
+        self.recent_starts.remove(node)
+        self._publish_all(servo)
+        params: dict[str, object] = {"servo": servo.title, "node_id": node}
+        self._hub.publish(LogEvent("info", "ready", f"{servo.title} is on node ID {node}.", servo.uid, params))
+        return servo
+
+    def online_on(self, node: int) -> Servo | None:
+        """The online servo on a node ID."""
+        servo = self._by_node.get(node)
+        return servo if servo is not None and servo.online else None
+
+    def resident(self, node: int, uid: Uid) -> None:
+        """Note the unique ID that responded on a node ID. Another servo that used it goes offline."""
+        self._assign_node_id(node, uid)
+
+    def actuator(self, node: int) -> ActuatorStatus | None:
+        """The last Status of an actuator that is not identified. None if it has broadcast none recently."""
+        return None if self.kind(node) == "servo" else self._foreign.actuator(node)
+
+    def actuators(self) -> dict[int, int]:
+        """Actuator IDs of nodes that broadcast Status and are not identified, by node ID."""
+        return self._foreign.actuators()
 
     def _restarted_unseen(self, servo: Servo | None, status: NodeStatus, at: Instant) -> bool:
         """Whether an uptime ahead of our clock shows that the servo restarted while this computer was suspended."""
@@ -229,6 +269,8 @@ class Fleet:
         """Identify the node on a node ID now, regardless of earlier attempts without a response."""
         self._foreign.retry_now(node)
         record = self._directory.records.get(node)
+        if self._requests.silent:
+            return
         if record is not None and node not in self._identifying and self._foreign.due(record):
             self._identifying[node] = asyncio.get_running_loop().create_task(self._arrive(NodeId(node)))
 
@@ -236,8 +278,9 @@ class Fleet:
         """Process a Status (10 Hz per servo): the angle. These servos do not use its force and speed fields."""
         servo = self._by_node.get(transfer.source)
         if servo is None or not servo.online:
-            self._foreign.on_status(transfer.source)
+            self._foreign.on_status(transfer.source, status)
             return
+        servo.broadcast_id = status.actuator_id
         if not math.isfinite(status.position):
             return
         if self._live is None:
@@ -325,7 +368,7 @@ class Fleet:
             servo.forget(key)  # their readings were temporary values of soft start
         self._hub.publish(ServoChanged(servo.uid))
         node = servo.node_id
-        if node is not None and node not in self._identifying:
+        if node is not None and node not in self._identifying and not self._requests.silent:
             self._identifying[node] = asyncio.get_running_loop().create_task(
                 self._after_soft_start(servo, node, seen=seen)
             )
@@ -341,6 +384,7 @@ class Fleet:
         self.recent_starts.clear()
         self._directory = Directory()
         self._foreign = ForeignNodes(self._base.now)
+        self.on_unidentified.clear()
         for servo in self._servos.values():
             servo.online, servo.node_id, servo.soft_start_since = False, None, None
             if servo.model_number is not None:

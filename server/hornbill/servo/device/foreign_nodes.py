@@ -8,6 +8,7 @@ from hornbill.domain.note import Note
 from hornbill.node.directory import OFFLINE_AFTER_S, NodeRecord
 from hornbill.servo.device.requests import RetryPolicy
 from hornbill.units import Instant
+from hornbill.wire.messages import ActuatorStatus
 
 UNKNOWN_NODE: Final = RetryPolicy(priority=24, timeout_s=0.12, tries=3)
 UNKNOWN_ACTUATOR: Final = RetryPolicy(priority=24, timeout_s=0.12, tries=12)
@@ -20,6 +21,7 @@ _REFUSALS: Final = 4
 """A node that is not an actuator is not queried again after this many refusals, until it restarts."""
 
 _NEVER: Final = float("inf")
+_NEVER_SEEN: Final = float("-inf")
 
 
 @dataclass(slots=True)
@@ -51,7 +53,7 @@ class ForeignNodes:
     def __init__(self, clock: Callable[[], Instant]) -> None:
         self._clock = clock
         self._attempts: dict[int, _Attempts] = {}
-        self._status_at: dict[int, Instant] = {}
+        self._statuses: dict[int, tuple[Instant, ActuatorStatus]] = {}
 
     def due(self, record: NodeRecord) -> bool:
         """Whether to query a node whose NodeStatus was just received."""
@@ -66,11 +68,11 @@ class ForeignNodes:
         """The retry policy for querying a node."""
         return UNKNOWN_ACTUATOR if self.is_actuator(node_id) else UNKNOWN_NODE
 
-    def on_status(self, node_id: int) -> None:
+    def on_status(self, node_id: int, status: ActuatorStatus) -> None:
         """Note that a node broadcast an actuator's Status."""
         if not self.is_actuator(node_id) and (attempts := self._attempts.get(node_id)) is not None:
             attempts.again_at = min(attempts.again_at, self._clock())
-        self._status_at[node_id] = self._clock()
+        self._statuses[node_id] = self._clock(), status
 
     def no_node_info(self, node_id: int) -> None:
         """Note that it did not respond to GetNodeInfo."""
@@ -99,11 +101,20 @@ class ForeignNodes:
     def forget(self, node_id: int) -> None:
         """Drop it: it was identified as a servo."""
         self._attempts.pop(node_id, None)
-        self._status_at.pop(node_id, None)
+        self._statuses.pop(node_id, None)
 
     def is_actuator(self, node_id: int) -> bool:
         """Whether it broadcasts an actuator's Status."""
-        return self._clock() - self._status_at.get(node_id, float("-inf")) < OFFLINE_AFTER_S
+        return self.actuator(node_id) is not None
+
+    def actuator(self, node_id: int) -> ActuatorStatus | None:
+        """The last Status of an actuator. None if it has broadcast none recently."""
+        at, status = self._statuses.get(node_id, (_NEVER_SEEN, None))
+        return status if self._clock() - at < OFFLINE_AFTER_S else None
+
+    def actuators(self) -> dict[int, int]:
+        """Actuator IDs of nodes that have broadcast an actuator's Status, by node ID."""
+        return {node_id: status.actuator_id for node_id, (_, status) in self._statuses.items()}
 
     def is_foreign(self, node_id: int) -> bool:
         """Whether it is known not to be a supported servo."""
@@ -117,7 +128,7 @@ class ForeignNodes:
     def suspects(self) -> list[int]:
         """Sorted IDs of nodes that broadcast an actuator's Status and are not known to be foreign."""
         return sorted(
-            node_id for node_id in self._status_at if self.is_actuator(node_id) and not self.is_foreign(node_id)
+            node_id for node_id in self._statuses if self.is_actuator(node_id) and not self.is_foreign(node_id)
         )
 
     def note(self, node_id: int) -> Note | None:

@@ -88,7 +88,7 @@ async def _identify(
         return await requests.read_from_node(node_id, catalog.by_key[key])
 
     hardware = await read("hardware_version")
-    date = [await read(key) for key, row in catalog.parameters.items() if row.group == "production"]
+    made = [await read(key) for key, row in catalog.parameters.items() if row.group == "production"]
     return NodeIdentity(
         uid=Uid(info.hardware_version.unique_id.hex()),
         name=info.name,
@@ -96,7 +96,7 @@ async def _identify(
         hardware_version=hardware,
         firmware=await read("firmware_version"),
         serial_number=await read("product_number"),
-        production_date=_date(date),
+        production_date=date(made),
         model=catalog.treated_as(model_number, hardware),
     )
 
@@ -182,7 +182,8 @@ def log_text(error: NoResponse) -> str:
     return f"Identification aborted: {error.detail}"
 
 
-def _date(parts: list[int | None]) -> str | None:
+def date(parts: list[int | None]) -> str | None:
+    """Production date from year, month, day, hour and minute, YYYY-MM-DDTHH:MM. None if one is unknown."""
     numbers = [part for part in parts if part is not None]
     if len(numbers) < len(parts):
         return None

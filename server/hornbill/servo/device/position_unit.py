@@ -180,6 +180,8 @@ class PositionUnits:
 
     def _read_soon(self, servo: Servo, *, angle_unknown: bool) -> None:
         """Read 0x08 between this Status and the next, unless it was read recently or the servo is busy."""
+        if self._requests.silent:
+            return
         reads, now = self._reads.setdefault(servo.uid, _Reads()), self._base.now()
         if now < reads.next_at or reads.task is not None or servo.state not in READABLE or servo.changing.locked():
             return

@@ -1,10 +1,11 @@
 """The only module that reads, writes and commands servos, with a retry policy per operation."""
 
+import asyncio
 from collections import Counter, defaultdict
 from collections.abc import Awaitable, Callable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TypeAlias, TypedDict
+from typing import Final, TypeAlias, TypedDict
 
 from hornbill.errors import BusDisconnected, NoResponse, Refused
 from hornbill.node.participant import Participant
@@ -16,7 +17,7 @@ from hornbill.servo.device.servo import Servo
 from hornbill.servo.runtime.histogram import Histogram
 from hornbill.servo.runtime.hub import Hub, ReadingChanged, Sampled, ServoChanged
 from hornbill.servo.runtime.timebase import TimeBase
-from hornbill.units import Raw
+from hornbill.units import Instant, Raw
 from hornbill.wire.messages import ActuatorCommand, ArrayCommand
 from hornbill.wire.services import (
     EMPTY,
@@ -74,6 +75,9 @@ an older "on" can never overtake, or be overtaken by, a newer "off"."""
 ONCE = RetryPolicy(priority=20, timeout_s=0.5, tries=1, kind="action")
 """Save, reset and restart are never repeated: a second copy would reach a servo that is restarting from the first."""
 
+NODE_INFO_READS: Final = 3
+"""GetNodeInfo and its response take as many frames as this number of reads: 12 with a name of 20 characters."""
+
 BeforeWrite: TypeAlias = Mapping[str, Callable[[Servo, Raw], Awaitable[None]]]
 """Hooks by parameter key, awaited with the new value before it is written."""
 
@@ -87,6 +91,9 @@ class ServoRequests:
         self, hub: Hub, base: TimeBase, participant: Callable[[], Participant | None], before_write: BeforeWrite
     ) -> None:
         """`participant` returns our node on the currently connected bus."""
+        self.read_interval_s = 0.0
+        """Minimum time between two reads, for a guest. 0: unlimited."""
+        self._read_at: Instant = float("-inf")
         self._hub = hub
         self.base = base
         self._participant = participant
@@ -95,11 +102,15 @@ class ServoRequests:
         """Ended requests by kind and outcome: responded, no_response, failed (cancelled or not sent)."""
         self.refused: Counter[str] = Counter()
         """Responses without the requested value, by kind."""
+        self.silent = False
+        """As observer: every request is refused, so nothing that repeats by itself should try."""
         self.response_times: defaultdict[str, Histogram] = defaultdict(lambda: Histogram(BOUNDS_S))
         """Time from call to response by kind, including queueing and retries."""
 
     async def read(self, servo: Servo, parameter: Parameter, policy: RetryPolicy = READ) -> Raw:
         """Read the raw value of one row from RAM and record it. Raises NoResponse, Refused, BusDisconnected."""
+        if self.read_interval_s:
+            await self._paced()
         node_id, request = _node(servo), GetSetRequest(0, EMPTY, parameter.name)
         try:
             with _Counted(self, node_id, servo, policy):
@@ -140,6 +151,8 @@ class ServoRequests:
 
     async def read_from_node(self, node_id: int, parameter: Parameter, policy: RetryPolicy = READ) -> Raw | None:
         """Read one row of an unidentified node; None if it refuses. Raises NoResponse, BusDisconnected."""
+        if self.read_interval_s:
+            await self._paced()
         with _Counted(self, node_id, None, policy):
             request = GetSetRequest(0, EMPTY, parameter.name)
             response = await self.connected().request(node_id, request, **policy.options)
@@ -157,6 +170,8 @@ class ServoRequests:
 
     async def node_info(self, node_id: int, policy: RetryPolicy = READ) -> GetNodeInfoResponse:
         """Request the identity of a node (uavcan.protocol.GetNodeInfo). Raises NoResponse, BusDisconnected."""
+        if self.read_interval_s:
+            await self._paced(NODE_INFO_READS)
         with _Counted(self, node_id, None, policy):
             return await self.connected().request(node_id, GetNodeInfoRequest(), **policy.options)
 
@@ -186,18 +201,19 @@ class ServoRequests:
         """Broadcast one ArrayCommand of at most 15 commands. Raises BusDisconnected."""
         self.connected().broadcast(ArrayCommand(tuple(commands)), priority=priority)
 
-    def observe_response(self, servo: Servo, response: GetSetResponse) -> None:
-        """Record the value from a response to another client, in a recording. Never raises."""
+    def observe_response(self, servo: Servo, response: GetSetResponse, at: Instant | None = None) -> None:
+        """Record the value from a response to another client, received at `at` (None: now). Never raises."""
         name = response.name.upper()
         rows = (one.parameter for one in servo.registers.values())
         parameter = next((row for row in rows if row.name.upper() == name), None)
-        raw = None if parameter is None else _integer_of(response, parameter)
+        raw = None if parameter is None else value_of(response, parameter)
         if parameter is None or raw is None:
             return
-        self._remember(servo, parameter, raw)
+        at = self.base.now() if at is None else at
+        self._remember(servo, parameter, raw, at)
         if parameter.key == "current_angle":
-            servo.angle_deg, servo.angle_at = raw / parameter.per_unit, self.base.now()
-            servo.angle_polled_at = servo.angle_at
+            servo.angle_deg, servo.angle_at = raw / parameter.per_unit, at
+            servo.angle_polled_at = at
 
     def _value_of(
         self, servo: Servo, parameter: Parameter, response: GetSetResponse, policy: RetryPolicy, verb: str
@@ -213,11 +229,10 @@ class ServoRequests:
                 servo=servo.title,
                 writes=verb == "write",
             )
-        self._remember(servo, parameter, raw)
+        self._remember(servo, parameter, raw, self.base.now())
         return raw
 
-    def _remember(self, servo: Servo, parameter: Parameter, raw: Raw) -> None:
-        now = self.base.now()
+    def _remember(self, servo: Servo, parameter: Parameter, raw: Raw, now: Instant) -> None:
         if parameter.key == output.KEY:
             register = servo.registers.get(output.KEY)
             known = register is not None and register.at is not None
@@ -232,10 +247,18 @@ class ServoRequests:
             self._hub.publish(ReadingChanged(servo.uid, parameter.key))
 
     def _integer_of(self, response: GetSetResponse, parameter: Parameter, policy: RetryPolicy) -> Raw | None:
-        raw = _integer_of(response, parameter)
+        raw = value_of(response, parameter)
         if raw is None:
             self.refused[policy.kind] += 1
         return raw
+
+    async def _paced(self, reads: int = 1) -> None:
+        """Wait for the turn of a request that takes as many frames as `reads` reads."""
+        now = self.base.now()
+        due = max(now, self._read_at)
+        self._read_at = due + reads * self.read_interval_s
+        if due > now:
+            await asyncio.sleep(due - now)
 
     def connected(self) -> Participant:
         """Our node on the bus. Raises BusDisconnected if there is none."""
@@ -300,7 +323,8 @@ def _node(servo: Servo) -> int:
     return servo.node_id
 
 
-def _integer_of(response: GetSetResponse, parameter: Parameter) -> Raw | None:
+def value_of(response: GetSetResponse, parameter: Parameter) -> Raw | None:
+    """Raw value of a row in a response. None if it has none, or is of another row."""
     name = parameter.name
     if response.value.kind is not ValueKind.INTEGER:
         return None

@@ -116,6 +116,8 @@ class Servo:
     """A requested restart or reset is running: values only in RAM are discarded on purpose."""
     turns_lost_deg: float | None = None
     """Angle beyond ±180° at its last restart. None once a client has confirmed the loss and moved it."""
+    broadcast_id: int | None = None
+    """Servo ID in its last Status, which counts until 0x45 has been read."""
     changed: int = 0
     session: str = field(default_factory=lambda: secrets.token_hex(3))
 
@@ -258,8 +260,9 @@ class Servo:
 
     @property
     def servo_id(self) -> int | None:
-        """Parameter 0x45."""
-        return self.raw("servo_id")
+        """Parameter 0x45, or the ID in its Status while that has not been read."""
+        raw = self.raw("servo_id")
+        return self.broadcast_id if raw is None else raw
 
     def raw(self, key: str) -> Raw | None:
         """Last raw value read from RAM, or None."""

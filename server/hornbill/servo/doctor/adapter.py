@@ -35,6 +35,7 @@ _NOTES: Final = {
     "adapter_echoes": "The adapter echoes commands",
     "line_noise": "Noise on the serial line",
     "latency_timer": "The latency timer of the FTDI chip is high",
+    "not_listen_only": "The adapter is not in listen-only mode",
 }
 """Titles of notes on serial adapters, by code."""
 

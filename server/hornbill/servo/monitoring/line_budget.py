@@ -44,18 +44,21 @@ class LineBudget:
         `servos`: number online. `reads`: reads that polling has made so far.
         """
         line = self.line
-        rate = None if line is None else line.bytes_per_s
-        if rate is None:
+        rate = None if line is None else line.slcan_bytes_per_s
+        if line is None or rate is None:
             return math.inf
-        self._measure(reads, now)
+        self._measure(reads, now, line.frame_bytes / line.FRAME_BYTES)
         others = max(self._others, servos * BROADCAST_BYTES_PER_S)
         return max(LEAST * rate, min(share * rate, FULL * rate - others)) / READ_BYTES
 
-    def _measure(self, reads: int, now: Instant) -> None:
-        """Measure other traffic on the line, bytes/s, over the last second or more."""
+    def _measure(self, reads: int, now: Instant, factor: float) -> None:
+        """Measure other traffic on the line, bytes/s of slcan, over the last second or more.
+
+        `factor`: how much longer frames are than in slcan.
+        """
         port = self._port()
         assert port is not None
-        count = port.statistics.line_bytes
+        count = int(port.statistics.line_bytes / factor)
         if self._last is None or self._last[0] is not port:
             self._last, self._others = (port, now, count, reads), 0.0
             return

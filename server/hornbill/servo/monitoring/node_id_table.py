@@ -53,12 +53,15 @@ class NodeIdTable:
         self._directory = Directory()
         self.allocator = self._make(mode or _stored_mode(store))
         """An idle one while no bus is connected."""
+        self.serving = True
+        """Whether the role on this bus permits allocation."""
         self._shared: SharedNodeId | None = None
         self._granted: dict[int, Instant] = {}
         self._seen_at: Instant = base.now()
 
-    def join(self, participant: Participant, directory: Directory, *, recorded: bool = False) -> Allocator:
-        """Allocate IDs on this bus from now on, unless it is `recorded`."""
+    def join(self, participant: Participant, directory: Directory, *, serve: bool = True) -> Allocator:
+        """Follow this bus, and allocate node IDs on it if `serve`: not in a recording, nor as guest or observer."""
+        self.serving = serve
         self._directory, self._granted = directory, {}
         self.allocator = allocator = self._make(self.allocator.mode)
         allocator.on_granted.append(self._on_granted)
@@ -69,7 +72,7 @@ class NodeIdTable:
         allocator.on_competitor_gone.append(self._on_competitor_gone)
         self._shared = participant.shared_id
         self._shared.on_seen.append(self._on_shared)
-        if not recorded:
+        if serve:
             serve_allocation(participant, allocator)
         return allocator
 

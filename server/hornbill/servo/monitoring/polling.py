@@ -24,6 +24,12 @@ depending on row, value and node. The longest is used, so that the budget is nev
 BUDGET = 0.40
 """Default share of the bus for all polling. Broadcasts of servos (Status, NodeStatus: 0.26 % per servo) come on top."""
 
+GUEST_FPS = 200
+"""Limit of all reads as guest, frames per second: 2.8 % of the bus."""
+
+READ_FRAMES = 4
+"""Frames of one read by name: the request and three frames of the response."""
+
 BACKGROUND = 0.5
 """Share of the budget above which background polling slows down, by at most STRETCH unless it would take more than
 MAX_BACKGROUND of the budget."""
@@ -70,6 +76,8 @@ class Polling:
     ) -> None:
         """`budget`: share of the bus, and of a serial adapter's line, available to all polling, 0..1."""
         self.budget = budget
+        self.guest = False
+        """Whether polling is limited to GUEST_FPS, because the bus belongs to an autopilot."""
         self._line = line or LineBudget(lambda: None)
         self._reads = 0
         self._requests = requests
@@ -87,7 +95,8 @@ class Polling:
     def _capacity(self, now: Instant) -> float:
         """Maximum reads per second of all polling, limited by the slower of bus and serial line."""
         servos = sum(1 for one in self._rounds.values() if one.active)
-        return min(self.budget / READ_S, self._line.reads_per_s(self.budget, servos, self._reads, now))
+        reads_per_s = min(self.budget / READ_S, self._line.reads_per_s(self.budget, servos, self._reads, now))
+        return min(reads_per_s, GUEST_FPS / READ_FRAMES) if self.guest else reads_per_s
 
     def begin(self, servo: Servo) -> None:
         """Start polling a servo. Its rows have just been read, so nothing is due immediately."""
@@ -174,6 +183,9 @@ class Polling:
             title, state = one.servo.title, one.servo.state.value
             text = f"{title} is {state}; polling resumes once it is ready."
             note = Note(text, "polled_when_ready", {"servo": title, "state": state})
+        if subscription.channels and self._requests.silent:
+            text = "As observer, hornbill requests nothing, so nothing is polled."
+            note = Note(text, "not_polled_as_observer")
         return TelemetryGrant(
             owner=owner,
             channels=list(subscription.channels),
@@ -226,7 +238,7 @@ class Polling:
     async def _turn(self, one: _Round) -> None:
         """Poll the next row, or wait until it is due."""
         now = self._base.now()
-        if one.servo.state in PAUSED:
+        if one.servo.state in PAUSED or self._requests.silent:
             one.paused = True
             await asyncio.sleep(0.1)
             return

@@ -169,7 +169,7 @@ class Bursts:
         """
         participant = self._requests.connected()
         line = participant.port.details.serial_line
-        rate = None if line is None else line.bytes_per_s
+        rate = None if line is None else line.slcan_bytes_per_s
         bits = size = 0
         for message in prepared.messages:
             whole = ArrayCommand(tuple(message))

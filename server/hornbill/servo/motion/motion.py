@@ -25,9 +25,10 @@ from hornbill.servo.device.permission import Target
 from hornbill.servo.device.requests import COMMAND, POLL, READ, TORQUE, RetryPolicy
 from hornbill.servo.device.services import HostServices
 from hornbill.servo.device.servo import Servo
+from hornbill.servo.monitoring.commanders import Commanders
 from hornbill.servo.motion import cautions
 from hornbill.servo.motion.keeping_alive import CommandedServo, KeepingAlive
-from hornbill.servo.runtime.hub import BusUsable, ServoChanged, StopPressed
+from hornbill.servo.runtime.hub import BusUsable, CommandsBegan, LogEvent, ServoChanged, StopPressed
 from hornbill.servo.runtime.leases import HeldLease
 from hornbill.servo.torque_off.retries import TorqueOffRetries
 from hornbill.servo.torque_off.stop import StopControl
@@ -59,7 +60,12 @@ class Motion:
     """
 
     def __init__(
-        self, services: HostServices, stop: StopControl, torque_off: TorqueOffRetries, streamed: Callable[[Uid], bool]
+        self,
+        services: HostServices,
+        stop: StopControl,
+        torque_off: TorqueOffRetries,
+        commanders: Commanders,
+        streamed: Callable[[Uid], bool],
     ) -> None:
         """`streamed`: whether a stream commands a servo. The next burst would override a separate command."""
         self._requests = requests = services.requests
@@ -68,6 +74,7 @@ class Motion:
         self._leases = services.leases
         self.stop = stop
         self.torque_off = torque_off
+        self._commanders = commanders
         self._streamed = streamed
         self._commanded: dict[Uid, CommandedServo] = {}
         self._energised: dict[Uid, tuple[Servo, str]] = {}
@@ -80,10 +87,15 @@ class Motion:
         """Whether the bus is being left, so that no new commands are accepted."""
         hub.subscribe(lambda _pressed: self.cancel_commands(), StopPressed)
         hub.subscribe(self._on_bus, BusUsable)
+        hub.subscribe(self._yield_to, CommandsBegan)
 
     def is_commanded(self, uid: Uid) -> bool:
         """Whether a servo is under command."""
         return uid in self._commanded
+
+    def own(self) -> set[Uid]:
+        """Servos commanded or energised under a lease, which Stop reaches as guest."""
+        return {*self._commanded, *self._energised, *self._sending.values()}
 
     def last_command(self, uid: Uid) -> Target | None:
         """Last command of a servo under command, or None."""
@@ -241,10 +253,12 @@ class Motion:
     def check_energise(self, servo: Servo) -> None:
         """Raise what `energise` raises before it sends anything.
 
-        Raises Stopped, BusDisconnected, BusReadOnly, NoResponse, Busy, ConfigurationLost, NotInThisModel.
+        Raises Stopped, BusDisconnected, BusReadOnly, NoResponse, Busy, ConfigurationLost, NotInThisModel,
+        CommandedElsewhere.
         """
         self._check_open()
         permission.check_energise(servo)
+        self._commanders.check(servo)
 
     async def energise(self, servo: Servo, by: str) -> None:
         """Turn torque on at the present angle, just before ROM is written. The servo is not under command afterwards.
@@ -354,11 +368,13 @@ class Motion:
     def may_move(self, servo: Servo, lease_id: str | None) -> HeldLease:
         """Check that a servo may be moved, and return the lease.
 
-        Raises Stopped, LeaseRequired, LeaseHeld, Busy, NoResponse, ConfigurationLost, NotInThisModel.
+        Raises Stopped, LeaseRequired, LeaseHeld, Busy, NoResponse, ConfigurationLost, NotInThisModel,
+        CommandedElsewhere.
         """
         self._check_open()
         lease = self._leases.require(lease_id, self._base.now())
         permission.check_movable(servo)
+        self._commanders.check(servo)
         permission.row_for(servo, "angle")
         return lease
 
@@ -506,6 +522,22 @@ class Motion:
                 servo.note(other, DUMMY, now)
         if tell:
             self._hub.publish(ServoChanged(servo.uid))
+
+    def _yield_to(self, began: CommandsBegan) -> None:
+        """Stop commanding a servo that another node commands now.
+
+        Its torque stays as it is: the other node relies on it, and switching it off would take the servo from it.
+        """
+        commanded = self._commanded.get(began.uid)
+        if commanded is None:
+            return
+        servo = commanded.servo
+        self._energised.pop(began.uid, None)
+        self._end_command(began.uid)
+        text = f"{servo.title} is now commanded by node {began.node_id}. hornbill no longer commands it."
+        params: dict[str, object] = {"servo": servo.title, "node_id": began.node_id}
+        self._hub.publish(LogEvent("warning", "motion_yielded", text, servo.uid, params))
+        self._hub.publish(ServoChanged(servo.uid))
 
     def _on_bus(self, change: BusUsable) -> None:
         self._bus_gone = not change.usable

@@ -18,6 +18,7 @@ from hornbill.node.tap import FrameTap
 from hornbill.schema.fault import bits_of
 from hornbill.servo.device.fleet import Fleet
 from hornbill.servo.device.services import HostServices
+from hornbill.servo.monitoring.commanders import Commanders
 from hornbill.servo.recorder.building import BeginDraft, RecordingBuilder, RecordingInProgress
 from hornbill.servo.recorder.frame_ring import RETAIN_S, FrameRing
 from hornbill.servo.recorder.snapshot import KnownState
@@ -51,6 +52,7 @@ class Recorder:
         *,
         tap: FrameTap,
         fleet: Fleet,
+        commanders: Commanders,
         stop: StopControl,
         port: Callable[[], CanPort | None],
         builder: RecordingBuilder,
@@ -58,6 +60,7 @@ class Recorder:
         """`port` returns the port of the connected bus."""
         self._base, self._hub, self._leases = services.base, services.hub, services.leases
         self._tap, self._fleet, self._stop, self._port, self._builder = tap, fleet, stop, port, builder
+        self._commanders = commanders
         self._draft: BeginDraft | None = None
         self.before_s = BEFORE_S
         """Time that a recording covers before its first trigger, s."""
@@ -207,7 +210,8 @@ class Recorder:
 
     def _known(self) -> KnownState:
         port = self._port()
-        return KnownState.of(self._fleet.seen(), None if port is None else (port.address, port.bitrate))
+        bus = None if port is None else (port.address, port.bitrate)
+        return KnownState.of(self._fleet.seen(), self._commanders, bus)
 
     def _note(self, what: dict[str, object]) -> None:
         if not self._recorded:

@@ -70,6 +70,14 @@ class ServoSeen:
 
 
 @dataclass(frozen=True, slots=True)
+class CommandsBegan:
+    """Another node began to command a servo by ArrayCommand."""
+
+    uid: Uid
+    node_id: int
+
+
+@dataclass(frozen=True, slots=True)
 class ServoRead:
     """All rows of a newly arrived servo have been read."""
 
@@ -113,6 +121,7 @@ Change: TypeAlias = (
     | LogEvent
     | LeaseChanged
     | ServoSeen
+    | CommandsBegan
     | ServoRead
     | NodeSuspected
     | StopPressed

@@ -234,6 +234,8 @@ class TorqueOffRetries:
         While a servo is offline, another node may use its node ID and respond instead: that does not count.
         """
         wanted = MODES[order.mode]
+        if self._requests.silent:
+            return False
         try:
             if isinstance(order.to, int):
                 self._fleet.torque_written(order.to)
@@ -250,9 +252,16 @@ class TorqueOffRetries:
 
     async def _woken_within(self, order: TorqueOffOrder, wake_count: int) -> bool:
         """Pause after a failed try. True if `retry_now` was called since that try began."""
-        tries, absent = order.tries + 1, isinstance(order.to, Servo) and not order.to.online
-        pause = RETRY_S if tries <= FAST_TRIES else RETRY_OFFLINE_S if absent else RETRY_LATER_S
-        if wake_count != self._wake_count:
+        absent = self._requests.silent or (isinstance(order.to, Servo) and not order.to.online)
+        tries = order.tries + 1
+        pause = (
+            RETRY_S
+            if tries <= FAST_TRIES and not self._requests.silent
+            else RETRY_OFFLINE_S
+            if absent
+            else RETRY_LATER_S
+        )
+        if wake_count != self._wake_count and not self._requests.silent:
             pause = RETRY_S
         try:
             async with asyncio.timeout(pause):

@@ -1,12 +1,14 @@
 """Stop: immediate torque off or brake on all known servos, repeated until acknowledged, and latched."""
 
 import asyncio
-from collections.abc import Collection
+from collections.abc import Callable, Collection
 from dataclasses import dataclass, field
+from typing import Literal
 
 from hornbill.domain.fields import known
 from hornbill.domain.note import Note
 from hornbill.errors import Stopped
+from hornbill.node.role import ConnectionRole
 from hornbill.servo.device.fleet import Fleet
 from hornbill.servo.device.output import KEY, ON, mode_text
 from hornbill.servo.device.services import HostServices
@@ -70,12 +72,13 @@ class NodeConfirmation:
 
 @dataclass(slots=True)
 class Latch:
-    """A stop, from its request until it is cleared."""
+    """A stop, from its request until it is cleared. `everyone`: also servos that a guest does not command."""
 
     mode: str
     at: Instant
     by: str
     reason: str
+    everyone: bool = False
     servos: dict[Uid, Confirmation] = field(default_factory=dict[Uid, Confirmation])
     nodes: dict[int, NodeConfirmation] = field(default_factory=dict[int, NodeConfirmation])
 
@@ -84,19 +87,34 @@ class Latch:
         return [one for one in (*self.servos.values(), *self.nodes.values()) if not one.confirmed]
 
 
+Reach = Literal["all", "own", "none"]
+"""Servos that Stop reaches: all as host, those that hornbill commands as guest, none as observer."""
+
+
 class StopControl:
     """The stop latch and its torque-off orders. Needs no lease and waits for nothing.
 
-    Writes to every servo that may be on the bus, and to every node that may be a servo, until it acknowledges or is
-    identified. Never writes to foreign nodes.
+    As host, writes to every servo that may be on the bus, and to every node that may be a servo, until it acknowledges
+    or is identified. As guest, only to servos that hornbill commands, unless all were requested: switching off the
+    others would take them from the autopilot. As observer, to none. Never writes to foreign nodes.
     """
 
-    def __init__(self, services: HostServices, fleet: Fleet, retries: TorqueOffRetries) -> None:
+    def __init__(
+        self,
+        services: HostServices,
+        fleet: Fleet,
+        retries: TorqueOffRetries,
+        role: Callable[[], ConnectionRole],
+        own: Callable[[], Collection[Uid]],
+    ) -> None:
+        """`role` returns the role on the connected bus; `own`, the servos under command of this server."""
         self._hub = services.hub
         self._base = services.base
         self._audit = services.audit
         self._fleet = fleet
         self._retries = retries
+        self._role = role
+        self._own = own
         self.latch: Latch | None = None
         self.presses = 0
         """Number of stops since the start. One press received by both WebSocket and REST counts once."""
@@ -122,61 +140,97 @@ class StopControl:
                 by=self.latch.by,
             )
 
-    def restore(self, mode: str, by: str, reason: str, at: Instant) -> None:
+    @property
+    def reach(self) -> Reach:
+        """The servos that Stop reaches now."""
+        match self._role():
+            case ConnectionRole.HOST:
+                return "all"
+            case ConnectionRole.GUEST:
+                return "all" if self.latch is not None and self.latch.everyone else "own"
+            case ConnectionRole.OBSERVER:
+                return "none"
+
+    def own(self) -> set[Uid]:
+        """Servos that Stop reaches as guest: those under command, and those that have not acknowledged yet."""
+        return {*self._own(), *self._retries.pending_servos()}
+
+    def _reaches(self, uid: Uid) -> bool:
+        """Whether the latched stop includes a servo that arrives or switches on."""
+        return self.reach == "all" or (self.reach == "own" and self.latch is not None and uid in self.latch.servos)
+
+    def restore(self, mode: str, by: str, reason: str, at: Instant, *, everyone: bool) -> None:
         """Restore a stop from before a restart of the server. Call before joining a bus.
 
         Sends nothing: servos are stopped as they arrive.
         """
         text = "Pressed before the server restarted."
-        self.latch = Latch(mode, at, by, f"{reason.rstrip('.')}. {text}" if reason else text)
+        reason = f"{reason.rstrip('.')}. {text}" if reason else text
+        self.latch = Latch(mode, at, by, reason, everyone)
         text = f"Still stopped by {by}, since before the server restarted. Every servo found is sent {mode_text(mode)}."
         self._hub.publish(LogEvent("warning", "stopped", text, params={"by": by, "mode": mode, "before_start": True}))
 
-    def now(self, mode: str, by: str, reason: str) -> Latch:
+    def now(self, mode: str, by: str, reason: str, *, everyone: bool = False) -> Latch:
         """Stop with `mode` "off" or "brake". The first frames leave on the next turn of the event loop.
 
-        Another press sends again.
+        Another press sends again. `everyone`: as guest, all servos on the bus.
         """
         latch = self.latch
         waiting = {servo.uid for servo in self._retries.servos()}
+        own = self.own()
         self._hub.publish(StopPressed())
-        if latch is not None and (latch.mode, latch.by) == (mode, by) and self._base.now() - latch.at < SAME_PRESS_S:
-            self._repeat(latch, waiting)
+        same = latch is not None and (latch.mode, latch.by, latch.everyone) == (mode, by, everyone)
+        if latch is not None and same and self._base.now() - latch.at < SAME_PRESS_S:
+            self._order(latch, waiting, own | set(latch.servos), restart=False)
             return latch
-        self.latch = latch = Latch(mode, self._base.now(), by, reason)
+        if latch is not None:
+            own |= set(latch.servos)
+        self.latch = latch = Latch(mode, self._base.now(), by, reason, everyone)
         self.presses += 1
         # a servo that has not acknowledged an earlier stop stays included, even without a node ID now
         waiting |= self._retries.pending_servos()
         self._retries.cancel_all()
-        for servo in self._fleet.seen():
-            if servo.node_id is not None or servo.uid in waiting:
-                self._begin(servo, latch)
-        for node in self._fleet.suspects():
-            self._begin_node(node, latch)
+        self._order(latch, waiting, own)
         self._hub.publish(StopChanged())
-        text = f"Stopped by {by}. All servos are sent {mode_text(mode)}."
-        if self._bus_gone:
+        text = f"Stopped by {by}. {self._sent(latch)}"
+        if self._bus_gone and self.reach == "all":
             text = (
                 f"Stopped by {by}, but the bus is lost. All servos are sent {mode_text(mode)} once it is back. "
                 "Until then, cut the supply of servos that can move."
             )
-        params: dict[str, object] = {"by": by, "mode": mode, "bus_lost": self._bus_gone}
+        params: dict[str, object] = {
+            "by": by, "mode": mode, "bus_lost": self._bus_gone, "reach": self.reach,
+            "servos": [one.label for one in latch.servos.values()] if self.reach == "own" else [],
+        }  # fmt: skip
         self._hub.publish(LogEvent("failure", "stopped", text, params=params))
         self._audit.later(self._retries.acknowledged(AUDITED_S), lambda: _pressed(latch))
         return latch
 
-    def _repeat(self, latch: Latch, waiting: Collection[Uid]) -> None:
-        """Handle the second message of the same press: send again immediately, and keep the first times."""
-        for servo in self._fleet.seen():
-            if servo.node_id is not None or servo.uid in waiting:
-                self._begin(servo, latch, restart=False)
-        for node in self._fleet.suspects():
+    def _order(self, latch: Latch, waiting: Collection[Uid], own: Collection[Uid], *, restart: bool = True) -> None:
+        """Order torque off for all servos in reach. Not `restart`: this is the same press, whose times are kept."""
+        reach = self.reach
+        for servo in self._fleet.seen() if reach != "none" else ():
+            if (servo.node_id is not None or servo.uid in waiting) and (reach == "all" or servo.uid in own):
+                self._begin(servo, latch, restart=restart)
+        for node in self._fleet.suspects() if reach == "all" else ():
             self._begin_node(node, latch)
+
+    def _sent(self, latch: Latch) -> str:
+        """Text of what was sent to which servos."""
+        mode = mode_text(latch.mode)
+        match self.reach:
+            case "all":
+                return f"All servos are sent {mode}."
+            case "own":
+                names = ", ".join(one.label for one in latch.servos.values()) or "none, because it commands none"
+                return f"As guest, hornbill sends {mode} only to servos that it commands: {names}."
+            case "none":
+                return "As observer, hornbill sends nothing. Cut the supply of servos that must not move."
 
     def on_arrival(self, servo: Servo) -> None:
         """Stop a servo that arrives while the latch is set: it may have started with torque on."""
         self._retries.retry_now()
-        if self.latch is not None:
+        if self.latch is not None and self._reaches(servo.uid):
             self._begin(servo, self.latch)
             if servo.node_id is not None:
                 self.latch.nodes.pop(servo.node_id, None)
@@ -184,13 +238,15 @@ class StopControl:
 
     def _on_suspect(self, suspected: NodeSuspected) -> None:
         """Stop a node that may be a servo before it is identified, while the latch is set."""
-        if self.latch is not None and suspected.node_id not in self.latch.nodes:
+        if self.latch is not None and self.reach == "all" and suspected.node_id not in self.latch.nodes:
             self._begin_node(suspected.node_id, self.latch)
             self._hub.publish(StopChanged())
 
     def _on_reading(self, change: ReadingChanged) -> None:
         """Stop a servo again if another tool or an unnoticed restart turned torque on while the latch is set."""
         if self.latch is None or change.key != KEY or self._retries.pending(change.uid):
+            return
+        if not self._reaches(change.uid):
             return
         servo = next((one for one in self._fleet.seen() if one.uid == change.uid), None)
         if servo is not None and servo.raw(KEY) == ON:

@@ -28,12 +28,13 @@ STARTED_S = 2.0
 
 
 class StoredMode(NamedTuple):
-    """Stored form of an order: torque mode (off or brake), reason, author, and start in seconds since 1970 UTC."""
+    """Stored form of an order: torque mode (off or brake), reason, author, start (seconds since 1970 UTC), everyone."""
 
     mode: str
     reason: str
     by: str | None
     at: float | None
+    everyone: bool = False
 
     @classmethod
     def of(cls, stored: object) -> "StoredMode | None":
@@ -47,6 +48,7 @@ class StoredMode(NamedTuple):
             str(found.get("reason") or ""),
             None if by is None else str(by),
             at if isinstance(at, int | float) else None,
+            found.get("everyone") is True,
         )
 
     def to_json(self) -> Json:
@@ -74,7 +76,9 @@ class StoredTorqueOff:
         note = StoredMode.of(self._store.settings.get(STOP_KEY))
         if note is not None:
             at = self._base.utc_now() if note.at is None else note.at
-            self._stop.restore(note.mode, note.by or "another client", note.reason, at - self._base.utc_offset)
+            self._stop.restore(
+                note.mode, note.by or "another client", note.reason, at - self._base.utc_offset, everyone=note.everyone
+            )
             self._latch = self._stop.latch
 
     async def energising(self, servo: Servo, raw: Raw | None, before: OutputState) -> None:
@@ -127,7 +131,7 @@ class StoredTorqueOff:
                 if latch is None:
                     await self._store.run(settings.drop, STOP_KEY)
                 else:
-                    note = StoredMode(latch.mode, latch.reason, latch.by, self._base.utc(latch.at))
+                    note = StoredMode(latch.mode, latch.reason, latch.by, self._base.utc(latch.at), latch.everyone)
                     await self._store.run(settings.put, STOP_KEY, note.to_json())
                 self._latch = latch
         except Exception:

@@ -7,6 +7,7 @@ from typing import Final
 
 from hornbill.errors import BusDisconnected, Unknown
 from hornbill.schema.catalog import Catalog
+from hornbill.sim.bench.autopilot import Program, SimulatedAutopilot
 from hornbill.sim.bench.demo import demo_fleet
 from hornbill.sim.bench.recipe import Recipe
 from hornbill.sim.servo import SimulatedServo
@@ -35,6 +36,8 @@ class Bench:
         self._drivers: dict[Uid, _Driver] = {}
         self._added = 0
         self._running = False
+        self.autopilot: SimulatedAutopilot | None = None
+        """The autopilot that shares the bus, if any."""
 
     @property
     def servos(self) -> dict[Uid, SimulatedServo]:
@@ -66,6 +69,19 @@ class Bench:
         """Purpose of this servo, for users. Empty if none. Raises Unknown."""
         return self._driver(uid).story
 
+    async def set_autopilot(self, program: Program | None, *, outputs: int = 4, rate_hz: float = 50.0) -> None:
+        """Add an autopilot to the bus, in place of the present one. None removes it."""
+        before, self.autopilot = self.autopilot, None
+        if before is not None:
+            await before.close()
+        if program is not None:
+            loop = asyncio.get_running_loop()
+            self.autopilot = SimulatedAutopilot(
+                self._open("autopilot"), program, outputs=outputs, rate_hz=rate_hz, clock=loop.time,
+                taken={int(servo.node_id) for servo in self.servos.values()},
+            )  # fmt: skip
+            self.autopilot.start()
+
     async def remove(self, uid: Uid) -> None:
         """Remove a servo from the bench and the bus. Raises Unknown."""
         driver = self._driver(uid)
@@ -84,6 +100,7 @@ class Bench:
         if not self._running:
             return
         self._running = False
+        await self.set_autopilot(None)
         for driver in list(self._drivers.values()):
             driver.servo.power_off(driver.now())
             await driver.close()
@@ -91,6 +108,7 @@ class Bench:
     async def close(self) -> None:
         """Remove all servos from the bus. Idempotent. The bench cannot be started again."""
         self._running = False
+        await self.set_autopilot(None)
         drivers, self._drivers = self._drivers, {}
         for driver in drivers.values():
             await driver.close()

@@ -65,6 +65,17 @@ export const happened = {
     `${p.address}が${p.away_s}後に戻りました。自動では何も動きません。${
       p.servos ? `${p.servos}のトルクはオフになります。` : ""
     }`,
+  commanded_elsewhere: p => `ノード${p.node_id}が${p.servo}を指令しています。`,
+  command_lost: p =>
+    `ノード${p.node_id}から${p.servo}への指令が、タイムアウト（0x27）の${p.timeout_s}より長く途絶えました。${
+      {
+        on: "サーボは最後の指令を保持します",
+        off: "サーボは出力をオフにします",
+        brake: "サーボはブレーキをかけます",
+      }[p.action ?? ""] ?? "サーボは設定どおりに動作します"
+    }（0x26）。`,
+  motion_yielded: p =>
+    `${p.servo}をノード${p.node_id}が指令し始めたため、hornbillは指令を終えました。トルクはそのままです。`,
   sample_point: p =>
     `${p.address}のサンプルポイントは${p.sample_point_pct}、サーボは${p.wanted_sample_point_pct}です。短いバスでは使えますが、長いバスではアダプタを合わせてください。`,
 

@@ -23,6 +23,15 @@ const perhaps = (yes: string | undefined) =>
 export const notes = {
   problem: p => p.problem ?? "失敗しました。",
 
+  heard: p =>
+    `ノード${p.node_id}が${
+      {
+        commands: "サーボを指令しています。",
+        allocates: "ノードIDを割り当てています。",
+        autopilot: "オートパイロットのメッセージを送信しています。",
+      }[p.what ?? ""] ?? "動作しています。"
+    }`,
+
   not_in_servo: p => `${p.model}（ファームウェア${p.firmware ?? "不明"}）にこの行はありません。`,
   side_unknown: p => `${p.side}のこの行の値が不明です。`,
   identity_row: () => "サーボ1台に固有の行です。行を指定するか、固有の行を含めてください。",
@@ -67,10 +76,13 @@ export const notes = {
   no_parameters: p =>
     `GetNodeInfoには応答しますが、GetSetには応答しません。読み出せるパラメータはありません。${perhaps(p.may_be_servo)}`,
   no_info: p => `GetNodeInfoに応答しません（${p.tries}回要求）。${perhaps(p.may_be_servo)}`,
+  not_overheard: () =>
+    "識別していません。識別に必要な応答をまだ受信していません。オブザーバは何も要求しません。",
 
   not_pollable_yet: p => `${p.servo}は識別が終わっていないため、まだ周期的に読み出せません。`,
   polled_when_ready: p =>
     `${p.servo}は${STATE[p.state ?? ""] ?? "準備中"}です。準備ができると読み出しを始めます。`,
+  not_polled_as_observer: () => "オブザーバは何も要求しないため、周期的に読み出しません。",
 
   log_limit: p => `上限の${p.limit_mb}に達しました。`,
   disk_slow: p => `ディスクが${p.within_s}以内に最後まで書き込めませんでした。`,

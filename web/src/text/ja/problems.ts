@@ -28,7 +28,7 @@ export const codes: Readonly<Record<string, FactsText>> = {
   bus_trouble: () => "アダプタまたはバスに問題があります。アダプタとケーブルを確認してください。",
   bus_open_failed: () => "バスを開けません。アダプタの接続とアドレスを確認してください。",
   bus_disconnected: () => "バスに接続していません。アダプタを接続してください。",
-  bus_read_only: () => "このバスは記録の再生です。何も書き込みません。実際のバスを接続してください。",
+  bus_read_only: () => "このバスには何も送信できません。",
   no_response: () => "サーボが応答しません。電源と配線を確認してください。",
   refused_by_servo: () => "サーボが要求を拒否しました。",
   did_not_move: () => "ホーンが指令どおりに動きませんでした。",
@@ -50,6 +50,8 @@ export const codes: Readonly<Record<string, FactsText>> = {
   unknown_recording: () => "その記録はありません。",
   unknown_token: () => "そのトークンはありません。",
   no_simulator: () => "このサーバにシミュレータはありません。",
+  no_autopilot: () => "シミュレーションのオートパイロットはありません。",
+  no_verification: () => "実行中の検証はありません。先に開始してください。",
   not_in_this_model: () => "この機種またはファームウェアにはありません。",
   read_only: () => "読み出し専用です。",
   out_of_range: p =>
@@ -65,6 +67,7 @@ export const codes: Readonly<Record<string, FactsText>> = {
   lease_held: p => `${who(p.holder)}が動作権を持っています。要求するか、待ってください。`,
   stopped: () => live.motion.whileStopped,
   busy: () => "サーボは準備中または処理中です。終わってから再試行してください。",
+  commanded_elsewhere: () => "別のノードがサーボを指令しています。",
   conflict: () => "他で使用中です。",
   bus_budget: () => "バスに余裕がありません。",
   needs_confirmation: () => "確認が必要です。",
@@ -148,6 +151,7 @@ export const causes: Readonly<Record<string, FactsText>> = {
   commanded_by_other_stream: p => `${p.servo}は別のストリームが指令しています。先に終了してください。`,
   commanded_by_stream: p =>
     `${p.servo}はストリームが指令しています。ストリームで値を送るか、先に終了してください。`,
+  commanded_elsewhere: p => `${p.servo}はノード${p.node_id}が指令しています。先にその指令を止めてください。`,
   commands_interrupted: p => `${p.servo}への指令が途切れていました。`,
   commands_unsupported: p =>
     `${p.servo}は${KIND[p.kind ?? ""] ?? p.kind}指令を受け付けません。0x25はファームウェア${p.since}からです。角度を指令してください。`,
@@ -192,6 +196,24 @@ export const causes: Readonly<Record<string, FactsText>> = {
   frames_missing: p => `${p.name}に29ビット識別子のCANフレームがありません。`,
   frames_timeout: p =>
     `${p.address}を再生できません。${p.within_s}以内にフレームが見つかりませんでした。ファイルとディスクを確認してください。`,
+  autopilot_end_beyond_limit: p =>
+    `出力${p.output}の端がサーボの角度制限を超えています。振れ幅を減らすか、角度制限（0x38、0x39）を変えてください。`,
+  autopilot_ends_order: p =>
+    `出力${p.output}の端と中立の順序が正しくありません。反時計回りの端、中立、時計回りの端の順に大きくしてください。`,
+  autopilot_output_range: p =>
+    p.requested === undefined
+      ? "そのような出力はありません。計画にある出力の番号を指定してください。"
+      : `出力${p.requested}はありません。${p.minimum}～${p.maximum}を指定してください。`,
+  autopilot_output_twice: p => `出力${p.output}が2回あります。出力は1回だけ指定してください。`,
+  autopilot_servo_id: p =>
+    `出力${p.output}はサーボID ${p.wanted_id}に指令しますが、サーボのIDは${p.servo_id}です。パラメータ0x45か出力の番号を変えてください。`,
+  no_autopilot: () => "シミュレーションのオートパイロットはありません。先に追加してください。",
+  no_verification: () => "実行中の検証はありません。先に開始してください。",
+  parameter_file_line: p => `パラメータファイルの${p.line}行目を読めません。`,
+  parameter_file_no_output: () => "DroneCANに割り当てた出力がパラメータファイルにありません。",
+  parameter_file_too_long: () => "パラメータファイルが長すぎます。",
+  guest_allocates_nothing: () =>
+    "ゲストとして接続しているため、ノードIDを割り当てません。割り当てるには、役割をホストに変えてください。",
   hold_angle_unsupported: () => `保持できるのは速度とトルクの指令だけです。`,
   hold_not_renewed: p =>
     `継続の確認が時間内になく、${p.servo}にブレーキをかけました。いったん離して、押し直してください。`,
@@ -261,8 +283,24 @@ export const causes: Readonly<Record<string, FactsText>> = {
     `${p.name}は対応するログの形式ではありません。candump、ASC、BLF、またはCSVを指定してください。`,
   log_not_written: p => `${p.name}に書き込めません。`,
   log_running: p => `${p.name}を記録中です。先に終了してください。`,
+  mavcan_address_invalid: p =>
+    `${p.address}はMAVLinkのアドレスではありません。mavcan:DEVICE@BAUDかmavcan:udp:HOST:PORTに、必要なら?bus=N（1〜${p.buses}）を付けて入力してください。`,
+  mavcan_key_in_address: () =>
+    `アドレスは保存され表示されるため、署名の鍵を含められません。環境変数HORNBILL_MAVLINK_KEYを設定し、key=…を削除してください。`,
+  mavcan_key_missing: p =>
+    `${p.address}を使えません。オートパイロットはMAVLinkに署名し、署名のないメッセージを無視します。HORNBILL_MAVLINK_KEYにパスフレーズを設定し、hornbillを起動し直してください。`,
+  mavcan_key_wrong: p =>
+    `${p.address}を使えません。${p.variable}の署名の鍵がオートパイロットのものと違います。オートパイロットのパスフレーズを設定し、このコンピュータの時計を確認してください。`,
+  mavcan_not_signed: p =>
+    `${p.address}を使えません。鍵が設定されていますが、受信したMAVLinkに署名がありません。オートパイロットで署名を設定するか、HORNBILL_MAVLINK_KEYなしで起動してください。`,
+  mavcan_refused: p =>
+    `${p.address}を使えません。オートパイロットがCANバス${p.bus}の転送を拒否しました（結果${p.result}）。CAN_P${p.bus}_DRIVERを確認するか、?bus=Nで別のバスを選んでください。`,
+  mavcan_silent: p =>
+    `${p.address}を使えません。MAVLinkのハートビートを受信していません。ポートのプロトコルとボーレート、UDPではホストとポートを確認してください。`,
+  mavcan_unsupported: p =>
+    `${p.address}を使えません。オートパイロットがMAV_CMD_CAN_FORWARDに応答しません。CANの転送に対応したファームウェア（ArduPilot 4.2以降）が必要です。`,
   mavlink: p =>
-    `${p.address}はMAVLinkを話しています。オートパイロットが接続されています。CANアダプタか、オートパイロットのslcanポートを使ってください。`,
+    `${p.address}はMAVLinkを話しています。オートパイロットが接続されています。これを通してサーボに接続するには、ポートのボーレートを付けてmavcan:${p.device}@BAUDと入力してください。`,
   media_type_not_json: p =>
     `${p.media ? `データの形式「${p.media}」は使えません` : "データの形式が指定されていません"}。application/jsonで送ってください。`,
   message_invalid: () => `このソケットのメッセージではありません。`,
@@ -272,6 +310,8 @@ export const causes: Readonly<Record<string, FactsText>> = {
   motion_command: p => `${p.key}はホーンを動かす指令で、設定ではありません。`,
   multi_turn_moves: p =>
     `${p.servos}は1回転を超えて動くか、再起動で回転数を失っています。動かすには確認してください。`,
+  multicast_bus_invalid: p =>
+    `${p.address}はマルチキャストのバスではありません。mcast:N（Nは0〜255）と入力してください。`,
   name_in_use: p => `${p.name}はすでにあります。別の名前にするか、削除してください。`,
   names_unknown: p => `${p.names}はありません。次から選んでください: ${p.known}。`,
   no_bus: () => `バスに接続していません。アダプタを接続してください。`,
@@ -326,6 +366,8 @@ export const causes: Readonly<Record<string, FactsText>> = {
   not_slcan: p =>
     `${p.address}から届くデータはslcanの形式ではありません。slcanアダプタの接続とボーレートを確認してください。`,
   not_stored_in_rom: p => `${p.key}はROMに保存されないため、設定ではありません。除いてください。`,
+  observer_sends_nothing: () =>
+    "オブザーバとして接続しているため、何も送信しません。送信するには、役割をゲストかホストに変えてください。",
   nothing_to_write: p => `${p.side}から${p.servo}に書き込む値がありません。行を指定してください。`,
   offline: p => `${p.servo}はオフラインです。電源と配線を確認してください。`,
   one_source_required: () =>

@@ -11,7 +11,7 @@ from hornbill.api import present, remedies
 from hornbill.api.dependencies import TheAdapters, TheHost
 from hornbill.api.routing import Routes
 from hornbill.api.security.roles import LOCAL, Role
-from hornbill.domain.bus import Adapter, Bus, Finding
+from hornbill.domain.bus import Adapter, Bus, ConnectionRoleChoice, ConnectionRoleName, Finding
 from hornbill.domain.fields import Model
 from hornbill.wire.port import split_frame_gap
 
@@ -32,6 +32,17 @@ class BusAddress(Model):
         default=None, ge=0, le=20, allow_inf_nan=False,
         description="Pause between frames of one transfer, ms. Default: `?frame_gap_ms=` of the address, otherwise 0.",
     )  # fmt: skip
+    role: ConnectionRoleChoice | None = Field(
+        default=None,
+        description="Connection role. auto: listen for 1.5 s, then guest beside an autopilot or another allocator, "
+        "otherwise host. Default: the role last chosen for this adapter, otherwise auto.",
+    )
+
+
+class RoleChange(Model):
+    """Connection role on the connected bus."""
+
+    role: ConnectionRoleName = Field(description="New role.")
 
 
 class Health(Model):
@@ -56,7 +67,20 @@ async def connect_bus(host: TheHost, body: BusAddress) -> Bus:
     address = body.address
     if body.frame_gap_ms is not None:
         address = f"{split_frame_gap(address)[0]}?frame_gap_ms={body.frame_gap_ms:g}"
-    await host.connect(address, body.bitrate)
+    await host.connect(address, body.bitrate, host.roles.choose(address, body.role))
+    return present.bus(host)
+
+
+@routes.put("/bus/role", Role.CONFIGURE, "bus_disconnected", "bus_open_failed")
+async def change_role(host: TheHost, body: RoleChange) -> Bus:
+    """Change the connection role by opening the adapter again. Torque goes off first on servos under command.
+
+    The role is remembered for this adapter.
+    """
+    port = host.connected().port
+    gap_s = port.details.frame_gap_s
+    address = f"{port.address}?frame_gap_ms={gap_s * 1000:g}" if gap_s else port.address
+    await host.connect(address, port.bitrate, host.roles.choose(address, body.role))
     return present.bus(host)
 
 

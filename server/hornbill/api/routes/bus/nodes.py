@@ -1,5 +1,6 @@
 """Routes of nodes, the allocation table and the node ID allocator."""
 
+import math
 from typing import Final, Literal
 
 from pydantic import Field
@@ -11,8 +12,10 @@ from hornbill.api.security.roles import Role
 from hornbill.domain.bus import AllocatorChoice, AllocatorState, HealthCode, PendingAllocation
 from hornbill.domain.fields import Model, Params, UidField
 from hornbill.domain.note import Note, NoteCode
+from hornbill.domain.servo import Commander
 from hornbill.node.allocator import AllocationMode
 from hornbill.node.directory import OFFLINE_AFTER_S
+from hornbill.servo.device.position_estimate import DEGREES, LITERAL
 from hornbill.servo.device.servo import State, mode_name
 from hornbill.servo.host import Connection, Host
 from hornbill.store.allocations import AllocationEntry
@@ -53,6 +56,16 @@ class Node(Model):
     restarts: int = Field(description="Number of observed restarts.")
     software_version: str | None = Field(description="Software version from GetNodeInfo. Null if unknown.")
     hardware_version: str | None = Field(description="Hardware version from GetNodeInfo. Null if unknown.")
+    actuator_id: int | None = Field(
+        default=None, description="Servo ID in its Status. Null if it broadcasts no actuator's Status."
+    )
+    angle_deg: float | None = Field(
+        default=None,
+        description="Angle in its Status, °; in Futaba's unit if it is not identified. Null if it broadcasts none.",
+    )
+    commanded_by: list[Commander] = Field(
+        default_factory=list[Commander], description="Other nodes that command its servo ID now."
+    )
     note: str | None = Field(description="Reason why it is not a servo, or a peculiarity. Null if none.")
     note_code: NoteCode | None = Field(description="Code of the note. Null if none.")
     note_params: Params
@@ -235,7 +248,30 @@ def _node(host: Host, connection: Connection, node_id: int, now: Instant) -> Nod
     note = host.fleet.note(node_id)
     if kind != "servo" and record.info is not None and record.info.name == connection.participant.info().name:
         kind, note = "hornbill", Note("Another hornbill.", "another_hornbill")
-    return _with_status(node_id, kind, record.status, record.info, seen, now, record.restarts, note)
+    if note is None and kind == "unknown" and host.requests.silent:
+        note = Note("Not identified: its identity has not been heard. An observer requests nothing.", "not_overheard")
+    node = _with_status(node_id, kind, record.status, record.info, seen, now, record.restarts, note)
+    return node.model_copy(update=_actuator(host, node_id))
+
+
+def _actuator(host: Host, node_id: int) -> dict[str, object]:
+    """Servo ID, angle and commanders of a node that broadcasts an actuator's Status, as fields of Node."""
+    servo = host.fleet.online_on(node_id)
+    if servo is not None:
+        return {
+            "actuator_id": servo.servo_id,
+            "angle_deg": servo.angle_deg,
+            "commanded_by": present.commanders(host, servo),
+        }
+    status = host.fleet.actuator(node_id)
+    if status is None:
+        return {}
+    angle = round(status.position * DEGREES[LITERAL], 2) if math.isfinite(status.position) else None
+    return {
+        "actuator_id": status.actuator_id,
+        "angle_deg": angle,
+        "commanded_by": present.commanders_of_node(host, node_id, angle),
+    }
 
 
 def _ourselves(connection: Connection, now: Instant) -> Node:

@@ -11,7 +11,7 @@ routes = Routes("motion")
 
 PROBLEMS = (
     "unknown_servo", "not_in_this_model", "busy", "configuration_lost", "stopped", "lease_required", "lease_held",
-    "no_response", "bus_disconnected",
+    "commanded_elsewhere", "no_response", "bus_disconnected",
 )  # fmt: skip
 
 

@@ -39,7 +39,7 @@ class StepTest(Model):
 RunPath = Annotated[int, Path(description="ID of the run.", ge=1, le=2**31 - 1)]
 STEP_PROBLEMS = (
     "unknown_servo", "invalid_value", "out_of_range", "torque_off", "not_in_this_model", "busy", "stopped",
-    "lease_required", "lease_held", "configuration_lost", "no_response", "bus_disconnected",
+    "lease_required", "lease_held", "commanded_elsewhere", "configuration_lost", "no_response", "bus_disconnected",
 )  # fmt: skip
 
 

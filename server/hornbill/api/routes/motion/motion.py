@@ -123,8 +123,8 @@ class BurstSent(Model):
 
 MOTION_PROBLEMS = (
     "unknown_servo", "invalid_value", "out_of_range", "mode_off", "torque_off", "not_in_this_model", "busy",
-    "stopped", "lease_required", "lease_held", "refused_by_servo", "no_response", "bus_disconnected",
-    "configuration_lost", "needs_confirmation",
+    "stopped", "lease_required", "lease_held", "commanded_elsewhere", "refused_by_servo", "no_response",
+    "bus_disconnected", "configuration_lost", "needs_confirmation",
 )  # fmt: skip
 
 

@@ -40,6 +40,11 @@ class StopRequest(Model):
 
     mode: StopMode = Field(default="off", description="Torque off or brake.")
     reason: Short = Field(default="", description="Reason, shown to users. At most 200 characters are stored.")
+    everyone: bool = Field(
+        default=False,
+        description="As guest, stop all servos on the bus, also those that the autopilot commands. An aircraft then "
+        "loses its control surfaces. Without effect as host or observer.",
+    )
 
 
 By = Annotated[str, Query(description="Client that stops, shown to all users. At most 80 characters are stored.")]
@@ -49,9 +54,12 @@ WITHIN_S = 0.25
 
 @routes.post("/stop", LOCAL, "invalid_value")
 async def stop(host: TheHost, body: StopRequest | None = None, by: By = "REST") -> Stop:
-    """Stop all servos immediately. Needs no lease, and latches. A repeated request is sent again."""
+    """Stop immediately. Needs no lease, and latches. A repeated request is sent again.
+
+    As host it reaches all servos; as guest, those that hornbill commands unless `everyone`; as observer, none.
+    """
     wanted = body or StopRequest()
-    host.stop.now(wanted.mode, signed(by), wanted.reason)
+    host.stop.now(wanted.mode, signed(by), wanted.reason, everyone=wanted.everyone)
     await host.torque_off.acknowledged(WITHIN_S)
     return present.stop(host)
 

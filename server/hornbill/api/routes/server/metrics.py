@@ -15,6 +15,7 @@ from hornbill.api.live.event_log import EventLog
 from hornbill.api.meter import Measures
 from hornbill.api.routing import Routes
 from hornbill.api.security.roles import Role
+from hornbill.node.role import ConnectionRole
 from hornbill.schema.fault import LEVELS, OVERVIEW, REGISTERS
 from hornbill.servo.device.reading import is_stale
 from hornbill.servo.device.servo import Servo, State
@@ -53,6 +54,7 @@ _ROWS: Final[tuple[tuple[str, Kind, str, tuple[str, ...]], ...]] = (
     ("jobs", "counter", "Ended jobs: succeeded, failed or cancelled.", ("kind", "outcome")),
     ("jobs_in_progress", "gauge", "Queued and running jobs.", ("kind",)),
     ("bus_state", "gauge", "1 for the current state of the bus, 0 for the others.", ("state",)),
+    ("bus_role", "gauge", "1 for the connection role, 0 for the others. Absent without a bus.", ("role",)),
     ("bus_load_ratio", "gauge", "Bus load over the last second, 0 to 1.", ()),
     ("bus_frames", "counter", "Frames since the adapter was connected, rx or tx.", ("direction",)),
     ("bus_dropped_frames", "counter", "RX overruns: received frames that were dropped.", ()),
@@ -82,6 +84,11 @@ _ROWS: Final[tuple[tuple[str, Kind, str, tuple[str, ...]], ...]] = (
     ("servo_faults", "gauge", "Active fault bits by level.", (*_WHO, "level")),
     ("servo_fault", "gauge", "1 for every active fault bit.", (*_WHO, "level", "fault")),
     ("servo_unacknowledged_faults", "gauge", "Unacknowledged warnings and failures.", _WHO),
+    ("servo_commanded", "gauge", "1 for every other node that commands the servo by ArrayCommand.", (*_WHO, "node_id")),
+    ("servo_command_hertz", "gauge", "Rate of the commands of another node.", (*_WHO, "node_id")),
+    ("servo_command_degrees", "gauge", "Last angle commanded by another node.", (*_WHO, "node_id")),
+    ("servo_command_gaps", "counter",
+     "Gaps in the commands of other nodes that were longer than the timeout of the servo (0x27).", _WHO),
     ("servo_unsaved_parameters", "gauge", "Parameters that a restart would lose.", _WHO),
     ("stop_latched", "gauge", "1 while a stop is latched.", ()),
     ("stop_unconfirmed_servos", "gauge", "Servos that have not confirmed the latched stop.", ()),
@@ -157,6 +164,7 @@ def _bus(host: Host) -> Iterator[Metric]:
     yield _family("bus_state", [((state.value,), port.state is state) for state in PortState])
     if connection is not None:
         seen = connection.port.statistics
+        yield _family("bus_role", [((one.value,), connection.role is one) for one in ConnectionRole])
         yield _family("bus_load_ratio", [((), connection.load_pct / 100)])
         yield _family("bus_frames", [(("rx",), seen.rx_frames), (("tx",), seen.tx_frames)])
         for name, count in (
@@ -204,6 +212,12 @@ def _servos(host: Host) -> Iterator[Metric]:
     )  # fmt: skip
     yield _family("servo_fault", [((*_who(one), fault.level, fault.key), 1) for one, fault in active])
     yield _family("servo_unacknowledged_faults", [(_who(one), host.faults.unacknowledged(one.uid)) for one in servos])
+    streams = [(one, stream) for one in online for stream in host.commanders.of(one.uid)]
+    by = [((*_who(one), str(stream.node_id)), stream) for one, stream in streams]
+    yield _family("servo_commanded", [(labels, 1) for labels, _ in by])
+    yield _family("servo_command_hertz", [(labels, rate) for labels, one in by if (rate := one.rate_hz) is not None])
+    yield _family("servo_command_degrees", [(labels, deg) for labels, one in by if (deg := one.degrees) is not None])
+    yield _family("servo_command_gaps", [(_who(one), host.commanders.gaps[one.uid]) for one in servos])
     yield _family("servo_unsaved_parameters", [(_who(one), len(one.unsaved())) for one in online])
 
 

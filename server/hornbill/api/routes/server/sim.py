@@ -16,6 +16,7 @@ from hornbill.errors import Busy, InvalidValue, Unknown
 from hornbill.schema.catalog import Catalog
 from hornbill.schema.firmware import to_text
 from hornbill.sim.behaviour import Behaviour
+from hornbill.sim.bench.autopilot import SimulatedAutopilot
 from hornbill.sim.bench.bench import Bench
 from hornbill.sim.bench.recipe import Recipe
 from hornbill.sim.servo import SimulatedServo
@@ -124,6 +125,66 @@ class SimChange(Model):
     power: SimPower | None = Field(default=None, description="Supply.")
 
 
+class SimChannel(Model):
+    """One output of the simulated autopilot."""
+
+    output: int = Field(description="Output number, from 1.")
+    servo_id: int = Field(description="Actuator ID in ArrayCommand: the servo ID it commands.")
+    low_deg: float = Field(description="Angle at demand -1, °.")
+    high_deg: float = Field(description="Angle at demand 1, °.")
+    neutral_deg: float = Field(description="Angle at demand 0, °.")
+    reversed: bool = Field(description="A positive demand turns towards `low_deg`.")
+    demand: float = Field(description="Present demand, -1 to 1.")
+    sent: bool = Field(description="ArrayCommand has an entry for it.")
+
+
+class SimAutopilot(Model):
+    """The simulated autopilot."""
+
+    program: Literal["ardupilot", "px4"] = Field(description="Autopilot program whose IDs and scaling it uses.")
+    node_id: int = Field(
+        description="Its node ID: 10 for ArduPilot, 1 for PX4, or the next one that no simulated servo has."
+    )
+    rate_hz: float = Field(description="Rate of ArrayCommand, Hz.")
+    armed: bool = Field(description="Armed: it moves its outputs.")
+    safety_on: bool = Field(description="Safety switch on: ArduPilot then sends no ArrayCommand.")
+    sweep: bool = Field(description="While armed it moves all outputs slowly between their ends.")
+    allocated: int = Field(description="Number of node IDs it has allocated.")
+    sent_commands: int = Field(description="Number of ArrayCommand messages sent.")
+    channels: list[SimChannel] = Field(description="Outputs.")
+
+
+class NewSimAutopilot(Model):
+    """A simulated autopilot to add to the bus."""
+
+    program: Literal["ardupilot", "px4"] = Field(description="Autopilot program.")
+    outputs: int = Field(default=4, ge=1, le=15, description="Number of outputs.")
+    rate_hz: float = Field(default=50.0, gt=0, le=400, description="Rate of ArrayCommand, Hz.")
+
+
+class SimChannelChange(Model):
+    """Changes to one output. Omitted fields stay unchanged."""
+
+    output: int = Field(ge=1, le=15, description="Output number, from 1.")
+    low_deg: Annotated[float, Field(ge=-180, le=180)] | None = Field(default=None, description="Angle at -1, °.")
+    high_deg: Annotated[float, Field(ge=-180, le=180)] | None = Field(default=None, description="Angle at 1, °.")
+    neutral_deg: Annotated[float, Field(ge=-180, le=180)] | None = Field(default=None, description="Angle at 0, °.")
+    reversed: bool | None = Field(default=None, description="A positive demand turns towards `low_deg`.")
+    demand: Annotated[float, Field(ge=-1, le=1)] | None = Field(default=None, description="Demand, -1 to 1.")
+    sent: bool | None = Field(default=None, description="ArrayCommand has an entry for it.")
+
+
+class SimAutopilotChange(Model):
+    """Changes to the simulated autopilot. Omitted fields stay unchanged."""
+
+    armed: bool | None = Field(default=None, description="Arm or disarm.")
+    safety_on: bool | None = Field(default=None, description="Safety switch.")
+    sweep: bool | None = Field(default=None, description="Move all outputs slowly while armed.")
+    rate_hz: Annotated[float, Field(gt=0, le=400)] | None = Field(default=None, description="Rate, Hz.")
+    restart: bool = Field(default=False, description="Restart it: two seconds of silence, disarmed.")
+    channels: list[SimChannelChange] = Field(default_factory=list[SimChannelChange], description="Changes to outputs.")
+
+
 _OUTPUT: tuple[Literal["on", "off", "brake"], ...] = ("on", "off", "brake")
 _CONDITIONS = (
     "temperature_c", "voltage_v", "load_pct", "load_inertia", "sensor_error", "mute", "drop_responses_pct",
@@ -185,7 +246,65 @@ def routes(catalog: Catalog) -> Routes:
         _apply(catalog, bench, Uid(uid), body)
         return _shown(bench, Uid(uid))
 
+    @made.get("/autopilot", Role.VIEW, "no_simulator", "no_autopilot")
+    async def get_sim_autopilot(bench: TheBench) -> SimAutopilot:
+        """Get the simulated autopilot."""
+        return _autopilot(bench)
+
+    @made.put("/autopilot", Role.ADMIN, "no_simulator")
+    async def add_sim_autopilot(bench: TheBench, body: NewSimAutopilot) -> SimAutopilot:
+        """Add a simulated autopilot to the bus, in place of the present one. It is disarmed."""
+        await bench.set_autopilot(body.program, outputs=body.outputs, rate_hz=body.rate_hz)
+        return _autopilot(bench)
+
+    @made.patch("/autopilot", Role.ADMIN, "no_simulator", "no_autopilot", "invalid_value")
+    async def change_sim_autopilot(bench: TheBench, body: SimAutopilotChange) -> SimAutopilot:
+        """Arm or disarm it, press its safety switch, restart it, or set its outputs. All or nothing."""
+        one = _present_autopilot(bench)
+        for change in body.channels:
+            if change.output > len(one.channels):
+                raise InvalidValue(
+                    f"The autopilot has outputs 1 to {len(one.channels)}, not {change.output}.",
+                    cause="autopilot_output_range", output=change.output, maximum=len(one.channels),
+                )  # fmt: skip
+        for change in body.channels:
+            for name, value in change.model_dump(exclude={"output"}, exclude_none=True).items():
+                setattr(one.channels[change.output - 1], name, value)
+        for name, value in body.model_dump(exclude={"channels", "restart"}, exclude_none=True).items():
+            setattr(one, name, value)
+        if body.restart:
+            one.restart()
+        return _autopilot(bench)
+
+    @made.delete("/autopilot", Role.ADMIN, "no_simulator", status_code=204)
+    async def remove_sim_autopilot(bench: TheBench) -> None:
+        """Remove the simulated autopilot from the bus. Idempotent."""
+        await bench.set_autopilot(None)
+
     return made
+
+
+def _present_autopilot(bench: Bench) -> SimulatedAutopilot:
+    if bench.autopilot is None:
+        raise Unknown(
+            "no_autopilot", "There is no simulated autopilot. Add one with PUT /sim/autopilot.", cause="no_autopilot"
+        )
+    return bench.autopilot
+
+
+def _autopilot(bench: Bench) -> SimAutopilot:
+    one = _present_autopilot(bench)
+    names = ("low_deg", "high_deg", "neutral_deg", "reversed", "demand", "sent")
+    return SimAutopilot(
+        program=one.program, node_id=one.node_id, rate_hz=one.rate_hz, armed=one.armed, safety_on=one.safety_on,
+        sweep=one.sweep, allocated=len(one.allocated), sent_commands=one.sent_commands,
+        channels=[
+            SimChannel(
+                output=index + 1, servo_id=one.actuator_id(index), **{name: getattr(channel, name) for name in names}
+            )
+            for index, channel in enumerate(one.channels)
+        ],
+    )  # fmt: skip
 
 
 def _apply(catalog: Catalog, bench: Bench, uid: Uid, change: SimChange) -> None:

@@ -1,0 +1,1 @@
+"""Parameter files of ArduPilot and PX4 for servos on DroneCAN."""
