@@ -308,9 +308,11 @@ async def test_rollback_turns_torque_off_and_never_on(rig: Rig, servo: Servo) ->
 async def test_a_clamped_value_is_reported_beside_applied_ones(rig: Rig, servo: Servo) -> None:
     row = servo.registers["timeout_time"].parameter
     servo.registers["timeout_time"].parameter = row.model_copy(update={"maximum": 90_000})
-    response = json(await patching(rig, servo, {"timeout_time": 80_000, "angle_p_gain": 41}))
+    values = {"timeout_time": 80_000, "angle_p_gain": 41, "angle_limit_cw": 179.9}
+    response = json(await patching(rig, servo, values))
     assert response["outcome"] == "applied"
-    assert verdicts(response) == {"timeout_time": "clamped", "angle_p_gain": "applied"}
+    assert verdicts(response) == {"timeout_time": "clamped", "angle_p_gain": "applied", "angle_limit_cw": "unchanged"}
+    assert {one["key"]: one["after"] for one in response["changes"]}["angle_limit_cw"] == 179.9
     clamped = next(change for change in response["changes"] if change["key"] == "timeout_time")
     assert (clamped["requested"], clamped["after"]) == (80_000, 60_000)
     assert not [one for one in rig.changes if isinstance(one, LogEvent) and one.level == "failure"]
