@@ -122,7 +122,11 @@ class AsyncHornbill(AsyncConnection):
         """
         until = time.monotonic() + within_s
         state: responses.Stop = await self.request(
-            "POST", "/stop", {"mode": mode, "reason": reason, "everyone": everyone}, keyed=False, by=self.by
+            "POST",
+            "/stop",
+            {"mode": mode, "reason": reason} | ({"everyone": True} if everyone else {}),
+            keyed=False,
+            by=self.by,
         )
         while unconfirmed(state) and time.monotonic() < until:
             await asyncio.sleep(POLL_S / 2)

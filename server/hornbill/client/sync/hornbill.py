@@ -123,7 +123,11 @@ class Hornbill(Connection):
         """
         until = time.monotonic() + within_s
         state: responses.Stop = self.request(
-            "POST", "/stop", {"mode": mode, "reason": reason, "everyone": everyone}, keyed=False, by=self.by
+            "POST",
+            "/stop",
+            {"mode": mode, "reason": reason} | ({"everyone": True} if everyone else {}),
+            keyed=False,
+            by=self.by,
         )
         while unconfirmed(state) and time.monotonic() < until:
             time.sleep(POLL_S / 2)
