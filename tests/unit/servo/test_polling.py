@@ -27,6 +27,8 @@ MODEL = CATALOG.models["BLA21-06U-A0"]
 class Reads:
     """ServoRequests whose reads take READ_S and are logged."""
 
+    silent = False
+
     def __init__(self, overview: Raw = 0) -> None:
         self.overview = overview
         self.done: list[tuple[float, Uid, str]] = []
