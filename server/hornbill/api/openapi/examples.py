@@ -9,6 +9,11 @@ SERVO: Final = "00000000a1b2c3d400000000e5f60718"
 SECOND: Final = "00000000a1b2c3d400000000e5f60719"
 MODEL: Final = "BLA21-06U-A0"
 
+PLAN: Final = {
+    "program": "ardupilot",
+    "outputs": [{"output": 1, "servo_id": 1, "label": "left aileron", "low_deg": -25.0, "high_deg": 25.0}],
+}
+
 EXAMPLES: Final[dict[str, dict[str, dict[str, Any]]]] = {
     # access
     "log_in": {"token": {"token": "hb_token-from-hornbill-token-create"}},
@@ -17,6 +22,16 @@ EXAMPLES: Final[dict[str, dict[str, dict[str, Any]]]] = {
     "connect_bus": {
         "SocketCAN": {"address": "socketcan:can0"},
         "serial adapter": {"address": "slcan:/dev/ttyACM0", "bitrate": 1_000_000},
+    },
+    "change_role": {"beside an autopilot": {"role": "guest"}},
+    "export_autopilot_parameters": {"an aileron of ArduPilot": PLAN},
+    "import_autopilot_parameters": {
+        "ArduPilot": {"program": "ardupilot", "text": "CAN_D1_UC_SRV_BM,1\nSERVO1_MIN,1430\nSERVO1_MAX,1570\n"}
+    },
+    "begin_verification": {"an aileron of ArduPilot": PLAN},
+    "begin_verification_step": {
+        "all controls centred": {"kind": "neutral"},
+        "one control fully positive": {"kind": "positive", "output": 1},
     },
     "set_allocator": {"allocate node IDs": {"mode": "on"}},
     "pin_allocation": {"node ID 42": {"node_id": 42}},
@@ -94,6 +109,11 @@ EXAMPLES: Final[dict[str, dict[str, dict[str, Any]]]] = {
     },
     "create_recording": {"last 30 seconds": {"before_s": 30, "reason": "It clicked."}},
     # simulator
+    "add_sim_autopilot": {"ArduPilot": {"program": "ardupilot", "outputs": 4}},
+    "change_sim_autopilot": {
+        "arm, safety switch off": {"armed": True, "safety_on": False},
+        "output 1 fully positive": {"sweep": False, "channels": [{"output": 1, "demand": 1.0}]},
+    },
     "add_sim_servo": {"new servo": {"model": MODEL, "firmware": "1.300", "angle_deg": 15.0}},
     "change_sim_servo": {"hot and loaded": {"temperature_c": 60.0, "load_pct": 30.0}, "power off": {"power": "off"}},
 }  # fmt: skip
