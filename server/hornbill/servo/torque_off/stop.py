@@ -198,10 +198,9 @@ class StopControl:
                 f"Stopped by {by}, but the bus is lost. All servos are sent {mode_text(mode)} once it is back. "
                 "Until then, cut the supply of servos that can move."
             )
-        params: dict[str, object] = {
-            "by": by, "mode": mode, "bus_lost": self._bus_gone, "reach": self.reach,
-            "servos": [one.label for one in latch.servos.values()] if self.reach == "own" else [],
-        }  # fmt: skip
+        params: dict[str, object] = {"by": by, "mode": mode, "bus_lost": self._bus_gone}
+        if self.reach != "all":
+            params |= {"reach": self.reach, "servos": [one.label for one in latch.servos.values()]}
         self._hub.publish(LogEvent("failure", "stopped", text, params=params))
         self._audit.later(self._retries.acknowledged(AUDITED_S), lambda: _pressed(latch))
         return latch
