@@ -96,7 +96,7 @@ def test_foreign_nodes_are_listed_and_not_mistaken_for_servos(bench: Bench) -> N
     with pilot, gripper:
         gripper.node.periodic(0.1, say_status)
         nodes: dict[int, dict[str, Any]] = {}
-        for _ in range(20):
+        for _ in range(90):
             live_together([pilot, gripper], 1.0)
             nodes = {each["node_id"]: each for each in bench.api.get("/nodes").json()}
             if all(each in nodes and nodes[each]["name"] and nodes[each]["note"] for each in (50, 51)):
