@@ -71,9 +71,7 @@ def test_the_list_shows_who_commands_each_servo_and_whom_stop_reaches(page: Page
     expect(page.get_by_test_id("stop")).to_contain_text("Reaches 0 of 6, Esc")
     expect(page.get_by_test_id("bar-motion")).to_contain_text(f"Node {node}: {n} servos. You: 0")
     row = page.get_by_test_id(f"servo-row-{servos[1]}")
-    expect(row.locator(".c-by")).to_contain_text(
-        re.compile(rf"Node {node}, ArrayCommand\s*(4\d|5\d)\.\d.Hz since \d\d:")
-    )
+    expect(row.locator(".c-by")).to_contain_text(re.compile(rf"Node {node}, ArrayCommand\s*\d+\.\d.Hz since \d\d:"))
     expect(row.locator(".c-command")).to_have_text("0.0°")
     expect(row.locator(".c-error")).to_contain_text(re.compile(r"[+−]?\d\.\d°"))
     page.get_by_role("button", name=f"Commanded elsewhere {n}").click()

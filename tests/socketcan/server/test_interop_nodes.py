@@ -99,7 +99,8 @@ def test_foreign_nodes_are_listed_and_not_mistaken_for_servos(bench: Bench) -> N
         for _ in range(90):
             live_together([pilot, gripper], 1.0)
             nodes = {each["node_id"]: each for each in bench.api.get("/nodes").json()}
-            if all(each in nodes and nodes[each]["name"] and nodes[each]["note"] for each in (50, 51)):
+            known = all(each in nodes and nodes[each]["name"] and nodes[each]["note"] for each in (50, 51))
+            if known and nodes[50]["kind"] == "foreign":
                 break
         servos = {each["uid"] for each in bench.api.get("/servos").json()}
     said = {node_id: (nodes[node_id]["name"], nodes[node_id]["health"], nodes[node_id]["mode"]) for node_id in (50, 51)}

@@ -19,7 +19,10 @@ FRAME = Frame(0x1E0B_94FF, bytes.fromhex("000030783243c5"))
 
 @pytest.fixture
 def link() -> Iterator[MulticastLink]:
-    made = MulticastLink(BUS)
+    try:
+        made = MulticastLink(BUS)
+    except OSError as error:
+        pytest.skip(f"this machine has no network for multicast: {error}")
     yield made
     made.shutdown()
 
