@@ -329,7 +329,7 @@ def test_a_lost_adapter_shows_the_next_retry_and_stop_does_not_move(
     def through(socket: WebSocketRoute) -> None:
         def changed(text: str | bytes) -> None:
             message = json.loads(text)
-            if message["type"] == "bus":
+            if message.get("type") == "bus":
                 message["bus"].update(lost)
             socket.send(json.dumps(message))
 
