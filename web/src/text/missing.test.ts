@@ -74,7 +74,7 @@ describe.each([["every page", text, saidText], ...parts] as const)(
 );
 
 const SAME =
-  /hornbill|: (candump|socketcan:can0|curl|Python|node:11 type:GetSet problems|JUnit|Space|kbit\/s|Ctrl Enter|HORNBILL_.*)$/;
+  /hornbill|: (candump|socketcan:can0|curl|Python|node:11 type:GetSet problems|JUnit|Space|kbit\/s|Ctrl Enter|ArduPilot|ArrayCommand|HORNBILL_.*)$/;
 
 /** A field of each row of the server's tables that has it, by the row's key. */
 function fieldOf(table: string, part: string, field: string): Map<string, string> {
