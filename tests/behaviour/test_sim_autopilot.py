@@ -37,11 +37,11 @@ async def test_it_commands_by_its_own_ids_and_stays_as_its_program_does(
     assert (commanded == []) == silent, "ArduPilot sends nothing while its safety switch is on"
     body = {
         "armed": True, "safety_on": False, "sweep": False,
-        "channels": [{"output": n, "demand": 0.5, "high_deg": 36} for n in (1, 2, 3)],
+        "outputs": [{"output": n, "demand": 0.5, "high_deg": 36} for n in (1, 2, 3)],
     }  # fmt: skip
     one = json(await rig.call("PATCH", "/sim/autopilot", body))
     await asyncio.sleep(2)
-    ids = {channel["servo_id"] for channel in one["channels"]}
+    ids = {output["servo_id"] for output in one["outputs"]}
     assert ids == ({1, 2, 3, 4} if program == "ardupilot" else {0, 1, 2, 3})
     for servo in (first, second):
         (by,) = json(await rig.call("GET", f"/servos/{servo.uid}"))["commanded_by"]
@@ -68,9 +68,9 @@ async def test_a_restart_is_a_gap_that_is_reported(rig: Rig) -> None:
 
 @scene(*TWO)
 async def test_an_output_that_does_not_exist_changes_nothing(rig: Rig) -> None:
-    json(await rig.call("PUT", "/sim/autopilot", {"program": "px4", "outputs": 2}))
-    body = {"armed": True, "channels": [{"output": 1, "demand": 1}, {"output": 3, "demand": 1}]}
+    json(await rig.call("PUT", "/sim/autopilot", {"program": "px4", "output_count": 2}))
+    body = {"armed": True, "outputs": [{"output": 1, "demand": 1}, {"output": 3, "demand": 1}]}
     found = problem(await rig.call("PATCH", "/sim/autopilot", body), "invalid_value", 422)
     assert found["maximum"] == 2
     one = json(await rig.call("GET", "/sim/autopilot"))
-    assert (one["armed"], one["channels"][0]["demand"]) == (False, 0)
+    assert (one["armed"], one["outputs"][0]["demand"]) == (False, 0)

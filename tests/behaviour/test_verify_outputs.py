@@ -15,9 +15,9 @@ ENDS = {"low_deg": -36.0, "high_deg": 25.2, "neutral_deg": 0.0}
 
 async def flying(rig: Rig, **changes: dict[str, Any]) -> None:
     """An armed simulated autopilot whose outputs have the exported ends, except for `changes` (o1, o2, o3)."""
-    json(await rig.call("PUT", "/sim/autopilot", {"program": "ardupilot", "outputs": 3}))
-    channels = [{"output": n, **ENDS, **changes.get(f"o{n}", {})} for n in (1, 2, 3)]
-    body = {"armed": True, "safety_on": False, "sweep": False, "channels": channels}
+    json(await rig.call("PUT", "/sim/autopilot", {"program": "ardupilot", "output_count": 3}))
+    outputs = [{"output": n, **ENDS, **changes.get(f"o{n}", {})} for n in (1, 2, 3)]
+    body = {"armed": True, "safety_on": False, "sweep": False, "outputs": outputs}
     json(await rig.call("PATCH", "/sim/autopilot", body))
     await asyncio.sleep(0.5)
 
@@ -28,8 +28,8 @@ def plan() -> dict[str, Any]:
 
 async def hold(rig: Rig, output: int | None, *demanded: int) -> list[dict[str, Any]]:
     """A step while the demand of these outputs is 1 and that of the others 0."""
-    channels = [{"output": n, "demand": 1.0 if n in demanded else 0.0} for n in (1, 2, 3)]
-    json(await rig.call("PATCH", "/sim/autopilot", {"channels": channels}))
+    outputs = [{"output": n, "demand": 1.0 if n in demanded else 0.0} for n in (1, 2, 3)]
+    json(await rig.call("PATCH", "/sim/autopilot", {"outputs": outputs}))
     body = {"kind": "neutral"} if output is None else {"kind": "positive", "output": output}
     state = json(await rig.call("POST", "/autopilot/verification/steps", body))
     assert state["left_s"] == pytest.approx(3, abs=0.1)
@@ -117,7 +117,7 @@ async def test_the_failsafe_is_confirmed_by_a_measured_gap(rig: Rig) -> None:
     card = json(await rig.call("GET", path))
     assert (card["action"], card["after_s"], card["confirmed"]) == ("off", 1.0, None)
     assert "switches its output off" in card["text"]
-    json(await rig.call("PUT", "/sim/autopilot", {"program": "ardupilot", "outputs": 1}))
+    json(await rig.call("PUT", "/sim/autopilot", {"program": "ardupilot", "output_count": 1}))
     json(await rig.call("PATCH", "/sim/autopilot", {"armed": True, "safety_on": False, "sweep": False}))
     await asyncio.sleep(1)
     json(await rig.call("PATCH", "/sim/autopilot", {"safety_on": True}))

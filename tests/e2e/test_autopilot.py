@@ -25,9 +25,9 @@ def demo() -> Iterator[Demo]:
 def fly(demo: Demo, *demanded: int, **changes: object) -> None:
     """The autopilot holds its outputs at neutral, those `demanded` at their positive end."""
     if demo.api.get("/sim/autopilot").status_code != 200:
-        demo.api.put("/sim/autopilot", json={"program": "ardupilot", "outputs": 4}).raise_for_status()
-    channels = [{"output": n, "demand": 1.0 if n in demanded else 0.0} for n in range(1, 5)]
-    body = {"armed": True, "safety_on": False, "sweep": False, "channels": channels, **changes}
+        demo.api.put("/sim/autopilot", json={"program": "ardupilot", "output_count": 4}).raise_for_status()
+    outputs = [{"output": n, "demand": 1.0 if n in demanded else 0.0} for n in range(1, 5)]
+    body = {"armed": True, "safety_on": False, "sweep": False, "outputs": outputs, **changes}
     demo.api.patch("/sim/autopilot", json=body).raise_for_status()
 
 
@@ -98,7 +98,7 @@ def test_a_servo_that_is_commanded_elsewhere_is_not_moved_and_another_one_is(pag
 
 def test_an_exported_plan_is_verified_live(page: Page, demo: Demo) -> None:
     beside(demo)
-    demo.api.patch("/sim/autopilot", json={"channels": [{"output": 3, "reversed": True}]}).raise_for_status()
+    demo.api.patch("/sim/autopilot", json={"outputs": [{"output": 3, "reversed": True}]}).raise_for_status()
     page.goto(demo.url + "servos")
     page.get_by_test_id("to-autopilot").click()
     expect(page.get_by_test_id("plan-1")).to_be_visible()
@@ -135,7 +135,7 @@ def test_an_exported_plan_is_verified_live(page: Page, demo: Demo) -> None:
     expect(third).to_have_attribute("data-result", "reversed")
     page.get_by_test_id("verify-cancel").click()
     expect(page.get_by_test_id("verify")).to_have_count(0)
-    fly(demo, channels=[{"output": 3, "reversed": False}])
+    fly(demo, outputs=[{"output": 3, "reversed": False}])
 
 
 def test_a_file_of_the_autopilot_is_imported(page: Page, demo: Demo, watched: Watched) -> None:

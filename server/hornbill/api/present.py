@@ -28,6 +28,7 @@ from hornbill.servo.motion.motion_control import TakeOverRequest
 from hornbill.servo.runs.restore_output import Prospect
 from hornbill.servo.runtime.jobs import RunningJob
 from hornbill.servo.runtime.leases import HeldLease
+from hornbill.units import Uid
 from hornbill.wire.messages import CommandType
 from hornbill.wire.port import NO_PORT, CanPort, NoPort, PortState
 
@@ -77,7 +78,7 @@ def servo(host: Host, one: Servo) -> ServoFacts:
         activity=activity(host, one),
         unsaved=one.unsaved(),
         drift=list(one.drift),
-        commanded_by=commanders(host, one),
+        commanded_by=commanders(host, one.uid, one.angle_deg),
         lost=[LostValue(key=key, value=value, at=at) for key, value, at in host.lost_values.shown(one)],
         faults=FaultWords(
             notification=one.raw("fault_notification"),
@@ -197,7 +198,7 @@ def stop(host: Host) -> Stop:
     if latch is None:
         return Stop(
             latched=False, mode=None, at=None, by=None, reason=None, servos=[], nodes=[], reach=host.stop.reach,
-            reaches=_reaches(host),
+            reaches=[*host.stop.reached()],
         )  # fmt: skip
     return Stop(
         latched=True,
@@ -208,35 +209,15 @@ def stop(host: Host) -> Stop:
         servos=[StopServo.model_validate(one) for one in latch.servos.values()],
         nodes=[StopNode.model_validate(one) for one in latch.nodes.values()],
         reach=host.stop.reach,
-        reaches=_reaches(host),
+        reaches=[*host.stop.reached()],
     )
 
 
-def _reaches(host: Host) -> list[str]:
-    """Unique IDs of the online servos that a stop reaches now."""
-    online = [one.uid for one in host.fleet.all() if one.online and not one.recorded]
-    match host.stop.reach:
-        case "all":
-            return [*online]
-        case "own":
-            own = host.stop.own()
-            return [uid for uid in online if uid in own]
-        case "none":
-            return []
-
-
-def commanders(host: Host, one: Servo) -> list[Commander]:
-    """Other nodes that command a servo now."""
-    now, found = host.base.now(), host.commanders.of(one.uid)
+def commanders(host: Host, which: Uid | int, angle_deg: float | None) -> list[Commander]:
+    """Other nodes that command a servo, or an unidentified actuator by its node ID, now. `angle_deg`: its angle."""
+    now, found = host.base.now(), host.commanders.of(which)
     directory = None if host.connection is None else host.connection.directory
-    return [_commander(host, directory, stream, one.angle_deg, now) for stream in found]
-
-
-def commanders_of_node(host: Host, node_id: int, angle_deg: float | None) -> list[Commander]:
-    """Other nodes that command an unidentified actuator now."""
-    directory = None if host.connection is None else host.connection.directory
-    found = host.commanders.of(node_id)
-    return [_commander(host, directory, stream, angle_deg, host.base.now()) for stream in found]
+    return [_commander(host, directory, stream, angle_deg, now) for stream in found]
 
 
 def _commander(

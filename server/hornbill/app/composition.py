@@ -24,11 +24,12 @@ from hornbill.bus.listing import Adapters
 from hornbill.bus.recordings.bus_log import BusLog
 from hornbill.bus.recordings.folder import LOGS, RECORDINGS, FileFolder
 from hornbill.bus.recordings.recording import RecordingWriter
+from hornbill.domain.autopilot import Program
 from hornbill.node.allocator import AllocationMode
 from hornbill.schema.catalog import Catalog
 from hornbill.servo.host import Host, HostSettings
 from hornbill.servo.runtime.hub import LogEvent
-from hornbill.sim.bench.autopilot import MAX_OUTPUTS, Program
+from hornbill.sim.bench.autopilot import MAX_OUTPUTS
 from hornbill.sim.bench.bench import Bench, demo_fleet
 from hornbill.store.store import Store
 from hornbill.view.proxy import routes
@@ -142,8 +143,8 @@ async def _fly(bench: Bench, program: Program) -> None:
     await bench.set_autopilot(program, outputs=MAX_OUTPUTS)
     autopilot = bench.autopilot
     assert autopilot is not None
-    for index, channel in enumerate(autopilot.channels):
-        channel.sent = autopilot.actuator_id(index) in ids
+    for index, output in enumerate(autopilot.outputs):
+        output.sent = autopilot.actuator_id(index) in ids
     autopilot.armed, autopilot.safety_on = True, False
 
 

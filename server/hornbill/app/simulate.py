@@ -6,9 +6,10 @@ from dataclasses import replace
 
 from hornbill.bus.reopening import adapter_port
 from hornbill.bus.sharing import SharedBus
+from hornbill.domain.autopilot import Program
 from hornbill.errors import InvalidValue
 from hornbill.schema.catalog import Catalog
-from hornbill.sim.bench.autopilot import MAX_OUTPUTS, Program
+from hornbill.sim.bench.autopilot import MAX_OUTPUTS
 from hornbill.sim.bench.bench import Bench
 from hornbill.sim.bench.demo import demo_fleet
 from hornbill.sim.bench.recipe import Recipe

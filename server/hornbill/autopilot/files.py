@@ -3,8 +3,9 @@
 from collections.abc import Iterator, Mapping
 from typing import Final
 
-from hornbill.autopilot.plan import FIRST_ID, OUTPUTS, Plan, PlanOutput, Program
+from hornbill.autopilot.plan import FIRST_ID, OUTPUTS, Plan, PlanOutput
 from hornbill.autopilot.scale import SCALES, STEP_DEG, travel
+from hornbill.domain.autopilot import Program
 from hornbill.errors import InvalidValue
 
 INT32: Final = 6

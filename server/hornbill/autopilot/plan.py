@@ -1,14 +1,12 @@
 """Plan: which output of an autopilot drives which servo, and how far."""
 
-from typing import ClassVar, Final, Literal, TypeAlias
+from typing import ClassVar, Final, TypeAlias
 
 from pydantic import ConfigDict, Field
-from typing_extensions import TypeAliasType
 
+from hornbill.domain.autopilot import Program
 from hornbill.domain.fields import Model
 from hornbill.errors import InvalidValue, OutOfRange
-
-Program = TypeAliasType("Program", Literal["ardupilot", "px4"])
 
 OUTPUTS: Final[dict[str, int]] = {"ardupilot": 32, "px4": 8}
 """Highest output number. PX4 receives Status for actuator IDs 0 to 8 only."""

@@ -5,12 +5,13 @@ import struct
 from dataclasses import dataclass
 from typing import Final
 
-from hornbill.autopilot.plan import PlanOutput, Program
+from hornbill.autopilot.plan import PlanOutput
+from hornbill.domain.autopilot import Program
+from hornbill.wire.messages import unitless_degrees
 
 STEP_DEG: Final = 0.36
 """Angle of one µs (ArduPilot) or one unit (PX4)."""
 
-SERVO_STEP_DEG: Final = 0.1
 _HALF: Final = struct.Struct("<e")
 
 
@@ -34,7 +35,7 @@ class Scale:
 
     def degrees(self, number: int) -> float:
         """Angle that the servo takes, ° in its steps of 0.1°."""
-        return round(self.wire(number) * 180 / SERVO_STEP_DEG) * SERVO_STEP_DEG
+        return unitless_degrees(self.wire(number))
 
     def inside(self, degrees: float, *, upper: bool) -> int:
         """The integer nearest to an end of the linkage that does not exceed it."""

@@ -365,7 +365,6 @@ class Host:
             participant.subscribe(ArrayCommand, self.verify_outputs.on_array_command)
             serve = role is ConnectionRole.HOST and not port.address.startswith(REPLAYS)
             allocator = self.allocating.join(participant, directory, serve=serve)
-            self.polling.guest = role is not ConnectionRole.HOST
             self.requests.read_interval_s = READ_FRAMES / GUEST_FPS if role is ConnectionRole.GUEST else 0.0
             if role is ConnectionRole.OBSERVER:
                 self._overhear(participant, directory)

@@ -39,6 +39,9 @@ class CommandType(IntEnum):
     PWM = 4
 
 
+DEGREES_PER_UNITLESS: Final = 180.0
+"""Angle of UNITLESS 1.0 (table 2-21)."""
+
 MAX_COMMANDS: Final = 15
 """Maximum number of commands in one ArrayCommand."""
 
@@ -50,6 +53,11 @@ _UNIQUE_ID_BYTES: Final = 16
 
 POWER_RATING_UNKNOWN: Final = 127
 """`power_rating_pct` if not reported."""
+
+
+def unitless_degrees(value: float) -> float:
+    """Angle of a finite UNITLESS command, limited to ±180°, ° in steps of 0.1° as the servo rounds it."""
+    return round(max(-1.0, min(1.0, value)) * DEGREES_PER_UNITLESS, 1)
 
 
 def _status_bits(byte: int) -> tuple[NodeHealth, Mode | int, int]:

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from hornbill.autopilot.advice import ServoFacts, advice
+from hornbill.autopilot.advice import OutputFacts, advice
 from hornbill.autopilot.files import read, write
 from hornbill.autopilot.plan import FIRST_ID, Plan, PlanOutput, Program, check
 from hornbill.autopilot.scale import STEP_DEG
@@ -143,23 +143,23 @@ def test_an_output_listed_twice_is_refused() -> None:
 @pytest.mark.parametrize(
     ("program", "output", "facts", "codes"),
     [
-        ("px4", {}, ServoFacts(), {"servo_id_zero"}),
-        ("px4", {"output": 10, "servo_id": 9}, ServoFacts(), {"status_not_received"}),
+        ("px4", {}, OutputFacts(), {"servo_id_zero"}),
+        ("px4", {"output": 10, "servo_id": 9}, OutputFacts(), {"status_not_received"}),
         (
             "ardupilot",
             {"low_deg": -144, "high_deg": 144},
-            ServoFacts(low_deg=-45, high_deg=45),
+            OutputFacts(low_deg=-45, high_deg=45),
             {"throw_beyond_limits"},
         ),
-        ("ardupilot", {}, ServoFacts(deadband_deg=0.3), {"step_above_deadband"}),
-        ("ardupilot", {}, ServoFacts(deadband_deg=0.4), set[str]()),
-        ("ardupilot", {}, ServoFacts(timeout_action=1, timeout_s=1.0), {"silent_when_unarmed"}),
-        ("ardupilot", {}, ServoFacts(timeout_action=0, timeout_s=1.0), set[str]()),
-        ("px4", {"output": 2}, ServoFacts(timeout_action=1, timeout_s=1.0), set[str]()),
-        ("ardupilot", {}, ServoFacts(fixed_node_id=20), {"node_id_dynamic_range"}),
+        ("ardupilot", {}, OutputFacts(deadband_deg=0.3), {"step_above_deadband"}),
+        ("ardupilot", {}, OutputFacts(deadband_deg=0.4), set[str]()),
+        ("ardupilot", {}, OutputFacts(timeout_action=1, timeout_s=1.0), {"silent_when_unarmed"}),
+        ("ardupilot", {}, OutputFacts(timeout_action=0, timeout_s=1.0), set[str]()),
+        ("px4", {"output": 2}, OutputFacts(timeout_action=1, timeout_s=1.0), set[str]()),
+        ("ardupilot", {}, OutputFacts(fixed_node_id=20), {"node_id_dynamic_range"}),
     ],
 )
-def test_advice(program: Program, output: dict[str, object], facts: ServoFacts, codes: set[str]) -> None:
+def test_advice(program: Program, output: dict[str, object], facts: OutputFacts, codes: set[str]) -> None:
     plan = plan_of(program, **output)
     found = {one.code for one in advice(plan, {plan.outputs[0].servo_id: facts})}
     assert found == codes | {"position_in_log"}

@@ -28,6 +28,7 @@ class Reads:
     """ServoRequests whose reads take READ_S and are logged."""
 
     silent = False
+    read_interval_s = 0.0
 
     def __init__(self, overview: Raw = 0) -> None:
         self.overview = overview

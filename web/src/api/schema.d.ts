@@ -5561,12 +5561,9 @@ export interface components {
              * @description Number of outputs.
              * @default 4
              */
-            outputs?: number;
-            /**
-             * @description Autopilot program.
-             * @enum {string}
-             */
-            program: "ardupilot" | "px4";
+            output_count?: number;
+            /** @description Autopilot program. */
+            program: components["schemas"]["Program"];
             /**
              * @description Rate of ArrayCommand, Hz.
              * @default 50
@@ -7146,15 +7143,12 @@ export interface components {
             allocated: number;
             /** @description Armed: it moves its outputs. */
             armed: boolean;
-            /** @description Outputs. */
-            channels: components["schemas"]["SimChannel"][];
             /** @description Its node ID: 10 for ArduPilot, 1 for PX4, or the next one that no simulated servo has. */
             node_id: number;
-            /**
-             * @description Autopilot program whose IDs and scaling it uses.
-             * @enum {string}
-             */
-            program: "ardupilot" | "px4";
+            /** @description Outputs. */
+            outputs: components["schemas"]["SimOutput"][];
+            /** @description Autopilot program whose IDs and scaling it uses. */
+            program: components["schemas"]["Program"];
             /** @description Rate of ArrayCommand, Hz. */
             rate_hz: number;
             /** @description Safety switch on: ArduPilot then sends no ArrayCommand. */
@@ -7172,7 +7166,7 @@ export interface components {
             /** @description Arm or disarm. */
             armed?: boolean | null;
             /** @description Changes to outputs. */
-            channels?: components["schemas"]["SimChannelChange"][];
+            outputs?: components["schemas"]["SimOutputChange"][];
             /** @description Rate, Hz. */
             rate_hz?: number | null;
             /**
@@ -7230,10 +7224,10 @@ export interface components {
             voltage_v?: number | null;
         };
         /**
-         * SimChannel
+         * SimOutput
          * @description One output of the simulated autopilot.
          */
-        SimChannel: {
+        SimOutput: {
             /** @description Present demand, -1 to 1. */
             demand: number;
             /** @description Angle at demand 1, °. */
@@ -7252,10 +7246,10 @@ export interface components {
             servo_id: number;
         };
         /**
-         * SimChannelChange
+         * SimOutputChange
          * @description Changes to one output. Omitted fields stay unchanged.
          */
-        SimChannelChange: {
+        SimOutputChange: {
             /** @description Demand, -1 to 1. */
             demand?: number | null;
             /** @description Angle at 1, °. */

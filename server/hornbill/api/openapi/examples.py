@@ -109,10 +109,10 @@ EXAMPLES: Final[dict[str, dict[str, dict[str, Any]]]] = {
     },
     "create_recording": {"last 30 seconds": {"before_s": 30, "reason": "It clicked."}},
     # simulator
-    "add_sim_autopilot": {"ArduPilot": {"program": "ardupilot", "outputs": 4}},
+    "add_sim_autopilot": {"ArduPilot": {"program": "ardupilot", "output_count": 4}},
     "change_sim_autopilot": {
         "arm, safety switch off": {"armed": True, "safety_on": False},
-        "output 1 fully positive": {"sweep": False, "channels": [{"output": 1, "demand": 1.0}]},
+        "output 1 fully positive": {"sweep": False, "outputs": [{"output": 1, "demand": 1.0}]},
     },
     "add_sim_servo": {"new servo": {"model": MODEL, "firmware": "1.300", "angle_deg": 15.0}},
     "change_sim_servo": {"hot and loaded": {"temperature_c": 60.0, "load_pct": 30.0}, "power off": {"power": "off"}},

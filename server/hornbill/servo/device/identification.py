@@ -96,7 +96,7 @@ async def _identify(
         hardware_version=hardware,
         firmware=await read("firmware_version"),
         serial_number=await read("product_number"),
-        production_date=date(made),
+        production_date=production_date(made),
         model=catalog.treated_as(model_number, hardware),
     )
 
@@ -182,7 +182,7 @@ def log_text(error: NoResponse) -> str:
     return f"Identification aborted: {error.detail}"
 
 
-def date(parts: list[int | None]) -> str | None:
+def production_date(parts: list[int | None]) -> str | None:
     """Production date from year, month, day, hour and minute, YYYY-MM-DDTHH:MM. None if one is unknown."""
     numbers = [part for part in parts if part is not None]
     if len(numbers) < len(parts):

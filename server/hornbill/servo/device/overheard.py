@@ -7,7 +7,7 @@ from typing import Final
 from hornbill.node.directory import OFFLINE_AFTER_S, Directory
 from hornbill.schema.catalog import Catalog
 from hornbill.servo.device.fleet import Fleet
-from hornbill.servo.device.identification import NodeIdentity, date
+from hornbill.servo.device.identification import NodeIdentity, production_date
 from hornbill.servo.device.requests import ServoRequests, value_of
 from hornbill.servo.runtime.timebase import TimeBase
 from hornbill.store.servos import ServoFacts, StoredServo
@@ -139,7 +139,9 @@ class Overheard:
         if model_number is None:
             return None
         hardware = heard.get("hardware_version", facts.hardware_version)
-        made = date([heard.get(key) for key, row in self._catalog.parameters.items() if row.group == "production"])
+        made = production_date(
+            [heard.get(key) for key, row in self._catalog.parameters.items() if row.group == "production"]
+        )
         return NodeIdentity(
             uid=uid,
             name=info.name,

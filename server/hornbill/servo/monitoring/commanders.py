@@ -1,7 +1,7 @@
 """Commanders: the other nodes that command servos by ArrayCommand, with rate, target and start of each stream."""
 
 import math
-from collections import Counter, deque
+from collections import Counter, defaultdict, deque
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import Final
@@ -14,7 +14,7 @@ from hornbill.servo.device.servo import Servo
 from hornbill.servo.runtime.hub import CommandsBegan, Hub, LogEvent, Sampled, ServoChanged
 from hornbill.servo.runtime.timebase import TimeBase
 from hornbill.units import Instant, Uid
-from hornbill.wire.messages import ActuatorCommand, ArrayCommand, CommandType
+from hornbill.wire.messages import ActuatorCommand, ArrayCommand, CommandType, unitless_degrees
 from hornbill.wire.transfer import Transfer
 
 ACTIVE_S: Final = 1.0
@@ -28,9 +28,6 @@ PERIODS: Final = 100
 
 PUBLISH_S: Final = 0.5
 """Interval at which a commanded servo is published, because its target changes with every command."""
-
-DEGREES_PER_UNITLESS: Final = 180.0
-"""Table 2-21: UNITLESS 1.0 is 180°."""
 
 
 @dataclass(slots=True, eq=False)
@@ -66,7 +63,7 @@ class CommandStream:
             return None
         match self.command_type:
             case CommandType.UNITLESS:
-                return round(max(-1.0, min(1.0, self.value)) * DEGREES_PER_UNITLESS, 1)
+                return unitless_degrees(self.value)
             case CommandType.POSITION if self.servo is not None:
                 return round(to_degrees(self.servo, self.value), 1)
             case _:
@@ -99,8 +96,8 @@ class Commanders:
         self._base = base
         self._servos = servos
         self._unidentified = unidentified
-        self._streams: dict[tuple[Uid | int, int], CommandStream] = {}
-        """By unique ID, or node ID of an unidentified actuator, and by the node that commands it."""
+        self._streams: defaultdict[Uid | int, dict[int, CommandStream]] = defaultdict(dict)
+        """By unique ID, or node ID of an unidentified actuator, then by the node that commands it."""
         self._gaps: dict[Uid, Gap] = {}
         self.gaps: Counter[Uid] = Counter()
         """Number of gaps longer than the timeout (0x27) since the start, by servo."""
@@ -114,7 +111,7 @@ class Commanders:
     def of(self, which: Uid | int) -> list[CommandStream]:
         """Streams that command a servo, or an unidentified actuator by its node ID, now, oldest first."""
         now = self._base.now()
-        return [one for (of, _), one in self._streams.items() if of == which and now - one.at <= ACTIVE_S]
+        return [one for one in self._streams.get(which, {}).values() if now - one.at <= ACTIVE_S]
 
     def check(self, servo: Servo) -> None:
         """Raises CommandedElsewhere while another node commands a servo."""
@@ -144,19 +141,20 @@ class Commanders:
 
     def _feed(self, which: Uid | int, servo: Servo | None, transfer: Transfer, entry: ActuatorCommand) -> None:
         """Add one command to its stream, or begin a stream."""
-        key = which, transfer.source
-        stream = self._streams.get(key)
+        streams = self._streams[which]
+        stream = streams.get(transfer.source)
         if stream is not None and transfer.at - stream.at <= ACTIVE_S:
             stream.command_type, stream.value = entry.command_type, entry.command_value
             stream.times.append(transfer.at)
             return
-        self._streams[key] = stream = CommandStream(
+        streams[transfer.source] = stream = CommandStream(
             servo, transfer.source, entry.command_type, entry.command_value, transfer.at
         )
         if servo is None:
             stream.times.append(transfer.at)
             return
-        before = self._streams.pop((servo.node_id or 0, transfer.source), None)  # from before it was identified
+        # from before it was identified
+        before = self._streams[servo.node_id or 0].pop(transfer.source, None)
         if before is not None and transfer.at - before.at <= ACTIVE_S:
             stream.since, stream.times = before.since, before.times
         stream.times.append(transfer.at)
@@ -171,15 +169,16 @@ class Commanders:
         changed = now >= self._publish_at
         if changed:
             self._publish_at = now + PUBLISH_S
-        for key, one in list(self._streams.items()):
-            silent = now - one.at
-            if one.servo is not None:
-                if not one.gap_reported:
-                    self._check_gap(one, one.servo, silent)
-                if silent <= ACTIVE_S + PUBLISH_S and changed:
-                    self._hub.publish(ServoChanged(one.servo.uid))
-            if silent > FORGET_S:
-                del self._streams[key]
+        for streams in self._streams.values():
+            for one in list(streams.values()):
+                silent = now - one.at
+                if one.servo is not None:
+                    if not one.gap_reported:
+                        self._check_gap(one, one.servo, silent)
+                    if silent <= ACTIVE_S + PUBLISH_S and changed:
+                        self._hub.publish(ServoChanged(one.servo.uid))
+                if silent > FORGET_S:
+                    del streams[one.node_id]
 
     def leave(self) -> None:
         """Forget all streams of the bus that is being left."""

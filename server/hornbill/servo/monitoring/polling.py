@@ -76,8 +76,6 @@ class Polling:
     ) -> None:
         """`budget`: share of the bus, and of a serial adapter's line, available to all polling, 0..1."""
         self.budget = budget
-        self.guest = False
-        """Whether polling is limited to GUEST_FPS, because the bus belongs to an autopilot."""
         self._line = line or LineBudget(lambda: None)
         self._reads = 0
         self._requests = requests
@@ -96,7 +94,8 @@ class Polling:
         """Maximum reads per second of all polling, limited by the slower of bus and serial line."""
         servos = sum(1 for one in self._rounds.values() if one.active)
         reads_per_s = min(self.budget / READ_S, self._line.reads_per_s(self.budget, servos, self._reads, now))
-        return min(reads_per_s, GUEST_FPS / READ_FRAMES) if self.guest else reads_per_s
+        interval_s = self._requests.read_interval_s
+        return min(reads_per_s, 1 / interval_s) if interval_s else reads_per_s
 
     def begin(self, servo: Servo) -> None:
         """Start polling a servo. Its rows have just been read, so nothing is due immediately."""

@@ -14,13 +14,12 @@ from hornbill.servo.device.servo import Servo
 from hornbill.units import Raw
 from hornbill.wire.datatype import Kind
 from hornbill.wire.describe import Names, plain_number, printable, sentence
-from hornbill.wire.messages import ActuatorCommand, CommandType
+from hornbill.wire.messages import DEGREES_PER_UNITLESS, ActuatorCommand, CommandType
 from hornbill.wire.services import GetSetRequest, GetSetResponse, Value, ValueKind
 from hornbill.wire.transfer import Transfer
 from hornbill.wire.types import AnyStructure, decode
 
 _REGISTER: Final = re.compile(r"0x[0-9A-Fa-f]{2}", re.ASCII)
-_DEGREES_PER_UNITLESS: Final = 180.0
 _MAX_OPEN: Final = 1024
 """Limit of requests without a response yet. Beyond it, the oldest are dropped."""
 
@@ -75,7 +74,7 @@ class TableNames(Names):
             return super().command(command)
         match kind:
             case CommandType.UNITLESS:
-                return f"to {_degrees(value * _DEGREES_PER_UNITLESS)}"
+                return f"to {_degrees(value * DEGREES_PER_UNITLESS)}"
             case CommandType.POSITION:
                 angle = servo.position_unit.shown(value)
                 return super().command(command) if angle is None else f"to {_degrees(angle)}"

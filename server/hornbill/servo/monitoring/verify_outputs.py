@@ -1,5 +1,6 @@
 """VerifyOutputs: compares what an autopilot sends on the bus with what was exported, output by output."""
 
+import math
 from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass, field
@@ -9,7 +10,7 @@ from hornbill.autopilot.plan import Plan, PlanOutput
 from hornbill.autopilot.scale import SCALES, travel
 from hornbill.errors import InvalidValue, Unknown
 from hornbill.units import Instant
-from hornbill.wire.messages import ArrayCommand, CommandType
+from hornbill.wire.messages import ArrayCommand, CommandType, unitless_degrees
 from hornbill.wire.transfer import Transfer
 
 Result: TypeAlias = Literal[
@@ -34,7 +35,7 @@ PRESENT_S: Final = 1.0
 
 
 @dataclass(slots=True)
-class Row:
+class VerifiedOutput:
     """One output: exported ends and what was seen, °."""
 
     output: PlanOutput
@@ -64,7 +65,7 @@ class Row:
 
 
 @dataclass(slots=True)
-class Step:
+class ActiveStep:
     """The step in progress: hold all controls at neutral, or that of one output fully positive."""
 
     kind: StepKind
@@ -78,8 +79,8 @@ class VerifyOutputs:
     def __init__(self, now: Callable[[], Instant]) -> None:
         self._now = now
         self.plan: Plan | None = None
-        self.rows: list[Row] = []
-        self.step: Step | None = None
+        self.rows: list[VerifiedOutput] = []
+        self.step: ActiveStep | None = None
 
     def begin(self, plan: Plan) -> None:
         """Start to compare with a checked plan, in place of an earlier one."""
@@ -88,7 +89,7 @@ class VerifyOutputs:
         for one in sorted(plan.outputs, key=lambda output: output.output):
             found = travel(plan.program, one)
             self.rows.append(
-                Row(one, scale.degrees(found.low), scale.degrees(found.high), scale.degrees(found.neutral))
+                VerifiedOutput(one, scale.degrees(found.low), scale.degrees(found.high), scale.degrees(found.neutral))
             )
 
     def end(self) -> None:
@@ -104,7 +105,7 @@ class VerifyOutputs:
                 f"{', '.join(str(row.output.output) for row in self.rows)}.",
                 cause="autopilot_output_range", output=output or 0,
             )  # fmt: skip
-        self.step = Step(kind, output if kind == "positive" else None, self._now())
+        self.step = ActiveStep(kind, output if kind == "positive" else None, self._now())
 
     def left_s(self) -> float | None:
         """Time left of the step, s. None if no step is in progress."""
@@ -121,9 +122,9 @@ class VerifyOutputs:
                 continue
             row.seen_at = transfer.at
             row.wrong_type = entry.command_type != CommandType.UNITLESS
-            if row.wrong_type:
+            if row.wrong_type or not math.isfinite(entry.command_value):
                 continue
-            degrees = round(max(-1.0, min(1.0, entry.command_value)) * 180, 1)
+            degrees = unitless_degrees(entry.command_value)
             row.last_deg = degrees
             row.seen_low_deg = degrees if row.seen_low_deg is None else min(row.seen_low_deg, degrees)
             row.seen_high_deg = degrees if row.seen_high_deg is None else max(row.seen_high_deg, degrees)
@@ -145,7 +146,7 @@ class VerifyOutputs:
             self.step = None
             self._judge(step, now)
 
-    def _judge(self, step: Step, now: Instant) -> None:
+    def _judge(self, step: ActiveStep, now: Instant) -> None:
         held = {row.output.output: self._held(row, now) for row in self.rows}
         if step.kind == "neutral":
             for row in self.rows:
@@ -170,7 +171,7 @@ class VerifyOutputs:
             row.result = _result(row, degrees)
 
     @staticmethod
-    def _held(row: Row, now: Instant) -> float | None:
+    def _held(row: VerifiedOutput, now: Instant) -> float | None:
         """Mean of the second half of the step. None if the output was not steady."""
         found = [degrees for at, degrees in row.samples if now - at <= HOLD_S / 2]
         if not found or max(found) - min(found) > STEADY_DEG:
@@ -184,7 +185,7 @@ class VerifyOutputs:
         return self.plan
 
 
-def _result(row: Row, degrees: float) -> Result:
+def _result(row: VerifiedOutput, degrees: float) -> Result:
     """Result of a control held fully positive, which moved this output to `degrees`."""
     positive = row.positive_deg - row.neutral_deg
     if (degrees - row.neutral_deg) * positive < 0:
@@ -195,6 +196,6 @@ def _result(row: Row, degrees: float) -> Result:
     return "throw_too_large" if excess > 0 else "throw_too_small"
 
 
-def _beyond(row: Row, degrees: float) -> Result:
+def _beyond(row: VerifiedOutput, degrees: float) -> Result:
     """Result of a neutral position that is not the exported one: an end or the trim differs."""
     return "throw_too_large" if not row.low_deg <= degrees <= row.high_deg else "throw_too_small"

@@ -252,17 +252,12 @@ class TorqueOffRetries:
 
     async def _woken_within(self, order: TorqueOffOrder, wake_count: int) -> bool:
         """Pause after a failed try. True if `retry_now` was called since that try began."""
-        absent = self._requests.silent or (isinstance(order.to, Servo) and not order.to.online)
-        tries = order.tries + 1
-        pause = (
-            RETRY_S
-            if tries <= FAST_TRIES and not self._requests.silent
-            else RETRY_OFFLINE_S
-            if absent
-            else RETRY_LATER_S
-        )
-        if wake_count != self._wake_count and not self._requests.silent:
+        tries, absent = order.tries + 1, isinstance(order.to, Servo) and not order.to.online
+        pause = RETRY_S if tries <= FAST_TRIES else RETRY_OFFLINE_S if absent else RETRY_LATER_S
+        if wake_count != self._wake_count:
             pause = RETRY_S
+        if self._requests.silent:
+            pause = RETRY_OFFLINE_S
         try:
             async with asyncio.timeout(pause):
                 await self._wake.wait()

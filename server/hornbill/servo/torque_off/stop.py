@@ -155,6 +155,12 @@ class StopControl:
         """Servos that Stop reaches as guest: those under command, and those that have not acknowledged yet."""
         return {*self._own(), *self._retries.pending_servos()}
 
+    def reached(self) -> list[Uid]:
+        """Online servos that a stop reaches now."""
+        reach, own = self.reach, self.own()
+        online = [one.uid for one in self._fleet.all() if one.online and not one.recorded]
+        return [uid for uid in online if reach == "all" or (reach == "own" and uid in own)]
+
     def _reaches(self, uid: Uid) -> bool:
         """Whether the latched stop includes a servo that arrives or switches on."""
         return self.reach == "all" or (self.reach == "own" and self.latch is not None and uid in self.latch.servos)

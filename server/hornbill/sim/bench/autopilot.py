@@ -4,8 +4,9 @@ import asyncio
 import math
 from collections.abc import Callable, Collection
 from dataclasses import dataclass
-from typing import Final, Literal, TypeAlias
+from typing import Final
 
+from hornbill.domain.autopilot import Program
 from hornbill.errors import BusDisconnected
 from hornbill.units import Instant
 from hornbill.wire.datatype import DataType, Kind, Structure
@@ -23,8 +24,6 @@ from hornbill.wire.port import CanPort
 from hornbill.wire.reassembly import Reassembler
 from hornbill.wire.services import GetNodeInfoRequest, GetNodeInfoResponse, HardwareVersion, SoftwareVersion
 from hornbill.wire.transfer import END, START, Transfer, split
-
-Program: TypeAlias = Literal["ardupilot", "px4"]
 
 MAX_OUTPUTS: Final = 15
 
@@ -44,7 +43,7 @@ _LOW_PRIORITY: Final = 24
 
 
 @dataclass(slots=True)
-class Channel:
+class AutopilotOutput:
     """One output: end and neutral angles of the servo, °, and the demand, −1 to 1."""
 
     low_deg: float = -45.0
@@ -87,7 +86,7 @@ class SimulatedAutopilot:
         self.safety_on = program == "ardupilot"
         self.sweep = True
         """Move all outputs slowly between their ends while armed."""
-        self.channels = [Channel() for _ in range(max(1, min(MAX_OUTPUTS, outputs)))]
+        self.outputs = [AutopilotOutput() for _ in range(max(1, min(MAX_OUTPUTS, outputs)))]
         self.allocated: dict[bytes, int] = {}
         self.sent_commands = 0
         self._port = port
@@ -133,8 +132,9 @@ class SimulatedAutopilot:
     async def _report(self) -> None:
         while True:
             self._broadcast(self._status(), _LOW_PRIORITY)
-            status = bytes((_ARMED if self.armed else 0,))
-            self._send([Frame(_LOW_PRIORITY << 24 | _ARMING_STATUS << 8 | self.node_id, status + self._tail(-1))])
+            tail = START | END | self._next_transfer_id(_ARMING_STATUS)
+            status = bytes((_ARMED if self.armed else 0, tail))
+            self._send([Frame(_LOW_PRIORITY << 24 | _ARMING_STATUS << 8 | self.node_id, status)])
             await asyncio.sleep(_STATUS_S)
 
     async def _command(self) -> None:
@@ -155,7 +155,7 @@ class SimulatedAutopilot:
         if self.safety_on:
             return []
         found: list[ActuatorCommand] = []
-        for index, one in enumerate(self.channels):
+        for index, one in enumerate(self.outputs):
             if not one.sent:
                 continue
             if self.sweep and self.armed:
@@ -211,15 +211,14 @@ class SimulatedAutopilot:
 
     def _broadcast(self, message: Structure, priority: int) -> None:
         data_type: DataType = message.TYPE
-        number = self._tail(data_type.id)[0] & 31
+        number = self._next_transfer_id(data_type.id)
         transfer = Transfer(Kind.MESSAGE, data_type.id, self.node_id, 0, priority, number, message.encode())
         self._send(split(transfer, data_type))
 
-    def _tail(self, type_id: int) -> bytes:
-        """Tail byte of the next single-frame transfer of a type."""
+    def _next_transfer_id(self, type_id: int) -> int:
         number = self._transfer_ids.get(type_id, 0)
         self._transfer_ids[type_id] = (number + 1) & 31
-        return bytes((START | END | number,))
+        return number
 
     def _send(self, frames: list[Frame]) -> None:
         try:

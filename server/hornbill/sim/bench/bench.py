@@ -5,9 +5,10 @@ import logging
 from collections.abc import Callable
 from typing import Final
 
+from hornbill.domain.autopilot import Program
 from hornbill.errors import BusDisconnected, Unknown
 from hornbill.schema.catalog import Catalog
-from hornbill.sim.bench.autopilot import Program, SimulatedAutopilot
+from hornbill.sim.bench.autopilot import SimulatedAutopilot
 from hornbill.sim.bench.demo import demo_fleet
 from hornbill.sim.bench.recipe import Recipe
 from hornbill.sim.servo import SimulatedServo

@@ -1,6 +1,5 @@
 """Routes for servos commanded by an autopilot: parameter files, live verification and failsafe."""
 
-from dataclasses import asdict
 from typing import Annotated, Literal
 
 from fastapi import Query
@@ -10,22 +9,15 @@ from hornbill.api.dependencies import TheHost, TheServo
 from hornbill.api.routing import Routes
 from hornbill.api.security.roles import Role
 from hornbill.autopilot import files
-from hornbill.autopilot.advice import AdviceCode, ServoFacts, advice
-from hornbill.autopilot.plan import FIRST_ID, OUTPUTS, Bound, Plan, PlanOutput, Program, check
+from hornbill.autopilot.advice import AdviceItem, OutputFacts, advice
+from hornbill.autopilot.plan import FIRST_ID, OUTPUTS, Bound, Plan, PlanOutput, check
+from hornbill.domain.autopilot import Program
 from hornbill.domain.fields import Model
 from hornbill.servo.device.servo import Servo
 from hornbill.servo.host import Host
-from hornbill.servo.monitoring.verify_outputs import HOLD_S, Row
+from hornbill.servo.monitoring.verify_outputs import HOLD_S, VerifiedOutput
 
 routes = Routes("autopilot")
-
-
-class AdviceItem(Model):
-    """One point to check before the first flight."""
-
-    code: AdviceCode = Field(description="Code for programs. Stable.")
-    text: str = Field(description="One sentence for users.")
-    output: int | None = Field(description="Output it concerns. Null if all.")
 
 
 class ParameterFile(Model):
@@ -225,16 +217,16 @@ def _check(host: Host, plan: Plan, *, limits: bool = True) -> None:
 
 
 def _advice(host: Host, plan: Plan) -> list[AdviceItem]:
-    facts: dict[int, ServoFacts] = {}
+    facts: dict[int, OutputFacts] = {}
     for servo_id, servo in _by_id(host).items():
         low, high = _limits(servo)
         timeout = servo.raw("timeout_time")
-        facts[servo_id] = ServoFacts(
-            node_id=servo.node_id, fixed_node_id=servo.raw("node_id"), low_deg=low, high_deg=high,
+        facts[servo_id] = OutputFacts(
+            fixed_node_id=servo.raw("node_id"), low_deg=low, high_deg=high,
             deadband_deg=servo.number("angle_dead_band"), timeout_action=servo.raw("timeout_action"),
             timeout_s=None if timeout is None else timeout / 1000,
         )  # fmt: skip
-    return [AdviceItem.model_validate(asdict(one)) for one in advice(plan, facts)]
+    return list(advice(plan, facts))
 
 
 def _verification(host: Host) -> Verification:
@@ -250,7 +242,7 @@ def _verification(host: Host) -> Verification:
     )
 
 
-def _row(one: Row) -> VerifyRow:
+def _row(one: VerifiedOutput) -> VerifyRow:
     return VerifyRow(
         output=one.output.output, servo_id=one.output.servo_id, label=one.output.label,
         low_deg=round(one.low_deg, 1), high_deg=round(one.high_deg, 1), neutral_deg=round(one.neutral_deg, 1),

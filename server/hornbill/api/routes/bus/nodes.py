@@ -261,7 +261,7 @@ def _actuator(host: Host, node_id: int) -> dict[str, object]:
         return {
             "actuator_id": servo.servo_id,
             "angle_deg": servo.angle_deg,
-            "commanded_by": present.commanders(host, servo),
+            "commanded_by": present.commanders(host, servo.uid, servo.angle_deg),
         }
     status = host.fleet.actuator(node_id)
     if status is None:
@@ -270,7 +270,7 @@ def _actuator(host: Host, node_id: int) -> dict[str, object]:
     return {
         "actuator_id": status.actuator_id,
         "angle_deg": angle,
-        "commanded_by": present.commanders_of_node(host, node_id, angle),
+        "commanded_by": present.commanders(host, node_id, angle),
     }
 
 

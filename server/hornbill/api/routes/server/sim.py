@@ -10,6 +10,7 @@ from typing_extensions import TypeAliasType
 from hornbill.api import PREFIX
 from hornbill.api.routing import Routes
 from hornbill.api.security.roles import Role
+from hornbill.domain.autopilot import Program
 from hornbill.domain.fields import Model, UidField
 from hornbill.domain.servo import PositionUnit
 from hornbill.errors import Busy, InvalidValue, Unknown
@@ -125,7 +126,7 @@ class SimChange(Model):
     power: SimPower | None = Field(default=None, description="Supply.")
 
 
-class SimChannel(Model):
+class SimOutput(Model):
     """One output of the simulated autopilot."""
 
     output: int = Field(description="Output number, from 1.")
@@ -141,7 +142,7 @@ class SimChannel(Model):
 class SimAutopilot(Model):
     """The simulated autopilot."""
 
-    program: Literal["ardupilot", "px4"] = Field(description="Autopilot program whose IDs and scaling it uses.")
+    program: Program = Field(description="Autopilot program whose IDs and scaling it uses.")
     node_id: int = Field(
         description="Its node ID: 10 for ArduPilot, 1 for PX4, or the next one that no simulated servo has."
     )
@@ -151,18 +152,18 @@ class SimAutopilot(Model):
     sweep: bool = Field(description="While armed it moves all outputs slowly between their ends.")
     allocated: int = Field(description="Number of node IDs it has allocated.")
     sent_commands: int = Field(description="Number of ArrayCommand messages sent.")
-    channels: list[SimChannel] = Field(description="Outputs.")
+    outputs: list[SimOutput] = Field(description="Outputs.")
 
 
 class NewSimAutopilot(Model):
     """A simulated autopilot to add to the bus."""
 
-    program: Literal["ardupilot", "px4"] = Field(description="Autopilot program.")
-    outputs: int = Field(default=4, ge=1, le=15, description="Number of outputs.")
+    program: Program = Field(description="Autopilot program.")
+    output_count: int = Field(default=4, ge=1, le=15, description="Number of outputs.")
     rate_hz: float = Field(default=50.0, gt=0, le=400, description="Rate of ArrayCommand, Hz.")
 
 
-class SimChannelChange(Model):
+class SimOutputChange(Model):
     """Changes to one output. Omitted fields stay unchanged."""
 
     output: int = Field(ge=1, le=15, description="Output number, from 1.")
@@ -182,7 +183,7 @@ class SimAutopilotChange(Model):
     sweep: bool | None = Field(default=None, description="Move all outputs slowly while armed.")
     rate_hz: Annotated[float, Field(gt=0, le=400)] | None = Field(default=None, description="Rate, Hz.")
     restart: bool = Field(default=False, description="Restart it: two seconds of silence, disarmed.")
-    channels: list[SimChannelChange] = Field(default_factory=list[SimChannelChange], description="Changes to outputs.")
+    outputs: list[SimOutputChange] = Field(default_factory=list[SimOutputChange], description="Changes to outputs.")
 
 
 _OUTPUT: tuple[Literal["on", "off", "brake"], ...] = ("on", "off", "brake")
@@ -254,23 +255,23 @@ def routes(catalog: Catalog) -> Routes:
     @made.put("/autopilot", Role.ADMIN, "no_simulator")
     async def add_sim_autopilot(bench: TheBench, body: NewSimAutopilot) -> SimAutopilot:
         """Add a simulated autopilot to the bus, in place of the present one. It is disarmed."""
-        await bench.set_autopilot(body.program, outputs=body.outputs, rate_hz=body.rate_hz)
+        await bench.set_autopilot(body.program, outputs=body.output_count, rate_hz=body.rate_hz)
         return _autopilot(bench)
 
     @made.patch("/autopilot", Role.ADMIN, "no_simulator", "no_autopilot", "invalid_value")
     async def change_sim_autopilot(bench: TheBench, body: SimAutopilotChange) -> SimAutopilot:
         """Arm or disarm it, press its safety switch, restart it, or set its outputs. All or nothing."""
         one = _present_autopilot(bench)
-        for change in body.channels:
-            if change.output > len(one.channels):
+        for change in body.outputs:
+            if change.output > len(one.outputs):
                 raise InvalidValue(
-                    f"The autopilot has outputs 1 to {len(one.channels)}, not {change.output}.",
-                    cause="autopilot_output_range", output=change.output, maximum=len(one.channels),
+                    f"The autopilot has outputs 1 to {len(one.outputs)}, not {change.output}.",
+                    cause="autopilot_output_range", output=change.output, maximum=len(one.outputs),
                 )  # fmt: skip
-        for change in body.channels:
+        for change in body.outputs:
             for name, value in change.model_dump(exclude={"output"}, exclude_none=True).items():
-                setattr(one.channels[change.output - 1], name, value)
-        for name, value in body.model_dump(exclude={"channels", "restart"}, exclude_none=True).items():
+                setattr(one.outputs[change.output - 1], name, value)
+        for name, value in body.model_dump(exclude={"outputs", "restart"}, exclude_none=True).items():
             setattr(one, name, value)
         if body.restart:
             one.restart()
@@ -298,11 +299,11 @@ def _autopilot(bench: Bench) -> SimAutopilot:
     return SimAutopilot(
         program=one.program, node_id=one.node_id, rate_hz=one.rate_hz, armed=one.armed, safety_on=one.safety_on,
         sweep=one.sweep, allocated=len(one.allocated), sent_commands=one.sent_commands,
-        channels=[
-            SimChannel(
-                output=index + 1, servo_id=one.actuator_id(index), **{name: getattr(channel, name) for name in names}
+        outputs=[
+            SimOutput(
+                output=index + 1, servo_id=one.actuator_id(index), **{name: getattr(output, name) for name in names}
             )
-            for index, channel in enumerate(one.channels)
+            for index, output in enumerate(one.outputs)
         ],
     )  # fmt: skip
 
