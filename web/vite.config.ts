@@ -111,7 +111,7 @@ export default defineConfig({
     // A test that loads modules takes long on a busy machine.
     testTimeout: 60_000,
     hookTimeout: 60_000,
-    setupFiles: ["src/text/clean.ts", "src/text/setup.ts"],
+    setupFiles: ["src/testing/clean.ts", "src/text/setup.ts"],
     // The contrast test reads the tokens as they are.
     css: { include: [/tokens\.css/] },
   },

@@ -35,7 +35,7 @@ async def test_a_node_that_is_not_identified_shows_its_servo_id_angle_and_comman
         await asyncio.sleep(5)
         one, other = await node_of(rig, 20), await node_of(rig, 21)
         assert (one["kind"], one["actuator_id"], one["commanded_by"]) == ("unknown", 1, [])
-        assert (other["kind"], other["actuator_id"], other["note_code"]) == ("unknown", 2, "not_overheard")
+        assert (other["kind"], other["actuator_id"], other["note_code"]) == ("unknown", 2, "identity_not_received")
         assert other["angle_deg"] == pytest.approx(18, abs=0.5)
         (by,) = other["commanded_by"]
         assert (by["node_id"], by["type"], by["command_deg"]) == (AUTOPILOT, "unitless", 18.0)

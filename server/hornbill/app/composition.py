@@ -117,7 +117,7 @@ def build(
             if at_once and bench is not None:
                 await bench.start()
                 if demo and settings.autopilot is not None:
-                    await _fly(bench, settings.autopilot)
+                    await _add_autopilot(bench, settings.autopilot)
             drawing = asyncio.create_task(poses.run())
             stack.callback(drawing.cancel)
             stack.callback(viewer.close)
@@ -137,7 +137,7 @@ def build(
     )
 
 
-async def _fly(bench: Bench, program: Program) -> None:
+async def _add_autopilot(bench: Bench, program: Program) -> None:
     """Add an armed autopilot whose outputs are the servos that have a servo ID."""
     ids = {servo.servo_id for servo in bench.servos.values()} - {0}
     await bench.set_autopilot(program, outputs=MAX_OUTPUTS)

@@ -2585,7 +2585,7 @@ NoteCode: TypeAlias = Literal[
     "no_model_number",
     "no_parameters",
     "no_info",
-    "not_overheard",
+    "identity_not_received",
     "not_pollable_yet",
     "polled_when_ready",
     "not_polled_as_observer",

@@ -51,7 +51,7 @@ NoteCode = TypeAliasType(
         "no_model_number",
         "no_parameters",
         "no_info",
-        "not_overheard",
+        "identity_not_received",
         # polling
         "not_pollable_yet",
         "polled_when_ready",

@@ -28,7 +28,7 @@ from hornbill.servo.configuration.restarting import Restarting
 from hornbill.servo.device.drift import DriftDetector
 from hornbill.servo.device.effects import Effects
 from hornbill.servo.device.fleet import Fleet
-from hornbill.servo.device.overheard import Overheard
+from hornbill.servo.device.passive_identification import PassiveIdentification
 from hornbill.servo.device.position_unit import PositionUnits
 from hornbill.servo.device.requests import ServoRequests
 from hornbill.servo.device.rom_knowledge import RomKnowledge
@@ -367,7 +367,7 @@ class Host:
             allocator = self.allocating.join(participant, directory, serve=serve)
             self.requests.read_interval_s = READ_FRAMES / GUEST_FPS if role is ConnectionRole.GUEST else 0.0
             if role is ConnectionRole.OBSERVER:
-                self._overhear(participant, directory)
+                self._identify_passively(participant, directory)
             self.connection = connection = Connection(port, participant, allocator, directory, role, reason)
             self.tap.attach(participant)
             if isinstance(port, RecordedPort) and port.about is not None:
@@ -382,14 +382,14 @@ class Host:
             raise
         return connection
 
-    def _overhear(self, participant: Participant, directory: Directory) -> None:
+    def _identify_passively(self, participant: Participant, directory: Directory) -> None:
         """Identify servos from responses to other nodes, and request nothing."""
-        overheard = Overheard(
+        identification = PassiveIdentification(
             self.catalog, directory, self.fleet, self.requests, self.base, self.store.servos.get
         )  # fmt: skip
         self.requests.silent = True
-        self.fleet.on_unidentified.append(overheard.check)
-        participant.on_frames.append(overheard.receive)
+        self.fleet.on_unidentified.append(identification.check)
+        participant.on_frames.append(identification.receive)
 
     async def _part(self, port: CanPort, participant: Participant) -> None:
         """Undo a complete or partial join, and close the port."""

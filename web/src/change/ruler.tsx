@@ -3,6 +3,7 @@
  * a value, like the box does by keyboard.
  */
 import { useRef } from "preact/hooks";
+import { ruler } from "../kit/ruler";
 import { placeOnScale, type Scale, valueOnScale } from "./scale";
 
 interface Props {
@@ -99,7 +100,4 @@ export function Ruler({ scale, held, standard, staged, beyond, label, onDrag, on
   );
 }
 
-const TICKS = Array.from({ length: PARTS + 1 }, (_, i) => {
-  const long = i % (PARTS / 2) === 0;
-  return `M${(i * WIDTH) / PARTS} ${long ? 6 : 9}V${LINE}`;
-}).reduce((path, tick) => path + tick, `M0 ${LINE}H${WIDTH}`);
+const TICKS = ruler(WIDTH, PARTS, LINE, i => (i % (PARTS / 2) === 0 ? 6 : 9));

@@ -16,6 +16,7 @@ import { follow } from "../kit/follow";
 import { Glyph } from "../kit/glyph";
 import { Mark } from "../kit/icon";
 import { Panel } from "../kit/panel";
+import { ruler } from "../kit/ruler";
 import { text } from "../text";
 import { StopButton } from "./stop-button";
 
@@ -94,7 +95,12 @@ function LoadCell() {
     <a class="bar-cell" href={BUS} onClick={event => follow(event, BUS)}>
       <span class="cap">{words}</span>
       <svg class="ruled" width={SCALE + 2} height="16" viewBox={`-1 0 ${SCALE + 2} 16`} aria-hidden="true">
-        <path d={ruler(SCALE, 20)} stroke="var(--edge)" stroke-width="1" fill="none" />
+        <path
+          d={ruler(SCALE, 20, 10.5, i => (i % 10 === 0 ? 3 : i % 5 === 0 ? 5 : 7))}
+          stroke="var(--edge)"
+          stroke-width="1"
+          fill="none"
+        />
         {load !== null && (
           <path d={`M0 13.5H${(SCALE * Math.min(100, load)) / 100}`} stroke="var(--ink)" stroke-width="4" />
         )}
@@ -102,13 +108,6 @@ function LoadCell() {
       </svg>
     </a>
   );
-}
-
-function ruler(width: number, parts: number): string {
-  let path = `M0 10.5H${width}`;
-  for (let i = 0; i <= parts; i++)
-    path += `M${(i * width) / parts} ${i % 10 === 0 ? 3 : i % 5 === 0 ? 5 : 7}V10.5`;
-  return path;
 }
 
 const ORDER: readonly { kind: Exclude<ConditionKind, "protected">; worst: number }[] = [

@@ -5,6 +5,7 @@ import { angle, clock, NONE, number, withUnit } from "../bench/format";
 import { angleNow } from "../bench/fresh";
 import { sheetOf } from "../bench/parameters";
 import { commandedHere, commanderOf } from "../bench/role";
+import { ruler } from "../kit/ruler";
 import { roleWords as words } from "./words";
 import "./role.css";
 
@@ -113,8 +114,6 @@ function afterTimeout(one: KnownServo): string {
 function ErrorScale({ error, large }: { error: number; large: boolean }) {
   const half = WIDTH / 2;
   const x = half + (half * Math.max(-SCALE_DEG, Math.min(SCALE_DEG, error))) / SCALE_DEG;
-  let ticks = `M0 4.5H${WIDTH}`;
-  for (let i = 0; i <= 8; i++) ticks += `M${(WIDTH * i) / 8} ${i % 4 === 0 ? 0 : 2}V4.5`;
   return (
     <svg
       class="error-scale"
@@ -123,7 +122,12 @@ function ErrorScale({ error, large }: { error: number; large: boolean }) {
       viewBox={`-1 0 ${WIDTH + 2} 12`}
       aria-hidden="true"
     >
-      <path d={ticks} stroke="var(--edge)" stroke-width="1" fill="none" />
+      <path
+        d={ruler(WIDTH, 8, 4.5, i => (i % 4 === 0 ? 0 : 2))}
+        stroke="var(--edge)"
+        stroke-width="1"
+        fill="none"
+      />
       <path d={`M${half} 8.5H${x}`} stroke={large ? "var(--warning)" : "var(--ink)"} stroke-width="3" />
     </svg>
   );

@@ -201,7 +201,7 @@ class Fleet:
         elif node not in self._identifying and self._foreign.due(self._directory.records[node]):
             self._identifying[node] = asyncio.get_running_loop().create_task(self._arrive(NodeId(node)))
 
-    def overheard(self, node: NodeId, identity: NodeIdentity) -> Servo:
+    def identify_passively(self, node: NodeId, identity: NodeIdentity) -> Servo:
         """The servo on a node ID, identified from responses to other nodes. Its unread rows stay unknown."""
         servo = self.online_on(node)
         if servo is not None and servo.uid == identity.uid and servo.identified:

@@ -76,7 +76,7 @@ export const notes = {
   no_parameters: p =>
     `GetNodeInfoには応答しますが、GetSetには応答しません。読み出せるパラメータはありません。${perhaps(p.may_be_servo)}`,
   no_info: p => `GetNodeInfoに応答しません（${p.tries}回要求）。${perhaps(p.may_be_servo)}`,
-  not_overheard: () =>
+  identity_not_received: () =>
     "識別していません。識別に必要な応答をまだ受信していません。オブザーバは何も要求しません。",
 
   not_pollable_yet: p => `${p.servo}は識別が終わっていないため、まだ周期的に読み出せません。`,

@@ -249,7 +249,9 @@ def _node(host: Host, connection: Connection, node_id: int, now: Instant) -> Nod
     if kind != "servo" and record.info is not None and record.info.name == connection.participant.info().name:
         kind, note = "hornbill", Note("Another hornbill.", "another_hornbill")
     if note is None and kind == "unknown" and host.requests.silent:
-        note = Note("Not identified: its identity has not been heard. An observer requests nothing.", "not_overheard")
+        note = Note(
+            "Not identified: its identity has not been heard. An observer requests nothing.", "identity_not_received"
+        )
     node = _with_status(node_id, kind, record.status, record.info, seen, now, record.restarts, note)
     return node.model_copy(update=_actuator(host, node_id))
 

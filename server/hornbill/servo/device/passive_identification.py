@@ -35,7 +35,7 @@ class _Heard:
     last_at: Instant = float("-inf")
 
 
-class Overheard:
+class PassiveIdentification:
     """Identifies servos on one bus from responses to any node, and updates their registers. Sends nothing.
 
     A servo is identified once GetNodeInfo of its node ID was heard since the node started, and either its model number
@@ -82,7 +82,7 @@ class Overheard:
         identity = self._identity(uid, record.info, {} if heard is None else heard.identity)
         if identity is None:
             return
-        servo = self._fleet.overheard(NodeId(node), identity)
+        servo = self._fleet.identify_passively(NodeId(node), identity)
         if heard is not None:
             for at, response in heard.others.values():
                 self._requests.observe_response(servo, response, at)
