@@ -5,8 +5,9 @@ from typing import Literal
 from pydantic import Field
 from pydantic.dataclasses import dataclass
 
-from hornbill.domain.fields import STRICT, Model, UidField
+from hornbill.domain.fields import STRICT, Model
 from hornbill.domain.note import Note
+from hornbill.domain.run import RunConditions
 
 
 @dataclass(frozen=True, slots=True, config=STRICT)
@@ -42,21 +43,9 @@ class StepTrace(Model):
     metrics: StepMetrics
 
 
-class StepRun(Model):
+class StepRun(RunConditions):
     """A completed step test with its test conditions."""
 
-    id: int = Field(description="ID, as used in paths.")
-    uid: UidField
-    at: float = Field(description="Time of the test, seconds since 1970 UTC.")
-    note: str = Field(description="Note of the user.")
-    firmware: str | None = Field(description="Firmware version, such as `1.300`. Null if unknown.")
-    model: str | None = Field(description="Model, such as `BLA21-06U-A0`. Null if unknown.")
-    voltage_v: float | None = Field(description="Supply voltage during the test, V. Null if unknown.")
-    temperature_c: float | None = Field(description="Servo temperature during the test, °C. Null if unknown.")
-    parameters: dict[str, bool | int | float | str | None] = Field(
-        description="Values of all rows during the test, by key."
-    )
-    warnings: list[Note] = Field(description="Conditions that make the metrics less meaningful.")
     step_deg: float = Field(description="Step size, °.")
     band_deg: float = Field(description="Settling band around the target, °.")
     achieved_hz: float = Field(description="Samples per second.")
@@ -70,3 +59,5 @@ class RunOverlay(Model):
     differences: dict[str, list[bool | int | float | str | None]] = Field(
         description="Rows that differ, one value per run."
     )
+    comparable: bool = Field(description="Metrics can be compared: same servo, set-up, procedure and step.")
+    not_comparable: Note | None = Field(description="Reason why not. Null if comparable.")

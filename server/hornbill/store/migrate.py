@@ -7,7 +7,7 @@ from sqlalchemy import Connection, inspect, text
 
 from hornbill.store.tables import Table
 
-NEWEST: Final = "0009"
+NEWEST: Final = "0010"
 """The last revision in migrations/versions."""
 
 _FOLDER: Final = Path(__file__).resolve().parent / "migrations"

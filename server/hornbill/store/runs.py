@@ -1,7 +1,8 @@
-"""Stored step tests with their test conditions."""
+"""Stored runs with their test conditions."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from typing import Literal, TypeAlias
 
 from sqlalchemy import select
 
@@ -12,7 +13,9 @@ from hornbill.store.tables import Json, RunRow
 from hornbill.units import Uid
 
 MAX_ROWS = 200
-"""Maximum number of runs per servo. A run with two traces takes about 100 kB."""
+"""Maximum number of runs of one kind per servo. A step test with two traces takes about 100 kB."""
+
+RunKind: TypeAlias = Literal["step", "frequency_response", "mechanics", "improve"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -24,6 +27,7 @@ class Run:
     at: float
     note: str
     document: Mapping[str, Json]
+    kind: RunKind = "step"
 
 
 class Runs(Repository[RunRow, Run]):
@@ -32,21 +36,28 @@ class Runs(Repository[RunRow, Run]):
     def __init__(self, database: Database, wall: Callable[[], float]) -> None:
         super().__init__(database, wall, RunRow, Run)
 
-    def add(self, uid: Uid, note: str, document: Mapping[str, Json]) -> Run:
-        """Store a run. Deletes the servo's oldest runs beyond `MAX_ROWS`."""
+    def add(self, uid: Uid, note: str, document: Mapping[str, Json], *, kind: RunKind = "step") -> Run:
+        """Store a run. Deletes the servo's oldest runs of this kind beyond `MAX_ROWS`."""
         with self._database.transaction() as session:
-            row = RunRow(uid=uid, at=self._wall(), note=note[:200], document=dict(document))
+            row = RunRow(uid=uid, at=self._wall(), note=note[:200], document=dict(document), kind=kind)
             session.add(row)
             session.flush()
-            self._prune(session, MAX_ROWS, RunRow.id, RunRow.uid == uid)
+            self._prune(session, MAX_ROWS, RunRow.id, RunRow.uid == uid, RunRow.kind == kind)
             return self._fact(row)
 
-    def of(self, uid: Uid | None = None, *, limit: int = MAX_ROWS) -> list[Run]:
-        """Runs of one or all servos, newest first."""
-        query = select(RunRow).order_by(RunRow.id.desc()).limit(limit)
+    def of(self, uid: Uid | None = None, *, kind: RunKind = "step", limit: int = MAX_ROWS) -> list[Run]:
+        """Runs of one kind of one or all servos, newest first."""
+        query = select(RunRow).where(RunRow.kind == kind).order_by(RunRow.id.desc()).limit(limit)
         if uid is not None:
             query = query.where(RunRow.uid == uid)
         return self._facts(query)
+
+    def find(self, number: int, kind: RunKind) -> Run:
+        """A run of one kind. Raises Unknown, also if the run is of another kind."""
+        found = self.get(number)
+        if found.kind != kind:
+            raise self._unknown(number)
+        return found
 
     def _unknown(self, key: int) -> Unknown:
         return Unknown(

@@ -7,7 +7,7 @@ from sqlalchemy import select
 from sqlalchemy.orm import Session
 
 from hornbill.store.database import Database
-from hornbill.store.tables import ServoRow
+from hornbill.store.tables import Json, ServoRow
 from hornbill.units import Uid
 
 
@@ -34,6 +34,7 @@ class ServoFacts:
 @dataclass(frozen=True, slots=True)
 class StoredServo:
     """One servo. Instants: seconds since 1970 UTC. `rom`: last known ROM values, raw by key. `notes`: users' notes.
+    `set_up`: as in `domain.set_up`, stated values only.
 
     `drift`: previous ROM values, by key, of rows that may have changed: another value was found that we did not save,
     or (if `rom` has the same value) the row has not been read yet after a start.
@@ -47,6 +48,7 @@ class StoredServo:
     rom: Mapping[str, int] = field(default_factory=dict[str, int])
     drift: Mapping[str, int] = field(default_factory=dict[str, int])
     notes: str = ""
+    set_up: Mapping[str, Json] = field(default_factory=dict[str, Json])
 
 
 class Servos:
@@ -96,6 +98,11 @@ class Servos:
         with self._database.transaction() as session:
             _row(session, uid).notes = notes or None
 
+    def put_set_up(self, uid: Uid, set_up: Mapping[str, Json]) -> None:
+        """Replace the set-up. Empty removes it."""
+        with self._database.transaction() as session:
+            _row(session, uid).set_up = dict(set_up) or None
+
     def put_rom(self, uid: Uid, values: Mapping[str, int]) -> None:
         """Replace the known ROM values, raw by key."""
         with self._database.transaction() as session:
@@ -144,4 +151,5 @@ def _stored(row: ServoRow) -> StoredServo:
         dict(row.rom),
         dict(row.drift or {}),
         row.notes or "",
+        dict(row.set_up or {}),
     )

@@ -78,8 +78,9 @@ class Store:
             self.allocations, AllocationStore(memory, now), "record", "seen", "pin", "drop"
         )  # fmt: skip
         self.servos = self._behind(
-            self.servos, Servos(memory, now), "seen", "set_label", "set_notes", "put_rom", "put_drift", "forget"
-        )
+            self.servos, Servos(memory, now), "seen", "set_label", "set_notes", "put_set_up", "put_rom", "put_drift",
+            "forget",
+        )  # fmt: skip
         self.profiles = self._behind(self.profiles, ProfileTable(memory, now), "put", "drop")
         self.faults = self._behind(self.faults, FaultLog(memory, now), "record", "acknowledge", "forget")
         self.settings = self._behind(self.settings, SettingTable(memory), "put", "drop")

@@ -80,6 +80,7 @@ class ServoRow(Table):
     rom: Mapped[dict[str, int]] = mapped_column(JSON)
     drift: Mapped[dict[str, int] | None] = mapped_column(JSON(none_as_null=True))
     notes: Mapped[str | None] = mapped_column(Words())
+    set_up: Mapped[dict[str, Json] | None] = mapped_column(JSON(none_as_null=True))
 
 
 class SettingRow(Table):
@@ -160,7 +161,7 @@ class JobRow(Table):
 
 
 class RunRow(Table):
-    """A step test: traces, metrics and test conditions."""
+    """A run: what was measured, and its test conditions."""
 
     __tablename__ = "runs"
     __table_args__ = _NO_REUSE
@@ -170,6 +171,7 @@ class RunRow(Table):
     at: Mapped[float] = mapped_column(_INSTANT)
     note: Mapped[str] = mapped_column(Words(200))
     document: Mapped[dict[str, Json]] = mapped_column(JSON)
+    kind: Mapped[str] = mapped_column(Words(40), server_default="step")
 
 
 class FaultRow(Table):
