@@ -9,12 +9,13 @@ import pytest
 from behaviour.actions import move, torque, write
 from behaviour.rig import CATALOG, PLAIN, Rig, Socket, json, until
 from behaviour.scene import scene
+from hornbill.domain.plant import PlantConstants
 from hornbill.servo.device.servo import Servo
 from hornbill.sim.bench.demo import demo_fleet
 from hornbill.sim.bench.recipe import Recipe
 
 HUNTS = Recipe(
-    "BLA21-12U-A0", "1.300", servo_id=1, node_id=11, angle_deg=100.0, load_inertia=3.0,
+    "BLA21-12U-A0", "1.300", servo_id=1, node_id=11, angle_deg=100.0, plant=PlantConstants(inertia=3.0),
     rom={"speed_torque_control": 1, "angle_p_gain": 100, "angle_d_gain": 0, "angle_dead_band": 0, "timeout_action": 0},
 )  # fmt: skip
 """As in the demo, with a timeout action that lets it continue."""

@@ -9,6 +9,7 @@ import pytest
 from behaviour.rig import Rig, json
 from behaviour.scene import scene
 from behaviour.servo_story import Rom, Steps, between, follow, near, stories, under
+from hornbill.domain.plant import PlantConstants
 from hornbill.servo.device.servo import State
 from hornbill.sim.behaviour import Behaviour
 from hornbill.sim.bench.recipe import Recipe
@@ -168,7 +169,16 @@ def test_the_timeout_ends_it_unless_its_action_is_hold(action: int) -> None:
 
 def held_up(load_pct: float, **rom: int) -> Recipe:
     """A servo that starts at 120° and does not reach 0°."""
-    return Recipe("BLA21-06U-A0", "1.300", servo_id=1, node_id=11, rom=rom, angle_deg=120.0, load_pct=load_pct)
+    plant = PlantConstants(load_pct=load_pct)
+    return Recipe(
+        "BLA21-06U-A0",
+        "1.300",
+        servo_id=1,
+        node_id=11,
+        rom=rom,
+        angle_deg=120.0,
+        plant=plant,
+    )
 
 
 @pytest.mark.states("B68")

@@ -9,6 +9,7 @@ import pytest
 from behaviour.restarting import failed_with, succeeded
 from behaviour.rig import PLAIN, Rig, json, problem
 from behaviour.scene import scene
+from hornbill.domain.plant import PlantConstants
 from hornbill.lab import metrics
 from hornbill.servo.device.servo import Servo
 from hornbill.sim.bench.recipe import Recipe
@@ -16,7 +17,7 @@ from hornbill.sim.servo import SimulatedServo
 from hornbill.store.tables import Json
 from hornbill.wire.services import GetSetRequest
 
-LIVELY = Recipe("BLA21-06U-A0", "1.300", servo_id=1, node_id=11, load_inertia=4.0)
+LIVELY = Recipe("BLA21-06U-A0", "1.300", servo_id=1, node_id=11, plant=PlantConstants(inertia=4.0))
 """A horn with an arm on it: it overshoots and rings."""
 
 
@@ -88,7 +89,7 @@ async def test_the_metrics_measured_over_the_bus_are_those_of_the_horn(
 
 @scene(
     Recipe(
-        "BLA21-12U-A0", "1.300", servo_id=1, node_id=11, angle_deg=60.0, load_inertia=3.0,
+        "BLA21-12U-A0", "1.300", servo_id=1, node_id=11, angle_deg=60.0, plant=PlantConstants(inertia=3.0),
         rom={"speed_torque_control": 1, "angle_p_gain": 100, "angle_d_gain": 0, "angle_dead_band": 0},
     )
 )  # fmt: skip

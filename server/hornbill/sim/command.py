@@ -1,5 +1,6 @@
 """The active command, and whether the motor may follow it (4.1 to 4.3, 4.13, 4.14, 4.19)."""
 
+from random import Random
 from typing import Final
 
 from hornbill.schema.parameter import DUMMY
@@ -24,11 +25,11 @@ class CommandInput:
     """Converts commands, torque mode, timeout, soft start and protection to orders for the motor.
 
     The command registers 0x00 to 0x02 are in `memory`; `kind` is the address of the active one. The caller advances
-    `motion` to `now` before calling a method with `now`, and updates `supply` and `load` (relative to nominal voltage
-    and stall torque) with `set_environment`.
+    `motion` to `now` before calling a method with `now`, and updates the supply with `set_supply`.
     """
 
-    def __init__(self, memory: Memory, motion: HornMotion, plant: Plant, behaviour: Behaviour) -> None:
+    def __init__(self, memory: Memory, motion: HornMotion, plant: Plant, behaviour: Behaviour, random: Random) -> None:
+        """`random` is the noise of the angle sensor."""
         self.behaviour = behaviour
         self.kind = address.COMMAND_ANGLE
         self.timed_out = False
@@ -38,6 +39,7 @@ class CommandInput:
         self._memory = memory
         self._motion = motion
         self._plant = plant
+        self._random = random
         self._frame = AngleFrame()
         self._fed_at: Instant | None = None
         self._commanded = False
@@ -48,8 +50,6 @@ class CommandInput:
         self._unshown: Raw | None = None
         self._frozen_tenths: Raw | None = None
         self._supply = 1.0
-        self._load = 0.0
-        self._inertia = 0.0
         self._pulse_counts_until: Instant = -_NEVER
 
     @property
@@ -77,10 +77,18 @@ class CommandInput:
 
     @property
     def angle(self) -> Raw:
-        """Value of 0x08: turns are counted for angle commands, otherwise according to 0x24 (4.4)."""
+        """Value of 0x08 without noise: turns are counted for angle commands, otherwise according to 0x24 (4.4)."""
+        return self._read_angle(0.0)
+
+    def noisy_angle(self) -> Raw:
+        """A reading of 0x08 with the noise of the sensor."""
+        noise = self._motion.constants.sensor_noise_deg
+        return self._read_angle(self._random.gauss(0.0, noise) if noise else 0.0)
+
+    def _read_angle(self, noise_deg: float) -> Raw:
         if self._frozen_tenths is not None:
             return self._frozen_tenths
-        tenths = self._frame.tenths(self._motion.angle)
+        tenths = self._frame.tenths(self._motion.angle + noise_deg)
         if self.kind == address.COMMAND_ANGLE or self._memory.get(address.EXTENDED_ANGLE):
             return tenths
         return (tenths + 1800) % 3600 - 1800
@@ -193,10 +201,10 @@ class CommandInput:
             self._drop_command()
         self.refresh()
 
-    def set_environment(self, supply: float, load: float, inertia: float) -> None:
-        """Set supply (relative to nominal), torque on the horn (relative to stall, + clockwise) and inertia."""
-        if (supply, load, inertia) != (self._supply, self._load, self._inertia):
-            self._supply, self._load, self._inertia = supply, load, inertia
+    def set_supply(self, supply: float) -> None:
+        """Set the supply relative to nominal voltage."""
+        if supply != self._supply:
+            self._supply = supply
             self.refresh()
 
     def update_pulse(self, signal: bool, now: Instant) -> None:
@@ -262,8 +270,6 @@ class CommandInput:
                 output=self.output,
                 cascade=self.cascade(),
                 supply=self._supply,
-                load=self._load,
-                inertia=self._inertia,
             )
         )
 

@@ -78,8 +78,9 @@ class SimDevice:
         self.faults = SimFaults(build.faults)
         self.faults.failures_latch = behaviour.failures_latch
         self.motion = HornMotion(plant, build.angle_deg)
-        self.commander = CommandInput(self.memory, self.motion, plant, behaviour)
-        self._protection = Protection(plant, Random(random.random()), self.conditions)
+        noise = Random(random.random())
+        self._protection = Protection(plant, noise, self.conditions)
+        self.commander = CommandInput(self.memory, self.motion, plant, behaviour, noise)
         self.registers = Registers(self.memory, self.commander, self._protection, self.faults, self._update_faults)
         self._on_up = on_up
         self._on_down = on_down
@@ -192,7 +193,8 @@ class SimDevice:
             commander.halt(self._updating)
         self._protection.measure(conditions, now - self._measured_at, motion.heat(), motion.torque)
         self._measured_at = now
-        commander.set_environment(self._protection.supply, conditions.load_pct / 100.0, conditions.load_inertia)
+        motion.constants = conditions.plant
+        commander.set_supply(self._protection.supply)
         commander.watch_soft_start()
         pulse = read_pulse(self.memory, conditions.pwm_us)
         commander.update_pulse(pulse is not None and pulse.raw is not None, now)

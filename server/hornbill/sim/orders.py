@@ -57,8 +57,6 @@ def orders_for(
     output: int,
     cascade: bool,
     supply: float,
-    load: float,
-    inertia: float,
 ) -> Orders:
     """Orders to reach `target`, a register value of command `kind` within the angle limits.
 
@@ -68,14 +66,14 @@ def orders_for(
     current = get(address.OVERCURRENT_LIMIT, 0) / 10.0 / plant.stall_a or 1.0
     if output:
         controller = Controller.OFF if output == 1 else Controller.BRAKE
-        return Orders(controller, current_limit=current, volts=supply, load=load, inertia=inertia)
+        return Orders(controller, current_limit=current, volts=supply)
     sign = frame.sign
     if kind == address.COMMAND_ANGLE:
         controller = Controller.ANGLE_CASCADE if cascade else Controller.ANGLE_DIRECT
         goal = frame.degrees(target)
     elif not cascade:
         # 0x25 was turned off during a speed or torque command, which is then ignored (4.18): brake.
-        return Orders(Controller.TORQUE, current_limit=current, volts=supply, load=load, inertia=inertia)
+        return Orders(Controller.TORQUE, current_limit=current, volts=supply)
     elif kind == address.COMMAND_SPEED:
         controller, goal = Controller.SPEED, sign * target * _RPM
     else:
@@ -101,6 +99,4 @@ def orders_for(
         torque_high=torques[1],
         current_limit=current,
         volts=supply,
-        load=load,
-        inertia=inertia,
     )

@@ -24,14 +24,16 @@ _VOLTAGE_ERROR_V: Final = 0.5
 class Protection:
     """Temperature and voltage of one servo. `temperature` is the raw value of 0x0B, `voltage` of 0x0C.
 
-    `supply` is the voltage at the motor relative to nominal, without measurement noise.
+    `supply` is the voltage at the motor relative to nominal and `board_c` the temperature, °C, both without errors of
+    the sensors.
     """
 
-    __slots__ = ("_plant", "_random", "_rise", "supply", "temperature", "voltage")
+    __slots__ = ("_plant", "_random", "_rise", "board_c", "supply", "temperature", "voltage")
 
     def __init__(self, plant: Plant, random: Random, conditions: Conditions) -> None:
         self._plant = plant
         self._random = random
+        self.board_c = 0.0
         self._rise = 0.0
         self.temperature: Raw = 0
         self.voltage: Raw = 0
@@ -42,9 +44,11 @@ class Protection:
         """Advance by `elapsed` seconds with `heat` of the motor (s at stall). `torque` is its present share."""
         self._rise = self._rise * exp(-elapsed / _THERMAL_S) + _RISE_K * heat / _THERMAL_S
         error = conditions.sensor_error
-        board = conditions.temperature_c + self._rise + _TEMPERATURE_ERROR_K * error
+        self.board_c = conditions.temperature_c + self._rise
+        board = self.board_c + _TEMPERATURE_ERROR_K * error
         nominal = self._plant.nominal_v
-        volts = max(conditions.voltage_v - _DROOP * nominal * abs(torque), 0.0)
+        sag = _DROOP * nominal + conditions.plant.supply_ohm * self._plant.stall_a
+        volts = max(conditions.voltage_v - sag * abs(torque), 0.0)
         self.supply = round(volts / nominal, 3)
         seen = volts + _VOLTAGE_ERROR_V * error + self._random.gauss(0.0, _NOISE_V)
         self.temperature = min(max(round(board), -40), 120)

@@ -39,7 +39,7 @@ class Registers:
         self._commander = commander
         self._update_faults = update_faults
         self._live: Final = {
-            address.CURRENT_ANGLE: lambda: commander.angle,
+            address.CURRENT_ANGLE: commander.noisy_angle,
             address.CURRENT_SPEED: lambda: commander.speed,
             address.CURRENT_TORQUE: lambda: commander.torque,
             address.CURRENT_TEMPERATURE: lambda: protection.temperature,

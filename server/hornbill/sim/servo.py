@@ -258,4 +258,4 @@ class SimulatedServo:
 
     def _status(self) -> ActuatorStatus:
         unit = TENTHS_PER_UNIT[self.position_unit]
-        return actuator_status(self.memory.get(address.SERVO_ID), self._device.commander.angle, unit)
+        return actuator_status(self.memory.get(address.SERVO_ID), self._device.commander.noisy_angle(), unit)

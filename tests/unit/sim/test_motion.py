@@ -1,9 +1,12 @@
 """Physics of the horn: friction, load, brake, sleep, and independence of the step size."""
 
+from dataclasses import replace
+
 import pytest
 
-from hornbill.sim.mechanics.motion import Controller, HornMotion, Orders
-from hornbill.sim.mechanics.plant import BREAKAWAY, STEP_S, plant_of
+from hornbill.domain.plant import DEFAULT_PLANT, PlantConstants
+from hornbill.sim.mechanics.motion import Controller, HornMotion, Orders, load_at
+from hornbill.sim.mechanics.plant import STEP_S, plant_of
 from unit.sim.desk import MODELS, catalog
 
 HOLD = Orders(
@@ -12,8 +15,13 @@ HOLD = Orders(
 )  # fmt: skip
 
 
-def motion(orders: Orders | None = None, model: str = "BLA21-06U-A0", angle: float = 0.0) -> HornMotion:
-    made = HornMotion(plant_of(catalog().models[model]), angle)
+BREAKAWAY = DEFAULT_PLANT.breakaway
+
+
+def motion(
+    orders: Orders | None = None, model: str = "BLA21-06U-A0", angle: float = 0.0, **constants: float
+) -> HornMotion:
+    made = HornMotion(plant_of(catalog().models[model]), angle, constants=replace(DEFAULT_PLANT, **constants))
     if orders is not None:
         made.obey(orders)
     return made
@@ -32,13 +40,13 @@ def test_a_free_horn_stays_and_sleeps() -> None:
 
 @pytest.mark.parametrize(("load", "moves"), [(BREAKAWAY * 0.99, False), (-BREAKAWAY * 1.01, True)])
 def test_friction_holds_a_small_load(load: float, moves: bool) -> None:
-    horn = motion(Orders(load=load))
+    horn = motion(load_pct=100 * load)
     horn.advance(1.0)
     assert (horn.angle != 0.0) is moves
     assert horn.asleep is not moves
 
 
-def test_it_wakes_only_for_changed_orders_and_manual_turning() -> None:
+def test_it_wakes_only_for_changed_orders_or_constants_and_manual_turning() -> None:
     horn = motion(HOLD)
     horn.advance(0.1)
     assert horn.asleep
@@ -51,6 +59,12 @@ def test_it_wakes_only_for_changed_orders_and_manual_turning() -> None:
     assert horn.asleep
     horn.obey(HOLD._replace(target=30.0))
     assert not horn.asleep
+    horn.advance(4.0)
+    assert horn.asleep
+    horn.constants = PlantConstants()
+    assert horn.asleep
+    horn.constants = PlantConstants(load_pct=50.0)
+    assert not horn.asleep
 
 
 def test_a_day_of_sleep_moves_nothing() -> None:
@@ -62,7 +76,7 @@ def test_a_day_of_sleep_moves_nothing() -> None:
 
 
 def test_sleeping_under_load_heats_up() -> None:
-    horn = motion(HOLD._replace(load=0.5, dead_band=0.0))
+    horn = motion(HOLD._replace(dead_band=0.0), load_pct=50.0)
     horn.advance(3.0)
     assert horn.asleep
     assert horn.torque == pytest.approx(-0.5, abs=BREAKAWAY)
@@ -123,10 +137,10 @@ def test_active_limits_are_reported() -> None:
 def test_the_integral_is_reset_in_the_deadband(gain: float) -> None:
     plant = plant_of(catalog().models["BLA21-12U-A0"])
     orders = HOLD._replace(
-        controller=Controller.ANGLE_CASCADE, target=45.0, angle_p=100 * plant.angle_p, dead_band=3.0, inertia=3.0,
+        controller=Controller.ANGLE_CASCADE, target=45.0, angle_p=100 * plant.angle_p, dead_band=3.0,
         speed_p=50 * plant.speed_p, speed_i=gain, speed_dead_band=3.6, speed_i_limit=0.2,
     )  # fmt: skip
-    horn = motion(orders, "BLA21-12U-A0")
+    horn = motion(orders, "BLA21-12U-A0", inertia=3.0)
     horn.advance(3.0)
     assert horn.asleep
     assert abs(horn.angle - 45.0) <= 3.0
@@ -136,12 +150,60 @@ def test_in_the_deadband_the_integral_still_holds_a_load() -> None:
     plant = plant_of(catalog().models["BLA21-06U-A0"])
     orders = HOLD._replace(
         controller=Controller.ANGLE_CASCADE, angle_p=40 * plant.angle_p, speed_p=50 * plant.speed_p, speed_i=0.015,
-        speed_dead_band=3.6, speed_i_limit=1.0, load=-0.3,
+        speed_dead_band=3.6, speed_i_limit=1.0,
     )  # fmt: skip
-    horn = motion(orders)
+    horn = motion(orders, load_pct=-30.0)
     horn.advance(5.0)
     rest = horn.angle
     horn.advance(60.0)
     assert horn.angle == rest
     assert abs(rest) <= 0.4
     assert horn.torque == pytest.approx(0.3, abs=BREAKAWAY)
+
+
+PUSH = Orders(Controller.TORQUE, 0.5, torque_low=-1.0, torque_high=1.0)
+
+
+@pytest.mark.parametrize("sign", [1, -1])
+def test_an_end_stop_stops_the_horn_and_lets_it_sleep(sign: int) -> None:
+    horn = motion(PUSH._replace(target=0.5 * sign), stop_cw_deg=40.0, stop_ccw_deg=-40.0, backlash_deg=0.6)
+    horn.advance(3.0)
+    assert (horn.angle, horn.speed, horn.asleep) == (40.0 * sign, 0.0, True)
+    assert horn.motor == pytest.approx(40.3 * sign), "the motor crosses the backlash"
+    assert horn.torque == pytest.approx(0.5 * sign, abs=1e-3)
+    horn.obey(PUSH._replace(target=-0.5 * sign))
+    horn.advance(3.05)
+    assert abs(horn.angle) < 39.0, "it leaves the stop"
+
+
+def test_a_load_by_angle_is_an_equilibrium_where_it_is_zero() -> None:
+    horn = HornMotion(
+        plant_of(catalog().models["BLA21-06U-A0"]), 60.0,
+        constants=PlantConstants(load_by_angle=((-90.0, 60.0), (30.0, 0.0), (90.0, -60.0))),
+    )  # fmt: skip
+    horn.advance(20.0)
+    assert horn.asleep
+    assert horn.angle == pytest.approx(30.0, abs=8.0), "within its breakaway: 3 % of 60 % per 120° or 60°"
+    assert horn.angle != 60.0
+
+
+@pytest.mark.parametrize(
+    ("angle", "load"), [(-100.0, 0.2), (-10.0, 0.2), (0.0, 0.3), (5.0, 0.35), (10.0, 0.4), (99.0, 0.4)]
+)
+def test_a_load_between_points_is_linear_and_beyond_them_constant(angle: float, load: float) -> None:
+    assert load_at(((-10.0, 0.2), (10.0, 0.4)), angle) == pytest.approx(load)
+
+
+def test_friction_grows_with_time_in_motion_only() -> None:
+    worn, fresh = motion(PUSH._replace(target=0.1), wear_per_hour=3600.0), motion(PUSH._replace(target=0.1))
+    for n in range(1, 41):
+        worn.advance(n * 0.05)
+        fresh.advance(n * 0.05)
+    assert worn.friction == pytest.approx(3.0, abs=0.01)
+    assert fresh.friction == 1.0
+    assert worn.speed < 0.5 * fresh.speed
+    worn.obey(Orders())
+    worn.advance(20.0)
+    rested = worn.friction
+    worn.advance(3600.0)
+    assert worn.friction == rested

@@ -1,135 +1,103 @@
 """The simulated horn against an independent integration, energy, and random commands."""
 
 import math
-from typing import Any
 
 import pytest
 from hypothesis import HealthCheck, Phase, given, settings
 from hypothesis import strategies as st
-from scipy.integrate import solve_ivp  # pyright: ignore[reportMissingTypeStubs, reportUnknownVariableType]
 
+from hornbill.domain.plant import DEFAULT_PLANT, PlantConstants
 from hornbill.sim.mechanics.motion import Controller, HornMotion, Orders
-from hornbill.sim.mechanics.plant import BACKLASH_DEG, BREAKAWAY, COULOMB, TORQUE_LAG_S, VISCOUS, Plant, plant_of
+from hornbill.sim.mechanics.plant import plant_of
 from unit.sim.desk import MODELS, START, Desk, catalog
+from unit.sim.reference import CONTROL_S, Reference, orders_of
 
-CONTROL_S = 0.001
-solve: Any = solve_ivp  # pyright: ignore[reportUnknownVariableType]
-
-
-class Reference:
-    """Independent model of the same plant: torque lag, inertia, friction and play, solved to seven digits.
-
-    As in the servo, the controller samples once per CONTROL_S and holds its output.
-    """
-
-    def __init__(self, plant: Plant, orders: Orders) -> None:
-        self.plant, self.orders = plant, orders
-        self.motor = self.speed = self.torque = self.horn = 0.0
-
-    def step(self) -> None:
-        """One period of the controller."""
-        commanded = self.output()
-        gain = self.plant.gain / (1.0 + self.orders.inertia)
-        viscous = VISCOUS / self.plant.synchronous
-        load = self.orders.load
-
-        left = CONTROL_S
-        while left > 1e-12:
-            force = self.torque + load
-            if self.speed == 0.0 and abs(force) <= BREAKAWAY:
-                self.torque = commanded + (self.torque - commanded) * math.exp(-left / TORQUE_LAG_S)
-                break
-            direction = math.copysign(1.0, self.speed or force)
-
-            def slope(_time: float, state: list[float], direction: float = direction) -> list[float]:
-                _, speed, torque = state
-                acceleration = gain * (torque + load - COULOMB * direction - viscous * speed)
-                return [speed, acceleration, (commanded - torque) / TORQUE_LAG_S]
-
-            def stopped(_time: float, state: list[float], direction: float = direction) -> float:
-                return direction * state[1] + 1e-12
-
-            stopped.terminal = True  # pyright: ignore[reportFunctionMemberAccess] - a flag for scipy
-            state = [self.motor, self.speed, self.torque]
-            found = solve(slope, (0.0, left), state, events=stopped, rtol=1e-7, atol=1e-9)
-            self.motor, self.speed, self.torque = (float(row[-1]) for row in found.y)
-            left -= float(found.t[-1])
-            if found.status == 1:
-                self.speed = 0.0
-        play = BACKLASH_DEG / 2.0
-        self.horn = min(max(self.horn, self.motor - play), self.motor + play)
-        if load:
-            self.horn = self.motor + math.copysign(play, load)
-
-    def output(self) -> float:
-        """Angle, then speed, then torque; or angle, then voltage (4.18)."""
-        orders, emf = self.orders, self.speed / self.plant.synchronous
-        if orders.controller == Controller.TORQUE:
-            torque = orders.target
-        elif orders.controller == Controller.ANGLE_DIRECT:
-            error = orders.target - self.horn
-            away = orders.angle_p * error if abs(error) > orders.dead_band else 0.0
-            return self.limit(away - 2.4 * emf, -orders.volts, orders.volts) - emf
-        else:
-            error = orders.target - self.horn
-            speed = orders.angle_p * error - orders.angle_d * self.speed if abs(error) > orders.dead_band else 0.0
-            if orders.controller == Controller.SPEED:
-                speed = orders.target
-            speed = self.limit(speed, orders.speed_low, orders.speed_high)
-            torque = orders.speed_p * (speed - self.speed)
-        torque = self.limit(torque, orders.torque_low, orders.torque_high)
-        return self.limit(torque + emf, -orders.volts, orders.volts) - emf
-
-    @staticmethod
-    def limit(value: float, low: float, high: float) -> float:
-        return min(max(value, low), high)
+DRIVES: list[tuple[Controller, float, dict[str, float]]] = [
+    (Controller.ANGLE_CASCADE, 60.0, {}),
+    (Controller.ANGLE_CASCADE, -90.0, {"speed_low": -300.0}),
+    (Controller.ANGLE_CASCADE, 45.0, {"torque_high": 0.5}),
+    (Controller.ANGLE_DIRECT, 60.0, {}),
+    (Controller.ANGLE_DIRECT, 60.0, {"volts": 0.8}),
+    (Controller.SPEED, 480.0, {}),
+    (Controller.TORQUE, 0.3, {}),
+]
 
 
-def orders_of(plant: Plant, controller: Controller, target: float, **more: float) -> Orders:
-    """Orders with default gains and without smoothing."""
-    direct = controller == Controller.ANGLE_DIRECT
-    defaults: dict[str, float] = {
-        "angle_p": 40 * (plant.angle_p_direct if direct else plant.angle_p), "angle_d": 40 * plant.angle_d,
-        "dead_band": 0.3, "speed_p": 50 * plant.speed_p, "speed_low": -1800.0, "speed_high": 1800.0,
-        "torque_low": -1.0, "torque_high": 1.0,
-    }  # fmt: skip
-    return Orders(controller, target)._replace(**{**defaults, **more})
+def compare(model: str, orders: Orders, constants: PlantConstants, steps: int) -> tuple[float, float]:
+    """Farthest angle of the reference, and the largest difference from it, °."""
+    plant = plant_of(catalog().models[model])
+    motion, reference = HornMotion(plant, 0.0, constants=constants), Reference(plant, orders, constants)
+    motion.obey(orders)
+    farthest = worst = 0.0
+    for number in range(1, steps + 1):
+        motion.advance(number * CONTROL_S + 1e-9)
+        reference.step()
+        farthest = max(farthest, abs(reference.horn))
+        worst = max(worst, abs(motion.angle - reference.horn))
+    return farthest, worst
 
 
 @pytest.mark.parametrize("model", ["BLA21-28U-AB", "BLA15-12U-A0"])
 @pytest.mark.parametrize(
-    ("controller", "target", "more"),
+    ("drive", "constants"),
     [
-        (Controller.ANGLE_CASCADE, 60.0, {}),
-        (Controller.ANGLE_CASCADE, -90.0, {"speed_low": -300.0}),
-        (Controller.ANGLE_CASCADE, 45.0, {"inertia": 2.0, "torque_high": 0.5}),
-        (Controller.ANGLE_DIRECT, 60.0, {}),
-        (Controller.ANGLE_DIRECT, 60.0, {"volts": 0.8, "inertia": 1.0}),
-        (Controller.SPEED, 480.0, {"load": -0.1}),
-        (Controller.TORQUE, 0.3, {}),
+        *((drive, DEFAULT_PLANT) for drive in DRIVES),
+        (DRIVES[2], PlantConstants(inertia=2.0)),
+        (DRIVES[4], PlantConstants(inertia=1.0)),
+        (DRIVES[5], PlantConstants(load_pct=-10.0)),
+        (DRIVES[0], PlantConstants(stop_cw_deg=30.0)),
+        (DRIVES[3], PlantConstants(load_by_angle=((0.0, 0.0), (60.0, -30.0)))),
     ],
 )
 def test_a_step_is_within_1_percent_of_an_independent_integration(
-    model: str, controller: Controller, target: float, more: dict[str, float]
+    model: str, drive: tuple[Controller, float, dict[str, float]], constants: PlantConstants
 ) -> None:
-    plant = plant_of(catalog().models[model])
-    orders = orders_of(plant, controller, target, **more)
-    motion, reference = HornMotion(plant, 0.0), Reference(plant, orders)
-    motion.obey(orders)
-    furthest = worst = 0.0
-    for number in range(1, 301):
-        motion.advance(number * CONTROL_S + 1e-9)
-        reference.step()
-        furthest = max(furthest, abs(reference.horn))
-        worst = max(worst, abs(motion.angle - reference.horn))
-    assert furthest > 20.0, "the horn moves"
-    assert worst < 0.01 * furthest
+    controller, target, more = drive
+    orders = orders_of(plant_of(catalog().models[model]), controller, target, **more)
+    farthest, worst = compare(model, orders, constants, 300)
+    assert farthest > 20.0, "the horn moves"
+    assert worst < 0.01 * farthest
+
+
+@st.composite
+def random_constants(draw: st.DrawFn) -> PlantConstants:
+    coulomb = draw(st.floats(0.005, 0.06))
+    return PlantConstants(
+        breakaway=1.5 * coulomb,
+        coulomb=coulomb,
+        inertia=draw(st.floats(0.0, 20.0)),
+        viscous=draw(st.floats(0.05, 1.0)),
+        backlash_deg=draw(st.floats(0.0, 0.6)),
+        torque_lag_s=draw(st.floats(0.001, 0.01)),
+        load_pct=draw(st.floats(-30.0, 30.0)),
+        load_by_angle=draw(st.sampled_from(CURVES)),
+        stop_cw_deg=draw(st.none() | st.floats(15.0, 60.0)),
+        stop_ccw_deg=draw(st.none() | st.floats(-60.0, -15.0)),
+    )
+
+
+CURVES: tuple[tuple[tuple[float, float], ...], ...] = (
+    (),
+    ((-60.0, 20.0), (0.0, 0.0), (60.0, -20.0)),
+    ((-10.0, 5.0), (10.0, -15.0)),
+)
+
+
+@settings(max_examples=12, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+@given(st.sampled_from(MODELS), st.sampled_from(DRIVES), random_constants())
+def test_with_random_constants_it_agrees_with_an_independent_integration(
+    model: str, drive: tuple[Controller, float, dict[str, float]], constants: PlantConstants
+) -> None:
+    controller, target, more = drive
+    orders = orders_of(plant_of(catalog().models[model]), controller, target, **more)
+    farthest, worst = compare(model, orders, constants, 150)
+    assert worst < 0.015 * max(farthest, 10.0)
 
 
 def turning(model: str = "BLA21-06U-A0", *, torque: float = 0.8, inertia: float = 0.0, until: float) -> HornMotion:
     """A horn that this torque has turned for a while."""
-    motion = HornMotion(plant_of(catalog().models[model]), 0.0)
-    motion.obey(Orders(Controller.TORQUE, torque, torque_high=1.0, torque_low=-1.0, inertia=inertia))
+    motion = HornMotion(plant_of(catalog().models[model]), 0.0, constants=PlantConstants(inertia=inertia))
+    motion.obey(Orders(Controller.TORQUE, torque, torque_high=1.0, torque_low=-1.0))
     motion.advance(until)
     return motion
 
@@ -140,9 +108,9 @@ def turning(model: str = "BLA21-06U-A0", *, torque: float = 0.8, inertia: float 
 def test_without_a_command_energy_never_grows(model: str, inertia: float, controller: Controller) -> None:
     motion = turning(model, inertia=inertia, until=0.5)
     assert motion.speed > 100.0
-    motion.obey(Orders(controller, inertia=inertia))
+    motion.obey(Orders(controller))
     now, before = 0.5, math.inf
-    motion.advance(now := now + 5 * TORQUE_LAG_S)  # the torque of the winding decays first
+    motion.advance(now := now + 5 * DEFAULT_PLANT.torque_lag_s)  # the torque of the winding decays first
     while motion.speed:
         energy = motion.speed**2
         assert energy < before

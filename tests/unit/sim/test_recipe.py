@@ -4,13 +4,21 @@ from dataclasses import replace
 
 import pytest
 
+from hornbill.domain.plant import PlantConstants
 from hornbill.errors import InvalidValue
 from hornbill.sim.bench.recipe import Recipe
 from unit.sim.desk import START, catalog
 
 
 def test_conditions_and_invalid_rom_are_those_of_the_recipe() -> None:
-    recipe = Recipe(node_id=9, room_c=60.0, load_pct=-12.0, load_inertia=2.0, rom={"angle_p_gain": 50}, rom_sound=False)
+    plant = PlantConstants(load_pct=-12.0, inertia=2.0)
+    recipe = Recipe(
+        node_id=9,
+        room_c=60.0,
+        plant=plant,
+        rom={"angle_p_gain": 50},
+        rom_sound=False,
+    )
     servo = recipe.build(catalog(), 1)
     servo.power_on(START)
     servo.advance(START + 0.3)

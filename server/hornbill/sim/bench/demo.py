@@ -4,6 +4,7 @@ from dataclasses import replace
 from random import Random
 from typing import Final
 
+from hornbill.domain.plant import PlantConstants
 from hornbill.schema.catalog import Catalog
 from hornbill.sim.bench.recipe import Recipe
 
@@ -18,7 +19,7 @@ _STORIES: Final[tuple[Recipe, ...]] = (
     ),
     Recipe("BLA15-06U-A0", "1.300", story="A new servo with servo ID 0 and no fixed node ID."),
     Recipe(
-        "BLA21-12U-A0", "1.300", load_inertia=3.0,
+        "BLA21-12U-A0", "1.300", plant=PlantConstants(inertia=3.0),
         rom={"speed_torque_control": 1, "angle_p_gain": 100, "angle_d_gain": 0, "angle_dead_band": 0},
         story="A heavy arm with excessive gain that hunts around its target. Less P, more D or a deadband helps.",
     ),
@@ -27,7 +28,8 @@ _STORIES: Final[tuple[Recipe, ...]] = (
         story="A rudder mounted in reverse, with the first firmware, which lacks many parameters.",
     ),
     Recipe(
-        "BLA21-28U-AB", "1.200", room_c=74.0, load_pct=2.0, rom={"overcurrent_limit": 20, "pwm_output_range": 600},
+        "BLA21-28U-AB", "1.200", room_c=74.0,
+        plant=PlantConstants(load_pct=2.0), rom={"overcurrent_limit": 20, "pwm_output_range": 600},
         story="Next to an engine: hot, and close to its temperature limit. Can be driven by a receiver.",
     ),
     Recipe(
@@ -48,7 +50,8 @@ _STORIES: Final[tuple[Recipe, ...]] = (
         story="A gripper with low torque that brakes without commands.",
     ),
     Recipe(
-        "BLA34-28U-AB", "1.500", load_inertia=2.0, rom={"speed_torque_control": 1, "speed_limit_cw": 60},
+        "BLA34-28U-AB", "1.500", plant=PlantConstants(inertia=2.0),
+        rom={"speed_torque_control": 1, "speed_limit_cw": 60},
         story="A landing-gear door: high torque, low speed.",
     ),
 )  # fmt: skip

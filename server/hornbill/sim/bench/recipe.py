@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 from random import Random
 from typing import Final
 
+from hornbill.domain.plant import DEFAULT_PLANT, PlantConstants
 from hornbill.errors import InvalidValue
 from hornbill.schema.catalog import Catalog
 from hornbill.schema.firmware import from_text
@@ -37,7 +38,7 @@ class Recipe:
 
     `servo_id` and `node_id` 0 are those of a new servo, which cannot be addressed and requests a node ID. `rom` are
     other saved raw values by key. `angle_deg` is the angle of the horn; `serial` 0 derives one from the seed. `story`
-    is its purpose, for users; `room_c`, `load_pct` and `load_inertia` are its environment. Without `rom_sound`, power
+    is its purpose, for users; `room_c` and `plant` are its environment. Without `rom_sound`, power
     failed during a ROM write. `any_firmware` allows a version the model was never built with; `reads` overrides
     identity registers by key, as on an unknown servo.
     """
@@ -53,8 +54,7 @@ class Recipe:
     behaviour: Behaviour | None = None
     story: str = ""
     room_c: float = ROOM_C
-    load_pct: float = 0.0
-    load_inertia: float = 0.0
+    plant: PlantConstants = DEFAULT_PLANT
     rom_sound: bool = True
     any_firmware: bool = False
     reads: Mapping[str, Raw] = field(default_factory=_none)
@@ -119,8 +119,7 @@ class Recipe:
         )
         made = SimulatedServo(build)
         made.conditions.temperature_c = self.room_c
-        made.conditions.load_pct = self.load_pct
-        made.conditions.load_inertia = self.load_inertia
+        made.conditions.plant = self.plant
         made.memory.rom_sound = self.rom_sound
         made.memory.override_identity(self.reads)
         return made

@@ -1,7 +1,9 @@
 """Conditions of a simulated servo set by the bench, such as temperature or lost responses."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Final
+
+from hornbill.domain.plant import PlantConstants
 
 ROOM_C: Final = 25.0
 
@@ -14,10 +16,8 @@ class Conditions:
     """Supply without load, V. At or below 3 V the servo does not work (4.8)."""
     temperature_c: float = ROOM_C
     """Ambient temperature, °C. The board has this temperature at once and becomes warmer under load."""
-    load_pct: float = 0.0
-    """Constant torque on the horn in % of the servo's maximum. Positive pushes clockwise, seen from the name plate."""
-    load_inertia: float = 0.0
-    """Inertia on the horn, as a multiple of the servo's own at the horn."""
+    plant: PlantConstants = field(default_factory=PlantConstants)
+    """Load, friction and other constants of the horn."""
     pwm_us: float | None = None
     """Width of the pulses at the PWM input, µs. None: no pulses."""
     mute: bool = False
@@ -36,3 +36,21 @@ class Conditions:
     """Keys of parameters that GetSet refuses although the servo has them."""
     sensor_error: float = 0.0
     """Error of the temperature and voltage sensors, -1..1 of the ±5 °C and ±0.5 V of 4.7 and 4.8."""
+
+    @property
+    def load_pct(self) -> float:
+        """Constant load of the plant, % of stall torque, + clockwise seen from the name plate."""
+        return self.plant.load_pct
+
+    @load_pct.setter
+    def load_pct(self, load_pct: float) -> None:
+        self.plant = replace(self.plant, load_pct=load_pct)
+
+    @property
+    def load_inertia(self) -> float:
+        """Inertia of the plant, as a multiple of the servo's own at the horn."""
+        return self.plant.inertia
+
+    @load_inertia.setter
+    def load_inertia(self, inertia: float) -> None:
+        self.plant = replace(self.plant, inertia=inertia)

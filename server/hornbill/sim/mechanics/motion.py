@@ -1,26 +1,16 @@
 """Motion of the horn under a controller, friction and a load, by fixed-step integration."""
 
+from bisect import bisect_right
+from collections.abc import Sequence
 from enum import IntEnum
-from math import exp
+from math import exp, inf
 from typing import Final, NamedTuple
 
-from hornbill.sim.mechanics.plant import (
-    BACKLASH_DEG,
-    BREAKAWAY,
-    COULOMB,
-    STEP_S,
-    TORQUE_LAG_S,
-    VISCOUS,
-    WEAK_BRAKE,
-    Plant,
-)
+from hornbill.domain.plant import DEFAULT_PLANT, PlantConstants
+from hornbill.sim.mechanics.plant import STEP_S, WEAK_BRAKE, Plant
 from hornbill.units import Instant
 
 _SMOOTHING_S: Final = 0.04
-_TORQUE_DECAY: Final = exp(-STEP_S / TORQUE_LAG_S)
-"""Remaining share of the difference between actual and requested torque after a step."""
-_TORQUE_MEAN: Final = TORQUE_LAG_S / STEP_S * (1.0 - _TORQUE_DECAY)
-"""The same, averaged over the step."""
 _SAME_TORQUE: Final = 1e-4
 
 _INNER_DAMPING: Final = 2.4
@@ -53,8 +43,7 @@ class Orders(NamedTuple):
     """Input of the controller, in the plant's direction (+ clockwise), degrees and °/s.
 
     `target` is an angle, a speed or a torque share, by `controller`. `angle_p` is °/s per ° in the cascade, torque
-    per ° without; `volts` is the supply relative to nominal; `load` a torque on the horn; torque is a share of stall.
-    `inertia` on the horn is a multiple of the servo's own.
+    per ° without; `volts` is the supply relative to nominal; torque is a share of stall.
     """
 
     controller: Controller = Controller.OFF
@@ -74,8 +63,63 @@ class Orders(NamedTuple):
     torque_high: float = 0.0
     current_limit: float = 1.0
     volts: float = 1.0
-    load: float = 0.0
-    inertia: float = 0.0
+
+
+class _Physics(NamedTuple):
+    """Factors of one integration step, from the constants of the horn."""
+
+    slowed: float
+    """Speed that remains after a step of viscous friction, as a share."""
+    kick: float
+    """Speed gained in a step at stall torque, °/s."""
+    decay: float
+    """Remaining share of the difference between actual and requested torque after a step."""
+    mean: float
+    """The same, averaged over the step."""
+    breakaway: float
+    coulomb: float
+    gap: float
+    load: float
+    lean: float
+    """Side of the backlash to which the constant load pushes the horn: its offset from the motor, °."""
+    shaped: bool
+    """Whether the load depends on the angle or there are end stops. Without them a step needs no more than that."""
+
+
+def _physics(plant: Plant, constants: PlantConstants, friction: float) -> _Physics:
+    """Factors of one step with dry and viscous friction multiplied by `friction`."""
+    # Viscous friction by the trapezoidal rule: stable, and accurate to less than 0.1 % at this step.
+    acceleration = plant.gain / (1.0 + constants.inertia)
+    drag = acceleration * constants.viscous * friction / plant.synchronous * STEP_S / 2.0
+    decay = exp(-STEP_S / constants.torque_lag_s)
+    load, coulomb, gap = constants.load_pct / 100.0, constants.coulomb * friction, constants.backlash_deg / 2.0
+    return _Physics(
+        slowed=(1.0 - drag) / (1.0 + drag),
+        kick=acceleration * STEP_S / (1.0 + drag),
+        decay=decay,
+        mean=constants.torque_lag_s / STEP_S * (1.0 - decay),
+        breakaway=constants.breakaway * friction,
+        coulomb=coulomb,
+        gap=gap,
+        load=load,
+        lean=gap if load > coulomb else -gap if load < -coulomb else 0.0,
+        shaped=bool(constants.load_by_angle) or constants.stop_cw_deg is not None or constants.stop_ccw_deg is not None,
+    )
+
+
+def load_at(curve: Sequence[tuple[float, float]], angle: float) -> float:
+    """Load at an angle from points in order of angle: linear in between, constant beyond the ends."""
+    after = bisect_right(curve, angle, key=_angle)
+    if not after:
+        return curve[0][1]
+    if after == len(curve):
+        return curve[-1][1]
+    (left, low), (right, high) = curve[after - 1], curve[after]
+    return low + (high - low) * (angle - left) / (right - left)
+
+
+def _angle(point: tuple[float, float]) -> float:
+    return point[0]
 
 
 class HornMotion:
@@ -84,26 +128,35 @@ class HornMotion:
     The motor has inertia, dry and viscous friction, and torque that lags behind the requested one; the horn follows
     through the gear backlash, or is pushed by a load to one side of it. Time is advanced lazily: `advance(now)`
     integrates the time since the last call in steps of STEP_S, with the controllers once per step.
-    A horn at rest sleeps: it needs no computation until its orders change or it is turned manually.
+    A horn at rest sleeps: it needs no computation until its orders or constants change or it is turned manually.
+    An end stop stops the horn without rebound, and the motor once it has crossed the backlash.
     """
 
     __slots__ = (
         "_asleep",
         "_at",
+        "_constants",
+        "_curve",
         "_heat",
         "_integral",
-        "_motor",
         "_orders",
+        "_physics",
         "_plant",
         "_point",
+        "_stops",
+        "_wears",
         "angle",
         "limited_speed",
         "limited_torque",
+        "motor",
+        "moved_s",
         "speed",
         "torque",
     )
 
-    def __init__(self, plant: Plant, angle: float, now: Instant = 0.0) -> None:
+    def __init__(
+        self, plant: Plant, angle: float, now: Instant = 0.0, constants: PlantConstants = DEFAULT_PLANT
+    ) -> None:
         self._plant = plant
         self._orders = Orders()
         self._at: float = now
@@ -111,19 +164,47 @@ class HornMotion:
         self._integral: float = 0.0
         self._heat: float = 0.0
         self._asleep = False
-        self._motor: float = angle
         self.angle: float = angle
+        self.motor: float = angle
+        """Angle of the motor at the horn, within the backlash of `angle`."""
         self.speed: float = 0.0
         self.torque: float = 0.0
         self.limited_speed = 0
         """+1 or -1 while the speed limit of that side is active (4.32)."""
         self.limited_torque = 0
         """+1 or -1 while the torque limit of that side is active (4.33)."""
+        self.moved_s: float = 0.0
+        """Time in motion, s. Friction grows with it."""
+        self._take(constants)
+
+    @property
+    def constants(self) -> PlantConstants:
+        """Constants of the horn as delivered, without wear. Set as of the last `advance`."""
+        return self._constants
+
+    @constants.setter
+    def constants(self, constants: PlantConstants) -> None:
+        if constants is not self._constants and constants != self._constants:
+            self._take(constants)
+            self._asleep = False
+
+    @property
+    def friction(self) -> float:
+        """Friction relative to that of `constants`: it grows by `wear_per_hour`."""
+        return 1.0 + self._constants.wear_per_hour * self.moved_s / 3600.0
 
     @property
     def asleep(self) -> bool:
         """Whether the horn is at rest with nothing to integrate."""
         return self._asleep
+
+    def _take(self, constants: PlantConstants) -> None:
+        low, high = constants.stop_ccw_deg, constants.stop_cw_deg
+        self._constants = constants
+        self._curve = tuple((angle, pct / 100.0) for angle, pct in constants.load_by_angle)
+        self._stops = (-inf if low is None else low, inf if high is None else high)
+        self._wears = constants.wear_per_hour > 0.0
+        self._physics = _physics(self._plant, constants, self.friction)
 
     def obey(self, orders: Orders) -> None:
         """Set the orders as of the last `advance`. A new controller starts at the present state of the horn."""
@@ -143,7 +224,7 @@ class HornMotion:
 
     def turn(self, angle: float) -> None:
         """Set the horn manually to `angle`, at rest. The controller may move it afterwards."""
-        self.angle = self._motor = angle
+        self.angle = self.motor = angle
         self.speed = 0.0
         self._asleep = False
 
@@ -163,22 +244,23 @@ class HornMotion:
             return
         (
             controller, target, smooth, angle_p, angle_d, dead_band, boost, speed_p, speed_i, speed_dead_band,
-            speed_i_limit, speed_low, speed_high, torque_low, torque_high, current_limit, volts, load, inertia,
+            speed_i_limit, speed_low, speed_high, torque_low, torque_high, current_limit, volts,
         ) = self._orders  # fmt: skip
         plant = self._plant
         emf = 1.0 / plant.synchronous
         damping = _INNER_DAMPING * emf
-        viscous = VISCOUS * emf
-        # Viscous friction by the trapezoidal rule: stable, and accurate to less than 0.1 % at this step.
-        acceleration = plant.gain / (1.0 + inertia)
-        drag = acceleration * viscous * STEP_S / 2.0
-        slowed, kick = (1.0 - drag) / (1.0 + drag), acceleration * STEP_S / (1.0 + drag)
+        slowed, kick, decay, mean, breakaway, coulomb, gap, load, lean, shaped = self._physics
         smoothing = 1.0 - exp(-STEP_S / _SMOOTHING_S)
         speed_i *= STEP_S
-        half, gap = STEP_S / 2.0, BACKLASH_DEG / 2.0
-        lean = gap if load > COULOMB else -gap if load < -COULOMB else 0.0
+        half = STEP_S / 2.0
+        if shaped:
+            constant, curve = load, self._curve
+            low, high = self._stops
+            lowest, highest = low - gap, high + gap
+        else:
+            constant, curve, low, high, lowest, highest = load, (), -inf, inf, -inf, inf
         angle, speed, point, integral, torque = self.angle, self.speed, self._point, self._integral, self.torque
-        motor = self._motor
+        motor = began = self.motor
         heat = 0.0
         limited_speed = limited_torque = 0
         near = _ARRIVED[controller]
@@ -268,35 +350,52 @@ class HornMotion:
             elif demand < -current_limit:
                 demand = -current_limit
             missing = torque - demand
-            force = demand + missing * _TORQUE_MEAN
-            torque = demand + missing * _TORQUE_DECAY
+            force = demand + missing * mean
+            torque = demand + missing * decay
             heat += force * force
-            force += load
+            if shaped:
+                if curve:
+                    load = constant + load_at(curve, angle)
+                    lean = gap if load > coulomb else -gap if load < -coulomb else 0.0
+                force += load
+                if speed == 0.0 and ((force > 0.0 and motor >= highest) or (force < 0.0 and motor <= lowest)):
+                    force = 0.0  # the stop bears it
+            else:
+                force += load
             before = speed
             if speed > 0.0:
-                speed = speed * slowed + kick * (force - COULOMB)
+                speed = speed * slowed + kick * (force - coulomb)
                 if speed <= 0.0:
                     speed = 0.0
             elif speed < 0.0:
-                speed = speed * slowed + kick * (force + COULOMB)
+                speed = speed * slowed + kick * (force + coulomb)
                 if speed >= 0.0:
                     speed = 0.0
-            elif force > BREAKAWAY:
-                speed = kick * (force - COULOMB)
-            elif force < -BREAKAWAY:
-                speed = kick * (force + COULOMB)
+            elif force > breakaway:
+                speed = kick * (force - coulomb)
+            elif force < -breakaway:
+                speed = kick * (force + coulomb)
             elif settled and -_SAME_TORQUE < missing < _SAME_TORQUE:
                 self._asleep = True
                 heat += torque * torque * (steps - done)
                 break
             motor += (before + speed) * half
+            if shaped and not lowest < motor < highest:
+                motor = highest if motor >= highest else lowest
+                speed = 0.0
             if lean:
                 angle = motor + lean
             elif motor - angle > gap:
                 angle = motor - gap
             elif angle - motor > gap:
                 angle = motor + gap
+            if shaped:
+                angle = low if angle < low else high if angle > high else angle
         self.angle, self.speed, self._point, self._integral, self.torque = angle, speed, point, integral, torque
-        self._motor = motor
+        self.motor = motor
         self._heat += heat * STEP_S
+        if motor != began:
+            self.moved_s += steps * STEP_S
+            if self._wears:
+                self._physics = _physics(plant, self._constants, self.friction)
         self.limited_speed, self.limited_torque = limited_speed, limited_torque

@@ -1,25 +1,15 @@
-"""Parameters of the simulated motor, gear and horn. They are not documented; these are plausible values."""
+"""The simulated motor of a model. Its parameters are not documented; these are plausible values. What differs from horn
+to horn is in `domain.plant.PlantConstants`."""
 
 from dataclasses import dataclass
 from typing import Final
 
+from hornbill.domain.plant import DEFAULT_PLANT
 from hornbill.schema.model import ServoModel
 
 STEP_S: Final = 0.001
 """Integration step, and the period of the servo's own control loops."""
 
-TORQUE_LAG_S: Final = 0.003
-"""Lag of torque behind the controller: winding, driver, filter. It causes hunting at high gain."""
-
-BACKLASH_DEG: Final = 0.2
-"""Gear backlash at the horn, where the angle sensor is. The default deadband of 0.3° just covers it."""
-
-BREAKAWAY: Final = 0.03
-"""Static friction of the horn, as a share of stall torque."""
-COULOMB: Final = 0.02
-"""Friction of a moving horn, as a share of stall torque."""
-VISCOUS: Final = 0.3
-"""Viscous friction, as a share of stall torque at no-load speed."""
 WEAK_BRAKE: Final = 0.5
 """Braking (0x20 = 2) relative to a shorted motor: 4.13 calls it weak."""
 
@@ -45,8 +35,9 @@ class Plant:
 
     `synchronous` is the speed at which the back-EMF equals the nominal supply; with friction the horn is slightly
     slower. `gain` is the acceleration at stall torque, °/s². `stall_a` is the motor current at 100 % torque, A.
-    `top_rpm` is the speed at nominal voltage without load. The effect of one step of 0x2C, 0x2D, 0x30, 0x31 and 0x33 is
-    in `angle_p` (cascade), `angle_p_direct`, `angle_d`, `speed_p`, `speed_i` and `speed_i_limit`.
+    `top_rpm` is the speed at nominal voltage without load and with default friction. The effect of one step of 0x2C,
+    0x2D, 0x30, 0x31 and 0x33 is in `angle_p` (cascade), `angle_p_direct`, `angle_d`, `speed_p`, `speed_i` and
+    `speed_i_limit`.
     """
 
     top_rpm: float
@@ -70,7 +61,7 @@ def plant_of(model: ServoModel) -> Plant:
     Gains are scaled so that every model is well damped with its defaults.
     """
     top_rpm = _TOP_RPM.get(model.series, float(model.parameters["command_speed"].maximum or 0))
-    synchronous = top_rpm * _DEG_PER_S * (1.0 + VISCOUS) / (1.0 - COULOMB)
+    synchronous = top_rpm * _DEG_PER_S * (1.0 + DEFAULT_PLANT.viscous) / (1.0 - DEFAULT_PLANT.coulomb)
     gain = synchronous / _RISE_S.get(model.series, _RISE_OTHER_S)
 
     def default(key: str) -> int:
