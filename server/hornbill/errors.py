@@ -84,11 +84,11 @@ Cause: TypeAlias = Literal[
     "node_id_missing", "node_id_not_free_yet", "node_id_out_of_range", "node_id_reassigned", "node_id_reserved",
     "node_id_still_in_use", "node_ids_exhausted", "node_not_responding", "not_a_number", "not_a_recording",
     "not_allowed_in_profile", "not_following", "not_identified", "not_in_firmware", "not_in_source", "not_in_stream",
-    "not_on_bus", "not_playable", "not_ready", "not_restorable", "not_restored_after_wiggle", "not_resumable",
-    "not_simulated", "not_slcan", "not_stored_in_rom", "nothing_to_write", "observer_sends_nothing", "offline",
-    "one_source_required", "open_failed", "origin_not_allowed", "other_command_active", "outcome_unknown",
-    "output_not_maintained", "output_not_switched_back", "outputs_still_off", "outside_all_models", "outside_limits",
-    "own_node_id", "parameter_file_line", "parameter_file_no_output", "parameter_file_too_long", "parameter_unknown",
+    "not_on_bus", "not_playable", "not_ready", "not_restorable", "not_restored_yet", "not_resumable", "not_simulated",
+    "not_slcan", "not_stored_in_rom", "nothing_to_write", "observer_sends_nothing", "offline", "one_source_required",
+    "open_failed", "origin_not_allowed", "other_command_active", "outcome_unknown", "output_not_maintained",
+    "output_not_switched_back", "outputs_still_off", "outside_all_models", "outside_limits", "own_node_id",
+    "parameter_file_line", "parameter_file_no_output", "parameter_file_too_long", "parameter_unknown", "plant_invalid",
     "playback_ended", "playback_in_progress", "playback_speed_invalid", "playback_stopped", "port_closed",
     "position_unit_conflict", "profile_angle_only", "profile_not_accepted", "profile_not_found",
     "profile_of_unknown_series", "pyarrow_missing", "ram_unknown", "read_during_soft_start", "read_only",
@@ -115,8 +115,8 @@ Cause: TypeAlias = Literal[
     "torque_unverified_stop", "turn_count", "turns", "unassigned_id", "under_command", "under_speed_command",
     "unique_for_many", "unit_change_under_command", "unit_depends_on_other_row", "unit_mismatch", "unknown_series",
     "unplugged", "unread_after_restart", "upload_too_large", "value_changed_by_servo", "value_unknown_in_source",
-    "values_differ", "values_lost_before_save", "values_missing", "values_not_retained", "wiggle_failed",
-    "wiggle_range_too_small", "write_forbidden", "write_never_allowed", "wrong_type",
+    "values_differ", "values_lost_before_save", "values_missing", "values_not_retained", "values_not_storable",
+    "values_owed", "wiggle_failed", "wiggle_range_too_small", "write_forbidden", "write_never_allowed", "wrong_type",
 ]  # fmt: skip
 """Cause of a problem, more specific than its code. With the facts, the page words it in its language."""
 

@@ -80,6 +80,7 @@ def servo(host: Host, one: Servo) -> ServoFacts:
         drift=list(one.drift),
         commanded_by=commanders(host, one.uid, one.angle_deg),
         lost=[LostValue(key=key, value=value, at=at) for key, value, at in host.lost_values.shown(one)],
+        owed=one.owed,
         faults=FaultWords(
             notification=one.raw("fault_notification"),
             warning=one.raw("fault_warning"),

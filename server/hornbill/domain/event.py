@@ -44,6 +44,7 @@ EventCode = TypeAliasType(
         "position_unit",
         "not_rolled_back",
         "not_restored",
+        "restored_later",
         # motion control
         "lease_requested",
         "lease_withdrawn",

@@ -271,6 +271,11 @@ class Servo(Model):
         description="RAM values lost in a restart. A value is removed once it is in RAM again; all are removed by a "
         "successful save or `DELETE …/lost`.",
     )
+    owed: list[str] = Field(
+        default_factory=list[str],
+        description="Keys of rows with a temporary value in RAM that could not be restored yet. hornbill restores them "
+        "as soon as the servo responds, and refuses its motion, changes and saves until then.",
+    )
     faults: FaultWords
     unacknowledged: int = Field(
         default=0, description="Number of warnings and failures not acknowledged since they last occurred."

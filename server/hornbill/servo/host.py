@@ -34,6 +34,7 @@ from hornbill.servo.device.requests import ServoRequests
 from hornbill.servo.device.rom_knowledge import RomKnowledge
 from hornbill.servo.device.services import HostServices
 from hornbill.servo.device.servo import Servo
+from hornbill.servo.device.temporary_values import OwedValues
 from hornbill.servo.device.turn_count import TurnCount
 from hornbill.servo.doctor.doctor import Doctor
 from hornbill.servo.monitoring.activity import Activities
@@ -218,7 +219,10 @@ class Host:
             lambda job: self.hub.publish(JobChanged(job)), self.base.utc_now, store.jobs,
             {"commissioning": self._resume_commissioning},
         )  # fmt: skip
-        self.services = HostServices(self.requests, self.hub, self.base, self.audit, self.leases, self.jobs)
+        self.owed = OwedValues(self.requests, store, self.hub, self.base, lambda uid: self.fleet.find(uid))
+        self.services = HostServices(
+            self.requests, self.hub, self.base, self.audit, self.leases, self.jobs, self.owed
+        )  # fmt: skip
         self.history = History(store, self.audit)
         self.profiles = Profiles(store, catalog, self.audit)
         self.telemetry = TelemetryCollector(
@@ -431,6 +435,7 @@ class Host:
         """Turn torque off on commanded servos, then end everything."""
         self._ticker.cancel()
         await self.jobs.close()
+        await self.owed.close()
         await self.setpoints.close()
         await self.polling.close()
         await self.position_units.close()

@@ -91,7 +91,7 @@ class Restarting:
         """
         self._follow.stop.check()
         self._allow(options)
-        permission.check_writable(servo)
+        (permission.check_restartable if kind == "restart" else permission.check_writable)(servo)
         if self._motion.is_commanded(servo.uid):
             raise Busy(
                 f"{servo.title} is under motion control, and a restart turns its torque off. "

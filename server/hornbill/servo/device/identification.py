@@ -128,14 +128,15 @@ async def read_rows(requests: ServoRequests, servo: Servo, keys: list[str] | Non
 def learn_rom(servo: Servo, *, soft_start: bool) -> None:
     """Take the values in RAM as those in ROM. Valid only right after a start, for rows not written since (4.11).
 
-    During soft start, the rows it overrides say nothing about ROM (section 4.14). If ROM could not be loaded, RAM
-    contains the defaults and the values in ROM are unknown (bit 15 of 0x1A, section 4.12).
+    During soft start, the rows it overrides say nothing about ROM (section 4.14), nor do temporary values. If ROM could
+    not be loaded, RAM contains the defaults and the values in ROM are unknown (bit 15 of 0x1A, section 4.12).
     """
     if servo.rom_lost:
         forget_rom(servo)
         return
-    for register in servo.registers.values():
+    for key, register in servo.registers.items():
         reliable = register.parameter.rom and register.at is not None and register.reflects_rom
+        reliable = reliable and key not in servo.overridden
         if reliable and not (soft_start and register.parameter.soft_start is not None):
             register.rom = register.raw
 

@@ -82,10 +82,30 @@ def check_readable(servo: Servo) -> None:
 def check_writable(servo: Servo) -> None:
     """As `check_ready`, but a servo in protection passes: a write may be the remedy.
 
-    Raises NotInThisModel for a servo of an unknown series.
+    Raises NotInThisModel for a servo of an unknown series, and Busy while rows have temporary values that could not be
+    restored yet.
     """
     check_readable(servo)
     check_series(servo)
+    _check_owed(servo)
+
+
+def check_restartable(servo: Servo) -> None:
+    """As `check_writable`, but rows with temporary values pass: a restart restores them."""
+    check_readable(servo)
+    check_series(servo)
+
+
+def _check_owed(servo: Servo) -> None:
+    """Raises Busy while rows have temporary values that could not be restored yet."""
+    if servo.owed:
+        raise Busy(
+            f"{servo.title} has temporary values that could not be restored yet: {', '.join(servo.owed)}. hornbill "
+            "restores them as soon as the servo responds. Check its supply and wiring, or restart it.",
+            cause="values_owed",
+            servo=servo.title,
+            keys=servo.owed,
+        )
 
 
 def check_series(servo: Servo) -> None:
@@ -115,6 +135,7 @@ def check_movable(servo: Servo) -> None:
     """
     _check_recorded(servo)
     check_ready(servo)
+    _check_owed(servo)
     _check_loaded(servo)
 
 

@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 
 from hornbill.servo.device.requests import ServoRequests
+from hornbill.servo.device.temporary_values import OwedValues
 from hornbill.servo.runtime.audit import Audit
 from hornbill.servo.runtime.hub import Hub
 from hornbill.servo.runtime.jobs import Jobs
@@ -20,3 +21,4 @@ class HostServices:
     audit: Audit
     leases: Leases
     jobs: Jobs
+    owed: OwedValues

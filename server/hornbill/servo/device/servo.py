@@ -104,7 +104,9 @@ class Servo:
     drift: dict[str, Raw] = field(default_factory=dict[str, Raw])
     """Previously known ROM values by key, where ROM was found to have another value that this server did not save."""
     overridden: dict[str, Raw] = field(default_factory=dict[str, Raw])
-    """Original values of rows with a temporary value, by key. `TemporaryValues` restores them."""
+    """Original values of rows with a temporary value, by key. `OwedValues` restores them."""
+    restoring: bool = False
+    """The user of its temporary values has ended, and `OwedValues` restores what is left."""
     expected_rom: dict[str, Raw] | None = None
     """Values that a save of this server is about to write to ROM, by key. They are not drift."""
     output: OutputRecord = field(default_factory=OutputRecord, repr=False)
@@ -371,6 +373,7 @@ class Servo:
         self.firmware = self.hardware_version = self.turns_lost_deg = None
         self.registers, self.drift, self.angle_at, self.status_at, self.overridden = {}, {}, None, None, {}
         self.position_unit, self.output, self.ram_before_restart = Estimate(), OutputRecord(), None
+        self.restoring = False
 
     def restarted(self, since: Instant = float("inf")) -> None:
         """Process a restart: RAM equals ROM, and ROM may have changed, because a save restarts the servo.
@@ -417,6 +420,11 @@ class Servo:
     def temporary(self, key: str) -> bool:
         """Whether a row may currently have the temporary value of a soft start."""
         return self.soft_starting and self.registers[key].parameter.soft_start is not None
+
+    @property
+    def owed(self) -> list[str]:
+        """Keys of rows whose temporary values could not be restored yet."""
+        return [*self.overridden] if self.restoring else []
 
     def own(self, key: str) -> Raw | None:
         """Value of a row in RAM, or its original value while it is overridden."""

@@ -24,11 +24,10 @@ from hornbill.servo.device.output import MODES, ON, OutputRecord
 from hornbill.servo.device.requests import POLL, READ
 from hornbill.servo.device.services import HostServices
 from hornbill.servo.device.servo import Servo
+from hornbill.servo.device.temporary_values import TemporaryValues
 from hornbill.servo.motion.motion import Motion
 from hornbill.servo.motion.setpoint_runner import PeriodicSource, SetpointRunner
-from hornbill.servo.motion.temporary_values import TemporaryValues
 from hornbill.servo.motion.trapezoid import Track, TrapezoidProfile
-from hornbill.servo.runtime.hub import LogEvent
 from hornbill.servo.runtime.jobs import RunningJob
 from hornbill.servo.runtime.leases import HeldLease
 from hornbill.servo.runtime.shielded import shielded
@@ -141,7 +140,6 @@ class IdentifyMotion:
     ) -> None:
         """`own`: the lease belongs to the job, which renews it while running."""
         self._requests = services.requests
-        self._hub = services.hub
         self._base = services.base
         self._leases = services.leases
         self._motion = motion
@@ -150,7 +148,7 @@ class IdentifyMotion:
         self._servo = servo
         self._lease = lease
         self._own = own
-        self._temporary = TemporaryValues(services.requests, servo)
+        self._temporary = TemporaryValues(services.owed, services.requests, servo)
         self._answered: Instant = services.base.now()
 
     async def run(self) -> dict[str, object]:
@@ -280,12 +278,13 @@ class IdentifyMotion:
             "speed_limit_cw": LIMIT_RPM, "speed_limit_ccw": -LIMIT_RPM,
             "torque_limit_cw": LIMIT_PCT, "torque_limit_ccw": -LIMIT_PCT,
         }  # fmt: skip
+        values: dict[str, Raw] = {}
         for key, number in most.items():
             await self._read(key)
             held, wanted = servo.raw(key) or 0, number * servo.registers[key].parameter.per_unit
-            await self._temporary.set(key, min(held, wanted) if wanted > 0 else max(held, wanted))
+            values[key] = min(held, wanted) if wanted > 0 else max(held, wanted)
         await self._read("speed_torque_control")
-        await self._temporary.set("speed_torque_control", 1)
+        await self._temporary.set({**values, "speed_torque_control": 1})
         text = f"speed to {LIMIT_RPM} rpm, torque to {LIMIT_PCT} % (0x25 and 0x3A to 0x3D, temporarily, in RAM)"
         return Evidence("limited", text, {"speed_rpm": LIMIT_RPM, "torque_pct": LIMIT_PCT})
 
@@ -381,15 +380,9 @@ class IdentifyMotion:
         elif self._motion.stop.latched or self._motion.torque_off.pending(servo.uid):
             await self._motion.torque_off.acknowledged(QUIET_S)
         left = await self._temporary.restore()
-        if not left:
-            return
-        text = (
-            f"Not restored after the wiggle of {servo.title}: {', '.join(left)}. They still limit it, in RAM only. "
-            "Write them again, or restart the servo."
-        )
-        self._hub.publish(LogEvent("failure", "not_restored", text, servo.uid, {"servo": servo.title, "keys": left}))
-        if isinstance(error, HornbillError):
-            error.extend(after=f" {text}", also="not_restored_after_wiggle", servo=servo.title, not_restored=left)
+        if left and isinstance(error, HornbillError):
+            text = f" Not restored yet: {', '.join(left)}. They follow as soon as the servo responds."
+            error.extend(after=text, also="not_restored_yet", servo=servo.title, not_restored=left)
 
     async def _read(self, key: str) -> float:
         self._renew()

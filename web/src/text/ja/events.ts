@@ -145,7 +145,8 @@ export const happened = {
       ? `元に戻せなかったIDがあります: ${p.ids}。これらのサーボを読み出し、IDを書き直してください。`
       : `${p.servo}を元に戻せませんでした: ${p.keys}。読み出して、最後のスナップショットを復元してください。`,
   not_restored: p =>
-    `${p.servo}のホーンを往復させた後、元に戻せませんでした: ${p.keys}。RAMだけに一時的な制限値が残っています。書き直すか、再起動してください。`,
+    `${p.servo}の一時的な値をまだ元に戻せません: ${p.keys}。RAMだけの値です。サーボが応答すると自動で戻します。サーボを再起動しても戻ります。`,
+  restored_later: p => `${p.servo}の一時的な値を元に戻し、確認しました: ${p.keys}。`,
 
   lease_requested: p =>
     `${who(p.by)}が${who(p.holder)}に動作権を求めています${because(p)}拒否しなければ${p.timeout_s}後に移ります。`,

@@ -359,8 +359,8 @@ export const causes: Readonly<Record<string, FactsText>> = {
   not_playable: p => `${p.address}を再生できません。${p.why ?? ""}`,
   not_ready: p => `${p.servo}は${STATE[p.state ?? ""] ?? "準備中です"}。準備ができるまで待ってください。`,
   not_restorable: p => `${p.key}は設定ではないため、復元できません。除いてください。`,
-  not_restored_after_wiggle: p =>
-    `${p.servo}の行が元の値に戻っていません: ${p.not_restored}。RAMだけの変更です。書き込み直すか、再起動してください。`,
+  not_restored_yet: p =>
+    `${p.servo}の行がまだ元の値に戻っていません: ${p.not_restored}。サーボが応答すると自動で戻します。`,
   not_resumable: () => `この処理は再開できません。`,
   not_simulated: p => `サーボ${p.uid}はシミュレータにありません。`,
   not_slcan: p =>
@@ -389,6 +389,8 @@ export const causes: Readonly<Record<string, FactsText>> = {
   playback_ended: () => `記録の再生が終わりました。もう一度再生するか、バスを接続してください。`,
   playback_in_progress: () => `記録を再生中です。バスを接続すると記録されます。`,
   playback_speed_invalid: p => `「${p.requested}」は再生速度として使えません。`,
+  plant_invalid: p =>
+    `シミュレーションの定数が無効です${p.names ? `（${p.names}）` : ""}。範囲はAPIの説明を確認してください。`,
   playback_stopped: p => `${p.address}の再生は終了しています。バスを接続し直してください。`,
   port_closed: p => `${p.address}は閉じています。バスを接続し直してください。`,
   position_unit_conflict: p =>
@@ -566,6 +568,10 @@ export const causes: Readonly<Record<string, FactsText>> = {
   values_lost_before_save: p =>
     `${p.servo}が書き込んだ値を保持していません: ${p.keys}。再起動したか、他から書き込まれました。保存していません。`,
   values_missing: () => `値のないプロファイルは作成できません。1つ以上の値を入れてください。`,
+  values_not_storable: p =>
+    `${p.servo}の元の値を保存できないため、何も変更していません。データフォルダとディスクを確認してください。`,
+  values_owed: p =>
+    `${p.servo}にまだ元に戻せない一時的な値があります: ${p.keys}。サーボが応答すると自動で戻します。電源と配線を確認するか、再起動してください。`,
   values_not_retained: p =>
     `${p.servo}はすべての値を受け付けましたが、その後の値が異なります: ${p.keys}。再起動したか、他から書き込まれています。`,
   wiggle_failed: p =>

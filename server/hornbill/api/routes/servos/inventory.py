@@ -129,6 +129,7 @@ async def forget_servo(
     await host.store.run(host.store.servos.forget, stored.uid)
     host.drift.forget(stored.uid)
     host.lost_values.forget(Uid(stored.uid))
+    host.owed.forget(Uid(stored.uid))
     deleted = await host.store.run(host.store.snapshots.drop_all, stored.uid) if history else 0
     if history:
         await host.faults.forget(stored.uid)
