@@ -8,7 +8,7 @@ import pytest
 from typing_extensions import TypeAliasType
 
 from hornbill.api.problems import STATUS
-from hornbill.domain import bus, change, event, job, motion, note, recording
+from hornbill.domain import bus, change, event, job, motion, note, recording, verdict
 from hornbill.errors import Cause
 from hornbill.schema.catalog import Catalog
 from hornbill.servo.configuration.resetting import RESET_STEPS
@@ -72,6 +72,7 @@ def test_cautions_notes_events_and_marks_of_recordings() -> None:
     verbatim, from_audit = "text", "reason"
     assert texts("text/ja/cautions.ts", 2) == values(motion.CautionCode)
     assert texts("text/ja/notes.ts", 2, "notes", export=True) == values(note.NoteCode) - {verbatim, from_audit}
+    assert texts("text/ja/verdicts.ts", 2, "verdicts", export=True) == values(verdict.VerdictCode)
     assert texts("text/ja/events.ts", 2, "happened", export=True) == values(event.EventCode)
     assert texts("text/ja/events.ts", 2, "marks", export=True) == values(recording.MarkReason) - {"manual"}
     assert texts("text/ja/events.ts", 2, "refusals", export=True) == values(bus.RefusalCode)

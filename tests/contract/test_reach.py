@@ -41,6 +41,7 @@ COMMANDS: dict[str, str] = {
     "export_autopilot_parameters": "autopilot export FILE.json",
     "import_autopilot_parameters": "autopilot import FILE.param",
     "get_failsafe": "autopilot failsafe S",
+    "get_sim_truth": "sim truth S",
     "connect_bus": "bus connect socketcan:can0",
     "copy_configuration": "copy S profile:x --yes",
     "delete_recording": "recordings delete x.zip",
@@ -106,6 +107,8 @@ COMMANDS: dict[str, str] = {
     "save_servo": "save S",
     "set_allocator": "node-ids set-allocator on",
     "set_position_unit": "position-unit S radian",
+    "get_set_up": "set-up S",
+    "put_set_up": "set-up S arm_mm=60",
     "set_torque": "torque S off",
     "start_log": "logs start",
     "step_test": "step-test S --yes",
@@ -143,6 +146,7 @@ NO_COMMAND: dict[str, str] = {
     "hornbill snapshots restore copies from snapshot:N, which is the same": "restore_snapshot",
     "hornbill set changes one or several rows at once": "set_parameter",
     "hornbill watch uses the socket": "set_telemetry stream_events",
+    "commands that need the package name it": "get_tuning",
 }
 """Operations without a command, by reason."""
 
@@ -156,6 +160,7 @@ CALLS: dict[str, Callable[[Hornbill, Servo], object]] = {
     "change_matrix": lambda h, s: h.write_many({s: {"angle_p_gain": 40}}),
     "change_parameters": lambda _, s: s.write_many({"angle_p_gain": 40}),
     "clear_stop": lambda h, _: h.clear_stop(),
+    "get_sim_truth": lambda _, s: s.truth(),
     "command_servo": lambda _, s: s.move(5),
     "command_servos": lambda h, s: h.command_many([(s, "angle", 5.0)]),
     "commission": lambda h, s: h.commission([{"uid": s.uid, "servo_id": 3}]),
@@ -244,6 +249,9 @@ CALLS: dict[str, Callable[[Hornbill, Servo], object]] = {
     "set_parameter": lambda _, s: s.write("angle_p_gain", 40),
     "set_position_unit": lambda _, s: s.set_position_unit(None),
     "set_telemetry": lambda _, s: s.telemetry(["current_angle"], 10),
+    "get_set_up": lambda _, s: s.set_up(),
+    "put_set_up": lambda _, s: s.put_set_up({"arm_mm": 60.0}),
+    "get_tuning": lambda h, _: h.tuning(),
     "set_torque": lambda _, s: s.torque("off"),
     "start_log": lambda h, _: h.bus.start_log(),
     "step_test": lambda _, s: s.step_test(),

@@ -57,6 +57,7 @@ COMMANDS: Final[dict[str, dict[str, Callable[..., Any] | typer.Typer]]] = {
         "leases": bus.leases,
         "watch": watching.watch,
         "samples": measuring.samples,
+        "set-up": measuring.set_up,
         "step-test": measuring.step_test,
         "runs": measuring.runs,
         "position-unit": measuring.position_unit,
@@ -79,7 +80,7 @@ COMMANDS: Final[dict[str, dict[str, Callable[..., Any] | typer.Typer]]] = {
         "health": bus.health,
     },
     "Development": {
-        "sim": starting.sim,
+        "sim": starting.simulator,
         "decode": starting.decode,
         "probe": probing.probe,
         "openapi": starting.openapi,

@@ -1786,8 +1786,12 @@ class RowRange(TypedDict):
 class RunOverlay(TypedDict):
     """Several runs for comparison. `differences`: the rows that differ, in row order."""
 
+    comparable: bool
+    """Metrics can be compared: same servo, set-up, procedure and step."""
     differences: dict[str, list[bool | int | float | str | None]]
     """Rows that differ, one value per run."""
+    not_comparable: Note | None
+    """Reason why not. Null if comparable."""
     runs: list[StepRun]
     """Runs in the requested order."""
 
@@ -1913,6 +1917,9 @@ class Servo(TypedDict):
     online: bool
     """Received recently."""
     output: Output
+    owed: list[str]
+    """Keys of rows with a temporary value in RAM that could not be restored yet. hornbill restores them as soon as
+    the servo responds, and refuses its motion, changes and saves until then."""
     position_unit: PositionUnitState
     production_date: str | None
     """Production date, YYYY-MM-DDTHH:MM, time zone unknown. Null if unknown."""
@@ -1944,6 +1951,25 @@ class ServoFaults(TypedDict):
     """Failures, then warnings, then notifications. Active before past."""
     problem: Problem | None
     """Reason why there are none. Null otherwise."""
+
+
+class SetUp(TypedDict):
+    """Set-up of a servo. Null: not stated. Either arm and mass, or their inertia."""
+
+    ambient_c: float | None
+    """Ambient temperature, °C."""
+    arm_mm: float | None
+    """Distance of the mass from the axis of the horn, mm."""
+    inertia_gm2: float | None
+    """Moment of inertia on the horn, g·m², instead of arm and mass."""
+    load_nm: float | None
+    """Constant torque on the horn, N·m. Positive: clockwise."""
+    mass_g: float | None
+    """Mass at the end of the arm, g."""
+    mounting: Mounting | None
+    """Mounting: loose on a bench, in a vice, in its vehicle, or other."""
+    supply_v: float | None
+    """Voltage of the power supply, V."""
 
 
 class Snapshot(TypedDict):
@@ -2011,7 +2037,7 @@ class StepRun(TypedDict):
     achieved_hz: float
     """Samples per second."""
     at: float
-    """Time of the test, seconds since 1970 UTC."""
+    """Time of the run, seconds since 1970 UTC."""
     band_deg: float
     """Settling band around the target, °."""
     firmware: str | None
@@ -2023,17 +2049,22 @@ class StepRun(TypedDict):
     note: str
     """Note of the user."""
     parameters: dict[str, bool | int | float | str | None]
-    """Values of all rows during the test, by key."""
+    """Values of all rows during the run, by key."""
+    procedure: str
+    """Procedure and its version, such as `step/1`."""
+    set_up: SetUp
+    """Set-up during the run."""
     step_deg: float
     """Step size, °."""
     steps: list[StepTrace]
     """Steps in order."""
     temperature_c: float | None
-    """Servo temperature during the test, °C. Null if unknown."""
+    """Servo temperature before the run, °C. Null if unknown."""
     uid: str
     """Unique ID, 32 lower-case hex digits."""
+    verdict: Verdict
     voltage_v: float | None
-    """Supply voltage during the test, V. Null if unknown."""
+    """Supply voltage at the servo before the run, V. Null if unknown."""
     warnings: list[Note]
     """Conditions that make the metrics less meaningful."""
 
@@ -2349,6 +2380,21 @@ class UnitWhen(TypedDict):
     """Unit of the value. Empty if none."""
 
 
+class Verdict(TypedDict):
+    """What a run shows, in one sentence. Computed on reading, from the thresholds in `docs/explanation/tuning.md`."""
+
+    advice: Note | None
+    """What to try next. Null if nothing."""
+    code: VerdictCode
+    """Code for programs."""
+    level: Level
+    """ok: nothing to improve. notice: works, with a peculiarity. warning: does not work well. failure: nothing was
+    measured."""
+    params: Params
+    text: str
+    """One sentence for users, with the decisive figures."""
+
+
 class Verification(TypedDict):
     """State of the live verification."""
 
@@ -2546,10 +2592,12 @@ FindingCode: TypeAlias = Literal[
 ]
 HealthCode: TypeAlias = Literal["ok", "warning", "error", "critical"]
 JobState: TypeAlias = Literal["queued", "running", "succeeded", "failed", "cancelled"]
+Level: TypeAlias = Literal["ok", "notice", "warning", "failure"]
 LogFormat: TypeAlias = Literal["candump", "asc", "blf", "csv"]
 """Formats of a log."""
 MarkReason: TypeAlias = Literal["failure", "stop", "lost", "bus_lost", "manual"]
 MotionCode: TypeAlias = Literal["turns", "turn_count"]
+Mounting: TypeAlias = Literal["bench", "vice", "vehicle", "other"]
 NoteCode: TypeAlias = Literal[
     "problem",
     "text",
@@ -2618,6 +2666,24 @@ NoteCode: TypeAlias = Literal[
     "smoothing_on",
     "limit_reached",
     "limit_unknown",
+    "other_servo",
+    "other_set_up",
+    "other_procedure",
+    "other_step",
+    "try_check_free",
+    "try_lower_boost",
+    "try_lower_p",
+    "try_higher_p",
+    "try_supply",
+    "try_smoothing_off",
+    "try_smaller_step",
+    "try_narrow_deadband",
+    "try_raise_torque",
+    "try_longer",
+    "try_check_bus",
+    "try_larger_amplitude",
+    "deadband_dependence",
+    "saturation_dependence",
 ]
 ParameterKey: TypeAlias = Literal[
     "command_angle",
@@ -2719,3 +2785,21 @@ StopMode: TypeAlias = Literal["off", "brake"]
 TelemetryChannelByKey: TypeAlias = dict[str, TelemetryChannel]
 TimeoutActionChoice: TypeAlias = Literal["hold", "off", "brake"]
 TorqueModeChoice: TypeAlias = Literal["on", "off", "brake"]
+VerdictCode: TypeAlias = Literal[
+    "settles",
+    "did_not_move",
+    "smoothing_measured",
+    "hunts",
+    "supply_limited",
+    "limit_reached",
+    "off_target",
+    "rings",
+    "overshoots",
+    "slow",
+    "not_settled",
+    "not_reliable",
+    "resonant",
+    "low_margin",
+    "amplitude_dependent",
+    "follows",
+]

@@ -72,7 +72,7 @@ class FrequencyResponse(RunConditions):
     duration_s: float = Field(description="Duration of the excitation at one amplitude, s.")
     start_deg: float = Field(description="Angle about which the horn moved, °.")
     curves: list[FrequencyCurve] = Field(
-        description="The response at the requested amplitude; with a ladder, at half, one and two times it, in this order."
+        description="Response at the requested amplitude; with a ladder at half, one and two times it, in this order."
     )
     dependence: Note | None = Field(
         description="How the response depends on the amplitude. Null without a ladder or if it does not."

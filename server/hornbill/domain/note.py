@@ -91,6 +91,27 @@ NoteCode = TypeAliasType(
         "smoothing_on",
         "limit_reached",
         "limit_unknown",
+        # runs that cannot be compared
+        "other_servo",
+        "other_set_up",
+        "other_procedure",
+        "other_step",
+        # what to try after a run
+        "try_check_free",
+        "try_lower_boost",
+        "try_lower_p",
+        "try_higher_p",
+        "try_supply",
+        "try_smoothing_off",
+        "try_smaller_step",
+        "try_narrow_deadband",
+        "try_raise_torque",
+        "try_longer",
+        "try_check_bus",
+        "try_larger_amplitude",
+        # dependence of a frequency response on the amplitude
+        "deadband_dependence",
+        "saturation_dependence",
     ],
 )
 """Code of a note. With its `params` a page words it in its language. `problem`: its params are those of a problem.

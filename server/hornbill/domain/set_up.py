@@ -1,8 +1,8 @@
 """Set-up of a servo under test: load, mounting and surroundings, which decide what a run measures."""
 
-from typing import Literal, Self
+from typing import ClassVar, Literal, Self
 
-from pydantic import Field, model_validator
+from pydantic import ConfigDict, Field, model_validator
 from typing_extensions import TypeAliasType
 
 from hornbill.domain.fields import Model
@@ -13,6 +13,9 @@ Mounting = TypeAliasType("Mounting", Literal["bench", "vice", "vehicle", "other"
 
 class SetUp(Model):
     """Set-up of a servo. Null: not stated. Either arm and mass, or their inertia."""
+
+    # one schema for requests and responses
+    model_config: ClassVar[ConfigDict] = {**Model.model_config, "json_schema_serialization_defaults_required": False}
 
     arm_mm: float | None = Field(
         default=None, gt=0, le=1000, description="Distance of the mass from the axis of the horn, mm."

@@ -5,13 +5,10 @@ from dataclasses import asdict, dataclass
 from typing import Final, Literal, cast
 
 from hornbill.domain.fields import known
-from hornbill.domain.note import Note
+from hornbill.domain.set_up import SetUp
 from hornbill.domain.step_test import StepMetrics, StepTrace
 from hornbill.errors import DidNotMove, HornbillError, InvalidValue, NoResponse
-from hornbill.lab import metrics
-from hornbill.schema.scale import Value
-from hornbill.servo.device.identification import read_rows
-from hornbill.servo.device.reading import readings
+from hornbill.lab import conditions, metrics
 from hornbill.servo.device.requests import POLL, ServoRequests
 from hornbill.servo.device.servo import Servo
 from hornbill.servo.motion.motion import Motion
@@ -19,6 +16,7 @@ from hornbill.servo.runtime.jobs import Jobs, RunningJob, Step
 from hornbill.servo.runtime.steps import Evidence
 from hornbill.servo.runtime.timebase import TimeBase
 from hornbill.store.store import Store
+from hornbill.store.tables import Json
 
 LARGEST_DEG: Final = 45.0
 """Largest step, degrees: a step test is a small movement next to a person."""
@@ -29,7 +27,8 @@ TRIP: Final = 2.0
 MIN_TRAVEL: Final = 0.5
 """Minimum share of the step that the horn must have moved before a step back can be measured."""
 
-CONDITIONS: Final = ("current_voltage", "current_temperature")
+PROCEDURE: Final = "step/1"
+"""Runs of another version cannot be compared: raise it if the motion, the sampling or a metric changes."""
 
 STEPS: Final = {
     "check": "Check the servo and record conditions",
@@ -50,6 +49,7 @@ class StepPlan:
     dwell_s: float
     band_deg: float | None
     note: str
+    set_up: SetUp
 
 
 class StepTests:
@@ -82,10 +82,10 @@ class StepTests:
     async def _work(self, job: RunningJob, servo: Servo, lease_id: str | None, plan: StepPlan) -> dict[str, object]:
         job.begin("check")
         start_deg = await self._angle(servo)
-        conditions = await self._record(servo)
-        band = plan.band_deg or max(0.5, _number(conditions["parameters"], "angle_dead_band"))
+        document = await conditions.record(self._requests, self._base, servo, plan.set_up, PROCEDURE)
+        band = plan.band_deg or max(0.5, _number(document["parameters"], "angle_dead_band"))
         await self._motion.command(servo, lease_id, "angle", start_deg, clamp=False)  # this command checks the target
-        supply = cast("float | None", conditions["voltage_v"])
+        supply = cast("float | None", document["voltage_v"])
         text = f"horn at {start_deg:+.1f}°, {supply} V, band ±{band:g}°"
         job.done("check", Evidence("test_conditions", text, known(angle_deg=start_deg, supply_v=supply, band_deg=band)))
         job.begin("measure")
@@ -107,11 +107,11 @@ class StepTests:
         values = {"steps": len(traces), "samples": samples, "rate_hz": round(rate)}
         job.done("measure", Evidence("samples", text, values))
         job.begin("evaluate")
-        warnings = [*_warnings(servo), *await self._limit_warnings(servo)]
-        conditions["warnings"] = [asdict(one) for one in warnings]
-        document = {**conditions, "step_deg": plan.step_deg, "band_deg": band, "achieved_hz": round(rate, 1)}
-        document["steps"] = [one.model_dump() for one in traces]
-        run = await self._store.run(self._store.runs.add, servo.uid, plan.note, document)  # pyright: ignore[reportArgumentType] - plain JSON
+        warnings = await conditions.warnings(self._requests, servo)
+        document |= {"step_deg": plan.step_deg, "band_deg": band, "achieved_hz": round(rate, 1)}
+        document["warnings"] = cast("Json", [asdict(one) for one in warnings])
+        document["steps"] = cast("Json", [one.model_dump() for one in traces])
+        run = await self._store.run(self._store.runs.add, servo.uid, plan.note, document)
         first = traces[0].metrics
         text = f"run {run.id}: {_metrics_text(first)}"
         values = known(run=run.id, rise_s=first.rise_s, overshoot_pct=first.overshoot_pct, settling_s=first.settling_s)
@@ -171,43 +171,11 @@ class StepTests:
         row = servo.registers["current_angle"].parameter
         return await self._requests.read(servo, row, POLL) / row.per_unit
 
-    async def _record(self, servo: Servo) -> dict[str, object]:
-        """Conditions of the test: all rows stored in ROM, supply and temperature."""
-        unknown = [key for key, one in servo.registers.items() if one.parameter.rom and one.at is None]
-        await read_rows(self._requests, servo, [*unknown, *(key for key in CONDITIONS if key in servo.registers)])
-        shown = readings(servo, self._base)
-        stored: dict[str, Value] = {key: one.value for key, one in shown.items() if servo.registers[key].parameter.rom}
-        return {
-            "model": None if servo.model is None else servo.model.name,
-            "firmware": servo.firmware_text,
-            "voltage_v": shown["current_voltage"].value,
-            "temperature_c": shown["current_temperature"].value,
-            "parameters": stored,
-        }
-
-    async def _limit_warnings(self, servo: Servo) -> list[Note]:
-        """Warning if a limit of the servo was reached: then the metrics are those of the limit, not of the loop."""
-        try:
-            bits = await self._requests.read(servo, servo.registers["fault_notification"].parameter, POLL)
-        except HornbillError:
-            text = "The notifications could not be read, so it is unknown whether a limit was reached."
-            return [Note(text, "limit_unknown")]
-        limits = sum(
-            bit.mask for bit in servo.catalog.faults_of(pwm=False) if bit.level == "notification" and bit.limit
-        )
-        text = "A limit of the servo was reached: the metrics are those of the limit, not of the loop."
-        return [Note(text, "limit_reached")] if bits & limits else []
-
     async def _return_to_start(self, servo: Servo, lease_id: str | None, start_deg: float) -> None:
         try:
             await self._motion.command(servo, lease_id, "angle", start_deg, clamp=False)
         except HornbillError:
             pass  # stopped, or without a lease: torque is off or turning off
-
-
-def _warnings(servo: Servo) -> list[Note]:
-    text = "Smoothing (0x22) is on: the test measures the smoothing (section 4.15)."
-    return [Note(text, "smoothing_on")] if servo.raw("smoothing") == 1 else []
 
 
 def _number(parameters: object, key: str) -> float:

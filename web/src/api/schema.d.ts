@@ -540,6 +540,70 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/v1/frequency-responses": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * List frequency responses
+         * @description List frequency responses of one or all servos, newest first, without the lists of their curves.
+         */
+        get: operations["list_frequency_responses"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/frequency-responses/{run_id}": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Get frequency response
+         * @description Get a frequency response with its curves.
+         */
+        get: operations["get_frequency_response"];
+        put?: never;
+        post?: never;
+        /**
+         * Delete frequency response
+         * @description Delete a frequency response.
+         */
+        delete: operations["delete_frequency_response"];
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/frequency-responses/{run_id}/csv": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Get frequency response CSV
+         * @description Download a frequency response as CSV: one line per amplitude and frequency.
+         */
+        get: operations["get_frequency_response_csv"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/v1/health": {
         parameters: {
             query?: never;
@@ -2862,6 +2926,30 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/v1/servos/{uid}/set-up": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Get set up
+         * @description Get the set-up of a servo, on the bus or not. All values are null until one was stored.
+         */
+        get: operations["get_set_up"];
+        /**
+         * Put set up
+         * @description Replace the set-up of a servo, on the bus or not. New runs copy it; stored runs keep theirs.
+         */
+        put: operations["put_set_up"];
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/v1/servos/{uid}/snapshots": {
         parameters: {
             query?: never;
@@ -3152,6 +3240,26 @@ export interface paths {
         patch: operations["change_sim_servo"];
         trace?: never;
     };
+    "/api/v1/sim/servos/{uid}/truth": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Get sim truth
+         * @description Get the true constants and state of a simulated horn, to compare measurements with.
+         */
+        get: operations["get_sim_truth"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/v1/stop": {
         parameters: {
             query?: never;
@@ -3320,6 +3428,26 @@ export interface paths {
          * @description Revoke a token. Its sessions and sockets end.
          */
         delete: operations["revoke_token"];
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/tuning": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Get tuning
+         * @description Get what this server can compute, and the thresholds of its verdicts.
+         */
+        get: operations["get_tuning"];
+        put?: never;
+        post?: never;
+        delete?: never;
         options?: never;
         head?: never;
         patch?: never;
@@ -4521,8 +4649,20 @@ export interface components {
              */
             uid: string | null;
         };
+        /**
+         * Estimate
+         * @description A measured value with its 95 % interval.
+         */
+        Estimate: {
+            /** @description Upper end of the 95 % interval. */
+            high: number;
+            /** @description Lower end of the 95 % interval. */
+            low: number;
+            /** @description Value, in the unit of its field. */
+            value: number;
+        };
         /** @enum {string} */
-        EventCode: "connected" | "disconnected" | "bus_lost" | "bus_trouble" | "bus_back" | "sample_point" | "allocator_mode" | "allocated" | "node_ids_freed" | "node_id_recycled" | "no_node_id" | "second_allocator" | "second_allocator_gone" | "own_node_id" | "own_node_id_alone" | "ready" | "offline" | "restarted" | "fault" | "fault_cleared" | "hunting" | "hunting_ended" | "saturated" | "saturated_ended" | "turns_lost" | "drift" | "ram_values_lost" | "position_unit" | "not_rolled_back" | "not_restored" | "lease_requested" | "lease_withdrawn" | "lease_refused" | "lease_passed" | "lease_forced" | "lease_ended" | "hold_ended" | "move_ended" | "stream_ended" | "command_ended" | "commanded_elsewhere" | "command_lost" | "motion_yielded" | "stopped" | "stopped_late" | "stop_cleared" | "no_response" | "torque_off" | "recording_written" | "recording_failed" | "recordings_deleted" | "log_started" | "log_stopped" | "log_full" | "log_failed" | "store_failed";
+        EventCode: "connected" | "disconnected" | "bus_lost" | "bus_trouble" | "bus_back" | "sample_point" | "allocator_mode" | "allocated" | "node_ids_freed" | "node_id_recycled" | "no_node_id" | "second_allocator" | "second_allocator_gone" | "own_node_id" | "own_node_id_alone" | "ready" | "offline" | "restarted" | "fault" | "fault_cleared" | "hunting" | "hunting_ended" | "saturated" | "saturated_ended" | "turns_lost" | "drift" | "ram_values_lost" | "position_unit" | "not_rolled_back" | "not_restored" | "restored_later" | "lease_requested" | "lease_withdrawn" | "lease_refused" | "lease_passed" | "lease_forced" | "lease_ended" | "hold_ended" | "move_ended" | "stream_ended" | "command_ended" | "commanded_elsewhere" | "command_lost" | "motion_yielded" | "stopped" | "stopped_late" | "stop_cleared" | "no_response" | "torque_off" | "recording_written" | "recording_failed" | "recordings_deleted" | "log_started" | "log_stopped" | "log_full" | "log_failed" | "store_failed";
         /**
          * EventMessage
          * @description An entry of the event log.
@@ -4555,6 +4695,8 @@ export interface components {
         };
         /** @enum {string} */
         EvidenceCode: "problem" | "interrupted" | "rows_read" | "snapshot_taken" | "snapshot_known" | "snapshot_failed" | "sent" | "requested" | "silent" | "restarted" | "restarted_on_request" | "back_on_node" | "no_soft_start" | "soft_start_over" | "soft_start_aborted" | "read_back" | "all_rows_read" | "torque_off" | "erased" | "rows_differ" | "nothing_differs" | "rows_written" | "saved_by_job" | "rows_verified" | "at_rest" | "not_limited" | "limited" | "wiggled" | "angle_unknown" | "returned" | "restored" | "test_conditions" | "samples" | "run_stored" | "planned" | "written" | "saved" | "save_not_needed" | "identified" | "values_verified" | "values_still_verified" | "servo_id_parked" | "servo_id_restored" | "servo_id_lost" | "node_id_parked" | "failed_before" | "job_ended" | "values_refused" | "other_refused" | "other_failed" | "latch_cleared" | "not_latched" | "held";
+        /** @enum {string} */
+        Excitation: "chirp" | "multisine";
         /** ExtendedAngleValue */
         ExtendedAngleValue: {
             /**
@@ -4838,6 +4980,112 @@ export interface components {
              * @enum {string}
              */
             type: "frames";
+        };
+        /**
+         * FrequencyCurve
+         * @description Response at one amplitude. Lists have one value per frequency; empty in lists of runs.
+         */
+        FrequencyCurve: {
+            /** @description Samples per second. */
+            achieved_hz: number;
+            /** @description Peak amplitude of the command about the start angle, °. */
+            amplitude_deg: number;
+            /** @description Share of the angle that the command explains, 0 to 1. */
+            coherence: number[];
+            /** @description Frequencies, rising, Hz. */
+            frequency_hz: number[];
+            /** @description Gain from command to angle, dB. */
+            gain_db: number[];
+            /** @description Half of the 95 % interval of the gain, dB. */
+            gain_error_db: number[];
+            metrics: components["schemas"]["FrequencyMetrics"];
+            /** @description Commands that were not sent in time or not acknowledged. */
+            missed_slots: number;
+            /** @description Largest distance of the horn from the start angle, °. */
+            peak_deg: number;
+            /** @description Phase from command to angle, not wrapped, °. Negative: the angle lags. */
+            phase_deg: number[];
+            /** @description Half of the 95 % interval of the phase, °. */
+            phase_error_deg: number[];
+            /** @description Coherence above 0.9. Do not draw or use gain and phase elsewhere. */
+            reliable: boolean[];
+            /** @description Samples of the angle. */
+            samples: number;
+            /** @description Commands of the excitation. */
+            slots: number;
+        };
+        /**
+         * FrequencyMetrics
+         * @description Metrics of a frequency response, from reliable frequencies only. Null if not within them.
+         */
+        FrequencyMetrics: {
+            /** @description Frequency at which the gain falls below −3 dB, Hz. */
+            bandwidth_3db_hz: components["schemas"]["Estimate"] | null;
+            /** @description Frequency at which the phase falls below −90°, Hz. */
+            bandwidth_90deg_hz: components["schemas"]["Estimate"] | null;
+            /** @description Delay between command and angle at low frequencies, s. */
+            delay_s: components["schemas"]["Estimate"] | null;
+            /** @description Factor by which the open-loop gain may rise until the loop hunts, dB. */
+            gain_margin_db: components["schemas"]["Estimate"] | null;
+            /** @description Frequency at which the loop would hunt, Hz. */
+            gain_margin_hz: number | null;
+            /** @description Highest gain, dB. */
+            peak_db: components["schemas"]["Estimate"] | null;
+            /** @description Frequency of the highest gain, Hz. */
+            peak_hz: number | null;
+            /** @description Phase lag that may be added at an open-loop gain of 1 until the loop hunts, °. */
+            phase_margin_deg: components["schemas"]["Estimate"] | null;
+            /** @description Frequency of an open-loop gain of 1, Hz. */
+            phase_margin_hz: number | null;
+        };
+        /**
+         * FrequencyResponse
+         * @description A completed frequency response with its test conditions.
+         */
+        FrequencyResponse: {
+            /** @description Requested peak amplitude, °. */
+            amplitude_deg: number;
+            /** @description Time of the run, seconds since 1970 UTC. */
+            at: number;
+            /** @description Response at the requested amplitude; with a ladder at half, one and two times it, in this order. */
+            curves: components["schemas"]["FrequencyCurve"][];
+            /** @description How the response depends on the amplitude. Null without a ladder or if it does not. */
+            dependence: components["schemas"]["Note"] | null;
+            /** @description Duration of the excitation at one amplitude, s. */
+            duration_s: number;
+            /** @description chirp: one sine of rising frequency. multisine: many sines at once, repeated. */
+            excitation: components["schemas"]["Excitation"];
+            /** @description Firmware version, such as `1.300`. Null if unknown. */
+            firmware: string | null;
+            /** @description Lowest frequency, Hz. */
+            from_hz: number;
+            /** @description ID, as used in paths. */
+            id: number;
+            /** @description Model, such as `BLA21-06U-A0`. Null if unknown. */
+            model: string | null;
+            /** @description Note of the user. */
+            note: string;
+            /** @description Values of all rows during the run, by key. */
+            parameters: {
+                [key: string]: boolean | number | string | null;
+            };
+            /** @description Procedure and its version, such as `step/1`. */
+            procedure: string;
+            /** @description Set-up during the run. */
+            set_up: components["schemas"]["SetUp"];
+            /** @description Angle about which the horn moved, °. */
+            start_deg: number;
+            /** @description Servo temperature before the run, °C. Null if unknown. */
+            temperature_c: number | null;
+            /** @description Highest frequency, Hz. */
+            to_hz: number;
+            /** @description Unique ID, 32 lower-case hex digits. */
+            uid: string;
+            verdict: components["schemas"]["Verdict"];
+            /** @description Supply voltage at the servo before the run, V. Null if unknown. */
+            voltage_v: number | null;
+            /** @description Conditions that make the metrics less meaningful. */
+            warnings: components["schemas"]["Note"][];
         };
         /**
          * Group
@@ -5365,6 +5613,8 @@ export interface components {
             why_code: components["schemas"]["NoteCode"];
             why_params: components["schemas"]["Params"];
         };
+        /** @enum {string} */
+        Level: "ok" | "notice" | "warning" | "failure";
         /**
          * Limits
          * @description The two rows that limit a command, or a reading outside which torque turns off.
@@ -5552,6 +5802,8 @@ export interface components {
              */
             speed_deg_s?: number;
         };
+        /** @enum {string} */
+        Mounting: "bench" | "vice" | "vehicle" | "other";
         /**
          * NewSimAutopilot
          * @description A simulated autopilot to add to the bus.
@@ -5601,6 +5853,23 @@ export interface components {
              * @default 0
              */
             node_id?: number;
+            /**
+             * @description Load, friction and other constants of the horn.
+             * @default {
+             *       "backlash_deg": 0.2,
+             *       "breakaway": 0.03,
+             *       "coulomb": 0.02,
+             *       "inertia": 0,
+             *       "load_by_angle": [],
+             *       "load_pct": 0,
+             *       "sensor_noise_deg": 0,
+             *       "supply_ohm": 0,
+             *       "torque_lag_s": 0.003,
+             *       "viscous": 0.3,
+             *       "wear_per_hour": 0
+             *     }
+             */
+            plant?: components["schemas"]["PlantConstants-Input"];
             /** @description Values reported for model_number, firmware_version or hardware_version, to simulate an unknown servo. */
             reads?: {
                 [key: string]: number;
@@ -5718,7 +5987,7 @@ export interface components {
             text: string;
         };
         /** @enum {string} */
-        NoteCode: "problem" | "text" | "heard" | "not_in_servo" | "side_unknown" | "identity_row" | "torque_row" | "torque_never_on" | "too_many_dots" | "invalid_syntax" | "nested_too_deeply" | "not_an_object" | "not_a_table" | "too_many_entries" | "values_missing" | "unknown_field" | "not_text" | "too_long" | "lone_surrogate" | "other_tables" | "unit_not_text" | "unit_without_value" | "pin_unchanged" | "pin_at_restart" | "pin_after_fixed" | "id_freed" | "id_changes_at_restart" | "no_status" | "this_server" | "another_hornbill" | "requesting_id" | "no_model_number" | "no_parameters" | "no_info" | "identity_not_received" | "not_pollable_yet" | "polled_when_ready" | "not_polled_as_observer" | "log_limit" | "disk_slow" | "disk_full" | "write_failed" | "unit_unchecked" | "unit_agreed" | "unit_changed" | "unit_none_fits" | "unit_forced" | "reason" | "stop_reason" | "stop_of" | "stop_confirmed" | "lease_taken" | "lease_ended" | "profile_stored" | "profile_replaced" | "profile_deleted" | "ram_only" | "servo_id_zero" | "login_from" | "servo_forgotten" | "not_seen_for" | "commissioned" | "ended_by_request" | "server_shutdown" | "smoothing_on" | "limit_reached" | "limit_unknown";
+        NoteCode: "problem" | "text" | "heard" | "not_in_servo" | "side_unknown" | "identity_row" | "torque_row" | "torque_never_on" | "too_many_dots" | "invalid_syntax" | "nested_too_deeply" | "not_an_object" | "not_a_table" | "too_many_entries" | "values_missing" | "unknown_field" | "not_text" | "too_long" | "lone_surrogate" | "other_tables" | "unit_not_text" | "unit_without_value" | "pin_unchanged" | "pin_at_restart" | "pin_after_fixed" | "id_freed" | "id_changes_at_restart" | "no_status" | "this_server" | "another_hornbill" | "requesting_id" | "no_model_number" | "no_parameters" | "no_info" | "identity_not_received" | "not_pollable_yet" | "polled_when_ready" | "not_polled_as_observer" | "log_limit" | "disk_slow" | "disk_full" | "write_failed" | "unit_unchecked" | "unit_agreed" | "unit_changed" | "unit_none_fits" | "unit_forced" | "reason" | "stop_reason" | "stop_of" | "stop_confirmed" | "lease_taken" | "lease_ended" | "profile_stored" | "profile_replaced" | "profile_deleted" | "ram_only" | "servo_id_zero" | "login_from" | "servo_forgotten" | "not_seen_for" | "commissioned" | "ended_by_request" | "server_shutdown" | "smoothing_on" | "limit_reached" | "limit_unknown" | "other_servo" | "other_set_up" | "other_procedure" | "other_step" | "try_check_free" | "try_lower_boost" | "try_lower_p" | "try_higher_p" | "try_supply" | "try_smoothing_off" | "try_smaller_step" | "try_narrow_deadband" | "try_raise_torque" | "try_longer" | "try_check_bus" | "try_larger_amplitude" | "deadband_dependence" | "saturation_dependence";
         /**
          * NumberReading
          * @description One parameter as last read from RAM, with its ROM value and this model's limits.
@@ -6158,6 +6427,148 @@ export interface components {
             reversed?: boolean;
             /** @description Servo ID (0x45) of the servo. */
             servo_id: number;
+        };
+        /**
+         * PlantConstants
+         * @description Constants of one horn. The defaults are those of a servo without load on a stiff supply.
+         *
+         *     Torque is relative to stall torque at nominal supply, angles are those of the horn clockwise from its notch (0x08
+         *     without origin and reverse).
+         */
+        "PlantConstants-Input": {
+            /**
+             * @description Backlash between motor and horn, °.
+             * @default 0.2
+             */
+            backlash_deg?: number;
+            /**
+             * @description Static friction, share of stall torque.
+             * @default 0.03
+             */
+            breakaway?: number;
+            /**
+             * @description Friction of a moving horn, share of stall torque. At most `breakaway`.
+             * @default 0.02
+             */
+            coulomb?: number;
+            /**
+             * @description Inertia on the horn, as a multiple of the servo's own inertia there.
+             * @default 0
+             */
+            inertia?: number;
+            /**
+             * @description Additional load at angles: pairs of angle (°, increasing) and load (% of stall torque), linear in between, constant beyond the ends.
+             * @default []
+             */
+            load_by_angle?: [
+                number,
+                number
+            ][];
+            /**
+             * @description Constant load, % of stall torque. Positive pushes clockwise.
+             * @default 0
+             */
+            load_pct?: number;
+            /**
+             * @description Noise of angle readings, RMS, °. The servo's own loop filters it.
+             * @default 0
+             */
+            sensor_noise_deg?: number;
+            /** @description Counterclockwise end stop of the horn, °. Null for none. */
+            stop_ccw_deg?: number | null;
+            /** @description Clockwise end stop of the horn, °. Null for none. */
+            stop_cw_deg?: number | null;
+            /**
+             * @description Resistance of the supply and its cable, Ω. Voltage drops by it times the motor current.
+             * @default 0
+             */
+            supply_ohm?: number;
+            /**
+             * @description Time constant of torque behind its demand, s.
+             * @default 0.003
+             */
+            torque_lag_s?: number;
+            /**
+             * @description Viscous friction at no-load speed, share of stall torque.
+             * @default 0.3
+             */
+            viscous?: number;
+            /**
+             * @description Growth of all friction per hour of motion, as a share.
+             * @default 0
+             */
+            wear_per_hour?: number;
+        };
+        /**
+         * PlantConstants
+         * @description Constants of one horn. The defaults are those of a servo without load on a stiff supply.
+         *
+         *     Torque is relative to stall torque at nominal supply, angles are those of the horn clockwise from its notch (0x08
+         *     without origin and reverse).
+         */
+        "PlantConstants-Output": {
+            /**
+             * @description Backlash between motor and horn, °.
+             * @default 0.2
+             */
+            backlash_deg: number;
+            /**
+             * @description Static friction, share of stall torque.
+             * @default 0.03
+             */
+            breakaway: number;
+            /**
+             * @description Friction of a moving horn, share of stall torque. At most `breakaway`.
+             * @default 0.02
+             */
+            coulomb: number;
+            /**
+             * @description Inertia on the horn, as a multiple of the servo's own inertia there.
+             * @default 0
+             */
+            inertia: number;
+            /**
+             * @description Additional load at angles: pairs of angle (°, increasing) and load (% of stall torque), linear in between, constant beyond the ends.
+             * @default []
+             */
+            load_by_angle: [
+                number,
+                number
+            ][];
+            /**
+             * @description Constant load, % of stall torque. Positive pushes clockwise.
+             * @default 0
+             */
+            load_pct: number;
+            /**
+             * @description Noise of angle readings, RMS, °. The servo's own loop filters it.
+             * @default 0
+             */
+            sensor_noise_deg: number;
+            /** @description Counterclockwise end stop of the horn, °. Null for none. */
+            stop_ccw_deg: number | null;
+            /** @description Clockwise end stop of the horn, °. Null for none. */
+            stop_cw_deg: number | null;
+            /**
+             * @description Resistance of the supply and its cable, Ω. Voltage drops by it times the motor current.
+             * @default 0
+             */
+            supply_ohm: number;
+            /**
+             * @description Time constant of torque behind its demand, s.
+             * @default 0.003
+             */
+            torque_lag_s: number;
+            /**
+             * @description Viscous friction at no-load speed, share of stall torque.
+             * @default 0.3
+             */
+            viscous: number;
+            /**
+             * @description Growth of all friction per hour of motion, as a share.
+             * @default 0
+             */
+            wear_per_hour: number;
         };
         /** @enum {string} */
         PositionUnit: "hundred_degrees" | "radian" | "degree" | "tenth_degree";
@@ -6884,10 +7295,14 @@ export interface components {
          * @description Several runs for comparison. `differences`: the rows that differ, in row order.
          */
         RunOverlay: {
+            /** @description Metrics can be compared: same servo, set-up, procedure and step. */
+            comparable: boolean;
             /** @description Rows that differ, one value per run. */
             differences: {
                 [key: string]: (boolean | number | string | null)[];
             };
+            /** @description Reason why not. Null if comparable. */
+            not_comparable: components["schemas"]["Note"] | null;
             /** @description Runs in the requested order. */
             runs: components["schemas"]["StepRun"][];
         };
@@ -7045,6 +7460,8 @@ export interface components {
             /** @description Received recently. */
             online: boolean;
             output: components["schemas"]["Output"];
+            /** @description Keys of rows with a temporary value in RAM that could not be restored yet. hornbill restores them as soon as the servo responds, and refuses its motion, changes and saves until then. */
+            owed: string[];
             position_unit: components["schemas"]["PositionUnitState"];
             /** @description Production date, YYYY-MM-DDTHH:MM, time zone unknown. Null if unknown. */
             production_date: string | null;
@@ -7135,6 +7552,26 @@ export interface components {
             role: components["schemas"]["RoleName"] | null;
         };
         /**
+         * SetUp
+         * @description Set-up of a servo. Null: not stated. Either arm and mass, or their inertia.
+         */
+        SetUp: {
+            /** @description Ambient temperature, °C. */
+            ambient_c?: number | null;
+            /** @description Distance of the mass from the axis of the horn, mm. */
+            arm_mm?: number | null;
+            /** @description Moment of inertia on the horn, g·m², instead of arm and mass. */
+            inertia_gm2?: number | null;
+            /** @description Constant torque on the horn, N·m. Positive: clockwise. */
+            load_nm?: number | null;
+            /** @description Mass at the end of the arm, g. */
+            mass_g?: number | null;
+            /** @description Mounting: loose on a bench, in a vice, in its vehicle, or other. */
+            mounting?: components["schemas"]["Mounting"] | null;
+            /** @description Voltage of the power supply, V. */
+            supply_v?: number | null;
+        };
+        /**
          * SimAutopilot
          * @description The simulated autopilot.
          */
@@ -7202,6 +7639,8 @@ export interface components {
             load_pct?: number | null;
             /** @description No responses and no broadcasts. */
             mute?: boolean | null;
+            /** @description All constants of the horn; omitted ones get their defaults. `load_pct` and `load_inertia` above are applied to it. */
+            plant?: components["schemas"]["PlantConstants-Input"] | null;
             /** @description Unit of position 1.0 in its broadcasts. */
             position_unit?: components["schemas"]["PositionUnit"] | null;
             /** @description Supply. */
@@ -7338,6 +7777,32 @@ export interface components {
             uid: string;
             /** @description Supply voltage without load, V. */
             voltage_v: number;
+        };
+        /**
+         * SimTruth
+         * @description What a sensor of the servo cannot show: true constants and state of the simulated plant.
+         */
+        SimTruth: {
+            /** @description Friction relative to that of `plant`: it grows with motion. */
+            friction_factor: number;
+            /** @description Horn angle from its notch with all turns counted, °. Positive is clockwise. */
+            horn_deg: number;
+            /** @description Motor angle at the horn, °. It differs by up to half the backlash. */
+            motor_deg: number;
+            /** @description Time in motion since it was added, s. */
+            moved_s: number;
+            /** @description Constants as delivered, without wear. */
+            plant: components["schemas"]["PlantConstants-Output"];
+            /** @description Speed of the motor at the horn, rpm. Positive is clockwise. */
+            speed_rpm: number;
+            /** @description Supply at the motor, without error of the sensor, V. */
+            supply_v: number;
+            /** @description Temperature of the board, without error of the sensor, °C. */
+            temperature_c: number;
+            /** @description Torque of the motor, % of stall torque. Positive is clockwise. */
+            torque_pct: number;
+            /** @description Unique ID, 32 lower-case hex digits. */
+            uid: string;
         };
         /** SmoothingValue */
         SmoothingValue: {
@@ -7558,7 +8023,7 @@ export interface components {
         StepRun: {
             /** @description Samples per second. */
             achieved_hz: number;
-            /** @description Time of the test, seconds since 1970 UTC. */
+            /** @description Time of the run, seconds since 1970 UTC. */
             at: number;
             /** @description Settling band around the target, °. */
             band_deg: number;
@@ -7570,19 +8035,24 @@ export interface components {
             model: string | null;
             /** @description Note of the user. */
             note: string;
-            /** @description Values of all rows during the test, by key. */
+            /** @description Values of all rows during the run, by key. */
             parameters: {
                 [key: string]: boolean | number | string | null;
             };
+            /** @description Procedure and its version, such as `step/1`. */
+            procedure: string;
+            /** @description Set-up during the run. */
+            set_up: components["schemas"]["SetUp"];
             /** @description Step size, °. */
             step_deg: number;
             /** @description Steps in order. */
             steps: components["schemas"]["StepTrace"][];
-            /** @description Servo temperature during the test, °C. Null if unknown. */
+            /** @description Servo temperature before the run, °C. Null if unknown. */
             temperature_c: number | null;
             /** @description Unique ID, 32 lower-case hex digits. */
             uid: string;
-            /** @description Supply voltage during the test, V. Null if unknown. */
+            verdict: components["schemas"]["Verdict"];
+            /** @description Supply voltage at the servo before the run, V. Null if unknown. */
             voltage_v: number | null;
             /** @description Conditions that make the metrics less meaningful. */
             warnings: components["schemas"]["Note"][];
@@ -7600,7 +8070,7 @@ export interface components {
              */
             dwell_s?: number;
             /**
-             * @description Note on load, mounting or other conditions.
+             * @description Note on other conditions.
              * @default
              */
             note?: string;
@@ -7609,6 +8079,8 @@ export interface components {
              * @default 1
              */
             runs?: number;
+            /** @description Set-up of this run. Null for that of the servo. */
+            set_up?: components["schemas"]["SetUp"] | null;
             /**
              * @description Step size, °. The sign gives the direction.
              * @default 5
@@ -8351,6 +8823,20 @@ export interface components {
             model: string | null;
         };
         /**
+         * Tuning
+         * @description What this server can compute, and the thresholds of its verdicts.
+         */
+        Tuning: {
+            /** @description The package is installed. */
+            available: boolean;
+            /** @description Command that installs it. Null if installed. */
+            install: string | null;
+            /** @description Python package that identification and Improve require. */
+            package: string;
+            /** @description Thresholds of verdicts. */
+            thresholds: components["schemas"]["VerdictThreshold"][];
+        };
+        /**
          * UniqueNumber
          * @description A number unique to each servo, and the suggested range (raw). 0 means "none yet" and need not be unique.
          */
@@ -8386,6 +8872,37 @@ export interface components {
              * @enum {string}
              */
             type: "unsubscribe";
+        };
+        /**
+         * Verdict
+         * @description What a run shows, in one sentence. Computed on reading, from the thresholds in `docs/explanation/tuning.md`.
+         */
+        Verdict: {
+            /** @description What to try next. Null if nothing. */
+            advice: components["schemas"]["Note"] | null;
+            /** @description Code for programs. */
+            code: components["schemas"]["VerdictCode"];
+            /** @description ok: nothing to improve. notice: works, with a peculiarity. warning: does not work well. failure: nothing was measured. */
+            level: components["schemas"]["Level"];
+            params: components["schemas"]["Params"];
+            /** @description One sentence for users, with the decisive figures. */
+            text: string;
+        };
+        /** @enum {string} */
+        VerdictCode: "settles" | "did_not_move" | "smoothing_measured" | "hunts" | "supply_limited" | "limit_reached" | "off_target" | "rings" | "overshoots" | "slow" | "not_settled" | "not_reliable" | "resonant" | "low_margin" | "amplitude_dependent" | "follows";
+        /**
+         * VerdictThreshold
+         * @description A figure that decides between two verdicts.
+         */
+        VerdictThreshold: {
+            /** @description What it decides. */
+            decides: string;
+            /** @description Name, as in the documentation. */
+            name: string;
+            /** @description Unit. */
+            unit: string;
+            /** @description Value, in `unit`. */
+            value: number;
         };
         /**
          * Verification
@@ -9596,6 +10113,112 @@ export interface operations {
                     "application/json": components["schemas"]["FaultsRead"];
                 };
             };
+            422: components["responses"]["invalid_value"];
+            default: components["responses"]["CommonProblem"];
+        };
+    };
+    list_frequency_responses: {
+        parameters: {
+            query?: {
+                /** @description Servo of the frequency responses. */
+                uid?: string | null;
+                /** @description Maximum number, newest first. */
+                limit?: number;
+            };
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Success. */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["FrequencyResponse"][];
+                };
+            };
+            422: components["responses"]["invalid_value"];
+            default: components["responses"]["CommonProblem"];
+        };
+    };
+    get_frequency_response: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                /** @description ID of the frequency response. */
+                run_id: number;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Success. */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["FrequencyResponse"];
+                };
+            };
+            /** @description `unknown_run` */
+            404: components["responses"]["Problem"];
+            422: components["responses"]["invalid_value"];
+            default: components["responses"]["CommonProblem"];
+        };
+    };
+    delete_frequency_response: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                /** @description ID of the frequency response. */
+                run_id: number;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Success. */
+            204: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content?: never;
+            };
+            /** @description `unknown_run` */
+            404: components["responses"]["Problem"];
+            422: components["responses"]["invalid_value"];
+            default: components["responses"]["CommonProblem"];
+        };
+    };
+    get_frequency_response_csv: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                /** @description ID of the frequency response. */
+                run_id: number;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Success. */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": unknown;
+                };
+            };
+            /** @description `unknown_run` */
+            404: components["responses"]["Problem"];
             422: components["responses"]["invalid_value"];
             default: components["responses"]["CommonProblem"];
         };
@@ -15220,6 +15843,65 @@ export interface operations {
             default: components["responses"]["CommonProblem"];
         };
     };
+    get_set_up: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                /** @description Unique ID, 32 lower-case hex digits. */
+                uid: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Success. */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["SetUp"];
+                };
+            };
+            404: components["responses"]["unknown_servo"];
+            422: components["responses"]["invalid_value"];
+            default: components["responses"]["CommonProblem"];
+        };
+    };
+    put_set_up: {
+        parameters: {
+            query?: never;
+            header?: {
+                /** @description ID of a valid lease, which grants motion control. */
+                Lease?: components["parameters"]["Lease"];
+            };
+            path: {
+                /** @description Unique ID, 32 lower-case hex digits. */
+                uid: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["SetUp"];
+            };
+        };
+        responses: {
+            /** @description Success. */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["SetUp"];
+                };
+            };
+            404: components["responses"]["unknown_servo"];
+            422: components["responses"]["invalid_value"];
+            default: components["responses"]["CommonProblem"];
+        };
+    };
     list_snapshots: {
         parameters: {
             query?: never;
@@ -15954,6 +16636,33 @@ export interface operations {
             default: components["responses"]["CommonProblem"];
         };
     };
+    get_sim_truth: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                /** @description Unique ID, 32 lower-case hex digits. */
+                uid: components["parameters"]["uid"];
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Success. */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["SimTruth"];
+                };
+            };
+            /** @description `no_simulator`, `unknown_servo` */
+            404: components["responses"]["Problem"];
+            422: components["responses"]["invalid_value"];
+            default: components["responses"]["CommonProblem"];
+        };
+    };
     get_stop: {
         parameters: {
             query?: never;
@@ -16339,6 +17048,27 @@ export interface operations {
             /** @description `unknown_token` */
             404: components["responses"]["Problem"];
             422: components["responses"]["invalid_value"];
+            default: components["responses"]["CommonProblem"];
+        };
+    };
+    get_tuning: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Success. */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Tuning"];
+                };
+            };
             default: components["responses"]["CommonProblem"];
         };
     };

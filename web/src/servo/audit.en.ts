@@ -31,6 +31,7 @@ export const words = {
     drift: "External change",
     label: "Label",
     notes: "Notes",
+    set_up: "Set-up",
     position_unit: "Position unit",
     lease: "Motion control",
     stop: "Stop",

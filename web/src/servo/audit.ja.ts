@@ -29,6 +29,7 @@ export const words = {
     drift: "外部の変更",
     label: "名前",
     notes: "メモ",
+    set_up: "試験条件",
     position_unit: "位置の単位",
     lease: "動作権",
     stop: "停止",

@@ -101,6 +101,9 @@ EXAMPLES: Final[dict[str, dict[str, dict[str, Any]]]] = {
     "start_stream": {"angles at 50 Hz": {"uids": [SERVO, SECOND], "type": "angle", "rate_hz": 50}},
     "set_stream_values": {"new setpoints": {"values": {SERVO: 12.5, SECOND: -12.5}}},
     "step_test": {"10 degrees, 3 runs": {"step_deg": 10.0, "runs": 3}},
+    "put_set_up": {
+        "arm in a vice": {"arm_mm": 60.0, "mass_g": 120.0, "mounting": "vice", "supply_v": 7.4, "ambient_c": 24.0}
+    },
     # telemetry and recordings
     "set_telemetry": {
         "for one minute": {
@@ -115,7 +118,13 @@ EXAMPLES: Final[dict[str, dict[str, dict[str, Any]]]] = {
         "output 1 fully positive": {"sweep": False, "outputs": [{"output": 1, "demand": 1.0}]},
     },
     "add_sim_servo": {"new servo": {"model": MODEL, "firmware": "1.300", "angle_deg": 15.0}},
-    "change_sim_servo": {"hot and loaded": {"temperature_c": 60.0, "load_pct": 30.0}, "power off": {"power": "off"}},
+    "change_sim_servo": {
+        "hot and loaded": {"temperature_c": 60.0, "load_pct": 30.0},
+        "worn gear on an arm with end stops": {
+            "plant": {"inertia": 3.0, "backlash_deg": 0.6, "stop_ccw_deg": -60.0, "stop_cw_deg": 60.0}
+        },
+        "power off": {"power": "off"},
+    },
 }  # fmt: skip
 """By operation ID: bodies by a short description."""
 

@@ -1,4 +1,4 @@
-"""Commands for measuring: step-test, runs, samples, position-unit."""
+"""Commands for measuring: set-up, step-test, runs, samples, position-unit."""
 
 import sys
 from typing import TYPE_CHECKING, Annotated, Literal
@@ -6,7 +6,16 @@ from typing import TYPE_CHECKING, Annotated, Literal
 import typer
 
 from hornbill.cli.confirm import Yes, require_confirmation
-from hornbill.cli.connection import LOCAL_URL, AsJson, Server, ServoName, client, complete_key, complete_servo
+from hornbill.cli.connection import (
+    LOCAL_URL,
+    AsJson,
+    Server,
+    ServoName,
+    changes_of,
+    client,
+    complete_key,
+    complete_servo,
+)
 from hornbill.cli.showing import instant, print_job, print_json, print_table, progress
 
 if TYPE_CHECKING:
@@ -15,6 +24,25 @@ if TYPE_CHECKING:
 runs = typer.Typer(no_args_is_help=True, help="Stored runs of step tests.")
 
 RunNumber = Annotated[int, typer.Argument(metavar="RUN", help="ID, as shown by 'hornbill runs list'.")]
+
+
+def set_up(
+    servo: ServoName,
+    values: Annotated[
+        list[str] | None,
+        typer.Argument(metavar="KEY=VALUE…", help="Changes, such as arm_mm=60. KEY= removes a value."),
+    ] = None,
+    server: Server = LOCAL_URL,
+    as_json: AsJson = False,
+) -> None:
+    """Show or change the set-up of a servo: load, mounting and surroundings, which runs copy."""
+    with client(server) as hornbill:
+        found = hornbill.look_up(servo)
+        state = found.set_up()
+        if values:
+            changes = {key: None if value == "" else value for key, value in changes_of(values).items()}
+            state = found.put_set_up({**state, **changes})
+    print_json(state) if as_json else print_table(("key", "value"), state.items())
 
 
 def step_test(
@@ -53,10 +81,18 @@ def list_(
         print_json(found)
         return
     rows = [
-        (one["id"], instant(one["at"]), one["uid"][:8], one["model"], f"{one['step_deg']:g}°", one["note"])
+        (
+            one["id"],
+            instant(one["at"]),
+            one["uid"][:8],
+            one["model"],
+            f"{one['step_deg']:g}°",
+            one["verdict"]["text"],
+            one["note"],
+        )
         for one in found
     ]
-    print_table(("run", "time", "uid", "model", "step", "note"), rows)
+    print_table(("run", "time", "uid", "model", "step", "verdict", "note"), rows)
 
 
 @runs.command("show")
@@ -67,9 +103,10 @@ def show(number: RunNumber, server: Server = LOCAL_URL, as_json: AsJson = False)
     if as_json:
         print_json(found)
         return
+    _print_verdict(found["verdict"])
     _show_steps([found])
     for warning in found["warnings"]:
-        print(warning, file=sys.stderr)
+        print(warning["text"], file=sys.stderr)
 
 
 @runs.command("compare")
@@ -87,6 +124,8 @@ def compare(
     _show_steps(found["runs"])
     for key, values in found["differences"].items():
         print(f"{key}: {values}")
+    if found["not_comparable"] is not None:
+        print(found["not_comparable"]["text"], file=sys.stderr)
 
 
 @runs.command("export")
@@ -145,6 +184,12 @@ def _show_steps(found: "list[responses.StepRun]") -> None:
         for one in run["steps"]
     ]  # fmt: skip
     print_table(("run", "step", "rise time", "settling time", "overshoot %", "error °", "hunting"), rows)
+
+
+def _print_verdict(verdict: "responses.Verdict") -> None:
+    print(verdict["text"])
+    if verdict["advice"] is not None:
+        print(verdict["advice"]["text"])
 
 
 def _seconds(value: float | None) -> str | None:

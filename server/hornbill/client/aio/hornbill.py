@@ -324,6 +324,10 @@ class AsyncHornbill(AsyncConnection):
         """Version, uptime and bus of the server."""
         return await self.request("GET", "/health")
 
+    async def tuning(self) -> responses.Tuning:
+        """What the server can compute, and the thresholds of its verdicts."""
+        return await self.request("GET", "/tuning")
+
     async def schema(self) -> responses.SchemaDocument:
         """Parameter catalogue: all rows, models and fault bits."""
         return await self.request("GET", "/schema")

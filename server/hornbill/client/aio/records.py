@@ -82,6 +82,24 @@ class AsyncRecords:
         """Delete a run."""
         await self._request("DELETE", f"/runs/{number}")
 
+    async def frequency_responses(
+        self, *, uid: str | None = None, limit: int = 50
+    ) -> list[responses.FrequencyResponse]:
+        """Frequency responses, newest first, without the lists of their curves."""
+        return await self._request("GET", "/frequency-responses", uid=uid, limit=limit)
+
+    async def frequency_response(self, number: int) -> responses.FrequencyResponse:
+        """One frequency response with its curves."""
+        return await self._request("GET", f"/frequency-responses/{number}")
+
+    async def frequency_response_csv(self, number: int) -> bytes:
+        """Curves of a frequency response as CSV."""
+        return await self._download(f"/frequency-responses/{number}/csv")
+
+    async def delete_frequency_response(self, number: int) -> None:
+        """Delete a frequency response."""
+        await self._request("DELETE", f"/frequency-responses/{number}")
+
     async def recorder(self) -> responses.RecorderState:
         """State of the recorder."""
         return await self._request("GET", "/recorder")

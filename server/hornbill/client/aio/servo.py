@@ -216,6 +216,37 @@ class AsyncServo:
         body = {"step_deg": step_deg, "runs": runs, "dwell_s": dwell_s, "note": note}
         return await self._job("step-test", body, on_progress)
 
+    async def set_up(self) -> responses.SetUp:
+        """Set-up: load, mounting and surroundings, which runs copy."""
+        return await self._request("GET", f"{self._path}/set-up")
+
+    async def put_set_up(self, set_up: Mapping[str, float | str | None]) -> responses.SetUp:
+        """Replace the set-up. Values that are not given become null (not stated)."""
+        return await self._request("PUT", f"{self._path}/set-up", dict(set_up))
+
+    async def frequency_response(
+        self,
+        *,
+        excitation: str = "chirp",
+        amplitude_deg: float = 2.0,
+        from_hz: float = 0.5,
+        to_hz: float = 20.0,
+        duration_s: float = 20.0,
+        ladder: bool = False,
+        note: str = "",
+        on_progress: Progress | None = None,
+    ) -> responses.Job:
+        """Measure the frequency response about the current angle. Requires a lease and torque on."""
+        body = {
+            "excitation": excitation, "amplitude_deg": amplitude_deg, "from_hz": from_hz, "to_hz": to_hz,
+            "duration_s": duration_s, "ladder": ladder, "note": note,
+        }  # fmt: skip
+        return await self._job("frequency-response", body, on_progress)
+
+    async def truth(self) -> responses.SimTruth:
+        """True constants and state of a simulated servo, to compare measurements with. Raises Unknown for a real one."""
+        return await self._request("GET", f"/sim{self._path}/truth")
+
     async def telemetry_state(self) -> responses.Telemetry:
         """Telemetry subscriptions, and rates of channels."""
         return await self._request("GET", f"{self._path}/telemetry")

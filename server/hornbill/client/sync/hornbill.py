@@ -323,6 +323,10 @@ class Hornbill(Connection):
         """Version, uptime and bus of the server."""
         return self.request("GET", "/health")
 
+    def tuning(self) -> responses.Tuning:
+        """What the server can compute, and the thresholds of its verdicts."""
+        return self.request("GET", "/tuning")
+
     def schema(self) -> responses.SchemaDocument:
         """Parameter catalogue: all rows, models and fault bits."""
         return self.request("GET", "/schema")

@@ -84,6 +84,22 @@ class Records:
         """Delete a run."""
         self._request("DELETE", f"/runs/{number}")
 
+    def frequency_responses(self, *, uid: str | None = None, limit: int = 50) -> list[responses.FrequencyResponse]:
+        """Frequency responses, newest first, without the lists of their curves."""
+        return self._request("GET", "/frequency-responses", uid=uid, limit=limit)
+
+    def frequency_response(self, number: int) -> responses.FrequencyResponse:
+        """One frequency response with its curves."""
+        return self._request("GET", f"/frequency-responses/{number}")
+
+    def frequency_response_csv(self, number: int) -> bytes:
+        """Curves of a frequency response as CSV."""
+        return self._download(f"/frequency-responses/{number}/csv")
+
+    def delete_frequency_response(self, number: int) -> None:
+        """Delete a frequency response."""
+        self._request("DELETE", f"/frequency-responses/{number}")
+
     def recorder(self) -> responses.RecorderState:
         """State of the recorder."""
         return self._request("GET", "/recorder")

@@ -5,11 +5,13 @@ import { cautions } from "./cautions";
 import { happened, marks } from "./events";
 import { notes } from "./notes";
 import { causes, codes as problems, who } from "./problems";
+import { verdicts } from "./verdicts";
 
 export const codes: Codes = {
   happened,
   marks,
   notes,
+  verdicts,
   cautions,
   causes,
   problem(problem, facts) {

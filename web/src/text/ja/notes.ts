@@ -119,4 +119,32 @@ export const notes = {
   smoothing_on: () => "スムージング（0x22）がオンのため、スムージングを含めて測定しています。",
   limit_reached: () => "サーボの制限に達しました。結果は制御ループではなく制限によるものです。",
   limit_unknown: () => "通知を読み出せなかったため、制限に達したかどうか不明です。",
+
+  other_servo: () => "サーボが異なる測定です。",
+  other_set_up: () => "試験条件が異なります。",
+  other_procedure: () => "測定手順のバージョンが異なります。",
+  other_step: () => "ステップまたは整定範囲が異なります。",
+
+  try_check_free: p =>
+    `ホーンが拘束または過負荷になっていないか${p.torque_limit_pct === undefined ? "" : `、トルク制限${p.torque_limit_pct}が低すぎないか`}確認してください。`,
+  try_lower_boost: p => `ブースト${p.boost_pct}を下げるか、デッドバンドを広げてください。`,
+  try_lower_p: p =>
+    `比例ゲインを${p.p_gain === undefined ? "下げるか" : `${p.p_gain}以下にするか`}、${p.d_gain === undefined ? "" : "微分ゲインを上げるか、"}「改善」でハンチングしない最も硬いゲインを探してください。`,
+  try_higher_p: p =>
+    p.p_gain === undefined
+      ? "比例ゲイン（0x2C）を少しずつ上げてください。"
+      : `比例ゲイン${p.p_gain}を試し、ハンチングしたら下げてください。`,
+  try_supply: p => `電源${p.nominal_v}で測定してください。`,
+  try_smoothing_off: () => "調整中はスムージング（0x22）をオフにしてください。",
+  try_smaller_step: () => "小さいステップで測定するか、制限を上げてください。",
+  try_narrow_deadband: () => "デッドバンド（0x2E）を狭くしてください。",
+  try_raise_torque: () => "トルク制限を上げてください。",
+  try_longer: () => "測定時間を長くするか、比例ゲインを上げてください。",
+  try_check_bus: p => `指令の${p.missed_pct}が送信できませんでした。バスを確認し、もう一度測定してください。`,
+  try_larger_amplitude: p => `振幅を${p.amplitude_deg}にするか、時間を長くして測定してください。`,
+
+  deadband_dependence: p =>
+    `小さい振幅（${p.amplitude_deg}）では応答が${p.drop_db} dB低くなります。デッドバンドまたは摩擦の影響です。`,
+  saturation_dependence: p =>
+    `大きい振幅（${p.amplitude_deg}）では応答が${p.drop_db} dB低くなります。速度またはトルクが飽和しています。`,
 } satisfies Codes["notes"];

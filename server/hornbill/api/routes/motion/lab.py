@@ -14,11 +14,13 @@ from hornbill.api.routing import Routes
 from hornbill.api.security.roles import Role
 from hornbill.csv_text import csv_text
 from hornbill.domain.fields import Model, UidField
+from hornbill.domain.set_up import SetUp
 from hornbill.domain.step_test import RunOverlay, StepRun
 from hornbill.errors import InvalidValue
+from hornbill.lab import stored
+from hornbill.lab.conditions import set_up_of
 from hornbill.lab.step import StepPlan, StepTests
 from hornbill.servo.host import Host
-from hornbill.store.runs import Run
 from hornbill.units import Uid
 
 routes = Routes("lab")
@@ -33,7 +35,8 @@ class StepTest(Model):
     band_deg: float | None = Field(
         default=None, gt=0, le=10, description="Settling band, °. Null for 0.5° or the deadband, whichever is larger."
     )
-    note: str = Field(default="", max_length=200, description="Note on load, mounting or other conditions.")
+    note: str = Field(default="", max_length=200, description="Note on other conditions.")
+    set_up: SetUp | None = Field(default=None, description="Set-up of this run. Null for that of the servo.")
 
 
 RunPath = Annotated[int, Path(description="ID of the run.", ge=1, le=2**31 - 1)]
@@ -54,7 +57,8 @@ async def step_test(
     """Measure a small step from the current angle and back. Requires a lease and torque on. Writes no parameters."""
     wanted = body or StepTest()
     host.connected()
-    plan = StepPlan(wanted.step_deg, wanted.runs, wanted.dwell_s, wanted.band_deg, wanted.note)
+    set_up = wanted.set_up or set_up_of(host.store.servos.get(servo.uid))
+    plan = StepPlan(wanted.step_deg, wanted.runs, wanted.dwell_s, wanted.band_deg, wanted.note, set_up)
     tests = StepTests(host.requests, host.motion, host.base, host.jobs, host.store)
     return await job_response(host, tests.begin(servo, lease, plan), wait)
 
@@ -67,7 +71,7 @@ async def list_runs(
 ) -> list[StepRun]:
     """List runs of one or all servos, newest first, without samples."""
     found = await host.store.run(host.store.runs.of, None if uid is None else Uid(uid), limit=limit)
-    return [_shown(host, run, traces=False) for run in found]
+    return [stored.step_run(run, traces=False) for run in found]
 
 
 @routes.get("/runs/overlay", Role.VIEW, "unknown_run", "invalid_value")
@@ -81,28 +85,26 @@ async def overlay_runs(
             f'Invalid run IDs "{ids[:60]}". Give one to eight IDs, separated by commas.',
             cause="runs_missing",
         )
-    runs = [_shown(host, await host.store.run(host.store.runs.get, int(part)), traces=True) for part in numbers]
-    keys = {key: None for run in runs for key in run.parameters}
-    differ = {key: [run.parameters.get(key) for run in runs] for key in keys}
-    return RunOverlay(runs=runs, differences={k: v for k, v in differ.items() if any(one != v[0] for one in v)})
+    return stored.overlay([await _run(host, int(part)) for part in numbers])
 
 
 @routes.get("/runs/{run_id}", Role.VIEW, "unknown_run")
 async def get_run(host: TheHost, run_id: RunPath) -> StepRun:
     """Get a run with its samples."""
-    return _shown(host, await host.store.run(host.store.runs.get, run_id), traces=True)
+    return await _run(host, run_id)
 
 
 @routes.get("/runs/{run_id}/csv", Role.VIEW, "unknown_run")
 async def get_run_csv(host: TheHost, run_id: RunPath) -> Response:
     """Download the samples of a run as CSV: step, direction, time after the command (s), angle and target (°)."""
-    run = _shown(host, await host.store.run(host.store.runs.get, run_id), traces=True)
+    run = await _run(host, run_id)
     return Response(csv_text(_table(run)), media_type=CSV, headers=attachment(f"step-run-{run_id}.csv"))
 
 
 @routes.delete("/runs/{run_id}", Role.ADMIN, "unknown_run", status_code=204)
 async def delete_run(host: TheHost, run_id: RunPath) -> None:
     """Delete a run."""
+    await host.store.run(host.store.runs.find, run_id, "step")
     await host.store.run(host.store.runs.drop, run_id)
 
 
@@ -113,16 +115,5 @@ def _table(run: StepRun) -> Iterator[tuple[object, ...]]:
             yield number, step.direction, t, angle, step.to_deg
 
 
-def _shown(host: Host, run: Run, *, traces: bool) -> StepRun:
-    document = dict(run.document)
-    warnings = document["warnings"]
-    # an older hornbill stored warnings as text
-    document["warnings"] = [
-        {"text": one, "code": "text"} if isinstance(one, str) else one
-        for one in (warnings if isinstance(warnings, list) else [])
-    ]
-    shown = StepRun.model_validate({"id": run.id, "uid": run.uid, "at": run.at, "note": run.note, **document})
-    if not traces:
-        for step in shown.steps:
-            step.t, step.angle_deg = [], []
-    return shown
+async def _run(host: Host, number: int) -> StepRun:
+    return stored.step_run(await host.store.run(host.store.runs.find, number, "step"))

@@ -1,0 +1,73 @@
+"""Routes of frequency responses."""
+
+from collections.abc import Iterator
+from typing import Annotated
+
+from fastapi import Path, Query
+from starlette.responses import Response
+
+from hornbill.api.dependencies import TheHost
+from hornbill.api.downloads import CSV, attachment
+from hornbill.api.routing import Routes
+from hornbill.api.security.roles import Role
+from hornbill.csv_text import csv_text
+from hornbill.domain.fields import UidField
+from hornbill.domain.frequency_response import FrequencyResponse
+from hornbill.lab import stored
+from hornbill.servo.host import Host
+from hornbill.units import Uid
+
+routes = Routes("lab")
+
+RunPath = Annotated[int, Path(description="ID of the frequency response.", ge=1, le=2**31 - 1)]
+
+
+@routes.get("/frequency-responses", Role.VIEW)
+async def list_frequency_responses(
+    host: TheHost,
+    uid: Annotated[UidField | None, Query(description="Servo of the frequency responses.")] = None,
+    limit: Annotated[int, Query(ge=1, le=200, description="Maximum number, newest first.")] = 50,
+) -> list[FrequencyResponse]:
+    """List frequency responses of one or all servos, newest first, without the lists of their curves."""
+    wanted = None if uid is None else Uid(uid)
+    found = await host.store.run(host.store.runs.of, wanted, kind="frequency_response", limit=limit)
+    return [stored.frequency_response(run, curves=False) for run in found]
+
+
+@routes.get("/frequency-responses/{run_id}", Role.VIEW, "unknown_run")
+async def get_frequency_response(host: TheHost, run_id: RunPath) -> FrequencyResponse:
+    """Get a frequency response with its curves."""
+    return await _found(host, run_id)
+
+
+@routes.get("/frequency-responses/{run_id}/csv", Role.VIEW, "unknown_run")
+async def get_frequency_response_csv(host: TheHost, run_id: RunPath) -> Response:
+    """Download a frequency response as CSV: one line per amplitude and frequency."""
+    found = await _found(host, run_id)
+    name = f"frequency-response-{run_id}.csv"
+    return Response(csv_text(_table(found)), media_type=CSV, headers=attachment(name))
+
+
+@routes.delete("/frequency-responses/{run_id}", Role.ADMIN, "unknown_run", status_code=204)
+async def delete_frequency_response(host: TheHost, run_id: RunPath) -> None:
+    """Delete a frequency response."""
+    await host.store.run(host.store.runs.find, run_id, "frequency_response")
+    await host.store.run(host.store.runs.drop, run_id)
+
+
+async def _found(host: Host, number: int) -> FrequencyResponse:
+    return stored.frequency_response(await host.store.run(host.store.runs.find, number, "frequency_response"))
+
+
+def _table(run: FrequencyResponse) -> Iterator[tuple[object, ...]]:
+    yield (
+        "amplitude_deg", "frequency_hz", "gain_db", "gain_error_db", "phase_deg", "phase_error_deg", "coherence",
+        "reliable",
+    )  # fmt: skip
+    for one in run.curves:
+        lists = (
+            one.frequency_hz, one.gain_db, one.gain_error_db, one.phase_deg, one.phase_error_deg, one.coherence,
+            one.reliable,
+        )  # fmt: skip
+        for values in zip(*lists, strict=True):
+            yield one.amplitude_deg, *values
