@@ -1,6 +1,7 @@
 /** Texts by code in the page's language. Empty in English: the server's texts are used. */
 import { signal } from "@preact/signals";
 import type { Problem } from "../api/client";
+import type { RunVerdict } from "../api/lab-types";
 import type { Caution, EventCode, MarkReason, NoteCode } from "../api/types";
 import { awaitWords, currentLanguage } from "../text/language";
 import type { Facts, FactsText } from "./facts";
@@ -13,6 +14,8 @@ export interface Codes {
   marks: ByCode<MarkReason>;
   /** Notes beside values. */
   notes: ByCode<NoteCode>;
+  /** Verdicts on runs. */
+  verdicts: ByCode<RunVerdict["code"]>;
   /** Cautions before commands. */
   cautions: ByCode<Caution["code"]>;
   /** Causes of problems, also of adapters and buses. */

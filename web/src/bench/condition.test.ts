@@ -36,6 +36,7 @@ const servo = (more: Partial<KnownServo> = {}): KnownServo => ({
   unacknowledged: 0,
   drift: [],
   lost: [],
+  owed: [],
   position_unit: {
     unit: "hundred_degrees",
     state: "confirmed",

@@ -1,7 +1,7 @@
 /** Motion from this page: one lease, heartbeat, torque, commands, and every end of it. */
 
 import { effect, signal } from "@preact/signals";
-import { callApi, type Problem, problemOf } from "../api/client";
+import { callApi, Problem, problemOf } from "../api/client";
 import type { Caution, Commanded, LeaseView, Reading, TorqueMode } from "../api/types";
 import { telemetry } from "../telemetry/store";
 import { text } from "../text";
@@ -95,12 +95,9 @@ export async function enableMotion(
   others: readonly string[] = [],
   group: Together | null = null,
 ): Promise<void> {
-  if (!stopSeen()) {
-    motionRefusal.value = text.motion.stopHidden;
-    return;
-  }
   const members = [uid, ...others];
   try {
+    if (!stopSeen()) throw new Problem("stop_hidden", 0, text.motion.stopHidden);
     await takeControl(uid, members, group, async lease => {
       await energise(members, group, lease);
       return members;
@@ -108,6 +105,14 @@ export async function enableMotion(
   } catch (error) {
     motionRefusal.value = problemText(problemOf(error));
   }
+}
+
+/** Our lease with torque on for this servo, taken first if motion is off. Throws the reason why not. */
+export async function leaseFor(uid: string): Promise<string> {
+  if (motion.peek().phase !== "on") await enableMotion(uid);
+  const present = motion.peek();
+  if (present.phase === "on" && present.uid === uid) return present.lease;
+  throw new Problem("motion_off", 0, motionRefusal.peek() ?? text.motion.notEnabled);
 }
 
 /**

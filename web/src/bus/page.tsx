@@ -9,6 +9,7 @@ import { narrow } from "../bench/screen";
 import { Glyph } from "../kit/glyph";
 import { lazy } from "../kit/lazy";
 import { Panel } from "../kit/panel";
+import { tabKeys } from "../kit/tab-keys";
 import { text } from "../text";
 import { ConnectHere } from "./connect";
 import { BusStrip } from "./counters";
@@ -112,20 +113,11 @@ const NAMES = (): Record<Part, string> => ({
 });
 
 function Parts({ parts, chosen }: { parts: readonly Part[]; chosen: Part | undefined }) {
-  const list = useRef<HTMLDivElement>(null);
-  const move = (event: KeyboardEvent) => {
-    const step = event.key === "ArrowRight" ? 1 : event.key === "ArrowLeft" ? -1 : 0;
-    if (step === 0 || chosen === undefined) return;
-    const next = parts[(parts.indexOf(chosen) + step + parts.length) % parts.length];
-    if (next === undefined) return;
-    open(next);
-    list.current?.querySelector<HTMLElement>(`[data-testid=part-${next}]`)?.focus();
-  };
   const open = (part: Part) => changeChoices({}, part);
   const { failure, warning } = complaints.value;
   return (
     <div class="tabs">
-      <div ref={list} role="tablist" aria-label={words.parts} tabIndex={-1} onKeyDown={move}>
+      <div role="tablist" aria-label={words.parts} tabIndex={-1} onKeyDown={tabKeys}>
         {parts.map(part => (
           <button
             key={part}

@@ -11,6 +11,8 @@ interface Props {
   stale?: boolean;
   /** Draws the path of the horn to this angle: the effect of a save. */
   goesTo?: number;
+  /** Where the horn is about to move, from one angle clockwise to another. */
+  sweep?: { from: number; to: number };
   label?: string;
 }
 
@@ -19,7 +21,7 @@ const MINOR = ticks(36, 39, 10, 30);
 const MAJOR = ticks(34, 39, 30);
 
 /** A ruled face with the horn. Stale: hollow horn, no limit arc. */
-export function Dial({ size, angle, command, limits, stale = false, goesTo, label }: Props) {
+export function Dial({ size, angle, command, limits, stale = false, goesTo, sweep, label }: Props) {
   const fine = size >= 100;
   const hub = fine ? 6 : 8;
   const tip = fine ? 3 : 3.6;
@@ -47,6 +49,7 @@ export function Dial({ size, angle, command, limits, stale = false, goesTo, labe
           stroke-width={fine ? 2.4 : 3.6}
         />
       )}
+      {sweep && <Sweep {...sweep} />}
       {goesTo !== undefined && angle !== null && <Way from={angle} to={goesTo} horn={horn} />}
       {command !== null && command !== undefined && !stale && (
         <Command angle={command} fine={fine} horn={horn} />
@@ -74,6 +77,22 @@ export function Dial({ size, angle, command, limits, stale = false, goesTo, labe
         </text>
       )}
     </svg>
+  );
+}
+
+/** The part of the limit arc that the horn will pass, with a dashed line at each end. */
+function Sweep({ from, to }: { from: number; to: number }) {
+  return (
+    <g stroke="var(--intent)" fill="none">
+      <path d={arc(45.5, from, Math.max(to, from + 1))} stroke-width="7" />
+      {[from, to].map(end => {
+        const a = polar(12, end);
+        const b = polar(42, end);
+        return (
+          <path key={end} d={`M${a.x} ${a.y}L${b.x} ${b.y}`} stroke-width="1.2" stroke-dasharray="3 2.4" />
+        );
+      })}
+    </g>
   );
 }
 

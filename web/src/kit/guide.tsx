@@ -11,6 +11,7 @@ const PLACES = {
   bus: "how-to/bus",
   recover: "how-to/recover",
   faults: "explanation/measuring",
+  tuning: "explanation/tuning",
   profiles: "how-to/profiles",
   record: "how-to/record",
   rigs: "rigs",

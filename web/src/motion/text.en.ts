@@ -41,6 +41,7 @@ export const motion = {
   endedByHiddenStop: "Motion ended: Stop was no longer fully visible.",
   endedByLink: "Motion ended: the link to hornbill was lost. Torque goes off automatically.",
   endedByHiding: "Motion ended: the tab was hidden.",
+  notEnabled: "Motion was not enabled.",
   endedByOther: (holder: string) => `Motion ended: ${holder} took motion control.`,
   endedLease: "Motion ended: motion control was lost.",
   torqueOff: (names: string) => `Torque is off: ${names}.`,

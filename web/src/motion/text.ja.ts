@@ -39,6 +39,7 @@ export const live = {
     endedByHiddenStop: "動作を終了しました: 停止ボタンの全体が表示されなくなりました。",
     endedByLink: "動作を終了しました: hornbillとの接続が切れました。トルクは自動でオフになります。",
     endedByHiding: "動作を終了しました: タブが隠れました。",
+    notEnabled: "動作は有効になりませんでした。",
     endedByOther: holder => `動作を終了しました: ${holder}が動作権を取得しました。`,
     endedLease: "動作を終了しました: 動作権を失いました。",
     torqueOff: names => `トルクはオフです: ${names}。`,

@@ -6,9 +6,10 @@ import type { StepRun } from "../api/lab-types";
 import { catalog } from "../bench/catalog";
 import { now } from "../bench/clock";
 import { angleOf, type KnownServo } from "../bench/fleet";
-import { age, angle, clock, date, minute, number, withUnit } from "../bench/format";
+import { age, angle, clock, date, minute } from "../bench/format";
 import { who } from "../bench/holder";
 import { connection } from "../bench/link";
+import { verdictText } from "../bench/note-text";
 import { sheetOf } from "../bench/parameters";
 import type { Resource } from "../bench/resource";
 import { go, pathOf } from "../bench/route";
@@ -190,30 +191,9 @@ function LastRun({ one }: { one: KnownServo }) {
 }
 
 function RunFact({ run }: { run: StepRun }) {
-  const metrics = run.steps.map(step => step.metrics);
-  const settling = metrics.map(one => one.settling_s);
-  const never = settling.length === 0 || settling.includes(null);
-  const hunts = metrics.some(one => one.hunting === "hunting");
-  const overshoot = Math.max(0, ...metrics.map(one => one.overshoot_pct ?? 0));
-  const slowest = Math.max(0, ...settling.map(one => one ?? 0));
   return (
-    <Fact
-      glyph={<Glyph kind={never || hunts ? "warning" : "ok"} />}
-      line={
-        <>
-          {words.overshoot(withUnit(number(overshoot, 0), "%"))}
-          <br />
-          {words.step(angle(run.step_deg), instant(run.at))}
-        </>
-      }
-    >
-      <b>
-        {hunts
-          ? words.hunting
-          : never
-            ? words.neverSettles
-            : words.settles(withUnit(number(slowest * 1000, 0), "ms"))}
-      </b>
+    <Fact glyph={<Glyph kind={run.verdict.level} />} line={words.step(angle(run.step_deg), instant(run.at))}>
+      <b>{verdictText(run.verdict)}</b>
     </Fact>
   );
 }

@@ -1,6 +1,5 @@
 /** Tabs of the Parameters page: one per group, with the number of changes. */
 import type { ComponentChildren } from "preact";
-import { useRef } from "preact/hooks";
 import type { Tab } from "../bench/catalog";
 import { staged, wrong } from "../bench/draft";
 import { servo } from "../bench/fleet";
@@ -8,6 +7,7 @@ import type { Sheet } from "../bench/parameters";
 import { aboutTab } from "../bench/row-help";
 import { narrow } from "../bench/screen";
 import { Icon } from "../kit/icon";
+import { tabKeys } from "../kit/tab-keys";
 import { text } from "../text";
 
 /** On a narrow screen the live panel is a tab. */
@@ -32,22 +32,13 @@ interface Props {
 }
 
 export function Tabs({ sheet, tabs, chosen, onChoose, pwm, children }: Props) {
-  const list = useRef<HTMLDivElement>(null);
   const has = sheet.keys.value;
   const shown = tabs
     .map(tab => ({ ...tab, rows: tab.rows.filter(row => has?.includes(row.key) ?? true) }))
     .filter(tab => tab.rows.length > 0);
-  const move = (event: KeyboardEvent) => {
-    const way = event.key === "ArrowRight" ? 1 : event.key === "ArrowLeft" ? -1 : 0;
-    if (way === 0) return;
-    const all = [...(list.current?.querySelectorAll<HTMLElement>("[role=tab]") ?? [])];
-    const next = all[(all.indexOf(document.activeElement as HTMLElement) + way + all.length) % all.length];
-    next?.focus();
-    next?.click();
-  };
   return (
     <div class="tabs">
-      <div ref={list} role="tablist" aria-label={text.params.title} tabIndex={-1} onKeyDown={move}>
+      <div role="tablist" aria-label={text.params.title} tabIndex={-1} onKeyDown={tabKeys}>
         {shown.map(tab => (
           <TabButton
             key={tab.key}

@@ -21,6 +21,24 @@ export interface MarkAt {
   word: string;
 }
 
+/** A part of the time, or of another x, where nothing can be said. */
+export interface Hatched {
+  from: number;
+  to: number;
+  /** Shown where there is space. */
+  word?: string;
+}
+
+/** Words at a point of a curve, with a line to it. */
+export interface Callout {
+  t: number;
+  v: number;
+  word: string;
+  /** Distance of the words from the point, pixels; plus is to the right and down. */
+  dx: number;
+  dy: number;
+}
+
 /** Gap between the plot and the names beside it. */
 export const NAME_GAP_PX = 9;
 const NAME_PX = 14;
@@ -89,6 +107,124 @@ export function drawBand(plot: uPlot, band: Band, at: Projection, colours: Palet
   ctx.globalAlpha = 1;
 }
 
+/** A dotted line with a triangle and a word at its foot. */
+export function footMark(plot: uPlot, mark: MarkAt, at: Projection, colours: Palette): void {
+  const { ctx, bbox } = plot;
+  const ratio = dpr();
+  const x = at.x(mark.t);
+  const low = bbox.top + bbox.height;
+  upright(plot, x, colours.ink3);
+  ctx.fillStyle = colours.ink2;
+  ctx.beginPath();
+  ctx.moveTo(x - 4 * ratio, low);
+  ctx.lineTo(x + 4 * ratio, low);
+  ctx.lineTo(x, low - 7 * ratio);
+  ctx.fill();
+  ctx.font = `12px ${colours.font}`;
+  const width = ctx.measureText(mark.word).width * ratio;
+  const right = x + 8 * ratio + width < bbox.left + bbox.width;
+  const from = x + (right ? 8 : -8) * ratio;
+  haloed(plot, mark.word, from, low - 8 * ratio, right ? "left" : "right", colours.ink2, colours);
+}
+
+/** Diagonal lines on the colour of the panel, with the word in the middle. */
+export function hatch(plot: uPlot, area: Hatched, at: Projection, colours: Palette): void {
+  const { ctx, bbox } = plot;
+  const ratio = dpr();
+  const from = Math.max(bbox.left, at.x(area.from));
+  const to = Math.min(bbox.left + bbox.width, at.x(area.to));
+  if (to - from < ratio) return;
+  const { top, height } = bbox;
+  ctx.save();
+  ctx.beginPath();
+  ctx.rect(from, top, to - from, height);
+  ctx.clip();
+  ctx.fillStyle = colours.panel;
+  ctx.fillRect(from, top, to - from, height);
+  ctx.strokeStyle = colours.line;
+  ctx.lineWidth = 1.5 * ratio;
+  ctx.setLineDash([]);
+  ctx.beginPath();
+  // On a grid of the plot, so that neighbouring areas continue each other.
+  const step = 8 * ratio;
+  for (let x = Math.floor((from - height) / step) * step; x < to; x += step) {
+    ctx.moveTo(x, top + height);
+    ctx.lineTo(x + height, top);
+  }
+  ctx.stroke();
+  ctx.strokeStyle = colours.edge;
+  ctx.lineWidth = ratio;
+  ctx.strokeRect(from, top - ratio, to - from + 2 * ratio, height + 2 * ratio);
+  ctx.restore();
+  if (area.word) middleWords(plot, area.word, (from + to) / 2, to - from, colours);
+}
+
+/** Words below each other, centred, left out where they do not fit. */
+function middleWords(plot: uPlot, word: string, x: number, width: number, colours: Palette): void {
+  const { ctx, bbox } = plot;
+  const ratio = dpr();
+  const words = word.split(" ");
+  ctx.save();
+  ctx.font = `${12 * ratio}px ${colours.font}`;
+  const widest = Math.max(...words.map(one => ctx.measureText(one).width));
+  ctx.restore();
+  if (widest > width - 2 * ratio) return;
+  const line = 16 * ratio;
+  const first = bbox.top + bbox.height / 2 - ((words.length - 1) * line) / 2 + 4 * ratio;
+  ctx.save();
+  words.forEach((one, place) => {
+    haloed(plot, one, x, first + place * line, "center", colours.ink2, { ...colours, well: colours.panel });
+  });
+  ctx.restore();
+}
+
+/** Words near a point, and a line to it. */
+export function callout(plot: uPlot, one: Callout, at: Projection, colours: Palette): void {
+  const { ctx, bbox } = plot;
+  const ratio = dpr();
+  const x = at.x(one.t);
+  const y = at.y(one.v);
+  ctx.font = `600 ${12 * ratio}px ${colours.font}`;
+  const width = ctx.measureText(one.word).width;
+  const right = one.dx >= 0;
+  const low = bbox.left + 4 * ratio + (right ? 0 : width);
+  const high = bbox.left + bbox.width - 4 * ratio - (right ? width : 0);
+  const from = Math.min(high, Math.max(low, x + one.dx * ratio));
+  const level = Math.min(
+    bbox.top + bbox.height - 6 * ratio,
+    Math.max(bbox.top + 14 * ratio, y + one.dy * ratio),
+  );
+  if (one.dy !== 0) {
+    ctx.strokeStyle = colours.ink2;
+    ctx.lineWidth = ratio;
+    ctx.setLineDash([]);
+    ctx.beginPath();
+    ctx.moveTo(x, y - Math.sign(y - level) * 4 * ratio);
+    ctx.lineTo(x, level - 4 * ratio);
+    ctx.lineTo(from - (right ? 4 : -4) * ratio, level - 4 * ratio);
+    ctx.stroke();
+  }
+  haloed(plot, one.word, from, level, right ? "left" : "right", colours.ink, colours, 600);
+}
+
+/** An open dot where a curve ends because nothing reliable follows. */
+export function openEnd(plot: uPlot, curve: PlotCurve, at: Projection, colours: Palette): void {
+  const { ctx } = plot;
+  const ratio = dpr();
+  const { t, v } = curve.samples(at.min);
+  let last = v.length - 1;
+  while (last >= 0 && Number.isNaN(v[last] ?? Number.NaN)) last--;
+  if (last < 0) return;
+  ctx.beginPath();
+  ctx.arc(at.x(t[last] ?? 0), at.y(v[last] ?? 0), 3.5 * ratio, 0, 2 * Math.PI);
+  ctx.fillStyle = colours.well;
+  ctx.strokeStyle = colourOf(curve.colour, colours);
+  ctx.lineWidth = 1.6 * ratio;
+  ctx.setLineDash([]);
+  ctx.fill();
+  ctx.stroke();
+}
+
 /** The trigger level: dotted, with a head at the left; in the intent colour while waiting, grey once fired. */
 export function levelMark(plot: uPlot, level: TriggerLevel, at: Projection, colours: Palette): void {
   const { ctx, bbox } = plot;
@@ -112,8 +248,16 @@ export function levelMark(plot: uPlot, level: TriggerLevel, at: Projection, colo
 }
 
 /** Text above the band and every curve, with a halo for contrast. */
-export function bandLabel(plot: uPlot, band: Band, at: Projection, colours: Palette): void {
+export function bandLabel(plot: uPlot, band: Band, at: Projection, colours: Palette, beside = false): void {
   const { left, width } = plot.bbox;
+  if (beside) {
+    const middle = at.y((band.low + band.high) / 2) + 4 * dpr();
+    haloed(plot, band.label, left + width + 7 * dpr(), middle, "left", colours.limit, {
+      ...colours,
+      well: colours.panel,
+    });
+    return;
+  }
   haloed(
     plot,
     band.label,
@@ -123,6 +267,12 @@ export function bandLabel(plot: uPlot, band: Band, at: Projection, colours: Pale
     colours.limit,
     colours,
   );
+}
+
+/** A word in the lower corner, where no curve is. */
+export function cornerWord(plot: uPlot, word: string, colours: Palette): void {
+  const { left, top, height } = plot.bbox;
+  haloed(plot, word, left + 8 * dpr(), top + height - 8 * dpr(), "left", colours.ink2, colours);
 }
 
 /** The title of a lane, in its corner. */

@@ -1,7 +1,7 @@
 /** The plot component: axes, series and cursors by uPlot, drawn in the page's shared animation frame and colours. */
 import uPlot from "uplot";
 import "./uplot.css";
-import type { Band, CurveEnd, MarkAt, TriggerLevel } from "./annotate";
+import type { Band, Callout, CurveEnd, Hatched, MarkAt, TriggerLevel } from "./annotate";
 import * as pen from "./annotate";
 import { everyFrame } from "./frames";
 import { laneTicksOf } from "./lane";
@@ -17,6 +17,12 @@ export interface Picture {
   marks?: () => readonly MarkAt[];
   /** Title in the corner. */
   title?: string;
+  /** Word in the lower corner. */
+  corner?: string;
+  /** Times named at the foot. */
+  feet?: readonly MarkAt[];
+  hatched?: readonly Hatched[];
+  callouts?: readonly Callout[];
   level?: TriggerLevel;
   /** Time limits of all data; a plot with a `span` shows the span instead. */
   from?: number;
@@ -44,6 +50,11 @@ export interface PlotOptions {
   /** Vertical lines at the ticks of x. */
   ruled?: boolean;
   yWidth?: number;
+  /** Ticks of x within these limits, where they are not at multiples of a step. */
+  xTicks?: (from: number, to: number) => number[];
+  yTicks?: (from: number, to: number) => number[];
+  /** Width at the right for the names of bands; without it they are inside. */
+  beside?: number;
   /** Text for the values under the pointer. */
   read?: (x: number, values: readonly { name: string; value: number }[]) => string;
   readout?: HTMLElement | null;
@@ -237,7 +248,7 @@ export class Plot {
     this.#range = this.#picture.range(drawn, this.#range);
     const [min, max] = this.#range;
     const height = (this.#plot?.bbox.height ?? 200) / (devicePixelRatio || 1);
-    this.#ticks = laneTicksOf(min, max, Math.max(3, height / 34));
+    this.#ticks = this.#options.yTicks?.(min, max) ?? laneTicksOf(min, max, Math.max(3, height / 34));
     return this.#range;
   }
 
@@ -248,7 +259,7 @@ export class Plot {
     this.#range = null;
     const colours = palette();
     const font = `12px ${colours.font}`;
-    const { span, first, last = true, group, x, y, ruled, yWidth = 56 } = this.#options;
+    const { span, first, last = true, group, x, y, ruled, yWidth = 56, xTicks, beside } = this.#options;
     const gutter = this.#measured(colours);
     this.#gutter = gutter;
     this.#plot = new uPlot(
@@ -257,7 +268,7 @@ export class Plot {
         height: Math.max(50, this.#box.clientHeight),
         padding: [
           first || (!span && this.#picture.marks) ? HEAD_PX : span ? 6 : 10,
-          gutter > 0 ? Math.max(18, gutter + pen.NAME_GAP_PX + EDGE_PX) : 30,
+          gutter > 0 ? Math.max(18, gutter + pen.NAME_GAP_PX + EDGE_PX) : (beside ?? 30),
           last ? 0 : 6,
           0,
         ],
@@ -290,6 +301,7 @@ export class Plot {
             gap: 6,
             space: 64,
             incrs: X_STEPS,
+            ...(xTicks ? { splits: (_plot, _axis, from, to) => xTicks(from, to) } : {}),
             grid: { show: ruled === true, stroke: colours.line, width: 1 },
             ticks: { stroke: colours.edge, width: 1, size: 4 },
             values: (_plot, splits, _axis, _space, step) => splits.map(v => x(v, step)),
@@ -332,7 +344,7 @@ export class Plot {
     const ratio = devicePixelRatio || 1;
     const colour = pen.colourOf(curve.colour, colours);
     const spanned = this.#options.span !== undefined;
-    const width = curve.bold ? 2.2 : spanned ? 1.8 : 1.5;
+    const width = curve.bold ? 2.6 : spanned ? 1.8 : 1.5;
     const lit = () => this.#options.span?.lit.peek() ?? null;
     // A command in the colour of its measured curve is wider, so that its dashes are visible on top of it.
     const dashes = typeof curve.colour === "number" ? 3 : 1.6;
@@ -390,14 +402,15 @@ export class Plot {
     pen.ground(plot, this.#ticks, at, colours);
     pen.clip(plot);
     for (const band of this.#picture.bands ?? []) pen.drawBand(plot, band, at, colours);
+    for (const area of this.#picture.hatched ?? []) pen.hatch(plot, area, at, colours);
     plot.ctx.restore();
   }
 
   #over(plot: uPlot, colours: Palette): void {
     const at = projection(plot, this.#zero);
     const { ctx, bbox } = plot;
-    const { span, first, cursors } = this.#options;
-    const { names, bands = [], title, level } = this.#picture;
+    const { span, first, cursors, beside } = this.#options;
+    const { names, bands = [], title, corner, level, feet = [], callouts = [] } = this.#picture;
     const marks = (this.#picture.marks?.() ?? []).filter(one => one.t >= at.min && one.t <= at.max);
     pen.clip(plot);
     ctx.setLineDash([]);
@@ -415,7 +428,10 @@ export class Plot {
       ctx.globalAlpha = 1;
     }
     for (const one of placed) if (one !== null) pen.upright(plot, at.x(one), colours.ink2);
-    for (const band of bands) pen.bandLabel(plot, band, at, colours);
+    for (const mark of feet) pen.footMark(plot, mark, at, colours);
+    if (beside === undefined) for (const band of bands) pen.bandLabel(plot, band, at, colours);
+    for (const curve of this.#curves) if (curve.open) pen.openEnd(plot, curve, at, colours);
+    for (const one of callouts) pen.callout(plot, one, at, colours);
     if (!names) {
       this.#curves
         .filter(one => one.tag !== undefined)
@@ -424,8 +440,10 @@ export class Plot {
         });
     }
     if (title) pen.laneTitle(plot, title, colours);
+    if (corner) pen.cornerWord(plot, corner, colours);
     ctx.restore();
     ctx.save();
+    if (beside !== undefined) for (const band of bands) pen.bandLabel(plot, band, at, colours, true);
     ctx.setLineDash([]);
     if (names) {
       const crowd = this.#curves.length > 8;

@@ -30,6 +30,8 @@ export interface PlotCurve {
   /** Index of the shape of its samples; without one they are dots, with `plain` nothing. */
   shape?: number;
   plain?: boolean;
+  /** Ends in an open dot: nothing reliable follows. */
+  open?: boolean;
   /** Name at its end, or in the readout. */
   name?: string;
 }

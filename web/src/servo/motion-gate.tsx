@@ -18,6 +18,7 @@ import { Button } from "../kit/button";
 import { Glyph } from "../kit/glyph";
 import { Spinner } from "../kit/icon";
 import { lazy } from "../kit/lazy";
+import { Note } from "../kit/note";
 import { text } from "../text";
 import { JogDial } from "./command-dial";
 
@@ -32,13 +33,52 @@ interface Props {
 /** Set by the group chooser: turns motion on for the whole group. Null for one servo. */
 export const enableAll = signal<{ label: string; act: () => void } | null>(null);
 
+interface Gate {
+  /** Motion is on for this servo. */
+  on: boolean;
+  requesting: boolean;
+  /** What prevents motion, in words. */
+  against: string | null;
+  /** Another client has motion control. */
+  others: boolean;
+  /** Whether it can be enabled now. */
+  able: boolean;
+}
+
+/** Whether motion of a servo can be enabled. */
+export function gateOf(one: KnownServo): Gate {
+  const present = motion.value;
+  const requesting = present.phase === "requesting";
+  const against = hindrance(one);
+  const others = present.phase === "waiting" || (heldByOther() > 0 && !wiggling.value);
+  return {
+    on: present.phase === "on" && present.uid === one.uid,
+    requesting,
+    against,
+    others,
+    able: !requesting && !wiggling.value && against === null && (!others || present.phase === "held"),
+  };
+}
+
+/** What prevents motion, in a dialog that would enable it: nothing if nothing does. */
+export function GateNotes({ one }: { one: KnownServo }) {
+  const { on, against, others } = gateOf(one);
+  if (on) return null;
+  return (
+    <>
+      {(motion.value.phase === "held" || (others && !stopped.value)) && <TakeOver uid={one.uid} />}
+      <Note kind="warning" testid="motion-hindrance">
+        {against}
+      </Note>
+    </>
+  );
+}
+
 export function MotionGate({ one, children }: Props) {
   const present = motion.value;
   const name = nameOf(one);
   const group = children ? enableAll.value : null;
-  const requesting = present.phase === "requesting";
-  const against = hindrance(one);
-  const others = present.phase === "waiting" || (heldByOther() > 0 && !wiggling.value);
+  const { requesting, against, others, able } = gateOf(one);
   const why = against ? null : (motionRefusal.value ?? (present.phase === "off" ? present.why : null));
   const { value: at, stale } = angleNow(one);
   const off = those("off")
@@ -76,7 +116,7 @@ export function MotionGate({ one, children }: Props) {
           look="primary"
           testid="enable-motion"
           live
-          disabled={requesting || wiggling.value || against !== null || (others && present.phase !== "held")}
+          disabled={!able}
           onClick={() => (group ? group.act() : void enableMotion(one.uid))}
         >
           {requesting && <Spinner />}

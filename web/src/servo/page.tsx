@@ -4,10 +4,12 @@ import type { ComponentChildren } from "preact";
 import { type KnownServo, nameOf, peekServo, uids } from "../bench/fleet";
 import { endMotion, membersOf, motion } from "../bench/motion";
 import { go, OF_A_SERVO, pathOf, route, type ServoTab, sameFor } from "../bench/route";
+import { rowLabelOf } from "../bench/row-text";
 import { Button } from "../kit/button";
 import { follow } from "../kit/follow";
 import { Glyph } from "../kit/glyph";
 import { Icon } from "../kit/icon";
+import { Note } from "../kit/note";
 import { Panel } from "../kit/panel";
 import { useKeys } from "../kit/use-keys";
 import { text } from "../text";
@@ -43,6 +45,11 @@ export function ServoPage({
   return (
     <div class="page servo-page">
       {moves && <MotionBand names={membersOf(present).map(each => nameOf(peekServo(each)))} />}
+      {(one.owed ?? []).length > 0 && (
+        <Note kind="warning" band testid="owed">
+          {servoWords.head.owed(nameOf(one), (one.owed ?? []).map(rowLabelOf).join(text.comma))}
+        </Note>
+      )}
       <Panel>
         <ServoHead one={one}>
           <Turn uid={one.uid} />

@@ -8,6 +8,8 @@ export const words = {
     place: (n: number, of: number) => `${n} of ${of}`,
     saved: "All values are in ROM",
     notKnown: "ROM not known",
+    owed: (name: string, rows: string) =>
+      `${name} still has temporary values: ${rows}. They are restored as soon as it responds. It does not move until then.`,
   },
   side: {
     angle: "Angle",

@@ -10,6 +10,8 @@ export const words = {
     place: (n, of) => `${n} / ${of}`,
     saved: "ROMに保存済み",
     notKnown: "ROM不明",
+    owed: (name, rows) =>
+      `${name}に一時的な値が残っています: ${rows}。応答があり次第、元に戻します。それまでは動作できません。`,
   },
   side: {
     angle: "角度",

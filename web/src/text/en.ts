@@ -24,6 +24,7 @@ export const text = {
     bus: "How to diagnose the bus",
     recover: "How to recover a lost servo",
     faults: "Faults and measurements",
+    tuning: "Tuning: verdicts, plots, Improve",
     profiles: "How to use profiles, copies and history",
     record: "How to record, export and measure",
     rigs: "Rigs: Python, pytest, LabVIEW and others",

@@ -1,45 +1,20 @@
-/** The runs of a servo: the overlaid ones, and the list to select from. */
+/** The list of the runs of a servo, to select those that are shown. */
 import { useSignal } from "@preact/signals";
 import { API } from "../api/client";
 import type { StepRun } from "../api/lab-types";
 import { clock, date, number, signed, withUnit } from "../bench/format";
 import { up } from "../bench/link";
+import { verdictText } from "../bench/note-text";
 import { Button } from "../kit/button";
 import { Confirm } from "../kit/confirm";
 import { cell, Tick } from "../kit/field";
+import { Glyph } from "../kit/glyph";
 import { Icon } from "../kit/icon";
 import { Unread } from "../kit/loaded";
-import { Metrics } from "./metrics";
-import { gainsOf, ms, StepPlotPanel } from "./plot";
-import { chosenRuns, dropRun, loadRuns, overlay, runs, runsProblem, testing, toggle } from "./state";
+import { gainsOf } from "./legend";
+import { chosenRuns, dropRun, loadRuns, runs, runsProblem, toggle } from "./state";
 import * as lab from "./step-runs";
 import { tune as words } from "./words";
-
-export function TuneRuns({ uid }: { uid: string }) {
-  const direction = useSignal<lab.Direction>("there");
-  const list = runs.value;
-  const shown = overlay.value;
-  if (list?.length === 0) {
-    if (testing.value) return null;
-    return (
-      <section class="w-empty" aria-label={words.runs.title} data-testid="no-runs">
-        <p class="strong">{words.runs.none}</p>
-        <p class="second">{words.runs.noneLine}</p>
-      </section>
-    );
-  }
-  return (
-    <>
-      {shown && shown.runs.length > 0 && (
-        <>
-          <StepPlotPanel runs={shown.runs} direction={direction} />
-          <Metrics runs={shown.runs} differences={shown.differences} direction={direction.value} />
-        </>
-      )}
-      <RunList uid={uid} />
-    </>
-  );
-}
 
 /** "14:02:31" for today, with the date for other days. */
 function instant(utc: number): string {
@@ -47,10 +22,11 @@ function instant(utc: number): string {
   return day === date(Date.now() / 1000) ? clock(utc) : `${day} ${clock(utc)}`;
 }
 
-function RunList({ uid }: { uid: string }) {
+export function RunList({ uid }: { uid: string }) {
   const strings = words.runs;
   const dropping = useSignal<StepRun | null>(null);
   const list = runs.value;
+  if (list?.length === 0 && runsProblem.value === null) return null;
   const places = new Map(chosenRuns.value.map((id, place) => [id, lab.letter(place)]));
   return (
     <section class="tune-list" aria-label={strings.title} data-testid="runs" data-uid={uid}>
@@ -64,7 +40,6 @@ function RunList({ uid }: { uid: string }) {
         {(list ?? []).map(run => {
           const at = instant(run.at);
           const place = places.get(run.id);
-          const settled = lab.figure(run, "there", "settling_s");
           return (
             <li key={run.id} class="tune-run" data-testid={`run-${run.id}`} data-chosen={place !== undefined}>
               <Tick
@@ -76,16 +51,18 @@ function RunList({ uid }: { uid: string }) {
                 <b class="tune-place">{place ?? ""}</b>
                 <span class="grow">
                   <span>
-                    {at}, {run.note === "" ? <span class="second">{strings.noNote}</span> : run.note}
+                    <Glyph kind={run.verdict.level} size={13} /> {at}
+                    {words.list}
+                    {verdictText(run.verdict)}
+                    {run.note !== "" && <span class="second"> {run.note}</span>}
                   </span>
                   <small class="second">
                     {[
                       strings.facts(withUnit(signed(run.step_deg, 1), "°"), number(run.achieved_hz, 0)),
                       gainsOf(run),
-                      settled ? `${strings.settled} ${ms(settled.value)}` : strings.unsettled,
                     ]
                       .filter(Boolean)
-                      .join(", ")}
+                      .join(words.list)}
                   </small>
                 </span>
               </Tick>

@@ -1,24 +1,36 @@
-/** Step tests of the servo on the Tune page: the job, its runs, the overlaid runs, the gains. */
+/** State of the Tune page of one servo: the running measurement, its runs, the shown ones, the gains. */
 
-import { computed, signal } from "@preact/signals";
+import { computed, effect, signal, untracked } from "@preact/signals";
 import { callApi, problemOf } from "../api/client";
-import type { RunOverlay, StepRun, StepTestOptions } from "../api/lab-types";
+import type {
+  FrequencyResponse,
+  FrequencyTestOptions,
+  ImproveOptions,
+  RunOverlay,
+  SetUp,
+  StepRun,
+  StepTestOptions,
+  Tuning,
+} from "../api/lab-types";
 import type { Job, Value } from "../api/types";
 import { catalog } from "../bench/catalog";
 import { staged } from "../bench/draft";
 import { endText, problemText } from "../bench/facts";
 import { decimalsOf, number } from "../bench/format";
-import { ended, jobs, setJob, settled } from "../bench/jobs";
-import { motion } from "../bench/motion";
+import { ended, jobs, setJob } from "../bench/jobs";
+import { leaseFor, motion } from "../bench/motion";
 import { sheetOf } from "../bench/parameters";
 import { apply } from "../change/apply";
-import { GAINS, runsInOrder, toggled } from "./step-runs";
+import { GAINS, runsInOrder, shownFirst, toggled, withNewest } from "./step-runs";
 import { tune as words } from "./words";
 
 const LISTED = 50;
 
+/** Jobs that this page starts, follows and shows in its column. */
+const KINDS: ReadonlySet<Job["kind"]> = new Set(["step_test", "frequency_response", "mechanics", "improve"]);
+
 /** The servo all this belongs to. */
-let of = "";
+const current = signal("");
 
 /** Runs without samples, newest first; null until loaded. */
 export const runs = signal<readonly StepRun[] | null>(null);
@@ -28,47 +40,134 @@ export const runsProblem = signal<string | null>(null);
 export const chosenRuns = signal<readonly number[]>([]);
 export const overlay = signal<RunOverlay | null>(null);
 
-const job = signal<string | null>(null);
+/** Frequency responses with their curves, newest first; null until loaded. */
+export const responses = signal<readonly FrequencyResponse[] | null>(null);
+
+/** Set-up of the servo; null until loaded. */
+export const setUp = signal<SetUp | null>(null);
+
+/** What the server can compute; null until loaded. */
+export const tuning = signal<Tuning | null>(null);
+
+/** The job shown in the column: running, or ended and not closed yet. */
+const followed = signal<string | null>(null);
 export const test = computed<Job | null>(() => {
-  const id = job.value;
+  const id = followed.value;
   return id === null ? null : (jobs.value.get(id) ?? null);
 });
-/** Whether the request that starts a test has no response yet. */
+/** The request that starts a job has no response yet. */
 const starting = signal(false);
 /** True from the press of the button on. */
 export const testing = computed(() => starting.value || (test.value !== null && !ended(test.value)));
+/** Why a test did not start, or what a cancellation was refused for. */
 export const testProblem = signal<string | null>(null);
+
+// Jobs of other clients and of before a reload are followed like our own.
+effect(() => {
+  const uid = current.value;
+  for (const job of jobs.value.values())
+    if (uid !== "" && job.uid === uid && KINDS.has(job.kind) && !ended(job)) followed.value = job.id;
+});
+
+let concluded: string | null = null;
+effect(() => {
+  const job = test.value;
+  if (job === null || !ended(job) || concluded === job.id) return;
+  concluded = job.id;
+  untracked(() => void conclude(job));
+});
+
+/** Show what a job measured. */
+async function conclude(job: Job): Promise<void> {
+  // The verdict says how a measurement went; a change of the servo is reported until it is closed.
+  const measured = job.kind === "step_test" || job.kind === "frequency_response";
+  if (measured && job.state === "succeeded" && followed.peek() === job.id) followed.value = null;
+  const made = (job.result as { run?: number; runs?: number[] } | null) ?? {};
+  if (job.kind === "frequency_response") await loadResponses();
+  if (job.kind !== "step_test" && job.kind !== "improve") return;
+  await loadRuns();
+  const known = new Set(runs.peek()?.map(run => run.id));
+  const fresh = [...(made.runs ?? []), ...(made.run === undefined ? [] : [made.run])].filter(id =>
+    known.has(id),
+  );
+  if (job.uid !== current.peek() || fresh.length === 0) return;
+  await choose(fresh.length > 1 ? fresh.slice(-2) : withNewest(chosenRuns.peek(), fresh[0] ?? 0));
+}
+
+/** Close the report of the ended job. */
+export function dismissJob(): void {
+  if (!testing.peek()) followed.value = null;
+  testProblem.value = null;
+}
 
 /** Switch to another servo and discard the state of the last one. */
 export async function showServo(uid: string): Promise<void> {
-  if (of !== uid) {
-    of = uid;
+  if (current.peek() !== uid) {
+    followed.value = null;
     runs.value = null;
+    responses.value = null;
+    setUp.value = null;
     chosenRuns.value = [];
     overlay.value = null;
-    job.value = null;
     testProblem.value = null;
+    current.value = uid;
   }
-  await loadRuns();
-  if (of === uid && chosenRuns.peek().length === 0) {
-    const newest = runs.peek()?.[0];
-    if (newest) await choose([newest.id]);
+  await Promise.all([loadSetUp(), loadResponses(), loadRuns()]);
+  if (current.peek() === uid && chosenRuns.peek().length === 0) {
+    const first = shownFirst(runs.peek() ?? []);
+    if (first.length > 0) await choose(first);
   }
 }
 
 export async function loadRuns(): Promise<void> {
-  const uid = of;
+  const uid = current.peek();
   try {
     const found = await callApi("GET", "/runs", { query: { uid, limit: LISTED } });
-    if (of !== uid) return;
+    if (current.peek() !== uid) return;
     runs.value = found;
     runsProblem.value = null;
     const known = new Set(found.map(run => run.id));
     const left = chosenRuns.peek().filter(id => known.has(id));
     if (left.length !== chosenRuns.peek().length) await choose(left);
   } catch (error) {
-    if (of === uid) runsProblem.value = problemText(problemOf(error));
+    if (current.peek() === uid) runsProblem.value = problemText(problemOf(error));
   }
+}
+
+/** How many responses are loaded with their curves; only those that belong to shown runs are drawn. */
+const CURVES = 8;
+
+async function loadResponses(): Promise<void> {
+  const uid = current.peek();
+  try {
+    const found = await callApi("GET", "/frequency-responses", { query: { uid, limit: CURVES } });
+    const whole = await Promise.all(
+      found.map(one => callApi("GET", "/frequency-responses/{run_id}", { path: { run_id: one.id } })),
+    );
+    if (current.peek() === uid) responses.value = whole;
+  } catch (error) {
+    if (current.peek() === uid) runsProblem.value = problemText(problemOf(error));
+  }
+}
+
+async function loadSetUp(): Promise<void> {
+  const uid = current.peek();
+  try {
+    const [found, able] = await Promise.all([
+      callApi("GET", "/servos/{uid}/set-up", { path: { uid } }),
+      callApi("GET", "/tuning"),
+    ]);
+    tuning.value = able;
+    if (current.peek() === uid) setUp.value = found;
+  } catch (error) {
+    if (current.peek() === uid) runsProblem.value = problemText(problemOf(error));
+  }
+}
+
+/** Store the set-up: runs from now on are made with it. Throws on failure. */
+export async function storeSetUp(uid: string, body: SetUp): Promise<void> {
+  const stored = await callApi("PUT", "/servos/{uid}/set-up", { path: { uid }, body });
+  if (current.peek() === uid) setUp.value = stored;
 }
 
 let request = 0;
@@ -94,58 +193,54 @@ export function toggle(id: number): void {
   void choose(toggled(chosenRuns.peek(), id));
 }
 
-/** Start a test and wait for its end; the new run is added to those shown. */
-export async function startTest(uid: string, options: StepTestOptions): Promise<void> {
-  const present = motion.peek();
-  if (present.phase !== "on" || testing.peek()) return;
+/** Start a job; another one cannot be started before the response. Throws on failure. */
+export async function startMeasurement(uid: string, send: (lease: string) => Promise<Job>): Promise<void> {
+  if (testing.peek()) return;
+  starting.value = true;
   testProblem.value = null;
   try {
-    const begun = await begin(uid, options, present.lease);
-    if (of !== uid) return;
-    const end = await settled(begun.id);
-    if (of !== uid || job.peek() !== begun.id) return;
-    const made = (end.result as { run?: number } | null)?.run;
-    if (end.state !== "succeeded" || made === undefined) {
-      testProblem.value = endText(end);
-      return;
-    }
-    await loadRuns();
-    await choose(toggled(chosenRuns.peek(), made));
-  } catch (error) {
-    if (of === uid) testProblem.value = problemText(problemOf(error));
-  }
-}
-
-/** Send the request; another one cannot be sent before its response. */
-async function begin(uid: string, options: StepTestOptions, lease: string): Promise<Job> {
-  starting.value = true;
-  try {
-    const begun = await callApi("POST", "/servos/{uid}/step-test", {
-      path: { uid },
-      body: options,
-      headers: { Lease: lease },
-    });
+    const begun = await send(await leaseFor(uid));
     if (!jobs.peek().has(begun.id)) setJob(begun);
-    if (of === uid) job.value = begun.id;
-    return begun;
+    if (current.peek() === uid) followed.value = begun.id;
   } finally {
     starting.value = false;
   }
 }
 
-/** Apply the staged gains, if any, then run the test. */
-export async function applyAndTest(uid: string, options: StepTestOptions): Promise<void> {
-  if (testing.peek() || sheetOf(uid).busy.peek() !== null) return;
-  testProblem.value = null;
-  if (stagedGains(uid).size > 0 && !(await applyGains(uid))) {
-    testProblem.value = words.form.notApplied;
-    return;
-  }
-  if (motion.peek().phase === "on") await startTest(uid, options);
-  else testProblem.value = words.form.motionEnded;
+/** Apply the staged gains, if any, then run the step. Motion is enabled first. Throws on failure. */
+export async function startStep(uid: string, body: StepTestOptions): Promise<void> {
+  await startMeasurement(uid, async lease => {
+    if (stagedGains(uid).size > 0) {
+      if (!(await applyGains(uid))) throw new Error(words.step.notApplied);
+      if (motion.peek().phase !== "on") throw new Error(words.step.motionEnded);
+    }
+    return callApi("POST", "/servos/{uid}/step-test", { path: { uid }, body, headers: { Lease: lease } });
+  });
 }
 
-/** Cancel the test; the horn returns to its start position. */
+export function startResponse(uid: string, body: FrequencyTestOptions): Promise<void> {
+  return startMeasurement(uid, lease =>
+    callApi("POST", "/servos/{uid}/frequency-response", { path: { uid }, body, headers: { Lease: lease } }),
+  );
+}
+
+export function startImprove(uid: string, body: ImproveOptions): Promise<void> {
+  return startMeasurement(uid, lease =>
+    callApi("POST", "/servos/{uid}/improve", { path: { uid }, body, headers: { Lease: lease } }),
+  );
+}
+
+/** As `startStep`, from a button outside a dialog: the reason of a failure is shown in the column. */
+export async function runAgain(uid: string, options: StepTestOptions): Promise<void> {
+  if (sheetOf(uid).busy.peek() !== null) return;
+  try {
+    await startStep(uid, options);
+  } catch (error) {
+    testProblem.value = problemText(problemOf(error));
+  }
+}
+
+/** Cancel the job; it restores what it changed. */
 export async function cancelTest(): Promise<void> {
   const present = test.peek();
   if (!present || ended(present)) return;
@@ -154,6 +249,11 @@ export async function cancelTest(): Promise<void> {
   } catch (error) {
     testProblem.value = problemText(problemOf(error));
   }
+}
+
+/** Why the ended job did not succeed; null if it did. */
+export function failureOf(job: Job): string | null {
+  return ended(job) && job.state !== "succeeded" ? endText(job) : null;
 }
 
 /** Delete a run. */
@@ -169,8 +269,8 @@ export function stagedGains(uid: string): Map<string, Value> {
   return new Map([...all].filter(([key]) => (GAINS as readonly string[]).includes(key)));
 }
 
-/** Stage values in the rows. */
-export function stageGains(uid: string, values: ReadonlyMap<string, Value>): void {
+/** Stage values in the rows, and write them to RAM. */
+export async function restoreGains(uid: string, values: ReadonlyMap<string, Value>): Promise<boolean> {
   const { drafts } = sheetOf(uid);
   for (const [key, value] of values) {
     if (value === null) continue;
@@ -179,6 +279,7 @@ export function stageGains(uid: string, values: ReadonlyMap<string, Value>): voi
     drafts.put(key, { text: words, verdict: { ok: true, value } });
     drafts.commit(key, sheetOf(uid).held(key));
   }
+  return applyGains(uid);
 }
 
 export function discardGains(uid: string): void {

@@ -1,19 +1,28 @@
-/** Picture of step tests: overlaid runs, each relative to its start, with target and band. */
+/** Picture of step tests: overlaid runs, each relative to its start, with target, band, settling and hunting. */
 import type { StepRun } from "../api/lab-types";
+import type { Callout, MarkAt } from "../plots/annotate";
 import { type Picture, roomy } from "../plots/plot";
 import type { PlotCurve } from "../plots/series";
 import { samples, still } from "../plots/trace";
-import { type Direction, letter, stepsOf } from "./step-runs";
+import { type Direction, figure, hunting, letter, stepsOf } from "./step-runs";
 
 /** Share of the time shown before the command. */
-const BEFORE = 0.04;
+const BEFORE = 0.06;
+/** Time after the command that is shown at least, s, and in multiples of the settling time. */
+const LEAST_S = 0.5;
+const SETTLINGS = 3;
+
+export interface StepSentences {
+  band: (deg: number) => string;
+  settled: (letter: string, s: number) => string;
+  hunts: (hz: number | null, rms_deg: number) => string;
+}
 
 export function stepPicture(
   runs: readonly StepRun[],
   direction: Direction,
-  chosen: number | null,
-  bandLabel: (deg: number) => string,
-): Picture {
+  say: StepSentences,
+): Picture & { window: [number, number] } {
   const alone = runs.length === 1;
   const curves: PlotCurve[] = [];
   let longest = 0.05;
@@ -29,13 +38,16 @@ export function stepPicture(
       curves.push({
         samples: still(samples(step.t, step.angle_deg, 0, step.from_deg)),
         colour: alone ? "ink" : place,
-        bold: run.id === chosen || alone,
-        ...(first && !alone ? { tag: letter(place), shape: place } : {}),
+        bold: place === runs.length - 1,
+        // Two lines differ by their width and letters; shapes are for more.
+        ...(runs.length > 2 ? { shape: place } : { plain: !alone }),
+        ...(first && !alone ? { tag: letter(place) } : {}),
         ...(first ? { name: letter(place) } : {}),
       });
     });
   });
-  const before = -BEFORE * longest;
+  const window = windowOf(runs, direction, longest);
+  const before = window[0];
   runs.forEach((run, place) => {
     const step = stepsOf(run, direction)[0];
     if (!step || (shared && place > 0)) return;
@@ -47,11 +59,61 @@ export function stepPicture(
       held: true,
     });
   });
-  const of = runs.find(run => run.id === chosen) ?? runs.at(-1);
-  const target = targets[of ? runs.indexOf(of) : 0];
+  const last = runs.at(-1);
+  const target = targets.at(-1);
   const bands =
-    of && target !== undefined
-      ? [{ low: target - of.band_deg, high: target + of.band_deg, label: bandLabel(of.band_deg) }]
+    last && target !== undefined
+      ? [{ low: target - last.band_deg, high: target + last.band_deg, label: say.band(last.band_deg) }]
       : [];
-  return { curves, bands, from: before, to: longest, range: roomy(2, bands) };
+  return {
+    curves,
+    bands,
+    feet: settled(runs, direction, say),
+    callouts: last && target !== undefined ? swing(last, direction, target, window, say) : [],
+    from: before,
+    to: longest,
+    window,
+    range: roomy(2, bands),
+  };
+}
+
+/** The time in which something happens; all of it if a run never settles. */
+function windowOf(runs: readonly StepRun[], direction: Direction, longest: number): [number, number] {
+  const times = runs.map(run => figure(run, direction, "settling_s")?.high ?? 0);
+  const to = Math.min(longest, Math.max(LEAST_S, SETTLINGS * Math.max(0, ...times)));
+  return [-BEFORE * to, to];
+}
+
+function settled(runs: readonly StepRun[], direction: Direction, say: StepSentences): MarkAt[] {
+  // One at most: two words at the foot would overlap, and the table has all of them.
+  const marks = runs.flatMap((run, place) => {
+    const found = figure(run, direction, "settling_s");
+    return found
+      ? { t: found.value, word: say.settled(runs.length > 1 ? letter(place) : "", found.value) }
+      : [];
+  });
+  return marks.slice(0, 1);
+}
+
+/** Names the hunting of a run above its later swings. */
+function swing(
+  run: StepRun,
+  direction: Direction,
+  target: number,
+  [, to]: readonly [number, number],
+  say: StepSentences,
+): Callout[] {
+  const found = hunting(run, direction);
+  if (!found || found.hunting === "none" || found.hunting_rms_deg === null) return [];
+  const rms = found.hunting_rms_deg;
+  const away = Math.sign(target) || 1;
+  return [
+    {
+      t: to * 0.55,
+      v: target + away * rms * Math.SQRT2,
+      word: say.hunts(found.hunting_hz, rms),
+      dx: 12,
+      dy: -away * 22,
+    },
+  ];
 }

@@ -1,4 +1,4 @@
-/** Step tests in words and numbers: medians, errors, differences, symptoms, the way back. */
+/** Step tests in words and numbers: medians, errors, differences, the way back. */
 import { describe, expect, test } from "vitest";
 import type { StepMetrics, StepRun } from "../api/lab-types";
 import * as runs from "./step-runs";
@@ -19,11 +19,24 @@ const metrics = (more: Partial<StepMetrics> = {}): StepMetrics => ({
   ...more,
 });
 
+const NOTHING: StepRun["set_up"] = {
+  arm_mm: null,
+  mass_g: null,
+  inertia_gm2: null,
+  load_nm: null,
+  mounting: null,
+  supply_v: null,
+  ambient_c: null,
+};
+
 const run = (steps: Partial<StepMetrics>[], parameters: StepRun["parameters"] = {}): StepRun => ({
   id: 1,
   uid: "0".repeat(32),
   at: 0,
   note: "",
+  procedure: "step/1",
+  set_up: NOTHING,
+  verdict: { level: "ok", code: "settles", text: "Good.", advice: null, params: {} },
   firmware: "1.300",
   model: "BLA21-06U-A0",
   voltage_v: 7.4,
@@ -48,6 +61,21 @@ describe("choice of runs", () => {
     expect(runs.toggled([5], 3)).toEqual([3, 5]);
     expect(runs.toggled([3, 5], 5)).toEqual([3]);
     expect([0, 1, 7].map(runs.letter)).toEqual(["A", "B", "H"]);
+  });
+
+  test("the newest is shown first, beside the one before it if that can be compared", () => {
+    const numbered = (id: number, more: Partial<StepRun> = {}) => ({ ...run([{}]), id, ...more });
+    expect(runs.shownFirst([])).toEqual([]);
+    expect(runs.shownFirst([numbered(9), numbered(7), numbered(3)])).toEqual([7, 9]);
+    expect(runs.shownFirst([numbered(9, { set_up: { ...NOTHING, mass_g: 100 } }), numbered(7)])).toEqual([9]);
+    expect(runs.shownFirst([numbered(9, { step_deg: 5 }), numbered(7)])).toEqual([9]);
+  });
+
+  test("a new run takes the place of B, and is added where more are overlaid", () => {
+    expect(runs.withNewest([], 5)).toEqual([5]);
+    expect(runs.withNewest([3], 5)).toEqual([3, 5]);
+    expect(runs.withNewest([3, 4], 5)).toEqual([3, 5]);
+    expect(runs.withNewest([2, 3, 4], 5)).toEqual([2, 3, 4, 5]);
   });
 
   test("a ninth makes the oldest leave", () => {
@@ -88,20 +116,6 @@ describe("figures", () => {
   });
 });
 
-describe("symptoms", () => {
-  test("are those a run shows", () => {
-    expect([...runs.shown(run([{}]))]).toEqual([]);
-    expect([...runs.shown(run([{ overshoot_pct: 12 }]))]).toEqual(["overshoot"]);
-    expect([...runs.shown(run([{ hunting: "slight" }]))]).toEqual(["hunting"]);
-    expect([...runs.shown(run([{}], { smoothing: true }))]).toEqual(["smoothed"]);
-  });
-
-  test("one that never settles without overshoot stopped short", () => {
-    expect([...runs.shown(run([{ settling_s: null, overshoot_pct: 0 }]))]).toEqual(["weak"]);
-    expect(runs.shown(run([{ settling_s: null, overshoot_pct: null }])).has("weak")).toBe(true);
-  });
-});
-
 describe("the way back", () => {
   const before = run([{}], { angle_p_gain: 40, smoothing: false, angle_boost: null, angle_limit_cw: 60 });
 
@@ -130,6 +144,16 @@ test("a warning of several runs is listed once, with their letters", () => {
     { line: "x", letters: ["A", "D"] },
     { line: "y", letters: ["C"] },
   ]);
+});
+
+test("a warning that the verdict says already is not repeated", () => {
+  const smoothed = {
+    ...run([{}]),
+    warnings: [{ text: "Smoothing is on.", code: "smoothing_on" as const, params: {} }],
+  };
+  expect(runs.warned([smoothed])).toHaveLength(1);
+  const verdict = { ...smoothed.verdict, code: "smoothing_measured" as const };
+  expect(runs.warned([{ ...smoothed, verdict }])).toEqual([]);
 });
 
 describe("the path", () => {

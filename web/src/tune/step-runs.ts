@@ -1,4 +1,4 @@
-/** Results of step tests: letters of runs, the metrics table with errors, parameter differences, symptoms. */
+/** Results of step tests: letters of runs, the metrics table with errors, parameter differences. */
 import type { StepMetrics, StepRun, StepTrace } from "../api/lab-types";
 import type { Value } from "../api/types";
 import { noteText } from "../bench/note-text";
@@ -33,6 +33,35 @@ export function toggled(ids: readonly number[], id: number): number[] {
   return runsInOrder([...ids, id]).slice(-OVERLAID);
 }
 
+/** The runs to show first, of runs newest first: the newest, beside the one before it if both can be compared. */
+export function shownFirst(runs: readonly StepRun[]): number[] {
+  const [newest, before] = runs;
+  if (newest === undefined) return [];
+  const alike = before !== undefined && conditionsOf(newest) === conditionsOf(before);
+  return runsInOrder(alike ? [before.id, newest.id] : [newest.id]);
+}
+
+/** The selection after a new run: A stays for comparison, unless more than two were selected to be overlaid. */
+export function withNewest(ids: readonly number[], id: number): number[] {
+  return ids.length > 2 ? toggled(ids, id) : runsInOrder([...ids.slice(0, 1), id]);
+}
+
+/** What must be equal in comparable runs; the server decides about those that are shown. */
+function conditionsOf(run: StepRun): string {
+  const { procedure, set_up, step_deg } = run;
+  return JSON.stringify([procedure, step_deg, Object.entries(set_up).sort()]);
+}
+
+/** Whether two runs have the same gains and set-up, so that one letter names both. */
+export function sameGains(
+  one: Pick<StepRun, "parameters" | "set_up">,
+  other: Pick<StepRun, "parameters" | "set_up">,
+): boolean {
+  const of = ({ parameters, set_up }: typeof one) =>
+    JSON.stringify([GAINS.map(key => parameters[key] ?? null), Object.entries(set_up).sort()]);
+  return of(one) === of(other);
+}
+
 export type MetricKey =
   | "delay_s"
   | "rise_s"
@@ -42,15 +71,17 @@ export type MetricKey =
   | "steady_state_error_deg"
   | "peak_speed_rpm";
 
-export const METRICS: readonly { key: MetricKey; kind: "time" | "percent" | "angle" | "speed" }[] = [
-  { key: "delay_s", kind: "time" },
-  { key: "rise_s", kind: "time" },
-  { key: "crossing_s", kind: "time" },
-  { key: "overshoot_pct", kind: "percent" },
-  { key: "settling_s", kind: "time" },
-  { key: "steady_state_error_deg", kind: "angle" },
-  { key: "peak_speed_rpm", kind: "speed" },
-];
+export type MetricKind = "time" | "percent" | "angle" | "speed";
+
+export const METRICS: Readonly<Record<MetricKey, MetricKind>> = {
+  delay_s: "time",
+  rise_s: "time",
+  crossing_s: "time",
+  overshoot_pct: "percent",
+  settling_s: "time",
+  steady_state_error_deg: "angle",
+  peak_speed_rpm: "speed",
+};
 
 /** A metric of a run: median over the steps of a direction, and its spread. */
 export interface MetricFigure {
@@ -108,34 +139,12 @@ export interface Compared {
 export function compared(
   base: MetricFigure | null,
   other: MetricFigure | null,
-  kind: (typeof METRICS)[number]["kind"],
+  kind: MetricKind,
   error_s: number,
 ): Compared | null {
   if (!base || !other) return null;
   const delta = other.value - base.value;
   return { delta, within: kind === "time" && Math.abs(delta) <= error_s };
-}
-
-/** Problems that a run can show. */
-export type Symptom = "hunting" | "overshoot" | "weak" | "smoothed" | "small" | "sags";
-
-export const SYMPTOMS: readonly Symptom[] = ["hunting", "overshoot", "weak", "small", "sags", "smoothed"];
-
-const MUCH_OVERSHOOT_PCT = 5;
-
-/** Symptoms that can be detected in a run; load and supply problems cannot. */
-export function shown(run: StepRun): Set<Symptom> {
-  const found = new Set<Symptom>();
-  for (const step of run.steps) {
-    const numbers = step.metrics;
-    if (numbers.hunting !== "none") found.add("hunting");
-    if ((numbers.overshoot_pct ?? 0) > MUCH_OVERSHOOT_PCT) found.add("overshoot");
-    if (numbers.settling_s === null && numbers.hunting === "none" && (numbers.overshoot_pct ?? 0) === 0) {
-      found.add("weak");
-    }
-  }
-  if (run.parameters.smoothing === true) found.add("smoothed");
-  return found;
 }
 
 /** The gains of a run that differ from the servo's present ones. */
@@ -159,11 +168,18 @@ export function differing(differences: Readonly<Record<string, readonly Value[]>
   return Object.keys(differences).sort((a, b) => rank(a) - rank(b));
 }
 
+/** Warnings that a verdict says already. */
+const SAID: Partial<Record<StepRun["verdict"]["code"], string>> = {
+  smoothing_measured: "smoothing_on",
+  limit_reached: "limit_reached",
+};
+
 /** Warnings of the overlaid runs, each once, with the letters of its runs. */
 export function warned(runs: readonly StepRun[]): { line: string; letters: string[] }[] {
   const found = new Map<string, string[]>();
   runs.forEach((run, place) => {
     for (const { text, code, params } of run.warnings) {
+      if (code === SAID[run.verdict.code]) continue;
       const line = noteText(text, code, params);
       found.set(line, [...(found.get(line) ?? []), letter(place)]);
     }
