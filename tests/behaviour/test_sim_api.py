@@ -157,3 +157,45 @@ async def test_a_server_without_a_simulator_refuses(rig: Rig) -> None:
         problem(await rig.call("GET", "/sim/servos"), "no_simulator", 404)
     finally:
         rig.app.state.bench = bench
+
+
+@scene()
+async def test_constants_of_the_plant_are_set_as_a_whole_and_refused_as_a_whole(rig: Rig, servo: Servo) -> None:
+    path = f"/sim/servos/{servo.uid}"
+    plant = {"inertia": 3.0, "backlash_deg": 0.5, "stop_cw_deg": 30.0, "load_by_angle": [[-90.0, 5.0], [90.0, -5.0]]}
+    shown = await change(rig, plant=plant, load_pct=10.0)
+    assert (shown["load_inertia"], shown["load_pct"]) == (3.0, 10.0)
+    truth = json(await rig.call("GET", f"{path}/truth"))
+    expected = DEFAULT_PLANT | plant | {"load_pct": 10.0}
+    assert truth["plant"] == expected
+    for wrong in ({"inertia": -1}, {"inertja": 1}, {"coulomb": 0.5}, {"stop_cw_deg": -5, "stop_ccw_deg": 5}):
+        problem(await rig.call("PATCH", path, {"plant": wrong, "voltage_v": 1.0}), "invalid_value", 422)
+    assert json(await rig.call("GET", f"{path}/truth"))["plant"] == expected
+    assert json(await rig.call("GET", path))["voltage_v"] == shown["voltage_v"]
+    assert (await change(rig, plant={}))["load_inertia"] == 0.0
+    made = json(await rig.call("POST", "/sim/servos", {"model": "BLA15-12U-A0", "plant": {"inertia": 2.0}}), 201)
+    assert json(await rig.call("GET", f"/sim/servos/{made['uid']}/truth"))["plant"]["inertia"] == 2.0
+    problem(await rig.call("GET", f"/sim/servos/{'0' * 32}/truth"), "unknown_servo", 404)
+
+
+DEFAULT_PLANT: dict[str, Any] = {
+    "inertia": 0.0, "breakaway": 0.03, "coulomb": 0.02, "viscous": 0.3, "backlash_deg": 0.2, "torque_lag_s": 0.003,
+    "load_pct": 0.0, "load_by_angle": [], "supply_ohm": 0.0, "stop_cw_deg": None, "stop_ccw_deg": None,
+    "sensor_noise_deg": 0.0, "wear_per_hour": 0.0,
+}  # fmt: skip
+
+
+@scene()
+async def test_the_truth_shows_what_no_reading_does(rig: Rig, servo: Servo) -> None:
+    async def truth() -> dict[str, Any]:
+        return json(await rig.call("GET", f"/sim/servos/{servo.uid}/truth"))
+
+    await change(rig, plant={"load_pct": 100.0, "supply_ohm": 0.5, "wear_per_hour": 3600.0}, sensor_error=1.0)
+    await asyncio.sleep(2.0)
+    falls = await truth()
+    assert falls["speed_rpm"] > 100
+    assert falls["horn_deg"] - falls["motor_deg"] == pytest.approx(0.1), "the load pushes it through the backlash"
+    assert falls["friction_factor"] == pytest.approx(1.0 + falls["moved_s"], abs=0.01)
+    assert falls["moved_s"] == pytest.approx(2.0, abs=0.1)
+    assert falls["supply_v"] == pytest.approx(await reading(rig, "current_voltage") - 0.5, abs=0.15)
+    assert falls["temperature_c"] == pytest.approx(await reading(rig, "current_temperature") - 5, abs=1)

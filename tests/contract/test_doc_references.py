@@ -83,7 +83,7 @@ def command_error(arguments: list[str], *, complete: bool) -> str:
         if word not in command.commands:
             return f"there is no command {word}"
         command = command.commands[word]
-    if hasattr(command, "commands"):
+    if hasattr(command, "commands") and not command.invoke_without_command:
         return "" if not complete or rest in (["--help"], ["--install-completion"]) else "which command?"
     try:
         command.make_context("hornbill", rest)

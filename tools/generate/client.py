@@ -17,7 +17,7 @@ RESPONSES = (
     "LeaseView", "LogFile", "LogState", "Node", "OutputRestorePreview", "ParameterFile", "Parameters",
     "ParametersPatched", "PlanOutput", "PositionUnitState", "Profile", "Reading", "RecorderState", "Recording",
     "RecordingContent", "Recycled", "ResetPreview", "Restored", "RunOverlay", "SavePreview", "SchemaDocument", "Servo",
-    "Snapshot", "StepRun", "Stop", "Stream", "Telemetry", "TelemetryGrant", "Verification",
+    "SimTruth", "Snapshot", "StepRun", "Stop", "Stream", "Telemetry", "TelemetryGrant", "Verification",
 )  # fmt: skip
 """Responses of the client methods; the types they contain are added."""
 

@@ -1,12 +1,17 @@
 """`hornbill sim`: simulated servos on any bus, all on one adapter, until interrupted."""
 
 import asyncio
+import json
+import tomllib
 from collections.abc import Callable
 from dataclasses import replace
+from pathlib import Path
+from typing import cast
 
 from hornbill.bus.reopening import adapter_port
 from hornbill.bus.sharing import SharedBus
 from hornbill.domain.autopilot import Program
+from hornbill.domain.plant import PlantConstants, plant_from
 from hornbill.errors import InvalidValue
 from hornbill.schema.catalog import Catalog
 from hornbill.sim.bench.autopilot import MAX_OUTPUTS
@@ -26,17 +31,20 @@ async def simulate(
     *,
     any_firmware: bool = False,
     autopilot: Program | None = None,
+    plant: PlantConstants | None = None,
 ) -> None:
     """Simulate `servos` (1 to 100) servos on the bus `INTERFACE:CHANNEL`.
 
     `node_id`: "auto" (as in the demo: some request one), "none" or "0" (as delivered: all request one), or the first of
     consecutive static IDs. `autopilot`: add an armed autopilot that moves them. `any_firmware` allows combinations of
-    model and firmware that do not exist. Raises PortOpenFailed, InvalidValue.
+    model and firmware that do not exist. `plant`: constants of every horn. Raises PortOpenFailed, InvalidValue.
     """
     if not 1 <= servos <= 100:
         raise InvalidValue(f"Invalid number of servos {servos}. Use 1 to 100.", cause=None)
     catalog = Catalog.load()
     recipes = recipes_of(catalog, servos, model, firmware, node_id, seed, any_firmware=any_firmware)
+    if plant is not None:
+        recipes = [replace(one, plant=plant) for one in recipes]
     adapter = adapter_port(bus)
     await adapter.open()
     shared = SharedBus(adapter)
@@ -57,6 +65,29 @@ async def simulate(
     finally:
         await bench.close()
         await shared.close()
+
+
+def read_plant(file: Path) -> PlantConstants:
+    """Constants of a horn from a TOML or JSON file: a table of constants, or one under `plant`, as in a twin.
+
+    Raises InvalidValue for a file that cannot be read, an unknown constant and a value out of range.
+    """
+    try:
+        text = file.read_text(encoding="utf-8")
+        found: object = json.loads(text) if file.suffix.lower() == ".json" else tomllib.loads(text)
+    except (OSError, ValueError) as error:
+        raise InvalidValue(
+            f"{file} cannot be read as {'JSON' if file.suffix.lower() == '.json' else 'TOML'}: {error}. "
+            "Enter a .toml or .json file of plant constants.",
+            cause=None,
+        ) from None
+    if not isinstance(found, dict) or not found:
+        raise InvalidValue(f"{file} has no plant constants. Enter for example: inertia = 3.0", cause=None)
+    document = cast("dict[str, object]", found)
+    inner = document.get("plant")
+    if isinstance(inner, dict):
+        return plant_from(cast("dict[str, object]", inner))
+    return plant_from(document)
 
 
 def recipes_of(

@@ -1418,6 +1418,40 @@ class PlanOutput(TypedDict):
     """Servo ID (0x45) of the servo."""
 
 
+class PlantConstants(TypedDict):
+    """Constants of one horn. The defaults are those of a servo without load on a stiff supply. Torque is relative
+    to stall torque at nominal supply, angles are those of the horn clockwise from its notch (0x08 without
+    origin and reverse)."""
+
+    backlash_deg: float
+    """Backlash between motor and horn, °."""
+    breakaway: float
+    """Static friction, share of stall torque."""
+    coulomb: float
+    """Friction of a moving horn, share of stall torque. At most `breakaway`."""
+    inertia: float
+    """Inertia on the horn, as a multiple of the servo's own inertia there."""
+    load_by_angle: list[list[Any]]
+    """Additional load at angles: pairs of angle (°, increasing) and load (% of stall torque), linear in between,
+    constant beyond the ends."""
+    load_pct: float
+    """Constant load, % of stall torque. Positive pushes clockwise."""
+    sensor_noise_deg: float
+    """Noise of angle readings, RMS, °. The servo's own loop filters it."""
+    stop_ccw_deg: float | None
+    """Counterclockwise end stop of the horn, °. Null for none."""
+    stop_cw_deg: float | None
+    """Clockwise end stop of the horn, °. Null for none."""
+    supply_ohm: float
+    """Resistance of the supply and its cable, Ω. Voltage drops by it times the motor current."""
+    torque_lag_s: float
+    """Time constant of torque behind its demand, s."""
+    viscous: float
+    """Viscous friction at no-load speed, share of stall torque."""
+    wear_per_hour: float
+    """Growth of all friction per hour of motion, as a share."""
+
+
 class PositionUnitState(TypedDict):
     """Unit of a servo's positions in broadcasts, and how it is known."""
 
@@ -1970,6 +2004,31 @@ class SetUp(TypedDict):
     """Mounting: loose on a bench, in a vice, in its vehicle, or other."""
     supply_v: float | None
     """Voltage of the power supply, V."""
+
+
+class SimTruth(TypedDict):
+    """What a sensor of the servo cannot show: true constants and state of the simulated plant."""
+
+    friction_factor: float
+    """Friction relative to that of `plant`: it grows with motion."""
+    horn_deg: float
+    """Horn angle from its notch with all turns counted, °. Positive is clockwise."""
+    motor_deg: float
+    """Motor angle at the horn, °. It differs by up to half the backlash."""
+    moved_s: float
+    """Time in motion since it was added, s."""
+    plant: PlantConstants
+    """Constants as delivered, without wear."""
+    speed_rpm: float
+    """Speed of the motor at the horn, rpm. Positive is clockwise."""
+    supply_v: float
+    """Supply at the motor, without error of the sensor, V."""
+    temperature_c: float
+    """Temperature of the board, without error of the sensor, °C."""
+    torque_pct: float
+    """Torque of the motor, % of stall torque. Positive is clockwise."""
+    uid: str
+    """Unique ID, 32 lower-case hex digits."""
 
 
 class Snapshot(TypedDict):

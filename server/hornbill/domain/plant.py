@@ -6,17 +6,16 @@ from difflib import get_close_matches
 from itertools import pairwise
 from typing import Annotated, Final, Self
 
-from pydantic import Field, TypeAdapter, ValidationError, model_validator
+from pydantic import ConfigDict, Field, TypeAdapter, ValidationError, model_validator
 from pydantic.dataclasses import dataclass
 from pydantic_core import ErrorDetails
 
-from hornbill.domain.fields import STRICT
 from hornbill.errors import InvalidValue
 
 _Point = tuple[Annotated[float, Field(ge=-36_000, le=36_000)], Annotated[float, Field(ge=-1000, le=1000)]]
 
 
-@dataclass(frozen=True, slots=True, config=STRICT)
+@dataclass(frozen=True, slots=True, config=ConfigDict(extra="forbid"))  # one schema for requests and responses
 class PlantConstants:
     """Constants of one horn. The defaults are those of a servo without load on a stiff supply.
 

@@ -79,9 +79,9 @@ class SimDevice:
         self.faults.failures_latch = behaviour.failures_latch
         self.motion = HornMotion(plant, build.angle_deg)
         noise = Random(random.random())
-        self._protection = Protection(plant, noise, self.conditions)
+        self.protection = Protection(plant, noise, self.conditions)
         self.commander = CommandInput(self.memory, self.motion, plant, behaviour, noise)
-        self.registers = Registers(self.memory, self.commander, self._protection, self.faults, self._update_faults)
+        self.registers = Registers(self.memory, self.commander, self.protection, self.faults, self._update_faults)
         self._on_up = on_up
         self._on_down = on_down
         self._until: Instant = _NEVER
@@ -191,10 +191,10 @@ class SimDevice:
                 return
         if commander.halted != self._updating:
             commander.halt(self._updating)
-        self._protection.measure(conditions, now - self._measured_at, motion.heat(), motion.torque)
+        self.protection.measure(conditions, now - self._measured_at, motion.heat(), motion.torque)
         self._measured_at = now
         motion.constants = conditions.plant
-        commander.set_supply(self._protection.supply)
+        commander.set_supply(self.protection.supply)
         commander.watch_soft_start()
         pulse = read_pulse(self.memory, conditions.pwm_us)
         commander.update_pulse(pulse is not None and pulse.raw is not None, now)
@@ -206,7 +206,7 @@ class SimDevice:
         """Update the fault words and protection."""
         pulse = read_pulse(self.memory, self.conditions.pwm_us)
         bits = pulse.bits if pulse is not None else ()
-        reached, beyond = self._protection.limits(self.memory)
+        reached, beyond = self.protection.limits(self.memory)
         self.faults.show([*reached, *bits, *self.commander.limits_reached()], output_off=beyond)
         self.commander.freeze_angle("sensor_failure" in self.faults.active)
         self.commander.protect(self.faults.output_off)

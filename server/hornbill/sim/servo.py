@@ -12,6 +12,7 @@ from hornbill.sim.device import ServoBuild, ServoStage, SimDevice
 from hornbill.sim.faults import SimFaults
 from hornbill.sim.link import SimNode
 from hornbill.sim.mechanics.conditions import Conditions
+from hornbill.sim.mechanics.motion import HornMotion
 from hornbill.sim.memory import Memory
 from hornbill.sim.services import REFUSED, RESPONDS_FIRST, Response, Services
 from hornbill.units import Instant, NodeId, Raw
@@ -125,6 +126,22 @@ class SimulatedServo:
     def speed_rpm(self) -> float:
         """Speed of the horn, + clockwise, as of the last advance."""
         return self._device.motion.speed / 6.0
+
+    @property
+    def motion(self) -> HornMotion:
+        """The horn, as of the last advance. To read only: its orders come from registers, its constants from
+        `conditions`."""
+        return self._device.motion
+
+    @property
+    def board_c(self) -> float:
+        """Temperature of the board, °C, without error of the sensor."""
+        return self._device.protection.board_c
+
+    @property
+    def supply_v(self) -> float:
+        """Supply at the motor, V, without error of the sensor."""
+        return self._device.protection.supply * self.model.nominal_v
 
     @property
     def asleep(self) -> bool:

@@ -4,6 +4,7 @@ from collections.abc import Iterable
 from functools import cache
 from typing import TypeVar
 
+from hornbill.domain.plant import PlantConstants
 from hornbill.schema.catalog import Catalog
 from hornbill.sim.behaviour import Behaviour
 from hornbill.sim.bench.recipe import Recipe
@@ -92,7 +93,7 @@ class Desk:
             self.servo.power_on(self.now)
             self.wait(0.2)
 
-    def under(self, **conditions: float | None) -> "Desk":
+    def under(self, **conditions: float | PlantConstants | None) -> "Desk":
         """This desk, with these `Conditions` in effect."""
         for name, value in conditions.items():
             assert hasattr(self.servo.conditions, name), name

@@ -5869,7 +5869,7 @@ export interface components {
              *       "wear_per_hour": 0
              *     }
              */
-            plant?: components["schemas"]["PlantConstants-Input"];
+            plant?: components["schemas"]["PlantConstants"];
             /** @description Values reported for model_number, firmware_version or hardware_version, to simulate an unknown servo. */
             reads?: {
                 [key: string]: number;
@@ -6435,7 +6435,7 @@ export interface components {
          *     Torque is relative to stall torque at nominal supply, angles are those of the horn clockwise from its notch (0x08
          *     without origin and reverse).
          */
-        "PlantConstants-Input": {
+        PlantConstants: {
             /**
              * @description Backlash between motor and horn, °.
              * @default 0.2
@@ -6498,77 +6498,6 @@ export interface components {
              * @default 0
              */
             wear_per_hour?: number;
-        };
-        /**
-         * PlantConstants
-         * @description Constants of one horn. The defaults are those of a servo without load on a stiff supply.
-         *
-         *     Torque is relative to stall torque at nominal supply, angles are those of the horn clockwise from its notch (0x08
-         *     without origin and reverse).
-         */
-        "PlantConstants-Output": {
-            /**
-             * @description Backlash between motor and horn, °.
-             * @default 0.2
-             */
-            backlash_deg: number;
-            /**
-             * @description Static friction, share of stall torque.
-             * @default 0.03
-             */
-            breakaway: number;
-            /**
-             * @description Friction of a moving horn, share of stall torque. At most `breakaway`.
-             * @default 0.02
-             */
-            coulomb: number;
-            /**
-             * @description Inertia on the horn, as a multiple of the servo's own inertia there.
-             * @default 0
-             */
-            inertia: number;
-            /**
-             * @description Additional load at angles: pairs of angle (°, increasing) and load (% of stall torque), linear in between, constant beyond the ends.
-             * @default []
-             */
-            load_by_angle: [
-                number,
-                number
-            ][];
-            /**
-             * @description Constant load, % of stall torque. Positive pushes clockwise.
-             * @default 0
-             */
-            load_pct: number;
-            /**
-             * @description Noise of angle readings, RMS, °. The servo's own loop filters it.
-             * @default 0
-             */
-            sensor_noise_deg: number;
-            /** @description Counterclockwise end stop of the horn, °. Null for none. */
-            stop_ccw_deg: number | null;
-            /** @description Clockwise end stop of the horn, °. Null for none. */
-            stop_cw_deg: number | null;
-            /**
-             * @description Resistance of the supply and its cable, Ω. Voltage drops by it times the motor current.
-             * @default 0
-             */
-            supply_ohm: number;
-            /**
-             * @description Time constant of torque behind its demand, s.
-             * @default 0.003
-             */
-            torque_lag_s: number;
-            /**
-             * @description Viscous friction at no-load speed, share of stall torque.
-             * @default 0.3
-             */
-            viscous: number;
-            /**
-             * @description Growth of all friction per hour of motion, as a share.
-             * @default 0
-             */
-            wear_per_hour: number;
         };
         /** @enum {string} */
         PositionUnit: "hundred_degrees" | "radian" | "degree" | "tenth_degree";
@@ -7640,7 +7569,7 @@ export interface components {
             /** @description No responses and no broadcasts. */
             mute?: boolean | null;
             /** @description All constants of the horn; omitted ones get their defaults. `load_pct` and `load_inertia` above are applied to it. */
-            plant?: components["schemas"]["PlantConstants-Input"] | null;
+            plant?: components["schemas"]["PlantConstants"] | null;
             /** @description Unit of position 1.0 in its broadcasts. */
             position_unit?: components["schemas"]["PositionUnit"] | null;
             /** @description Supply. */
@@ -7792,7 +7721,7 @@ export interface components {
             /** @description Time in motion since it was added, s. */
             moved_s: number;
             /** @description Constants as delivered, without wear. */
-            plant: components["schemas"]["PlantConstants-Output"];
+            plant: components["schemas"]["PlantConstants"];
             /** @description Speed of the motor at the horn, rpm. Positive is clockwise. */
             speed_rpm: number;
             /** @description Supply at the motor, without error of the sensor, V. */

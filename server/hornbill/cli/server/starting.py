@@ -9,8 +9,10 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
+from hornbill.cli.connection import LOCAL_URL, AsJson, Server, ServoName, client
 from hornbill.cli.failing import failures
-from hornbill.cli.showing import print_json
+from hornbill.cli.showing import print_json, print_table
+from hornbill.errors import InvalidValue
 
 if TYPE_CHECKING:
     from hornbill.app.settings import Settings
@@ -117,8 +119,13 @@ def serve(
     _serve(settings, demo=False, announce="hornbill: open {url}")
 
 
+simulator = typer.Typer(invoke_without_command=True)
+
+
+@simulator.callback()
 def sim(
-    bus: Annotated[str, typer.Option(help="INTERFACE:CHANNEL of the bus.")],
+    context: typer.Context,
+    bus: Annotated[str, typer.Option(help="INTERFACE:CHANNEL of the bus.")] = "",
     servos: Annotated[int, typer.Option(help="Number of servos.")] = 1,
     model: Annotated[str | None, typer.Option(help="Model, for example BLA21-06U-A0. Default: mixed.")] = None,
     firmware: Annotated[str | None, typer.Option(help="Firmware version, for example 1.300.")] = None,
@@ -137,15 +144,39 @@ def sim(
         Literal["ardupilot", "px4"] | None,
         typer.Option(help="Add an armed autopilot that allocates node IDs and moves the servos."),
     ] = None,
+    plant: Annotated[
+        Path | None,
+        typer.Option(help="TOML or JSON file of the constants of the horn, or an exported twin. Default: no load."),
+    ] = None,
 ) -> None:
     """Simulate servos on any bus, without a server, for other DroneCAN tools. Ends with Ctrl-C."""
-    from hornbill.app.simulate import simulate
+    if context.invoked_subcommand is not None:
+        return
+    from hornbill.app.simulate import read_plant, simulate
 
     with failures():
+        if not bus:
+            raise InvalidValue("--bus is missing. Enter INTERFACE:CHANNEL, for example socketcan:vcan0.", cause=None)
+        constants = None if plant is None else read_plant(plant)
         say = partial(print, flush=True)  # also into a pipe
         asyncio.run(
-            simulate(bus, servos, model, firmware, node_id, seed, say, any_firmware=any_firmware, autopilot=autopilot)
-        )
+            simulate(
+                bus, servos, model, firmware, node_id, seed, say, any_firmware=any_firmware, autopilot=autopilot,
+                plant=constants,
+            )
+        )  # fmt: skip
+
+
+@simulator.command()
+def truth(servo: ServoName, server: Server = LOCAL_URL, as_json: AsJson = False) -> None:
+    """Show the true constants and state of a simulated servo of the server, to compare measurements with."""
+    with client(server) as hornbill:
+        found = hornbill.look_up(servo).truth()
+    if as_json:
+        print_json(found)
+        return
+    print_table(("constant", "value"), found["plant"].items())
+    print_table(("state", "value"), [one for one in found.items() if one[0] not in ("uid", "plant")])
 
 
 def decode(

@@ -12,6 +12,7 @@ from hornbill.api.routing import Routes
 from hornbill.api.security.roles import Role
 from hornbill.domain.autopilot import Program
 from hornbill.domain.fields import Model, UidField
+from hornbill.domain.plant import DEFAULT_PLANT, PlantConstants
 from hornbill.domain.servo import PositionUnit
 from hornbill.errors import Busy, InvalidValue, Unknown
 from hornbill.schema.catalog import Catalog
@@ -63,6 +64,21 @@ class SimServo(Model):
     behaviour: dict[str, bool | str] = Field(description="Choices where the specification is silent, by name.")
 
 
+class SimTruth(Model):
+    """What a sensor of the servo cannot show: true constants and state of the simulated plant."""
+
+    uid: UidField
+    plant: PlantConstants = Field(description="Constants as delivered, without wear.")
+    friction_factor: float = Field(description="Friction relative to that of `plant`: it grows with motion.")
+    moved_s: float = Field(description="Time in motion since it was added, s.")
+    horn_deg: float = Field(description="Horn angle from its notch with all turns counted, °. Positive is clockwise.")
+    motor_deg: float = Field(description="Motor angle at the horn, °. It differs by up to half the backlash.")
+    speed_rpm: float = Field(description="Speed of the motor at the horn, rpm. Positive is clockwise.")
+    torque_pct: float = Field(description="Torque of the motor, % of stall torque. Positive is clockwise.")
+    temperature_c: float = Field(description="Temperature of the board, without error of the sensor, °C.")
+    supply_v: float = Field(description="Supply at the motor, without error of the sensor, V.")
+
+
 class NewSimServo(Model):
     """A simulated servo to add. Omitted fields are those of a new servo."""
 
@@ -81,6 +97,7 @@ class NewSimServo(Model):
     any_firmware: bool = Field(
         default=False, description="Allow a firmware version that does not exist for this model."
     )
+    plant: PlantConstants = Field(default=DEFAULT_PLANT, description="Load, friction and other constants of the horn.")
 
 
 class SimChange(Model):
@@ -95,6 +112,11 @@ class SimChange(Model):
     )
     load_inertia: Annotated[float, Field(ge=0, le=100)] | None = Field(
         default=None, description="Inertia on the horn, as a multiple of the servo's own inertia at the horn."
+    )
+    plant: PlantConstants | None = Field(
+        default=None,
+        description="All constants of the horn; omitted ones get their defaults. `load_pct` and `load_inertia` above "
+        "are applied to it.",
     )
     external_angle_deg: Annotated[float, Field(ge=-36_000_000, le=36_000_000)] | None = Field(
         default=None,
@@ -223,7 +245,7 @@ def routes(catalog: Catalog) -> Routes:
         recipe = Recipe(
             body.model, body.firmware, servo_id=body.servo_id, node_id=body.node_id, rom=body.rom,
             angle_deg=body.angle_deg, uid=None if body.uid is None else bytes.fromhex(body.uid),
-            any_firmware=body.any_firmware, reads=body.reads,
+            any_firmware=body.any_firmware, reads=body.reads, plant=body.plant,
         )  # fmt: skip
         try:
             made = bench.add(recipe)
@@ -246,6 +268,11 @@ def routes(catalog: Catalog) -> Routes:
         """Change the conditions of a simulated servo, all or nothing."""
         _apply(catalog, bench, Uid(uid), body)
         return _shown(bench, Uid(uid))
+
+    @made.get("/servos/{uid}/truth", Role.VIEW, "no_simulator", "unknown_servo")
+    async def get_sim_truth(bench: TheBench, uid: ServoUid) -> SimTruth:
+        """Get the true constants and state of a simulated horn, to compare measurements with."""
+        return _truth(bench, Uid(uid))
 
     @made.get("/autopilot", Role.VIEW, "no_simulator", "no_autopilot")
     async def get_sim_autopilot(bench: TheBench) -> SimAutopilot:
@@ -323,6 +350,8 @@ def _apply(catalog: Catalog, bench: Bench, uid: Uid, change: SimChange) -> None:
             cause="sim_output_on",
         )
     conditions = servo.conditions
+    if change.plant is not None:
+        conditions.plant = change.plant
     for name in _CONDITIONS:
         value = getattr(change, name)
         if value is not None:
@@ -369,6 +398,16 @@ def _check_known(given: Any, known: Any, what: str) -> None:
             names=unknown,
             known=sorted(known),
         )
+
+
+def _truth(bench: Bench, uid: Uid) -> SimTruth:
+    servo = bench.servo(uid)
+    motion = servo.motion
+    return SimTruth(
+        uid=uid, plant=servo.conditions.plant, friction_factor=motion.friction, moved_s=motion.moved_s,
+        horn_deg=motion.angle, motor_deg=motion.motor, speed_rpm=servo.speed_rpm, torque_pct=100.0 * motion.torque,
+        temperature_c=servo.board_c, supply_v=servo.supply_v,
+    )  # fmt: skip
 
 
 def _shown(bench: Bench, uid: Uid) -> SimServo:
