@@ -127,17 +127,16 @@ def tune(page: Page, url: str, uid: str) -> Callable[[], None]:
     for key, value in (("smoothing", False), ("angle_p_gain", 25)):
         api.put(f"/servos/{uid}/parameters/{key}", json={"value": value}).raise_for_status()
     page.goto(f"{url}servos/{uid}/tune")
-    page.get_by_test_id("enable-motion").click()
+    page.get_by_test_id("step-open").click()
     page.get_by_test_id("step-deg").fill("10")
-    page.get_by_test_id("step-note").fill("arm of 60 mm, no load")
     page.get_by_test_id("step-go").click()
     page.get_by_test_id("legend-A").wait_for()
+    page.get_by_test_id("tune-tab-gains").click()
     page.get_by_test_id("input-angle_p_gain").fill("55")
     page.get_by_test_id("input-angle_p_gain").press("Enter")
-    page.get_by_test_id("gains-apply").click()
-    page.get_by_test_id("back-to-A").wait_for()
-    page.get_by_test_id("step-go").click()
+    page.get_by_test_id("step-again").click()
     page.get_by_test_id("legend-B").wait_for()
+    page.get_by_test_id("tune-tab-improve").click()
     page.wait_for_timeout(1500)
 
     def end() -> None:

@@ -101,7 +101,7 @@ CASES = {
     "matrix": Case("servos/matrix?uids={uid}", ".below button.link"),
     "motion": Case("servos/{uid}/motion", "[data-testid=enable-motion]"),
     "parameters": Case("servos/{uid}/parameters#angle_limit_cw", "[data-testid=apply]", staged),
-    "tune": Case("servos/{uid}/tune", "[data-testid=enable-motion]"),
+    "tune": Case("servos/{uid}/tune", "[data-testid=step-open]"),
     "commission": Case("commission", "[data-testid=wiggle]", identifying),
     "bus": Case("bus#doctor", "[data-testid=doctor-again]"),
     "records": Case("records#snapshots/{uid}", "[data-testid=take-snapshot]"),
@@ -176,7 +176,7 @@ SILENT = {
     "records": Old(
         "records#snapshots/{uid}", "[data-testid=take-snapshot]", "disabled", "false", "true", OFFLINE_AFTER_S
     ),
-    "tune": Old("servos/{uid}/tune", "[data-testid=enable-motion]", "disabled", "false", "true", OFFLINE_AFTER_S),
+    "tune": Old("servos/{uid}/tune", "[data-testid=step-open]", "disabled", "false", "true", OFFLINE_AFTER_S),
 }  # fmt: skip
 
 
@@ -266,5 +266,5 @@ def test_a_crashed_plot_of_runs_leaves_step_test_and_gains(fresh_page: Page, dem
     uid = uids_of(demo)[0]
     fresh_page.goto(f"{demo.url}servos/{uid}/tune")
     expect(fresh_page.get_by_test_id("panel-failed")).to_have_count(1)
-    expect(fresh_page.get_by_test_id("enable-motion")).to_be_enabled()
+    expect(fresh_page.get_by_test_id("step-open")).to_be_enabled()
     alive(fresh_page)

@@ -39,17 +39,16 @@ RUNNING = """() => {
 """Note where the plot is before and during a step test."""
 
 
-def run_step(page: Page, legend: str) -> None:
-    page.get_by_test_id("step-go").click()
+def measured(page: Page, legend: str) -> None:
+    """Wait until a step test has ended and its run is shown."""
     expect(page.get_by_test_id(f"legend-{legend}")).to_be_visible()
-    expect(page.get_by_test_id("step-go")).to_be_enabled()
+    expect(page.get_by_test_id("step-open")).to_be_enabled()
 
 
 def test_two_gains_are_compared_and_the_first_is_restored(page: Page, demo: Demo, servo: str) -> None:
     page.goto(f"{demo.url}servos/{servo}/tune")
-    expect(page.get_by_test_id("no-runs")).to_be_visible()
-    expect(page.get_by_test_id("step-go")).to_have_count(0)
-    page.get_by_test_id("enable-motion").click()
+    expect(page.get_by_test_id("no-runs")).to_contain_text("Not measured yet")
+    page.get_by_test_id("step-open").click()
 
     # the move is shown before, and a step beyond the limits cannot be requested
     page.get_by_test_id("step-deg").fill("10")
@@ -60,21 +59,25 @@ def test_two_gains_are_compared_and_the_first_is_restored(page: Page, demo: Demo
     page.get_by_test_id("step-deg").fill("10")
     page.get_by_test_id("step-dwell").fill("0.6")
     page.get_by_test_id("step-note").fill("bare horn")
-    run_step(page, "A")
+    expect(page.get_by_test_id("step-go")).to_contain_text("Enable motion and run step")
+    page.get_by_test_id("step-go").click()
+    measured(page, "A")
     expect(page.get_by_test_id("step-metrics")).to_contain_text("±")
+    first = demo.api.get("/runs", params={"uid": servo}).json()[0]
+    expect(page.get_by_test_id("verdict")).to_contain_text(first["verdict"]["text"])
 
-    # a gain is written to RAM while this page holds motion control, then the same step again
+    # a gain is written to RAM while this page holds motion control, then the same step again: type, one press
+    page.get_by_test_id("tune-tab-gains").click()
     gain = page.get_by_test_id("input-angle_p_gain")
     gain.fill("20")
     gain.press("Enter")
-    go = page.get_by_test_id("step-go")
-    expect(go).to_contain_text("Apply and run step")
+    again = page.get_by_test_id("step-again")
+    expect(again).to_contain_text("Apply and run step")
     page.evaluate(RUNNING)
-    go.click()
+    again.click()
     page.wait_for_function("() => window.running.length > 0")
     assert page.evaluate("() => window.running.every(top => top === window.before)"), "the page jumps"
-    expect(page.get_by_test_id("legend-B")).to_be_visible()
-    expect(go).to_be_enabled()
+    measured(page, "B")
     expect(page.get_by_test_id("row-angle_p_gain")).to_have_attribute("data-state", "applied")
     differs = page.get_by_test_id("differs-angle_p_gain")
     expect(differs).to_contain_text("40")
@@ -87,9 +90,11 @@ def test_two_gains_are_compared_and_the_first_is_restored(page: Page, demo: Demo
     for rise in (slow, quick):
         expect(page.get_by_test_id("metric-rise_s")).to_contain_text(str(round(rise * 1000)))
 
-    # back to A: its gains come into the rows, and apply writes them
+    # the verdict is that of B, and Back to A writes the gains of A
+    expect(page.get_by_test_id("verdict")).to_contain_text(runs[0]["verdict"]["text"])
+    expect(page.get_by_test_id("verdict-other")).to_contain_text(runs[1]["verdict"]["text"])
     page.get_by_test_id("back-to-A").click()
-    page.get_by_test_id("gains-apply").click()
+    expect(page.get_by_test_id("back-to-A")).to_have_count(0)
     expect(page.get_by_test_id("row-angle_p_gain")).to_have_attribute("data-state", "idle")
     rows = demo.api.get(f"/servos/{servo}/parameters").json()["parameters"]
     assert rows["angle_p_gain"]["value"] == 40
@@ -108,33 +113,78 @@ def test_two_gains_are_compared_and_the_first_is_restored(page: Page, demo: Demo
 
 def test_typing_starts_no_step_test_and_enter_sends_one_request(page: Page, demo: Demo, servo: str) -> None:
     sent: list[str] = []
-    page.on("request", lambda request: sent.append(request.url) if request.url.endswith("/step-test") else None)
+    page.on("request", lambda request: sent.append(request.url) if request.method == "POST" else None)
     page.goto(f"{demo.url}servos/{servo}/tune")
-    page.get_by_test_id("enable-motion").click()
+    page.get_by_test_id("step-open").click()
     page.get_by_test_id("step-dwell").fill("0.3")
     for box in ("step-deg", "step-runs", "step-dwell", "step-note"):
         page.get_by_test_id(box).press("Enter")
     page.get_by_test_id("step-note").fill("bare horn")
     page.get_by_test_id("step-note").press("Enter")
     expect(page.get_by_test_id("step-go")).to_be_enabled()
-    assert sent == [], "Enter in a text field moved the horn"
+    assert sent == [], "Enter in a text field took motion control or moved the horn"
 
     page.get_by_test_id("step-go").press("Enter")
-    expect(page.get_by_test_id("legend-A")).to_be_visible()
-    assert len(sent) == 1
+    measured(page, "A")
+    assert len([url for url in sent if url.endswith("/step-test")]) == 1
     expect(page.get_by_test_id("step-problem")).to_have_count(0)
 
 
 def test_a_step_test_is_cancelled(page: Page, demo: Demo, servo: str) -> None:
     page.goto(f"{demo.url}servos/{servo}/tune")
-    page.get_by_test_id("enable-motion").click()
+    page.get_by_test_id("step-open").click()
     page.get_by_test_id("step-runs").fill("20")
     page.get_by_test_id("step-go").click()
     page.get_by_test_id("step-cancel").click()
-    expect(page.get_by_test_id("step-problem")).to_be_visible()
+    expect(page.get_by_test_id("tune-job-ended")).to_have_attribute("data-state", "cancelled")
+    expect(page.get_by_test_id("job-holds")).to_contain_text("P 40")
     assert demo.api.get("/runs", params={"uid": servo}).json() == []
+    page.get_by_test_id("job-close").click()
+    expect(page.get_by_test_id("improve-open")).to_be_visible()
     page.get_by_test_id("disable-motion").click()
     no_lease(demo)
+
+
+def test_runs_of_different_set_ups_have_no_difference_column(page: Page, demo: Demo, servo: str) -> None:
+    page.goto(f"{demo.url}servos/{servo}/tune")
+    page.get_by_test_id("step-open").click()
+    page.get_by_test_id("step-dwell").fill("0.3")
+    page.get_by_test_id("step-go").click()
+    measured(page, "A")
+    page.get_by_test_id("set-up-change").click()
+    page.get_by_test_id("set-up-arm_mm").fill("60")
+    page.get_by_test_id("set-up-inertia_gm2").fill("1")
+    expect(page.get_by_test_id("set-up-save")).to_be_disabled()
+    page.get_by_test_id("set-up-inertia_gm2").fill("")
+    page.get_by_test_id("set-up-mass_g").fill("120")
+    page.get_by_test_id("set-up-mounting").select_option("vice")
+    page.get_by_test_id("set-up-save").click()
+    expect(page.get_by_test_id("set-up")).to_contain_text("Arm 60\u202fmm with 120\u202fg at its end, in a vice.")
+    expect(page.get_by_test_id("set-up")).to_contain_text("Not that of A.")
+    page.get_by_test_id("step-open").click()
+    page.get_by_test_id("step-go").click()
+    measured(page, "B")
+    expect(page.get_by_test_id("not-comparable")).to_be_visible()
+    expect(page.get_by_test_id("step-metrics")).not_to_contain_text("B against A")
+    page.get_by_test_id("step-open").click()
+    page.get_by_test_id("step-go").click()
+    expect(page.get_by_test_id("tune-job")).to_be_visible()
+    expect(page.get_by_test_id("step-open")).to_be_enabled()
+    # the newest two are shown first, because they can be compared
+    page.reload()
+    expect(page.get_by_test_id("step-metrics")).to_contain_text("B against A")
+    expect(page.get_by_test_id("not-comparable")).to_have_count(0)
+
+
+def test_a_server_without_scipy_names_the_package(page: Page, demo: Demo, servo: str) -> None:
+    able = demo.api.get("/tuning").json()
+    lacking = {**able, "available": False, "install": "pip install 'hornbill[tune]'"}
+    page.route("**/api/v1/tuning", lambda route: route.fulfill(json=lacking))
+    page.goto(f"{demo.url}servos/{servo}/tune")
+    expect(page.get_by_test_id("package-missing").first).to_contain_text("scipy")
+    expect(page.get_by_test_id("package-missing").first).to_contain_text("pip install 'hornbill[tune]'")
+    expect(page.get_by_test_id("improve-open")).to_be_disabled()
+    expect(page.get_by_test_id("step-open")).to_be_enabled()
 
 
 def test_a_recording_is_saved_opened_without_a_bus_and_deleted(page: Page, demo: Demo, servo: str) -> None:

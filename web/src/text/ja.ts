@@ -23,7 +23,7 @@ export const text = {
     bus: "バスの不具合の調べ方（英語）",
     recover: "見失ったサーボの復旧方法（英語）",
     faults: "異常と測定値の意味（英語）",
-    tuning: "調整: 判定、グラフ、自動改善（英語）",
+    tuning: "調整: 判定、グラフ、改善（英語）",
     profiles: "プロファイル、複製、履歴の使い方（英語）",
     record: "記録、書き出し、測定の方法（英語）",
     rigs: "試験装置: Python、pytest、LabVIEWなど（英語）",

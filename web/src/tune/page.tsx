@@ -78,25 +78,27 @@ function Tune({ uid }: { uid: string }) {
         <Panel>
           <VerdictLine uid={uid} locked={locked} />
         </Panel>
-        <div class="tune-main">
-          <div class="tune-panels">
+        <div class="tune-left">
+          <div class="tune-main">
+            <div class="tune-panels">
+              <Panel>
+                <StepPanel runs={runs} direction={direction} locked={locked} />
+              </Panel>
+              <Panel>
+                <FrequencyPanel runs={runs} locked={locked} />
+              </Panel>
+            </div>
+            <Panel>{overlay.value && <Metrics overlay={overlay.value} direction={direction.value} />}</Panel>
+          </div>
+          <div class="tune-runs">
             <Panel>
-              <StepPanel runs={runs} direction={direction} locked={locked} />
-            </Panel>
-            <Panel>
-              <FrequencyPanel runs={runs} locked={locked} />
+              <RunList uid={uid} />
             </Panel>
           </div>
-          <Panel>{overlay.value && <Metrics overlay={overlay.value} direction={direction.value} />}</Panel>
         </div>
         <Panel>
           <TuneColumn one={one} />
         </Panel>
-        <div class="tune-runs">
-          <Panel>
-            <RunList uid={uid} />
-          </Panel>
-        </div>
       </div>
       {dialog.value === "step" && <StepDialog one={one} />}
       {dialog.value === "response" && <ResponseDialog one={one} />}

@@ -47,8 +47,8 @@ function sameIn(): string {
   if (shown.length === 0 || present === null) return "";
   const same = shown.flatMap((run, place) => (setUpText(run.set_up) === present ? letter(place) : []));
   const other = shown.flatMap((run, place) => (setUpText(run.set_up) === present ? [] : letter(place)));
-  if (other.length > 0) return words.setUp.otherFor(other.join(words.list));
-  return words.setUp.sameFor(same.join(words.list));
+  if (other.length > 0) return words.setUp.otherFor(other);
+  return words.setUp.sameFor(same);
 }
 
 type Key = "arm_mm" | "mass_g" | "inertia_gm2" | "load_nm" | "supply_v" | "ambient_c";

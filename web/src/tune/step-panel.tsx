@@ -98,8 +98,8 @@ function StepPlot({ runs, side }: { runs: StepRun[]; side: lab.Direction }) {
           withUnit(number(rms * Math.SQRT2, 1), "°"),
         ),
     });
-    plot.current?.look(window);
     plot.current?.show(picture);
+    plot.current?.look(window);
   }, [runs, side]);
   const names = runs.map((_, place) => words.runs.label(lab.letter(place))).join(", ");
   return (

@@ -95,7 +95,7 @@ function settled(runs: readonly StepRun[], direction: Direction, say: StepSenten
   return marks.slice(0, 1);
 }
 
-/** Names the hunting of a run above its later swings. */
+/** Names the hunting of a run at one of its later swings. */
 function swing(
   run: StepRun,
   direction: Direction,
@@ -104,16 +104,20 @@ function swing(
   say: StepSentences,
 ): Callout[] {
   const found = hunting(run, direction);
-  if (!found || found.hunting === "none" || found.hunting_rms_deg === null) return [];
-  const rms = found.hunting_rms_deg;
+  const step = stepsOf(run, direction)[0];
+  if (!step || !found || found.hunting === "none" || found.hunting_rms_deg === null) return [];
   const away = Math.sign(target) || 1;
-  return [
-    {
-      t: to * 0.55,
-      v: target + away * rms * Math.SQRT2,
-      word: say.hunts(found.hunting_hz, rms),
-      dx: 12,
-      dy: -away * 22,
-    },
-  ];
+  let at = -1;
+  step.t.forEach((t, place) => {
+    const angle = (step.angle_deg[place] ?? 0) * away;
+    if (t > SWING_FROM * to && t < SWING_TO * to && (at < 0 || angle > (step.angle_deg[at] ?? 0) * away))
+      at = place;
+  });
+  if (at < 0) return [];
+  const [t, v] = [step.t[at] ?? 0, (step.angle_deg[at] ?? 0) - step.from_deg];
+  return [{ t, v, word: say.hunts(found.hunting_hz, found.hunting_rms_deg), dx: 12, dy: -away * 22 }];
 }
+
+/** Part of the picture in which a swing is named: late enough to be no overshoot, with space for the words. */
+const SWING_FROM = 0.35;
+const SWING_TO = 0.6;

@@ -2,6 +2,10 @@
 
 const S = "\u202f";
 
+/** "A", "A and B", "A, B and C". */
+const and = (names: readonly string[]) =>
+  [names.slice(0, -1).join(", "), names.at(-1)].filter(Boolean).join(" and ");
+
 export const words = {
   /** Between the parts of a list. */
   list: ", ",
@@ -243,8 +247,8 @@ export const words = {
     title: "Set-up",
     change: "Change",
     notStated: "Not stated. State load and mounting, so that runs can be compared.",
-    sameFor: (letters: string) => `The same for ${letters}.`,
-    otherFor: (letters: string) => `Not that of ${letters}.`,
+    sameFor: (letters: readonly string[]) => `The same for ${and(letters)}.`,
+    otherFor: (letters: readonly string[]) => `Not that of ${and(letters)}.`,
     dialogTitle: "Set-up",
     dialogLead: "Stored for this servo and copied into each run. Leave a field empty if it is not known.",
     save: "Save set-up",

@@ -13,7 +13,7 @@ export const words = {
     label: "判定",
     none: "未測定",
     noneLine:
-      "ステップを実行してください。数度の往復を、サーボが応答できる最高の速さで計測します。その後ゲインを変えるか自動改善を行い、比較します。",
+      "ステップを実行してください。数度の往復を、サーボが応答できる最高の速さで計測します。その後ゲインを変えるか「改善」を実行し、比較します。",
     noneShown: "結果が選択されていません。下の一覧から選択してください。",
     howToRead: "グラフの読み方（英語）",
     inRom: "ROMと同じ",
@@ -76,7 +76,7 @@ export const words = {
     nothing:
       "周波数ごとのゲインと位相がここに表示されます。どれだけ速い動きに追従するか、ハンチングまでの余裕がどれだけあるかが分かります。",
     packageMissing: name =>
-      `このサーバーには自動改善と同定に必要な${name}がありません。次のコマンドでインストールしてください:`,
+      `このサーバーには「改善」と同定に必要な${name}がありません。次のコマンドでインストールしてください:`,
     label: names => `周波数応答: ${names}のゲイン、位相、コヒーレンス。数値は下の表にあります。`,
     gain: "ゲイン dB",
     phase: "位相",
@@ -171,7 +171,7 @@ export const words = {
   },
   column: {
     label: "操作",
-    improve: "自動改善",
+    improve: "改善",
     gains: "ゲイン",
     mechanics: "機械特性",
   },
@@ -201,14 +201,14 @@ export const words = {
     most: (rpm, pct) => `（最大${rpm}、トルク${pct}）。`,
     promise: gains =>
       `測定で改善したゲインだけをRAMに残します。それ以外の場合は${gains === "" ? "現在のゲイン" : gains}に戻し、読み返して確認します。`,
-    open: "自動改善…",
-    dialogTitle: (name, goal) => `${name}の自動改善: ${goal}`,
+    open: "改善…",
+    dialogTitle: (name, goal) => `${name}の改善: ${goal}`,
     takes: s => `サーボを測定し、モデル上で探索し、ステップを徐々に大きくして確認します。最長${s}です。`,
     expert: "速度ループも調整する（メーカーは推奨していません）",
     stops:
       "停止するとトルクは直ちにオフになります。トルクはオンになり、動作を終了するかこのページを離れるまでオンのままです。ホーンに近づかないでください。",
-    go: "自動改善",
-    enableAndGo: "動作を有効にして自動改善",
+    go: "改善",
+    enableAndGo: "動作を有効にして改善",
   },
   job: {
     starting: "開始中",
@@ -216,7 +216,7 @@ export const words = {
       step_test: "ステップ試験",
       frequency_response: "周波数応答",
       mechanics: "機械特性",
-      improve: "自動改善",
+      improve: "改善",
     },
     steps: name => `${name}の手順`,
     cancel: "中止",
@@ -229,8 +229,8 @@ export const words = {
     title: "試験条件",
     change: "変更",
     notStated: "未入力です。負荷と取り付けを入力すると、結果を比較できます。",
-    sameFor: letters => `${letters}と同じです。`,
-    otherFor: letters => `${letters}とは異なります。`,
+    sameFor: letters => `${letters.join("、")}と同じです。`,
+    otherFor: letters => `${letters.join("、")}とは異なります。`,
     dialogTitle: "試験条件",
     dialogLead: "このサーボに保存し、各結果に記録します。不明な項目は空欄のままにしてください。",
     save: "試験条件を保存",
