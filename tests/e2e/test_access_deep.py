@@ -11,7 +11,7 @@ from playwright.sync_api import Page, Route, expect
 from e2e.conftest import Watched
 from e2e.looks import complaints, loading, still
 from e2e.servers import Demo
-from e2e.state import latched, read, servo_of, uids_of, write
+from e2e.state import latched, no_lease, read, servo_of, uids_of, write
 from e2e.steps import stage
 from e2e.test_access import show
 
@@ -138,6 +138,40 @@ def commissioned(page: Page, demo: Demo, say: Say) -> None:
     say("commission: checked")
 
 
+def tuned(page: Page, demo: Demo, say: Say) -> None:
+    """A verdict with its run, the parts of the column, and each dialog."""
+    uid = servo_of(demo, MODEL)
+    show(page, demo, "servos/{uid}/tune")
+    page.get_by_test_id("step-open").click()
+    page.get_by_test_id("step-deg").fill("90")
+    say("a step that is too large")
+    page.get_by_test_id("step-deg").fill("5")
+    page.get_by_test_id("step-dwell").fill("0.3")
+    say("the step dialog")
+    page.get_by_test_id("step-go").click()
+    expect(page.get_by_test_id("verdict")).to_be_visible()
+    say("a verdict")
+    page.get_by_test_id("tune-tab-gains").click()
+    expect(page.get_by_test_id("step-again")).to_be_enabled()
+    say("the gains")
+    page.get_by_test_id("tune-tab-mechanics").click()
+    say("mechanics")
+    page.get_by_test_id("tune-tab-improve").click()
+    for opens, what in (
+        ("frequency-open", "frequency response"),
+        ("set-up-change", "set-up"),
+        ("improve-open", "Improve"),
+    ):
+        page.get_by_test_id(opens).click()
+        expect(page.get_by_role("dialog")).to_be_visible()
+        say(f"the dialog of {what}")
+        close(page)
+    page.get_by_test_id("disable-motion").click()
+    no_lease(demo)
+    for run in demo.api.get("/runs", params={"uid": uid}).json():
+        demo.api.delete(f"/runs/{run['id']}")
+
+
 def recorded(page: Page, demo: Demo, say: Say) -> None:
     """An open recording, and a recording of one servo from disk."""
     uid = servo_of(demo, MODEL)
@@ -227,6 +261,7 @@ def signed_out(page: Page, demo: Demo, say: Say) -> None:
         pytest.param(several, marks=pytest.mark.scene),
         restored,
         commissioned,
+        tuned,
         recorded,
         stopped,
         without_a_bus,

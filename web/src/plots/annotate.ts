@@ -159,22 +159,21 @@ export function hatch(plot: uPlot, area: Hatched, at: Projection, colours: Palet
   if (area.word) middleWords(plot, area.word, (from + to) / 2, to - from, colours);
 }
 
-/** Words below each other, centred, left out where they do not fit. */
+/** Words in the middle of an area, upright where it is narrow, left out where they do not fit. */
 function middleWords(plot: uPlot, word: string, x: number, width: number, colours: Palette): void {
   const { ctx, bbox } = plot;
   const ratio = dpr();
-  const words = word.split(" ");
+  const middle = bbox.top + bbox.height / 2;
+  const ground = { ...colours, well: colours.panel };
   ctx.save();
   ctx.font = `${12 * ratio}px ${colours.font}`;
-  const widest = Math.max(...words.map(one => ctx.measureText(one).width));
-  ctx.restore();
-  if (widest > width - 2 * ratio) return;
-  const line = 16 * ratio;
-  const first = bbox.top + bbox.height / 2 - ((words.length - 1) * line) / 2 + 4 * ratio;
-  ctx.save();
-  words.forEach((one, place) => {
-    haloed(plot, one, x, first + place * line, "center", colours.ink2, { ...colours, well: colours.panel });
-  });
+  const long = ctx.measureText(word).width;
+  if (long < width - 4 * ratio) haloed(plot, word, x, middle + 4 * ratio, "center", colours.ink2, ground);
+  else if (width > 16 * ratio && long < bbox.height - 4 * ratio) {
+    ctx.translate(x + 4 * ratio, middle);
+    ctx.rotate(-Math.PI / 2);
+    haloed(plot, word, 0, 0, "center", colours.ink2, ground);
+  }
   ctx.restore();
 }
 
@@ -315,10 +314,10 @@ export function tagAtCurve(
   const { ctx, bbox } = plot;
   const ratio = dpr();
   const one = curve.samples(at.min);
-  const index = nearestSample(one, at.min + (at.max - at.min) * (0.26 + 0.085 * place));
+  const index = nearestSample(one, curve.tagAt?.x ?? at.min + (at.max - at.min) * (0.26 + 0.085 * place));
   const value = one.v[index] ?? Number.NaN;
   if (index < 0 || Number.isNaN(value)) return;
-  const side = place % 2 === 0 ? -1 : 1;
+  const side = (curve.tagAt?.above ?? place % 2 === 0) ? -1 : 1;
   const high = bbox.top + (TAG_PX / 2 + 2) * ratio;
   const low = bbox.top + bbox.height - (TAG_PX / 2 + 2) * ratio;
   const y = Math.min(low, Math.max(high, at.y(value) + side * 18 * ratio));

@@ -287,7 +287,8 @@ export class Plot {
             ? { auto: false }
             : {
                 range: plot => {
-                  const [low, high] = this.#high(plot.scales.x?.min ?? 0, plot.scales.x?.max ?? 1);
+                  const { from = 0, to = 1 } = this.#picture;
+                  const [low, high] = this.#high(plot.scales.x?.min ?? from, plot.scales.x?.max ?? to);
                   return [low, high];
                 },
               },
@@ -357,7 +358,9 @@ export class Plot {
       pxAlign: 0,
       auto: false,
       paths: plot => {
-        const shown = this.#of(place);
+        // A drawing may be due from before the picture changed.
+        const shown = this.#curves[place];
+        if (!shown) return null;
         const chosen = lit() !== null && lit() === shown.key;
         const series = plot.series[place + 1];
         if (series) {
@@ -379,11 +382,11 @@ export class Plot {
         width: 0,
         stroke: colour,
         fill: colour,
-        paths: plot => ({
-          stroke: null,
-          fill: pointsPath(plot, projection(plot, this.#zero), this.#of(place)) ?? new Path2D(),
-          flags: 0,
-        }),
+        paths: plot => {
+          const shown = this.#curves[place];
+          const fill = shown && pointsPath(plot, projection(plot, this.#zero), shown);
+          return { stroke: null, fill: fill ?? new Path2D(), flags: 0 };
+        },
       },
     };
   }

@@ -27,6 +27,8 @@ export interface PlotCurve {
   key?: string;
   /** Letter in a box at the curve. */
   tag?: string;
+  /** Where the letter is, if not at the usual place: x, and whether above the curve. */
+  tagAt?: { x: number; above: boolean };
   /** Index of the shape of its samples; without one they are dots, with `plain` nothing. */
   shape?: number;
   plain?: boolean;

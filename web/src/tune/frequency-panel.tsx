@@ -67,6 +67,13 @@ export function PackageMissing({ band = false }: { band?: boolean }) {
   );
 }
 
+/** Every 10 dB, or every 20 over a wide range. */
+function decibels(low: number, high: number): number[] {
+  const step = high - low > 60 ? 20 : 10;
+  const first = Math.ceil(low / step);
+  return Array.from({ length: Math.floor(high / step) - first + 1 }, (_, at) => (first + at) * step);
+}
+
 const hertz = (hz: number) => withUnit(number(hz, hz < 10 ? 1 : 0), "Hz");
 
 function FrequencyPlots({ shown }: { shown: readonly ShownResponse[] }) {
@@ -93,7 +100,7 @@ function FrequencyPlots({ shown }: { shown: readonly ShownResponse[] }) {
           values.map(one => `${one.name} ${withUnit(signed(one.value, decimals), unit)}`).join(", "),
         );
     const boxes = [
-      [gain, { y: (v: number) => number(v, 0), read: read("dB", 1), last: false }],
+      [gain, { y: (v: number) => number(v, 0), yTicks: decibels, read: read("dB", 1), last: false }],
       [
         phase,
         {

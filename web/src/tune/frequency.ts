@@ -82,7 +82,9 @@ export function frequencyPictures(
       open: main,
       plain: true,
       name: say.name(one, one.response.curves.length > 1 ? curve.amplitude_deg : null),
-      ...(main && shown.length > 1 && one.letter ? { tag: one.letter } : {}),
+      ...(main && shown.length > 1 && one.letter
+        ? { tag: one.letter, tagAt: tagPlace(curve, one === bold) }
+        : {}),
     }));
   const all = drawn.flatMap(({ curve }) => curve.frequency_hz);
   const limits = {
@@ -90,8 +92,7 @@ export function frequencyPictures(
     to: Math.log10(Math.max(...all)),
   };
   const hatched = unreliable(drawn.filter(each => each.main).map(({ curve }) => curve));
-  const wide = (word: string) =>
-    hatched.map((one, at) => (at === hatched.length - 1 ? { ...one, word } : one));
+  const named = hatched.map(one => ({ ...one, word: say.notReliable }));
   const last = bold && mainCurve(bold.response)?.metrics;
   const first = shown.flatMap(one => {
     const found = mainCurve(one.response)?.metrics.bandwidth_3db_hz;
@@ -101,7 +102,7 @@ export function frequencyPictures(
     gain: {
       ...limits,
       curves: curves(curve => curve.gain_db),
-      hatched,
+      hatched: named,
       corner: say.gain,
       feet: first ? [first] : [],
       callouts:
@@ -122,7 +123,7 @@ export function frequencyPictures(
       ...limits,
       // The letters are on the gain; here they would cover the curves.
       curves: curves(curve => curve.phase_deg).map(({ tag: _, ...curve }) => curve),
-      hatched: wide(say.notReliable),
+      hatched,
       corner: say.phase,
       range: found => rounded(found, 90, 20),
     },
@@ -149,6 +150,15 @@ export function frequencyPictures(
 }
 
 const NOTABLE_DB = 1;
+
+/** The letter of the last response is beside its peak, that of others where the gain begins to fall. */
+function tagPlace({ metrics, frequency_hz }: FrequencyCurve, last: boolean): { x: number; above: boolean } {
+  const { peak_db, peak_hz, bandwidth_3db_hz } = metrics;
+  if (last && peak_hz && peak_db && peak_db.value >= NOTABLE_DB)
+    return { x: Math.log10(peak_hz) + 0.06, above: true };
+  const middle = bandwidth_3db_hz?.value ?? frequency_hz[Math.floor(frequency_hz.length / 2)] ?? 1;
+  return { x: Math.log10(middle) - 0.12, above: last };
+}
 
 /** Limits at multiples of a step, with room above and below. */
 function rounded(found: readonly [number, number] | null, step: number, room: number): [number, number] {

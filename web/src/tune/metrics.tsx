@@ -67,7 +67,7 @@ export function Metrics({ overlay, direction }: MetricsProps) {
     });
   const differ = Object.keys(differences).length;
   return (
-    <section class="tune-metrics" aria-label={strings.title}>
+    <div class="tune-metrics">
       {why && (
         <Note kind="notice" band testid="not-comparable">
           {noteText(why.text, why.code, why.params)}
@@ -95,7 +95,7 @@ export function Metrics({ overlay, direction }: MetricsProps) {
           columns={columns}
         />
       </div>
-    </section>
+    </div>
   );
 }
 

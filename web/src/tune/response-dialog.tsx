@@ -30,10 +30,10 @@ const LADDER = [0.5, 1, 2];
 
 function values() {
   return {
-    amplitude: between(typed.amplitude.value, "°", 0.2, 10),
-    from: between(typed.from.value, "Hz", 0.1, 20),
-    to: between(typed.to.value, "Hz", 1, 45),
-    duration: between(typed.duration.value, "s", 5, 120),
+    amplitude: between(typed.amplitude.value, "°", 0.2, typed.ladder.value ? 10 : 20),
+    from: between(typed.from.value, "Hz", 0.1, 10),
+    to: between(typed.to.value, "Hz", 1, 25),
+    duration: between(typed.duration.value, "s", 3, 60),
   };
 }
 
@@ -50,7 +50,7 @@ export function ResponseDialog({ one }: { one: KnownServo }) {
   const outside = sweep !== null && limits !== null && (sweep.from < limits.ccw || sweep.to > limits.cw);
   const against =
     amplitude === null
-      ? strings.amplitudeWrong
+      ? strings.amplitudeWrong(typed.ladder.value ? 10 : 20)
       : from === null || to === null || from >= to
         ? strings.rangeWrong
         : duration === null

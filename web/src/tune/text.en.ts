@@ -105,9 +105,9 @@ export const words = {
     toHz: "To",
     duration: "Duration",
     ladder: "Also at half and twice the amplitude, to find deadband and saturation",
-    amplitudeWrong: "Enter an amplitude of 0.2 to 10°.",
-    rangeWrong: "Enter frequencies of 0.1 to 45 Hz, the lower one first.",
-    durationWrong: "Enter 5 to 120 s.",
+    amplitudeWrong: (most: number) => `Enter an amplitude of 0.2 to ${most}°.`,
+    rangeWrong: "Enter frequencies from 0.1 to 10 Hz and to 1 to 25 Hz, the lower one first.",
+    durationWrong: "Enter 3 to 60 s.",
     outside: (low: string, high: string) =>
       `The horn would move outside its limits, ${low} to ${high}. Enter a smaller amplitude, or move the horn first.`,
     moves: (from: string, to: string) => `The horn moves between ${from} and ${to}`,

@@ -94,9 +94,9 @@ export const words = {
     toHz: "上限",
     duration: "時間",
     ladder: "振幅の半分と2倍でも測定（デッドバンドと飽和が分かります）",
-    amplitudeWrong: "0.2～10°の振幅を入力してください。",
-    rangeWrong: "0.1～45 Hzの周波数を、下限、上限の順に入力してください。",
-    durationWrong: "5～120 sを入力してください。",
+    amplitudeWrong: most => `0.2～${most}°の振幅を入力してください。`,
+    rangeWrong: "下限は0.1～10 Hz、上限は1～25 Hzで、下限より高い値を入力してください。",
+    durationWrong: "3～60 sを入力してください。",
     outside: (low, high) =>
       `ホーンが制限（${low}～${high}）の外に動きます。振幅を小さくするか、先にホーンを動かしてください。`,
     moves: (from, to) => `ホーンが${from}から${to}の間で動きます`,
