@@ -8,6 +8,8 @@ test.each([
   ["load_pct", 40, "40\u202f%"],
   ["frames_per_s", 249, "249"],
   ["count", 2, "2"],
+  ["angle_deg", 1.1, "+1.1°"],
+  ["swing_deg", 1.1, "1.1°"],
 ])("%s", (name, value, said) => {
   expect(factsOf({ [name]: value })[name]).toBe(said);
 });

@@ -3,7 +3,7 @@ import { Problem } from "../api/client";
 import type { Job, Params } from "../api/types";
 import { text } from "../text";
 import { codes } from "./codes";
-import { angle, MINUS, withUnit } from "./format";
+import { angle, MINUS, number, withUnit } from "./format";
 import { who } from "./holder";
 import { rowLabelOf } from "./row-text";
 
@@ -14,6 +14,20 @@ export type FactsText = (facts: Facts) => string;
 
 /** Params that are keys of rows. */
 const KEYS: ReadonlySet<string> = new Set(["key", "keys", "limit", "not_restored", "other"]);
+
+/** Sizes in degrees, which have no direction and so no sign. */
+const SIZES: ReadonlySet<string> = new Set([
+  "amplitude_deg",
+  "away_deg",
+  "band_deg",
+  "dead_band_deg",
+  "error_deg",
+  "largest_deg",
+  "moved_deg",
+  "peak_to_peak_deg",
+  "phase_margin_deg",
+  "swing_deg",
+]);
 
 const UNITS: Readonly<Record<string, string>> = {
   s: "s",
@@ -71,6 +85,7 @@ function paramText(name: string, value: Params[string] | null | object): string 
   if (typeof value === "object") return undefined;
   if (typeof value === "string") return KEYS.has(name) ? rowLabelOf(value) : value;
   const unit = name.slice(name.lastIndexOf("_") + 1);
+  if (SIZES.has(name)) return withUnit(number(value, 1), "°");
   if (unit === "deg" && name !== unit) return angle(value);
   const digits = String(Math.round(value * 100) / 100).replace("-", MINUS);
   // The sentence itself says "per second".

@@ -92,7 +92,8 @@ export function frequencyPictures(
     to: Math.log10(Math.max(...all)),
   };
   const hatched = unreliable(drawn.filter(each => each.main).map(({ curve }) => curve));
-  const named = hatched.map(one => ({ ...one, word: say.notReliable }));
+  const widest = Math.max(0, ...hatched.map(one => one.to - one.from));
+  const named = hatched.map(one => (one.to - one.from === widest ? { ...one, word: say.notReliable } : one));
   const last = bold && mainCurve(bold.response)?.metrics;
   const first = shown.flatMap(one => {
     const found = mainCurve(one.response)?.metrics.bandwidth_3db_hz;
