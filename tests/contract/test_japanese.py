@@ -24,6 +24,7 @@ STEPS = {
     "factory_reset": job.ResetStep,
     "identify": job.IdentifyStep,
     "step_test": job.StepTestStep,
+    "frequency_response": job.FrequencyStep,
     "profile": job.ProfileStep,
     "commissioning": job.CommissionStep,
     "restore_output": job.OutputStep,

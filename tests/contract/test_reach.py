@@ -107,6 +107,11 @@ COMMANDS: dict[str, str] = {
     "save_servo": "save S",
     "set_allocator": "node-ids set-allocator on",
     "set_position_unit": "position-unit S radian",
+    "measure_frequency_response": "frequency-response S --yes",
+    "list_frequency_responses": "frequency-responses list",
+    "get_frequency_response": "frequency-responses show 7",
+    "get_frequency_response_csv": "frequency-responses export 7",
+    "delete_frequency_response": "frequency-responses delete 7",
     "get_set_up": "set-up S",
     "put_set_up": "set-up S arm_mm=60",
     "set_torque": "torque S off",
@@ -249,6 +254,11 @@ CALLS: dict[str, Callable[[Hornbill, Servo], object]] = {
     "set_parameter": lambda _, s: s.write("angle_p_gain", 40),
     "set_position_unit": lambda _, s: s.set_position_unit(None),
     "set_telemetry": lambda _, s: s.telemetry(["current_angle"], 10),
+    "measure_frequency_response": lambda _, s: s.frequency_response(),
+    "list_frequency_responses": lambda h, s: h.records.frequency_responses(uid=s.uid),
+    "get_frequency_response": lambda h, _: h.records.frequency_response(7),
+    "get_frequency_response_csv": lambda h, _: h.records.frequency_response_csv(7),
+    "delete_frequency_response": lambda h, _: h.records.delete_frequency_response(7),
     "get_set_up": lambda _, s: s.set_up(),
     "put_set_up": lambda _, s: s.put_set_up({"arm_mm": 60.0}),
     "get_tuning": lambda h, _: h.tuning(),
@@ -285,6 +295,7 @@ NO_METHOD: dict[str, str] = {
 CONFIRMED = (
     "restart S", "factory-reset S", "undo S", "snapshots restore S 7", "copy S profile:x", "drift restore S",
     "bus disconnect", "node-ids recycle 3", "stop --restore", "inventory forget S", "step-test S",
+    "frequency-response S",
 )  # fmt: skip
 """Commands that require confirmation."""
 

@@ -60,6 +60,8 @@ COMMANDS: Final[dict[str, dict[str, Callable[..., Any] | typer.Typer]]] = {
         "set-up": measuring.set_up,
         "step-test": measuring.step_test,
         "runs": measuring.runs,
+        "frequency-response": measuring.frequency_response,
+        "frequency-responses": measuring.responses_,
         "position-unit": measuring.position_unit,
     },
     "Bus": {

@@ -613,6 +613,17 @@ class EffectRule(TypedDict):
     """Reason on a servo without the row. Null for the same reason."""
 
 
+class Estimate(TypedDict):
+    """A measured value with its 95 % interval."""
+
+    high: float
+    """Upper end of the 95 % interval."""
+    low: float
+    """Lower end of the 95 % interval."""
+    value: float
+    """Value, in the unit of its field."""
+
+
 class Failsafe(TypedDict):
     """What a servo does when commands stop (0x26, 0x27)."""
 
@@ -768,6 +779,107 @@ class ForecastWarning(TypedDict):
     """One sentence for users."""
 
 
+class FrequencyCurve(TypedDict):
+    """Response at one amplitude. Lists have one value per frequency; empty in lists of runs."""
+
+    achieved_hz: float
+    """Samples per second."""
+    amplitude_deg: float
+    """Peak amplitude of the command about the start angle, °."""
+    coherence: list[float]
+    """Share of the angle that the command explains, 0 to 1."""
+    frequency_hz: list[float]
+    """Frequencies, rising, Hz."""
+    gain_db: list[float]
+    """Gain from command to angle, dB."""
+    gain_error_db: list[float]
+    """Half of the 95 % interval of the gain, dB."""
+    metrics: FrequencyMetrics
+    missed_slots: int
+    """Commands that were not sent in time or not acknowledged."""
+    peak_deg: float
+    """Largest distance of the horn from the start angle, °."""
+    phase_deg: list[float]
+    """Phase from command to angle, not wrapped, °. Negative: the angle lags."""
+    phase_error_deg: list[float]
+    """Half of the 95 % interval of the phase, °."""
+    reliable: list[bool]
+    """Coherence above 0.9. Do not draw or use gain and phase elsewhere."""
+    samples: int
+    """Samples of the angle."""
+    slots: int
+    """Commands of the excitation."""
+
+
+class FrequencyMetrics(TypedDict):
+    """Metrics of a frequency response, from reliable frequencies only. Null if not within them."""
+
+    bandwidth_3db_hz: Estimate | None
+    """Frequency at which the gain falls below −3 dB, Hz."""
+    bandwidth_90deg_hz: Estimate | None
+    """Frequency at which the phase falls below −90°, Hz."""
+    delay_s: Estimate | None
+    """Delay between command and angle at low frequencies, s."""
+    gain_margin_db: Estimate | None
+    """Factor by which the open-loop gain may rise until the loop hunts, dB."""
+    gain_margin_hz: float | None
+    """Frequency at which the loop would hunt, Hz."""
+    peak_db: Estimate | None
+    """Highest gain, dB."""
+    peak_hz: float | None
+    """Frequency of the highest gain, Hz."""
+    phase_margin_deg: Estimate | None
+    """Phase lag that may be added at an open-loop gain of 1 until the loop hunts, °."""
+    phase_margin_hz: float | None
+    """Frequency of an open-loop gain of 1, Hz."""
+
+
+class FrequencyResponse(TypedDict):
+    """A completed frequency response with its test conditions."""
+
+    amplitude_deg: float
+    """Requested peak amplitude, °."""
+    at: float
+    """Time of the run, seconds since 1970 UTC."""
+    curves: list[FrequencyCurve]
+    """Response at the requested amplitude; with a ladder at half, one and two times it, in this order."""
+    dependence: Note | None
+    """How the response depends on the amplitude. Null without a ladder or if it does not."""
+    duration_s: float
+    """Duration of the excitation at one amplitude, s."""
+    excitation: Excitation
+    """chirp: one sine of rising frequency. multisine: many sines at once."""
+    firmware: str | None
+    """Firmware version, such as `1.300`. Null if unknown."""
+    from_hz: float
+    """Lowest frequency, Hz."""
+    id: int
+    """ID, as used in paths."""
+    model: str | None
+    """Model, such as `BLA21-06U-A0`. Null if unknown."""
+    note: str
+    """Note of the user."""
+    parameters: dict[str, bool | int | float | str | None]
+    """Values of all rows during the run, by key."""
+    procedure: str
+    """Procedure and its version, such as `step/1`."""
+    set_up: SetUp
+    """Set-up during the run."""
+    start_deg: float
+    """Angle about which the horn moved, °."""
+    temperature_c: float | None
+    """Servo temperature before the run, °C. Null if unknown."""
+    to_hz: float
+    """Highest frequency, Hz."""
+    uid: str
+    """Unique ID, 32 lower-case hex digits."""
+    verdict: Verdict
+    voltage_v: float | None
+    """Supply voltage at the servo before the run, V. Null if unknown."""
+    warnings: list[Note]
+    """Conditions that make the metrics less meaningful."""
+
+
 class Group(TypedDict):
     """A group of the parameter list, as in the document (tables 3-1 to 3-11)."""
 
@@ -866,7 +978,15 @@ class Job(TypedDict):
     id: str
     """ID, as used in paths."""
     kind: Literal[
-        "save", "restart", "factory_reset", "identify", "profile", "commissioning", "step_test", "restore_output"
+        "save",
+        "restart",
+        "factory_reset",
+        "identify",
+        "profile",
+        "commissioning",
+        "step_test",
+        "frequency_response",
+        "restore_output",
     ]
     """Kind of job."""
     progress: float
@@ -2417,6 +2537,19 @@ class TreatedAs(TypedDict):
     """Model to assume. Null if the model is known."""
 
 
+class Tuning(TypedDict):
+    """What this server can compute, and the thresholds of its verdicts."""
+
+    available: bool
+    """The package is installed."""
+    install: str | None
+    """Command that installs it. Null if installed."""
+    package: str
+    """Python package that identification and Improve require."""
+    thresholds: list[VerdictThreshold]
+    """Thresholds of verdicts."""
+
+
 class UniqueNumber(TypedDict):
     """A number unique to each servo, and the suggested range (raw). 0 means "none yet" and need not be unique."""
 
@@ -2452,6 +2585,19 @@ class Verdict(TypedDict):
     params: Params
     text: str
     """One sentence for users, with the decisive figures."""
+
+
+class VerdictThreshold(TypedDict):
+    """A figure that decides between two verdicts."""
+
+    decides: str
+    """What it decides."""
+    name: str
+    """Name, as in the documentation."""
+    unit: str
+    """Unit."""
+    value: float
+    """Value, in `unit`."""
 
 
 class Verification(TypedDict):
@@ -2588,6 +2734,9 @@ EvidenceCode: TypeAlias = Literal[
     "test_conditions",
     "samples",
     "run_stored",
+    "response_conditions",
+    "response_measured",
+    "response_stored",
     "planned",
     "written",
     "saved",
@@ -2608,6 +2757,7 @@ EvidenceCode: TypeAlias = Literal[
     "not_latched",
     "held",
 ]
+Excitation: TypeAlias = Literal["chirp", "multisine"]
 FaultLevel: TypeAlias = Literal["notification", "warning", "failure"]
 FindingCode: TypeAlias = Literal[
     "adapter",

@@ -11,7 +11,7 @@ from hornbill.domain.note import Note
 from hornbill.domain.run import RunConditions
 
 Excitation = TypeAliasType("Excitation", Literal["chirp", "multisine"])
-"""chirp: one sine of rising frequency. multisine: many sines at once, repeated."""
+"""chirp: one sine of rising frequency. multisine: many sines at once, with random phases."""
 
 
 @dataclass(frozen=True, slots=True, config=STRICT)
@@ -63,9 +63,7 @@ class FrequencyCurve(Model):
 class FrequencyResponse(RunConditions):
     """A completed frequency response with its test conditions."""
 
-    excitation: Excitation = Field(
-        description="chirp: one sine of rising frequency. multisine: many sines at once, repeated."
-    )
+    excitation: Excitation = Field(description="chirp: one sine of rising frequency. multisine: many sines at once.")
     amplitude_deg: float = Field(description="Requested peak amplitude, °.")
     from_hz: float = Field(description="Lowest frequency, Hz.")
     to_hz: float = Field(description="Highest frequency, Hz.")

@@ -13,13 +13,24 @@ RestartStep = Literal["request", "silence", "restart", "back", "soft_start", "re
 ResetStep = Literal["check", "snapshot", "torque_off", "erase", "read", "identity", "rows", "save", "verify"]
 IdentifyStep = Literal["check", "limit", "wiggle", "return", "restore"]
 StepTestStep = Literal["check", "measure", "evaluate"]
+FrequencyStep = Literal["check", "measure", "evaluate"]
 ProfileStep = Literal["plan", "write", "save"]
 CommissionStep = Literal["check", "park_servo_id", "park_node_id", "identify", "write", "save", "verify"]
 OutputStep = Literal["clear", "restore"]
 
 StepCode = TypeAliasType(
     "StepCode",
-    Literal[SaveStep, RestartStep, ResetStep, IdentifyStep, StepTestStep, ProfileStep, CommissionStep, OutputStep],
+    Literal[
+        SaveStep,
+        RestartStep,
+        ResetStep,
+        IdentifyStep,
+        StepTestStep,
+        FrequencyStep,
+        ProfileStep,
+        CommissionStep,
+        OutputStep,
+    ],
 )
 """Code of a step. Unique only together with the kind of its job."""
 
@@ -64,6 +75,10 @@ EvidenceCode = TypeAliasType(
         "test_conditions",
         "samples",
         "run_stored",
+        # frequency response
+        "response_conditions",
+        "response_measured",
+        "response_stored",
         # profile, commissioning
         "planned",
         "written",
@@ -121,7 +136,15 @@ class Job(Model):
 
     id: str = Field(description="ID, as used in paths.")
     kind: Literal[
-        "save", "restart", "factory_reset", "identify", "profile", "commissioning", "step_test", "restore_output"
+        "save",
+        "restart",
+        "factory_reset",
+        "identify",
+        "profile",
+        "commissioning",
+        "step_test",
+        "frequency_response",
+        "restore_output",
     ] = Field(description="Kind of job.")
     uid: str | None = Field(description="Unique ID of the servo, 32 hex digits. Null if it concerns none.")
     state: JobState = Field(description="State of the job.")

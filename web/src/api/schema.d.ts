@@ -1493,6 +1493,26 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/v1/servos/{uid}/frequency-response": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Measure frequency response
+         * @description Measure the frequency response about the current angle. Requires a lease and torque on. Writes no parameters.
+         */
+        post: operations["measure_frequency_response"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/v1/servos/{uid}/identify": {
         parameters: {
             query?: never;
@@ -4694,7 +4714,7 @@ export interface components {
             uid: string | null;
         };
         /** @enum {string} */
-        EvidenceCode: "problem" | "interrupted" | "rows_read" | "snapshot_taken" | "snapshot_known" | "snapshot_failed" | "sent" | "requested" | "silent" | "restarted" | "restarted_on_request" | "back_on_node" | "no_soft_start" | "soft_start_over" | "soft_start_aborted" | "read_back" | "all_rows_read" | "torque_off" | "erased" | "rows_differ" | "nothing_differs" | "rows_written" | "saved_by_job" | "rows_verified" | "at_rest" | "not_limited" | "limited" | "wiggled" | "angle_unknown" | "returned" | "restored" | "test_conditions" | "samples" | "run_stored" | "planned" | "written" | "saved" | "save_not_needed" | "identified" | "values_verified" | "values_still_verified" | "servo_id_parked" | "servo_id_restored" | "servo_id_lost" | "node_id_parked" | "failed_before" | "job_ended" | "values_refused" | "other_refused" | "other_failed" | "latch_cleared" | "not_latched" | "held";
+        EvidenceCode: "problem" | "interrupted" | "rows_read" | "snapshot_taken" | "snapshot_known" | "snapshot_failed" | "sent" | "requested" | "silent" | "restarted" | "restarted_on_request" | "back_on_node" | "no_soft_start" | "soft_start_over" | "soft_start_aborted" | "read_back" | "all_rows_read" | "torque_off" | "erased" | "rows_differ" | "nothing_differs" | "rows_written" | "saved_by_job" | "rows_verified" | "at_rest" | "not_limited" | "limited" | "wiggled" | "angle_unknown" | "returned" | "restored" | "test_conditions" | "samples" | "run_stored" | "response_conditions" | "response_measured" | "response_stored" | "planned" | "written" | "saved" | "save_not_needed" | "identified" | "values_verified" | "values_still_verified" | "servo_id_parked" | "servo_id_restored" | "servo_id_lost" | "node_id_parked" | "failed_before" | "job_ended" | "values_refused" | "other_refused" | "other_failed" | "latch_cleared" | "not_latched" | "held";
         /** @enum {string} */
         Excitation: "chirp" | "multisine";
         /** ExtendedAngleValue */
@@ -5053,7 +5073,7 @@ export interface components {
             dependence: components["schemas"]["Note"] | null;
             /** @description Duration of the excitation at one amplitude, s. */
             duration_s: number;
-            /** @description chirp: one sine of rising frequency. multisine: many sines at once, repeated. */
+            /** @description chirp: one sine of rising frequency. multisine: many sines at once. */
             excitation: components["schemas"]["Excitation"];
             /** @description Firmware version, such as `1.300`. Null if unknown. */
             firmware: string | null;
@@ -5086,6 +5106,49 @@ export interface components {
             voltage_v: number | null;
             /** @description Conditions that make the metrics less meaningful. */
             warnings: components["schemas"]["Note"][];
+        };
+        /**
+         * FrequencyTest
+         * @description Options of a frequency response.
+         */
+        FrequencyTest: {
+            /**
+             * @description Peak amplitude of the command about the current angle, °.
+             * @default 2
+             */
+            amplitude_deg?: number;
+            /**
+             * @description Duration at one amplitude, s.
+             * @default 20
+             */
+            duration_s?: number;
+            /**
+             * @description chirp: one sine of rising frequency. multisine: many sines at once.
+             * @default chirp
+             */
+            excitation?: components["schemas"]["Excitation"];
+            /**
+             * @description Lowest frequency, Hz.
+             * @default 0.5
+             */
+            from_hz?: number;
+            /**
+             * @description Also measure at half and at two times the amplitude, to find a dependence on it. At most 10°.
+             * @default false
+             */
+            ladder?: boolean;
+            /**
+             * @description Note on other conditions.
+             * @default
+             */
+            note?: string;
+            /** @description Set-up of this run. Null for that of the servo. */
+            set_up?: components["schemas"]["SetUp"] | null;
+            /**
+             * @description Highest frequency, Hz.
+             * @default 20
+             */
+            to_hz?: number;
         };
         /**
          * Group
@@ -5406,7 +5469,7 @@ export interface components {
              * @description Kind of job.
              * @enum {string}
              */
-            kind: "save" | "restart" | "factory_reset" | "identify" | "profile" | "commissioning" | "step_test" | "restore_output";
+            kind: "save" | "restart" | "factory_reset" | "identify" | "profile" | "commissioning" | "step_test" | "frequency_response" | "restore_output";
             /** @description Progress, 0 to 1. */
             progress: number;
             /** @description Result, depending on the kind. Null until the job has ended. */
@@ -11997,6 +12060,65 @@ export interface operations {
             422: components["responses"]["Problem"];
             /** @description `store_failed`, `interrupted` */
             500: components["responses"]["Problem"];
+            default: components["responses"]["CommonProblem"];
+        };
+    };
+    measure_frequency_response: {
+        parameters: {
+            query?: {
+                /** @description Wait until the job has ended. The response is 200 with the finished job. */
+                wait?: components["parameters"]["wait"];
+            };
+            header?: {
+                /** @description ID of a valid lease, which grants motion control. */
+                Lease?: components["parameters"]["Lease"];
+                /**
+                 * @description A repeated request with the same key is carried out once and returns the first response. Responses are stored for at least 24 h.
+                 * @example rig-7-run-2031
+                 */
+                "Idempotency-Key"?: components["parameters"]["Idempotency-Key"];
+            };
+            path: {
+                /** @description Unique ID, 32 lower-case hex digits. */
+                uid: components["parameters"]["uid"];
+            };
+            cookie?: never;
+        };
+        requestBody?: {
+            content: {
+                "application/json": components["schemas"]["FrequencyTest"] | null;
+            };
+        };
+        responses: {
+            /** @description Finished job. */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Job"];
+                };
+            };
+            /** @description Running job. */
+            202: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Job"];
+                };
+            };
+            404: components["responses"]["unknown_servo"];
+            /** @description `torque_off`, `not_in_this_model`, `busy`, `lease_held`, `commanded_elsewhere`, `configuration_lost` */
+            409: components["responses"]["Problem"];
+            /** @description `invalid_value`, `out_of_range`, `idempotency_key_reused` */
+            422: components["responses"]["Problem"];
+            423: components["responses"]["stopped"];
+            428: components["responses"]["lease_required"];
+            /** @description `interrupted`, `store_failed` */
+            500: components["responses"]["Problem"];
+            503: components["responses"]["bus_disconnected"];
+            504: components["responses"]["no_response"];
             default: components["responses"]["CommonProblem"];
         };
     };

@@ -46,6 +46,11 @@ const steps: Readonly<Record<Job["kind"], Partial<Record<StepCode, string>>>> = 
     measure: "Steps measured",
     evaluate: "Results calculated and stored",
   },
+  frequency_response: {
+    check: "Ready; test conditions recorded",
+    measure: "Response measured",
+    evaluate: "Response calculated and stored",
+  },
   profile: {
     plan: "Values checked",
     write: "Written and read back",

@@ -61,6 +61,11 @@ export const words = {
       measure: "ステップの往復",
       evaluate: "数値の計算と保存",
     },
+    frequency_response: {
+      check: "準備と測定条件の記録",
+      measure: "応答の測定",
+      evaluate: "応答の計算と保存",
+    },
     profile: {
       plan: "値の確認",
       write: "書き込みと読み返し",
@@ -139,6 +144,16 @@ export const words = {
         .filter(Boolean)
         .join("、"),
     samples: p => `${p.steps}ステップ、${p.samples}サンプル、${p.rate_hz}`,
+    response_conditions: p =>
+      [`ホーンは${p.angle_deg}`, p.supply_v && `電源${p.supply_v}`, `振幅±${p.amplitude_deg}`]
+        .filter(Boolean)
+        .join("、"),
+    response_measured: p =>
+      `${p.samples}サンプル、${p.rate_hz}、${p.slots}指令のうち${p.missed}指令が未送信`,
+    response_stored: p =>
+      p.from_hz === undefined
+        ? `測定${p.run}、信頼できません`
+        : `測定${p.run}、${p.from_hz}～${p.to_hz}で信頼できます`,
     run_stored: p =>
       [
         `測定${p.run}`,

@@ -101,6 +101,10 @@ EXAMPLES: Final[dict[str, dict[str, dict[str, Any]]]] = {
     "start_stream": {"angles at 50 Hz": {"uids": [SERVO, SECOND], "type": "angle", "rate_hz": 50}},
     "set_stream_values": {"new setpoints": {"values": {SERVO: 12.5, SECOND: -12.5}}},
     "step_test": {"10 degrees, 3 runs": {"step_deg": 10.0, "runs": 3}},
+    "measure_frequency_response": {
+        "0.5 to 20 Hz": {"amplitude_deg": 2.0, "duration_s": 20.0},
+        "multisine at three amplitudes": {"excitation": "multisine", "amplitude_deg": 2.0, "ladder": True},
+    },
     "put_set_up": {
         "arm in a vice": {"arm_mm": 60.0, "mass_g": 120.0, "mounting": "vice", "supply_v": 7.4, "ambient_c": 24.0}
     },

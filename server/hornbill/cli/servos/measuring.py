@@ -1,7 +1,7 @@
-"""Commands for measuring: set-up, step-test, runs, samples, position-unit."""
+"""Commands for measuring: set-up, step-test, runs, frequency-response, samples, position-unit."""
 
 import sys
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
@@ -22,8 +22,12 @@ if TYPE_CHECKING:
     from hornbill.client import responses
 
 runs = typer.Typer(no_args_is_help=True, help="Stored runs of step tests.")
+responses_ = typer.Typer(no_args_is_help=True, help="Stored frequency responses.")
 
 RunNumber = Annotated[int, typer.Argument(metavar="RUN", help="ID, as shown by 'hornbill runs list'.")]
+ResponseNumber = Annotated[
+    int, typer.Argument(metavar="ID", help="ID, as shown by 'hornbill frequency-responses list'.")
+]
 
 
 def set_up(
@@ -41,7 +45,8 @@ def set_up(
         state = found.set_up()
         if values:
             changes = {key: None if value == "" else value for key, value in changes_of(values).items()}
-            state = found.put_set_up({**state, **changes})
+            merged: dict[str, Any] = {**state, **changes}
+            state = found.put_set_up(merged)
     print_json(state) if as_json else print_table(("key", "value"), state.items())
 
 
@@ -140,6 +145,90 @@ def delete(number: RunNumber, server: Server = LOCAL_URL) -> None:
     """Delete a run."""
     with client(server) as hornbill:
         hornbill.records.delete_run(number)
+
+
+def frequency_response(
+    servo: ServoName,
+    amplitude: Annotated[float, typer.Option(help="Amplitude, °.", min=0.2, max=20)] = 2.0,
+    from_hz: Annotated[float, typer.Option("--from", help="Lowest frequency, Hz.", min=0.1, max=10)] = 0.5,
+    to_hz: Annotated[float, typer.Option("--to", help="Highest frequency, Hz.", min=1, max=25)] = 20.0,
+    duration: Annotated[float, typer.Option(help="Duration at one amplitude, s.", min=3, max=60)] = 20.0,
+    excitation: Annotated[Literal["chirp", "multisine"], typer.Option(help="Kind of excitation.")] = "chirp",
+    ladder: Annotated[bool, typer.Option("--ladder", help="Also at half and two times the amplitude.")] = False,
+    note: Annotated[str, typer.Option(help="Note on other conditions.")] = "",
+    yes: Yes = False,
+    server: Server = LOCAL_URL,
+    as_json: AsJson = False,
+) -> None:
+    """Measure a frequency response: turn torque on, swing the horn, and turn torque off. Prompts for confirmation."""
+    with client(server) as hornbill:
+        found = hornbill.look_up(servo)
+        reach, took = (2 * amplitude, 3 * duration) if ladder else (amplitude, duration)
+        require_confirmation(
+            f"Turn torque on and swing the horn of {found.title} by ±{reach:g}° for {took:g} s?", yes, as_json=as_json
+        )
+        with hornbill.lease(hornbill.by):
+            found.torque("on")
+            with progress() as bar:
+                job = found.frequency_response(
+                    excitation=excitation, amplitude_deg=amplitude, from_hz=from_hz, to_hz=to_hz, duration_s=duration,
+                    ladder=ladder, note=note, on_progress=bar,
+                )  # fmt: skip
+        print_json(job) if as_json else print_job(job)
+
+
+@responses_.command("list")
+def list_responses(
+    servo: Annotated[str | None, typer.Option(help="Only those of this servo.", autocompletion=complete_servo)] = None,
+    server: Server = LOCAL_URL,
+    as_json: AsJson = False,
+) -> None:
+    """List frequency responses, newest first."""
+    with client(server) as hornbill:
+        found = hornbill.records.frequency_responses(uid=None if servo is None else hornbill.look_up(servo).uid)
+    if as_json:
+        print_json(found)
+        return
+    rows = [
+        (
+            one["id"], instant(one["at"]), one["uid"][:8], one["model"], f"±{one['amplitude_deg']:g}°",
+            one["verdict"]["text"], one["note"],
+        )
+        for one in found
+    ]  # fmt: skip
+    print_table(("id", "time", "uid", "model", "amplitude", "verdict", "note"), rows)
+
+
+@responses_.command("show")
+def show_response(number: ResponseNumber, server: Server = LOCAL_URL, as_json: AsJson = False) -> None:
+    """Show the verdict and the metrics of a frequency response, with their 95 % intervals."""
+    with client(server) as hornbill:
+        found = hornbill.records.frequency_response(number)
+    if as_json:
+        print_json(found)
+        return
+    _print_verdict(found["verdict"])
+    rows = [
+        (f"±{curve['amplitude_deg']:g}°", name, f"{metric['value']:.3g}", f"{metric['low']:.3g} … {metric['high']:.3g}")
+        for curve in found["curves"]
+        for name, metric in curve["metrics"].items()
+        if isinstance(metric, dict)
+    ]
+    print_table(("amplitude", "metric", "value", "95 %"), rows)
+
+
+@responses_.command("export")
+def export_response(number: ResponseNumber, server: Server = LOCAL_URL) -> None:
+    """Write the curves of a frequency response as CSV to standard output."""
+    with client(server) as hornbill:
+        typer.echo(hornbill.records.frequency_response_csv(number), nl=False)
+
+
+@responses_.command("delete")
+def delete_response(number: ResponseNumber, server: Server = LOCAL_URL) -> None:
+    """Delete a frequency response."""
+    with client(server) as hornbill:
+        hornbill.records.delete_frequency_response(number)
 
 
 def samples(

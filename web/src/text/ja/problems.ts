@@ -103,6 +103,8 @@ export const causes: Readonly<Record<string, FactsText>> = {
   allocation_busy: p => `ノードID ${p.node_id}のサーボは処理中です。終わるまで割り当てを削除できません。`,
   allocation_not_found: p => `${p.uid}のノードIDの割り当てはありません。`,
   already_requested: p => `すでに${who(p.by)}が動作権を求めています。決まるまで待ってください。`,
+  amplitude_out_of_range: p =>
+    `振幅${p.amplitude_deg}は上限${p.largest_deg}を超えています。小さい値を入力してください。`,
   angle_unknown: p => `${p.servo}の角度が分かりません。電源と配線を確認してください。`,
   baud_unknown: p =>
     `${p.address}は開いていますが、一度も受信していません。ボーレートが不明で、${p.baud} baudを試しています。${BUS}アダプタ固有のボーレートがあれば、アドレスの末尾に@BAUDを付けてください。`,
@@ -175,6 +177,8 @@ export const causes: Readonly<Record<string, FactsText>> = {
   duplicate_command: () => `同じサーボに2つの指令があります。1つにしてください。`,
   duplicate_id: p => `${p.key} ${p.requested}が2台のサーボに指定されています。それぞれ別にしてください。`,
   duplicate_servo: () => `同じサーボが2回指定されています。`,
+  duration_too_short: p =>
+    `${p.from_hz}には${p.duration_s}では短すぎます。${p.least_s}以上にするか、最低周波数を上げてください。`,
   fault_never_seen: p => `このサーボにその異常はありません（${p.key}）。`,
   file_name_invalid: p => `「${p.name}」という名前は使えません。`,
   file_name_missing: p => `${p.address}にファイル名がありません。file:can0.logのように書いてください。`,
@@ -212,6 +216,8 @@ export const causes: Readonly<Record<string, FactsText>> = {
   parameter_file_line: p => `パラメータファイルの${p.line}行目を読めません。`,
   parameter_file_no_output: () => "DroneCANに割り当てた出力がパラメータファイルにありません。",
   parameter_file_too_long: () => "パラメータファイルが長すぎます。",
+  frequencies_out_of_range: p =>
+    `最高周波数${p.to_hz}は最低周波数${p.from_hz}の2倍以上にしてください。`,
   guest_allocates_nothing: () =>
     "ゲストとして接続しているため、ノードIDを割り当てません。割り当てるには、役割をホストに変えてください。",
   hold_angle_unsupported: () => `保持できるのは速度とトルクの指令だけです。`,
@@ -509,6 +515,8 @@ export const causes: Readonly<Record<string, FactsText>> = {
     `${p.servo}の電源電圧では初期化できません。何も初期化していません。電源電圧を確認してください。`,
   supply_out_of_range_save: p =>
     `${p.servo}の電源電圧${p.requested} Vでは保存できません（動作範囲${p.minimum}～${p.maximum} V）。保存していません。`,
+  swings_too_far: p =>
+    `${p.servo}の振れが大きすぎます。振幅${p.amplitude_deg}に対し、ホーンは開始位置から${p.away_deg}です。試験を終了しました。角度比例ゲインまたは振幅を下げてください。`,
   switched_off_during_command: p => `${p.servo}の出力が途中で切られたため、オンにしていません。`,
   switched_off_during_save: p => `保存中に${p.servo}の出力が切られました。保存し直してください。`,
   table_invalid: p => `パラメータ表${p.file ?? ""}に誤りがあります${p.row ? `（${p.row}）` : ""}。`,

@@ -4,22 +4,68 @@ from collections.abc import Iterator
 from typing import Annotated
 
 from fastapi import Path, Query
+from pydantic import Field
 from starlette.responses import Response
 
-from hornbill.api.dependencies import TheHost
+from hornbill.api.dependencies import LeaseHeader, TheHost, TheServo
 from hornbill.api.downloads import CSV, attachment
+from hornbill.api.routes.motion.lab import STEP_PROBLEMS
+from hornbill.api.routes.server.jobs import Wait, job_response, starts
 from hornbill.api.routing import Routes
 from hornbill.api.security.roles import Role
 from hornbill.csv_text import csv_text
-from hornbill.domain.fields import UidField
-from hornbill.domain.frequency_response import FrequencyResponse
+from hornbill.domain.fields import Model, UidField
+from hornbill.domain.frequency_response import Excitation, FrequencyResponse
+from hornbill.domain.set_up import SetUp
 from hornbill.lab import stored
+from hornbill.lab.conditions import set_up_of
+from hornbill.lab.frequency_test import FrequencyPlan, FrequencyTests
 from hornbill.servo.host import Host
 from hornbill.units import Uid
 
 routes = Routes("lab")
 
+
+class FrequencyTest(Model):
+    """Options of a frequency response."""
+
+    excitation: Excitation = Field(
+        default="chirp", description="chirp: one sine of rising frequency. multisine: many sines at once."
+    )
+    amplitude_deg: float = Field(
+        default=2.0, ge=0.2, le=20, description="Peak amplitude of the command about the current angle, °."
+    )
+    from_hz: float = Field(default=0.5, ge=0.1, le=10, description="Lowest frequency, Hz.")
+    to_hz: float = Field(default=20.0, ge=1, le=25, description="Highest frequency, Hz.")
+    duration_s: float = Field(default=20.0, ge=3, le=60, description="Duration at one amplitude, s.")
+    ladder: bool = Field(
+        default=False,
+        description="Also measure at half and at two times the amplitude, to find a dependence on it. At most 10°.",
+    )
+    note: str = Field(default="", max_length=200, description="Note on other conditions.")
+    set_up: SetUp | None = Field(default=None, description="Set-up of this run. Null for that of the servo.")
+
+
 RunPath = Annotated[int, Path(description="ID of the frequency response.", ge=1, le=2**31 - 1)]
+
+
+@routes.post("/servos/{uid}/frequency-response", Role.OPERATE, *STEP_PROBLEMS, **starts())
+async def measure_frequency_response(
+    host: TheHost,
+    servo: TheServo,
+    body: FrequencyTest | None = None,
+    lease: LeaseHeader = None,
+    wait: Wait = False,
+) -> Response:
+    """Measure the frequency response about the current angle. Requires a lease and torque on. Writes no parameters."""
+    wanted = body or FrequencyTest()
+    host.connected()
+    plan = FrequencyPlan(
+        wanted.excitation, wanted.amplitude_deg, wanted.from_hz, wanted.to_hz, wanted.duration_s, wanted.ladder,
+        wanted.note, wanted.set_up or set_up_of(host.store.servos.get(servo.uid)),
+    )  # fmt: skip
+    tests = FrequencyTests(host.requests, host.motion, host.base, host.jobs, host.store)
+    return await job_response(host, tests.begin(servo, lease, plan), wait)
 
 
 @routes.get("/frequency-responses", Role.VIEW)
