@@ -6,7 +6,7 @@ import pytest
 from playwright.sync_api import Page, expect
 
 from e2e.servers import Demo
-from e2e.state import add, no_lease, wait_for
+from e2e.state import add, no_lease, read, ready, rows_of, sim, torque_off, wait_for
 
 HEALTHY = {"smoothing": False, "angle_p_gain": 40}
 
@@ -185,6 +185,90 @@ def test_a_server_without_scipy_names_the_package(page: Page, demo: Demo, servo:
     expect(page.get_by_test_id("package-missing").first).to_contain_text("pip install 'hornbill[tune]'")
     expect(page.get_by_test_id("improve-open")).to_be_disabled()
     expect(page.get_by_test_id("step-open")).to_be_enabled()
+
+
+HUNTS = {
+    "speed_torque_control": 1, "smoothing": 0, "angle_p_gain": 100, "angle_d_gain": 0, "angle_dead_band": 0,
+    "timeout_action": 0,
+}  # fmt: skip
+"""Raw values with which a horn with a heavy load hunts."""
+CLICKS = "() => { window.clicks = 0; addEventListener('click', () => window.clicks++, true); }"
+
+
+@pytest.fixture
+def hunting(demo: Demo) -> Iterator[str]:
+    """A servo that hunts under its load, with torque on; removed afterwards with its runs."""
+    (made,) = add(demo, rom=HUNTS)
+    for change in ({"power": "off"}, {"load_inertia": 3.0}, {"power": "on"}):
+        sim(demo, made, **change)
+    ready(demo, made)
+    yield made
+    for run in demo.api.get("/runs", params={"uid": made}).json():
+        demo.api.delete(f"/runs/{run['id']}")
+    demo.api.delete(f"/sim/servos/{made}")
+
+
+def gains_of(demo: Demo, uid: str) -> dict[str, object]:
+    """Present values of the rows that Improve may change."""
+    keys = ("angle_p_gain", "angle_d_gain", "angle_dead_band", "angle_boost")
+    return {key: read(demo, uid, key) for key in keys}
+
+
+def test_a_hunting_servo_becomes_calm_in_at_most_four_clicks(page: Page, demo: Demo, hunting: str) -> None:
+    before = gains_of(demo, hunting)
+    page.goto(f"{demo.url}servos/{hunting}")
+    page.evaluate(CLICKS)
+    page.get_by_test_id("servo-tab-tune").click()
+    page.get_by_test_id("improve-open").click()
+    expect(page.get_by_test_id("improve-dialog")).to_contain_text("P 100, D 0")
+    expect(page.get_by_test_id("improve-plan")).to_contain_text("steps of up to")
+    page.get_by_test_id("improve-go").click()
+    expect(page.get_by_test_id("tune-job")).to_have_attribute("data-kind", "improve")
+    expect(page.get_by_test_id("tune-job-ended")).to_have_attribute("data-state", "succeeded", timeout=120_000)
+
+    expect(page.get_by_test_id("job-ending")).to_contain_text("hunted and now settles in")
+    expect(page.get_by_test_id("verdict")).to_have_attribute("data-level", "ok")
+    expect(page.get_by_test_id("verdict-other")).to_contain_text("Hunts at")
+    expect(page.get_by_test_id("metric-hunting")).to_contain_text("gone")
+    assert page.evaluate("() => window.clicks") <= 4
+
+    after = gains_of(demo, hunting)
+    assert after != before
+    p_gain = rows_of(demo, hunting)["angle_p_gain"]
+    assert p_gain["value"] < 100 == p_gain["rom"], "the gains are not in RAM only"
+    expect(page.get_by_test_id("job-holds")).to_contain_text(f"P {p_gain['value']}")
+    wait_for(lambda: servo_state(demo, hunting) == "holding", "it still hunts")
+
+    # Back to A writes the gains of before
+    page.get_by_test_id("job-close").click()
+    page.get_by_test_id("back-to-A").click()
+    expect(page.get_by_test_id("back-to-A")).to_have_count(0)
+    assert gains_of(demo, hunting) == before
+    page.get_by_test_id("disable-motion").click()
+    no_lease(demo)
+
+
+def servo_state(demo: Demo, uid: str) -> str:
+    """Activity of a servo."""
+    return demo.api.get(f"/servos/{uid}").json()["activity"]["state"]
+
+
+def test_a_cancelled_improve_restores_the_gains_and_says_so(page: Page, demo: Demo, hunting: str) -> None:
+    before = gains_of(demo, hunting)
+    limits = {key: read(demo, hunting, key) for key in ("angle_limit_cw", "angle_limit_ccw", "torque_limit_cw")}
+    page.goto(f"{demo.url}servos/{hunting}/tune")
+    page.get_by_test_id("improve-torque").fill("60")
+    page.get_by_test_id("improve-open").click()
+    page.get_by_test_id("improve-go").click()
+    expect(page.get_by_test_id("step-baseline")).to_have_attribute("data-state", "done", timeout=60_000)
+    page.get_by_test_id("step-cancel").click()
+    expect(page.get_by_test_id("tune-job-ended")).to_have_attribute("data-state", "cancelled")
+    expect(page.get_by_test_id("job-holds")).to_contain_text("P 100, D 0")
+    assert gains_of(demo, hunting) == before
+    assert {key: read(demo, hunting, key) for key in limits} == limits
+    torque_off(demo, hunting)
+    page.get_by_test_id("disable-motion").click()
+    no_lease(demo)
 
 
 def test_a_recording_is_saved_opened_without_a_bus_and_deleted(page: Page, demo: Demo, servo: str) -> None:

@@ -22,3 +22,4 @@ export type FrequencyMetrics = Shapes["FrequencyMetrics"];
 export type FrequencyTestOptions = Shapes["FrequencyTest"];
 export type Tuning = Shapes["Tuning"];
 export type ImproveOptions = Shapes["Improve"];
+export type ImprovePreview = Shapes["ImprovePreview"];

@@ -107,9 +107,16 @@ export async function enableMotion(
   }
 }
 
-/** Our lease with torque on for this servo, taken first if motion is off. Throws the reason why not. */
-export async function leaseFor(uid: string): Promise<string> {
-  if (motion.peek().phase !== "on") await enableMotion(uid);
+/** Our lease with torque on for this servo and others, taken first if motion is off. Throws the reason why not. */
+export async function leaseFor(uid: string, others: readonly string[] = []): Promise<string> {
+  const before = motion.peek();
+  if (before.phase !== "on") await enableMotion(uid, others);
+  else if (before.uid === uid) {
+    const missing = others.filter(each => !before.others.includes(each));
+    await energise(missing, null, before.lease);
+    if (missing.length > 0 && motion.peek() === before)
+      motion.value = { ...before, others: [...before.others, ...missing] };
+  }
   const present = motion.peek();
   if (present.phase === "on" && present.uid === uid) return present.lease;
   throw new Problem("motion_off", 0, motionRefusal.peek() ?? text.motion.notEnabled);

@@ -1,15 +1,19 @@
 /** Improve: goal, bounds, what will move, the set-up, the promise to restore, and the one button. */
 import { signal } from "@preact/signals";
-import { type KnownServo, nameOf } from "../bench/fleet";
+import { useEffect, useMemo } from "preact/hooks";
+import type { ImproveOptions, ImprovePreview } from "../api/lab-types";
+import { all, type KnownServo, nameOf } from "../bench/fleet";
 import { angle, number, withUnit } from "../bench/format";
 import { angleNow } from "../bench/fresh";
 import { sheetOf } from "../bench/parameters";
+import { Resource } from "../bench/resource";
 import { observing } from "../bench/role";
+import { rowLabelOf } from "../bench/row-text";
 import { limitsOf } from "../bench/servo-condition";
 import { Button } from "../kit/button";
 import { Confirm } from "../kit/confirm";
 import { Dial } from "../kit/dial";
-import { TextField, Tick } from "../kit/field";
+import { inSet, TextField, Tick } from "../kit/field";
 import { Note } from "../kit/note";
 import { Segments } from "../kit/segments";
 import { GateNotes, gateOf } from "../servo/motion-gate";
@@ -18,18 +22,18 @@ import { between } from "./entries";
 import { PackageMissing } from "./frequency-panel";
 import { gainsOf } from "./legend";
 import { SetUpPart } from "./set-up";
-import { startImprove, testing, tuning } from "./state";
+import { planImprove, startImprove, testing, tuning } from "./state";
 import { tune as words } from "./words";
 
 type Goal = "calm" | "fast" | "stiff";
 
 const typed = {
   goal: signal<Goal>("calm"),
-  from: signal("−10"),
-  to: signal("+10"),
-  torque: signal("60"),
-  speed: signal("60"),
-  time: signal("90"),
+  from: signal("−15"),
+  to: signal("+15"),
+  torque: signal("100"),
+  speed: signal("300"),
+  time: signal("120"),
   expert: signal(false),
 };
 
@@ -199,27 +203,39 @@ function heldGains(uid: string): string {
   return gainsOf({ parameters: { angle_p_gain: of("angle_p_gain"), angle_d_gain: of("angle_d_gain") } });
 }
 
+/** Other servos to improve in the same way. */
+const chosen = signal<ReadonlySet<string>>(new Set());
+
 export function ImproveDialog({ one }: { one: KnownServo }) {
   const strings = words.improve;
   const found = bounds(one);
   const why = against(found);
   const { on, able } = gateOf(one);
-  const { sweep, torque, speed, time } = found;
+  const { from, to, sweep, torque, speed, time } = found;
   const goal = typed.goal.value;
-  const act = () =>
-    sweep === null || torque === null || speed === null || time === null
-      ? undefined
-      : startImprove(one.uid, {
+  const alike = all.value.filter(each => each.uid !== one.uid && each.model === one.model && each.online);
+  const others = alike.map(each => each.uid).filter(uid => chosen.value.has(uid));
+  const body: ImproveOptions | null =
+    sweep === null || torque === null || speed === null || time === null || from === null || to === null
+      ? null
+      : {
           goal,
           bounds: {
-            from_deg: sweep.from,
-            to_deg: sweep.to,
+            // Each of several servos moves about its own angle, as far as the server's default.
+            from_deg: others.length > 0 ? null : sweep.from,
+            to_deg: others.length > 0 ? null : sweep.to,
             torque_pct: torque,
             speed_rpm: speed,
             time_s: time,
           },
           expert: typed.expert.value,
-        });
+        };
+  const plan = useMemo(() => new Resource(() => Promise.resolve<ImprovePreview | null>(null)), []);
+  const asked = JSON.stringify(body);
+  useEffect(() => {
+    if (body !== null && why === null) void plan.load(() => planImprove(one.uid, body));
+  }, [asked, why]);
+  const planned = plan.value.value;
   return (
     <Confirm
       title={strings.dialogTitle(nameOf(one), strings.goals[goal])}
@@ -227,20 +243,42 @@ export function ImproveDialog({ one }: { one: KnownServo }) {
       verb={on ? strings.go : strings.enableAndGo}
       doing={words.step.starting}
       danger
-      ready={why === null && (on || able) && !testing.value}
+      ready={why === null && plan.problem.value === null && (on || able) && !testing.value}
       testid="improve-dialog"
       actId="improve-go"
-      act={act}
+      act={() => (body ? startImprove(one.uid, body, others) : undefined)}
       onClose={closeDialog}
     >
       <div class="what-moves">
         <Moves found={found} size={112} />
       </div>
-      {time !== null && <p>{strings.takes(withUnit(number(time, 0), "s"))}</p>}
+      <p data-testid="improve-plan">
+        {strings.takes(withUnit(number(time ?? 0, 0), "s"))}{" "}
+        {planned &&
+          strings.plan(
+            planned.steps,
+            withUnit(number(Math.abs(planned.step_deg), 1), "°"),
+            planned.changes.map(rowLabelOf).join(words.list),
+          )}
+      </p>
       <p class="second">{strings.promise(heldGains(one.uid))}</p>
+      {alike.length > 0 && (
+        <details class="tune-alike" data-testid="improve-alike">
+          <summary>{strings.alike(others.length)}</summary>
+          <p class="second small">{strings.alikeLead}</p>
+          {alike.map(each => (
+            <Tick
+              key={each.uid}
+              label={nameOf(each)}
+              at={inSet(chosen, each.uid)}
+              testid={`alike-${each.uid}`}
+            />
+          ))}
+        </details>
+      )}
       <Tick label={strings.expert} at={typed.expert} testid="improve-expert" />
       <p class="second small">{strings.stops}</p>
-      <Note kind="warning">{why}</Note>
+      <Note kind="warning">{why ?? plan.problem.value}</Note>
       <GateNotes one={one} />
     </Confirm>
   );

@@ -1,10 +1,12 @@
 /** The running job in place of the column: its steps and Cancel; after its end, what the servo holds now. */
 import type { ComponentChildren } from "preact";
 import type { Job } from "../api/types";
-import { type KnownServo, nameOf } from "../bench/fleet";
+import { type KnownServo, nameOf, servo } from "../bench/fleet";
 import { ended } from "../bench/jobs";
 import { resultText } from "../bench/note-text";
 import { sheetOf } from "../bench/parameters";
+import { go, pathOf } from "../bench/route";
+import { rowLabelOf, valueText } from "../bench/row-text";
 import { JobSteps } from "../change/job-steps";
 import { Button } from "../kit/button";
 import { Glyph } from "../kit/glyph";
@@ -47,7 +49,7 @@ export function JobPart({ one }: { one: KnownServo }) {
           label={strings.steps(nameOf(one))}
           over={over}
           uid={one.uid}
-          bare
+          bare={job.uid !== null}
         />
       )}
       <div class="tune-job-foot">
@@ -65,9 +67,16 @@ export function JobPart({ one }: { one: KnownServo }) {
             </Button>
           </>
         ) : (
-          <Button testid="job-close" onClick={dismissJob}>
-            {strings.close}
-          </Button>
+          <>
+            <Button testid="job-close" onClick={dismissJob}>
+              {strings.close}
+            </Button>
+            {job?.kind === "improve" && one.unsaved.length > 0 && (
+              <Button testid="job-keep" onClick={() => go(pathOf("parameters", one.uid))}>
+                {words.gains.keep}
+              </Button>
+            )}
+          </>
         )}
       </div>
     </section>
@@ -85,8 +94,35 @@ function Ending({ job, one }: { job: Job; one: KnownServo }) {
           <Glyph kind={failure === null ? "ok" : job.state === "cancelled" ? "notice" : "failure"} /> {said}
         </p>
       )}
+      <SetReport result={job.result as SetResult | null} />
       <Holds one={one} />
     </div>
+  );
+}
+
+interface SetResult {
+  spread?: Record<string, { least: number; most: number }>;
+  outlier?: { uid: string; because: string } | null;
+}
+
+/** Spread of the gains of several servos, and the one that differs. */
+function SetReport({ result }: { result: SetResult | null }) {
+  const strings = words.improve;
+  if (!result?.spread) return null;
+  const { spread, outlier } = result;
+  return (
+    <>
+      {outlier && (
+        <Note kind="warning" testid="set-outlier">
+          {strings.outlier(nameOf(servo(outlier.uid)), strings.because[outlier.because] ?? outlier.because)}
+        </Note>
+      )}
+      <ul class="second small" data-testid="set-spread">
+        {Object.entries(spread).map(([key, { least, most }]) => (
+          <li key={key}>{strings.spread(rowLabelOf(key), valueText(key, least), valueText(key, most))}</li>
+        ))}
+      </ul>
+    </>
   );
 }
 

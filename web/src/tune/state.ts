@@ -6,6 +6,7 @@ import type {
   FrequencyResponse,
   FrequencyTestOptions,
   ImproveOptions,
+  ImprovePreview,
   RunOverlay,
   SetUp,
   StepRun,
@@ -62,11 +63,13 @@ export const testing = computed(() => starting.value || (test.value !== null && 
 /** Why a test did not start, or what a cancellation was refused for. */
 export const testProblem = signal<string | null>(null);
 
-// Jobs of other clients and of before a reload are followed like our own.
+// Jobs of other clients and of before a reload are followed like our own; a job of a set is followed as a whole.
 effect(() => {
   const uid = current.value;
+  const present = test.value;
+  if (uid === "" || (present !== null && !ended(present))) return;
   for (const job of jobs.value.values())
-    if (uid !== "" && job.uid === uid && KINDS.has(job.kind) && !ended(job)) followed.value = job.id;
+    if (job.uid === uid && KINDS.has(job.kind) && !ended(job)) followed.value = job.id;
 });
 
 let concluded: string | null = null;
@@ -77,12 +80,20 @@ effect(() => {
   untracked(() => void conclude(job));
 });
 
+interface Measured {
+  run?: number;
+  runs?: number[];
+}
+
 /** Show what a job measured. */
 async function conclude(job: Job): Promise<void> {
   // The verdict says how a measurement went; a change of the servo is reported until it is closed.
   const measured = job.kind === "step_test" || job.kind === "frequency_response";
   if (measured && job.state === "succeeded" && followed.peek() === job.id) followed.value = null;
-  const made = (job.result as { run?: number; runs?: number[] } | null) ?? {};
+  const uid = current.peek();
+  // The result of a set has those of its servos.
+  const whole = job.result as ({ results?: Record<string, Measured> } & Measured) | null;
+  const made = whole?.results?.[uid] ?? whole ?? {};
   if (job.kind === "frequency_response") await loadResponses();
   if (job.kind !== "step_test" && job.kind !== "improve") return;
   await loadRuns();
@@ -90,7 +101,7 @@ async function conclude(job: Job): Promise<void> {
   const fresh = [...(made.runs ?? []), ...(made.run === undefined ? [] : [made.run])].filter(id =>
     known.has(id),
   );
-  if (job.uid !== current.peek() || fresh.length === 0) return;
+  if (uid !== current.peek() || fresh.length === 0) return;
   await choose(fresh.length > 1 ? fresh.slice(-2) : withNewest(chosenRuns.peek(), fresh[0] ?? 0));
 }
 
@@ -194,12 +205,16 @@ export function toggle(id: number): void {
 }
 
 /** Start a job; another one cannot be started before the response. Throws on failure. */
-export async function startMeasurement(uid: string, send: (lease: string) => Promise<Job>): Promise<void> {
+async function startMeasurement(
+  uid: string,
+  send: (lease: string) => Promise<Job>,
+  others: readonly string[] = [],
+): Promise<void> {
   if (testing.peek()) return;
   starting.value = true;
   testProblem.value = null;
   try {
-    const begun = await send(await leaseFor(uid));
+    const begun = await send(await leaseFor(uid, others));
     if (!jobs.peek().has(begun.id)) setJob(begun);
     if (current.peek() === uid) followed.value = begun.id;
   } finally {
@@ -224,9 +239,26 @@ export function startResponse(uid: string, body: FrequencyTestOptions): Promise<
   );
 }
 
-export function startImprove(uid: string, body: ImproveOptions): Promise<void> {
-  return startMeasurement(uid, lease =>
-    callApi("POST", "/servos/{uid}/improve", { path: { uid }, body, headers: { Lease: lease } }),
+/** What Improve would move and write, read from the servo. Throws why it cannot. */
+export function planImprove(uid: string, body: ImproveOptions): Promise<ImprovePreview> {
+  return callApi("POST", "/servos/{uid}/improve/plan", { path: { uid }, body });
+}
+
+/** Improve this servo, and then `others` in the same way. */
+export function startImprove(
+  uid: string,
+  body: ImproveOptions,
+  others: readonly string[] = [],
+): Promise<void> {
+  return startMeasurement(
+    uid,
+    lease => {
+      const headers = { Lease: lease };
+      return others.length === 0
+        ? callApi("POST", "/servos/{uid}/improve", { path: { uid }, body, headers })
+        : callApi("POST", "/improve", { body: { ...body, uids: [uid, ...others] }, headers });
+    },
+    others,
   );
 }
 

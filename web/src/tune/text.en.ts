@@ -219,6 +219,18 @@ export const words = {
     dialogTitle: (name: string, goal: string) => `Improve ${name}: ${goal}`,
     takes: (s: string) =>
       `It measures the servo, searches on a model of it, and confirms with steps of growing size, in ${s} at most.`,
+    plan: (steps: number, deg: string, rows: string) =>
+      `Up to ${steps} steps of up to ${deg}. It changes: ${rows}.`,
+    alike: (n: number) =>
+      n === 0 ? "Tune other servos alike" : `Tune ${n} ${n === 1 ? "other servo" : "other servos"} alike`,
+    alikeLead:
+      "They are tuned in turn, each by up to 15° about its angle. The report shows the spread and names an outlier.",
+    spread: (row: string, least: string, most: string) => `${row}: ${least} to ${most}`,
+    outlier: (name: string, because: string) => `${name} differs from the others: ${because}.`,
+    because: { inertia: "inertia", friction: "friction", settling_s: "settling time" } as Record<
+      string,
+      string
+    >,
     expert: "Also tune the speed loop (not advised by the manufacturer)",
     stops:
       "Stop turns torque off at once. Torque goes on and stays on until you turn motion off or leave this page. Keep clear of the horn.",

@@ -204,6 +204,13 @@ export const words = {
     open: "改善…",
     dialogTitle: (name, goal) => `${name}の改善: ${goal}`,
     takes: s => `サーボを測定し、モデル上で探索し、ステップを徐々に大きくして確認します。最長${s}です。`,
+    plan: (steps, deg, rows) => `最大${steps}回、最大${deg}のステップです。変更する項目: ${rows}。`,
+    alike: n => (n === 0 ? "他のサーボも同じように調整" : `他の${n}台も同じように調整`),
+    alikeLead:
+      "順に調整し、それぞれ現在角度から最大15°動きます。結果にばらつきと、外れたサーボを表示します。",
+    spread: (row, least, most) => `${row}: ${least}～${most}`,
+    outlier: (name, because) => `${name}が他と異なります: ${because}。`,
+    because: { inertia: "慣性モーメント", friction: "摩擦", settling_s: "整定時間" },
     expert: "速度ループも調整する（メーカーは推奨していません）",
     stops:
       "停止するとトルクは直ちにオフになります。トルクはオンになり、動作を終了するかこのページを離れるまでオンのままです。ホーンに近づかないでください。",
