@@ -47,6 +47,11 @@ async def kill_server(rig: Rig, folder: Path) -> None:
     await store.settled()
     settings = {key: store.settings.get(key) for key in (KEY.format(one.uid) for one in rig.host.fleet.all())}
     await rig.host.owed.close()
+
+    async def killed(*_arguments: object) -> list[str]:
+        return ["none"]
+
+    rig.host.owed.restore = killed  # pyright: ignore[reportAttributeAccessIssue]
     new = await rig.restart_server(at(folder))
     for key, value in settings.items():
         new.settings.put(key, value)

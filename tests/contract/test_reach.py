@@ -107,6 +107,12 @@ COMMANDS: dict[str, str] = {
     "save_servo": "save S",
     "set_allocator": "node-ids set-allocator on",
     "set_position_unit": "position-unit S radian",
+    "improve_servo": "improve S --yes",
+    "improve_servos": "improve S S --yes",
+    "plan_improve": "improve S --dry-run",
+    "measure_mechanics": "mechanics measure S --yes",
+    "get_mechanics": "mechanics show S",
+    "export_mechanics": "mechanics export S",
     "measure_frequency_response": "frequency-response S --yes",
     "list_frequency_responses": "frequency-responses list",
     "get_frequency_response": "frequency-responses show 7",
@@ -254,6 +260,12 @@ CALLS: dict[str, Callable[[Hornbill, Servo], object]] = {
     "set_parameter": lambda _, s: s.write("angle_p_gain", 40),
     "set_position_unit": lambda _, s: s.set_position_unit(None),
     "set_telemetry": lambda _, s: s.telemetry(["current_angle"], 10),
+    "improve_servo": lambda _, s: s.improve(),
+    "improve_servos": lambda h, s: h.improve([s]),
+    "plan_improve": lambda _, s: s.plan_improve(),
+    "measure_mechanics": lambda _, s: s.measure_mechanics(["friction"]),
+    "get_mechanics": lambda _, s: s.mechanics(),
+    "export_mechanics": lambda _, s: s.export_mechanics("mujoco", stall_nm=2.0),
     "measure_frequency_response": lambda _, s: s.frequency_response(),
     "list_frequency_responses": lambda h, s: h.records.frequency_responses(uid=s.uid),
     "get_frequency_response": lambda h, _: h.records.frequency_response(7),
@@ -295,7 +307,7 @@ NO_METHOD: dict[str, str] = {
 CONFIRMED = (
     "restart S", "factory-reset S", "undo S", "snapshots restore S 7", "copy S profile:x", "drift restore S",
     "bus disconnect", "node-ids recycle 3", "stop --restore", "inventory forget S", "step-test S",
-    "frequency-response S",
+    "frequency-response S", "improve S", "mechanics measure S",
 )  # fmt: skip
 """Commands that require confirmation."""
 

@@ -28,6 +28,7 @@ from hornbill.domain.autopilot import Program
 from hornbill.node.allocator import AllocationMode
 from hornbill.schema.catalog import Catalog
 from hornbill.servo.host import Host, HostSettings
+from hornbill.servo.runtime.computing import in_a_process
 from hornbill.servo.runtime.hub import LogEvent
 from hornbill.sim.bench.autopilot import MAX_OUTPUTS
 from hornbill.sim.bench.bench import Bench, demo_fleet
@@ -190,6 +191,7 @@ def _host_settings(settings: Settings, store: Store) -> HostSettings:
         settings.position_unit,
         settings.poll_budget_pct / 100,
         settings.telemetry_minutes,
+        in_a_process,
     )
 
 

@@ -13,11 +13,13 @@ from hornbill.cli.servos import (
     faults,
     history,
     measuring,
+    mechanics,
     moving,
     parameters,
     probing,
     profiles,
     restarting,
+    tuning,
 )
 
 app = typer.Typer(no_args_is_help=True, help="Configure BLA15, BLA21 and BLA34 servos over DroneCAN.")
@@ -60,7 +62,9 @@ COMMANDS: Final[dict[str, dict[str, Callable[..., Any] | typer.Typer]]] = {
         "set-up": measuring.set_up,
         "step-test": measuring.step_test,
         "runs": measuring.runs,
+        "improve": tuning.improve,
         "frequency-response": measuring.frequency_response,
+        "mechanics": mechanics.app,
         "frequency-responses": measuring.responses_,
         "position-unit": measuring.position_unit,
     },

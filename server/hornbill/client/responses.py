@@ -804,7 +804,7 @@ class FrequencyCurve(TypedDict):
     phase_error_deg: list[float]
     """Half of the 95 % interval of the phase, °."""
     reliable: list[bool]
-    """Coherence above 0.9. Do not draw or use gain and phase elsewhere."""
+    """Coherence above 0.9, and motion above the resolution of the angle. Do not use gain and phase elsewhere."""
     samples: int
     """Samples of the angle."""
     slots: int
@@ -924,6 +924,30 @@ class ImportedPlan(TypedDict):
     """Outputs on DroneCAN."""
 
 
+class ImprovePreview(TypedDict):
+    """What an improvement will do. Nothing was sent that moves or writes."""
+
+    angle_deg: float
+    """Present angle, from which it moves and to which it returns, °."""
+    changes: list[str]
+    """Keys of rows that are changed in RAM and kept only if measured better."""
+    duration_s: float
+    """Maximum duration, s."""
+    from_deg: float
+    """Lowest angle that is permitted, °."""
+    goal: Goal
+    limits: dict[str, float]
+    """Limits written for its duration and restored afterwards, by key, in the row's unit."""
+    step_deg: float
+    """Largest step, °. Smaller ones precede it."""
+    steps: int
+    """Maximum number of steps."""
+    to_deg: float
+    """Highest angle that is permitted, °."""
+    uid: str
+    """Unique ID, 32 lower-case hex digits."""
+
+
 class IntegerReading(TypedDict):
     """One parameter as last read from RAM, with its ROM value and this model's limits."""
 
@@ -986,6 +1010,8 @@ class Job(TypedDict):
         "commissioning",
         "step_test",
         "frequency_response",
+        "mechanics",
+        "improve",
         "restore_output",
     ]
     """Kind of job."""
@@ -1223,6 +1249,38 @@ class MeasuredGap(TypedDict):
     """Node that stopped commanding."""
     torque_pct: float | None
     """Torque read after the timeout, %. Null if not read."""
+
+
+class Mechanics(TypedDict):
+    """What is known about the mechanics of one servo, in the directions of its registers."""
+
+    travel: list[TravelPoint]
+    """Load and friction along the travel, in order of angle."""
+    travel_run: int | None
+    """ID of the run of `travel`. Null if not measured."""
+    uid: str
+    """Unique ID, 32 lower-case hex digits."""
+    unknowable: list[Note]
+    """What a sensor at the horn cannot know."""
+    values: list[MechanicsValue]
+    """Measured quantities."""
+
+
+class MechanicsValue(TypedDict):
+    """One measured quantity, from the newest run that contains it."""
+
+    at: float
+    """Time of the run, seconds since 1970 UTC."""
+    estimate: Estimate | None
+    """Value with its 95 % interval. Null if it could not be measured."""
+    name: Quantity
+    """Quantity."""
+    note: Note | None
+    """Why it could not be measured. Null otherwise."""
+    run: int
+    """ID of the run."""
+    unit: str
+    """Unit, such as `°`. Empty for a share or multiple."""
 
 
 class Node(TypedDict):
@@ -2528,6 +2586,19 @@ class TorqueModeReading(TypedDict):
     """Reason why it has no effect now. Null if it has."""
 
 
+class TravelPoint(TypedDict):
+    """Load and friction at one angle of the travel."""
+
+    angle_deg: float
+    """Angle, °."""
+    binding: bool
+    """Friction here is at least 5 % of stall torque above that of the travel."""
+    friction_pct: float
+    """Friction, % of stall torque."""
+    load_pct: float
+    """Load, % of stall torque. Positive pushes clockwise."""
+
+
 class TreatedAs(TypedDict):
     """Known model and firmware assumed for a servo that the tables do not contain."""
 
@@ -2737,6 +2808,19 @@ EvidenceCode: TypeAlias = Literal[
     "response_conditions",
     "response_measured",
     "response_stored",
+    "improve_conditions",
+    "baseline_measured",
+    "horn_identified",
+    "gains_found",
+    "gains_measured",
+    "nothing_better",
+    "gains_kept",
+    "gains_restored",
+    "mechanics_conditions",
+    "mechanics_measured",
+    "travel_swept",
+    "rows_restored",
+    "mechanics_stored",
     "planned",
     "written",
     "saved",
@@ -2799,6 +2883,7 @@ FindingCode: TypeAlias = Literal[
     "latency_timer",
     "not_listen_only",
 ]
+Goal: TypeAlias = Literal["calm", "fast", "stiff"]
 HealthCode: TypeAlias = Literal["ok", "warning", "error", "critical"]
 JobState: TypeAlias = Literal["queued", "running", "succeeded", "failed", "cancelled"]
 Level: TypeAlias = Literal["ok", "notice", "warning", "failure"]
@@ -2870,6 +2955,8 @@ NoteCode: TypeAlias = Literal[
     "servo_forgotten",
     "not_seen_for",
     "commissioned",
+    "improved",
+    "not_better",
     "ended_by_request",
     "server_shutdown",
     "smoothing_on",
@@ -2893,6 +2980,14 @@ NoteCode: TypeAlias = Literal[
     "try_larger_amplitude",
     "deadband_dependence",
     "saturation_dependence",
+    "unknowable_loaded_backlash",
+    "unknowable_elasticity",
+    "unknowable_torque",
+    "unknowable_resolution",
+    "gear_on_one_side",
+    "no_stop_in_range",
+    "too_little_torque",
+    "too_few_samples",
 ]
 ParameterKey: TypeAlias = Literal[
     "command_angle",
@@ -2956,6 +3051,23 @@ Params: TypeAlias = dict[str, str | int | float | bool | list[str | int | float]
 PositionUnit: TypeAlias = Literal["hundred_degrees", "radian", "degree", "tenth_degree"]
 Program: TypeAlias = Literal["ardupilot", "px4"]
 PwmModeChoice: TypeAlias = Literal["angle", "speed"]
+Quantity: TypeAlias = Literal[
+    "inertia",
+    "breakaway",
+    "coulomb",
+    "viscous",
+    "backlash_deg",
+    "torque_lag_s",
+    "load_pct",
+    "supply_ohm",
+    "sensor_noise_deg",
+    "deadband_deg",
+    "reversal_deg",
+    "repeatability_deg",
+    "top_speed_rpm",
+    "stop_cw_deg",
+    "stop_ccw_deg",
+]
 ReadingByKey: TypeAlias = dict[str, Reading]
 ReasonCode: TypeAlias = Literal[
     "manual", "saving", "factory_reset", "drift_undone", "change", "commissioning", "matrix", "profile", "restore"
@@ -2984,10 +3096,21 @@ StepCode: TypeAlias = Literal[
     "restore",
     "measure",
     "evaluate",
+    "deadband",
+    "repeatability",
+    "speed",
+    "friction",
+    "travel",
+    "end_stops",
+    "baseline",
+    "identify",
+    "search",
+    "confirm",
+    "finish",
+    "improve",
     "plan",
     "park_servo_id",
     "park_node_id",
-    "identify",
     "clear",
 ]
 StopMode: TypeAlias = Literal["off", "brake"]

@@ -14,6 +14,10 @@ ResetStep = Literal["check", "snapshot", "torque_off", "erase", "read", "identit
 IdentifyStep = Literal["check", "limit", "wiggle", "return", "restore"]
 StepTestStep = Literal["check", "measure", "evaluate"]
 FrequencyStep = Literal["check", "measure", "evaluate"]
+ImproveStep = Literal["check", "baseline", "identify", "search", "confirm", "finish", "improve"]
+MechanicsStep = Literal[
+    "check", "deadband", "repeatability", "speed", "friction", "travel", "end_stops", "restore", "evaluate"
+]  # fmt: skip
 ProfileStep = Literal["plan", "write", "save"]
 CommissionStep = Literal["check", "park_servo_id", "park_node_id", "identify", "write", "save", "verify"]
 OutputStep = Literal["clear", "restore"]
@@ -27,6 +31,8 @@ StepCode = TypeAliasType(
         IdentifyStep,
         StepTestStep,
         FrequencyStep,
+        MechanicsStep,
+        ImproveStep,
         ProfileStep,
         CommissionStep,
         OutputStep,
@@ -79,6 +85,21 @@ EvidenceCode = TypeAliasType(
         "response_conditions",
         "response_measured",
         "response_stored",
+        # improve
+        "improve_conditions",
+        "baseline_measured",
+        "horn_identified",
+        "gains_found",
+        "gains_measured",
+        "nothing_better",
+        "gains_kept",
+        "gains_restored",
+        # mechanics
+        "mechanics_conditions",
+        "mechanics_measured",
+        "travel_swept",
+        "rows_restored",
+        "mechanics_stored",
         # profile, commissioning
         "planned",
         "written",
@@ -144,6 +165,8 @@ class Job(Model):
         "commissioning",
         "step_test",
         "frequency_response",
+        "mechanics",
+        "improve",
         "restore_output",
     ] = Field(description="Kind of job.")
     uid: str | None = Field(description="Unique ID of the servo, 32 hex digits. Null if it concerns none.")

@@ -84,6 +84,9 @@ NoteCode = TypeAliasType(
         "not_seen_for",
         # results of jobs
         "commissioned",
+        # improve
+        "improved",
+        "not_better",
         # ends of streams
         "ended_by_request",
         "server_shutdown",
@@ -112,6 +115,15 @@ NoteCode = TypeAliasType(
         # dependence of a frequency response on the amplitude
         "deadband_dependence",
         "saturation_dependence",
+        # mechanics
+        "unknowable_loaded_backlash",
+        "unknowable_elasticity",
+        "unknowable_torque",
+        "unknowable_resolution",
+        "gear_on_one_side",
+        "no_stop_in_range",
+        "too_little_torque",
+        "too_few_samples",
     ],
 )
 """Code of a note. With its `params` a page words it in its language. `problem`: its params are those of a problem.

@@ -70,6 +70,7 @@ from hornbill.servo.runs.id_parking import IdParking
 from hornbill.servo.runs.matrix import Matrix
 from hornbill.servo.runs.restore_output import RestoreOutputJobs
 from hornbill.servo.runtime.audit import Audit
+from hornbill.servo.runtime.computing import Compute, inline
 from hornbill.servo.runtime.histogram import Counts
 from hornbill.servo.runtime.hub import (
     BusChanged,
@@ -130,6 +131,7 @@ class HostSettings:
 
     `allocator`: its mode, None for the last used. `position_unit`: forced for all servos without their own setting.
     `poll_budget`: share of the bus available to polling, 0 to 1. `telemetry_minutes`: retention per channel.
+    `compute` runs long computations.
     """
 
     node_id: int
@@ -139,6 +141,7 @@ class HostSettings:
     position_unit: PositionUnit | None = None
     poll_budget: float = BUDGET
     telemetry_minutes: float = MINUTES
+    compute: Compute = inline
 
 
 async def _nothing(_address: str) -> None:
@@ -220,6 +223,7 @@ class Host:
             {"commissioning": self._resume_commissioning},
         )  # fmt: skip
         self.owed = OwedValues(self.requests, store, self.hub, self.base, lambda uid: self.fleet.find(uid))
+        self.compute = settings.compute
         self.services = HostServices(
             self.requests, self.hub, self.base, self.audit, self.leases, self.jobs, self.owed
         )  # fmt: skip

@@ -624,6 +624,26 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/v1/improve": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Improve servos
+         * @description Improve several servos in turn. The result contains each servo's result, the spread, and the outlier.
+         */
+        post: operations["improve_servos"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/v1/inventory": {
         parameters: {
             query?: never;
@@ -1535,6 +1555,47 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/v1/servos/{uid}/improve": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Improve servo
+         * @description Find better gains by measured steps. Requires a lease and torque on. Writes to RAM only; every ending but one
+         *     with better gains restores the previous values and verifies them.
+         */
+        post: operations["improve_servo"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/servos/{uid}/improve/plan": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Plan improve
+         * @description Get what an improvement would move and write, how far and for how long. Only reads.
+         */
+        post: operations["plan_improve"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/v1/servos/{uid}/lost": {
         parameters: {
             query?: never;
@@ -1550,6 +1611,51 @@ export interface paths {
          * @description Dismiss the RAM values that the servo lost in a restart. Sends nothing to the servo.
          */
         delete: operations["dismiss_lost_values"];
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/servos/{uid}/mechanics": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Get mechanics
+         * @description Get the newest measured mechanics of a servo, with 95 % intervals.
+         */
+        get: operations["get_mechanics"];
+        put?: never;
+        /**
+         * Measure mechanics
+         * @description Measure friction, backlash, load, deadband or end stops by moving the horn within a range. Requires a lease and
+         *     torque on. Gains and limits are changed in RAM meanwhile; every ending restores and verifies them.
+         */
+        post: operations["measure_mechanics"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/servos/{uid}/mechanics/export": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Export mechanics
+         * @description Download the measured mechanics as a twin for the simulator, or as an actuator for MuJoCo or URDF.
+         */
+        get: operations["export_mechanics"];
+        put?: never;
+        post?: never;
+        delete?: never;
         options?: never;
         head?: never;
         patch?: never;
@@ -4714,7 +4820,7 @@ export interface components {
             uid: string | null;
         };
         /** @enum {string} */
-        EvidenceCode: "problem" | "interrupted" | "rows_read" | "snapshot_taken" | "snapshot_known" | "snapshot_failed" | "sent" | "requested" | "silent" | "restarted" | "restarted_on_request" | "back_on_node" | "no_soft_start" | "soft_start_over" | "soft_start_aborted" | "read_back" | "all_rows_read" | "torque_off" | "erased" | "rows_differ" | "nothing_differs" | "rows_written" | "saved_by_job" | "rows_verified" | "at_rest" | "not_limited" | "limited" | "wiggled" | "angle_unknown" | "returned" | "restored" | "test_conditions" | "samples" | "run_stored" | "response_conditions" | "response_measured" | "response_stored" | "planned" | "written" | "saved" | "save_not_needed" | "identified" | "values_verified" | "values_still_verified" | "servo_id_parked" | "servo_id_restored" | "servo_id_lost" | "node_id_parked" | "failed_before" | "job_ended" | "values_refused" | "other_refused" | "other_failed" | "latch_cleared" | "not_latched" | "held";
+        EvidenceCode: "problem" | "interrupted" | "rows_read" | "snapshot_taken" | "snapshot_known" | "snapshot_failed" | "sent" | "requested" | "silent" | "restarted" | "restarted_on_request" | "back_on_node" | "no_soft_start" | "soft_start_over" | "soft_start_aborted" | "read_back" | "all_rows_read" | "torque_off" | "erased" | "rows_differ" | "nothing_differs" | "rows_written" | "saved_by_job" | "rows_verified" | "at_rest" | "not_limited" | "limited" | "wiggled" | "angle_unknown" | "returned" | "restored" | "test_conditions" | "samples" | "run_stored" | "response_conditions" | "response_measured" | "response_stored" | "improve_conditions" | "baseline_measured" | "horn_identified" | "gains_found" | "gains_measured" | "nothing_better" | "gains_kept" | "gains_restored" | "mechanics_conditions" | "mechanics_measured" | "travel_swept" | "rows_restored" | "mechanics_stored" | "planned" | "written" | "saved" | "save_not_needed" | "identified" | "values_verified" | "values_still_verified" | "servo_id_parked" | "servo_id_restored" | "servo_id_lost" | "node_id_parked" | "failed_before" | "job_ended" | "values_refused" | "other_refused" | "other_failed" | "latch_cleared" | "not_latched" | "held";
         /** @enum {string} */
         Excitation: "chirp" | "multisine";
         /** ExtendedAngleValue */
@@ -5027,7 +5133,7 @@ export interface components {
             phase_deg: number[];
             /** @description Half of the 95 % interval of the phase, °. */
             phase_error_deg: number[];
-            /** @description Coherence above 0.9. Do not draw or use gain and phase elsewhere. */
+            /** @description Coherence above 0.9, and motion above the resolution of the angle. Do not use gain and phase elsewhere. */
             reliable: boolean[];
             /** @description Samples of the angle. */
             samples: number;
@@ -5150,6 +5256,8 @@ export interface components {
              */
             to_hz?: number;
         };
+        /** @enum {string} */
+        Goal: "calm" | "fast" | "stiff";
         /**
          * Group
          * @description A group of the parameter list, as in the document (tables 3-1 to 3-11).
@@ -5242,6 +5350,102 @@ export interface components {
             advice: components["schemas"]["AdviceItem"][];
             /** @description Outputs on DroneCAN. */
             plan: components["schemas"]["Plan"];
+        };
+        /**
+         * Improve
+         * @description Options of an improvement.
+         */
+        Improve: {
+            bounds?: components["schemas"]["ImproveBounds"];
+            /**
+             * @description Also change the gains of the speed loop (0x30, 0x31), against the maker's advice.
+             * @default false
+             */
+            expert?: boolean;
+            /**
+             * @description calm: no overshoot and no hunting, with a large margin. fast: settles soonest. stiff: highest holding gain with a phase margin of at least 40°.
+             * @default calm
+             */
+            goal?: components["schemas"]["Goal"];
+            /**
+             * @description Note on other conditions.
+             * @default
+             */
+            note?: string;
+            /** @description Set-up of the runs. Null for that of the servo. */
+            set_up?: components["schemas"]["SetUp"] | null;
+        };
+        /**
+         * ImproveBounds
+         * @description Bounds of an improvement. Null: that of the servo.
+         */
+        ImproveBounds: {
+            /** @description Lowest angle, °. Null for 15° below the present angle. */
+            from_deg?: number | null;
+            /** @description Highest speed, rpm. Effective if 0x25 is on. Null for no other limit. */
+            speed_rpm?: number | null;
+            /**
+             * @description Longest duration, s.
+             * @default 120
+             */
+            time_s?: number;
+            /** @description Highest angle, °. Null for 15° above the present angle. */
+            to_deg?: number | null;
+            /** @description Largest torque, %. Effective if 0x25 is on. Null for no other limit. */
+            torque_pct?: number | null;
+        };
+        /**
+         * ImprovePreview
+         * @description What an improvement will do. Nothing was sent that moves or writes.
+         */
+        ImprovePreview: {
+            /** @description Present angle, from which it moves and to which it returns, °. */
+            angle_deg: number;
+            /** @description Keys of rows that are changed in RAM and kept only if measured better. */
+            changes: string[];
+            /** @description Maximum duration, s. */
+            duration_s: number;
+            /** @description Lowest angle that is permitted, °. */
+            from_deg: number;
+            goal: components["schemas"]["Goal"];
+            /** @description Limits written for its duration and restored afterwards, by key, in the row's unit. */
+            limits: {
+                [key: string]: number;
+            };
+            /** @description Largest step, °. Smaller ones precede it. */
+            step_deg: number;
+            /** @description Maximum number of steps. */
+            steps: number;
+            /** @description Highest angle that is permitted, °. */
+            to_deg: number;
+            /** @description Unique ID, 32 lower-case hex digits. */
+            uid: string;
+        };
+        /**
+         * ImproveSet
+         * @description Options of an improvement of several servos in turn.
+         */
+        ImproveSet: {
+            bounds?: components["schemas"]["ImproveBounds"];
+            /**
+             * @description Also change the gains of the speed loop (0x30, 0x31), against the maker's advice.
+             * @default false
+             */
+            expert?: boolean;
+            /**
+             * @description calm: no overshoot and no hunting, with a large margin. fast: settles soonest. stiff: highest holding gain with a phase margin of at least 40°.
+             * @default calm
+             */
+            goal?: components["schemas"]["Goal"];
+            /**
+             * @description Note on other conditions.
+             * @default
+             */
+            note?: string;
+            /** @description Set-up of the runs. Null for that of the servo. */
+            set_up?: components["schemas"]["SetUp"] | null;
+            /** @description Unique IDs, in order. */
+            uids: string[];
         };
         /** @description Values by key, in the units of the parameter manual. */
         InputByKey: {
@@ -5469,7 +5673,7 @@ export interface components {
              * @description Kind of job.
              * @enum {string}
              */
-            kind: "save" | "restart" | "factory_reset" | "identify" | "profile" | "commissioning" | "step_test" | "frequency_response" | "restore_output";
+            kind: "save" | "restart" | "factory_reset" | "identify" | "profile" | "commissioning" | "step_test" | "frequency_response" | "mechanics" | "improve" | "restore_output";
             /** @description Progress, 0 to 1. */
             progress: number;
             /** @description Result, depending on the kind. Null until the job has ended. */
@@ -5818,6 +6022,40 @@ export interface components {
         /** @enum {string} */
         MarkReason: "failure" | "stop" | "lost" | "bus_lost" | "manual";
         /**
+         * MeasureMechanics
+         * @description Options of a measurement of mechanics.
+         */
+        MeasureMechanics: {
+            /** @description Lower end of the range, °. Null for 20° below the present angle. */
+            from_deg?: number | null;
+            /**
+             * @description Note on other conditions.
+             * @default
+             */
+            note?: string;
+            /** @description Set-up of this run. Null for that of the servo. */
+            set_up?: components["schemas"]["SetUp"] | null;
+            /**
+             * @description Speed at which a torque is reversed, rpm.
+             * @default 60
+             */
+            speed_rpm?: number;
+            /**
+             * @description What to measure. friction and backlash are one test.
+             * @default [
+             *       "friction"
+             *     ]
+             */
+            tests?: components["schemas"]["MechanicsTest"][];
+            /** @description Upper end of the range, °. Null for 20° above the present angle. */
+            to_deg?: number | null;
+            /**
+             * @description Highest torque command, % of stall torque. End stops: at most 30 %.
+             * @default 60
+             */
+            torque_pct?: number;
+        };
+        /**
          * MeasuredGap
          * @description The last gap of commands that was longer than the timeout.
          */
@@ -5830,6 +6068,42 @@ export interface components {
             node_id: number;
             /** @description Torque read after the timeout, %. Null if not read. */
             torque_pct: number | null;
+        };
+        /**
+         * Mechanics
+         * @description What is known about the mechanics of one servo, in the directions of its registers.
+         */
+        Mechanics: {
+            /** @description Load and friction along the travel, in order of angle. */
+            travel: components["schemas"]["TravelPoint"][];
+            /** @description ID of the run of `travel`. Null if not measured. */
+            travel_run: number | null;
+            /** @description Unique ID, 32 lower-case hex digits. */
+            uid: string;
+            /** @description What a sensor at the horn cannot know. */
+            unknowable: components["schemas"]["Note"][];
+            /** @description Measured quantities. */
+            values: components["schemas"]["MechanicsValue"][];
+        };
+        /** @enum {string} */
+        MechanicsTest: "deadband" | "repeatability" | "speed" | "friction" | "backlash" | "travel" | "end_stops";
+        /**
+         * MechanicsValue
+         * @description One measured quantity, from the newest run that contains it.
+         */
+        MechanicsValue: {
+            /** @description Time of the run, seconds since 1970 UTC. */
+            at: number;
+            /** @description Value with its 95 % interval. Null if it could not be measured. */
+            estimate: components["schemas"]["Estimate"] | null;
+            /** @description Quantity. */
+            name: components["schemas"]["Quantity"];
+            /** @description Why it could not be measured. Null otherwise. */
+            note: components["schemas"]["Note"] | null;
+            /** @description ID of the run. */
+            run: number;
+            /** @description Unit, such as `°`. Empty for a share or multiple. */
+            unit: string;
         };
         /** @enum {string} */
         MotionCode: "turns" | "turn_count";
@@ -6050,7 +6324,7 @@ export interface components {
             text: string;
         };
         /** @enum {string} */
-        NoteCode: "problem" | "text" | "heard" | "not_in_servo" | "side_unknown" | "identity_row" | "torque_row" | "torque_never_on" | "too_many_dots" | "invalid_syntax" | "nested_too_deeply" | "not_an_object" | "not_a_table" | "too_many_entries" | "values_missing" | "unknown_field" | "not_text" | "too_long" | "lone_surrogate" | "other_tables" | "unit_not_text" | "unit_without_value" | "pin_unchanged" | "pin_at_restart" | "pin_after_fixed" | "id_freed" | "id_changes_at_restart" | "no_status" | "this_server" | "another_hornbill" | "requesting_id" | "no_model_number" | "no_parameters" | "no_info" | "identity_not_received" | "not_pollable_yet" | "polled_when_ready" | "not_polled_as_observer" | "log_limit" | "disk_slow" | "disk_full" | "write_failed" | "unit_unchecked" | "unit_agreed" | "unit_changed" | "unit_none_fits" | "unit_forced" | "reason" | "stop_reason" | "stop_of" | "stop_confirmed" | "lease_taken" | "lease_ended" | "profile_stored" | "profile_replaced" | "profile_deleted" | "ram_only" | "servo_id_zero" | "login_from" | "servo_forgotten" | "not_seen_for" | "commissioned" | "ended_by_request" | "server_shutdown" | "smoothing_on" | "limit_reached" | "limit_unknown" | "other_servo" | "other_set_up" | "other_procedure" | "other_step" | "try_check_free" | "try_lower_boost" | "try_lower_p" | "try_higher_p" | "try_supply" | "try_smoothing_off" | "try_smaller_step" | "try_narrow_deadband" | "try_raise_torque" | "try_longer" | "try_check_bus" | "try_larger_amplitude" | "deadband_dependence" | "saturation_dependence";
+        NoteCode: "problem" | "text" | "heard" | "not_in_servo" | "side_unknown" | "identity_row" | "torque_row" | "torque_never_on" | "too_many_dots" | "invalid_syntax" | "nested_too_deeply" | "not_an_object" | "not_a_table" | "too_many_entries" | "values_missing" | "unknown_field" | "not_text" | "too_long" | "lone_surrogate" | "other_tables" | "unit_not_text" | "unit_without_value" | "pin_unchanged" | "pin_at_restart" | "pin_after_fixed" | "id_freed" | "id_changes_at_restart" | "no_status" | "this_server" | "another_hornbill" | "requesting_id" | "no_model_number" | "no_parameters" | "no_info" | "identity_not_received" | "not_pollable_yet" | "polled_when_ready" | "not_polled_as_observer" | "log_limit" | "disk_slow" | "disk_full" | "write_failed" | "unit_unchecked" | "unit_agreed" | "unit_changed" | "unit_none_fits" | "unit_forced" | "reason" | "stop_reason" | "stop_of" | "stop_confirmed" | "lease_taken" | "lease_ended" | "profile_stored" | "profile_replaced" | "profile_deleted" | "ram_only" | "servo_id_zero" | "login_from" | "servo_forgotten" | "not_seen_for" | "commissioned" | "improved" | "not_better" | "ended_by_request" | "server_shutdown" | "smoothing_on" | "limit_reached" | "limit_unknown" | "other_servo" | "other_set_up" | "other_procedure" | "other_step" | "try_check_free" | "try_lower_boost" | "try_lower_p" | "try_higher_p" | "try_supply" | "try_smoothing_off" | "try_smaller_step" | "try_narrow_deadband" | "try_raise_torque" | "try_longer" | "try_check_bus" | "try_larger_amplitude" | "deadband_dependence" | "saturation_dependence" | "unknowable_loaded_backlash" | "unknowable_elasticity" | "unknowable_torque" | "unknowable_resolution" | "gear_on_one_side" | "no_stop_in_range" | "too_little_torque" | "too_few_samples";
         /**
          * NumberReading
          * @description One parameter as last read from RAM, with its ROM value and this model's limits.
@@ -6802,6 +7076,8 @@ export interface components {
              */
             value: number;
         };
+        /** @enum {string} */
+        Quantity: "inertia" | "breakaway" | "coulomb" | "viscous" | "backlash_deg" | "torque_lag_s" | "load_pct" | "supply_ohm" | "sensor_noise_deg" | "deadband_deg" | "reversal_deg" | "repeatability_deg" | "top_speed_rpm" | "stop_cw_deg" | "stop_ccw_deg";
         /**
          * RawFrame
          * @description One frame on the bus.
@@ -7971,7 +8247,7 @@ export interface components {
             value: boolean;
         };
         /** @enum {string} */
-        StepCode: "check" | "snapshot" | "write" | "silence" | "restart" | "back" | "soft_start" | "read_back" | "request" | "torque_off" | "erase" | "read" | "identity" | "rows" | "save" | "verify" | "limit" | "wiggle" | "return" | "restore" | "measure" | "evaluate" | "plan" | "park_servo_id" | "park_node_id" | "identify" | "clear";
+        StepCode: "check" | "snapshot" | "write" | "silence" | "restart" | "back" | "soft_start" | "read_back" | "request" | "torque_off" | "erase" | "read" | "identity" | "rows" | "save" | "verify" | "limit" | "wiggle" | "return" | "restore" | "measure" | "evaluate" | "deadband" | "repeatability" | "speed" | "friction" | "travel" | "end_stops" | "baseline" | "identify" | "search" | "confirm" | "finish" | "improve" | "plan" | "park_servo_id" | "park_node_id" | "clear";
         /**
          * StepMetrics
          * @description Metrics of one step. All times ± `sample_s`. Null if not reached.
@@ -8804,6 +9080,20 @@ export interface components {
         };
         /** @enum {string} */
         TransferKind: "message" | "request" | "response";
+        /**
+         * TravelPoint
+         * @description Load and friction at one angle of the travel.
+         */
+        TravelPoint: {
+            /** @description Angle, °. */
+            angle_deg: number;
+            /** @description Friction here is at least 5 % of stall torque above that of the travel. */
+            binding: boolean;
+            /** @description Friction, % of stall torque. */
+            friction_pct: number;
+            /** @description Load, % of stall torque. Positive pushes clockwise. */
+            load_pct: number;
+        };
         /**
          * TreatedAs
          * @description Known model and firmware assumed for a servo that the tables do not contain.
@@ -10233,6 +10523,64 @@ export interface operations {
                     "application/json": components["schemas"]["Health"];
                 };
             };
+            default: components["responses"]["CommonProblem"];
+        };
+    };
+    improve_servos: {
+        parameters: {
+            query?: {
+                /** @description Wait until the job has ended. The response is 200 with the finished job. */
+                wait?: components["parameters"]["wait"];
+            };
+            header?: {
+                /** @description ID of a valid lease, which grants motion control. */
+                Lease?: components["parameters"]["Lease"];
+                /**
+                 * @description A repeated request with the same key is carried out once and returns the first response. Responses are stored for at least 24 h.
+                 * @example rig-7-run-2031
+                 */
+                "Idempotency-Key"?: components["parameters"]["Idempotency-Key"];
+            };
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["ImproveSet"];
+            };
+        };
+        responses: {
+            /** @description Finished job. */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Job"];
+                };
+            };
+            /** @description Running job. */
+            202: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Job"];
+                };
+            };
+            404: components["responses"]["unknown_servo"];
+            /** @description `torque_off`, `not_in_this_model`, `busy`, `lease_held`, `commanded_elsewhere`, `configuration_lost` */
+            409: components["responses"]["Problem"];
+            /** @description `invalid_value`, `out_of_range`, `idempotency_key_reused` */
+            422: components["responses"]["Problem"];
+            423: components["responses"]["stopped"];
+            428: components["responses"]["lease_required"];
+            /** @description `interrupted`, `store_failed` */
+            500: components["responses"]["Problem"];
+            /** @description `not_available` */
+            501: components["responses"]["Problem"];
+            503: components["responses"]["bus_disconnected"];
+            504: components["responses"]["no_response"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -12177,6 +12525,114 @@ export interface operations {
             default: components["responses"]["CommonProblem"];
         };
     };
+    improve_servo: {
+        parameters: {
+            query?: {
+                /** @description Wait until the job has ended. The response is 200 with the finished job. */
+                wait?: components["parameters"]["wait"];
+            };
+            header?: {
+                /** @description ID of a valid lease, which grants motion control. */
+                Lease?: components["parameters"]["Lease"];
+                /**
+                 * @description A repeated request with the same key is carried out once and returns the first response. Responses are stored for at least 24 h.
+                 * @example rig-7-run-2031
+                 */
+                "Idempotency-Key"?: components["parameters"]["Idempotency-Key"];
+            };
+            path: {
+                /** @description Unique ID, 32 lower-case hex digits. */
+                uid: components["parameters"]["uid"];
+            };
+            cookie?: never;
+        };
+        requestBody?: {
+            content: {
+                "application/json": components["schemas"]["Improve"] | null;
+            };
+        };
+        responses: {
+            /** @description Finished job. */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Job"];
+                };
+            };
+            /** @description Running job. */
+            202: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Job"];
+                };
+            };
+            404: components["responses"]["unknown_servo"];
+            /** @description `torque_off`, `not_in_this_model`, `busy`, `lease_held`, `commanded_elsewhere`, `configuration_lost` */
+            409: components["responses"]["Problem"];
+            /** @description `invalid_value`, `out_of_range`, `idempotency_key_reused` */
+            422: components["responses"]["Problem"];
+            423: components["responses"]["stopped"];
+            428: components["responses"]["lease_required"];
+            /** @description `interrupted`, `store_failed` */
+            500: components["responses"]["Problem"];
+            /** @description `not_available` */
+            501: components["responses"]["Problem"];
+            503: components["responses"]["bus_disconnected"];
+            504: components["responses"]["no_response"];
+            default: components["responses"]["CommonProblem"];
+        };
+    };
+    plan_improve: {
+        parameters: {
+            query?: never;
+            header?: {
+                /**
+                 * @description A repeated request with the same key is carried out once and returns the first response. Responses are stored for at least 24 h.
+                 * @example rig-7-run-2031
+                 */
+                "Idempotency-Key"?: components["parameters"]["Idempotency-Key"];
+            };
+            path: {
+                /** @description Unique ID, 32 lower-case hex digits. */
+                uid: components["parameters"]["uid"];
+            };
+            cookie?: never;
+        };
+        requestBody?: {
+            content: {
+                "application/json": components["schemas"]["Improve"] | null;
+            };
+        };
+        responses: {
+            /** @description Success. */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["ImprovePreview"];
+                };
+            };
+            404: components["responses"]["unknown_servo"];
+            /** @description `torque_off`, `not_in_this_model`, `busy`, `lease_held`, `commanded_elsewhere`, `configuration_lost` */
+            409: components["responses"]["Problem"];
+            /** @description `invalid_value`, `out_of_range`, `idempotency_key_reused` */
+            422: components["responses"]["Problem"];
+            423: components["responses"]["stopped"];
+            428: components["responses"]["lease_required"];
+            /** @description `interrupted`, `store_failed` */
+            500: components["responses"]["Problem"];
+            /** @description `not_available` */
+            501: components["responses"]["Problem"];
+            503: components["responses"]["bus_disconnected"];
+            504: components["responses"]["no_response"];
+            default: components["responses"]["CommonProblem"];
+        };
+    };
     dismiss_lost_values: {
         parameters: {
             query?: never;
@@ -12202,6 +12658,123 @@ export interface operations {
             404: components["responses"]["unknown_servo"];
             /** @description `lease_held` */
             409: components["responses"]["Problem"];
+            422: components["responses"]["invalid_value"];
+            default: components["responses"]["CommonProblem"];
+        };
+    };
+    get_mechanics: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                /** @description Unique ID, 32 lower-case hex digits. */
+                uid: components["parameters"]["uid"];
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Success. */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Mechanics"];
+                };
+            };
+            404: components["responses"]["unknown_servo"];
+            422: components["responses"]["invalid_value"];
+            default: components["responses"]["CommonProblem"];
+        };
+    };
+    measure_mechanics: {
+        parameters: {
+            query?: {
+                /** @description Wait until the job has ended. The response is 200 with the finished job. */
+                wait?: components["parameters"]["wait"];
+            };
+            header?: {
+                /** @description ID of a valid lease, which grants motion control. */
+                Lease?: components["parameters"]["Lease"];
+                /**
+                 * @description A repeated request with the same key is carried out once and returns the first response. Responses are stored for at least 24 h.
+                 * @example rig-7-run-2031
+                 */
+                "Idempotency-Key"?: components["parameters"]["Idempotency-Key"];
+            };
+            path: {
+                /** @description Unique ID, 32 lower-case hex digits. */
+                uid: components["parameters"]["uid"];
+            };
+            cookie?: never;
+        };
+        requestBody?: {
+            content: {
+                "application/json": components["schemas"]["MeasureMechanics"] | null;
+            };
+        };
+        responses: {
+            /** @description Finished job. */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Job"];
+                };
+            };
+            /** @description Running job. */
+            202: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Job"];
+                };
+            };
+            404: components["responses"]["unknown_servo"];
+            /** @description `torque_off`, `not_in_this_model`, `busy`, `lease_held`, `commanded_elsewhere`, `configuration_lost` */
+            409: components["responses"]["Problem"];
+            /** @description `invalid_value`, `out_of_range`, `idempotency_key_reused` */
+            422: components["responses"]["Problem"];
+            423: components["responses"]["stopped"];
+            428: components["responses"]["lease_required"];
+            /** @description `interrupted`, `store_failed` */
+            500: components["responses"]["Problem"];
+            503: components["responses"]["bus_disconnected"];
+            504: components["responses"]["no_response"];
+            default: components["responses"]["CommonProblem"];
+        };
+    };
+    export_mechanics: {
+        parameters: {
+            query?: {
+                /** @description json: twin for the simulator. mujoco: MJCF model. urdf: joint. */
+                format?: "json" | "mujoco" | "urdf";
+                /** @description Stall torque, N·m, for mujoco and urdf. Null: torque in shares of it. */
+                stall_nm?: number | null;
+            };
+            header?: never;
+            path: {
+                /** @description Unique ID, 32 lower-case hex digits. */
+                uid: components["parameters"]["uid"];
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Success. */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": unknown;
+                };
+            };
+            /** @description `unknown_servo`, `unknown_run` */
+            404: components["responses"]["Problem"];
             422: components["responses"]["invalid_value"];
             default: components["responses"]["CommonProblem"];
         };

@@ -51,6 +51,15 @@ const steps: Readonly<Record<Job["kind"], Partial<Record<StepCode, string>>>> = 
     measure: "Response measured",
     evaluate: "Response calculated and stored",
   },
+  improve: {
+    check: "Checked; limits written",
+    baseline: "Present gains measured",
+    identify: "Horn and load identified",
+    search: "Better gains found on the model",
+    confirm: "Measured with the new gains",
+    finish: "Gains kept or restored, and verified",
+    improve: "Improved",
+  },
   profile: {
     plan: "Values checked",
     write: "Written and read back",

@@ -66,6 +66,15 @@ export const words = {
       measure: "応答の測定",
       evaluate: "応答の計算と保存",
     },
+    improve: {
+      check: "確認と制限値の書き込み",
+      baseline: "今のゲインの測定",
+      identify: "ホーンと負荷の同定",
+      search: "モデル上でのゲインの探索",
+      confirm: "新しいゲインの測定",
+      finish: "ゲインの確定または復元と確認",
+      improve: "改善",
+    },
     profile: {
       plan: "値の確認",
       write: "書き込みと読み返し",
@@ -148,12 +157,31 @@ export const words = {
       [`ホーンは${p.angle_deg}`, p.supply_v && `電源${p.supply_v}`, `振幅±${p.amplitude_deg}`]
         .filter(Boolean)
         .join("、"),
-    response_measured: p =>
-      `${p.samples}サンプル、${p.rate_hz}、${p.slots}指令のうち${p.missed}指令が未送信`,
+    response_measured: p => `${p.samples}サンプル、${p.rate_hz}、${p.slots}指令のうち${p.missed}指令が未送信`,
     response_stored: p =>
       p.from_hz === undefined
         ? `測定${p.run}、信頼できません`
         : `測定${p.run}、${p.from_hz}～${p.to_hz}で信頼できます`,
+    improve_conditions: p =>
+      `ホーンは${p.angle_deg}、${p.from_deg}～${p.to_deg}の中で最大${p.step_deg}のステップ`,
+    baseline_measured: p =>
+      [
+        p.hunts ? "ハンチングあり" : p.settling_s ? `整定${p.settling_s}` : "整定せず",
+        `オーバーシュート${p.overshoot_pct}`,
+      ].join("、"),
+    horn_identified: p =>
+      `慣性${p.inertia}、摩擦${p.friction_pct}、バックラッシ${p.backlash_deg}、負荷${p.load_pct}`,
+    gains_found: p =>
+      `${p.tried}組を比較、予測: ${p.settling_s ? `整定${p.settling_s}` : "整定せず"}`,
+    gains_measured: p =>
+      [
+        p.settling_s ? `整定${p.settling_s}` : "整定せず",
+        `オーバーシュート${p.overshoot_pct}`,
+        `${p.tried}組を試行`,
+      ].join("、"),
+    nothing_better: () => "モデル上でより良いゲインはありません",
+    gains_kept: p => `P ${p.p_gain ?? "–"}に変更、${p.after_ms ? `整定${p.after_ms} ms` : "安定"}`,
+    gains_restored: () => "元のゲインに戻し、確認しました",
     run_stored: p =>
       [
         `測定${p.run}`,

@@ -101,10 +101,22 @@ EXAMPLES: Final[dict[str, dict[str, dict[str, Any]]]] = {
     "start_stream": {"angles at 50 Hz": {"uids": [SERVO, SECOND], "type": "angle", "rate_hz": 50}},
     "set_stream_values": {"new setpoints": {"values": {SERVO: 12.5, SECOND: -12.5}}},
     "step_test": {"10 degrees, 3 runs": {"step_deg": 10.0, "runs": 3}},
+    "measure_mechanics": {
+        "friction and end stops": {"tests": ["friction", "end_stops"], "from_deg": -60.0, "to_deg": 60.0}
+    },
     "measure_frequency_response": {
         "0.5 to 20 Hz": {"amplitude_deg": 2.0, "duration_s": 20.0},
         "multisine at three amplitudes": {"excitation": "multisine", "amplitude_deg": 2.0, "ladder": True},
     },
+    "plan_improve": {"calm": {"goal": "calm", "bounds": {"from_deg": -15.0, "to_deg": 15.0}}},
+    "improve_servo": {
+        "calm": {"goal": "calm"},
+        "fast within bounds": {
+            "goal": "fast",
+            "bounds": {"from_deg": -10.0, "to_deg": 10.0, "torque_pct": 60, "speed_rpm": 60, "time_s": 90},
+        },
+    },
+    "improve_servos": {"two alike": {"uids": [SERVO, SECOND], "goal": "stiff"}},
     "put_set_up": {
         "arm in a vice": {"arm_mm": 60.0, "mass_g": 120.0, "mounting": "vice", "supply_v": 7.4, "ambient_c": 24.0}
     },

@@ -107,6 +107,22 @@ class AsyncHornbill(AsyncConnection):
         """Lease (motion control) as a context manager. `force` takes it from its current holder and needs a reason."""
         return AsyncLease(self, holder, ttl_s, heartbeat=heartbeat, force=force, reason=reason)
 
+    async def improve(
+        self,
+        servos: Sequence[AsyncServo],
+        goal: Literal["calm", "fast", "stiff"] = "calm",
+        *,
+        bounds: Mapping[str, float] | None = None,
+        expert: bool = False,
+        on_progress: Progress | None = None,
+    ) -> responses.Job:
+        """Improve several servos in turn. The result has the spread of their gains, and the outlier."""
+        body = {
+            "uids": [one.uid for one in servos], "goal": goal, "bounds": dict(bounds or {}), "expert": expert
+        }  # fmt: skip
+        job: responses.Job = await self.request("POST", "/improve", body)
+        return await self.wait(job["id"], on_progress=on_progress)
+
     async def stop(
         self,
         mode: Literal["off", "brake"] = "off",

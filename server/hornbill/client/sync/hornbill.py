@@ -108,6 +108,22 @@ class Hornbill(Connection):
         """Lease (motion control) as a context manager. `force` takes it from its current holder and needs a reason."""
         return Lease(self, holder, ttl_s, heartbeat=heartbeat, force=force, reason=reason)
 
+    def improve(
+        self,
+        servos: Sequence[Servo],
+        goal: Literal["calm", "fast", "stiff"] = "calm",
+        *,
+        bounds: Mapping[str, float] | None = None,
+        expert: bool = False,
+        on_progress: Progress | None = None,
+    ) -> responses.Job:
+        """Improve several servos in turn. The result has the spread of their gains, and the outlier."""
+        body = {
+            "uids": [one.uid for one in servos], "goal": goal, "bounds": dict(bounds or {}), "expert": expert
+        }  # fmt: skip
+        job: responses.Job = self.request("POST", "/improve", body)
+        return self.wait(job["id"], on_progress=on_progress)
+
     def stop(
         self,
         mode: Literal["off", "brake"] = "off",

@@ -222,6 +222,62 @@ class Servo:
         """Replace the set-up. Values that are not given become null (not stated)."""
         return self._request("PUT", f"{self._path}/set-up", dict(set_up))
 
+    def improve(
+        self,
+        goal: Literal["calm", "fast", "stiff"] = "calm",
+        *,
+        bounds: Mapping[str, float] | None = None,
+        expert: bool = False,
+        note: str = "",
+        on_progress: Progress | None = None,
+    ) -> responses.Job:
+        """Find better gains by measured steps. Requires a lease and torque on. `bounds`: from_deg, to_deg, torque_pct,
+        speed_rpm, time_s."""
+        body = {"goal": goal, "bounds": dict(bounds or {}), "expert": expert, "note": note}
+        return self._job("improve", body, on_progress)
+
+    def plan_improve(
+        self,
+        goal: Literal["calm", "fast", "stiff"] = "calm",
+        *,
+        bounds: Mapping[str, float] | None = None,
+        expert: bool = False,
+    ) -> responses.ImprovePreview:
+        """What `improve` would move and write, how far and for how long. Moves nothing."""
+        body = {"goal": goal, "bounds": dict(bounds or {}), "expert": expert}
+        return self._request("POST", f"{self._path}/improve/plan", body)
+
+    def measure_mechanics(
+        self,
+        tests: Sequence[str] = ("friction",),
+        *,
+        from_deg: float | None = None,
+        to_deg: float | None = None,
+        torque_pct: float = 60.0,
+        speed_rpm: float = 60.0,
+        note: str = "",
+        on_progress: Progress | None = None,
+    ) -> responses.Job:
+        """Measure mechanics within a range (°): deadband, repeatability, speed, friction (with backlash), travel,
+        end_stops. Requires a lease and torque on. Gains and limits are changed in RAM meanwhile, and restored."""
+        body = {
+            "tests": list(tests), "from_deg": from_deg, "to_deg": to_deg, "torque_pct": torque_pct,
+            "speed_rpm": speed_rpm, "note": note,
+        }  # fmt: skip
+        return self._job("mechanics", body, on_progress)
+
+    def mechanics(self) -> responses.Mechanics:
+        """Newest measured mechanics, with 95 % intervals."""
+        return self._request("GET", f"{self._path}/mechanics")
+
+    def export_mechanics(
+        self, format: Literal["json", "mujoco", "urdf"] = "json", *, stall_nm: float | None = None
+    ) -> bytes:
+        """Twin for the simulator (json), or actuator for MuJoCo or URDF. `stall_nm`: stall torque, N·m; without it
+        torque is in shares of it."""
+        scale = {} if stall_nm is None else {"stall_nm": f"{stall_nm:g}"}
+        return self._hornbill.download(f"{self._path}/mechanics/export", format=format, **scale)
+
     def frequency_response(
         self,
         *,
@@ -242,7 +298,8 @@ class Servo:
         return self._job("frequency-response", body, on_progress)
 
     def truth(self) -> responses.SimTruth:
-        """True constants and state of a simulated servo, to compare measurements with. Raises Unknown for a real one."""
+        """True constants and state of a simulated servo, to compare measurements with. Raises Unknown for a real
+        servo."""
         return self._request("GET", f"/sim{self._path}/truth")
 
     def telemetry_state(self) -> responses.Telemetry:

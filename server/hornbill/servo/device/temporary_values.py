@@ -2,7 +2,7 @@
 
 import asyncio
 import logging
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Collection, Iterable, Mapping
 from copy import deepcopy
 from dataclasses import asdict, dataclass, field
 from typing import Any, Final, cast
@@ -35,8 +35,9 @@ class Owed:
     """Original raw values of one servo by key, in the order in which temporary values were written.
 
     `sent`: those temporary values by key. `rom`: values known to be in ROM. `at` and `uptime_s`: time (seconds since
-    1970 UTC) and uptime of the servo at the first write. `boot_count`: None in a record of an earlier server that was
-    not compared with the servo yet.
+    1970 UTC) and uptime of the servo at the first write. `boot_count`: None if the record is to be compared with the
+    servo first: one of an earlier server, or one whose last writes may have followed an unnoticed restart
+    (`restarted`).
     """
 
     at: float
@@ -45,6 +46,7 @@ class Owed:
     original: dict[str, Raw] = field(default_factory=dict[str, Raw])
     sent: dict[str, list[Raw]] = field(default_factory=dict[str, list[Raw]])
     rom: dict[str, Raw] = field(default_factory=dict[str, Raw])
+    restarted: bool = False
 
     @classmethod
     def of(cls, stored: object) -> "Owed | None":
@@ -95,6 +97,7 @@ class OwedValues:
         """
         assert servo.changing.locked()
         before = self._current(servo)
+        before = None if before is None or before.boot_count is None else before
         uptime = 0 if servo.status is None else servo.status.uptime_sec
         owed = Owed(self._base.utc_now(), uptime, servo.boot_count) if before is None else deepcopy(before)
         for key, raw in values.items():
@@ -130,14 +133,18 @@ class OwedValues:
         if owed is not None:
             self._write(servo.uid, owed)
 
-    async def restore(self, servo: Servo, before_each: Callable[[], object] = lambda: None) -> list[str]:
-        """Restore all rows, last one first, and verify them. Returns the keys of rows that were not restored.
+    async def restore(
+        self, servo: Servo, before_each: Callable[[], object] = lambda: None, but: Collection[str] = ()
+    ) -> list[str]:
+        """Restore all rows except `but`, last one first, and verify them. Returns the keys that were not restored.
 
         Ends at the first row without a response, because the servo is not there. `before_each` is called before every
         write, each of which may take 3 s.
         """
         owed = self._current(servo)
-        keys: list[str] = [] if owed is None else [*reversed(owed.original)]
+        if owed is not None and owed.boot_count is None:
+            return []  # it is compared first
+        keys: list[str] = [] if owed is None else [key for key in reversed(owed.original) if key not in but]
         for key in keys:
             if owed is None or self._current(servo) is not owed:  # it restarted
                 return []
@@ -151,12 +158,14 @@ class OwedValues:
                 continue
             if held == raw and self._current(servo) is owed:
                 self.settle(servo, [key])
-        return [] if owed is None or self._current(servo) is not owed else [*reversed(owed.original)]
+        if owed is None or self._current(servo) is not owed:
+            return []
+        return [key for key in keys if key in owed.original]
 
     def leave(self, servo: Servo) -> None:
         """Take over what the user of the temporary values could not restore, and report it."""
         owed = self._current(servo)
-        if owed is None or servo.restoring:
+        if owed is None or servo.restoring or owed.boot_count is None:
             return
         keys = [*reversed(owed.original)]
         text = (
@@ -219,17 +228,22 @@ class OwedValues:
             self._over(servo, [])
 
     def _compare(self, servo: Servo, owed: Owed) -> None:
-        """Compare a record of an earlier server with the servo, whose rows were just read.
+        """Compare a record with the servo, whose rows were just read.
 
         A row is restored only if it still has a temporary value. After a restart it may have that value from ROM.
         """
         owed.boot_count = servo.boot_count
         servo.overridden |= owed.original
-        late = self._late(servo, owed)  # the clock of this computer may have been set, so it alone proves no restart
+        # the clock of this computer may have been set, so it alone proves no restart
+        late = owed.restarted or self._late(servo, owed)
+        if owed.restarted:
+            owed.original |= {key: raw for key, raw in owed.rom.items() if key in owed.original}
+            servo.overridden |= owed.original
         done: list[str] = []
         for key, original in owed.original.items():
             register = servo.registers.get(key)
-            from_rom = late and register is not None and owed.rom.get(key, register.raw) == register.raw
+            unknown = None if register is None or owed.restarted else register.raw
+            from_rom = late and register is not None and owed.rom.get(key, unknown) == register.raw
             temporary = register is not None and register.raw in owed.sent[key] and register.raw != original
             if from_rom or not temporary:
                 done.append(key)
@@ -267,15 +281,26 @@ class OwedValues:
             self._begin(servo)
 
     def _on_changed(self, uid: Uid) -> None:
-        """Drop what is owed to a servo that has restarted. Cheap if there is nothing to do."""
+        """Drop what is owed to a servo that has restarted. Cheap if there is nothing to do.
+
+        Not rows that may have been written after it started and before that was noticed: they are compared.
+        """
         owed = self._owed.get(uid)
         servo = None if owed is None else self._find(uid)
         if owed is None or servo is None or servo.recorded or owed.boot_count in (None, servo.boot_count):
             return
-        self.forget(uid)
-        servo.overridden = {}
-        if servo.restoring:
-            self._over(servo, [])
+        uptime = 0 if servo.status is None else servo.status.uptime_sec
+        started = (self._base.now() if servo.status_at is None else servo.status_at) - uptime - RESTARTED_S
+        late = [key for key in owed.original if servo.registers[key].written_at >= started]
+        self.settle(servo, [key for key in owed.original if key not in late])
+        if late:
+            owed.boot_count, owed.restarted = None, True
+            servo.overridden = dict(owed.original)
+            self._begin(servo)
+        else:
+            self.forget(uid)
+            if servo.restoring:
+                self._over(servo, [])
 
     def _stored(self, uid: Uid) -> Owed | None:
         try:
@@ -338,12 +363,12 @@ class TemporaryValues:
         """Keep the present values of these rows: they count as configured from now on."""
         self._owed.settle(self._servo, keys)
 
-    async def restore(self, before_each: Callable[[], object] = lambda: None) -> list[str]:
-        """Restore all rows and verify them. Returns the keys of rows that follow as soon as the servo responds.
+    async def restore(self, before_each: Callable[[], object] = lambda: None, but: Collection[str] = ()) -> list[str]:
+        """Restore all rows except `but` and verify them. Returns the keys that follow as soon as the servo responds.
 
         `before_each` is called before every write, each of which may take 3 s.
         """
-        left = await self._owed.restore(self._servo, before_each)
+        left = await self._owed.restore(self._servo, before_each, but)
         if left:
             self._owed.leave(self._servo)
         return left

@@ -113,6 +113,12 @@ export const notes = {
   commissioned: p =>
     `${p.servos}台中${p.done}台の初期設定が完了しました。${p.saved ? "" : "ROMには書き込んでいないため、再起動すると失われます。"}`,
 
+  improved: p =>
+    `${p.servo}は${p.hunted ? "ハンチングしていました" : p.before_ms ? `整定に${p.before_ms} msかかりました` : "整定しませんでした"}が、今は${
+      p.after_ms ? `${p.after_ms} msで整定します` : "安定しています"
+    }。ゲインはRAMにあります。残すには保存してください。`,
+  not_better: p =>
+    `測定でより良いゲインは見つからず、${p.servo}は元のゲインのままです。`,
   ended_by_request: () => "要求により終了しました。",
   server_shutdown: () => "サーバが終了しました。",
 

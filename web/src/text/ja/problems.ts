@@ -213,11 +213,12 @@ export const causes: Readonly<Record<string, FactsText>> = {
     `出力${p.output}はサーボID ${p.wanted_id}に指令しますが、サーボのIDは${p.servo_id}です。パラメータ0x45か出力の番号を変えてください。`,
   no_autopilot: () => "シミュレーションのオートパイロットはありません。先に追加してください。",
   no_verification: () => "実行中の検証はありません。先に開始してください。",
+  package_missing: p =>
+    `パッケージ${p.package}が必要です。次のコマンドでインストールしてください: ${p.install}`,
   parameter_file_line: p => `パラメータファイルの${p.line}行目を読めません。`,
   parameter_file_no_output: () => "DroneCANに割り当てた出力がパラメータファイルにありません。",
   parameter_file_too_long: () => "パラメータファイルが長すぎます。",
-  frequencies_out_of_range: p =>
-    `最高周波数${p.to_hz}は最低周波数${p.from_hz}の2倍以上にしてください。`,
+  frequencies_out_of_range: p => `最高周波数${p.to_hz}は最低周波数${p.from_hz}の2倍以上にしてください。`,
   guest_allocates_nothing: () =>
     "ゲストとして接続しているため、ノードIDを割り当てません。割り当てるには、役割をホストに変えてください。",
   hold_angle_unsupported: () => `保持できるのは速度とトルクの指令だけです。`,
@@ -249,6 +250,20 @@ export const causes: Readonly<Record<string, FactsText>> = {
     `ID ${p.requested}は変更しない別のサーボのものです。別のIDにするか、そのサーボも変更してください。`,
   identification_incomplete: p => `${p.servo}はまだ識別されていません。準備ができるまで待ってください。`,
   identity_in_profile: p => `${p.key}はサーボごとの値です。除くか、IDと原点を含める指定をしてください。`,
+  improve_binding: p =>
+    `${p.servo}のホーンはステップの一方の端には届きますが、${p.angle_deg}の手前${p.away_deg}で止まります。その付近のリンケージの摩擦と端を確認してください。`,
+  improve_noisy: p =>
+    `${p.servo}の角度の読み値は静止時に${p.noise_deg}（RMS）ばらつき、上限の${p.most_deg}を超えています。センサー、磁石、電源を確認してください。`,
+  improve_range_too_small: p =>
+    `${p.servo}のホーンは${p.angle_deg}にあり、${p.minimum}°～${p.maximum}°の中に${p.least_deg}のステップとオーバーシュートの余地がありません。範囲を広げるか、ホーンを中へ動かしてください。`,
+  improve_saturated: p =>
+    `${p.servo}は過負荷です。トルク${p.torque_pct}でもホーンは${p.angle_deg}で、目標の${p.to_deg}に届きません。負荷を減らすか、トルク制限を上げてください。`,
+  improve_stalled: p =>
+    `${p.servo}のホーンは${p.angle_deg}で、目標の${p.to_deg}に届きません。拘束されていないか確認するか、角度Pゲインを上げてください。`,
+  improve_timeout: p =>
+    `${p.servo}の改善は${p.time_s}以内に終わりませんでした。時間を長くしてください。`,
+  improve_too_few_samples: p =>
+    `${p.servo}の読み値は毎秒${p.rate_hz}しか得られません（必要なのは${p.least_hz}）。配線のフレーム損失とバスの負荷を確認してください。`,
   in_use: p => `${p.users ?? "別のプログラム"}が使用中です。先に終了してください。`,
   interface_bus_off: p =>
     `${p.interface}のコントローラがエラーでバスオフです。ビットレート、配線、終端を確認し、再起動してください: ${p.command}`,
