@@ -61,5 +61,5 @@ class BareHorn:
 
     def write(self, key: str, raw: int) -> None:
         """Write a register."""
-        registers = self.sim._device.registers  # noqa: SLF001  # pyright: ignore[reportPrivateUsage] - it has no bus
+        registers = self.sim._device.registers  # pyright: ignore[reportPrivateUsage] - it has no bus
         assert registers.write(CATALOG.by_key[key].address, raw, self._now) == raw

@@ -16,6 +16,7 @@ from bench import (  # noqa: E402
     guest,
     jogging,
     load,
+    mechanics,
     plots,
     reading,
     recorder,
@@ -33,7 +34,7 @@ def main(chosen: list[str]) -> None:
     """Run all benchmarks, or those named on the command line."""
     for module in (
         stack, reading, configuring, streaming, endurance, stopping, jogging, commanding, start, adapter, connecting,
-        allocation, simulation, recorder, sockets, load, plots, guest, soak,
+        allocation, simulation, mechanics, recorder, sockets, load, plots, guest, soak,
     ):  # fmt: skip
         if chosen and module.__name__.rpartition(".")[2] not in chosen:
             continue

@@ -213,7 +213,7 @@ def _least_squares(residuals: Callable[[Array], Array], x: Array) -> Array:
     for _ in range(_ROUNDS):
         jacobian = _jacobian(residuals, x)
         normal, gradient = jacobian.T @ jacobian, jacobian.T @ found
-        better = False
+        better, gain = False, 0.0
         for _ in range(5):
             step = np.linalg.solve(normal + np.diag(damping * np.diag(normal) + 1e-9), -gradient)
             trial = np.clip(x + step, _LOWER, _UPPER)
@@ -241,7 +241,7 @@ def _jacobian(residuals: Callable[[Array], Array], x: Array) -> Array:
 def intervals(found: Fitted) -> dict[str, Estimate | None]:
     """Estimates of a fit. The backlash is None if the load keeps the gear on one side, where no sensor at the horn can
     see it."""
-    reach = _INFLATION * found.spread + np.array([0.006, 0.015, 0.03, 0.015, 0.3, 0.0006])
+    reach = _INFLATION * found.spread + np.array([0.006, 0.035, 0.055, 0.04, 0.3, 0.0006])
     low = constants_of(np.clip(found.coordinates - reach, _LOWER, _UPPER), 0.0)
     high = constants_of(np.clip(found.coordinates + reach, _LOWER, _UPPER), 0.0)
     made: dict[str, Estimate | None] = {
@@ -332,9 +332,10 @@ def sides_of(from_below: Sequence[float], from_above: Sequence[float]) -> Sides:
 
 def speed_of(samples: Sequence[tuple[float, float]], window_s: float = 0.03) -> Estimate | None:
     """Highest speed, rpm, as the steepest straight line over `window_s`. None with too few samples."""
-    t, angle = (np.array(one) for one in zip(*samples, strict=True)) if samples else (np.empty(0),) * 2
+    t: Array = np.array([one[0] for one in samples])
+    angle: Array = np.array([one[1] for one in samples])
     best: Estimate | None = None
-    for begin in range(len(t)):
+    for begin in range(len(samples)):
         within = slice(begin, int(np.searchsorted(t, t[begin] + window_s)))
         if t[-1] < t[begin] + window_s or len(t[within]) < 5:
             continue

@@ -1,6 +1,6 @@
 """Motions that measure the mechanics of one horn, on any servo that can be commanded and read."""
 
-from collections.abc import Awaitable, Callable
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Final, Literal, NamedTuple, Protocol
 
@@ -10,6 +10,7 @@ from hornbill.domain.frequency_response import Estimate
 from hornbill.errors import DidNotMove, NoResponse
 from hornbill.lab import mechanics
 from hornbill.lab.mechanics import Breakaway, Pulse, SupplySample, Zone
+from hornbill.servo.runtime.computing import Compute, inline
 from hornbill.sim.mechanics.plant import Plant
 
 Kind = Literal["angle", "speed", "torque"]
@@ -102,11 +103,15 @@ class Found:
 class Moves:
     """Measurements of one horn within a range."""
 
-    def __init__(self, horn: Horn, plant: Plant, bounds: Range, noise_deg: float = 0.0) -> None:
+    def __init__(
+        self, horn: Horn, plant: Plant, bounds: Range, noise_deg: float = 0.0, *, compute: Compute = inline
+    ) -> None:
+        """`noise_deg`: noise of angle readings, until `noise` measures it. `compute` runs the fit."""
         self._horn = horn
         self._plant = plant
         self._bounds = bounds
         self._noise_deg = noise_deg
+        self._compute = compute
         self._lost = 0
 
     async def noise(self) -> Estimate:
@@ -302,7 +307,7 @@ class Moves:
             )
         load = mechanics.load_guess(seen)
         pulses, supply = await self.pulses(rough.value, load)
-        fitted = mechanics.fit(self._plant, volts, pulses, rough.value, load, self._noise_deg)
+        fitted = await self._compute(mechanics.fit, self._plant, volts, pulses, rough.value, load, self._noise_deg)
         if fitted is None:
             found.estimates |= {"breakaway": rough}
             return found
@@ -400,8 +405,8 @@ class Moves:
             angle_deg=end,
         )
 
-    async def end_stops(self, save: Callable[[], Awaitable[None]]) -> dict[str, Estimate | None]:
-        """Search both end stops from the present angle, slowly. `save` is called between them.
+    async def end_stops(self) -> dict[str, Estimate | None]:
+        """Search both end stops from the present angle, slowly.
 
         The caller limits torque and speed before. None for a stop that is not within the range.
         """
@@ -412,7 +417,6 @@ class Moves:
             ("stop_ccw_deg", -1, self._bounds.from_deg),
         ):
             found[name] = await self._search(begin, side, end)
-            await save()
             await self.rest(begin)
         return found
 
