@@ -14,6 +14,8 @@ from bench import (  # noqa: E402
     connecting,
     endurance,
     guest,
+    identify,
+    improve,
     jogging,
     load,
     mechanics,
@@ -34,7 +36,8 @@ def main(chosen: list[str]) -> None:
     """Run all benchmarks, or those named on the command line."""
     for module in (
         stack, reading, configuring, streaming, endurance, stopping, jogging, commanding, start, adapter, connecting,
-        allocation, simulation, mechanics, recorder, sockets, load, plots, guest, soak,
+        allocation, simulation, mechanics, improve, recorder, sockets, load, plots, guest, soak,
+        identify,
     ):  # fmt: skip
         if chosen and module.__name__.rpartition(".")[2] not in chosen:
             continue

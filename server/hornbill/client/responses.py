@@ -804,7 +804,7 @@ class FrequencyCurve(TypedDict):
     phase_error_deg: list[float]
     """Half of the 95 % interval of the phase, °."""
     reliable: list[bool]
-    """Coherence above 0.9, and motion above the resolution of the angle. Do not use gain and phase elsewhere."""
+    """Coherence above 0.9, gain known to ±1 dB, motion above the resolution. Do not use others."""
     samples: int
     """Samples of the angle."""
     slots: int

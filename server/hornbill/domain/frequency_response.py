@@ -52,7 +52,9 @@ class FrequencyCurve(Model):
     phase_deg: list[float] = Field(description="Phase from command to angle, not wrapped, °. Negative: the angle lags.")
     phase_error_deg: list[float] = Field(description="Half of the 95 % interval of the phase, °.")
     coherence: list[float] = Field(description="Share of the angle that the command explains, 0 to 1.")
-    reliable: list[bool] = Field(description="Coherence above 0.9. Do not draw or use gain and phase elsewhere.")
+    reliable: list[bool] = Field(
+        description="Coherence above 0.9, gain known to ±1 dB, motion above the resolution. Do not use others."
+    )
     samples: int = Field(description="Samples of the angle.")
     achieved_hz: float = Field(description="Samples per second.")
     slots: int = Field(description="Commands of the excitation.")

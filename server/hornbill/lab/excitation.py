@@ -18,7 +18,7 @@ REST_S: Final = 0.5
 
 FADE_OUT_S: Final = 0.25
 
-_WIDER: Final = 1.1
+_WIDER: Final = 1.25
 """A chirp begins and ends this factor outside of the range, so that its ends are well within the excitation."""
 
 _TRIALS: Final = 40

@@ -17,7 +17,10 @@ from hornbill.domain.frequency_response import Estimate, FrequencyMetrics
 from hornbill.domain.note import Note
 
 RELIABLE: Final = 0.9
-"""Coherence above which gain and phase are shown."""
+"""Coherence above which gain and phase are shown, if the gain is also known to PRECISE_DB."""
+
+PRECISE_DB: Final = 1.0
+"""Largest half of the 95 % interval of a gain that is shown. Few lines of the spectrum need more coherence."""
 
 PER_OCTAVE: Final = 8
 """Frequencies per octave."""
@@ -31,6 +34,9 @@ LEAST_LINES: Final = 4
 LEAST_DEFINED: Final = 0.9
 """The interpolation between samples may reduce the gain to this share, which is corrected. With longer gaps between
 samples a frequency is not reliable."""
+
+LEAST_SWING_DEG: Final = 0.2
+"""Least amplitude of the angle at one frequency of a chirp: two steps of its resolution. Rounding distorts less."""
 
 DRAWS: Final = 300
 """Random curves within the errors, from which the intervals of the metrics are computed."""
@@ -77,10 +83,12 @@ class Curve:
         return np.degrees(np.arcsin(share))
 
 
-def estimate(commands: Points, samples: Points, from_hz: float, to_hz: float) -> Curve:
+def estimate(
+    commands: Points, samples: Points, from_hz: float, to_hz: float, *, chirp_deg: float | None = None
+) -> Curve:
     """Response from the commands that were in effect, and samples of the angle, both in order of time.
 
-    Raises ValueError with fewer than two of either.
+    `chirp_deg` is the amplitude of a chirp; None for a multisine, whose other sines reveal what rounding hides. Raises ValueError with fewer than two of either.
     """
     if len(commands) < 2 or len(samples) < 2:
         raise ValueError("a frequency response needs at least two commands and two samples")
@@ -92,13 +100,17 @@ def estimate(commands: Points, samples: Points, from_hz: float, to_hz: float) ->
     x = _held(steps[:, 0] - begin, steps[:, 1] - steps[0, 1], omega, length)
     y = _interpolated(points[:, 0] - begin, points[:, 1], omega)
     gaps = np.diff(points[:, 0])
-    defined = (gaps * np.sinc(np.outer(lines / length, gaps)) ** 2).sum(axis=1) / gaps.sum()
+    defined: np.ndarray = (gaps * np.sinc(np.outer(lines / length, gaps)) ** 2).sum(axis=1) / gaps.sum()
     y /= np.maximum(defined, 1e-3)
     octaves = log2(to_hz / from_hz)
     hz: np.ndarray = np.geomspace(from_hz, to_hz, round(octaves * PER_OCTAVE) + 1)
     found = [_fit(each, lines / length, x, y) for each in hz.tolist()]
     response, radius, coherence = (np.array(column) for column in zip(*found, strict=True))
-    reliable: np.ndarray = np.logical_and(coherence > RELIABLE, np.interp(hz, lines / length, defined) >= LEAST_DEFINED)
+    precise = radius <= np.abs(response) * (10 ** (PRECISE_DB / 20) - 1)
+    there = np.interp(hz, lines / length, defined) >= LEAST_DEFINED
+    reliable: np.ndarray = (coherence > RELIABLE) & precise & there
+    if chirp_deg is not None:
+        reliable &= np.abs(response) * chirp_deg >= LEAST_SWING_DEG
     return Curve(hz, response, radius, coherence, reliable)
 
 

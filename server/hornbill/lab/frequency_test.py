@@ -272,7 +272,8 @@ def _evaluate(record: _Record, plan: FrequencyPlan, amplitude: float, *, loop: b
     """Curve and metrics of one record. With too few commands or samples nothing is reliable."""
     if len(record.commands) < 2 or len(record.samples) < 2:
         record = replace(record, commands=[(0.0, 0.0), (1.0, 0.0)], samples=[(0.0, 0.0), (1.0, 0.0)])
-    curve = frequency.estimate(record.commands, record.samples, plan.from_hz, plan.to_hz)
+    chirp_deg = amplitude if plan.excitation == "chirp" else None
+    curve = frequency.estimate(record.commands, record.samples, plan.from_hz, plan.to_hz, chirp_deg=chirp_deg)
 
     def rounded(values: np.ndarray, digits: int) -> list[float]:
         return [round(float(one), digits) for one in np.nan_to_num(values)]

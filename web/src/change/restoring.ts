@@ -49,7 +49,10 @@ export function outputChange(uids: readonly string[] | null): ChangeRequest & { 
     facts,
     ready: () => !facts.stopped(),
     plan: async () => {
-      const found = await preview("/stop/restore", { body: { uids, dry_run: true }, ...leased() });
+      const found = await preview("/stop/restore", {
+        body: { uids, dry_run: true },
+        ...leased(),
+      });
       if (found.servos.length === 0) throw new Problem("nothing_to_restore", 0, text.output.nothing);
       plan.value = found;
       return found.servos.map(one => ({

@@ -51,6 +51,17 @@ const steps: Readonly<Record<Job["kind"], Partial<Record<StepCode, string>>>> = 
     measure: "Response measured",
     evaluate: "Response calculated and stored",
   },
+  mechanics: {
+    check: "Checked; conditions recorded",
+    deadband: "Deadband measured",
+    repeatability: "Approached from both sides",
+    speed: "Speed measured",
+    friction: "Friction, inertia and load measured",
+    travel: "Range swept",
+    end_stops: "End stops searched",
+    restore: "All values restored",
+    evaluate: "Results stored",
+  },
   improve: {
     check: "Checked; limits written",
     baseline: "Present gains measured",

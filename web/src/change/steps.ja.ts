@@ -20,6 +20,23 @@ const HORN: Readonly<Record<string, string>> = {
   unknown: changing.horn.unknown,
 };
 
+const QUANTITIES: Readonly<Record<string, string>> = {
+  inertia: "慣性",
+  breakaway: "静止摩擦",
+  coulomb: "動摩擦",
+  viscous: "粘性摩擦",
+  backlash_deg: "バックラッシ",
+  torque_lag_s: "トルクの遅れ",
+  load_pct: "負荷",
+  supply_ohm: "電源の抵抗",
+  deadband_deg: "デッドバンド",
+  reversal_deg: "両側の差",
+  repeatability_deg: "繰り返し精度",
+  top_speed_rpm: "最高速度",
+  stop_cw_deg: "右の停止位置",
+  stop_ccw_deg: "左の停止位置",
+};
+
 const TORQUE: Readonly<Record<string, string>> = { on: "オン", off: "オフ", brake: "ブレーキ" };
 
 export const words = {
@@ -65,6 +82,17 @@ export const words = {
       check: "準備と測定条件の記録",
       measure: "応答の測定",
       evaluate: "応答の計算と保存",
+    },
+    mechanics: {
+      check: "確認と測定条件の記録",
+      deadband: "デッドバンドの測定",
+      repeatability: "両側からの位置決め",
+      speed: "速度の測定",
+      friction: "摩擦、慣性、負荷の測定",
+      travel: "範囲の低速往復",
+      end_stops: "端の停止位置の探索",
+      restore: "すべての値の復元",
+      evaluate: "結果の保存",
     },
     improve: {
       check: "確認と制限値の書き込み",
@@ -162,6 +190,17 @@ export const words = {
       p.from_hz === undefined
         ? `測定${p.run}、信頼できません`
         : `測定${p.run}、${p.from_hz}～${p.to_hz}で信頼できます`,
+    mechanics_conditions: p =>
+      [`ホーンは${p.angle_deg}`, p.supply_v && `電源${p.supply_v}`, `${p.from_deg}～${p.to_deg}で動作`]
+        .filter(Boolean)
+        .join("、"),
+    mechanics_measured: p =>
+      Object.entries(p)
+        .map(([name, value]) => `${QUANTITIES[name] ?? name} ${value}`)
+        .join("、") || "測定できた値はありません",
+    travel_swept: p => `${p.points}か所で負荷と摩擦を測定、うち${p.binding}か所で引っかかりあり`,
+    rows_restored: () => "全行を書き戻して確認しました",
+    mechanics_stored: p => `測定${p.run}、${p.quantities}項目`,
     improve_conditions: p =>
       `ホーンは${p.angle_deg}、${p.from_deg}～${p.to_deg}の中で最大${p.step_deg}のステップ`,
     baseline_measured: p =>
@@ -171,8 +210,7 @@ export const words = {
       ].join("、"),
     horn_identified: p =>
       `慣性${p.inertia}、摩擦${p.friction_pct}、バックラッシ${p.backlash_deg}、負荷${p.load_pct}`,
-    gains_found: p =>
-      `${p.tried}組を比較、予測: ${p.settling_s ? `整定${p.settling_s}` : "整定せず"}`,
+    gains_found: p => `${p.tried}組を比較、予測: ${p.settling_s ? `整定${p.settling_s}` : "整定せず"}`,
     gains_measured: p =>
       [
         p.settling_s ? `整定${p.settling_s}` : "整定せず",

@@ -260,8 +260,7 @@ export const causes: Readonly<Record<string, FactsText>> = {
     `${p.servo}は過負荷です。トルク${p.torque_pct}でもホーンは${p.angle_deg}で、目標の${p.to_deg}に届きません。負荷を減らすか、トルク制限を上げてください。`,
   improve_stalled: p =>
     `${p.servo}のホーンは${p.angle_deg}で、目標の${p.to_deg}に届きません。拘束されていないか確認するか、角度Pゲインを上げてください。`,
-  improve_timeout: p =>
-    `${p.servo}の改善は${p.time_s}以内に終わりませんでした。時間を長くしてください。`,
+  improve_timeout: p => `${p.servo}の改善は${p.time_s}以内に終わりませんでした。時間を長くしてください。`,
   improve_too_few_samples: p =>
     `${p.servo}の読み値は毎秒${p.rate_hz}しか得られません（必要なのは${p.least_hz}）。配線のフレーム損失とバスの負荷を確認してください。`,
   in_use: p => `${p.users ?? "別のプログラム"}が使用中です。先に終了してください。`,
@@ -410,6 +409,14 @@ export const causes: Readonly<Record<string, FactsText>> = {
   playback_ended: () => `記録の再生が終わりました。もう一度再生するか、バスを接続してください。`,
   playback_in_progress: () => `記録を再生中です。バスを接続すると記録されます。`,
   playback_speed_invalid: p => `「${p.requested}」は再生速度として使えません。`,
+  tests_missing: () => "測定項目がありません。1つ以上選んでください。",
+  outside_range: p =>
+    `${p.servo}のホーンは${p.angle_deg}で、範囲${p.minimum}～${p.maximum}の外にあります。先に範囲内へ動かしてください。`,
+  range_not_possible: p =>
+    `この範囲では測定できません。${p.minimum}～${p.maximum}の中で${p.least_deg}以上の範囲を入力してください。`,
+  blocked_at_torque: p =>
+    `許可されたトルク${p.torque_pct}でホーンが動きませんでした。拘束されていないか確認するか、トルクの上限を上げてください。`,
+  not_measured: p => `${p.servo}の機械特性はまだ測定されていません。先に測定してください。`,
   plant_invalid: p =>
     `シミュレーションの定数が無効です${p.names ? `（${p.names}）` : ""}。範囲はAPIの説明を確認してください。`,
   playback_stopped: p => `${p.address}の再生は終了しています。バスを接続し直してください。`,
