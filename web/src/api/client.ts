@@ -64,10 +64,10 @@ interface Sending {
   timeout_ms?: number;
 }
 
-export type CallOptions<V extends Verb, P extends PathOf<V>> = Sending &
-  Part<Operation<V, P>, "path" | "query"> &
-  Headers<Operation<V, P>> &
-  Body<Operation<V, P>>;
+/** One member per path: the parts of several paths are never combined with each other. */
+export type CallOptions<V extends Verb, P extends PathOf<V>> = P extends unknown
+  ? Sending & Part<Operation<V, P>, "path" | "query"> & Headers<Operation<V, P>> & Body<Operation<V, P>>
+  : never;
 
 type Json<R> = R extends { content: { "application/json": infer J } } ? J : undefined;
 

@@ -14,6 +14,7 @@ import { TuneColumn } from "./column";
 import { closeDialog, dialog } from "./dialogs";
 import { FrequencyPanel } from "./frequency-panel";
 import { ImproveDialog } from "./improve";
+import { MechanicsDialog } from "./mechanics-dialog";
 import { Metrics } from "./metrics";
 import { ResponseDialog } from "./response-dialog";
 import { RunList } from "./runs";
@@ -103,6 +104,7 @@ function Tune({ uid }: { uid: string }) {
       {dialog.value === "step" && <StepDialog one={one} />}
       {dialog.value === "response" && <ResponseDialog one={one} />}
       {dialog.value === "set-up" && <SetUpDialog uid={uid} />}
+      {dialog.value === "mechanics" && <MechanicsDialog one={one} />}
       {dialog.value === "improve" && <ImproveDialog one={one} />}
     </div>
   );

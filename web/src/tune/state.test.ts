@@ -23,7 +23,7 @@ let respond: (response: Response) => void;
 
 /** Empty responses of the requests that load the page. */
 function loaded(url: string): Response {
-  if (url.includes("/set-up") || url.includes("/tuning")) return new Response("{}");
+  if (/set-up|tuning|mechanics/.test(url)) return new Response("{}");
   return new Response(url.includes("/parameters") ? '{"revision":"2","parameters":{}}' : "[]");
 }
 

@@ -7,6 +7,9 @@ import type {
   FrequencyTestOptions,
   ImproveOptions,
   ImprovePreview,
+  Mechanics,
+  MechanicsOptions,
+  Plant,
   RunOverlay,
   SetUp,
   StepRun,
@@ -46,6 +49,9 @@ export const responses = signal<readonly FrequencyResponse[] | null>(null);
 
 /** Set-up of the servo; null until loaded. */
 export const setUp = signal<SetUp | null>(null);
+
+/** Measured mechanics of the servo; null until loaded. */
+export const mechanics = signal<Mechanics | null>(null);
 
 /** What the server can compute; null until loaded. */
 export const tuning = signal<Tuning | null>(null);
@@ -88,13 +94,14 @@ interface Measured {
 /** Show what a job measured. */
 async function conclude(job: Job): Promise<void> {
   // The verdict says how a measurement went; a change of the servo is reported until it is closed.
-  const measured = job.kind === "step_test" || job.kind === "frequency_response";
+  const measured = job.kind !== "improve";
   if (measured && job.state === "succeeded" && followed.peek() === job.id) followed.value = null;
   const uid = current.peek();
   // The result of a set has those of its servos.
   const whole = job.result as ({ results?: Record<string, Measured> } & Measured) | null;
   const made = whole?.results?.[uid] ?? whole ?? {};
   if (job.kind === "frequency_response") await loadResponses();
+  if (job.kind === "mechanics") await loadMechanics();
   if (job.kind !== "step_test" && job.kind !== "improve") return;
   await loadRuns();
   const known = new Set(runs.peek()?.map(run => run.id));
@@ -118,12 +125,13 @@ export async function showServo(uid: string): Promise<void> {
     runs.value = null;
     responses.value = null;
     setUp.value = null;
+    mechanics.value = null;
     chosenRuns.value = [];
     overlay.value = null;
     testProblem.value = null;
     current.value = uid;
   }
-  await Promise.all([loadSetUp(), loadResponses(), loadRuns()]);
+  await Promise.all([loadSetUp(), loadResponses(), loadMechanics(), loadRuns()]);
   if (current.peek() === uid && chosenRuns.peek().length === 0) {
     const first = shownFirst(runs.peek() ?? []);
     if (first.length > 0) await choose(first);
@@ -156,6 +164,16 @@ async function loadResponses(): Promise<void> {
       found.map(one => callApi("GET", "/frequency-responses/{run_id}", { path: { run_id: one.id } })),
     );
     if (current.peek() === uid) responses.value = whole;
+  } catch (error) {
+    if (current.peek() === uid) runsProblem.value = problemText(problemOf(error));
+  }
+}
+
+async function loadMechanics(): Promise<void> {
+  const uid = current.peek();
+  try {
+    const found = await callApi("GET", "/servos/{uid}/mechanics", { path: { uid } });
+    if (current.peek() === uid) mechanics.value = found;
   } catch (error) {
     if (current.peek() === uid) runsProblem.value = problemText(problemOf(error));
   }
@@ -237,6 +255,18 @@ export function startResponse(uid: string, body: FrequencyTestOptions): Promise<
   return startMeasurement(uid, lease =>
     callApi("POST", "/servos/{uid}/frequency-response", { path: { uid }, body, headers: { Lease: lease } }),
   );
+}
+
+export function startMechanics(uid: string, body: MechanicsOptions): Promise<void> {
+  return startMeasurement(uid, lease =>
+    callApi("POST", "/servos/{uid}/mechanics", { path: { uid }, body, headers: { Lease: lease } }),
+  );
+}
+
+/** Give a simulated servo the constants of a twin, as exported. Throws on failure. */
+export async function loadTwin(uid: string, file: string): Promise<void> {
+  const twin = JSON.parse(file) as { plant?: Plant };
+  await callApi("PATCH", "/sim/servos/{uid}", { path: { uid }, body: { plant: twin.plant ?? null } });
 }
 
 /** What Improve would move and write, read from the servo. Throws why it cannot. */
