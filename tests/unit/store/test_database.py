@@ -166,6 +166,18 @@ def test_values_of_the_first_tables_are_migrated(place: str) -> None:
         store.servos.seen(A, ServoFacts(serial=2**40))
 
 
+def test_older_runs_are_step_tests(place: str) -> None:
+    with of_version(place, "0009") as insert:
+        insert("runs", uid=A, at=1.5, note="arm of 30 g", document={"step_deg": 5.0})
+    with Store(place) as store:
+        (run,) = store.runs.of(A)
+        assert (run.kind, run.note, run.document) == ("step", "arm of 30 g", {"step_deg": 5.0})
+        store.runs.add(A, "", {}, kind="frequency_response")
+    with connected(place) as connection:
+        command.downgrade(migrations(connection), "0009")
+        assert connection.execute(text("SELECT note FROM runs")).scalars().all() == ["arm of 30 g"]
+
+
 def test_reasons_of_older_snapshots_are_migrated(place: str) -> None:
     reasons: dict[str, tuple[str | None, dict[str, object]]] = {
         "by hand": ("manual", {}),

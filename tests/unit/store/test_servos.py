@@ -28,9 +28,11 @@ def test_a_servo_is_stored_whole(place: str, store: Store) -> None:
     store.servos.put_rom(A, {"origin": 1, "servo_id": 2})
     store.servos.put_rom(A, {"torque_mode": 0, "origin": -900})
     store.servos.set_notes(A, "New gears.")
+    store.servos.put_set_up(A, {"arm_mm": 60.0})
     expected = StoredServo(
-        A, "Elevator L", FACTS, 1000.0, 1000.0, {"torque_mode": 0, "origin": -900}, notes="New gears."
-    )
+        A, "Elevator L", FACTS, 1000.0, 1000.0, {"torque_mode": 0, "origin": -900}, notes="New gears.",
+        set_up={"arm_mm": 60.0},
+    )  # fmt: skip
     assert store.servos.get(A) == expected
     store.close()
     with Store(place) as again:

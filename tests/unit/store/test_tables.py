@@ -50,6 +50,20 @@ def test_the_oldest_rows_of_a_servo_are_deleted(store: Store, monkeypatch: pytes
     assert len(store.runs.of(B)) == 1
 
 
+def test_runs_of_one_kind_neither_show_nor_displace_those_of_another(
+    store: Store, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(runs, "MAX_ROWS", 1)
+    step = store.runs.add(A, "", {})
+    response = store.runs.add(A, "", {}, kind="frequency_response")
+    assert (step.kind, response.kind) == ("step", "frequency_response")
+    assert store.runs.of(A) == [step]
+    assert store.runs.of(A, kind="frequency_response") == [response]
+    assert store.runs.find(step.id, "step") == step
+    with pytest.raises(Unknown):
+        store.runs.find(step.id, "frequency_response")
+
+
 def test_the_last_state_of_a_job_is_stored(place: str, store: Store) -> None:
     store.jobs.put(JOB)
     ended = replace(JOB, state="failed", ended_at=1001.5, document={"steps": [1]})

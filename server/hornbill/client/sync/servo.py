@@ -208,10 +208,14 @@ class Servo:
         runs: int = 1,
         dwell_s: float = 1.0,
         note: str = "",
+        set_up: Mapping[str, float | str | None] | None = None,
         on_progress: Progress | None = None,
     ) -> responses.Job:
-        """Measure a step from the current angle and back. Requires a lease and torque on."""
-        body = {"step_deg": step_deg, "runs": runs, "dwell_s": dwell_s, "note": note}
+        """Measure a step from the current angle and back. Requires a lease and torque on.
+
+        `set_up`: that of this run, None for that of the servo.
+        """
+        body = {"step_deg": step_deg, "runs": runs, "dwell_s": dwell_s, "note": note, "set_up": set_up}
         return self._job("step-test", body, on_progress)
 
     def set_up(self) -> responses.SetUp:
@@ -288,12 +292,17 @@ class Servo:
         duration_s: float = 20.0,
         ladder: bool = False,
         note: str = "",
+        set_up: Mapping[str, float | str | None] | None = None,
         on_progress: Progress | None = None,
     ) -> responses.Job:
-        """Measure the frequency response about the current angle. Requires a lease and torque on."""
+        """Measure the frequency response about the current angle. Requires a lease and torque on.
+
+        `set_up`: that of this run, None for that of the servo.
+        """
         body = {
             "excitation": excitation, "amplitude_deg": amplitude_deg, "from_hz": from_hz, "to_hz": to_hz,
             "duration_s": duration_s, "ladder": ladder, "note": note,
+            "set_up": set_up,
         }  # fmt: skip
         return self._job("frequency-response", body, on_progress)
 
