@@ -75,8 +75,8 @@ def measure(seed: int) -> Measured:
 
 
 def unseen(plant: PlantConstants, seed: int) -> np.ndarray:
-    """Angles under steps and slow sines that no measurement contains, with the servo's default gains."""
-    horn = BareHorn(plant, model=MODEL, seed=1)
+    """Angles under steps and slow sines that no measurement contains, with gains at which no horn hunts."""
+    horn = BareHorn(plant, model=MODEL, seed=1, angle_p_gain=STEADY["angle_p_gain"])
     random = Random(f"unseen {seed}")
     angles: list[float] = []
     target, until = 0.0, 0.0

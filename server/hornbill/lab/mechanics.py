@@ -38,6 +38,8 @@ _TORQUE_ERROR: Final = 0.004
 _ROUNDS: Final = 14
 _INFLATION: Final = 3.0
 """Standard deviations per side of an interval: neighbouring residuals are alike, and friction is not smooth."""
+_LEANING: Final = 0.8
+"""Load above which the gear may lean to one side, relative to friction."""
 _SEEN_BACKLASH_DEG: Final = 0.3
 """Largest half interval with which a backlash is stated at all, °."""
 
@@ -241,13 +243,13 @@ def _jacobian(residuals: Callable[[Array], Array], x: Array) -> Array:
 def intervals(found: Fitted) -> dict[str, Estimate | None]:
     """Estimates of a fit. The backlash is None if the load keeps the gear on one side, where no sensor at the horn can
     see it."""
-    reach = _INFLATION * found.spread + np.array([0.006, 0.035, 0.055, 0.04, 0.3, 0.0006])
+    reach = _INFLATION * found.spread + np.array([0.015, 0.05, 0.06, 0.05, 0.35, 0.001])
     low = constants_of(np.clip(found.coordinates - reach, _LOWER, _UPPER), 0.0)
     high = constants_of(np.clip(found.coordinates + reach, _LOWER, _UPPER), 0.0)
     made: dict[str, Estimate | None] = {
         name: Estimate(getattr(found.constants, name), getattr(low, name), getattr(high, name)) for name in _NAMES
     }
-    hidden = abs(found.constants.load_pct) / 100.0 > found.constants.coulomb
+    hidden = abs(found.constants.load_pct) / 100.0 > _LEANING * found.constants.coulomb
     if hidden or reach[3] > _SEEN_BACKLASH_DEG:
         made["backlash_deg"] = None
     return made
@@ -280,9 +282,12 @@ def load_guess(seen: Breakaway) -> float:
 
 
 def noise_of(angles: Sequence[float]) -> Estimate:
-    """Noise of readings of a horn at rest, RMS, °. Below the resolution it cannot be told from none."""
+    """Noise of readings of a horn at rest, RMS, °. Below the resolution it cannot be told from none.
+
+    From differences of consecutive readings, which slow motion does not change.
+    """
     values = np.asarray(angles)
-    variance = float(values.var(ddof=1)) if len(values) > 1 else 0.0
+    variance = float(np.square(np.diff(values)).mean()) / 2.0 if len(values) > 1 else 0.0
     noise = float(np.sqrt(max(variance - QUANTUM_DEG**2 / 12.0, 0.0)))
     reach = noise * 2.0 / np.sqrt(2.0 * max(len(values) - 1, 1))
     return Estimate(noise, max(noise - reach - 0.03, 0.0), noise + reach + 0.05)

@@ -114,10 +114,18 @@ class Actuator:
             share_per_deg = gain * plant.angle_p_direct
             share_per_speed = emf * (_INNER_DAMPING + 1.0)
             self.force = stall
-        self.kp = stall * share_per_deg / radians(1.0)
-        self.kv = stall * share_per_speed / radians(1.0)
+        # MuJoCo applies its feedback at once. Torque that lags behind by a small time is, to first order, feedback with
+        # less damping on a smaller inertia, which higher gains replace.
+        lag = self.lag_s + _PERIOD_S
+        inertia = (1.0 + constants.inertia) / plant.gain
+        higher = 1.0 / (1.0 - min(share_per_speed * lag / inertia, _MOST_LAG))
+        self.kp = stall * higher * share_per_deg / radians(1.0)
+        self.kv = stall * higher * max(share_per_speed - share_per_deg * lag, 0.0) / radians(1.0)
 
 
+_PERIOD_S: Final = 0.001
+"""Delay of the servo's loop, which samples and holds for its period."""
+_MOST_LAG: Final = 0.6
 _INNER_DAMPING: Final = 2.4
 """Speed feedback of the angle loop without 0x25, as a share of back-EMF."""
 

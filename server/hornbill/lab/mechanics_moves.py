@@ -164,14 +164,10 @@ class Moves:
         """Raise torque by steps of 1 % on a resting horn until it moves, in both directions."""
         seen = Breakaway()
         for direction in (1, -1):
-            await self.rest(self._bounds.centre - direction)
-            await self.rest(self._bounds.centre)
-            percent = round(await self._holding() * 100.0)
-            await self._horn.command("torque", percent)  # friction ends what the angle loop still creeps
-            await self._horn.pause(0.3)
-            begin = await self._mean(5)
-            if begin is None:
+            held = await self._hold(direction)
+            if held is None:
                 continue
+            begin, percent = held
             while abs(percent) < self._bounds.torque_pct:
                 percent += direction
                 if await self._moves(begin, direction, percent):
@@ -183,6 +179,28 @@ class Moves:
                     break
         await self.rest(self._bounds.centre)
         return seen
+
+    async def _hold(self, direction: int) -> tuple[float, int] | None:
+        """Approach the centre in this direction and hold the horn by torque alone. Returns its angle and the torque, %.
+
+        The torque ends what the angle loop still creeps. A reading of it may be half a percent too little.
+        """
+        more = 0
+        for _ in range(4):
+            await self.rest(self._bounds.centre - direction)
+            here = await self.rest(self._bounds.centre)
+            percent = round(await self._holding() * 100.0) + more
+            await self._horn.command("torque", percent)
+            await self._horn.pause(0.3)
+            begin = await self._mean(5)
+            await self._horn.pause(0.1)
+            later = await self._mean(5)
+            if begin is None or later is None:
+                continue
+            if abs(later - begin) <= 0.1 + self._noise_deg:
+                return later, percent
+            more -= 1 if later > here else -1
+        return None
 
     async def _holding(self) -> float:
         """Torque of a resting horn, share."""
