@@ -247,3 +247,12 @@ def test_every_threshold_decides_something() -> None:
     source = Path(verdict.__file__).read_text(encoding="utf-8")
     for name in THRESHOLDS:
         assert f'threshold("{name}")' in source, name
+
+
+def test_the_documentation_lists_every_threshold() -> None:
+    page = (Path(__file__).parents[3] / "docs/explanation/tuning.md").read_text(encoding="utf-8")
+    listed = page.split("### Thresholds")[1].split("## ")[0]
+    for name, one in THRESHOLDS.items():
+        gap = "" if one.unit == "°" else " "
+        assert f"| {name} | {one.value:g}{gap}{one.unit} | {one.decides} |" in listed
+    assert listed.count("\n| ") == len(THRESHOLDS) + 2
