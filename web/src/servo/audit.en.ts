@@ -40,6 +40,7 @@ export const words = {
     forget: "Forget",
     allocator: "Node ID allocator",
     step_test: "Step test",
+    mechanics: "Mechanics",
     improve: "Improve",
     frequency_response: "Frequency response",
     restore_output: "Restore output",

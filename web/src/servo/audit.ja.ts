@@ -38,6 +38,7 @@ export const words = {
     forget: "登録の削除",
     allocator: "ノードIDアロケータ",
     step_test: "ステップ試験",
+    mechanics: "機械特性",
     improve: "改善",
     frequency_response: "周波数応答",
     restore_output: "出力の復帰",

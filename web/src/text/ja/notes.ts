@@ -117,8 +117,7 @@ export const notes = {
     `${p.servo}は${p.hunted ? "ハンチングしていました" : p.before_ms ? `整定に${p.before_ms} msかかりました` : "整定しませんでした"}が、今は${
       p.after_ms ? `${p.after_ms} msで整定します` : "安定しています"
     }。ゲインはRAMにあります。残すには保存してください。`,
-  not_better: p =>
-    `測定でより良いゲインは見つからず、${p.servo}は元のゲインのままです。`,
+  not_better: p => `測定でより良いゲインは見つからず、${p.servo}は元のゲインのままです。`,
   ended_by_request: () => "要求により終了しました。",
   server_shutdown: () => "サーバが終了しました。",
 
@@ -153,4 +152,15 @@ export const notes = {
     `小さい振幅（${p.amplitude_deg}）では応答が${p.drop_db} dB低くなります。デッドバンドまたは摩擦の影響です。`,
   saturation_dependence: p =>
     `大きい振幅（${p.amplitude_deg}）では応答が${p.drop_db} dB低くなります。速度またはトルクが飽和しています。`,
+
+  unknowable_loaded_backlash: () =>
+    "負荷がギヤを片側に押している間のモータの角度とバックラッシ（センサはホーン側にあります）。",
+  unknowable_elasticity: () => "ホーンと負荷の間の弾性（センサはホーン側にあります）。",
+  unknowable_torque: () => "N·m単位のトルク（サーボは最大トルクに対する割合だけを報告します）。",
+  unknowable_resolution: () => "分解能0.1°より小さいノイズとバックラッシ。",
+  gear_on_one_side: () =>
+    "負荷がギヤを片側に押しています。負荷を外すか、負荷が摩擦より小さい位置で測定してください。",
+  no_stop_in_range: () => "範囲内に停止位置はありません。",
+  too_little_torque: () => "トルクの差が小さすぎます。トルクの上限を上げてください。",
+  too_few_samples: () => "サンプルが足りません。バスを確認し、もう一度測定してください。",
 } satisfies Codes["notes"];
