@@ -181,8 +181,8 @@ def test_a_server_without_scipy_names_the_package(page: Page, demo: Demo, servo:
     lacking = {**able, "available": False, "install": "pip install 'hornbill[tune]'"}
     page.route("**/api/v1/tuning", lambda route: route.fulfill(json=lacking))
     page.goto(f"{demo.url}servos/{servo}/tune")
-    expect(page.get_by_test_id("package-missing").first).to_contain_text("scipy")
-    expect(page.get_by_test_id("package-missing").first).to_contain_text("pip install 'hornbill[tune]'")
+    expect(page.get_by_test_id("package-missing")).to_contain_text("scipy")
+    expect(page.get_by_test_id("package-missing")).to_contain_text("pip install 'hornbill[tune]'")
     expect(page.get_by_test_id("improve-open")).to_be_disabled()
     expect(page.get_by_test_id("step-open")).to_be_enabled()
 
@@ -224,9 +224,8 @@ def test_a_hunting_servo_becomes_calm_in_at_most_four_clicks(page: Page, demo: D
     expect(page.get_by_test_id("improve-plan")).to_contain_text("steps of up to")
     page.get_by_test_id("improve-go").click()
     expect(page.get_by_test_id("tune-job")).to_have_attribute("data-kind", "improve")
-    expect(page.get_by_test_id("tune-job-ended")).to_have_attribute("data-state", "succeeded", timeout=120_000)
-
-    expect(page.get_by_test_id("job-ending")).to_contain_text("hunted and now settles in")
+    expect(page.get_by_test_id("job-ending")).to_contain_text("hunted and now settles in", timeout=120_000)
+    expect(page.get_by_test_id("tune-job-ended")).to_have_attribute("data-state", "succeeded")
     expect(page.get_by_test_id("verdict")).to_have_attribute("data-level", "ok")
     expect(page.get_by_test_id("verdict-other")).to_contain_text("Hunts at")
     expect(page.get_by_test_id("metric-hunting")).to_contain_text("gone")

@@ -11,7 +11,9 @@ import {
   endMotion,
   isOfOther,
   keepMotion,
+  leaseFor,
   type MotionQuestion,
+  membersOf,
   motion,
   motionRefusal,
   moveTo,
@@ -379,5 +381,41 @@ describe("motion", () => {
     expect(motion.value).toEqual({ phase: "off", why: taken });
     const requested = [`GET /servos/${UID}/parameters/torque_mode`];
     expect(sent, "what is gone is not given back, and what became of torque is read").toEqual(requested);
+  });
+});
+
+describe("the lease for a measurement", () => {
+  const other = "c".repeat(32);
+
+  test("is taken with torque on if motion is off, and is then the same", async () => {
+    expect(await leaseFor(UID)).toBe("L");
+    expect(sent.map(one => one.split(" ")[1])).toEqual(["/leases", `/servos/${UID}/torque`]);
+    expect(await leaseFor(UID)).toBe("L");
+    expect(sent).toHaveLength(2);
+  });
+
+  test("covers other servos, also those that are added later", async () => {
+    await leaseFor(UID);
+    expect(await leaseFor(UID, [other])).toBe("L");
+    expect(membersOf(motion.value)).toEqual([UID, other]);
+    expect(sent.at(-1)).toBe(`POST /servos/${other}/torque {"mode":"on"} leased`);
+  });
+
+  test("is refused with the reason, and nothing stays on", async () => {
+    fail = { path: /POST \/servos/, status: 409, body: { code: "busy", detail: "The servo is busy." } };
+    await expect(leaseFor(UID)).rejects.toThrow("The servo is busy.");
+    expect(motion.value.phase).toBe("off");
+    await settle();
+    expect(sent.some(one => one.startsWith("DELETE /leases/L"))).toBe(true);
+  });
+
+  test("is refused while Stop is hidden, and while motion is on for another servo", async () => {
+    await leaseFor(UID);
+    await expect(leaseFor(other)).rejects.toThrow();
+    endMotion(null);
+    sent.length = 0;
+    hideStop();
+    await expect(leaseFor(UID)).rejects.toThrow();
+    expect(sent.filter(one => one.startsWith("POST /leases"))).toEqual([]);
   });
 });

@@ -4,12 +4,11 @@ import type { StepRun } from "../api/lab-types";
 import { number, signed, withUnit } from "../bench/format";
 import { noteText, verdictText } from "../bench/note-text";
 import { Button } from "../kit/button";
-import { Note } from "../kit/note";
 import { Plot } from "../plots/plot";
 import { dialog } from "./dialogs";
 import { COHERENCE, decadeTicks, frequencyPictures, responsesOf, type ShownResponse } from "./frequency";
 import { gainsOf } from "./legend";
-import { responses, testing, tuning } from "./state";
+import { responses, testing } from "./state";
 import { tune as words } from "./words";
 
 interface Props {
@@ -44,7 +43,6 @@ export function FrequencyPanel({ runs, locked }: Props) {
           {strings.open}
         </Button>
       </header>
-      <PackageMissing band />
       {shown.length > 0 ? (
         <FrequencyPlots shown={shown} />
       ) : (
@@ -53,17 +51,6 @@ export function FrequencyPanel({ runs, locked }: Props) {
         </div>
       )}
     </section>
-  );
-}
-
-/** Names the package that the server lacks. */
-export function PackageMissing({ band = false }: { band?: boolean }) {
-  const able = tuning.value;
-  if (!able?.install) return null;
-  return (
-    <Note kind="notice" band={band} testid="package-missing">
-      {words.frequency.packageMissing(able.package)} <code>{able.install}</code>
-    </Note>
   );
 }
 

@@ -19,7 +19,6 @@ import { Segments } from "../kit/segments";
 import { GateNotes, gateOf } from "../servo/motion-gate";
 import { closeDialog, dialog } from "./dialogs";
 import { between } from "./entries";
-import { PackageMissing } from "./frequency-panel";
 import { gainsOf } from "./legend";
 import { SetUpPart } from "./set-up";
 import { planImprove, startImprove, testing, tuning } from "./state";
@@ -140,6 +139,17 @@ export function ImprovePart({ one }: { one: KnownServo }) {
         </Button>
       </section>
     </>
+  );
+}
+
+/** Names the package that the server lacks. */
+function PackageMissing() {
+  const able = tuning.value;
+  if (!able?.install) return null;
+  return (
+    <Note kind="notice" testid="package-missing">
+      {words.improve.packageMissing(able.package)} <code>{able.install}</code>
+    </Note>
   );
 }
 

@@ -12,7 +12,6 @@ import { Note } from "../kit/note";
 import { GateNotes, gateOf } from "../servo/motion-gate";
 import { closeDialog } from "./dialogs";
 import { between, mostOf } from "./entries";
-import { PackageMissing } from "./frequency-panel";
 import { startResponse, testing } from "./state";
 import { tune as words } from "./words";
 
@@ -151,7 +150,6 @@ export function ResponseDialog({ one }: { one: KnownServo }) {
         </div>
       </div>
       <GateNotes one={one} />
-      <PackageMissing />
     </Confirm>
   );
 }

@@ -83,8 +83,6 @@ export const words = {
     open: "Measure…",
     nothing:
       "Gain and phase over frequency appear here: how fast a motion the horn follows, and how much margin is left until it hunts.",
-    packageMissing: (name: string) =>
-      `This server lacks ${name}, which Improve and identification require. Install it with:`,
     label: (names: string) =>
       `Frequency response: gain, phase and coherence of ${names}. The table below lists the results.`,
     gain: "Gain, dB",
@@ -213,6 +211,7 @@ export const words = {
     whatMoves: "What will move",
     moves: (from: string, to: string) => `The horn moves between ${from} and ${to}`,
     most: (rpm: string, pct: string) => `, at most ${rpm} and ${pct} torque.`,
+    packageMissing: (name: string) => `This server lacks ${name}, which Improve requires. Install it with:`,
     promise: (gains: string) =>
       `It keeps only gains that measured better. Every other ending restores ${gains === "" ? "the present gains" : gains} and reads them back.`,
     open: "Improve…",

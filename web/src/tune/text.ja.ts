@@ -75,8 +75,6 @@ export const words = {
     open: "測定…",
     nothing:
       "周波数ごとのゲインと位相がここに表示されます。どれだけ速い動きに追従するか、ハンチングまでの余裕がどれだけあるかが分かります。",
-    packageMissing: name =>
-      `このサーバーには「改善」と同定に必要な${name}がありません。次のコマンドでインストールしてください:`,
     label: names => `周波数応答: ${names}のゲイン、位相、コヒーレンス。数値は下の表にあります。`,
     gain: "ゲイン dB",
     phase: "位相",
@@ -199,6 +197,8 @@ export const words = {
     whatMoves: "動く範囲",
     moves: (from, to) => `ホーンが${from}から${to}の間で動きます`,
     most: (rpm, pct) => `（最大${rpm}、トルク${pct}）。`,
+    packageMissing: name =>
+      `このサーバーには「改善」に必要な${name}がありません。次のコマンドでインストールしてください:`,
     promise: gains =>
       `測定で改善したゲインだけをRAMに残します。それ以外の場合は${gains === "" ? "現在のゲイン" : gains}に戻し、読み返して確認します。`,
     open: "改善…",
