@@ -134,7 +134,13 @@ def test_reverse_and_origin_are_removed_from_a_twin() -> None:
 async def test_an_end_stop_is_found_and_the_torque_stays_limited() -> None:
     constants = PlantConstants(inertia=3.0, stop_cw_deg=22.4, stop_ccw_deg=-17.9, backlash_deg=0.5)
     horn = BareHorn(
-        constants, **bench.STEADY, torque_limit_cw=30, torque_limit_ccw=-30, speed_limit_cw=30, speed_limit_ccw=-30
+        constants,
+        model=bench.MODEL,
+        **bench.STEADY,
+        torque_limit_cw=30,
+        torque_limit_ccw=-30,
+        speed_limit_cw=30,
+        speed_limit_ccw=-30,
     )
     found = await Moves(horn, PLANT, Range(-60.0, 60.0, 60.0, 60.0)).end_stops()
     high, low = found["stop_cw_deg"], found["stop_ccw_deg"]
