@@ -9,8 +9,8 @@ from typing import Any
 import pytest
 
 from behaviour.actions import power_cycle
-from behaviour.restarting import succeeded
-from behaviour.rig import Rig, json, play, until
+from behaviour.restarting import failed_with, succeeded
+from behaviour.rig import Rig, json, play, problem, until
 from behaviour.scene import scene, settled
 from behaviour.test_temporary_values import again, at, kill_server
 from hornbill.domain.plant import PlantConstants
@@ -254,3 +254,126 @@ def test_a_killed_server_restores_at_its_next_start(
         rig.host.store.close()
 
     play(scene, GOOD, store=at(tmp_path))
+
+
+async def blocked(rig: Rig, servo: Servo) -> None:
+    rig.sim(servo).conditions.plant = replace(GOOD.plant, inertia=1e7)
+
+
+async def sluggish(rig: Rig, servo: Servo) -> None:
+    """Its gain is too low for the friction of its horn."""
+    rig.sim(servo).conditions.plant = replace(GOOD.plant, breakaway=0.6, coulomb=0.5)
+    rig.sim(servo).memory.put(0x2C, 1)
+
+
+async def binding(rig: Rig, servo: Servo) -> None:
+    rig.sim(servo).conditions.plant = replace(GOOD.plant, stop_cw_deg=7.0)
+
+
+async def noisy(rig: Rig, servo: Servo) -> None:
+    rig.sim(servo).conditions.plant = replace(GOOD.plant, sensor_noise_deg=0.8)
+
+
+async def lossy(rig: Rig, servo: Servo) -> None:
+    rig.bus.loss(20, seed=2)
+
+
+async def hurried(rig: Rig, servo: Servo) -> None:
+    """Nothing is wrong, but the time is over."""
+
+
+BAD_DAYS: list[tuple[Any, str, dict[str, Any]]] = [
+    (blocked, "improve_saturated", {}),
+    (sluggish, "improve_stalled", {}),
+    (binding, "improve_binding", {}),
+    (noisy, "improve_noisy", {}),
+    (lossy, "improve_too_few_samples", {}),
+    (hurried, "improve_timeout", {"bounds": {"time_s": 10.0}}),
+]
+
+
+@pytest.mark.parametrize(("prepare", "cause", "more"), BAD_DAYS, ids=[cause for _, cause, _ in BAD_DAYS])
+@settled(GOOD)
+async def test_a_bad_day_ends_with_the_output_off_everything_restored_and_the_reason(
+    rig: Rig, servo: Servo, prepare: Any, cause: str, more: dict[str, Any]
+) -> None:
+    lease = await on(rig, servo)
+    await prepare(rig, servo)
+    await asyncio.sleep(0.2)
+    before = ram(rig, servo)
+    job = await improve(rig, servo, lease, **more)
+    causes = [cause, *(["servo_not_responding"] if prepare is lossy else [])]  # a command is never repeated
+    assert job["state"] == "failed"
+    assert job["error"]["cause"] in causes, job["error"]
+    assert job["error"]["detail"].startswith(
+        ("The horn of", "The angle readings of", "The improvement of", servo.title, "Only ")
+    )
+    rig.bus.loss(0)
+    await until(lambda: rig.sim(servo).output == 1 and not servo.owed and ram(rig, servo) == before, 30)
+    assert servo.overridden == {}
+    assert not saved(rig)
+    report = await rig.call("GET", f"/jobs/{job['id']}/report?format=junit")
+    assert report.status_code == 200
+    assert "failure" in report.text
+
+
+@scene(GOOD)
+async def test_it_is_refused_where_nothing_may_move_and_changes_nothing(rig: Rig, servo: Servo) -> None:
+    path, before = f"/servos/{servo.uid}/improve", ram(rig, servo)
+    problem(await rig.call("POST", path, {"goal": "calm"}), "lease_required", 428)
+    lease = await on(rig, servo)
+    problem(await rig.call("POST", path, {"goal": "quick"}, lease=lease), "invalid_value", 422)
+    problem(await rig.call("POST", path, {"bounds": {"from": 1}}, lease=lease), "invalid_value", 422)
+    wide = {"bounds": {"from_deg": -1.0, "to_deg": 1.0}}
+    found = problem(await rig.call("POST", f"{path}/plan", wide), "invalid_value", 422)
+    assert found["cause"] == "improve_range_too_small"
+    job = json(await rig.call("POST", f"{path}?wait=true", wide, lease=lease))
+    failed_with(job, "invalid_value")
+    json(await rig.call("POST", f"/servos/{servo.uid}/torque", {"mode": "off"}))
+    failed_with(await improve(rig, servo, lease), "torque_off")
+    json(await rig.call("POST", "/stop"))
+    problem(await rig.call("POST", path, {}, lease=lease), "stopped", 423)
+    assert ram(rig, servo) == before
+
+
+@scene(GOOD)
+async def test_without_scipy_it_names_the_package(rig: Rig, servo: Servo, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(improve_module, "PACKAGE", "a_package_that_does_not_exist")
+    for path in (f"/servos/{servo.uid}/improve", f"/servos/{servo.uid}/improve/plan"):
+        found = problem(await rig.call("POST", path, {}), "not_available", 501)
+        assert found["cause"] == "package_missing"
+        assert "pip install 'hornbill[tune]'" in found["detail"]
+
+
+@settled(GOOD, replace(GOOD, servo_id=2, node_id=12), replace(GOOD, servo_id=3, node_id=13))
+async def test_several_servos_are_improved_in_turn_with_spread_and_outlier(rig: Rig, servos: list[Servo]) -> None:
+    lease = await rig.lease()
+    for one in servos:
+        json(await rig.call("POST", f"/servos/{one.uid}/torque", {"mode": "on"}, lease=lease))
+    holding = asyncio.create_task(renewed(rig, lease))
+    rig.host.compute = Stub(p_gain=6)  # pyright: ignore[reportAttributeAccessIssue]
+    before = [ram(rig, one) for one in servos]
+    rig.sim(servos[1]).conditions.plant = replace(GOOD.plant, inertia=1e7)
+    body = {"uids": [one.uid for one in servos], "goal": "fast", "bounds": BOUNDS}
+    job = succeeded(json(await rig.call("POST", "/improve?wait=true", body, lease=lease)))
+    assert [one["state"] for one in job["steps"]] == ["done", "failed", "done"]
+    assert set(job["result"]["results"]) == {servos[0].uid, servos[2].uid}
+    assert job["result"]["spread"]["angle_p_gain"] == {"least": 40.0, "most": 40.0}
+    assert job["result"]["outlier"] is None
+    assert [ram(rig, one) for one in servos] == before
+    assert [rig.sim(one).output for one in servos] == [0, 1, 0]
+    twice = {**body, "uids": [servos[0].uid] * 2}
+    problem(await rig.call("POST", "/improve", twice, lease=lease), "invalid_value", 422)
+    holding.cancel()
+
+
+def test_the_outlier_is_the_servo_furthest_from_the_others() -> None:
+    def one(inertia: float, settling_s: float | None) -> dict[str, object]:
+        after = None if settling_s is None else {"settling_s": settling_s}
+        plant = {"inertia": inertia, "coulomb": 0.02}
+        return {"after": {"angle_p_gain": 20.0 + inertia}, "plant": plant, "measured_after": after}
+
+    found = improve_module.spread({"a": one(1.0, 0.1), "b": one(1.1, 0.11), "c": one(5.0, 0.12), "d": one(0.9, None)})
+    assert found["outlier"] == {"uid": "c", "because": "inertia"}
+    assert found["spread"] == {"angle_p_gain": {"least": 20.9, "most": 25.0}}
+    assert improve_module.spread({"a": one(1.0, 0.1), "b": one(9.0, 0.3)})["outlier"] is None, "two have no middle"

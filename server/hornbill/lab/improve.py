@@ -461,7 +461,7 @@ class _Run:
         )
         if abs(self._torque_pct) >= self._limit_pct() * FULL_PCT / 100:
             return DidNotMove(
-                f"{servo.title} is overloaded: at {abs(self._torque_pct)} % torque its horn is at "
+                f"{servo.title} is overloaded or blocked: at {abs(self._torque_pct)} % torque its horn is at "
                 f"{trace.angle_deg[-1]:+.1f}° instead of {trace.to_deg:+.1f}°. Relieve it, or raise its torque limits.",
                 cause="improve_saturated", torque_pct=abs(self._torque_pct), **facts,
             )  # fmt: skip

@@ -221,21 +221,20 @@ async def improve(
         return made
     chains = [chain]
     made.identified = found = await compute(identification.fit, loop, chains, None)
-    most_error = plan.band_deg if made.before.hunting == "hunting" else made.before.error_deg
-    most_error = min(most_error, LARGEST_ERROR * abs(plan.step_deg))
-    task = plan.task(max(plan.band_deg, most_error + ERROR_DEG / 2))
+    hunted = made.before.hunting == "hunting"
+    task = plan.task(most_error(0.0 if hunted else made.before.error_deg, plan))
+    task = replace(task, most_s=None if hunted else made.before.time_s)
     best: tuple[Trial, list[Measured]] | None = None
     for _ in range(ROUNDS):
         tell("search", made)
         proposal: Proposal = await compute(search.best, _placed(loop, found), found, task)
+        found_better = best is not None and _is_better(plan, made.before, best[0])
         if any(trial.proposal.gains == proposal.gains for trial in made.trials):
-            break
-        if (
-            task.most_p is None
-            and best is not None
-            and best[0].score is not None
-            and not _promising(plan, best[0].score, proposal)
-        ):
+            if found_better:
+                break
+            task = _lower(task, proposal, 0.85)
+            proposal = await compute(search.best, _placed(loop, found), found, task)
+        if found_better and best is not None and not _promising(plan, best[0], proposal):
             break
         if proposal.gains == present and not any(one.hunts for one in made.baseline):
             break
@@ -254,24 +253,29 @@ async def improve(
             chains.append(_chain(proposal.gains, [*small, *steps[:2]]))
         if bad is not None:
             trial.ended = bad
-            task = replace(task, most_p=max(1, round(proposal.gains["angle_p_gain"] * 0.7)))
+            task = _lower(task, proposal, 0.7)
             await subject.write(calm)
             await subject.home()
             continue
         trial.score = score = Score.of(steps, plan, loop.tuned(proposal.gains).stiffness)
-        if best is None or best[0].score is None or _better(plan.goal, best[0].score, score, plan.band_deg):
+        if best is None or best[0].score is None or better(plan.goal, best[0].score, score, plan.band_deg):
             best = trial, steps
         if score.hunting == "slight" and made.before.hunting != "slight":
-            task = replace(task, most_p=max(1, round(proposal.gains["angle_p_gain"] * 0.8)))
+            task = _lower(task, proposal, 0.8)
         elif abs(score.time_s - proposal.predicted.score) <= AS_PREDICTED * proposal.predicted.score:
             break  # the model is right, so it would propose the same again
         tell("identify", made)
         made.identified = found = await compute(identification.fit, loop, chains, found)
     if best is not None:
         made.confirmed, made.after, made.predicted = best[1], best[0].score, best[0].proposal
-        if made.after is not None and _better(plan.goal, made.before, made.after, plan.band_deg):
+        if made.after is not None and better(plan.goal, made.before, made.after, plan.band_deg):
             made.kept = best[0].proposal.gains
     return made
+
+
+def most_error(before_deg: float, plan: Plan) -> float:
+    """Distance from the target at rest that gains may have, for a servo that had `before_deg`, °."""
+    return max(plan.band_deg, min(before_deg, LARGEST_ERROR * abs(plan.step_deg)) + ERROR_DEG / 2)
 
 
 def _chain(gains: Gains, steps: Sequence[Measured]) -> Chain:
@@ -317,14 +321,25 @@ async def _calmed(subject: Subject, loop: Loop, plan: Plan, present: Gains) -> t
     return gains, []
 
 
-def _promising(plan: Plan, score: Score, proposal: Proposal) -> bool:
+def _lower(task: Task, proposal: Proposal, share: float) -> Task:
+    """The same task with lower P gains than this proposal, which did not work on the servo."""
+    return replace(task, most_p=max(1, round(proposal.gains["angle_p_gain"] * share)))
+
+
+def _is_better(plan: Plan, before: Score, trial: Trial) -> bool:
+    return trial.score is not None and better(plan.goal, before, trial.score, plan.band_deg)
+
+
+def _promising(plan: Plan, trial: Trial, proposal: Proposal) -> bool:
     """Whether another proposal is expected to be clearly better than what was measured."""
+    if trial.score is None:
+        return True
     if plan.goal == "stiff":
-        return proposal.stiffness > score.stiffness * 1.15
-    return proposal.predicted.score < score.time_s * 0.92
+        return proposal.stiffness > trial.score.stiffness * 1.15
+    return proposal.predicted.score < trial.score.time_s * 0.92
 
 
-def _better(goal: Goal, before: Score, after: Score, band_deg: float) -> bool:
+def better(goal: Goal, before: Score, after: Score, band_deg: float) -> bool:
     """Whether `after` is better for the goal, and in no case hunting, or slower than a servo that did not hunt."""
     if before.hunting == "hunting":
         return after.hunting != "hunting" and after.settling_s is not None

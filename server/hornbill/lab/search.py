@@ -39,7 +39,8 @@ class Task:
     """What to search for. `step_deg`: from `from_deg` and back, each measured for `dwell_s`. `band_deg`: settling band.
 
     `most_error_deg`: distance from the target at rest up to which a horn counts as settled there. `most_p`: highest P
-    gain that may be tried, after higher ones did not work on the servo.
+    gain that may be tried, after higher ones did not work on the servo. `most_s`: time of the present gains, which no
+    others may exceed.
     """
 
     goal: Goal
@@ -50,6 +51,7 @@ class Task:
     most_error_deg: float
     expert: bool = False
     most_p: Raw | None = None
+    most_s: float | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -174,6 +176,8 @@ def _cost(loop: Loop, task: Task, gains: Gains, constants: Sequence[PlantConstan
         settled = all(one.settling_s is not None for one in found) and not noisy
         firm = tuned.stiffness * (1.0 if settled else 0.3) / (1.0 + gains.get("angle_dead_band", 0) / 10.0)
         cost = (1.0 + 3 * noisy + (lacking / 10.0) ** 2 + excess / 20.0) * (1.0 + 0.2 * time) / max(firm, 1e-9)
+    if task.most_s is not None:
+        cost *= 1.0 + 10.0 * max(0.0, found[0].score / task.most_s - 0.95)
     return cost
 
 

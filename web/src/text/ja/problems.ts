@@ -257,7 +257,7 @@ export const causes: Readonly<Record<string, FactsText>> = {
   improve_range_too_small: p =>
     `${p.servo}のホーンは${p.angle_deg}にあり、${p.minimum}°～${p.maximum}°の中に${p.least_deg}のステップとオーバーシュートの余地がありません。範囲を広げるか、ホーンを中へ動かしてください。`,
   improve_saturated: p =>
-    `${p.servo}は過負荷です。トルク${p.torque_pct}でもホーンは${p.angle_deg}で、目標の${p.to_deg}に届きません。負荷を減らすか、トルク制限を上げてください。`,
+    `${p.servo}は過負荷か、拘束されています。トルク${p.torque_pct}でもホーンは${p.angle_deg}で、目標の${p.to_deg}に届きません。負荷を減らすか、トルク制限を上げてください。`,
   improve_stalled: p =>
     `${p.servo}のホーンは${p.angle_deg}で、目標の${p.to_deg}に届きません。拘束されていないか確認するか、角度Pゲインを上げてください。`,
   improve_timeout: p => `${p.servo}の改善は${p.time_s}以内に終わりませんでした。時間を長くしてください。`,
