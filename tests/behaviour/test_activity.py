@@ -71,6 +71,25 @@ async def alarmless(rig: Rig, count: int, *, moves: int, jogs: int, rest_s: floa
     assert alarms(rig) == []
 
 
+async def watched(rig: Rig, servo: Servo) -> tuple[list[float], list[float]]:
+    """Times and true angles of a horn for one second."""
+    t: list[float] = []
+    angle: list[float] = []
+    for _ in range(1000):
+        await asyncio.sleep(0.001)
+        t.append(asyncio.get_running_loop().time())
+        rig.sim(servo).motion.advance(t[-1])
+        angle.append(rig.sim(servo).angle_deg)
+    return t, angle
+
+
+def rate_of(t: list[float], angle: list[float]) -> float:
+    """Frequency of a swing from its upward crossings of its middle."""
+    middle = (max(angle) + min(angle)) / 2
+    ups = [at for at, before, after in zip(t, angle, angle[1:], strict=False) if before < middle <= after]
+    return (len(ups) - 1) / (ups[-1] - ups[0])
+
+
 @scene(HUNTS)
 async def test_hunting_is_reported_within_3_s_and_until_it_ends(rig: Rig, servo: Servo) -> None:
     socket = Socket(rig.app)
@@ -82,6 +101,8 @@ async def test_hunting_is_reported_within_3_s_and_until_it_ends(rig: Rig, servo:
     shown = json(await rig.call("GET", f"/servos/{servo.uid}"))["activity"]
     assert shown["state"] == "hunting"
     assert shown["peak_to_peak_deg"] == pytest.approx(2.0, abs=0.5)
+    t, angle = await watched(rig, servo)
+    assert shown["oscillation_hz"] == pytest.approx(rate_of(t, angle), rel=0.05)
     last: list[dict[str, Any]] = [one for one in socket.received() if one["type"] == "servos"]
     assert last[-1]["servos"][0]["activity"]["state"] == "hunting"
     await write(rig, servo, angle_dead_band=3)

@@ -118,6 +118,10 @@ async def test_the_server_says_whether_scipy_is_there_and_which_thresholds_decid
     assert {one["name"]: one["value"] for one in shown["thresholds"]} == {
         name: one.value for name, one in THRESHOLDS.items()
     }
-    monkeypatch.setattr("hornbill.api.routes.motion.tuning.find_spec", lambda _name: None)
+
+    def absent(_name: str) -> None:
+        """No package is installed."""
+
+    monkeypatch.setattr("hornbill.api.routes.motion.tuning.find_spec", absent)
     shown = json(await rig.call("GET", "/tuning"))
     assert (shown["available"], shown["install"]) == (False, "pip install 'hornbill[tune]'")

@@ -118,6 +118,7 @@ def activity(host: Host, one: Servo) -> Activity:
         state=found.doing,
         since=host.base.utc(found.since),
         peak_to_peak_deg=found.peak_to_peak_deg,
+        oscillation_hz=None if found.rate_hz is None else round(found.rate_hz, 1),
         torque_pct=found.torque_pct,
         torque_limit_pct=found.torque_limit_pct,
     )

@@ -40,6 +40,8 @@ class Activity(TypedDict):
     """Present activity of a servo's motor and horn, derived from Status and polled rows. At rest: the angle
     command has not changed for 0.6 s."""
 
+    oscillation_hz: float | None
+    """Frequency of the oscillation while hunting, Hz. Null until measured."""
     peak_to_peak_deg: float | None
     """Peak-to-peak angle, °: of the oscillation while hunting, otherwise of the last 0.6 s. Null if unknown."""
     since: float

@@ -182,6 +182,9 @@ class Activity(Model):
         description="Peak-to-peak angle, °: of the oscillation while hunting, otherwise of the last 0.6 "
         "s. Null if unknown."
     )
+    oscillation_hz: float | None = Field(
+        description="Frequency of the oscillation while hunting, Hz. Null until measured."
+    )
     torque_pct: float | None = Field(description="Torque as last read from 0x0A, %. Null if never read.")
     torque_limit_pct: float = Field(
         description="Available torque at rest in that direction, %: the lowest of the torque limit (with 0x25 on), the "

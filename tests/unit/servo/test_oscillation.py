@@ -120,3 +120,16 @@ def test_a_reset_forgets_everything() -> None:
     watch(found, swing(16.0, 1.0), 5.0)
     found.reset()
     assert (found.proved(5.0), found.peak_to_peak_deg(), found.since_turn(5.0)) == (False, 0.0, math.inf)
+
+
+@pytest.mark.parametrize("hz", [2.5, 8.0, 16.0, 30.0])
+def test_the_frequency_is_measured_from_samples_close_together_only(hz: float) -> None:
+    found = Oscillation()
+    watch(found, swing(hz, 1.0), 5.0)
+    assert found.rate_hz() is None, "ten samples a second do not show it"
+    watch(found, swing(hz, 1.0), 1.0, hz=120.0, start=5.0)
+    rate = found.rate_hz()
+    assert rate is not None
+    assert rate == pytest.approx(hz, rel=0.05)
+    watch(found, still(0.0), 1.0, hz=120.0, start=6.0)
+    assert found.rate_hz() is None, "it has ended"

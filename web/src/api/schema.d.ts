@@ -3628,6 +3628,8 @@ export interface components {
          *     At rest: the angle command has not changed for 0.6 s.
          */
         Activity: {
+            /** @description Frequency of the oscillation while hunting, Hz. Null until measured. */
+            oscillation_hz: number | null;
             /** @description Peak-to-peak angle, °: of the oscillation while hunting, otherwise of the last 0.6 s. Null if unknown. */
             peak_to_peak_deg: number | null;
             /** @description Start of this state, seconds since 1970 UTC. */
@@ -5133,7 +5135,7 @@ export interface components {
             phase_deg: number[];
             /** @description Half of the 95 % interval of the phase, °. */
             phase_error_deg: number[];
-            /** @description Coherence above 0.9, and motion above the resolution of the angle. Do not use gain and phase elsewhere. */
+            /** @description Coherence above 0.9, gain known to ±1 dB, motion above the resolution. Do not use others. */
             reliable: boolean[];
             /** @description Samples of the angle. */
             samples: number;

@@ -24,8 +24,12 @@ export function activityLine({ activity, output }: Pick<Servo, "activity" | "out
   if (away && activity.state !== "released") return outputLine(output);
   switch (activity.state) {
     case "hunting": {
-      const swing = activity.peak_to_peak_deg;
-      return swing === null ? strings.hunting : strings.huntingBy(withUnit(number(swing, 1), "°"));
+      const { peak_to_peak_deg: swing, oscillation_hz: hz } = activity;
+      if (swing === null) return strings.hunting;
+      return strings.huntingBy(
+        withUnit(number(swing, 1), "°"),
+        hz === null ? null : withUnit(number(hz, 0), "Hz"),
+      );
     }
     case "saturated": {
       const torque = activity.torque_pct;

@@ -149,7 +149,8 @@ export const activity = {
   turning: "Rotating",
   soft_start: "Soft start",
   hunting: "Hunting",
-  huntingBy: (swing: string) => `Hunting, ${swing} peak to peak`,
+  huntingBy: (swing: string, rate: string | null) =>
+    `Hunting${rate === null ? "" : ` at ${rate}`}, ${swing} peak to peak`,
   huntingAdvice: "Oscillates at rest. Lower the P gain or widen the deadband.",
   saturated: "Saturated",
   saturatedAt: (torque: string, limit: string) => `Saturated, torque ${torque} of ${limit}`,

@@ -138,7 +138,7 @@ export const servos = {
     turning: "回転中",
     soft_start: "ソフトスタート中",
     hunting: "ハンチング",
-    huntingBy: swing => `ハンチング、振れ幅${swing}`,
+    huntingBy: (swing, rate) => `ハンチング${rate === null ? "" : `（${rate}）`}、振れ幅${swing}`,
     huntingAdvice: "静止中に振動しています。比例ゲインを下げるか、デッドバンドを広げてください。",
     saturated: "トルク飽和",
     saturatedAt: (torque, limit) => `トルク飽和、${limit}中${torque}`,

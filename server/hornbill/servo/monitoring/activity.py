@@ -62,9 +62,11 @@ UNSTEADY_S: Final = 8.0
 
 FAST_POLL_HZ: Final = (23.7, 29.3)
 FAST_POLL_S: Final = 2.0
+RATE_POLL_HZ, RATE_POLL_S = 120.0, 1.0
 MAX_FAST_POLLED: Final = 4
 """Then 0x08 is polled for this time at these rates in turn, because an oscillation at a multiple of a rate is not
-visible at that rate. At most this number of servos at a time."""
+visible at that rate. Once it is proved, 0x08 is polled at RATE_POLL_HZ for RATE_POLL_S to measure its frequency, if the
+bus budget allows that. At most this number of servos at a time."""
 
 NEVER: Final[Instant] = -math.inf
 
@@ -76,7 +78,7 @@ class ServoActivity(NamedTuple):
     """Activity of a servo, its start, and the values behind it (None if unknown).
 
     `peak_to_peak_deg`: range of the angle, of the swings while hunting, else over the last STEADY_S. `torque_pct`: last
-    reading of 0x0A. `torque_limit_pct`: its limit on that side.
+    reading of 0x0A. `torque_limit_pct`: its limit on that side. `rate_hz`: frequency while hunting, once measured.
     """
 
     doing: Doing
@@ -84,6 +86,7 @@ class ServoActivity(NamedTuple):
     peak_to_peak_deg: float | None
     torque_pct: float | None
     torque_limit_pct: float
+    rate_hz: float | None = None
 
 
 @dataclass(slots=True)
@@ -107,6 +110,7 @@ class _Watch:
     near: bool = False
     fast_until: Instant = NEVER
     fast_polls: int = 0
+    rate_hz: float | None = None
     alarms: set[Doing] = field(default_factory=set[Doing])
     calm_since: Instant | None = None
 
@@ -156,7 +160,7 @@ class Activities:
         else:
             wide = _range(watch.angles) if watch.angles else None
         return ServoActivity(
-            watch.doing, watch.since, None if wide is None else round(wide, 1), watch.torque_pct, limit
+            watch.doing, watch.since, None if wide is None else round(wide, 1), watch.torque_pct, limit, watch.rate_hz
         )
 
     def tick(self) -> None:
@@ -264,8 +268,16 @@ class Activities:
 
     def _judge(self, watch: _Watch, now: Instant) -> None:
         doing = self._doing(watch, now)
-        if doing != watch.doing:
-            watch.doing, watch.since = doing, now
+        rate = watch.oscillation.rate_hz() if doing == "hunting" else None
+        rate = watch.rate_hz if rate is None and doing == "hunting" else rate
+        known = (rate is None) == (watch.rate_hz is None)
+        watch.rate_hz = rate
+        if doing != watch.doing or not known:
+            began = doing == "hunting" != watch.doing
+            if doing != watch.doing:
+                watch.doing, watch.since = doing, now
+            if began:
+                self._poll_rate(watch, now)
             self._hub.publish(ServoChanged(watch.servo.uid))
         if doing == "hunting" and watch.oscillation.since_turn(now) > QUIET_S / 2:
             self._poll_fast(watch, now, "current_angle")
@@ -323,6 +335,13 @@ class Activities:
         self._polling.subscribe(
             servo, [key], FAST_POLL_HZ[watch.fast_polls % len(FAST_POLL_HZ)], owner="activity", ttl_s=FAST_POLL_S
         )
+
+    def _poll_rate(self, watch: _Watch, now: Instant) -> None:
+        """Poll the angle at RATE_POLL_HZ in place of the slower polls that proved the oscillation."""
+        busy = sum(other.fast_until > now for other in self._watches.values() if other is not watch)
+        if not watch.servo.recorded and busy < MAX_FAST_POLLED:
+            watch.fast_until = now + RATE_POLL_S
+            self._polling.subscribe(watch.servo, ["current_angle"], RATE_POLL_HZ, owner="activity", ttl_s=RATE_POLL_S)
 
     def _alarm(self, watch: _Watch, now: Instant) -> None:
         """Start an alarm with its activity. End it after CALM_S at rest without it, or when the output is off."""

@@ -37,6 +37,14 @@ MAX_TURNS: Final = 400
 """Stored turning points: SPAN_S of the fastest swing detectable at 200 samples per second."""
 
 
+RATE_SAMPLES: Final = 60
+RATE_GAP_S: Final = 0.02
+"""The frequency is measured from at least RATE_SAMPLES samples, each at most RATE_GAP_S after the one before."""
+
+RATE_TURNS: Final = 4
+"""Minimum turning points for a frequency."""
+
+
 class _Turn(NamedTuple):
     t: Instant
     degrees: float
@@ -49,21 +57,26 @@ class Oscillation:
     presence and amplitude. Within 0.8 Hz of a multiple of the sample rate, a swing appears slow or not at all.
     """
 
-    __slots__ = ("_high", "_low", "_turns", "_up")
+    __slots__ = ("_high", "_low", "_times", "_turns", "_up")
 
     def __init__(self) -> None:
         self._turns: deque[_Turn] = deque(maxlen=MAX_TURNS)
+        self._times: deque[Instant] = deque(maxlen=2 * RATE_SAMPLES)
         self.reset()
 
     def reset(self) -> None:
         """Discard all samples, after a new command or a gap."""
         self._turns.clear()
+        self._times.clear()
         self._low: _Turn | None = None
         self._high: _Turn | None = None
         self._up: bool | None = None
 
     def add(self, t: Instant, degrees: float) -> None:
         """Add the next sample."""
+        if self._times and t - self._times[-1] > RATE_GAP_S:
+            self._times.clear()
+        self._times.append(t)
         here, low, high = _Turn(t, degrees), self._low, self._high
         if low is None or high is None:
             self._low = self._high = here
@@ -112,6 +125,16 @@ class Oscillation:
             turn.degrees for at, turn in enumerate(turns, 2) if turns[-1].t - turn.t <= WIDTH_S or at > len(turns)
         ]
         return max(angles) - min(angles) if angles else 0.0
+
+    def rate_hz(self) -> float | None:
+        """Frequency, Hz. None if the last samples are too few or too far apart to show it."""
+        times = self._times
+        if len(times) < RATE_SAMPLES:
+            return None
+        turns = [turn.t for turn in self._turns if turn.t >= times[0]]
+        if len(turns) < RATE_TURNS:
+            return None
+        return (len(turns) - 1) / 2 / (turns[-1] - turns[0])
 
     def _recent(self) -> list[_Turn]:
         return [turn for turn in self._turns if self._turns[-1].t - turn.t <= SPAN_S]
