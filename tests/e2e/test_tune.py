@@ -192,6 +192,7 @@ HUNTS = {
     "timeout_action": 0,
 }  # fmt: skip
 """Raw values with which a horn with a heavy load hunts."""
+ATTEMPTS = 6
 CLICKS = "() => { window.clicks = 0; addEventListener('click', () => window.clicks++, true); }"
 
 
@@ -214,9 +215,9 @@ def gains_of(demo: Demo, uid: str) -> dict[str, object]:
     return {key: read(demo, uid, key) for key in keys}
 
 
-def test_a_hunting_servo_becomes_calm_in_at_most_four_clicks(page: Page, demo: Demo, hunting: str) -> None:
-    before = gains_of(demo, hunting)
-    page.goto(f"{demo.url}servos/{hunting}")
+def improved(page: Page, demo: Demo, uid: str) -> str:
+    """Improve a servo from its page on. Returns how it ended; the page counts the clicks."""
+    page.goto(f"{demo.url}servos/{uid}")
     page.evaluate(CLICKS)
     page.get_by_test_id("servo-tab-tune").click()
     page.get_by_test_id("improve-open").click()
@@ -224,12 +225,23 @@ def test_a_hunting_servo_becomes_calm_in_at_most_four_clicks(page: Page, demo: D
     expect(page.get_by_test_id("improve-plan")).to_contain_text("steps of up to")
     page.get_by_test_id("improve-go").click()
     expect(page.get_by_test_id("tune-job")).to_have_attribute("data-kind", "improve")
-    expect(page.get_by_test_id("job-ending")).to_contain_text("hunted and now settles in", timeout=120_000)
-    expect(page.get_by_test_id("tune-job-ended")).to_have_attribute("data-state", "succeeded")
+    ending = page.get_by_test_id("job-ending")
+    expect(ending).to_be_visible(timeout=120_000)
+    return ending.inner_text()
+
+
+def test_a_hunting_servo_becomes_calm_in_at_most_four_clicks(page: Page, demo: Demo, hunting: str) -> None:
+    before = gains_of(demo, hunting)
+    # the bus is simulated in real time: a busy machine may answer too slowly, which Improve reports
+    for _ in range(ATTEMPTS):
+        if "readings per second" not in improved(page, demo, hunting):
+            break
+        assert gains_of(demo, hunting) == before
+    expect(page.get_by_test_id("job-ending")).to_contain_text("hunted and now settles in")
+    assert page.evaluate("() => window.clicks") <= 4
     expect(page.get_by_test_id("verdict")).to_have_attribute("data-level", "ok")
     expect(page.get_by_test_id("verdict-other")).to_contain_text("Hunts at")
     expect(page.get_by_test_id("metric-hunting")).to_contain_text("gone")
-    assert page.evaluate("() => window.clicks") <= 4
 
     after = gains_of(demo, hunting)
     assert after != before
