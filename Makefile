@@ -102,8 +102,8 @@ release: build                                ## check and build a release; prin
 # Development first: one tool needs an older Typer, and the tested version must be the one that runs.
 lock: $(VENV)/.dev                            ## update the lock files
 	@$(BIN)/python -m pip install --quiet uv
-	@$(BIN)/uv pip compile -q --universal --generate-hashes --python-version 3.11 --extra fast --group dev --no-header pyproject.toml -o requirements-dev.lock
-	@$(BIN)/uv pip compile -q --universal --generate-hashes --python-version 3.11 --extra fast --no-header -c requirements-dev.lock pyproject.toml -o requirements.lock
+	@$(BIN)/uv pip compile -q --universal --generate-hashes --python-version 3.11 --extra fast --extra tune --group dev --no-header pyproject.toml -o requirements-dev.lock
+	@$(BIN)/uv pip compile -q --universal --generate-hashes --python-version 3.11 --extra fast --extra tune --no-header -c requirements-dev.lock pyproject.toml -o requirements.lock
 	@$(BIN)/uv pip compile -q --universal --generate-hashes --python-version 3.11 --group pyproject.toml:docs --no-header -c requirements-dev.lock -o requirements-docs.lock
 
 clean:                                        ## remove everything built and installed

@@ -27,8 +27,8 @@ GROUPS = PROJECT["dependency-groups"]
 DOCUMENTATION = [Requirement(one) for one in GROUPS["docs"]]
 DEVELOPERS = [*DOCUMENTATION, *(Requirement(one) for one in GROUPS["dev"] if isinstance(one, str))]
 LOCKS = {
-    "requirements.lock": [*REQUIRED, *EXTRAS["fast"]],
-    "requirements-dev.lock": [*REQUIRED, *EXTRAS["fast"], *DEVELOPERS],
+    "requirements.lock": [*REQUIRED, *EXTRAS["fast"], *EXTRAS["tune"]],
+    "requirements-dev.lock": [*REQUIRED, *EXTRAS["fast"], *EXTRAS["tune"], *DEVELOPERS],
     "requirements-docs.lock": DOCUMENTATION,
 }
 
