@@ -62,6 +62,17 @@ UNITS: Final[Mapping[Quantity, str]] = {
     "repeatability_deg": "°", "top_speed_rpm": "rpm", "stop_cw_deg": "°", "stop_ccw_deg": "°",
 }  # fmt: skip
 
+_WORDS: Final[Mapping[Quantity, tuple[str, float, str]]] = {
+    "inertia": ("inertia", 1.0, ""), "breakaway": ("breakaway", 100.0, " %"), "coulomb": ("friction", 100.0, " %"),
+    "viscous": ("viscous friction", 100.0, " %"), "backlash_deg": ("backlash", 1.0, "°"),
+    "torque_lag_s": ("torque lag", 1000.0, " ms"), "load_pct": ("load", 1.0, " %"),
+    "supply_ohm": ("supply", 1.0, " Ω"), "sensor_noise_deg": ("noise", 1.0, "°"),
+    "deadband_deg": ("deadband", 1.0, "°"), "reversal_deg": ("difference between both sides", 1.0, "°"),
+    "repeatability_deg": ("repeatability", 1.0, "°"), "top_speed_rpm": ("top speed", 1.0, " rpm"),
+    "stop_cw_deg": ("clockwise stop", 1.0, "°"), "stop_ccw_deg": ("counterclockwise stop", 1.0, "°"),
+}  # fmt: skip
+"""Word of each quantity, and factor and unit in which a text shows it."""
+
 
 @dataclass(frozen=True, slots=True)
 class MechanicsPlan:
@@ -337,10 +348,14 @@ def _evidence(test: MechanicsTest, found: Found, before: int) -> Evidence:
         text = f"load and friction at {count} angles, {bound} of them binding"
         return Evidence("travel_swept", text, {"points": count, "binding": bound})
     new = list(found.estimates.items())[before:]
-    lines = [f"{name} {_text(one)}" for name, one in new]
+    lines = [_text(cast("Quantity", name), one) for name, one in new]
     values: dict[str, Param] = {name: round(one.value, 5) for name, one in new if one is not None}
     return Evidence("mechanics_measured", ", ".join(lines) or "nothing new", values)
 
 
-def _text(one: Estimate | None) -> str:
-    return "not measurable" if one is None else f"{one.value:.3g} ({one.low:.3g} to {one.high:.3g})"
+def _text(name: Quantity, one: Estimate | None) -> str:
+    word, factor, unit = _WORDS[name]
+    if one is None:
+        return f"{word} not measurable"
+    value, low, high = (f"{factor * each:.3g}" for each in (one.value, one.low, one.high))
+    return f"{word} {value}{unit} ({low} to {high})"

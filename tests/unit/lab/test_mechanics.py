@@ -1,5 +1,6 @@
 """Estimators of mechanics, ten random horns without a bus, their twins, and exported models in MuJoCo."""
 
+import pickle
 import xml.etree.ElementTree as ET
 from typing import Any
 
@@ -61,6 +62,14 @@ def pulses(constants: PlantConstants) -> list[Pulse]:
         pulse.torque = [(float(a), round(float(b), 2)) for a, b in zip(t, torque, strict=True)][::3]
         found.append(pulse)
     return found
+
+
+def test_a_fit_can_be_computed_in_another_process() -> None:
+    """In the server it must not delay Stop."""
+    arguments = (PLANT, 1.0, pulses(PlantConstants()), 0.03, 0.0)
+    found = mechanics.fit(*pickle.loads(pickle.dumps(arguments)))
+    assert found is not None
+    assert pickle.loads(pickle.dumps(found)).constants == found.constants
 
 
 def test_a_fit_of_nothing_is_none() -> None:
