@@ -938,6 +938,7 @@ class ImprovePreview(TypedDict):
     from_deg: float
     """Lowest angle that is permitted, °."""
     goal: Goal
+    """Goal."""
     limits: dict[str, float]
     """Limits written for its duration and restored afterwards, by key, in the row's unit."""
     step_deg: float

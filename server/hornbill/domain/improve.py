@@ -32,7 +32,7 @@ class ImprovePreview(Model):
     """What an improvement will do. Nothing was sent that moves or writes."""
 
     uid: UidField
-    goal: Goal
+    goal: Goal = Field(description="Goal.")
     angle_deg: float = Field(description="Present angle, from which it moves and to which it returns, °.")
     from_deg: float = Field(description="Lowest angle that is permitted, °.")
     to_deg: float = Field(description="Highest angle that is permitted, °.")

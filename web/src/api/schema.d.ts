@@ -5409,6 +5409,7 @@ export interface components {
             duration_s: number;
             /** @description Lowest angle that is permitted, °. */
             from_deg: number;
+            /** @description Goal. */
             goal: components["schemas"]["Goal"];
             /** @description Limits written for its duration and restored afterwards, by key, in the row's unit. */
             limits: {
