@@ -129,6 +129,28 @@ def test_a_step_test_is_recorded_and_ends_with_torque_off(command: CommandLine, 
     assert "unknown_run" in command("runs", "show", number, code=1)
 
 
+def test_a_frequency_response_is_measured_with_its_set_up_shown_exported_and_deleted(
+    command: CommandLine, serial: str
+) -> None:
+    command("set-up", serial, "arm_mm=60", "mass_g=120", "mounting=vice")
+    assert command.json("set-up", serial)["mass_g"] == 120
+    assert command.json("set-up", serial, "mass_g=", "arm_mm=")["mass_g"] is None
+    assert "invalid_value" in command("set-up", serial, "mounting=desk", code=1)
+    short = ("--from", "2", "--to", "8", "--duration", "3", "--note", "in a vice")
+    assert "without a terminal" in command("frequency-response", serial, *short, code=2)
+    command("frequency-response", serial, *short, "--yes")
+    assert command.value(serial, "torque_mode") == "off"
+    (run,) = (one for one in command.json("frequency-responses", "list") if one["note"] == "in a vice")
+    assert run["set_up"]["mounting"] == "vice"
+    number = str(run["id"])
+    assert run["verdict"]["text"] in command("frequency-responses", "list")
+    assert "95 %" in command("frequency-responses", "show", number)
+    assert command("frequency-responses", "export", number).startswith("amplitude_deg,frequency_hz")
+    command("frequency-responses", "delete", number)
+    assert "unknown_run" in command("frequency-responses", "show", number, code=1)
+    command("set-up", serial, "mounting=")
+
+
 def test_the_inventory_is_listed_and_a_connected_servo_cannot_be_forgotten(command: CommandLine, serial: str) -> None:
     command("label", serial, "Rudder")
     assert "Rudder" in command("inventory", "list")
