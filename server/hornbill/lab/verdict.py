@@ -198,7 +198,8 @@ def _hunts(one: _Step, band: float, facts: RunFacts) -> Verdict | None:
         advice = _note("try_lower_boost", f"Lower the boost of {boost:g} %, or widen the deadband.", boost_pct=boost)
         text = f"Hunts{rate}, ±{swing:.1f}°, with a boost of {boost:g} %."
         return Verdict("warning", "hunts", text, advice, {**params, "boost_pct": boost})
-    return Verdict("warning", "hunts", text, _lower_p(gain, threshold("hunting_share")), params)
+    undamped = facts.cascade and facts.number("angle_d_gain") == 0
+    return Verdict("warning", "hunts", text, _lower_p(gain, threshold("hunting_share"), d_gain=undamped), params)
 
 
 def _low_supply(_one: _Step, _band: float, facts: RunFacts) -> Verdict | None:

@@ -134,6 +134,11 @@ def test_the_d_gain_is_advised_only_where_it_acts() -> None:
         advice = of_steps([trace(ring(0.2, 60))], BAND_DEG, facts).advice
         assert advice is not None
         assert ("D gain" in advice.text) is named
+    for d_gain in (0, 40):
+        facts = replace(CASCADE, parameters={**CASCADE.parameters, "angle_d_gain": d_gain})
+        advice = of_steps([trace(hunt(1.0, 16))], BAND_DEG, facts).advice
+        assert advice is not None
+        assert ("D gain" in advice.text) is (d_gain == 0), "a horn that hunts without any damping"
 
 
 def test_an_unknown_p_gain_is_not_named() -> None:
