@@ -4,11 +4,10 @@ from collections.abc import Mapping
 from dataclasses import fields
 from difflib import get_close_matches
 from itertools import pairwise
-from typing import Annotated, Final, Self
+from typing import Annotated, Any, Final, NamedTuple, Self
 
 from pydantic import ConfigDict, Field, TypeAdapter, ValidationError, model_validator
 from pydantic.dataclasses import dataclass
-from pydantic_core import ErrorDetails
 
 from hornbill.errors import InvalidValue
 
@@ -101,18 +100,27 @@ def plant_from(document: Mapping[str, object]) -> PlantConstants:
     try:
         return _CHECK.validate_python(dict(document))
     except ValidationError as error:
-        found = error.errors()
-        names = [str(one["loc"][0]) for one in found if one["loc"]]
+        found = [_Refusal(one["loc"], one.get("ctx", {}), one["input"], one["msg"]) for one in error.errors()]
+        names = [str(one.where[0]) for one in found if one.where]
         raise InvalidValue("\n".join(map(_sentence, found)), cause="plant_invalid", names=names) from None
 
 
-def _sentence(error: ErrorDetails) -> str:
+class _Refusal(NamedTuple):
+    """One error of pydantic: where, its limits by name, the value, and its text."""
+
+    where: tuple[int | str, ...]
+    limits: dict[str, Any]
+    value: object
+    text: str
+
+
+def _sentence(refusal: _Refusal) -> str:
     """A refusal with value and limit."""
-    name, limits, value = ".".join(map(str, error["loc"])), error.get("ctx", {}), error["input"]
+    name, limits, value = ".".join(map(str, refusal.where)), refusal.limits, refusal.value
     if "ge" in limits:
         return f"{name} {value} is below its limit. Enter at least {limits['ge']:g}."
     if "le" in limits:
         return f"{name} {value} is above its limit. Enter at most {limits['le']:g}."
     if "error" in limits:
         return str(limits["error"])
-    return f"{name} {value!r} is not valid: {error['msg']}."
+    return f"{name} {value!r} is not valid: {refusal.text}."
