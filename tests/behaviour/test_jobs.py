@@ -81,6 +81,7 @@ async def restore_output(rig: Rig, servo: Servo) -> Any:
 START: dict[str, Start] = {
     "save": post("save"), "restart": post("restart"), "factory_reset": post("factory-reset", {}),
     "identify": post_with_torque("identify"), "step_test": post_with_torque("step-test", {"runs": 3}),
+    "frequency_response": post_with_torque("frequency-response", {}),
     "profile": profile, "commissioning": commissioning, "restore_output": restore_output,
 }  # fmt: skip
 
