@@ -253,7 +253,7 @@ export function ImproveDialog({ one }: { one: KnownServo }) {
       verb={on ? strings.go : strings.enableAndGo}
       doing={words.step.starting}
       danger
-      ready={why === null && plan.problem.value === null && (on || able) && !testing.value}
+      ready={why === null && (on || able) && !testing.value}
       testid="improve-dialog"
       actId="improve-go"
       act={() => (body ? startImprove(one.uid, body, others) : undefined)}
