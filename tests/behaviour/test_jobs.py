@@ -82,6 +82,7 @@ START: dict[str, Start] = {
     "save": post("save"), "restart": post("restart"), "factory_reset": post("factory-reset", {}),
     "identify": post_with_torque("identify"), "step_test": post_with_torque("step-test", {"runs": 3}),
     "frequency_response": post_with_torque("frequency-response", {}),
+    "mechanics": post_with_torque("mechanics", {}), "improve": post_with_torque("improve", {}),
     "profile": profile, "commissioning": commissioning, "restore_output": restore_output,
 }  # fmt: skip
 
