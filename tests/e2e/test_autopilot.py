@@ -182,6 +182,13 @@ def test_an_observer_sends_nothing_and_says_so(page: Page, demo: Demo) -> None:
     expect(page.get_by_test_id("act-observer")).to_contain_text("Observer: hornbill sends nothing.")
     for absent in ("wiggle", "act-output", "act-restart", "act-save", "act-factory-reset"):
         expect(page.get_by_test_id(absent)).to_have_count(0)
+    page.goto(demo.url + "commission")
+    expect(page.get_by_test_id("commission-observer")).to_contain_text("Observer: hornbill sends nothing.")
+    page.goto(f"{demo.url}servos/matrix?uids={uid}")
+    expect(page.get_by_test_id(f"column-{uid}")).to_be_visible()
+    expect(page.get_by_test_id(f"copy-{uid}")).to_have_count(0)
+    expect(page.get_by_test_id("set-angle_p_gain")).to_be_disabled()
+    expect(page.get_by_test_id(f"cell-{uid}-angle_p_gain")).to_have_attribute("aria-disabled", "true")
     page.goto(f"{demo.url}servos/{uid}/motion")
     expect(page.get_by_test_id("motion-hindrance")).to_contain_text("Observer")
     expect(page.get_by_test_id("enable-motion")).to_be_disabled()
