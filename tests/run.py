@@ -66,15 +66,20 @@ class Outcome:
 VITEST: Final = Stage("page, without a browser", program=("npm", "--prefix", "web", "run", "--silent", "test"))
 WALKED: Final = "tests/commands/test_guides.py"
 """The guides take minutes: `contract/test_doc_references.py` checks each of their commands in `make test`."""
-COMMANDS: Final = Stage("commands", ("tests/commands", f"--ignore={WALKED}"), ("-n", "2", "--dist", "loadfile"))
+COMMANDS: Final = Stage(
+    "commands, links", ("tests/commands", "tests/links", f"--ignore={WALKED}"), ("-n", "3", "--dist", "loadfile")
+)
 SOCKETCAN: Final = Stage(
     "socketcan", ("tests/socketcan", "-p", "no:cacheprovider"), wrapper=(*WRAPPER, "--") if WRAPPER else ()
 )
 TEST: Final = (
-    (Stage("unit, contract, behaviour", ("tests/unit", "tests/contract", "tests/behaviour"), ("-n", "auto")),),
-    (SOCKETCAN, COMMANDS, VITEST),  # the first is one process, the second waits for servos most of the time
+    (
+        Stage("unit, contract, behaviour", ("tests/unit", "tests/contract", "tests/behaviour"), ("-n", "auto")),
+        SOCKETCAN,  # these two wait for servos most of the time, in real time
+        COMMANDS,
+    ),
     # A page waits half of the time. e2e/conftest.py orders the files.
-    (Stage("browser", ("tests/e2e",), ("-n", "4", "--dist", "loadfile", "--no-loadscope-reorder")),),
+    (Stage("browser", ("tests/e2e",), ("-n", "4", "--dist", "loadfile", "--no-loadscope-reorder")), VITEST),
 )
 RELEASE: Final = (
     (Stage("guides", (WALKED,)),),
