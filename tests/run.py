@@ -21,6 +21,8 @@ WRAPPER: Final = tuple(shlex.split(os.environ.get("HORNBILL_VCAN_WRAPPER", "")))
 """Command that provides a kernel with CAN, with its options."""
 BYTE_CODE: Final = ROOT / "build" / "pycache"
 """Where all processes of a run keep theirs, whatever the environment says: compiling takes longer than importing."""
+FAILURES: Final = ROOT / "build" / "failures"
+"""Where each stage notes which of its tests failed: stages side by side would overwrite each other's."""
 NO_KERNEL: Final = 125
 """Exit status of a wrapper that cannot provide a kernel with CAN on this machine."""
 FAILED: Final = 1
@@ -47,10 +49,11 @@ class Stage:
         """The command line. `again` runs what failed last time, without workers."""
         if self.program:
             return [*self.program]
-        # what failed behind a wrapper is not stored: all of it runs again
         how = self.workers
-        if again and not self.wrapper:
-            how = ("--last-failed", "--last-failed-no-failures", "none")
+        if "no:cacheprovider" not in self.select:  # else what failed is not stored, and all of it runs again
+            if again:
+                how = ("--last-failed", "--last-failed-no-failures", "none")
+            how = (*how, "-o", f"cache_dir={FAILURES / self.name.split(',')[0]}")
         return [*self.wrapper, sys.executable, "-m", "pytest", *self.select, *how, *further]
 
 
