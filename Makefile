@@ -7,7 +7,7 @@ NPM    := npm --prefix web
 E2E    := tests/e2e
 
 .DEFAULT_GOAL := help
-.PHONY: help setup demo dev check test test-release mutate shots bench generate docs build docker release lock chromium clean
+.PHONY: help setup demo dev check check-types check-page test test-release mutate shots bench generate docs build docker release lock chromium clean
 
 help:            ## list the targets
 	@grep -hE '^[a-z-]+: .*##' $(MAKEFILE_LIST) | sed -E 's/:.*## ?/\t/' | expand -t 12
@@ -46,7 +46,8 @@ docs/dist/index.html: $(VENV)/.docs web/src/style/tokens.css $(wildcard *.md) $(
 	@rm -rf docs/dist
 	@$(BIN)/python -m sphinx -q -W -E -j auto -c docs/site -d build/doctrees . docs/dist || { rm -rf docs/dist; exit 1; }
 
-setup: $(VENV)/.dev web/node_modules/.stamp   ## install everything for development
+setup:                                        ## install everything for development
+	@$(MAKE) -s --no-print-directory -j2 $(VENV)/.dev web/node_modules/.stamp
 
 demo: $(VENV)/.runtime web/dist/index.html docs/dist/index.html  ## run simulated servos and the page: hornbill demo
 	@$(BIN)/hornbill demo $(ARGS)
@@ -57,8 +58,13 @@ dev: setup                                    ## run the demo and rebuild the pa
 check: setup                                  ## check format, lint, types and layers
 	$(BIN)/ruff format --check .
 	$(BIN)/ruff check .
-	web/node_modules/.bin/pyright
 	$(BIN)/lint-imports
+	@$(MAKE) --no-print-directory -j2 check-types check-page
+
+check-types:
+	web/node_modules/.bin/pyright
+
+check-page:
 	$(NPM) run --silent check
 
 test: setup web/dist/index.html chromium      ## run the test suite

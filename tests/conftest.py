@@ -1,5 +1,6 @@
 """What holds for all tests: those in a browser come last, none fails on a busy machine, and any order will do."""
 
+import gc
 from random import Random
 
 import pytest
@@ -26,6 +27,13 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
     if seed is not None:
         items[:] = shuffled(items, Random(seed))
     items.sort(key=lambda item: "e2e" in item.path.parts)
+
+
+def pytest_collection_finish() -> None:
+    """Collect garbage seldom: what is imported lives as long as the process, and looking through it takes time."""
+    gc.collect()
+    gc.freeze()
+    gc.set_threshold(50_000, 20, 20)
 
 
 def shuffled(items: list[pytest.Item], random: Random) -> list[pytest.Item]:

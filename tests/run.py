@@ -21,6 +21,8 @@ WRAPPER: Final = tuple(shlex.split(os.environ.get("HORNBILL_VCAN_WRAPPER", "")))
 """Command that provides a kernel with CAN, with its options."""
 BYTE_CODE: Final = ROOT / "build" / "pycache"
 """Where all processes of a run keep theirs, whatever the environment says: compiling takes longer than importing."""
+FAILURES: Final = ROOT / "build" / "failures"
+"""Where each stage notes which of its tests failed: stages side by side would overwrite each other's."""
 NO_KERNEL: Final = 125
 """Exit status of a wrapper that cannot provide a kernel with CAN on this machine."""
 FAILED: Final = 1
@@ -47,10 +49,11 @@ class Stage:
         """The command line. `again` runs what failed last time, without workers."""
         if self.program:
             return [*self.program]
-        # what failed behind a wrapper is not stored: all of it runs again
         how = self.workers
-        if again and not self.wrapper:
-            how = ("--last-failed", "--last-failed-no-failures", "none")
+        if "no:cacheprovider" not in self.select:  # else what failed is not stored, and all of it runs again
+            if again:
+                how = ("--last-failed", "--last-failed-no-failures", "none")
+            how = (*how, "-o", f"cache_dir={FAILURES / self.name.split(',')[0]}")
         return [*self.wrapper, sys.executable, "-m", "pytest", *self.select, *how, *further]
 
 
@@ -66,15 +69,20 @@ class Outcome:
 VITEST: Final = Stage("page, without a browser", program=("npm", "--prefix", "web", "run", "--silent", "test"))
 WALKED: Final = "tests/commands/test_guides.py"
 """The guides take minutes: `contract/test_doc_references.py` checks each of their commands in `make test`."""
-COMMANDS: Final = Stage("commands", ("tests/commands", f"--ignore={WALKED}"), ("-n", "2", "--dist", "loadfile"))
+COMMANDS: Final = Stage(
+    "commands, links", ("tests/commands", "tests/links", f"--ignore={WALKED}"), ("-n", "3", "--dist", "loadfile")
+)
 SOCKETCAN: Final = Stage(
     "socketcan", ("tests/socketcan", "-p", "no:cacheprovider"), wrapper=(*WRAPPER, "--") if WRAPPER else ()
 )
 TEST: Final = (
-    (Stage("unit, contract, behaviour", ("tests/unit", "tests/contract", "tests/behaviour"), ("-n", "auto")),),
-    (SOCKETCAN, COMMANDS, VITEST),  # the first is one process, the second waits for servos most of the time
+    (
+        Stage("unit, contract, behaviour", ("tests/unit", "tests/contract", "tests/behaviour"), ("-n", "auto")),
+        SOCKETCAN,  # these two wait for servos most of the time, in real time
+        COMMANDS,
+    ),
     # A page waits half of the time. e2e/conftest.py orders the files.
-    (Stage("browser", ("tests/e2e",), ("-n", "4", "--dist", "loadfile", "--no-loadscope-reorder")),),
+    (Stage("browser", ("tests/e2e",), ("-n", "4", "--dist", "loadfile", "--no-loadscope-reorder")), VITEST),
 )
 RELEASE: Final = (
     (Stage("guides", (WALKED,)),),

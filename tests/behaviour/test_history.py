@@ -235,11 +235,11 @@ async def test_temporary_values_of_soft_start_are_never_configuration(rig: Rig) 
 @scene(replace(PLAIN, servo_id=7, rom={"angle_p_gain": 61, "smoothing": 0, "soft_start": 0}))
 async def test_after_lost_rom_the_last_snapshot_restores_the_servo(rig: Rig, servo: Servo) -> None:
     made = await take(rig, servo)
-    sim, now = rig.sim(servo), asyncio.get_running_loop().time
-    sim.power_off(now())
+    sim = rig.sim(servo)
+    rig.bench.power(servo.uid, False)
     sim.memory.rom_sound = False
     await asyncio.sleep(5)
-    sim.power_on(now())
+    rig.bench.power(servo.uid, True)
     await until(lambda: servo.rom_lost and servo.state is State.READY)
     assert servo.raw("angle_p_gain") != 61
     lease = await rig.lease()

@@ -97,14 +97,14 @@ async def test_polling_leaves_room_for_broadcasts(rig: Rig) -> None:
     assert "serial_line_full" not in [one["code"] for one in json(await rig.call("GET", "/bus/doctor"))]
 
 
-@scene(*crowd(22), connect=False)
+@scene(*crowd(11), connect=False)
 async def test_a_full_line_is_reported_with_a_remedy(rig: Rig) -> None:
-    await serial_line.connect(rig, SLOW)
-    await rig.ready(22, within_s=120)
+    await serial_line.connect(rig, SLOW // 2)
+    await rig.ready(11, within_s=120)
     await asyncio.sleep(10)
     found = json(await rig.call("GET", "/bus/doctor"))
     full = next(one for one in found if one["code"] == "serial_line_full")
-    assert "of 115200 baud" in full["evidence"]
+    assert "of 57600 baud" in full["evidence"]
     assert "higher baud rate" in full["remedy"]
     assert all(servo.online for servo in rig.host.fleet.all())
 

@@ -58,6 +58,7 @@ TESTS_OWN = {
     "commands",
     "contract",
     "e2e",
+    "links",
     "socketcan",
     "unit",
     "fidelity",

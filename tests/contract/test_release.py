@@ -90,7 +90,7 @@ def test_a_hook_runs_an_installed_program_on_existing_files(hook: dict[str, Any]
 
 
 def test_the_hooks_run_what_make_check_runs() -> None:
-    check = (ROOT / "Makefile").read_text(encoding="utf-8").split("\ncheck:")[1].split("\n\n")[0]
+    check = (ROOT / "Makefile").read_text(encoding="utf-8").split("\ncheck:")[1].split("\ntest:")[0]
     check = check.replace("$(BIN)", ".venv/bin").replace("$(NPM)", "npm --prefix web")
     for hook in HOOKS:
         if hook["id"] != "generated":

@@ -1,5 +1,6 @@
 """Find or install Chromium for the browser tests, and print which."""
 
+import ctypes
 import os
 import shutil
 import subprocess
@@ -20,6 +21,19 @@ def find() -> str | None:
     with sync_playwright() as playwright:
         own = playwright.chromium.executable_path
     return own if own and Path(own).is_file() else None
+
+
+PR_CAPBSET_DROP, CAP_SYS_NICE = 24, 23
+"""Of linux/prctl.h and linux/capability.h."""
+
+
+def keep_priority() -> None:
+    """Programs started from here cannot raise their priority.
+
+    As root, Chromium would draw ahead of everything else, and drawing 3D in software would starve the servers.
+    """
+    if sys.platform == "linux":
+        ctypes.CDLL(None).prctl(PR_CAPBSET_DROP, CAP_SYS_NICE, 0, 0, 0)  # fails harmlessly for other users
 
 
 def install() -> str | None:

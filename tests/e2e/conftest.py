@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 from playwright.sync_api import Browser, BrowserContext, ConsoleMessage, Error, Page, Request, expect, sync_playwright
 
-from e2e.chromium import find
+from e2e.chromium import find, keep_priority
 from e2e.contexts import TIMEOUT_MS, WIDE, borrowed
 from e2e.servers import Demo, ready_demo
 
@@ -22,11 +22,13 @@ DRIVER = "GL Driver Message"
 FAILED = pytest.StashKey[bool]()
 
 LONG = (
-    "test_servo_actions", "test_story", "test_view_frame", "test_scrub", "test_access_deep", "test_motion_page",
-    "test_take_over", "test_stop_reach", "test_access", "test_technician", "test_commission_failing",
-    "test_output_story",
+    "test_view_frame", "test_servo_actions", "test_story", "test_motion_page", "test_access_deep", "test_stop_reach",
+    "test_take_over", "test_access", "test_scrub", "test_technician", "test_commission_failing", "test_output_story",
 )  # fmt: skip
-"""Files that take longest. They begin first, so that no worker is left with one when the others have finished."""
+"""Files that take longest. They begin first, so that no worker is left with one when the others have finished.
+
+The two with 3D, drawn by the processor, are apart: together they would leave no time for the others.
+"""
 
 
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
@@ -73,6 +75,7 @@ def chromium() -> Iterator[Callable[..., Browser]]:
     path = find()
     if path is None:
         pytest.skip("no Chromium: 'make chromium' finds or installs one")
+    keep_priority()
     with sync_playwright() as playwright:
         yield lambda *flags: playwright.chromium.launch(executable_path=path, args=["--no-sandbox", *flags])
 

@@ -4,6 +4,9 @@ from playwright.sync_api import FloatRect, Locator, Page, expect
 
 from e2e.servers import Demo, Server
 
+JOB_MS = 180_000
+"""Maximum duration of a job, which waits for responses, on a busy machine."""
+
 CHORD = """keys => keys.forEach(key => document.activeElement.dispatchEvent(
     new KeyboardEvent('keydown', { key, bubbles: true, cancelable: true })))"""
 

@@ -10,10 +10,7 @@ from playwright.sync_api import BrowserContext, Page, expect
 
 from e2e.servers import Server, running, serving
 from e2e.state import add, ready, row, servo, sim, wait_for
-from e2e.steps import horn_is_free
-
-JOB_MS = 180_000
-"""Maximum duration of a job, which waits for responses, on a busy machine."""
+from e2e.steps import JOB_MS, horn_is_free
 
 
 @pytest.fixture(scope="module")

@@ -9,6 +9,7 @@ from playwright.sync_api import Browser, expect
 from e2e.hand import Hand, hand_of
 from e2e.servers import Server, running, serving
 from e2e.state import add, row, wait_for
+from e2e.steps import JOB_MS
 
 
 @pytest.fixture(scope="module")
@@ -76,7 +77,7 @@ def test_servos_commissioned_after_a_stop_keep_torque_in_rom(server: Server, han
         assert "servo_id" in keys, keys
     hand.tick("horn-free")
     hand.press("start")
-    expect(page.get_by_test_id("commission-page")).to_have_attribute("data-step", "report")
+    expect(page.get_by_test_id("commission-page")).to_have_attribute("data-step", "report", timeout=JOB_MS)
     expect(page.locator("[data-verdict=done]")).to_have_count(2)
     assert [torque(server, uid) for uid in uids] == ["on", "on"]
     for uid in uids:

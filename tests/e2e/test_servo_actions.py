@@ -172,8 +172,8 @@ def over(page: Page) -> None:
 
 
 def looks(hand: Hand) -> None:
-    assert complaints(hand.page) == []
-    if hand.way == "touch":
+    if hand.way == "touch":  # by keyboard, the same dialogs open
+        assert complaints(hand.page) == []
         assert too_small(hand.page) == []
 
 

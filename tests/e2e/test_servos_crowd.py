@@ -1,8 +1,10 @@
 """The list of many servos: read with one request, and never stale while they are healthy."""
 
+import csv
 import re
 import time
 from collections.abc import Callable, Iterator
+from itertools import pairwise
 
 import pytest
 from playwright.sync_api import Page, expect
@@ -10,10 +12,12 @@ from playwright.sync_api import Page, expect
 from e2e.servers import Demo, Server, running
 from e2e.state import wait_for
 
-COUNT = 24
+COUNT = 12
 PAUSE_S = 0.5
 GREY_S = 1.0
 """Nothing stays stale for this time, on a computer that keeps up."""
+READ_S = 2.5
+"""A value that was read within this time is not stale."""
 
 ARRIVALS = """{
     const { send } = WebSocket.prototype;
@@ -166,7 +170,19 @@ def test_the_faults_of_all_take_one_request(page: Page, own: Server, requests: l
     together(requests, "/faults?uids=", time.monotonic() - before)
 
 
+def overdue(own: Server, uid: str) -> float:
+    """How much later than usual the server read the supply, s: it may have little time on a busy machine."""
+    lines = own.api.get(f"/servos/{uid}/telemetry.csv", params={"seconds": 10}).text.splitlines()
+    rows = list(csv.DictReader(lines))
+    gaps: list[float] = []
+    for channel in ("current_voltage", "current_temperature"):
+        times = [float(one["t_s"]) for one in rows if one[channel]] + [float(rows[-1]["t_s"])]
+        gaps += [after - before for before, after in pairwise(times)]
+    return max(0.0, max(gaps) - READ_S)
+
+
 def test_no_healthy_servo_looks_stale(shown: Page, own: Server) -> None:
-    own.ready(COUNT)
+    uids = own.ready(COUNT)
     longest, late = shown.evaluate(LONGEST_GREY, 6)
-    assert {key: seconds for key, seconds in longest.items() if seconds > GREY_S + 2 * late} == {}, late
+    most = GREY_S + 2 * late + max(overdue(own, uid) for uid in uids)
+    assert {key: seconds for key, seconds in longest.items() if seconds > most} == {}, late

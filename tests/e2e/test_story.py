@@ -12,7 +12,7 @@ from e2e.hand import TABLET
 from e2e.looks import complaints, too_small
 from e2e.servers import Server, running, serving
 from e2e.state import no_lease, row, servo, wait_for
-from e2e.steps import box, chord, horn_is_free, jog
+from e2e.steps import JOB_MS, box, chord, horn_is_free, jog
 
 NAMES = tuple(f"Flap {number}" for number in range(1, 7))
 PROFILE = "Flaps"
@@ -79,6 +79,7 @@ def six_servos(page: Page, server: Server) -> None:
     expect(page.get_by_test_id("find-count")).to_contain_text("6")
     expect(page.locator("[data-testid^=pick-] input:checked")).to_have_count(6)
     assert too_small(page) == []
+    server.ready(6)
     page.get_by_test_id("find-go").tap()
 
     # tell apart and name: one wiggles, all get a name and an id; nothing is written on the way
@@ -123,7 +124,7 @@ def six_servos(page: Page, server: Server) -> None:
     expect(other.get_by_test_id("commission-page")).to_have_attribute("data-step", re.compile("run|report"))
     other.close()
     page.get_by_role("link", name="Commission").tap()
-    expect(page.get_by_test_id("commission-page")).to_have_attribute("data-step", "report")
+    expect(page.get_by_test_id("commission-page")).to_have_attribute("data-step", "report", timeout=JOB_MS)
     expect(page.locator("[data-verdict=done]")).to_have_count(6)
     commissioned(server, uids, NAMES)
     for uid, (number, name) in given.items():
@@ -179,6 +180,7 @@ def test_the_wizard_works_by_keyboard(page_of: Page, server: Server) -> None:
     expect(page.locator("[data-testid^=servo-row-]")).to_have_count(4)
     chord(page, "g", "c")
     expect(page.get_by_test_id("find-count")).to_contain_text("4")
+    server.ready(4)
     press(page, "find-go")
     for place, name in enumerate(names):
         uid = (page.locator("[data-state=active]").get_attribute("data-testid") or "").removeprefix("unit-")
@@ -202,7 +204,7 @@ def test_the_wizard_works_by_keyboard(page_of: Page, server: Server) -> None:
     if page.get_by_test_id("horn-free").count():
         press(page, "horn-free", "Space")
     press(page, "start")
-    expect(page.get_by_test_id("commission-page")).to_have_attribute("data-step", "report")
+    expect(page.get_by_test_id("commission-page")).to_have_attribute("data-step", "report", timeout=JOB_MS)
     commissioned(server, uids, names)
     press(page, "more-servos")
     expect(page.get_by_test_id("commission-page")).to_have_attribute("data-step", "find")

@@ -189,19 +189,20 @@ class SimulatedServo:
 
     # For the bus.
 
-    def on_frames(self, frames: Sequence[Frame], now: Instant) -> None:
-        """Process received frames. Never raises, whatever their content."""
+    def on_frames(self, frames: Sequence[Frame], now: Instant) -> bool:
+        """Process received frames; False: none was for this servo. Never raises, whatever their content."""
         accepted = self._link.accept(frames)
         if not accepted:
-            return
+            return False
         self.advance(now)
         if not self._device.running:
-            return
+            return True
         self._device.motion.advance(now)
         for transfer in self._link.reassemble(accepted, now):
             structure = decode(transfer)
             if structure is not None and self._device.running:
                 self._take(transfer, structure, now)
+        return True
 
     def next_due(self) -> Instant:
         """Time of the next required `advance`. Infinity once its supply is off and its horn is at rest."""

@@ -22,23 +22,12 @@ def test_rom_contains_only_the_configuration(model: str, firmware: str) -> None:
         assert (kept.stored(at) is not None) == (at in kept.rows and 0x20 <= at <= 0x46)
 
 
-def test_ram_changes_reach_rom_only_by_saving() -> None:
-    kept = memory(rom={"angle_p_gain": 50})
-    kept.put(0x2C, 60)
-    assert (kept.get(0x2C), kept.stored(0x2C)) == (60, 50)
-    kept.load()
-    assert kept.get(0x2C) == 50
-    kept.put(0x2C, 60)
-    kept.save(PLAIN)
-    kept.load()
-    assert kept.get(0x2C) == 60
-
-
 def test_product_rows_survive_everything() -> None:
     kept = memory()
     kept.reset(PLAIN, rom=True)
-    kept.load()
-    assert [kept.get(at) for at in (0x51, 0x52, 0x58, 0x59, 0x5A, 0x5B, 0x5C)] == [4711, 1300, *DATE]
+    for _ in range(2):
+        assert [kept.get(at) for at in (0x51, 0x52, 0x58, 0x59, 0x5A, 0x5B, 0x5C)] == [4711, 1300, *DATE]
+        kept.load()
 
 
 def test_firmware_newer_than_all_known_has_the_newest_rows() -> None:

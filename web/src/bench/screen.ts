@@ -12,6 +12,9 @@ function follow(query: string): Signal<boolean> {
 
 export const narrow = follow("(max-width: 1024px)");
 
+/** Too narrow for all cells of the bar, as in frame/bar.css. */
+export const tightBar = follow("(max-width: 1240px)");
+
 /** A phone's width, as in style/narrow.css: Stop is as wide as the window. */
 export const phone = follow("(max-width: 767px)");
 

@@ -1,7 +1,9 @@
 /** The Commission page: the bar of steps, and the present step. */
 import { useEffect, useMemo } from "preact/hooks";
 import { connection } from "../bench/link";
+import { observing } from "../bench/role";
 import { Icon } from "../kit/icon";
+import { text } from "../text";
 import { CheckStep } from "./check";
 import { changeDraft, count, draft, type Step, wanted } from "./draft";
 import { FindStep } from "./find";
@@ -39,6 +41,19 @@ export function CommissionPage() {
     void loadJobs();
   }, [round]);
   const shown = shownNow();
+  // A running job stays in view.
+  if (observing.value && !jobUnderWay.value) {
+    return (
+      <div class="page">
+        <section class="empty" data-testid="commission-observer">
+          <div>
+            <h1>{words.observing}</h1>
+            <p class="second">{text.motion.whileObserving}</p>
+          </div>
+        </section>
+      </div>
+    );
+  }
   return (
     <div class="page commission" data-testid="commission-page" data-step={shown}>
       <Steps shown={shown} />

@@ -16,6 +16,7 @@ export const words = {
   },
   stepDone: "done",
   back: "Back",
+  observing: "An observer cannot commission servos",
   loading: "Searching for servos.",
   failed: (why: string) => `The list could not be read. ${why}`,
 

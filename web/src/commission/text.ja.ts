@@ -16,6 +16,7 @@ export const words = {
   },
   stepDone: "完了",
   back: "戻る",
+  observing: "オブザーバではサーボを初期設定できません",
   loading: "サーボを検索中",
   failed: why => `一覧を読み出せません。${why}`,
   find: {

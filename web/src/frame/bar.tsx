@@ -10,7 +10,7 @@ import { who } from "../bench/holder";
 import { isOfOther, motion } from "../bench/motion";
 import { commandedHere, commanderOf, elsewhere } from "../bench/role";
 import { lastUid, pathOf } from "../bench/route";
-import { narrow, phone } from "../bench/screen";
+import { phone, tightBar } from "../bench/screen";
 import { conditionHere } from "../bench/servo-condition";
 import { follow } from "../kit/follow";
 import { Glyph } from "../kit/glyph";
@@ -32,7 +32,7 @@ export function TopBar() {
         </div>
         <Panel>
           <BusCell />
-          {!narrow.value && <LoadCell />}
+          {!tightBar.value && <LoadCell />}
           <CountsCell />
           <MotionCell />
         </Panel>
@@ -50,9 +50,9 @@ function BusCell() {
   const name = channelOf(state.address);
   const load = state.load_pct === null ? null : withUnit(number(state.load_pct, 0), "%");
   const short = phone.value ? `${name} ${load ?? ""}` : text.bar.busLoad(name, load ?? "");
-  const caption = narrow.value && load !== null ? short : text.bar.bus(name);
+  const caption = tightBar.value && load !== null ? short : text.bar.bus(name);
   const rate =
-    state.bitrate === null || narrow.value
+    state.bitrate === null || tightBar.value
       ? ""
       : `${text.comma}${text.bar.bitrate(number(state.bitrate / 1e6, state.bitrate % 1e6 ? 2 : 0))}`;
   // A recording that has ended is no fault, but no more data follows.
@@ -72,7 +72,7 @@ function BusCell() {
         )}
       </span>
       <span class={`val ${well ? (phone.value ? "hidden-text" : "") : "strong k-warning"}`}>
-        {waits === null || narrow.value ? word : text.bar.retry(word, Math.ceil(waits))}
+        {waits === null || tightBar.value ? word : text.bar.retry(word, Math.ceil(waits))}
         {well && rate}
       </span>
     </a>
@@ -142,7 +142,7 @@ function CountsCell() {
     );
   };
   // Narrow: only the two worst keep their words, on a phone none. The others are shape and count, beside the caption.
-  const words = phone.value ? 0 : narrow.value ? 2 : ORDER.length;
+  const words = phone.value ? 0 : tightBar.value ? 2 : ORDER.length;
   const worded = new Set([...shown].sort((a, b) => b.worst - a.worst).slice(0, words));
   return (
     <div class="bar-cell">
@@ -188,7 +188,7 @@ function leftOfOther(): number | null {
 /** Narrow: the name below may need two lines, so the seconds go here. */
 function motionCaption(): string {
   const left = leftOfOther();
-  return narrow.value && left !== null ? text.bar.motionLeft(left) : text.bar.motion;
+  return tightBar.value && left !== null ? text.bar.motionLeft(left) : text.bar.motion;
 }
 
 /** Other nodes command servos, and no other client has motion control. */
@@ -203,14 +203,14 @@ function motionWords(): string {
     const nodes = [...new Set(elsewhere.value.flatMap(one => commanderOf(one)?.node_id ?? []))].join(
       text.comma,
     );
-    return text.bar.elsewhere(nodes, elsewhere.value.length, commandedHere.value.length, narrow.value);
+    return text.bar.elsewhere(nodes, elsewhere.value.length, commandedHere.value.length, tightBar.value);
   }
-  if (mine.phase === "on") return narrow.value ? text.bar.you : text.bar.youFor(nameOf(servo(mine.uid)));
+  if (mine.phase === "on") return tightBar.value ? text.bar.you : text.bar.youFor(nameOf(servo(mine.uid)));
   if (stopped.value) return text.bar.refused;
   const held = lease.value;
   if (!held) return text.bar.free;
   const left = Math.ceil(held.endsAt - now.value);
   if (left <= 0) return text.bar.free;
   if (!isOfOther(held)) return text.bar.you;
-  return narrow.value ? who(held.holder) : text.bar.held(who(held.holder), left);
+  return tightBar.value ? who(held.holder) : text.bar.held(who(held.holder), left);
 }

@@ -3,6 +3,7 @@
 import { all } from "../bench/fleet";
 import { up } from "../bench/link";
 import { sheetOf } from "../bench/parameters";
+import { observing } from "../bench/role";
 import { underWay } from "../change/flow";
 import { stagedOn } from "../change/requests";
 import { actionWords } from "../change/words";
@@ -29,15 +30,17 @@ export function MatrixBar({ uids, problem, onReview, onSave }: Props) {
   const unsaved = all.value.filter(one => uids.includes(one.uid) && one.unsaved.length > 0);
   const ramOnly = unsaved.reduce((sum, one) => sum + one.unsaved.length, 0);
   const savable = unsaved.filter(one => one.online).length;
+  // As observer staged values remain, to be applied in another role.
+  const may = up.value && !observing.value;
   const busy = underWay([...values.keys(), ...unsaved.map(one => one.uid)]);
-  const mayReview = up.value && !busy && count > 0;
-  const maySave = up.value && !busy && savable > 0 && count === 0;
+  const mayReview = may && !busy && count > 0;
+  const maySave = may && !busy && savable > 0 && count === 0;
   useKeys({
     "Ctrl+Enter": () => mayReview && onReview(),
     // Staged changes go through the review, which offers a save.
     "Ctrl+S": () => (maySave ? onSave() : mayReview && onReview()),
   });
-  if (count + bad + ramOnly === 0) return null;
+  if (count + bad + ramOnly === 0 || (observing.value && count + bad === 0)) return null;
   const nothing = count + bad === 0;
   const label = nothing ? strings.ramOnly(ramOnly) : strings.label(count, values.size);
   return (

@@ -5,6 +5,7 @@ import type { Row } from "../api/types";
 import { nameOf, servo } from "../bench/fleet";
 import { full, NONE } from "../bench/format";
 import { sheetOf } from "../bench/parameters";
+import { observing } from "../bench/role";
 import type { spanOf } from "../bench/row-state";
 import { Marker } from "../change/marker";
 import { NumberBox } from "../change/number-box";
@@ -30,6 +31,7 @@ export function MatrixCell({ uid, row, odd }: Props) {
   const held = reading?.raw === null ? undefined : reading?.value;
   const able =
     has &&
+    !observing.value &&
     !row.expert &&
     sheet.busy.value === null &&
     held !== undefined &&

@@ -5,6 +5,7 @@ import type { Row } from "../api/types";
 import { nameOf, servo } from "../bench/fleet";
 import { modelName } from "../bench/model";
 import { sheetOf } from "../bench/parameters";
+import { observing } from "../bench/role";
 import { pathOf } from "../bench/route";
 import { aboutRow } from "../bench/row-help";
 import { conditionHere } from "../bench/servo-condition";
@@ -155,7 +156,7 @@ function ColumnHead({ uid, alone, onCopy }: { uid: string; alone: boolean; onCop
           <Icon name="half" size={13} /> {text.servos.ramOnly(one.unsaved.length)}
         </small>
       )}
-      {!alone && (
+      {!alone && !observing.value && (
         <button
           type="button"
           class="link small"
@@ -174,7 +175,11 @@ function ColumnHead({ uid, alone, onCopy }: { uid: string; alone: boolean; onCop
 
 function Line({ row, uids, onSet }: { row: Row; uids: readonly string[]; onSet: (row: Row) => void }) {
   const odd = rowOutliers(row, uids);
-  const able = !row.expert && !isOwn(row) && uids.some(uid => sheetOf(uid).keys.value?.includes(row.key));
+  const able =
+    !observing.value &&
+    !row.expert &&
+    !isOwn(row) &&
+    uids.some(uid => sheetOf(uid).keys.value?.includes(row.key));
   return (
     <tr data-key={row.key} data-testid={`line-${row.key}`} data-odd={odd.size > 0}>
       <th scope="row" title={aboutRow(row)}>

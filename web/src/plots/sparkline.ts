@@ -97,7 +97,7 @@ export class Sparkline {
       context.fill();
       context.stroke();
       const low = scale.y(last.v) > height - 18;
-      this.#say(context, colours.ink3, width, low ? 12 : height - 2);
+      this.#say(context, colours.ink3, width, low ? 12 : height - 2, width - x(last.t));
     }
   }
 
@@ -156,9 +156,11 @@ export class Sparkline {
     return last;
   }
 
-  #say(context: CanvasRenderingContext2D, colour: string, width: number, base: number): void {
+  /** Say that there is no data, unless the text is wider than `room`: it would cover the curve. */
+  #say(context: CanvasRenderingContext2D, colour: string, width: number, base: number, room = width): void {
     context.fillStyle = colour;
     context.font = `12px ${palette().font}`;
+    if (context.measureText(this.noData).width > room) return;
     context.textAlign = "right";
     context.fillText(this.noData, width, base);
   }

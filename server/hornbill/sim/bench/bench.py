@@ -190,8 +190,8 @@ class _Driver:
 
     def _on_frames(self, frames: list[Frame]) -> None:
         now = self.now()
-        self.servo.on_frames(frames, now)
-        self.process(now)
+        if self.servo.on_frames(frames, now):
+            self.process(now)
 
     def _wake(self) -> None:
         self._timer = None

@@ -27,7 +27,7 @@ from hornbill.sim.bench.bench import Bench
 from hornbill.store.store import Store
 from hornbill.wire.frame import Frame
 from hornbill.wire.port import CanPort, PortState
-from socketcan.mavlink_autopilot import Autopilot, Terminal, Udp, Way
+from links.mavlink_autopilot import Autopilot, Terminal, Udp, Way
 
 BAUD = 57_600
 GAIN = 0x2C
