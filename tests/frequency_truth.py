@@ -1,7 +1,7 @@
 """Frequency responses measured over the bus, compared with an independent integration of the same plant.
 
-The reference shares no code with the measurement: another integration, ideal commands, samples every millisecond without
-quantisation or bus, and the textbook estimate (cross spectrum over power spectrum, averaged over a band).
+The reference shares no code with the measurement: another integration, ideal commands, samples every millisecond
+without quantisation or bus, and the textbook estimate (cross spectrum over power spectrum, averaged over a band).
 """
 
 from dataclasses import dataclass

@@ -13,12 +13,12 @@ CLIENT = Path(__file__).parents[2] / "server" / "hornbill" / "client"
 RESPONSES = (
     "Adapter", "AllocationChange", "Allocations", "AllocatorState", "AuditRow", "BatchPatched", "BatchRead",
     "BurstSent", "Bus", "Candidates", "Caution", "Commanded", "CommissioningPreview", "Comparison", "Drift", "Fault",
-    "Failsafe", "FaultsRead", "Finding", "Forecast", "FrequencyResponse", "Health", "ImprovePreview", "Imported", "ImportedPlan", "Job",
-    "KnownServo", "Lease", "LeaseView", "LogFile", "LogState", "Mechanics", "Node", "OutputRestorePreview", "ParameterFile",
-    "Parameters", "ParametersPatched", "PlanOutput", "PositionUnitState", "Profile", "Reading", "RecorderState", "Recording",
-    "RecordingContent", "Recycled", "ResetPreview", "Restored", "RunOverlay", "SavePreview", "SchemaDocument", "Servo",
-    "SetUp", "SimTruth", "Snapshot", "StepRun", "Stop", "Stream", "Telemetry", "TelemetryGrant", "Tuning",
-    "Verification",
+    "Failsafe", "FaultsRead", "Finding", "Forecast", "FrequencyResponse", "Health", "ImprovePreview", "Imported",
+    "ImportedPlan", "Job", "KnownServo", "Lease", "LeaseView", "LogFile", "LogState", "Mechanics", "Node",
+    "OutputRestorePreview", "ParameterFile", "Parameters", "ParametersPatched", "PlanOutput", "PositionUnitState",
+    "Profile", "Reading", "RecorderState", "Recording", "RecordingContent", "Recycled", "ResetPreview", "Restored",
+    "RunOverlay", "SavePreview", "SchemaDocument", "Servo", "SetUp", "SimTruth", "Snapshot", "StepRun", "Stop",
+    "Stream", "Telemetry", "TelemetryGrant", "Tuning", "Verification",
 )  # fmt: skip
 """Responses of the client methods; the types they contain are added."""
 

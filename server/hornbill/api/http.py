@@ -20,7 +20,18 @@ from hornbill.api.routes.bus import autopilot, bus, logs, nodes
 from hornbill.api.routes.configuration import commissioning, drift, parameters, profiles, snapshots
 from hornbill.api.routes.configuration import matrix as batch
 from hornbill.api.routes.configuration import restart as resetting
-from hornbill.api.routes.motion import frequency_response, identify, improve, lab, leases, mechanics, motion, stop, streams, tuning
+from hornbill.api.routes.motion import (
+    frequency_response,
+    identify,
+    improve,
+    lab,
+    leases,
+    mechanics,
+    motion,
+    stop,
+    streams,
+    tuning,
+)
 from hornbill.api.routes.server import access as access_routes
 from hornbill.api.routes.server import audit, jobs, metrics, recorder, reports, schema, sim
 from hornbill.api.routes.servos import faults, inventory, position_unit, servos, telemetry

@@ -88,7 +88,8 @@ def estimate(
 ) -> Curve:
     """Response from the commands that were in effect, and samples of the angle, both in order of time.
 
-    `chirp_deg` is the amplitude of a chirp; None for a multisine, whose other sines reveal what rounding hides. Raises ValueError with fewer than two of either.
+    `chirp_deg` is the amplitude of a chirp; None for a multisine, whose other sines reveal what rounding hides. Raises
+    ValueError with fewer than two of either.
     """
     if len(commands) < 2 or len(samples) < 2:
         raise ValueError("a frequency response needs at least two commands and two samples")

@@ -91,7 +91,8 @@ function Ending({ job, one }: { job: Job; one: KnownServo }) {
     <div class="tune-ending" role="status" data-testid="job-ending">
       {said !== null && (
         <p class="strong">
-          <Glyph kind={failure === null ? "ok" : job.state === "cancelled" ? "notice" : "failure"} /> {said}
+          <Glyph kind={failure === null ? "ok" : job.state === "cancelled" ? "notice" : "failure"} />
+          <span>{said}</span>
         </p>
       )}
       <SetReport result={job.result as SetResult | null} />
