@@ -58,11 +58,11 @@ def respond(
     gaps = every_s * chance.uniform(0.7, 1.3, int(fine[-1] / every_s))
     at = np.cumsum(gaps)
     at = at[at < fine[-1]]
-    seen: Any = np.interp(at - delay_s, fine, found[1][:, 0]) + noise * chance.standard_normal(len(at))
-    if step_deg:
-        seen = np.round(seen / step_deg) * step_deg
+    exact_deg: list[float] = list(np.interp(at - delay_s, fine, np.asarray(found[1], dtype=float)[:, 0]))
+    noisy = (deg + noise * float(chance.standard_normal()) for deg in exact_deg)
+    seen = [round(deg / step_deg) * step_deg if step_deg else deg for deg in noisy]
     commands = [(number * SLOT_S, offset) for number, offset in enumerate(slots)]
-    return commands, [(float(one), float(other)) for one, other in zip(at, seen, strict=True)]
+    return commands, list(zip(at.tolist(), seen, strict=True))
 
 
 def measured(system: tuple[Numerator, Numerator], plan: ExcitationPlan = PLAN, **more: Any) -> Curve:
