@@ -258,7 +258,7 @@ async def improve(
             await subject.home()
             continue
         trial.score = score = Score.of(steps, plan, loop.tuned(proposal.gains).stiffness)
-        if best is None or best[0].score is None or better(plan.goal, best[0].score, score, plan.band_deg):
+        if best is None or _preferred(plan, made.before, trial, best[0]):
             best = trial, steps
         if score.hunting == "slight" and made.before.hunting != "slight":
             task = _lower(task, proposal, 0.8)
@@ -328,6 +328,16 @@ def _lower(task: Task, proposal: Proposal, share: float) -> Task:
 
 def _is_better(plan: Plan, before: Score, trial: Trial) -> bool:
     return trial.score is not None and better(plan.goal, before, trial.score, plan.band_deg)
+
+
+def _preferred(plan: Plan, before: Score, trial: Trial, best: Trial) -> bool:
+    """Whether a trial takes the place of the best so far: above all it must be better than the present gains."""
+    kept = _is_better(plan, before, trial)
+    if kept != _is_better(plan, before, best):
+        return kept
+    return (
+        trial.score is not None and best.score is not None and better(plan.goal, best.score, trial.score, plan.band_deg)
+    )
 
 
 def _promising(plan: Plan, trial: Trial, proposal: Proposal) -> bool:

@@ -53,16 +53,16 @@ def respond(
     slots = offsets(plan)
     command = np.repeat(slots, round(SLOT_S / FINE_S))
     matrices = scipy[0].cont2discrete(scipy[0].tf2ss(*system), FINE_S, method="zoh")
-    _, angle, _ = scipy[0].dlsim(matrices, bend(command))
+    found: Any = scipy[0].dlsim(matrices, bend(command))
     fine = np.arange(len(command)) * FINE_S
     gaps = every_s * chance.uniform(0.7, 1.3, int(fine[-1] / every_s))
     at = np.cumsum(gaps)
     at = at[at < fine[-1]]
-    seen: np.ndarray = np.interp(at - delay_s, fine, angle[:, 0]) + noise * chance.standard_normal(len(at))
-    if step_deg:
-        seen = np.asarray(np.round(seen / step_deg) * step_deg)
+    exact_deg: list[float] = list(np.interp(at - delay_s, fine, np.asarray(found[1], dtype=float)[:, 0]))
+    noisy = (deg + noise * float(chance.standard_normal()) for deg in exact_deg)
+    seen = [round(deg / step_deg) * step_deg if step_deg else deg for deg in noisy]
     commands = [(number * SLOT_S, offset) for number, offset in enumerate(slots)]
-    return commands, list(zip(at.tolist(), seen.tolist(), strict=True))
+    return commands, list(zip(at.tolist(), seen, strict=True))
 
 
 def measured(system: tuple[Numerator, Numerator], plan: ExcitationPlan = PLAN, **more: Any) -> Curve:
