@@ -118,7 +118,8 @@ def truth(case: Case, plan: ExcitationPlan, hz: list[float]) -> tuple[np.ndarray
 def textbook(command: np.ndarray, angle: np.ndarray, hz: list[float]) -> tuple[np.ndarray, np.ndarray]:
     """Cross spectrum over power spectrum, each averaged over ±3 % (at least three lines) about a frequency."""
     lines = np.fft.rfftfreq(len(command), CONTROL_S)
-    x, y = np.fft.rfft(command), np.fft.rfft(np.asarray(angle - np.linspace(angle[0], angle[-1], len(angle))))
+    drift = np.linspace(float(angle[0]), float(angle[-1]), len(angle))
+    x, y = np.fft.rfft(command), np.fft.rfft(angle - drift)
     # a command is held during its millisecond, and the angle is that at the end of it
     x, y = x * np.exp(-1j * np.pi * lines * CONTROL_S), y * np.exp(-2j * np.pi * lines * CONTROL_S)
     found: list[complex] = []

@@ -375,10 +375,11 @@ class _Run:
 
     async def home(self) -> None:
         """Command the start and wait until the horn is at rest."""
-        await self._motion.command(self._servo, self._lease_id, "angle", self._prepared.start_deg, clamp=False)
+        start_deg = self._prepared.start_deg
+        target = await self._motion.command(self._servo, self._lease_id, "angle", start_deg, clamp=False)
         until = self._base.now() + REST_S
         while self._base.now() < until:
-            self._motion.may_move(self._servo, self._lease_id)
+            self._motion.check_command(self._servo, self._lease_id, target)
             with contextlib.suppress(NoResponse):
                 await self._angle()
 
