@@ -99,6 +99,7 @@ async def test_a_hunting_servo_becomes_calm_in_ram_only(rig: Rig, servo: Servo) 
     assert rig.host.store.settings.get(f"temporary_values.{servo.uid}") is None
     runs = [json(await rig.call("GET", f"/runs/{one}")) for one in result["runs"]]
     assert [one["verdict"]["code"] == "hunts" for one in runs] == [True, False]
+    assert [abs(one["step_deg"]) for one in runs] == [4.0, 10.0], "a servo that hunts makes small steps"
     assert abs(rig.sim(servo).angle_deg) < 0.6
     assert rig.host.motion.is_commanded(servo.uid)
 

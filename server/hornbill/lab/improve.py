@@ -31,7 +31,7 @@ from hornbill.schema import scale
 from hornbill.schema.parameter import Parameter
 from hornbill.schema.scale import Value
 from hornbill.servo.device import permission
-from hornbill.servo.device.requests import POLL, READ
+from hornbill.servo.device.requests import POLL, READ, ServoRequests
 from hornbill.servo.device.services import HostServices
 from hornbill.servo.device.servo import Servo
 from hornbill.servo.device.temporary_values import TemporaryValues
@@ -114,8 +114,6 @@ class Improvements:
 
     def __init__(self, services: HostServices, motion: Motion, store: Store, compute: Compute) -> None:
         self._services = services
-        self._requests = services.requests
-        self._base = services.base
         self._motion = motion
         self._store = store
         self._compute = compute
@@ -124,8 +122,8 @@ class Improvements:
         """What `begin` would do. Only reads. Raises as `begin`, and NoResponse, Refused, BusDisconnected."""
         check_package()
         permission.check_movable(servo)
-        await self._read(servo)
-        found = self._prepared(servo, request)
+        await _read(self._services.requests, servo)
+        found = _prepared(servo, request)
         return ImprovePreview(
             uid=servo.uid, goal=request.goal, angle_deg=found.start_deg, from_deg=found.low_deg, to_deg=found.high_deg,
             step_deg=found.step_deg, steps=found.plan.most_steps, duration_s=request.bounds.time_s,
@@ -189,7 +187,7 @@ class Improvements:
         outcome, notes = "cancelled", ()
         try:
             async with servo.changing:
-                run = _Run(self, job, servo, lease_id, request)
+                run = _Run(self._services, self._motion, self._store, self._compute, job, servo, lease_id, request)
                 try:
                     result = await run.run()
                 except BaseException as error:
@@ -204,56 +202,56 @@ class Improvements:
             entry = NewAuditEntry(by, "improve", outcome, servo.uid, requested=request.goal, notes=notes, job=job.id)
             self._services.audit.note(entry)
 
-    async def _read(self, servo: Servo) -> None:
-        keys = [*SHAPING, "angle_limit_cw", "angle_limit_ccw", "torque_mode", "command_angle", "current_voltage"]
-        for key in (*keys, "current_angle"):
-            if key in servo.registers:
-                await self._requests.read(servo, servo.registers[key].parameter, READ)
 
-    def _prepared(self, servo: Servo, request: ImproveRequest) -> _Prepared:
-        """Range, step and limits from rows that were just read. Raises InvalidValue, NotInThisModel."""
-        if servo.model is None:
-            raise NotInThisModel(
-                f"The model of {servo.title} is unknown, so there is no model of its motion.",
-                cause="unknown_series",
-                servo=servo.title,
-                series_number=servo.model_number or 0,
-            )
-        row, bounds = permission.row_for(servo, "angle"), request.bounds
-        start = (servo.raw("current_angle") or 0) / servo.registers["current_angle"].parameter.per_unit
-        lowest, highest = (limit / row.per_unit for limit in permission.bounds(servo, row))
-        low = max(lowest, start - REACH_DEG if bounds.from_deg is None else bounds.from_deg)
-        high = min(highest, start + REACH_DEG if bounds.to_deg is None else bounds.to_deg)
-        up, down = (high - start) / ROOM, (start - low) / ROOM
-        step = min(STEP_DEG, up) if up >= down else -min(STEP_DEG, down)
-        if not low <= start <= high or abs(step) < LEAST_STEP_DEG:
-            raise InvalidValue(
-                f"The horn of {servo.title} is at {start:.1f}°, and {low:g}° to {high:g}° leave no room for a step of "
-                f"{LEAST_STEP_DEG:g}° and its overshoot. Give a wider range, or move the horn into it.",
-                cause="improve_range_too_small",
-                servo=servo.title,
-                angle_deg=start,
-                minimum=low,
-                maximum=high,
-                least_deg=LEAST_STEP_DEG,
-            )
-        limits: dict[str, Raw] = {
-            # a limit cannot be on the other side of 0°; commands and samples are checked against the range itself
-            "angle_limit_cw": max(0, int(high * row.per_unit)),
-            "angle_limit_ccw": min(0, -int(-low * row.per_unit)),
-        }
-        if servo.raw("speed_torque_control") == 1:
-            for name, (upper, lower) in FORCE.items():
-                most = getattr(bounds, name)
-                if most is not None:
-                    limits[upper] = min(servo.raw(upper) or 0, _raw(servo, upper, most))
-                    limits[lower] = max(servo.raw(lower) or 0, _raw(servo, lower, -most))
-        band = max(BAND_DEG, servo.number("angle_dead_band") or 0.0)
-        step = int(step * 10) / 10
-        plan = Plan(request.goal, start, step, DWELL_S, min(band, abs(step) / 4), request.expert)
-        return _Prepared(
-            start, low, high, step, {key: raw for key, raw in limits.items() if servo.raw(key) != raw}, plan
+async def _read(requests: ServoRequests, servo: Servo) -> None:
+    keys = [*SHAPING, "angle_limit_cw", "angle_limit_ccw", "torque_mode", "command_angle", "current_voltage"]
+    for key in (*keys, "current_angle"):
+        if key in servo.registers:
+            await requests.read(servo, servo.registers[key].parameter, READ)
+
+
+def _prepared(servo: Servo, request: ImproveRequest) -> _Prepared:
+    """Range, step and limits from rows that were just read. Raises InvalidValue, NotInThisModel."""
+    if servo.model is None:
+        raise NotInThisModel(
+            f"The model of {servo.title} is unknown, so there is no model of its motion.",
+            cause="unknown_series",
+            servo=servo.title,
+            series_number=servo.model_number or 0,
         )
+    row, bounds = permission.row_for(servo, "angle"), request.bounds
+    start = (servo.raw("current_angle") or 0) / servo.registers["current_angle"].parameter.per_unit
+    lowest, highest = (limit / row.per_unit for limit in permission.bounds(servo, row))
+    low = max(lowest, start - REACH_DEG if bounds.from_deg is None else bounds.from_deg)
+    high = min(highest, start + REACH_DEG if bounds.to_deg is None else bounds.to_deg)
+    up, down = (high - start) / ROOM, (start - low) / ROOM
+    step = min(STEP_DEG, up) if up >= down else -min(STEP_DEG, down)
+    if not low <= start <= high or abs(step) < LEAST_STEP_DEG:
+        raise InvalidValue(
+            f"The horn of {servo.title} is at {start:.1f}°, and {low:g}° to {high:g}° leave no room for a step of "
+            f"{LEAST_STEP_DEG:g}° and its overshoot. Give a wider range, or move the horn into it.",
+            cause="improve_range_too_small",
+            servo=servo.title,
+            angle_deg=start,
+            minimum=low,
+            maximum=high,
+            least_deg=LEAST_STEP_DEG,
+        )
+    limits: dict[str, Raw] = {
+        # a limit cannot be on the other side of 0°; commands and samples are checked against the range itself
+        "angle_limit_cw": max(0, int(high * row.per_unit)),
+        "angle_limit_ccw": min(0, -int(-low * row.per_unit)),
+    }
+    if servo.raw("speed_torque_control") == 1:
+        for name, (upper, lower) in FORCE.items():
+            most = getattr(bounds, name)
+            if most is not None:
+                limits[upper] = min(servo.raw(upper) or 0, _raw(servo, upper, most))
+                limits[lower] = max(servo.raw(lower) or 0, _raw(servo, lower, -most))
+    band = max(BAND_DEG, servo.number("angle_dead_band") or 0.0)
+    step = int(step * 10) / 10
+    plan = Plan(request.goal, start, step, DWELL_S, min(band, abs(step) / 4), request.expert)
+    return _Prepared(start, low, high, step, {key: raw for key, raw in limits.items() if servo.raw(key) != raw}, plan)
 
 
 def _raw(servo: Servo, key: str, value: float) -> Raw:
@@ -283,19 +281,26 @@ class _Run:
     """One improvement of one servo. Also the `Subject` of `improvement`."""
 
     def __init__(
-        self, owner: Improvements, job: RunningJob, servo: Servo, lease_id: str, request: ImproveRequest
+        self,
+        services: HostServices,
+        motion: Motion,
+        store: Store,
+        compute: Compute,
+        job: RunningJob,
+        servo: Servo,
+        lease_id: str,
+        request: ImproveRequest,
     ) -> None:
-        self._owner = owner
-        self._services = owner._services  # pyright: ignore[reportPrivateUsage] - one class in two halves
-        self._requests = self._services.requests
-        self._base = self._services.base
-        self._motion = owner._motion  # pyright: ignore[reportPrivateUsage]
-        self._store = owner._store  # pyright: ignore[reportPrivateUsage]
+        self._requests = services.requests
+        self._base = services.base
+        self._motion = motion
+        self._store = store
+        self._compute = compute
         self._job = job
         self._servo = servo
         self._lease_id = lease_id
         self._request = request
-        self._temporary = TemporaryValues(self._services.owed, self._services.requests, servo)
+        self._temporary = TemporaryValues(services.owed, services.requests, servo)
         self._until: Instant = self._base.now() + request.bounds.time_s
         self._torque_pct = 0
         self._phase = "check"
@@ -303,10 +308,10 @@ class _Run:
 
     async def run(self) -> dict[str, object]:
         """Improve, and return the job's result."""
-        job, servo, owner = self._job, self._servo, self._owner
+        job, servo = self._job, self._servo
         job.begin("check")
-        await owner._read(servo)  # pyright: ignore[reportPrivateUsage]
-        found = self._prepared = owner._prepared(servo, self._request)  # pyright: ignore[reportPrivateUsage]
+        await _read(self._requests, servo)
+        found = self._prepared = _prepared(servo, self._request)
         set_up = self._request.set_up or conditions.set_up_of(self._store.servos.get(servo.uid))
         document = await conditions.record(self._requests, self._base, servo, set_up, "step/1")
         before = self._values()
@@ -325,7 +330,7 @@ class _Run:
         job.done("check", Evidence("improve_conditions", text, values))
         plan = found.plan
         try:
-            made = await improvement.improve(self, loop, plan, owner._compute, self._tell)  # pyright: ignore[reportPrivateUsage]
+            made = await improvement.improve(self, loop, plan, self._compute, self._tell)
         except Stalled as stalled:
             raise self._stalled(stalled.trace) from None
         self._check_baseline(made)
@@ -558,11 +563,14 @@ class _Run:
         """Store steps as a run of a step test. Returns its ID."""
         traces = [one.trace for one in steps]
         seconds = sum(one.t[-1] for one in traces)
+        start = self._prepared.start_deg
+        # a servo that hunts is measured with small steps only
+        step = max((one.to_deg - start for one in traces), key=abs)
         whole = {
             **document,
             "parameters": cast("Json", parameters),
             "warnings": cast("Json", [asdict(one) for one in await conditions.warnings(self._requests, self._servo)]),
-            "step_deg": self._prepared.step_deg,
+            "step_deg": round(step, 1),
             "band_deg": self._prepared.plan.band_deg,
             "achieved_hz": round(sum(len(one.t) for one in traces) / max(seconds, 0.001), 1),
             "steps": cast("Json", [one.model_dump() for one in traces]),
