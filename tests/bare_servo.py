@@ -4,9 +4,7 @@ from collections.abc import Mapping
 from random import Random
 
 from hornbill.domain.plant import PlantConstants
-from hornbill.domain.step_test import StepTrace
-from hornbill.lab import metrics
-from hornbill.lab.improvement import Measured, Watch
+from hornbill.lab.improvement import Measured, Watch, measured
 from hornbill.lab.model import SHAPING, Loop
 from hornbill.schema.catalog import Catalog
 from hornbill.schema.firmware import from_text
@@ -105,13 +103,7 @@ class BareSubject:
             t.append(at)
             angles.append(angle)
             ended = watch.add(angle)
-        return Measured(
-            StepTrace(
-                direction="there", from_deg=begin, to_deg=to_deg, t=t, angle_deg=angles,
-                metrics=metrics.of_step(t, angles, begin, to_deg, band_deg=self.band_deg),
-            ),
-            ended,
-        )  # fmt: skip
+        return measured("there", to_deg, t, angles, ended, self.band_deg)
 
 
 def loop_of(servo: BareServo) -> Loop:

@@ -24,8 +24,8 @@ from hornbill.errors import (
     NotInThisModel,
     UnexpectedResult,
 )
-from hornbill.lab import conditions, improvement, metrics
-from hornbill.lab.improvement import Improvement, Measured, Plan, Stalled, Watch
+from hornbill.lab import conditions, improvement
+from hornbill.lab.improvement import Improvement, Measured, Plan, Stalled, Watch, measured
 from hornbill.lab.model import SHAPING, Gains, Loop
 from hornbill.schema import scale
 from hornbill.schema.parameter import Parameter
@@ -426,11 +426,7 @@ class _Run:
             self._check_noise(angles[2 * len(angles) // 3 :])
         self._torque_pct = await self._requests.read(servo, servo.registers["current_torque"].parameter, READ)
         direction = "back" if to_deg == round(found.start_deg, 1) else "there"
-        shown = begin if begin != to_deg else begin - 0.1  # a horn that did not move has no step
-        made = metrics.of_step(t, angles, shown, to_deg, band_deg=found.plan.band_deg)
-        return Measured(
-            StepTrace(direction=direction, from_deg=begin, to_deg=to_deg, t=t, angle_deg=angles, metrics=made), ended
-        )
+        return measured(direction, to_deg, t, angles, ended, found.plan.band_deg)
 
     # checks
 

@@ -5,12 +5,12 @@ The servo is a `Subject`, so that a simulated one without a bus can take its pla
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Final, Protocol
+from typing import Final, Literal, Protocol
 
 import numpy as np
 
 from hornbill.domain.step_test import StepTrace
-from hornbill.lab import identification, search
+from hornbill.lab import identification, metrics, search
 from hornbill.lab.identification import Chain, Identified
 from hornbill.lab.model import Gains, Loop
 from hornbill.lab.search import Goal, Proposal, Task
@@ -137,6 +137,23 @@ class Measured:
     def hunts(self) -> bool:
         """Whether it did not become calm."""
         return self.ended is not None or self.trace.metrics.hunting == "hunting"
+
+
+def measured(
+    direction: Literal["there", "back"],
+    to_deg: float,
+    t: list[float],
+    angles: list[float],
+    ended: str | None,
+    band_deg: float,
+) -> Measured:
+    """A step from its samples, the first of which is from before the command."""
+    begin = angles[0]
+    # a horn that was there already has no step; its metrics are those of the smallest one
+    step_from = begin if begin != to_deg else begin - 0.1
+    made = metrics.of_step(t, angles, step_from, to_deg, band_deg=band_deg)
+    trace = StepTrace(direction=direction, from_deg=begin, to_deg=to_deg, t=t, angle_deg=angles, metrics=made)
+    return Measured(trace, ended)
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,6 +1,6 @@
 /** Improve: goal, bounds, what will move, the set-up, the promise to restore, and the one button. */
 import { signal } from "@preact/signals";
-import { useEffect, useMemo } from "preact/hooks";
+import { useEffect, useMemo, useRef } from "preact/hooks";
 import type { ImproveOptions, ImprovePreview } from "../api/lab-types";
 import { all, type KnownServo, nameOf } from "../bench/fleet";
 import { angle, number, withUnit } from "../bench/format";
@@ -218,7 +218,11 @@ const chosen = signal<ReadonlySet<string>>(new Set());
 
 export function ImproveDialog({ one }: { one: KnownServo }) {
   const strings = words.improve;
-  const found = bounds(one);
+  const present = bounds(one);
+  // About the angle at which it opened: that of a servo that hunts differs with every reading.
+  const first = useRef<Bounds["sweep"]>(null);
+  first.current ??= present.sweep;
+  const found = { ...present, sweep: first.current };
   const why = against(found);
   const { on, able } = gateOf(one);
   const { from, to, sweep, torque, speed, time } = found;
