@@ -47,8 +47,12 @@ class Judged:
 
     @property
     def worse(self) -> bool:
-        """Whether it ends hunting, or slower than a servo that did not hunt."""
-        if self.made is None or self.made.before is None or self.finally_ is None:
+        """Whether it ends hunting, or slower than a servo that did not hunt.
+
+        With its previous gains it ends as it began: a second measurement differs only because the horn rests elsewhere
+        in its backlash.
+        """
+        if self.made is None or self.made.before is None or self.finally_ is None or self.made.kept is None:
             return False
         before, after = self.made.before, self.finally_
         if after.hunting == "hunting" or before.hunting == "hunting":
