@@ -187,9 +187,9 @@ class Improvements:
         outcome, notes = "cancelled", ()
         try:
             async with servo.changing:
-                run = _Run(self._services, self._motion, self._store, self._compute, job, servo, lease_id, request)
+                run = _Run(self._services, self._motion, self._store, job, servo, lease_id, request)
                 try:
-                    result = await run.run()
+                    result = await run.run(self._compute)
                 except BaseException as error:
                     await shielded(run.end_badly(error))
                     raise
@@ -285,7 +285,6 @@ class _Run:
         services: HostServices,
         motion: Motion,
         store: Store,
-        compute: Compute,
         job: RunningJob,
         servo: Servo,
         lease_id: str,
@@ -295,7 +294,6 @@ class _Run:
         self._base = services.base
         self._motion = motion
         self._store = store
-        self._compute = compute
         self._job = job
         self._servo = servo
         self._lease_id = lease_id
@@ -306,8 +304,8 @@ class _Run:
         self._phase = "check"
         self._prepared: _Prepared
 
-    async def run(self) -> dict[str, object]:
-        """Improve, and return the job's result."""
+    async def run(self, compute: Compute) -> dict[str, object]:
+        """Improve, and return the job's result. `compute` runs fits and searches."""
         job, servo = self._job, self._servo
         job.begin("check")
         await _read(self._requests, servo)
@@ -330,7 +328,7 @@ class _Run:
         job.done("check", Evidence("improve_conditions", text, values))
         plan = found.plan
         try:
-            made = await improvement.improve(self, loop, plan, self._compute, self._tell)
+            made = await improvement.improve(self, loop, plan, compute, self._tell)
         except Stalled as stalled:
             raise self._stalled(stalled.trace) from None
         self._check_baseline(made)
