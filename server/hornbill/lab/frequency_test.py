@@ -9,11 +9,12 @@ import numpy as np
 from hornbill.domain.fields import known
 from hornbill.domain.frequency_response import Excitation, FrequencyCurve
 from hornbill.domain.set_up import SetUp
-from hornbill.errors import DidNotMove, HornbillError, InvalidValue, NoResponse
+from hornbill.errors import DidNotMove, InvalidValue, NoResponse
 from hornbill.lab import conditions, frequency
 from hornbill.lab.excitation import SLOT_S, ExcitationPlan, offsets
 from hornbill.lab.frequency import Curve
-from hornbill.servo.device.requests import POLL, RetryPolicy, ServoRequests
+from hornbill.lab.horn import CommandedHorn
+from hornbill.servo.device.requests import RetryPolicy, ServoRequests
 from hornbill.servo.device.servo import Servo
 from hornbill.servo.motion.motion import Motion
 from hornbill.servo.runtime.jobs import Jobs, RunningJob, Step
@@ -108,15 +109,16 @@ class FrequencyTests:
     async def _work(
         self, job: RunningJob, servo: Servo, lease_id: str | None, plan: FrequencyPlan
     ) -> dict[str, object]:
+        horn = CommandedHorn(self._requests, self._motion, self._base, servo, lease_id)
         job.begin("check")
-        start_deg = await self._angle(servo, POLL)
+        start_deg = await horn.angle()
         document = await conditions.record(self._requests, self._base, servo, plan.set_up, PROCEDURE)
         await self._motion.freshen(servo, "angle")
         lease = self._motion.may_move(servo, lease_id)
         reach = max(plan.amplitudes)
         for end in (start_deg - reach, start_deg + reach):  # both ends are permitted before anything moves
             self._motion.permit(servo, lease, "angle", end, clamp=False, confirm=())
-        await self._motion.command(servo, lease_id, "angle", start_deg, clamp=False)
+        await horn.command(start_deg)
         supply = cast("float | None", document["voltage_v"])
         text = f"horn at {start_deg:+.1f}°, {supply} V, moves by up to ±{reach:g}°"
         values = known(angle_deg=start_deg, supply_v=supply, amplitude_deg=reach)
@@ -125,14 +127,14 @@ class FrequencyTests:
         try:
             for number, amplitude in enumerate(plan.amplitudes, 1):
                 job.begin(f"measure {number}")
-                record = await self._measure(servo, lease_id, start_deg, plan, amplitude)
+                record = await self._measure(horn, start_deg, plan, amplitude)
                 job.done(f"measure {number}", _evidence(record))
                 smoothing = servo.raw("smoothing") == 1
                 curves.append(await asyncio.to_thread(_evaluate, record, plan, amplitude, loop=not smoothing))
         except BaseException:
-            await self._return_to_start(servo, lease_id, start_deg)
+            await horn.return_to(start_deg)
             raise
-        await self._return_to_start(servo, lease_id, start_deg)
+        await horn.return_to(start_deg)
         job.begin("evaluate")
         warnings = await conditions.warnings(self._requests, servo)
         found = frequency.dependence([one for one, _ in curves], plan.amplitudes) if plan.ladder else None
@@ -155,14 +157,11 @@ class FrequencyTests:
         job.done("evaluate", Evidence("response_stored", text, values))
         return {"run": run.id}
 
-    async def _measure(
-        self, servo: Servo, lease_id: str | None, start_deg: float, plan: FrequencyPlan, amplitude: float
-    ) -> _Record:
+    async def _measure(self, horn: CommandedHorn, start_deg: float, plan: FrequencyPlan, amplitude: float) -> _Record:
         """One excitation: each slot is commanded when it is due, and the angle is sampled until the next one is."""
         await asyncio.sleep(SETTLE_S)
         shape = ExcitationPlan(plan.excitation, amplitude, plan.from_hz, plan.to_hz, plan.duration_s)
         slots = offsets(shape)
-        register = servo.registers["command_angle"]
         record = _Record([], [])
         trips: list[float] = []
         begin, done = self._base.now(), 0
@@ -174,54 +173,39 @@ class FrequencyTests:
             if due >= done:
                 record.missed += due - done
                 done = due + 1
-                self._motion.may_move(servo, lease_id)
                 try:
-                    await self._motion.command(servo, lease_id, "angle", round(start_deg + slots[due], 1), clamp=False)
+                    record.commands.append((await horn.command(round(start_deg + slots[due], 1)), slots[due]))
                 except NoResponse:
                     record.missed += 1  # the servo keeps the previous command
-                else:
-                    assert register.at is not None  # it was just acknowledged
-                    record.commands.append((register.at, slots[due]))
-            await self._sample(servo, start_deg, amplitude, record, trips, begin + done * SLOT_S)
+            await self._sample(horn, start_deg, amplitude, record, trips, begin + done * SLOT_S)
         half = float(np.median(trips)) / 2 if trips else 0.0
         # a response arrives half a round trip after the servo acted
         record.commands = [(at - half, offset) for at, offset in record.commands]
         return record
 
     async def _sample(
-        self, servo: Servo, start_deg: float, amplitude: float, record: _Record, trips: list[float], until: float
+        self, horn: CommandedHorn, start_deg: float, amplitude: float, record: _Record, trips: list[float], until: float
     ) -> None:
         """Read the angle until the next slot is due. `trips`: round-trip times, s."""
         while (sent := self._base.now()) < until:
-            try:
-                offset = await self._angle(servo, SAMPLE) - start_deg
-            except NoResponse:
+            found = await horn.sample(policy=SAMPLE)
+            if found is None:
                 continue
             now = self._base.now()
             trips.append(now - sent)
-            at = (sent + now) / 2
+            at, offset = found[0], found[1] - start_deg
             if not record.samples or at > record.samples[-1][0]:
                 record.samples.append((at, offset))
             if abs(offset) > TRIP * amplitude + TRIP_DEG:
                 raise DidNotMove(
-                    f"{servo.title} swings too far: its horn is {abs(offset):.1f}° from its start at an amplitude of "
-                    f"{amplitude:g}°. The test was ended. Lower the angle P gain or the amplitude.",
+                    f"{horn.servo.title} swings too far: its horn is {abs(offset):.1f}° from its start at an amplitude "
+                    f"of {amplitude:g}°. The test was ended. Lower the angle P gain or the amplitude.",
                     cause="swings_too_far",
-                    servo=servo.title,
+                    servo=horn.servo.title,
                     away_deg=round(abs(offset), 1),
                     amplitude_deg=amplitude,
                 )
             await asyncio.sleep(max(0.0, min(sent + SAMPLE_S, until) - now))
-
-    async def _angle(self, servo: Servo, policy: RetryPolicy) -> float:
-        row = servo.registers["current_angle"].parameter
-        return await self._requests.read(servo, row, policy) / row.per_unit
-
-    async def _return_to_start(self, servo: Servo, lease_id: str | None, start_deg: float) -> None:
-        try:
-            await self._motion.command(servo, lease_id, "angle", start_deg, clamp=False)
-        except HornbillError:
-            pass  # stopped, or without a lease: torque is off or turning off
 
 
 def check(plan: FrequencyPlan) -> None:

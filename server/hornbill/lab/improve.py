@@ -25,13 +25,15 @@ from hornbill.errors import (
     UnexpectedResult,
 )
 from hornbill.lab import conditions, improvement
+from hornbill.lab.horn import CommandedHorn
 from hornbill.lab.improvement import Improvement, Measured, Plan, Stalled, Watch, measured
 from hornbill.lab.model import SHAPING, Gains, Loop
+from hornbill.lab.step import PROCEDURE
 from hornbill.schema import scale
 from hornbill.schema.parameter import Parameter
 from hornbill.schema.scale import Value
 from hornbill.servo.device import permission
-from hornbill.servo.device.requests import POLL, READ, ServoRequests
+from hornbill.servo.device.requests import READ, ServoRequests
 from hornbill.servo.device.services import HostServices
 from hornbill.servo.device.servo import Servo
 from hornbill.servo.device.temporary_values import TemporaryValues
@@ -298,6 +300,7 @@ class _Run:
         self._servo = servo
         self._lease_id = lease_id
         self._request = request
+        self._horn = CommandedHorn(services.requests, motion, services.base, servo, lease_id)
         self._temporary = TemporaryValues(services.owed, services.requests, servo)
         self._until: Instant = self._base.now() + request.bounds.time_s
         self._torque_pct = 0
@@ -311,7 +314,7 @@ class _Run:
         await _read(self._requests, servo)
         found = self._prepared = _prepared(servo, self._request)
         set_up = self._request.set_up or conditions.set_up_of(self._store.servos.get(servo.uid))
-        document = await conditions.record(self._requests, self._base, servo, set_up, "step/1")
+        document = await conditions.record(self._requests, self._base, servo, set_up, PROCEDURE)
         before = self._values()
         await self._motion.command(servo, self._lease_id, "angle", found.start_deg, clamp=False)
         await self._temporary.set(found.limits)
@@ -383,8 +386,7 @@ class _Run:
         until = self._base.now() + REST_S
         while self._base.now() < until:
             self._motion.check_command(self._servo, self._lease_id, target)
-            with contextlib.suppress(NoResponse):
-                await self._angle()
+            await self._horn.sample()
 
     async def step(self, to_deg: float, dwell_s: float) -> Measured:
         """Command an angle and sample the horn as fast as the servo responds."""
@@ -397,21 +399,16 @@ class _Run:
                 servo=servo.title,
                 time_s=self._request.bounds.time_s,
             )
-        begin = await self._angle()
+        begin = await self._horn.angle()
         watch = Watch(begin, to_deg, found.plan.band_deg)
-        await self._motion.command(servo, self._lease_id, "angle", to_deg, clamp=False)
-        commanded = servo.registers["command_angle"].at
-        assert commanded is not None  # it was just acknowledged
+        commanded = await self._horn.command(to_deg)
         t, angles, ended = [0.0], [begin], None
         while t[-1] < dwell_s and ended is None:
-            self._motion.may_move(servo, self._lease_id)
-            sent = self._base.now()
-            try:
-                angle = await self._angle()
-            except NoResponse:
+            sample = await self._horn.sample()
+            if sample is None:
                 self._check_rate(len(t), self._base.now() - commanded)
                 continue
-            at = (sent + self._base.now()) / 2 - commanded
+            at, angle = sample[0] - commanded, sample[1]
             if at <= t[-1]:
                 continue
             t.append(round(at, 6))
@@ -515,10 +512,6 @@ class _Run:
             self._job.skip(name, Evidence("nothing_better", "no better gains were found on the model"))
 
     # values
-
-    async def _angle(self) -> float:
-        row = self._servo.registers["current_angle"].parameter
-        return await self._requests.read(self._servo, row, POLL) / row.per_unit
 
     def _values(self) -> dict[str, Value]:
         """Engineering values of all rows stored in ROM, as configured."""

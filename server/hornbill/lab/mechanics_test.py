@@ -12,8 +12,9 @@ from hornbill.domain.mechanics import MechanicsTest, Quantity
 from hornbill.domain.set_up import SetUp
 from hornbill.errors import Busy, HornbillError, InvalidValue, NoResponse, NotInThisModel, UnexpectedResult
 from hornbill.lab import conditions, mechanics
+from hornbill.lab.horn import CommandedHorn
 from hornbill.lab.mechanics_moves import Found, Kind, Moves, Range, Sample
-from hornbill.servo.device.requests import POLL, READ
+from hornbill.servo.device.requests import READ
 from hornbill.servo.device.services import HostServices
 from hornbill.servo.device.servo import Servo
 from hornbill.servo.device.temporary_values import TemporaryValues
@@ -88,26 +89,21 @@ class MechanicsPlan:
 
 
 class _BusHorn:
-    """The horn of a servo on the bus, under a lease."""
+    """The horn of a servo on the bus, as `Moves` takes it."""
 
     def __init__(self, services: HostServices, motion: Motion, servo: Servo, lease_id: str | None) -> None:
-        self._requests = services.requests
         self._base = services.base
         self._motion = motion
         self._servo = servo
         self._lease_id = lease_id
+        self._horn = CommandedHorn(services.requests, motion, services.base, servo, lease_id)
 
     def now(self) -> float:
         return self._base.now()
 
     async def read(self, key: str) -> Sample | None:
-        self._motion.may_move(self._servo, self._lease_id)
-        row, sent = self._servo.registers[key].parameter, self._base.now()
-        try:
-            raw = await self._requests.read(self._servo, row, POLL)
-        except NoResponse:
-            return None
-        return Sample((sent + self._base.now()) / 2.0, raw / row.per_unit)
+        found = await self._horn.sample(key)
+        return None if found is None else Sample(*found)
 
     async def command(self, kind: Kind, value: float) -> float:
         for attempt in range(COMMAND_TRIES):

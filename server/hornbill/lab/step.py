@@ -7,9 +7,10 @@ from typing import Final, Literal, cast
 from hornbill.domain.fields import known
 from hornbill.domain.set_up import SetUp
 from hornbill.domain.step_test import StepMetrics, StepTrace
-from hornbill.errors import DidNotMove, HornbillError, InvalidValue, NoResponse
+from hornbill.errors import DidNotMove, InvalidValue
 from hornbill.lab import conditions, metrics
-from hornbill.servo.device.requests import POLL, ServoRequests
+from hornbill.lab.horn import CommandedHorn
+from hornbill.servo.device.requests import ServoRequests
 from hornbill.servo.device.servo import Servo
 from hornbill.servo.motion.motion import Motion
 from hornbill.servo.runtime.jobs import Jobs, RunningJob, Step
@@ -80,11 +81,12 @@ class StepTests:
         return self._jobs.start("step_test", servo.uid, steps, lambda job: self._work(job, servo, lease_id, plan))
 
     async def _work(self, job: RunningJob, servo: Servo, lease_id: str | None, plan: StepPlan) -> dict[str, object]:
+        horn = CommandedHorn(self._requests, self._motion, self._base, servo, lease_id)
         job.begin("check")
-        start_deg = await self._angle(servo)
+        start_deg = await horn.angle()
         document = await conditions.record(self._requests, self._base, servo, plan.set_up, PROCEDURE)
         band = plan.band_deg or max(0.5, _number(document["parameters"], "angle_dead_band"))
-        await self._motion.command(servo, lease_id, "angle", start_deg, clamp=False)  # this command checks the target
+        await horn.command(start_deg)  # this command checks the target
         supply = cast("float | None", document["voltage_v"])
         text = f"horn at {start_deg:+.1f}°, {supply} V, band ±{band:g}°"
         job.done("check", Evidence("test_conditions", text, known(angle_deg=start_deg, supply_v=supply, band_deg=band)))
@@ -92,14 +94,11 @@ class StepTests:
         traces: list[StepTrace] = []
         try:
             for _ in range(plan.runs):
-                traces.append(
-                    await self._step(servo, lease_id, "there", start_deg, start_deg + plan.step_deg, plan.dwell_s, band)
-                )
-                traces.append(
-                    await self._step(servo, lease_id, "back", start_deg + plan.step_deg, start_deg, plan.dwell_s, band)
-                )
+                there = start_deg + plan.step_deg
+                traces.append(await _step(horn, "there", start_deg, there, plan.dwell_s, band))
+                traces.append(await _step(horn, "back", there, start_deg, plan.dwell_s, band))
         except BaseException:
-            await self._return_to_start(servo, lease_id, start_deg)
+            await horn.return_to(start_deg)
             raise
         samples = sum(len(one.t) for one in traces)
         rate = samples / sum(one.t[-1] for one in traces)
@@ -118,64 +117,41 @@ class StepTests:
         job.done("evaluate", Evidence("run_stored", text, {**values, "sample_s": first.sample_s}))
         return {"run": run.id, "metrics": asdict(first)}
 
-    async def _step(
-        self,
-        servo: Servo,
-        lease_id: str | None,
-        direction: Literal["there", "back"],
-        start: float,
-        to: float,
-        dwell_s: float,
-        band: float,
-    ) -> StepTrace:
-        begin = await self._angle(servo)
-        if abs(begin - to) < abs(start - to) * MIN_TRAVEL:
+
+async def _step(
+    horn: CommandedHorn, direction: Literal["there", "back"], start: float, to: float, dwell_s: float, band: float
+) -> StepTrace:
+    servo, begin = horn.servo, await horn.angle()
+    if abs(begin - to) < abs(start - to) * MIN_TRAVEL:
+        raise DidNotMove(
+            f"{servo.title} did not complete the previous step: its horn is at {begin:+.1f}°. "
+            "Check whether it is blocked, or stopped by a limit.",
+            cause="step_path_differs",
+            servo=servo.title,
+            angle_deg=begin,
+        )
+    commanded = await horn.command(round(to, 1))
+    t, angles = [0.0], [begin]
+    while t[-1] < dwell_s:
+        found = await horn.sample()
+        if found is None or found[0] - commanded <= t[-1]:
+            continue  # a gap reduces the accuracy of the times around it
+        angle = found[1]
+        t.append(round(found[0] - commanded, 6))
+        angles.append(angle)
+        if abs(angle - to) > abs(to - start) * (1 + TRIP):
             raise DidNotMove(
-                f"{servo.title} did not complete the previous step: its horn is at {begin:+.1f}°. "
-                "Check whether it is blocked, or stopped by a limit.",
-                cause="step_path_differs",
+                f"{servo.title} does not follow: its horn is at {angle:+.1f}°, {abs(angle - to):.1f}° from its "
+                "target. The test was ended. Check for a loose load, or lower the angle P gain.",
+                cause="not_following",
                 servo=servo.title,
-                angle_deg=begin,
+                angle_deg=angle,
+                away_deg=abs(angle - to),
             )
-        await self._motion.command(servo, lease_id, "angle", round(to, 1), clamp=False)
-        commanded = servo.registers["command_angle"].at
-        assert commanded is not None  # it was just acknowledged
-        t, angles = [0.0], [begin]
-        while t[-1] < dwell_s:
-            self._motion.may_move(servo, lease_id)
-            sent = self._base.now()
-            try:
-                angle = await self._angle(servo)
-            except NoResponse:
-                continue  # a gap reduces the accuracy of the times around it
-            at = (sent + self._base.now()) / 2 - commanded
-            if at <= t[-1]:
-                continue
-            t.append(round(at, 6))
-            angles.append(angle)
-            if abs(angle - to) > abs(to - start) * (1 + TRIP):
-                raise DidNotMove(
-                    f"{servo.title} does not follow: its horn is at {angle:+.1f}°, {abs(angle - to):.1f}° from its "
-                    "target. The test was ended. Check for a loose load, or lower the angle P gain.",
-                    cause="not_following",
-                    servo=servo.title,
-                    angle_deg=angle,
-                    away_deg=abs(angle - to),
-                )
-        return StepTrace(
-            direction=direction, from_deg=begin, to_deg=to, t=t, angle_deg=angles,
-            metrics=metrics.of_step(t, angles, begin, to, band_deg=band),
-        )  # fmt: skip
-
-    async def _angle(self, servo: Servo) -> float:
-        row = servo.registers["current_angle"].parameter
-        return await self._requests.read(servo, row, POLL) / row.per_unit
-
-    async def _return_to_start(self, servo: Servo, lease_id: str | None, start_deg: float) -> None:
-        try:
-            await self._motion.command(servo, lease_id, "angle", start_deg, clamp=False)
-        except HornbillError:
-            pass  # stopped, or without a lease: torque is off or turning off
+    return StepTrace(
+        direction=direction, from_deg=begin, to_deg=to, t=t, angle_deg=angles,
+        metrics=metrics.of_step(t, angles, begin, to, band_deg=band),
+    )  # fmt: skip
 
 
 def _number(parameters: object, key: str) -> float:
