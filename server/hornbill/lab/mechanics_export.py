@@ -12,7 +12,7 @@ from hornbill.domain.plant import PlantConstants
 from hornbill.domain.set_up import SetUp
 from hornbill.lab import mechanics
 from hornbill.lab.mechanics import Zone
-from hornbill.lab.mechanics_test import UNITS
+from hornbill.lab.mechanics_job import UNITS
 from hornbill.schema.catalog import Catalog
 from hornbill.sim.mechanics.plant import Plant, plant_of
 from hornbill.store.runs import Run

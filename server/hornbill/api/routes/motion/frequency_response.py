@@ -19,7 +19,7 @@ from hornbill.domain.frequency_response import Excitation, FrequencyResponse
 from hornbill.domain.set_up import SetUp
 from hornbill.lab import stored
 from hornbill.lab.conditions import set_up_of
-from hornbill.lab.frequency_test import FrequencyPlan, FrequencyTests
+from hornbill.lab.frequency_job import FrequencyPlan, FrequencyTests
 from hornbill.servo.host import Host
 from hornbill.units import Uid
 

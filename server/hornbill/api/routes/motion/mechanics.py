@@ -18,7 +18,7 @@ from hornbill.domain.set_up import SetUp
 from hornbill.errors import Unknown
 from hornbill.lab import mechanics_export
 from hornbill.lab.conditions import set_up_of
-from hornbill.lab.mechanics_test import MechanicsPlan, MechanicsTests
+from hornbill.lab.mechanics_job import MechanicsPlan, MechanicsTests
 from hornbill.servo.device.servo import Servo
 from hornbill.servo.host import Host
 from hornbill.store.runs import Run
