@@ -220,8 +220,11 @@ class Autopilot:
                 self.requests += 1
                 bus = int(message.param1)
                 accepted = 0 <= bus <= self._buses
-                if accepted:
-                    self._bus, self._until = bus - 1, time.monotonic() + FORWARDED_S if bus else 0.0
+                if accepted and bus:
+                    self._bus, self._until = bus - 1, time.monotonic() + FORWARDED_S
+                elif accepted:  # stop; what waits is not sent
+                    self._until = 0.0
+                    self._outbox.clear()
                 self._send(self._mav.command_ack_encode(32000, 0 if accepted else 4))
             case "CAN_FILTER_MODIFY" if message.operation == 0:
                 self.filter = list(message.ids[: message.num_ids])
