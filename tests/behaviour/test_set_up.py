@@ -122,6 +122,6 @@ async def test_the_server_says_whether_scipy_is_there_and_which_thresholds_decid
     def absent(_name: str) -> None:
         """No package is installed."""
 
-    monkeypatch.setattr("hornbill.api.routes.motion.tuning.find_spec", absent)
+    monkeypatch.setattr("hornbill.lab.improve.find_spec", absent)
     shown = json(await rig.call("GET", "/tuning"))
     assert (shown["available"], shown["install"]) == (False, "pip install 'hornbill[tune]'")

@@ -1,5 +1,6 @@
 """Conditions of a run, recorded by every procedure: identity, supply, all stored rows, and limits that were reached."""
 
+from dataclasses import asdict
 from typing import Final, cast
 
 from hornbill.domain.note import Note
@@ -37,8 +38,12 @@ async def record(
     }
 
 
-async def warnings(requests: ServoRequests, servo: Servo) -> list[Note]:
-    """Warnings after a run: smoothing, and limits of the servo that were reached."""
+async def warnings(requests: ServoRequests, servo: Servo) -> Json:
+    """Warnings after a run, as stored: smoothing, and limits of the servo that were reached."""
+    return cast("Json", [asdict(one) for one in await _warnings(requests, servo)])
+
+
+async def _warnings(requests: ServoRequests, servo: Servo) -> list[Note]:
     found: list[Note] = []
     if servo.raw("smoothing") == 1:
         text = "Smoothing (0x22) is on: the test measures the smoothing (section 4.15)."

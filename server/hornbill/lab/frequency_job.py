@@ -136,10 +136,9 @@ class FrequencyTests:
             raise
         await horn.return_to(start_deg)
         job.begin("evaluate")
-        warnings = await conditions.warnings(self._requests, servo)
         found = frequency.dependence([one for one, _ in curves], plan.amplitudes) if plan.ladder else None
         document |= {
-            "warnings": cast("Json", [asdict(one) for one in warnings]),
+            "warnings": await conditions.warnings(self._requests, servo),
             "excitation": plan.excitation,
             "amplitude_deg": plan.amplitude_deg,
             "from_hz": plan.from_hz,

@@ -36,7 +36,7 @@ from hornbill.servo.device import permission
 from hornbill.servo.device.requests import READ, ServoRequests
 from hornbill.servo.device.services import HostServices
 from hornbill.servo.device.servo import Servo
-from hornbill.servo.device.temporary_values import TemporaryValues
+from hornbill.servo.device.temporary_values import TemporaryValues, not_restored, tightened
 from hornbill.servo.motion.motion import Motion
 from hornbill.servo.runtime.computing import Compute
 from hornbill.servo.runtime.jobs import RunningJob, Step
@@ -48,6 +48,7 @@ from hornbill.store.tables import Json
 from hornbill.units import Instant, Raw
 
 PACKAGE: Final = "scipy"
+INSTALL: Final = "pip install 'hornbill[tune]'"
 
 STEP_DEG: Final = 10.0
 """Largest step, °."""
@@ -76,11 +77,6 @@ STEPS: Final = {
     "search": "Better gains found on the model",
     "confirm": "Measured with the new gains",
     "finish": "Gains kept or restored, and verified",
-}
-TEMPORARY: Final = ("angle_limit_cw", "angle_limit_ccw")
-FORCE: Final = {
-    "torque_pct": ("torque_limit_cw", "torque_limit_ccw"),
-    "speed_rpm": ("speed_limit_cw", "speed_limit_ccw"),
 }
 
 
@@ -245,19 +241,11 @@ def _prepared(servo: Servo, request: ImproveRequest) -> _Prepared:
         "angle_limit_ccw": min(0, -int(-low * row.per_unit)),
     }
     if servo.raw("speed_torque_control") == 1:
-        for name, (upper, lower) in FORCE.items():
-            most = getattr(bounds, name)
-            if most is not None:
-                limits[upper] = min(servo.raw(upper) or 0, _raw(servo, upper, most))
-                limits[lower] = max(servo.raw(lower) or 0, _raw(servo, lower, -most))
+        limits |= tightened(servo, bounds.speed_rpm, bounds.torque_pct)
     band = max(BAND_DEG, servo.number("angle_dead_band") or 0.0)
     step = int(step * 10) / 10
     plan = Plan(request.goal, start, step, DWELL_S, min(band, abs(step) / 4), request.expert)
     return _Prepared(start, low, high, step, {key: raw for key, raw in limits.items() if servo.raw(key) != raw}, plan)
-
-
-def _raw(servo: Servo, key: str, value: float) -> Raw:
-    return round(value * servo.registers[key].parameter.per_unit)
 
 
 def _changed(servo: Servo, request: ImproveRequest) -> Sequence[str]:
@@ -268,14 +256,19 @@ def _changed(servo: Servo, request: ImproveRequest) -> Sequence[str]:
     return [key for key in keys if key in servo.registers]
 
 
+def package_installed() -> bool:
+    """Whether the package that identification needs is installed."""
+    return find_spec(PACKAGE) is not None
+
+
 def check_package() -> None:
     """Raises NotAvailable without the package that identification needs."""
-    if find_spec(PACKAGE) is None:
+    if not package_installed():
         raise NotAvailable(
-            "Improve needs the package scipy. Install it with: pip install 'hornbill[tune]'",
+            f"Improve needs the package {PACKAGE}. Install it with: {INSTALL}",
             cause="package_missing",
             package=PACKAGE,
-            install="pip install 'hornbill[tune]'",
+            install=INSTALL,
         )
 
 
@@ -341,13 +334,7 @@ class _Run:
         if gains is not None:
             await self.write(gains)
         await self.home()
-        if left := await shielded(self._temporary.restore(but=gains or ())):
-            raise UnexpectedResult(
-                f"The original values of {servo.title} could not be verified.",
-                keys=left,
-                cause="rows_not_restored",
-                servo=servo.title,
-            )
+        await self._temporary.restore_all(but=gains or ())
         after_values = await self._read_back(before, gains)
         runs = [await self._stored(document, made.baseline, before)]
         if made.confirmed and made.predicted is not None:
@@ -471,7 +458,7 @@ class _Run:
     def _limit_pct(self) -> float:
         if self._servo.raw("speed_torque_control") != 1:
             return 100.0
-        return min(abs(self._servo.number(key) or 100.0) for key in FORCE["torque_pct"])
+        return min(abs(self._servo.number(key) or 100.0) for key in ("torque_limit_cw", "torque_limit_ccw"))
 
     def _check_baseline(self, made: Improvement) -> None:
         """Raises DidNotMove if one end of the travel is not reached, although the other is."""
@@ -538,12 +525,7 @@ class _Run:
             if key in wanted and scale.to_value(self._row(key), raw, servo.raws()) != wanted[key]:
                 wrong.append(key)
         if wrong:
-            raise UnexpectedResult(
-                f"The original values of {servo.title} could not be verified.",
-                keys=wrong,
-                cause="rows_not_restored",
-                servo=servo.title,
-            )
+            raise not_restored(servo, wrong)
         return wanted
 
     async def _stored(self, document: dict[str, Json], steps: Sequence[Measured], parameters: dict[str, Value]) -> int:
@@ -556,7 +538,7 @@ class _Run:
         whole = {
             **document,
             "parameters": cast("Json", parameters),
-            "warnings": cast("Json", [asdict(one) for one in await conditions.warnings(self._requests, self._servo)]),
+            "warnings": await conditions.warnings(self._requests, self._servo),
             "step_deg": round(step, 1),
             "band_deg": self._prepared.plan.band_deg,
             "achieved_hz": round(sum(len(one.t) for one in traces) / max(seconds, 0.001), 1),

@@ -10,14 +10,14 @@ from hornbill.domain.fields import Param, known
 from hornbill.domain.frequency_response import Estimate
 from hornbill.domain.mechanics import MechanicsTest, Quantity
 from hornbill.domain.set_up import SetUp
-from hornbill.errors import Busy, HornbillError, InvalidValue, NoResponse, NotInThisModel, UnexpectedResult
+from hornbill.errors import Busy, HornbillError, InvalidValue, NoResponse, NotInThisModel
 from hornbill.lab import conditions, mechanics
 from hornbill.lab.horn import CommandedHorn
 from hornbill.lab.mechanics_moves import Found, Kind, Moves, Range, Sample
 from hornbill.servo.device.requests import READ
 from hornbill.servo.device.services import HostServices
 from hornbill.servo.device.servo import Servo
-from hornbill.servo.device.temporary_values import TemporaryValues
+from hornbill.servo.device.temporary_values import FORCE_LIMITS, TemporaryValues, tightened
 from hornbill.servo.motion.motion import Motion
 from hornbill.servo.runtime.computing import Compute
 from hornbill.servo.runtime.jobs import RunningJob, Step
@@ -179,21 +179,14 @@ class MechanicsTests:
             try:
                 document, found = await self._measure(job, servo, lease_id, plan, tests, temporary)
                 job.begin("restore")
-                if left := await shielded(temporary.restore()):
-                    raise UnexpectedResult(
-                        f"The original values of {servo.title} could not be verified.",
-                        keys=left,
-                        cause="rows_not_restored",
-                        servo=servo.title,
-                    )
+                await temporary.restore_all()
                 job.done("restore", Evidence("rows_restored", "all rows restored and verified"))
             except BaseException:
                 await shielded(self._end_badly(servo, temporary))
                 raise
         job.begin("evaluate")
-        warnings = await conditions.warnings(self._requests, servo)
         document |= {
-            "warnings": cast("Json", [asdict(one) for one in warnings]),
+            "warnings": await conditions.warnings(self._requests, servo),
             "estimates": {
                 name: None if one is None else cast("Json", asdict(one)) for name, one in found.estimates.items()
             },
@@ -312,16 +305,9 @@ class MechanicsTests:
                 load_pct=load,
                 limit_pct=STOP_PCT,
             )
-        most = {
-            "speed_limit_cw": STOP_RPM, "speed_limit_ccw": -STOP_RPM,
-            "torque_limit_cw": STOP_PCT, "torque_limit_ccw": -STOP_PCT,
-        }  # fmt: skip
-        values: dict[str, Raw] = {}
-        for key, number in most.items():
-            row = servo.registers[key].parameter
-            held, wanted = await self._requests.read(servo, row, READ), number * row.per_unit
-            values[key] = min(held, wanted) if wanted > 0 else max(held, wanted)
-        await temporary.set(values)
+        for key in FORCE_LIMITS:
+            await self._requests.read(servo, servo.registers[key].parameter, READ)
+        await temporary.set(tightened(servo, STOP_RPM, STOP_PCT))
 
 
 def _check_range(low: float, high: float) -> None:

@@ -106,9 +106,8 @@ class StepTests:
         values = {"steps": len(traces), "samples": samples, "rate_hz": round(rate)}
         job.done("measure", Evidence("samples", text, values))
         job.begin("evaluate")
-        warnings = await conditions.warnings(self._requests, servo)
         document |= {"step_deg": plan.step_deg, "band_deg": band, "achieved_hz": round(rate, 1)}
-        document["warnings"] = cast("Json", [asdict(one) for one in warnings])
+        document["warnings"] = await conditions.warnings(self._requests, servo)
         document["steps"] = cast("Json", [one.model_dump() for one in traces])
         run = await self._store.run(self._store.runs.add, servo.uid, plan.note, document)
         first = traces[0].metrics

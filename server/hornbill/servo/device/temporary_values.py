@@ -12,6 +12,7 @@ from hornbill.schema import scale
 from hornbill.servo.device.requests import READ, WRITE, RetryPolicy, ServoRequests
 from hornbill.servo.device.servo import Servo, State
 from hornbill.servo.runtime.hub import Hub, LogEvent, ServoChanged, ServoSeen
+from hornbill.servo.runtime.shielded import shielded
 from hornbill.servo.runtime.timebase import TimeBase
 from hornbill.store.store import Store
 from hornbill.store.tables import Json
@@ -25,6 +26,9 @@ _RESTORE = RetryPolicy(WRITE.priority, WRITE.timeout_s, READ.tries, kind="write"
 CHECK_PERIOD_S: Final = 0.05
 RETRY_S: Final = (1.0, 5.0)
 """First and longest interval between attempts to restore, doubled after each."""
+
+FORCE_LIMITS: Final = ("speed_limit_cw", "speed_limit_ccw", "torque_limit_cw", "torque_limit_ccw")
+"""Limits of speed and torque, which a procedure may tighten."""
 
 RESTARTED_S: Final = 2.0
 """Tolerance of an expected uptime, in whole seconds at both ends."""
@@ -372,6 +376,31 @@ class TemporaryValues:
         if left:
             self._owed.leave(self._servo)
         return left
+
+    async def restore_all(self, before_each: Callable[[], object] = lambda: None, but: Collection[str] = ()) -> None:
+        """As `restore`, also if the caller is cancelled. Raises UnexpectedResult if a row could not be restored."""
+        if left := await shielded(self.restore(before_each, but)):
+            raise not_restored(self._servo, left)
+
+
+def not_restored(servo: Servo, keys: list[str]) -> UnexpectedResult:
+    """The problem that rows do not have their original values."""
+    return UnexpectedResult(
+        f"The original values of {servo.title} could not be verified.",
+        keys=keys,
+        cause="rows_not_restored",
+        servo=servo.title,
+    )
+
+
+def tightened(servo: Servo, speed_rpm: float | None, torque_pct: float | None) -> dict[str, Raw]:
+    """Raw limits of speed and torque, in both directions, none wider than the present ones, which were just read."""
+    limits: dict[str, Raw] = {}
+    for key, most in zip(FORCE_LIMITS, (speed_rpm, speed_rpm, torque_pct, torque_pct), strict=True):
+        if most is not None:
+            held, wanted = servo.raw(key) or 0, round(most * servo.registers[key].parameter.per_unit)
+            limits[key] = max(held, -wanted) if key.endswith("ccw") else min(held, wanted)
+    return limits
 
 
 def _key(uid: Uid) -> str:

@@ -15,7 +15,6 @@ from hornbill.errors import (
     NoResponse,
     OutOfRange,
     TorqueOff,
-    UnexpectedResult,
     Unknown,
 )
 from hornbill.schema.parameter import DUMMY
@@ -24,7 +23,7 @@ from hornbill.servo.device.output import MODES, ON, OutputRecord
 from hornbill.servo.device.requests import POLL, READ
 from hornbill.servo.device.services import HostServices
 from hornbill.servo.device.servo import Servo
-from hornbill.servo.device.temporary_values import TemporaryValues
+from hornbill.servo.device.temporary_values import FORCE_LIMITS, TemporaryValues, tightened
 from hornbill.servo.motion.motion import Motion
 from hornbill.servo.motion.setpoint_runner import PeriodicSource, SetpointRunner
 from hornbill.servo.motion.trapezoid import Track, TrapezoidProfile
@@ -170,13 +169,7 @@ class IdentifyMotion:
             job.begin("restore")
             self._check_ours()
             await self._torque_as_found(horn)
-            if left := await shielded(self._temporary.restore(self._renew)):
-                raise UnexpectedResult(
-                    f"The original values of {self._servo.title} could not be verified.",
-                    keys=left,
-                    cause="rows_not_restored",
-                    servo=self._servo.title,
-                )
+            await self._temporary.restore_all(self._renew)
             if horn.mode == 0:
                 self._check_ours()
             if horn.mode == 0 and not horn.commanded:
@@ -274,17 +267,9 @@ class IdentifyMotion:
             firmware = servo.firmware_text or "unknown"
             text = f"firmware {firmware} has no 0x25, so the servo applies no limits; only the command is slow"
             return Evidence("not_limited", text, known(firmware=servo.firmware_text))
-        most = {
-            "speed_limit_cw": LIMIT_RPM, "speed_limit_ccw": -LIMIT_RPM,
-            "torque_limit_cw": LIMIT_PCT, "torque_limit_ccw": -LIMIT_PCT,
-        }  # fmt: skip
-        values: dict[str, Raw] = {}
-        for key, number in most.items():
+        for key in (*FORCE_LIMITS, "speed_torque_control"):
             await self._read(key)
-            held, wanted = servo.raw(key) or 0, number * servo.registers[key].parameter.per_unit
-            values[key] = min(held, wanted) if wanted > 0 else max(held, wanted)
-        await self._read("speed_torque_control")
-        await self._temporary.set({**values, "speed_torque_control": 1})
+        await self._temporary.set({**tightened(servo, LIMIT_RPM, LIMIT_PCT), "speed_torque_control": 1})
         text = f"speed to {LIMIT_RPM} rpm, torque to {LIMIT_PCT} % (0x25 and 0x3A to 0x3D, temporarily, in RAM)"
         return Evidence("limited", text, {"speed_rpm": LIMIT_RPM, "torque_pct": LIMIT_PCT})
 

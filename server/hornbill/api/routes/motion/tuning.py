@@ -1,7 +1,5 @@
 """Routes of tuning: set-up of a servo, and what the server can compute."""
 
-from importlib.util import find_spec
-
 from pydantic import Field
 
 from hornbill.api.dependencies import LeaseHeader, TheHost, UidPath, known_uid
@@ -10,13 +8,11 @@ from hornbill.api.security.roles import Role
 from hornbill.domain.fields import Model
 from hornbill.domain.set_up import SetUp
 from hornbill.lab.conditions import set_up_of, stated
+from hornbill.lab.improve import INSTALL, PACKAGE, package_installed
 from hornbill.lab.verdict import THRESHOLDS
 from hornbill.store.audit import NewAuditEntry
 
 routes = Routes("lab")
-
-PACKAGE = "scipy"
-INSTALL = "pip install 'hornbill[tune]'"
 
 
 class VerdictThreshold(Model):
@@ -40,7 +36,7 @@ class Tuning(Model):
 @routes.get("/tuning", Role.VIEW)
 async def get_tuning() -> Tuning:
     """Get what this server can compute, and the thresholds of its verdicts."""
-    available = find_spec(PACKAGE) is not None
+    available = package_installed()
     thresholds = [
         VerdictThreshold(name=name, value=one.value, unit=one.unit, decides=one.decides)
         for name, one in THRESHOLDS.items()
