@@ -1,18 +1,14 @@
 /** The dialog of a measurement of mechanics: what to measure, where the horn moves, and the press that moves it. */
 import { signal } from "@preact/signals";
 import type { MechanicsOptions, MechanicsTest } from "../api/lab-types";
-import { type KnownServo, nameOf } from "../bench/fleet";
+import type { KnownServo } from "../bench/fleet";
 import { angle, number, withUnit } from "../bench/format";
 import { angleNow } from "../bench/fresh";
 import { limitsOf } from "../bench/servo-condition";
-import { Confirm } from "../kit/confirm";
-import { Dial } from "../kit/dial";
 import { inSet, TextField, Tick } from "../kit/field";
-import { Note } from "../kit/note";
-import { GateNotes, gateOf } from "../servo/motion-gate";
-import { closeDialog } from "./dialogs";
 import { between } from "./entries";
-import { startMechanics, testing } from "./state";
+import { MeasureDialog } from "./measure-dialog";
+import { startMechanics } from "./state";
 import { tune as words } from "./words";
 
 /** backlash is measured with friction. */
@@ -29,7 +25,6 @@ export function MechanicsDialog({ one }: { one: KnownServo }) {
   const reach = between(typed.reach.value, "°", 8, 170);
   const torque = between(typed.torque.value, "%", 10, 100);
   const speed = between(typed.speed.value, "rpm", 5, 150);
-  const { on, able } = gateOf(one);
   const present = angleNow(one);
   const at = present.stale ? null : present.value;
   const limits = limitsOf(one.uid);
@@ -60,16 +55,29 @@ export function MechanicsDialog({ one }: { one: KnownServo }) {
       ? null
       : { tests: [...tests], from_deg: sweep.from, to_deg: sweep.to, torque_pct: torque, speed_rpm: speed };
   return (
-    <Confirm
-      title={strings.dialogTitle(nameOf(one))}
-      verb={on ? strings.go : strings.enableAndGo}
-      doing={words.step.starting}
-      danger
-      ready={against === null && (on || able) && !testing.value}
-      testid="mechanics-dialog"
-      actId="mechanics-go"
+    <MeasureDialog
+      one={one}
+      name="mechanics"
+      title={strings.dialogTitle}
+      verbs={[strings.go, strings.enableAndGo]}
       act={() => (body ? startMechanics(one.uid, body) : undefined)}
-      onClose={closeDialog}
+      against={against}
+      sweep={sweep}
+      moves={
+        sweep &&
+        torque !== null && (
+          <>
+            <b>{strings.moves(angle(sweep.from), angle(sweep.to))}</b>
+            {strings.most(withUnit(number(torque, 0), "%"))}
+          </>
+        )
+      }
+      lines={
+        <>
+          <p class="second small">{strings.writes}</p>
+          {chosen.value.has("end_stops") && <p class="second small">{strings.stops}</p>}
+        </>
+      }
     >
       <div class="tune-tests" role="group" aria-label={strings.tests}>
         {TESTS.map(test => (
@@ -107,30 +115,6 @@ export function MechanicsDialog({ one }: { one: KnownServo }) {
           testid="mechanics-speed"
         />
       </div>
-      <div class="what-moves">
-        <Dial
-          size={112}
-          angle={present.value}
-          limits={limits}
-          stale={present.stale}
-          {...(sweep ? { sweep } : {})}
-        />
-        <div>
-          {sweep && torque !== null && (
-            <p data-testid="mechanics-moves">
-              <b>{strings.moves(angle(sweep.from), angle(sweep.to))}</b>
-              {strings.most(withUnit(number(torque, 0), "%"))}
-            </p>
-          )}
-          <p class="second small">{strings.writes}</p>
-          {chosen.value.has("end_stops") && <p class="second small">{strings.stops}</p>}
-          {!on && <p class="second small">{words.step.enables}</p>}
-        </div>
-      </div>
-      <Note kind="warning" testid="mechanics-against">
-        {against}
-      </Note>
-      <GateNotes one={one} />
-    </Confirm>
+    </MeasureDialog>
   );
 }

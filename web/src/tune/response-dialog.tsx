@@ -1,18 +1,14 @@
 /** The dialog of a frequency response: excitation, what will move, and the press that moves it. */
 import { signal } from "@preact/signals";
 import type { FrequencyTestOptions } from "../api/lab-types";
-import { type KnownServo, nameOf } from "../bench/fleet";
+import type { KnownServo } from "../bench/fleet";
 import { angle, number, withUnit } from "../bench/format";
 import { angleNow } from "../bench/fresh";
 import { limitsOf } from "../bench/servo-condition";
-import { Confirm } from "../kit/confirm";
-import { Dial } from "../kit/dial";
 import { Choice, TextField, Tick } from "../kit/field";
-import { Note } from "../kit/note";
-import { GateNotes, gateOf } from "../servo/motion-gate";
-import { closeDialog } from "./dialogs";
 import { between, mostOf } from "./entries";
-import { startResponse, testing } from "./state";
+import { MeasureDialog } from "./measure-dialog";
+import { startResponse } from "./state";
 import { tune as words } from "./words";
 
 const typed = {
@@ -39,7 +35,6 @@ function values() {
 export function ResponseDialog({ one }: { one: KnownServo }) {
   const strings = words.frequency;
   const { amplitude, from, to, duration } = values();
-  const { on, able } = gateOf(one);
   const present = angleNow(one);
   const at = present.stale ? null : present.value;
   const limits = limitsOf(one.uid);
@@ -72,16 +67,23 @@ export function ResponseDialog({ one }: { one: KnownServo }) {
         };
   const whole = duration === null ? 0 : duration * (ladder ? LADDER.length : 1);
   return (
-    <Confirm
-      title={strings.dialogTitle(nameOf(one))}
-      verb={on ? strings.go : strings.enableAndGo}
-      doing={words.step.starting}
-      danger
-      ready={against === null && (on || able) && !testing.value}
-      testid="response-dialog"
-      actId="response-go"
+    <MeasureDialog
+      one={one}
+      name="response"
+      title={strings.dialogTitle}
+      verbs={[strings.go, strings.enableAndGo]}
       act={() => (body ? startResponse(one.uid, body) : undefined)}
-      onClose={closeDialog}
+      against={against}
+      sweep={outside ? null : sweep}
+      moves={
+        sweep && (
+          <>
+            <b>{strings.moves(angle(sweep.from), angle(sweep.to))}</b>
+            {strings.takes(withUnit(number(whole, 0), "s"), mostOf(one.uid))}
+          </>
+        )
+      }
+      lines={<p class="second small">{words.step.writes}</p>}
     >
       <div class="tune-fields">
         <Choice
@@ -127,29 +129,6 @@ export function ResponseDialog({ one }: { one: KnownServo }) {
         />
       </div>
       <Tick label={strings.ladder} at={typed.ladder} testid="response-ladder" />
-      <div class="what-moves">
-        <Dial
-          size={112}
-          angle={present.value}
-          limits={limits}
-          stale={present.stale}
-          {...(sweep && !outside ? { sweep } : {})}
-        />
-        <div>
-          {sweep && !outside && (
-            <p data-testid="response-moves">
-              <b>{strings.moves(angle(sweep.from), angle(sweep.to))}</b>
-              {strings.takes(withUnit(number(whole, 0), "s"), mostOf(one.uid))}
-            </p>
-          )}
-          <Note kind="warning" testid="response-against">
-            {against}
-          </Note>
-          <p class="second small">{words.step.writes}</p>
-          {!on && <p class="second small">{words.step.enables}</p>}
-        </div>
-      </div>
-      <GateNotes one={one} />
-    </Confirm>
+    </MeasureDialog>
   );
 }

@@ -2,19 +2,15 @@
 
 import { signal } from "@preact/signals";
 import type { StepTestOptions } from "../api/lab-types";
-import { type KnownServo, nameOf } from "../bench/fleet";
+import type { KnownServo } from "../bench/fleet";
 import { angle, number, signed, withUnit } from "../bench/format";
 import { angleNow } from "../bench/fresh";
 import { sheetOf } from "../bench/parameters";
 import { limitsOf } from "../bench/servo-condition";
-import { Confirm } from "../kit/confirm";
-import { Dial } from "../kit/dial";
 import { TextField } from "../kit/field";
-import { Note } from "../kit/note";
-import { GateNotes, gateOf } from "../servo/motion-gate";
-import { closeDialog } from "./dialogs";
 import { between, mostOf } from "./entries";
-import { stagedGains, startStep, testing } from "./state";
+import { MeasureDialog } from "./measure-dialog";
+import { stagedGains, startStep } from "./state";
 import { GAINS, hornPathOf, testDuration } from "./step-runs";
 import { tune as words } from "./words";
 
@@ -25,14 +21,22 @@ const typed = { step: signal("10"), runs: signal("1"), dwell: signal("1"), note:
 
 export type StepOptions = Required<Pick<StepTestOptions, "step_deg" | "runs" | "dwell_s" | "note">>;
 
+/** The entries; null for one that is invalid. */
+function entries() {
+  const step = between(typed.step.value, "°", -MOST_DEG, MOST_DEG);
+  const runs = between(typed.runs.value, "", 1, 20);
+  return {
+    step: step !== null && Math.abs(step) >= 0.1 ? step : null,
+    runs: runs !== null && Number.isInteger(runs) ? runs : null,
+    dwell: between(typed.dwell.value, "s", 0.3, 10),
+  };
+}
+
 /** The entries as a step test; null if one is invalid. */
 export function stepOptions(): StepOptions | null {
-  const step = between(typed.step.value, "°", -MOST_DEG, MOST_DEG);
-  const count = between(typed.runs.value, "", 1, 20);
-  const dwell = between(typed.dwell.value, "s", 0.3, 10);
-  if (step === null || Math.abs(step) < 0.1 || count === null || !Number.isInteger(count) || dwell === null)
-    return null;
-  return { step_deg: step, runs: count, dwell_s: dwell, note: typed.note.value.trim() };
+  const { step, runs, dwell } = entries();
+  if (step === null || runs === null || dwell === null) return null;
+  return { step_deg: step, runs, dwell_s: dwell, note: typed.note.value.trim() };
 }
 
 /** "+10°", for buttons. */
@@ -47,11 +51,10 @@ export function againstStep(one: KnownServo, options: StepOptions | null): strin
   const at = present.stale ? null : present.value;
   const limits = limitsOf(one.uid);
   const drafts = sheetOf(one.uid).drafts.map.value;
-  if (between(typed.step.value, "°", -MOST_DEG, MOST_DEG) === null || options?.step_deg === 0)
-    return strings.stepWrong;
-  if (between(typed.runs.value, "", 1, 20) === null) return strings.runsWrong;
-  if (between(typed.dwell.value, "s", 0.3, 10) === null) return strings.dwellWrong;
-  if (options === null) return strings.stepWrong;
+  const { step, runs, dwell } = entries();
+  if (step === null) return strings.stepWrong;
+  if (runs === null) return strings.runsWrong;
+  if (dwell === null || options === null) return strings.dwellWrong;
   if (at === null) return strings.unknownAngle;
   const path = hornPathOf(at, options.step_deg, limits);
   if (path.outside && limits) return strings.outside(angle(path.to), angle(limits.ccw), angle(limits.cw));
@@ -61,9 +64,9 @@ export function againstStep(one: KnownServo, options: StepOptions | null): strin
 
 export function StepDialog({ one }: { one: KnownServo }) {
   const strings = words.step;
+  const { step, runs, dwell } = entries();
   const options = stepOptions();
   const against = againstStep(one, options);
-  const { on, able } = gateOf(one);
   const present = angleNow(one);
   const limits = limitsOf(one.uid);
   const path =
@@ -73,22 +76,32 @@ export function StepDialog({ one }: { one: KnownServo }) {
   const gains = stagedGains(one.uid).size;
   const name = options ? stepName(options) : "";
   return (
-    <Confirm
-      title={strings.dialogTitle(nameOf(one))}
-      verb={(on
-        ? gains > 0
-          ? strings.applyAndGo
-          : strings.go
-        : gains > 0
-          ? strings.enableApplyAndGo
-          : strings.enableAndGo)(name)}
-      doing={strings.starting}
-      danger
-      ready={against === null && (on || able) && !testing.value}
-      testid="step-dialog"
-      actId="step-go"
+    <MeasureDialog
+      one={one}
+      name="step"
+      title={strings.dialogTitle}
+      verbs={
+        gains > 0
+          ? [strings.applyAndGo(name), strings.enableApplyAndGo(name)]
+          : [strings.go(name), strings.enableAndGo(name)]
+      }
       act={() => (options ? startStep(one.uid, options) : undefined)}
-      onClose={closeDialog}
+      against={against}
+      sweep={path && !path.outside ? path : null}
+      moves={
+        path &&
+        options && (
+          <>
+            <b>{strings.moves(angle(path.from), angle(path.to))}</b>
+            {strings.times(
+              options.runs,
+              seconds(testDuration(options.runs, options.dwell_s)),
+              mostOf(one.uid),
+            )}
+          </>
+        )
+      }
+      lines={<p class="second small">{gains > 0 ? strings.writesGains(gains) : strings.writes}</p>}
     >
       <div class="tune-fields">
         <TextField
@@ -96,7 +109,7 @@ export function StepDialog({ one }: { one: KnownServo }) {
           unit="°"
           number
           at={typed.step}
-          error={wrong("step")}
+          error={step === null}
           testid="step-deg"
         />
         <TextField
@@ -104,7 +117,7 @@ export function StepDialog({ one }: { one: KnownServo }) {
           unit=""
           number
           at={typed.runs}
-          error={wrong("runs")}
+          error={runs === null}
           testid="step-runs"
         />
         <TextField
@@ -112,7 +125,7 @@ export function StepDialog({ one }: { one: KnownServo }) {
           unit="s"
           number
           at={typed.dwell}
-          error={wrong("dwell")}
+          error={dwell === null}
           testid="step-dwell"
         />
         <TextField
@@ -124,42 +137,8 @@ export function StepDialog({ one }: { one: KnownServo }) {
           testid="step-note"
         />
       </div>
-      <div class="what-moves">
-        <Dial
-          size={112}
-          angle={present.value}
-          limits={limits}
-          stale={present.stale}
-          {...(path && !path.outside ? { sweep: { from: path.from, to: path.to } } : {})}
-        />
-        <div>
-          {path && options && !path.outside && (
-            <p data-testid="step-moves">
-              <b>{strings.moves(angle(path.from), angle(path.to))}</b>
-              {strings.times(
-                options.runs,
-                seconds(testDuration(options.runs, options.dwell_s)),
-                mostOf(one.uid),
-              )}
-            </p>
-          )}
-          <Note kind="warning" testid="step-against">
-            {against}
-          </Note>
-          <p class="second small">{gains > 0 ? strings.writesGains(gains) : strings.writes}</p>
-          {!on && <p class="second small">{strings.enables}</p>}
-        </div>
-      </div>
-      <GateNotes one={one} />
-    </Confirm>
+    </MeasureDialog>
   );
-}
-
-function wrong(which: "step" | "runs" | "dwell"): boolean {
-  if (which === "step") return (between(typed.step.value, "°", -MOST_DEG, MOST_DEG) ?? 0) === 0;
-  if (which === "dwell") return between(typed.dwell.value, "s", 0.3, 10) === null;
-  const count = between(typed.runs.value, "", 1, 20);
-  return count === null || !Number.isInteger(count);
 }
 
 function seconds(s: number): string {
