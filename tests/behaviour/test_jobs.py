@@ -78,12 +78,18 @@ async def restore_output(rig: Rig, servo: Servo) -> Any:
     return await rig.call("POST", "/stop/restore", {"uids": [servo.uid]}, lease=lease)
 
 
+async def run_plan(rig: Rig, servo: Servo) -> Any:
+    steps = [{"do": "move", "angle_deg": 5}, {"do": "move", "angle_deg": -5}]
+    return await rig.call("POST", "/plans", {"plan": {"name": "x", "servos": [servo.uid], "cycles": 3, "steps": steps}})
+
+
 START: dict[str, Start] = {
     "save": post("save"), "restart": post("restart"), "factory_reset": post("factory-reset", {}),
     "identify": post_with_torque("identify"), "step_test": post_with_torque("step-test", {"runs": 3}),
     "frequency_response": post_with_torque("frequency-response", {}),
     "mechanics": post_with_torque("mechanics", {}), "improve": post_with_torque("improve", {}),
     "profile": profile, "commissioning": commissioning, "restore_output": restore_output,
+    "plan": run_plan,
 }  # fmt: skip
 
 

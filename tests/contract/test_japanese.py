@@ -28,6 +28,7 @@ STEPS = {
     "profile": job.ProfileStep,
     "commissioning": job.CommissionStep,
     "restore_output": job.OutputStep,
+    "plan": job.RunPlanStep,
 }
 
 

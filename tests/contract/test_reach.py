@@ -100,6 +100,7 @@ COMMANDS: dict[str, str] = {
     "put_profile": "profiles create x S",
     "recycle_allocations": "node-ids recycle 30 --yes",
     "release_lease": "move S 5",
+    "run_plan": "run PLAN.toml --yes",
     "restart_servo": "restart S --yes",
     "restore_drift": "drift restore S --yes",
     "restore_output": "stop --restore --yes --hold 0",
@@ -250,6 +251,7 @@ CALLS: dict[str, Callable[[Hornbill, Servo], object]] = {
     "read_faults": lambda h, s: h.read_faults([s]),
     "read_matrix": lambda h, s: h.read_many([s], ["angle_p_gain"]),
     "recycle_allocations": lambda h, _: h.bus.recycle_node_ids(3600),
+    "run_plan": lambda h, s: h.start_plan({"name": "x", "servos": [s.uid], "steps": [{"do": "move", "angle_deg": 5}]}),
     "restart_servo": lambda _, s: s.restart(),
     "restore_drift": lambda _, s: s.history.restore_drift(),
     "restore_output": lambda h, s: h.restore_output([s]),
@@ -304,10 +306,20 @@ NO_METHOD: dict[str, str] = {
 }
 """Operations without a method of the client, by reason."""
 
+PLAN = f"""
+name = "endurance"
+servos = ["{UID}"]
+cycles = 1000
+
+[[steps]]
+do = "move"
+angle_deg = 10
+"""
+
 CONFIRMED = (
     "restart S", "factory-reset S", "undo S", "snapshots restore S 7", "copy S profile:x", "drift restore S",
     "bus disconnect", "node-ids recycle 3", "stop --restore", "inventory forget S", "step-test S",
-    "frequency-response S", "improve S", "mechanics measure S",
+    "frequency-response S", "improve S", "mechanics measure S", "run PLAN.toml",
 )  # fmt: skip
 """Commands that require confirmation."""
 
@@ -368,7 +380,7 @@ def run(
     words: str, server: DocumentServer, monkeypatch: pytest.MonkeyPatch, folder: Path, *more: str
 ) -> tuple[int, str, str]:
     monkeypatch.setattr(hornbill.client, "Hornbill", partial(Hornbill, transport=server.transport()))
-    given = [str(folder / word) if word.startswith("FILE") else word for word in words.split()]
+    given = [str(folder / word) if word.startswith(("FILE", "PLAN")) else word for word in words.split()]
     given = [word.replace("S", UID) if word in ("S", "rom:S") or word.startswith("S=") else word for word in given]
     done = CliRunner().invoke(app, [*given, *more])
     if done.exception is not None and not isinstance(done.exception, SystemExit):
@@ -380,6 +392,7 @@ def run(
 def folder(tmp_path: Path) -> Path:
     (tmp_path / "FILE.zip").write_bytes(b"PK")
     (tmp_path / "FILE.toml").write_text("[values]\n")
+    (tmp_path / "PLAN.toml").write_text(PLAN)
     (tmp_path / "FILE.json").write_text('{"program": "px4", "outputs": []}')
     (tmp_path / "FILE.param").write_text("")
     return tmp_path

@@ -5,10 +5,11 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from hornbill.api.http import create_api
+from hornbill.domain.plan import RunPlan
 from hornbill.schema.catalog import Catalog
 
 from . import client, reference
-from .manual import parameters_markdown, tables_json_schema
+from .manual import JSON_SCHEMA, parameters_markdown, tables_json_schema
 
 ROOT = Path(__file__).parents[2]
 
@@ -19,6 +20,7 @@ def documents(catalog: Catalog) -> dict[str, str]:
         "openapi.json": _json(create_api(catalog).openapi()),
         "parameters.schema.json": _json(tables_json_schema()),
         "parameters.md": parameters_markdown(catalog),
+        "plan.schema.json": _json({"$schema": JSON_SCHEMA, **RunPlan.model_json_schema()}),
     }
 
 

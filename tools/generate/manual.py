@@ -16,6 +16,9 @@ from hornbill.schema.tables import EffectsTable, FaultsTable, ParametersTable
 _ACCESS = {"rw": "read, write", "r": "read", "w": "run"}
 
 
+JSON_SCHEMA = "https://json-schema.org/draft/2020-12/schema"
+
+
 def tables_json_schema() -> dict[str, Any]:
     """JSON Schema (2020-12) of all five kinds of table files."""
     shapes = (ParametersTable, FaultsTable, EffectsTable, Series, ModelTable)
@@ -23,7 +26,7 @@ def tables_json_schema() -> dict[str, Any]:
         [(shape, "validation") for shape in shapes], ref_template="#/$defs/{model}"
     )
     return {
-        "$schema": "https://json-schema.org/draft/2020-12/schema",
+        "$schema": JSON_SCHEMA,
         "title": "hornbill parameter tables",
         "anyOf": [places[(shape, "validation")] for shape in shapes],
         **definitions,

@@ -17,6 +17,7 @@ from hornbill.domain.motion import (
     StopServo,
     TakeOverState,
 )
+from hornbill.domain.plan import PlanPreview, PlanServo, RunPlan
 from hornbill.domain.servo import Activity, Commander, FaultWords, LostValue, Output, PositionUnitState, TreatedAs
 from hornbill.domain.servo import Servo as ServoFacts
 from hornbill.node.directory import Directory
@@ -25,6 +26,7 @@ from hornbill.servo.device.servo import Servo
 from hornbill.servo.host import Connection, Host
 from hornbill.servo.monitoring.commanders import CommandStream
 from hornbill.servo.motion.motion_control import TakeOverRequest
+from hornbill.servo.runs.plans import PlanProspect
 from hornbill.servo.runs.restore_output import Prospect
 from hornbill.servo.runtime.jobs import RunningJob
 from hornbill.servo.runtime.leases import HeldLease
@@ -109,6 +111,21 @@ def output_restore(host: Host, found: list[Prospect]) -> OutputRestorePreview:
         for one in found
     ]  # fmt: skip
     return OutputRestorePreview(clears_stop=host.stop.latched, servos=servos)
+
+
+def plan(wanted: RunPlan, found: list[PlanProspect]) -> PlanPreview:
+    """Result of the dry run of a test plan."""
+    servos = [
+        PlanServo(
+            uid=one.servo.uid, title=one.servo.title, cautions=list(one.cautions),
+            problem=None if one.problem is None else problem(one.problem),
+        )
+        for one in found
+    ]  # fmt: skip
+    least = sum(0.0 if one.do == "move" else one.for_s for one in wanted.steps)
+    return PlanPreview(
+        name=wanted.name, cycles=wanted.cycles, steps=len(wanted.steps), least_s=least * wanted.cycles, servos=servos
+    )
 
 
 def activity(host: Host, one: Servo) -> Activity:

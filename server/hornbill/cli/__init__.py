@@ -19,6 +19,7 @@ from hornbill.cli.servos import (
     probing,
     profiles,
     restarting,
+    running,
     tuning,
 )
 
@@ -57,6 +58,7 @@ COMMANDS: Final[dict[str, dict[str, Callable[..., Any] | typer.Typer]]] = {
         "move": moving.move,
         "torque": restarting.torque,
         "leases": bus.leases,
+        "run": running.run,
         "watch": watching.watch,
         "samples": measuring.samples,
         "set-up": measuring.set_up,

@@ -1016,6 +1016,7 @@ class Job(TypedDict):
         "mechanics",
         "improve",
         "restore_output",
+        "plan",
     ]
     """Kind of job."""
     progress: float
@@ -1597,6 +1598,34 @@ class PlanOutput(TypedDict):
     """A positive demand of the autopilot turns the servo counterclockwise."""
     servo_id: int
     """Servo ID (0x45) of the servo."""
+
+
+class PlanPreview(TypedDict):
+    """Result of a dry run of a plan."""
+
+    cycles: int
+    """Number of cycles."""
+    least_s: float
+    """Duration of the waits and of speed and torque steps, over all cycles, s."""
+    name: str
+    """Name of the plan."""
+    servos: list[PlanServo]
+    """Servos in the order of the plan."""
+    steps: int
+    """Number of steps of a cycle."""
+
+
+class PlanServo(TypedDict):
+    """A servo of a plan, as found by a dry run."""
+
+    cautions: list[Caution]
+    """Cautions about its commands."""
+    problem: Problem | None
+    """Reason why it would not run. Null if none."""
+    title: str
+    """Display name."""
+    uid: str
+    """Unique ID of the servo, 32 hex digits."""
 
 
 class PlantConstants(TypedDict):
@@ -2843,6 +2872,9 @@ EvidenceCode: TypeAlias = Literal[
     "latch_cleared",
     "not_latched",
     "held",
+    "plan_checked",
+    "plan_step",
+    "torque_off_pending",
 ]
 Excitation: TypeAlias = Literal["chirp", "multisine"]
 FaultLevel: TypeAlias = Literal["notification", "warning", "failure"]
@@ -3115,6 +3147,10 @@ StepCode: TypeAlias = Literal[
     "park_servo_id",
     "park_node_id",
     "clear",
+    "torque_on",
+    "move",
+    "torque",
+    "wait",
 ]
 StopMode: TypeAlias = Literal["off", "brake"]
 TelemetryChannelByKey: TypeAlias = dict[str, TelemetryChannel]

@@ -21,6 +21,7 @@ MechanicsStep = Literal[
 ProfileStep = Literal["plan", "write", "save"]
 CommissionStep = Literal["check", "park_servo_id", "park_node_id", "identify", "write", "save", "verify"]
 OutputStep = Literal["clear", "restore"]
+RunPlanStep = Literal["write", "check", "torque_on", "move", "speed", "torque", "wait", "torque_off"]
 
 StepCode = TypeAliasType(
     "StepCode",
@@ -36,6 +37,7 @@ StepCode = TypeAliasType(
         ProfileStep,
         CommissionStep,
         OutputStep,
+        RunPlanStep,
     ],
 )
 """Code of a step. Unique only together with the kind of its job."""
@@ -121,6 +123,10 @@ EvidenceCode = TypeAliasType(
         "latch_cleared",
         "not_latched",
         "held",
+        # test plan
+        "plan_checked",
+        "plan_step",
+        "torque_off_pending",
     ],
 )
 """Code of a step's observation, or of the reason why it was skipped or failed."""
@@ -168,6 +174,7 @@ class Job(Model):
         "mechanics",
         "improve",
         "restore_output",
+        "plan",
     ] = Field(description="Kind of job.")
     uid: str | None = Field(description="Unique ID of the servo, 32 hex digits. Null if it concerns none.")
     state: JobState = Field(description="State of the job.")

@@ -68,6 +68,8 @@ from hornbill.servo.runs.commission_steps import CommissionSteps
 from hornbill.servo.runs.commissioning import CommissioningJobs
 from hornbill.servo.runs.id_parking import IdParking
 from hornbill.servo.runs.matrix import Matrix
+from hornbill.servo.runs.plan_steps import PlanSteps
+from hornbill.servo.runs.plans import PlanJobs
 from hornbill.servo.runs.restore_output import RestoreOutputJobs
 from hornbill.servo.runtime.audit import Audit
 from hornbill.servo.runtime.computing import Compute, inline
@@ -220,7 +222,7 @@ class Host:
         self.leases = Leases()
         self.jobs = Jobs(
             lambda job: self.hub.publish(JobChanged(job)), self.base.utc_now, store.jobs,
-            {"commissioning": self._resume_commissioning},
+            {"commissioning": self._resume_commissioning, "plan": self._resume_plan},
         )  # fmt: skip
         self.owed = OwedValues(self.requests, store, self.hub, self.base, lambda uid: self.fleet.find(uid))
         self.compute = settings.compute
@@ -286,6 +288,13 @@ class Host:
         )  # fmt: skip
         self.commissioning_jobs = CommissioningJobs(
             self.services, self.fleet, self.stop, self.profiles, self.claims, writer, steps
+        )  # fmt: skip
+        planned = PlanSteps(
+            self.services, self.motion, self.jogs, self.motion_control, self.profiles, self.changes,
+            self.stored_torque_off,
+        )  # fmt: skip
+        self.plan_jobs = PlanJobs(
+            self.services, self.fleet, self.motion, self.motion_control, self.profiles, self.changes, planned
         )  # fmt: skip
         self.sides = Sides(catalog, self.fleet, store, self.profiles)
         self.restoring = Restoring(self.requests, self.changes)
@@ -460,6 +469,9 @@ class Host:
 
     def _resume_commissioning(self, job: RunningJob) -> Work:
         return self.commissioning_jobs.resumer(job)
+
+    def _resume_plan(self, job: RunningJob) -> Work:
+        return self.plan_jobs.resumer(job)
 
     def _under_command(self) -> set[Uid]:
         return self.motion.own()

@@ -964,6 +964,29 @@ export interface paths {
         patch: operations["change_matrix"];
         trace?: never;
     };
+    "/api/v1/plans": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Run plan
+         * @description Run a test plan: turns torque on, moves servos in cycles while limits are checked, and turns torque off.
+         *
+         *     The job takes the lease itself, so the run does not depend on the client. If you have the lease, it is released. The
+         *     job is resumable.
+         */
+        post: operations["run_plan"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/v1/profiles": {
         parameters: {
             query?: never;
@@ -4822,7 +4845,7 @@ export interface components {
             uid: string | null;
         };
         /** @enum {string} */
-        EvidenceCode: "problem" | "interrupted" | "rows_read" | "snapshot_taken" | "snapshot_known" | "snapshot_failed" | "sent" | "requested" | "silent" | "restarted" | "restarted_on_request" | "back_on_node" | "no_soft_start" | "soft_start_over" | "soft_start_aborted" | "read_back" | "all_rows_read" | "torque_off" | "erased" | "rows_differ" | "nothing_differs" | "rows_written" | "saved_by_job" | "rows_verified" | "at_rest" | "not_limited" | "limited" | "wiggled" | "angle_unknown" | "returned" | "restored" | "test_conditions" | "samples" | "run_stored" | "response_conditions" | "response_measured" | "response_stored" | "improve_conditions" | "baseline_measured" | "horn_identified" | "gains_found" | "gains_measured" | "nothing_better" | "gains_kept" | "gains_restored" | "mechanics_conditions" | "mechanics_measured" | "travel_swept" | "rows_restored" | "mechanics_stored" | "planned" | "written" | "saved" | "save_not_needed" | "identified" | "values_verified" | "values_still_verified" | "servo_id_parked" | "servo_id_restored" | "servo_id_lost" | "node_id_parked" | "failed_before" | "job_ended" | "values_refused" | "other_refused" | "other_failed" | "latch_cleared" | "not_latched" | "held";
+        EvidenceCode: "problem" | "interrupted" | "rows_read" | "snapshot_taken" | "snapshot_known" | "snapshot_failed" | "sent" | "requested" | "silent" | "restarted" | "restarted_on_request" | "back_on_node" | "no_soft_start" | "soft_start_over" | "soft_start_aborted" | "read_back" | "all_rows_read" | "torque_off" | "erased" | "rows_differ" | "nothing_differs" | "rows_written" | "saved_by_job" | "rows_verified" | "at_rest" | "not_limited" | "limited" | "wiggled" | "angle_unknown" | "returned" | "restored" | "test_conditions" | "samples" | "run_stored" | "response_conditions" | "response_measured" | "response_stored" | "improve_conditions" | "baseline_measured" | "horn_identified" | "gains_found" | "gains_measured" | "nothing_better" | "gains_kept" | "gains_restored" | "mechanics_conditions" | "mechanics_measured" | "travel_swept" | "rows_restored" | "mechanics_stored" | "planned" | "written" | "saved" | "save_not_needed" | "identified" | "values_verified" | "values_still_verified" | "servo_id_parked" | "servo_id_restored" | "servo_id_lost" | "node_id_parked" | "failed_before" | "job_ended" | "values_refused" | "other_refused" | "other_failed" | "latch_cleared" | "not_latched" | "held" | "plan_checked" | "plan_step" | "torque_off_pending";
         /** @enum {string} */
         Excitation: "chirp" | "multisine";
         /** ExtendedAngleValue */
@@ -5676,7 +5699,7 @@ export interface components {
              * @description Kind of job.
              * @enum {string}
              */
-            kind: "save" | "restart" | "factory_reset" | "identify" | "profile" | "commissioning" | "step_test" | "frequency_response" | "mechanics" | "improve" | "restore_output";
+            kind: "save" | "restart" | "factory_reset" | "identify" | "profile" | "commissioning" | "step_test" | "frequency_response" | "mechanics" | "improve" | "restore_output" | "plan";
             /** @description Progress, 0 to 1. */
             progress: number;
             /** @description Result, depending on the kind. Null until the job has ended. */
@@ -6738,6 +6761,67 @@ export interface components {
             rate_hz?: number;
         };
         /**
+         * PlanLimits
+         * @description Limits checked at least once in each step. Null: not checked.
+         */
+        PlanLimits: {
+            /**
+             * @description Levels of fault bits that may not appear. Bits that are set at the start of the run do not count.
+             * @default [
+             *       "warning",
+             *       "failure"
+             *     ]
+             */
+            faults?: components["schemas"]["FaultLevel"][];
+            /**
+             * @description Greatest distance from the target at the end of a move and after it, °.
+             * @default 1
+             */
+            position_error_deg?: number;
+            /** @description Highest temperature (0x0B), °C. */
+            temperature_c?: number | null;
+            /** @description Greatest torque (0x0A), % of stall torque. It follows the motor current. */
+            torque_pct?: number | null;
+            /** @description Highest supply (0x0C), V. */
+            voltage_max_v?: number | null;
+            /** @description Lowest supply (0x0C), V. */
+            voltage_min_v?: number | null;
+        };
+        /**
+         * PlanMove
+         * @description Move to an angle and wait until the horn has arrived. Servos start together.
+         */
+        PlanMove: {
+            /**
+             * @description Acceleration with `speed_deg_s`, °/s².
+             * @default 240
+             */
+            accel_deg_s2?: number;
+            /** @description Target, °. For different targets, a table by the name of the servo, as named in `servos`. */
+            angle_deg: number | {
+                [key: string]: number;
+            };
+            /**
+             * @description Kind of step. (enum property replaced by openapi-typescript)
+             * @enum {string}
+             */
+            do: "move";
+            /**
+             * @description Time within `position_error_deg` that counts as arrival, s.
+             * @default 0.1
+             */
+            dwell_s?: number;
+            /** @description Servos that take part, as named in `servos`. Null for all. */
+            servos?: string[] | null;
+            /** @description Speed limit, °/s. Null for the servo's own speed. */
+            speed_deg_s?: number | null;
+            /**
+             * @description Time allowed to arrive, after the command, s.
+             * @default 5
+             */
+            timeout_s?: number;
+        };
+        /**
          * PlanOutput
          * @description One output and the linkage of its servo. Angles are those of the servo, ° (positive is clockwise).
          */
@@ -6767,6 +6851,123 @@ export interface components {
             reversed?: boolean;
             /** @description Servo ID (0x45) of the servo. */
             servo_id: number;
+        };
+        /**
+         * PlanPreview
+         * @description Result of a dry run of a plan.
+         */
+        PlanPreview: {
+            /** @description Number of cycles. */
+            cycles: number;
+            /** @description Duration of the waits and of speed and torque steps, over all cycles, s. */
+            least_s: number;
+            /** @description Name of the plan. */
+            name: string;
+            /** @description Servos in the order of the plan. */
+            servos: components["schemas"]["PlanServo"][];
+            /** @description Number of steps of a cycle. */
+            steps: number;
+        };
+        /**
+         * PlanServo
+         * @description A servo of a plan, as found by a dry run.
+         */
+        PlanServo: {
+            /** @description Cautions about its commands. */
+            cautions: components["schemas"]["Caution"][];
+            /** @description Reason why it would not run. Null if none. */
+            problem: components["schemas"]["Problem"] | null;
+            /** @description Display name. */
+            title: string;
+            /** @description Unique ID of the servo, 32 hex digits. */
+            uid: string;
+        };
+        /**
+         * PlanSpeed
+         * @description Turn at a speed for a while, then command 0 rpm. Requires speed and torque control (0x25).
+         */
+        PlanSpeed: {
+            /**
+             * @description Kind of step. (enum property replaced by openapi-typescript)
+             * @enum {string}
+             */
+            do: "speed";
+            /** @description Duration, s. */
+            for_s: number;
+            /** @description Servos that take part, as named in `servos`. Null for all. */
+            servos?: string[] | null;
+            /** @description Speed, rpm. */
+            speed_rpm: number;
+        };
+        /**
+         * PlanStart
+         * @description A test plan to run.
+         */
+        PlanStart: {
+            /**
+             * @description Client that starts it, for the record.
+             * @default REST
+             */
+            by?: string;
+            /**
+             * @description Confirmation codes of earlier `needs_confirmation` problems.
+             * @default []
+             */
+            confirm?: components["schemas"]["ConfirmCode"][];
+            /**
+             * @description Check everything and return the plan. Nothing is changed.
+             * @default false
+             */
+            dry_run?: boolean;
+            /** @description Test plan. */
+            plan: components["schemas"]["RunPlan"];
+        };
+        PlanStep: components["schemas"]["PlanMove"] | components["schemas"]["PlanSpeed"] | components["schemas"]["PlanTorque"] | components["schemas"]["PlanWait"];
+        /**
+         * PlanStop
+         * @description What ends a run early. Stop, the end of the lease and a lost bus always do.
+         */
+        PlanStop: {
+            /** @description End the run after this number of exceeded limits. Null for no end. */
+            after_exceeded?: number | null;
+            /** @description End the run after this time in motion, s, as planned. Null for all cycles. */
+            after_s?: number | null;
+            /**
+             * @description After an exceeded limit. stop: end the run. drop: torque off on this servo, the others continue. continue: record it. A servo that does not respond or refuses is dropped instead.
+             * @default stop
+             * @enum {string}
+             */
+            on_limit?: "stop" | "drop" | "continue";
+        };
+        /**
+         * PlanTorque
+         * @description Push with a torque for a while, then command 0 %. Requires speed and torque control (0x25).
+         */
+        PlanTorque: {
+            /**
+             * @description Kind of step. (enum property replaced by openapi-typescript)
+             * @enum {string}
+             */
+            do: "torque";
+            /** @description Duration, s. */
+            for_s: number;
+            /** @description Servos that take part, as named in `servos`. Null for all. */
+            servos?: string[] | null;
+            /** @description Torque, % of stall torque. */
+            torque_pct: number;
+        };
+        /**
+         * PlanWait
+         * @description Wait while the servos hold. Limits are checked, the position error after a move as well.
+         */
+        PlanWait: {
+            /**
+             * @description Kind of step. (enum property replaced by openapi-typescript)
+             * @enum {string}
+             */
+            do: "wait";
+            /** @description Duration, s. */
+            for_s: number;
         };
         /**
          * PlantConstants
@@ -7577,6 +7778,34 @@ export interface components {
             /** @description Runs in the requested order. */
             runs: components["schemas"]["StepRun"][];
         };
+        /**
+         * RunPlan
+         * @description A test plan. Torque is turned on before the first step and off at the end, whatever ends the run.
+         */
+        RunPlan: {
+            /**
+             * @description Number of times that all steps are done.
+             * @default 1
+             */
+            cycles?: number;
+            /**
+             * @description Purpose of the plan.
+             * @default
+             */
+            description?: string;
+            /** @description Limits. */
+            limits?: components["schemas"]["PlanLimits"];
+            /** @description Name of the plan. */
+            name: string;
+            /** @description Profile written to RAM before torque is turned on. Null for none. */
+            profile?: string | null;
+            /** @description Servos by label, serial or unique ID, each once. */
+            servos: string[];
+            /** @description Steps of a cycle, in order. */
+            steps: components["schemas"]["PlanStep"][];
+            /** @description Stop rules. */
+            stop?: components["schemas"]["PlanStop"];
+        };
         /** @enum {string} */
         SafetyCode: "supply" | "temperature" | "torque_off_in_rom" | "torque_on_in_rom" | "multi_turn";
         /**
@@ -8250,7 +8479,7 @@ export interface components {
             value: boolean;
         };
         /** @enum {string} */
-        StepCode: "check" | "snapshot" | "write" | "silence" | "restart" | "back" | "soft_start" | "read_back" | "request" | "torque_off" | "erase" | "read" | "identity" | "rows" | "save" | "verify" | "limit" | "wiggle" | "return" | "restore" | "measure" | "evaluate" | "deadband" | "repeatability" | "speed" | "friction" | "travel" | "end_stops" | "baseline" | "identify" | "search" | "confirm" | "finish" | "improve" | "plan" | "park_servo_id" | "park_node_id" | "clear";
+        StepCode: "check" | "snapshot" | "write" | "silence" | "restart" | "back" | "soft_start" | "read_back" | "request" | "torque_off" | "erase" | "read" | "identity" | "rows" | "save" | "verify" | "limit" | "wiggle" | "return" | "restore" | "measure" | "evaluate" | "deadband" | "repeatability" | "speed" | "friction" | "travel" | "end_stops" | "baseline" | "identify" | "search" | "confirm" | "finish" | "improve" | "plan" | "park_servo_id" | "park_node_id" | "clear" | "torque_on" | "move" | "torque" | "wait";
         /**
          * StepMetrics
          * @description Metrics of one step. All times ± `sample_s`. Null if not reached.
@@ -11230,6 +11459,64 @@ export interface operations {
             409: components["responses"]["Problem"];
             422: components["responses"]["invalid_value"];
             503: components["responses"]["bus_disconnected"];
+            default: components["responses"]["CommonProblem"];
+        };
+    };
+    run_plan: {
+        parameters: {
+            query?: {
+                /** @description Wait until the job has ended. The response is 200 with the finished job. */
+                wait?: components["parameters"]["wait"];
+            };
+            header?: {
+                /** @description ID of a valid lease, which grants motion control. */
+                Lease?: components["parameters"]["Lease"];
+                /**
+                 * @description A repeated request with the same key is carried out once and returns the first response. Responses are stored for at least 24 h.
+                 * @example rig-7-run-2031
+                 */
+                "Idempotency-Key"?: components["parameters"]["Idempotency-Key"];
+            };
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["PlanStart"];
+            };
+        };
+        responses: {
+            /** @description Finished job, or result of the dry run. */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Job"] | components["schemas"]["PlanPreview"];
+                };
+            };
+            /** @description Running job. */
+            202: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Job"];
+                };
+            };
+            /** @description `unknown_servo`, `unknown_profile` */
+            404: components["responses"]["Problem"];
+            /** @description `mode_off`, `torque_off`, `not_in_this_model`, `busy`, `lease_held`, `commanded_elsewhere`, `configuration_lost`, `needs_confirmation`, `conflict` */
+            409: components["responses"]["Problem"];
+            /** @description `invalid_value`, `out_of_range`, `idempotency_key_reused` */
+            422: components["responses"]["Problem"];
+            423: components["responses"]["stopped"];
+            428: components["responses"]["lease_required"];
+            /** @description `interrupted`, `store_failed` */
+            500: components["responses"]["Problem"];
+            502: components["responses"]["refused_by_servo"];
+            503: components["responses"]["bus_disconnected"];
+            504: components["responses"]["no_response"];
             default: components["responses"]["CommonProblem"];
         };
     };

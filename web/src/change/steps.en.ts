@@ -86,6 +86,16 @@ const steps: Readonly<Record<Job["kind"], Partial<Record<StepCode, string>>>> = 
     verify: "Verified as planned",
   },
   restore_output: { clear: "Stop cleared", restore: "Output on" },
+  plan: {
+    write: "Profile written and read back",
+    check: "Commands checked",
+    torque_on: "Torque on",
+    move: "Move",
+    speed: "Turn at a speed",
+    torque: "Push with a torque",
+    wait: "Wait",
+    torque_off: "Torque off",
+  },
 };
 
 const evidence: Readonly<Partial<Record<EvidenceCode, FactsText>>> = {};

@@ -118,6 +118,16 @@ export const words = {
       verify: "計画どおりであることの確認",
     },
     restore_output: { clear: "停止の解除", restore: "出力オン" },
+    plan: {
+      write: "プロファイルの書き込みと読み返し",
+      check: "指令の確認",
+      torque_on: "トルクオン",
+      move: "移動",
+      speed: "速度指令での回転",
+      torque: "トルク指令",
+      wait: "待機",
+      torque_off: "トルクオフ",
+    },
   },
   evidence: {
     problem: p => p.problem ?? "失敗しました。",
@@ -253,5 +263,15 @@ export const words = {
     not_latched: () => "停止状態ではありませんでした。",
     held: p =>
       `${p.angle_deg ?? "–"}で保持。${p.held_by === "lease" ? "指令中: 動作権が終わるとオフ" : "自力で保持"}`,
+    plan_checked: p => `すべての指令を確認。オンの故障ビット${p.faults}件`,
+    plan_step: p =>
+      [
+        `${p.runs}回中${p.within}回が制限内`,
+        p.error_deg && `最大誤差${p.error_deg}`,
+        p.mean_s && `整定の平均${p.mean_s}、最大${p.most_s}`,
+      ]
+        .filter(Boolean)
+        .join("、"),
+    torque_off_pending: () => "応答がまだありません。応答があるまで繰り返します。",
   },
 } satisfies Translated<typeof english>;

@@ -132,6 +132,7 @@ export const words = {
       commissioning: "Commissioning",
       step_test: "Step test",
       restore_output: "Restore output",
+      plan: "Test plan",
     } as Record<string, string>,
     state: {
       queued: "waiting",

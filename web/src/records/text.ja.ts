@@ -128,6 +128,7 @@ export const words = {
       commissioning: "初期設定",
       step_test: "ステップ試験",
       restore_output: "出力の復帰",
+      plan: "試験計画",
     },
     state: {
       queued: "待機中",

@@ -100,6 +100,23 @@ EXAMPLES: Final[dict[str, dict[str, dict[str, Any]]]] = {
     },
     "start_stream": {"angles at 50 Hz": {"uids": [SERVO, SECOND], "type": "angle", "rate_hz": 50}},
     "set_stream_values": {"new setpoints": {"values": {SERVO: 12.5, SECOND: -12.5}}},
+    "run_plan": {
+        "dry run of an endurance test": {
+            "plan": {
+                "name": "endurance",
+                "servos": ["61-466861"],
+                "cycles": 1000,
+                "limits": {"position_error_deg": 2.0, "temperature_c": 75},
+                "stop": {"on_limit": "stop"},
+                "steps": [
+                    {"do": "move", "angle_deg": 30},
+                    {"do": "wait", "for_s": 0.5},
+                    {"do": "move", "angle_deg": -30, "speed_deg_s": 90},
+                ],
+            },
+            "dry_run": True,
+        },
+    },
     "step_test": {"10 degrees, 3 runs": {"step_deg": 10.0, "runs": 3}},
     "measure_mechanics": {
         "friction and end stops": {"tests": ["friction", "end_stops"], "from_deg": -60.0, "to_deg": 60.0}

@@ -2,11 +2,13 @@
 
 import json
 from collections.abc import Iterator
+from dataclasses import asdict, fields
 
 from hornbill.csv_text import csv_text
 from hornbill.schema.catalog import Catalog
 from hornbill.schema.parameter import Parameter
 from hornbill.servo.configuration.record import when
+from hornbill.servo.runs.plan_run import StepCount
 from hornbill.servo.runs.report import Report, ReportTarget, took
 from hornbill.servo.runtime.steps import Step
 
@@ -17,9 +19,26 @@ FACTS = (
 """CSV columns before those of the values, by name in the record."""
 
 
+RESULTS = tuple(one.name for one in fields(StepCount))
+"""CSV columns of the results of a test plan, by name in StepCount."""
+MEASURED = ("temperature_c_max", "torque_pct_max", "voltage_v_min", "voltage_v_max")
+
+
 def as_csv(report: Report, catalog: Catalog) -> str:
-    """One row per servo; the columns are the same for every report of the same tables."""
-    return csv_text(_table(report, catalog))
+    """One row per servo, of a test plan one row per servo and step. The columns are the same for every report of the
+    same tables.
+    """
+    return csv_text(_results(report) if report.kind == "plan" else _table(report, catalog))
+
+
+def _results(report: Report) -> Iterator[list[object]]:
+    yield ["job", "plan", "when", *FACTS, *RESULTS, "action", *MEASURED]
+    for target in report.targets:
+        head = report.job_id, report.subject, when(target.record.ended_at or report.ended_at or report.created_at)
+        facts = [getattr(target.record, name) for name in FACTS]
+        for count in target.plan.counts:
+            values = [getattr(count, name) for name in RESULTS]
+            yield [*head, *facts, *values, target.action(count), *(target.plan.measured.get(name) for name in MEASURED)]
 
 
 def _table(report: Report, catalog: Catalog) -> Iterator[list[object]]:
@@ -74,6 +93,17 @@ def _target(target: ReportTarget) -> dict[str, object]:
         "verified_in": record.verified_in or None,
         "values": {key: {"value": value, "unit": record.units.get(key, "")} for key, value in record.values.items()},
         "steps": [_step(step) for step in target.steps],
+        **_plan(target),
+    }
+
+
+def _plan(target: ReportTarget) -> dict[str, object]:
+    if not target.plan.counts:
+        return {}
+    return {
+        "results": [{**asdict(one), "action": target.action(one)} for one in target.plan.counts],
+        "exceeded": [{**asdict(one), "at": when(one.at)} for one in target.plan.exceeded],
+        "measured": dict(target.plan.measured),
     }
 
 

@@ -41,6 +41,10 @@ def _took(step: Step) -> str:
     return "" if seconds is None else f"{seconds:.2f} s"
 
 
+def _seconds(seconds: float | None) -> str:
+    return "" if seconds is None else f"{seconds:.3f} s"
+
+
 def _value_text(value: Value, unit: str) -> str:
     if isinstance(value, bool):
         return "On" if value else "Off"
@@ -59,5 +63,5 @@ def _pages() -> "Environment":
     pages = Environment(
         loader=PackageLoader("hornbill.api.reports", ""), autoescape=True, trim_blocks=True, finalize=_none_is_empty
     )
-    pages.filters |= {"took": _took, "value_text": _value_text, "when": when}
+    pages.filters |= {"took": _took, "value_text": _value_text, "when": when, "seconds": _seconds}
     return pages

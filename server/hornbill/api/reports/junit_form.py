@@ -46,6 +46,8 @@ def _servo_suite(root: ET.Element, report: Report, target: ReportTarget) -> None
     for key, value in record.values.items():
         shown = " ".join(filter(None, (_text(value), record.units.get(key))))
         ET.SubElement(properties, "property", name=key, value=_xml(shown))
+    for name, extreme in target.plan.measured.items():
+        ET.SubElement(properties, "property", name=name, value=f"{extreme:g}")
     classname = f"hornbill.{report.kind}.{record.serial or record.uid}"
     _steps(suite, classname, target.steps, record.problem_text)
     if record.verdict == "failed" and all(step.state != "failed" for step in target.steps):

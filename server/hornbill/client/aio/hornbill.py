@@ -203,6 +203,26 @@ class AsyncHornbill(AsyncConnection):
         """Stream of setpoints to several servos, as a context manager. Requires a lease."""
         return AsyncStream(self, list(servos), kind, rate_hz)
 
+    async def run_plan(
+        self, plan: Mapping[str, Any], *, confirm: Sequence[str] = (), on_progress: Progress | None = None
+    ) -> responses.Job:
+        """Run a test plan and wait. The server runs it under a lease of its own, also if this program ends.
+
+        `plan`: contents of a plan file, for example from `tomllib.load`. Raises UnexpectedResult if a limit was
+        exceeded. A lease of this program is released first.
+        """
+        job = await self.start_plan(plan, confirm=confirm)
+        return await self.wait(job["id"], on_progress=on_progress)
+
+    async def start_plan(self, plan: Mapping[str, Any], *, confirm: Sequence[str] = ()) -> responses.Job:
+        """Start a test plan and return immediately. See `run_plan`."""
+        body = {"plan": dict(plan), "confirm": list(confirm), "by": self.by}
+        return await self.request("POST", "/plans", body, once=True)
+
+    async def check_plan(self, plan: Mapping[str, Any], *, confirm: Sequence[str] = ()) -> responses.PlanPreview:
+        """Check a test plan: servos with cautions, and what would prevent the run. Sends only reads."""
+        return await self.request("POST", "/plans", {"plan": dict(plan), "confirm": list(confirm), "dry_run": True})
+
     async def leases(self) -> list[responses.LeaseView]:
         """Current lease, if any."""
         return await self.request("GET", "/leases")

@@ -204,6 +204,26 @@ class Hornbill(Connection):
         """Stream of setpoints to several servos, as a context manager. Requires a lease."""
         return Stream(self, list(servos), kind, rate_hz)
 
+    def run_plan(
+        self, plan: Mapping[str, Any], *, confirm: Sequence[str] = (), on_progress: Progress | None = None
+    ) -> responses.Job:
+        """Run a test plan and wait. The server runs it under a lease of its own, also if this program ends.
+
+        `plan`: contents of a plan file, for example from `tomllib.load`. Raises UnexpectedResult if a limit was
+        exceeded. A lease of this program is released first.
+        """
+        job = self.start_plan(plan, confirm=confirm)
+        return self.wait(job["id"], on_progress=on_progress)
+
+    def start_plan(self, plan: Mapping[str, Any], *, confirm: Sequence[str] = ()) -> responses.Job:
+        """Start a test plan and return immediately. See `run_plan`."""
+        body = {"plan": dict(plan), "confirm": list(confirm), "by": self.by}
+        return self.request("POST", "/plans", body, once=True)
+
+    def check_plan(self, plan: Mapping[str, Any], *, confirm: Sequence[str] = ()) -> responses.PlanPreview:
+        """Check a test plan: servos with cautions, and what would prevent the run. Sends only reads."""
+        return self.request("POST", "/plans", {"plan": dict(plan), "confirm": list(confirm), "dry_run": True})
+
     def leases(self) -> list[responses.LeaseView]:
         """Current lease, if any."""
         return self.request("GET", "/leases")

@@ -205,7 +205,19 @@ def check_kind(servo: Servo, kind: str) -> None:
 
 
 def check_mode(servo: Servo, kind: str) -> None:
-    """Raises NotInThisModel, ModeOff or TorqueOff. Call after reading 0x20 and 0x25 (4.13, 4.18)."""
+    """As `check_enabled`, or raises TorqueOff. Call after reading 0x20 and 0x25 (4.13, 4.18)."""
+    check_enabled(servo, kind)
+    if servo.raw("torque_mode") != 0:
+        raise TorqueOff(
+            f"Torque is off on {servo.title}, so it would not move. Turn torque on first.",
+            cause="torque_is_off",
+            servo=servo.title,
+            uid=servo.uid,
+        )
+
+
+def check_enabled(servo: Servo, kind: str) -> None:
+    """Raises NotInThisModel or ModeOff. Call after reading 0x25 (4.18)."""
     check_kind(servo, kind)
     if kind != "angle" and servo.raw("speed_torque_control") != 1:
         raise ModeOff(
@@ -215,13 +227,6 @@ def check_mode(servo: Servo, kind: str) -> None:
             servo=servo.title,
             uid=servo.uid,
             kind=kind,
-        )
-    if servo.raw("torque_mode") != 0:
-        raise TorqueOff(
-            f"Torque is off on {servo.title}, so it would not move. Turn torque on first.",
-            cause="torque_is_off",
-            servo=servo.title,
-            uid=servo.uid,
         )
 
 

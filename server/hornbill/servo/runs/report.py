@@ -1,11 +1,12 @@
 """Report of a job, servo by servo, from the data stored with the job."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from datetime import UTC, datetime
 
 from hornbill.servo.configuration import record as records
 from hornbill.servo.configuration.record import ServoRecord
+from hornbill.servo.runs.plan_run import PlanResults, StepCount, plan_results
 from hornbill.servo.runtime.jobs import RunningJob
 from hornbill.servo.runtime.steps import Step
 from hornbill.store.servos import StoredServo
@@ -18,15 +19,23 @@ KIND_TITLES = {
     "restart": "Restart",
     "factory_reset": "Factory reset",
     "identify": "Identified",
+    "plan": "Test plan",
 }
 
 
 @dataclass(frozen=True, slots=True)
 class ReportTarget:
-    """One servo of the job, with its steps."""
+    """One servo of the job, with its steps. `plan`: its results in a test plan."""
 
     record: ServoRecord
     steps: Sequence[Step]
+    plan: PlanResults = field(default_factory=PlanResults)
+
+    def action(self, count: StepCount) -> str:
+        """Step of the plan, such as `Move to 10°`."""
+        end = f".{count.step}"
+        text = next((one.text for one in self.steps if one.code == count.do and one.name.endswith(end)), "")
+        return text.partition(f": {count.step}. ")[2]
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,11 +50,13 @@ class Report:
     problem: str | None
     targets: Sequence[ReportTarget]
     steps: Sequence[Step]
+    subject: str = ""
 
     @property
     def title(self) -> str:
         """Heading of the report."""
-        return KIND_TITLES.get(self.kind, self.kind.replace("_", " ").capitalize())
+        title = KIND_TITLES.get(self.kind, self.kind.replace("_", " ").capitalize())
+        return f"{title}: {self.subject}" if self.subject else title
 
     @property
     def filename(self) -> str:
@@ -65,16 +76,19 @@ def report(job: RunningJob, inventory: Callable[[Uid], StoredServo | None]) -> R
     wanted |= dict.fromkeys(step.uid for step in job.steps if step.uid is not None)
     if job.uid is not None:
         wanted[job.uid] = None
+    planned = plan_results(job.result)
     targets = [
         ReportTarget(
             stored[uid] if uid in stored else _from_steps(job, uid, inventory(uid)),
             _about(job, uid),
+            planned.get(uid, PlanResults()),
         )
         for uid in wanted
     ]
     loose = [step for step in job.steps if step.uid is None and job.uid is None]
     problem = None if job.error is None else job.error.detail
-    return Report(job.id, job.kind, job.state, job.created_at, job.ended_at, problem, targets, loose)
+    subject = str((job.result or {}).get("plan", ""))
+    return Report(job.id, job.kind, job.state, job.created_at, job.ended_at, problem, targets, loose, subject)
 
 
 def took(step: Step) -> float | None:
