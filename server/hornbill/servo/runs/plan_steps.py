@@ -357,7 +357,10 @@ class PlanSteps:
         for key in sorted(await self._faults(run, target, POLL) - target.had):
             target.had.add(key)  # in a run that continues it counts again when it appears again
             self._exceed(run, target, "faults", key, None)
-        self._motion.may_move(target.servo, run.lease.id)
+        if goal is not None and target.goal is goal:  # also notices torque off by another client
+            self._motion.check_command(target.servo, run.lease.id, goal)
+        else:
+            self._motion.may_move(target.servo, run.lease.id)
 
     async def _value(self, target: PlanTarget, key: str, policy: RetryPolicy = POLL) -> float | None:
         """A reading in the unit of its row. None without a response, or if the servo lacks the row."""
